@@ -1,0 +1,67 @@
+# How every target of the project is compiled, in one place.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+find_program(HECATON_CCACHE ccache)
+if(HECATON_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${HECATON_CCACHE})
+endif()
+
+# Bit-identical simulations need one arithmetic: no contraction chosen per expression, no fast-math.
+add_compile_options(-ffp-contract=off)
+
+if(HECATON_SANITIZE)
+  add_compile_options(-fsanitize=${HECATON_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${HECATON_SANITIZE})
+endif()
+
+add_library(hecaton_warnings INTERFACE)
+# -Wrestrict: g++ 12 invents overlaps in "text" + std::string (its bug 105651).
+target_compile_options(hecaton_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                       -Woverloaded-virtual -Wconversion -Wno-sign-conversion -Wno-restrict $<$<BOOL:${HECATON_WERROR}>:-Werror>)
+
+# hecaton_library(name SOURCES a.cpp … [PUBLIC libs…] [PRIVATE libs…]): a static library of ours; headers are included
+# from the project's root ("planner/qp/dense_qp.hpp").
+function(hecaton_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE hecaton_warnings ${ARG_PRIVATE})
+  else()
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${name} INTERFACE ${ARG_PUBLIC})
+  endif()
+endfunction()
+
+# hecaton_executable(name SOURCES … LIBS …)
+function(hecaton_executable name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS})
+endfunction()
+
+# hecaton_test(name SOURCES … LIBS … [LABELS …] [TIMEOUT s]): one GoogleTest executable, one CTest entry a case.
+# HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs).
+function(hecaton_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS} GTest::gtest GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE HECATON_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+                             HECATON_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+endfunction()

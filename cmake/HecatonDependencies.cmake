@@ -1,0 +1,30 @@
+# Third-party libraries, as Debian 12 packages them. Each is wrapped in a target of ours, so that the folder which may
+# use it says so by linking it, and its warnings stay its own (SYSTEM includes).
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fcl REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(assimp REQUIRED)
+find_package(fastcdr REQUIRED)
+find_package(fastrtps REQUIRED)
+pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
+pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
+pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
+
+# Debian's fcl carries no -march, so neither may a file that passes Eigen types to it.
+add_library(hecaton_eigen INTERFACE)
+target_link_libraries(hecaton_eigen INTERFACE Eigen3::Eigen)
+
+add_library(hecaton_bullet INTERFACE)
+target_link_libraries(hecaton_bullet INTERFACE PkgConfig::BULLET)
+target_include_directories(hecaton_bullet SYSTEM INTERFACE ${BULLET_INCLUDE_DIRS})
+
+add_library(hecaton_urdfdom INTERFACE)
+target_link_libraries(hecaton_urdfdom INTERFACE PkgConfig::URDFDOM PkgConfig::TINYXML2)
+
+add_library(hecaton_dds INTERFACE)
+target_link_libraries(hecaton_dds INTERFACE fastrtps fastcdr)

@@ -1,0 +1,56 @@
+#pragma once
+/// One arm's planner between ticks: its goal, its set-point, its memory. The service and the simulation both run this.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/tick.hpp"
+
+namespace hecaton::planner {
+
+/// What the arm does to follow the planner.
+struct MeasuredState {
+  JointVector q;   ///< [rad | m]
+  JointVector qd;  ///< [rad/s | m/s]
+};
+
+class ArmController {
+ public:
+  /// `seed` makes the arm's random choices (subspaces) its own and repeatable.
+  ArmController(CellGeometry geometry, LocalParameters parameters, double control_period, std::uint64_t seed);
+
+  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates.
+  void set_obstacles(std::span<const world::Obstacle> obstacles);
+
+  /// Empty when `q_goal` may be tried; otherwise one sentence that says why not: wrong number of joints, not finite,
+  /// outside a limit, in collision with itself or with an obstacle where that is now.
+  [[nodiscard]] std::string reject_goal(const JointVector& q_goal, std::span<const world::ObstacleState> obstacles);
+  void set_goal(const JointVector& q_goal);
+  /// Forgets the goal: brakes, stays where it comes to rest, gives way.
+  void cancel_goal();
+  [[nodiscard]] bool has_goal() const { return goal_.has_value(); }
+
+  /// The next set-point begins from the measured state: the drive has not followed the last one (held, stopped, new).
+  void forget_setpoint() { setpoint_.reset(); }
+
+  /// One control period. The set-point continues from the last one, unless the arm is not where it was told to be (a
+  /// stop, a limit, a driver that just started): then it begins again from the measured state.
+  TickResult step(const MeasuredState& measured, std::span<const ArmObservation> arms,
+                  std::span<const world::ObstacleState> obstacles, bool hold);
+
+  [[nodiscard]] const CellGeometry& geometry() const { return geometry_; }
+  [[nodiscard]] const LocalParameters& parameters() const { return parameters_; }
+  [[nodiscard]] double control_period() const { return dt_; }
+
+ private:
+  CellGeometry geometry_;
+  LocalParameters parameters_;
+  double dt_;
+  TickScratch scratch_;
+  TickMemory memory_;
+  std::optional<JointVector> goal_;
+  std::optional<MeasuredState> setpoint_;
+};
+
+}  // namespace hecaton::planner

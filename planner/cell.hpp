@@ -1,0 +1,45 @@
+#pragma once
+/// A whole cell as values: what the cell file says once its URDFs are loaded. No hosts, no network: those are the
+/// services' business.
+
+#include <string>
+#include <vector>
+
+#include "planner/local/parameters.hpp"
+#include "planner/model/arm.hpp"
+#include "world/model/scene.hpp"
+
+namespace hecaton::planner {
+
+struct PlannedArm {
+  Arm arm;
+  LocalParameters parameters;
+  JointVector start = {};  ///< where it stands when the cell comes up, at rest [rad | m]; empty: home
+};
+
+/// Where goals come from: named poses that all arms visit together, or else tool positions drawn from an upright
+/// cylinder of the cell.
+struct TaskArea {
+  std::vector<std::string> route;                      ///< every arm has poses of these names; empty: drawn
+  Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();  ///< [m]
+  double radius = 0.35;                                ///< of the disc in the horizontal plane [m]
+  double half_height = 0.1;                            ///< above and below the centre [m]
+  double time_limit = 30.0;                            ///< for one task [s]
+};
+
+struct Timing {
+  double control_period = 0.010;   ///< of a planner's tick [s]
+  double driver_period = 0.002;    ///< of an arm driver's loop [s]
+  double world_period = 0.010;     ///< of the world's step [s]
+  double command_timeout = 0.050;  ///< a driver without commands this long stops its arm [s]
+};
+
+struct Cell {
+  std::string name;
+  std::vector<PlannedArm> arms;
+  world::Scene scene;
+  TaskArea tasks;
+  Timing timing;
+};
+
+}  // namespace hecaton::planner

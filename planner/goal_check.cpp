@@ -1,0 +1,54 @@
+#include "planner/goal_check.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include "planner/collision/exact_distance.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+std::string outside_limits(const Arm& arm, const JointVector& q) {
+  for (int j = 0; j < arm.model->joints(); ++j) {
+    std::ostringstream out;
+    if (!std::isfinite(q[j])) {
+      out << "joint " << arm.model->joint_names[j] << " = " << q[j] << " must be a finite number";
+      return out.str();
+    }
+    if (q[j] < arm.limits.lower[j] || q[j] > arm.limits.upper[j]) {
+      out << "joint " << arm.model->joint_names[j] << " = " << q[j] << " must be within " << arm.limits.lower[j]
+          << " … " << arm.limits.upper[j];
+      return out.str();
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
+                        std::span<const world::ObstacleState> obstacles) {
+  const Arm& arm = geometry.own_arm();
+  std::ostringstream out;
+  if (q_goal.size() != arm.model->joints()) {
+    out << "goal has " << q_goal.size() << " joint values, arm " << arm.name << " has " << arm.model->joints()
+        << " joints";
+    return out.str();
+  }
+  if (std::string reason = outside_limits(arm, q_goal); !reason.empty()) return reason;
+
+  Kinematics own;
+  forward_kinematics(*arm.model, arm.X_WB, q_goal, own);
+  const CellGeometry alone = geometry.without_other_arms();
+  ExactDistance distance(alone);
+  std::vector<Kinematics> arms(1);
+  std::vector<Clearance> touching(1);
+  const int count = distance.clearances({&own, arms, obstacles}, {.others = 0.0, .self = 0.0}, touching);
+  if (count == 0 || touching[0].distance > 0.0) return {};
+  out << "goal is in collision: " << alone.own_name(touching[0]) << " and " << alone.other_name(touching[0])
+      << " overlap by " << -touching[0].distance * 1000.0 << " mm";
+  return out.str();
+}
+
+}  // namespace hecaton::planner

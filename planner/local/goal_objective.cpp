@@ -1,0 +1,51 @@
+#include "planner/local/goal_objective.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hecaton::planner {
+namespace {
+
+/// Share of the acceleration limit that the approach to a goal plans with; the rest corrects deviations.
+constexpr double kBrakingShare = 0.8;
+/// The last part of the approach decays by this share of the remaining way each period.
+constexpr double kFinalShare = 0.2;
+
+/// Speed from which `acceleration` stops within `distance`: √(2ad), blended into gain · distance near the end, where
+/// the square root's slope would ask for more than one period can give.
+double approach_speed(double distance, double acceleration, double gain) {
+  const double linear_until = acceleration / (gain * gain);
+  return distance <= linear_until ? gain * distance : std::sqrt(2.0 * acceleration * (distance - 0.5 * linear_until));
+}
+
+}  // namespace
+
+JointVector joint_difference(const JointLimits& limits, const JointVector& q_from, const JointVector& q_to) {
+  JointVector difference = q_to - q_from;
+  for (Eigen::Index j = 0; j < difference.size(); ++j) {
+    if (std::isinf(limits.upper[j])) difference[j] = std::remainder(difference[j], 2.0 * std::numbers::pi);
+  }
+  return difference;
+}
+
+// [Lahouar06] eq. 1–2:  Δq_goal = (q_goal − q)/‖q_goal − q‖ · Δq_max, or q_goal − q when that is shorter.
+// differs from paper: as a velocity; Δq_max is the longest step along this line that no joint's velocity limit forbids,
+// and the step shrinks before the goal because the arm cannot stop within one period.
+JointVector goal_velocity(const JointLimits& limits, const JointVector& q, const JointVector& q_goal, double dt) {
+  const JointVector way = joint_difference(limits, q, q_goal);
+  const double length = way.norm();
+  if (length < 1e-12) return JointVector::Zero(q.size());
+  const JointVector direction = way / length;
+  double speed = std::numeric_limits<double>::infinity();
+  double acceleration = speed;
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    const double share = std::abs(direction[j]);
+    if (share < 1e-12) continue;
+    speed = std::min(speed, limits.velocity[j] / share);
+    acceleration = std::min(acceleration, limits.acceleration[j] / share);
+  }
+  return direction * std::min(speed, approach_speed(length, kBrakingShare * acceleration, kFinalShare / dt));
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,136 @@
+#include "planner/local/local_planner.hpp"
+
+#include <algorithm>
+
+#include "planner/local/deadlock_monitor.hpp"
+#include "planner/local/goal_objective.hpp"
+#include "planner/trajectory/stop_profile.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// Motion below this share of the fastest does not count as progress.
+constexpr double kStillShare = 0.02;
+/// An arm that stands this long before its goal says that it is blocked [s].
+constexpr double kBlockedAfter = 0.5;
+
+/// The velocity nearest to `target` within bounds and rows. Relaxed rows are never stricter than `allowed`, a velocity
+/// that is always possible: standing still, or the stop profile.
+QpSolution project(const LocalInput& input, const JointVector& target, const VelocityBounds& bounds,
+                   const JointVector& allowed, QpWarmStart& warm, bool& relaxed) {
+  QpProblem problem;
+  problem.target = target;
+  problem.lower = bounds.lower;
+  problem.upper = bounds.upper;
+  for (const Row& row : input.rows) problem.add_row(row.g, row.h, row.key);
+  QpSolution solution = solve(problem, warm);
+  relaxed = solution.status != QpStatus::kOptimal;
+  if (!relaxed) return solution;
+  for (int i = 0; i < problem.rows; ++i) {
+    problem.h[i] = std::max(problem.h[i], problem.G.row(i).head(allowed.size()).dot(allowed));
+  }
+  problem.lower = problem.lower.cwiseMin(allowed);
+  problem.upper = problem.upper.cwiseMax(allowed);
+  warm = {};
+  solution = solve(problem, warm);
+  if (solution.status != QpStatus::kOptimal) solution.x = allowed;
+  return solution;
+}
+
+int strongest_row(const QpSolution& solution) {
+  int row = -1;
+  double most = 0.0;
+  for (int k = 0; k < solution.active; ++k) {
+    if (solution.active_row[k] >= 0 && solution.multiplier[k] > most) {
+      most = solution.multiplier[k];
+      row = solution.active_row[k];
+    }
+  }
+  return row;
+}
+
+bool inside(const VelocityBounds& bounds, const JointVector& qd) {
+  return (qd.array() >= bounds.lower.array()).all() && (qd.array() <= bounds.upper.array()).all();
+}
+
+void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
+  if (memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal) return;
+  memory.q_goal = input.q_goal;
+  memory.follower = {};
+  memory.without_progress = 0.0;
+}
+
+/// The subspace has been followed long enough, or so many constraints have taken turns that the walk in the plane must
+/// have closed: [Lahouar06] section 3.1 concludes then that there is no way; we conclude that there is none in this
+/// plane.
+bool exhausted(const FollowerMemory& follower, const FollowerParameters& p) {
+  return p.redraw_after > 0.0 &&
+         (follower.time_in_subspace > p.patience(follower.redraws) || follower.switches_in_subspace > p.most_switches);
+}
+
+/// Enters, keeps and leaves boundary following [Lahouar06, section 3.3 and 4].
+void update_follower(const LocalInput& input, const JointVector& way, const JointVector& wanted,
+                     const QpSolution& intended, LocalMemory& memory) {
+  FollowerMemory& follower = memory.follower;
+  const FollowerParameters& p = input.parameters.follower;
+  if (follower.following) {
+    follower.time_in_subspace += input.dt;
+    const bool nearer = way.norm() < p.exit_fraction * follower.d_lock;
+    if (nearer) {
+      follower.following = false;
+    } else if (exhausted(follower, p)) {
+      redraw_subspace(follower, memory.random, way, input.rows);
+    }
+  }
+  if (!follower.following && deadlocked(intended.x, wanted, p.deadlock_fraction)) {
+    const int blocking = strongest_row(intended);
+    if (blocking >= 0) {
+      start_following(follower, memory.random, input.limits, input.q, way, input.rows[blocking]);
+    }
+  }
+}
+
+}  // namespace
+
+// Two steps. First what the arm intends, as the paper plans it: towards the goal or along a boundary, under dampers,
+// velocity and position limits. Then what it commands: the nearest velocity to that which one period's acceleration can
+// reach. The deadlock rule looks at the intention; safety is decided by the command.
+LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
+  forget_old_goal(input, memory);
+  LocalResult result;
+  const JointVector still = JointVector::Zero(input.q.size());
+  const JointVector braking = braking_velocity(input.limits, input.qd, input.dt);
+  const JointVector way = joint_difference(input.limits, input.q, input.q_goal);
+  const JointVector wanted = goal_velocity(input.limits, input.q, input.q_goal, input.dt);
+  const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
+
+  bool intention_relaxed = false;
+  QpSolution intended = project(input, wanted, bounds, still, memory.intended, intention_relaxed);
+  const bool at_goal = way.cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
+  if (input.parameters.method == Method::kBoundaryFollowing && !at_goal) {
+    update_follower(input, way, wanted, intended, memory);
+    if (memory.follower.following) {
+      // differs from paper: when no constraint is left to follow, the local planner takes over again.
+      const auto along = follow_boundary(memory.follower, bounds, input.rows);
+      memory.follower.following = along.has_value();
+      if (along) intended = project(input, *along, bounds, still, memory.followed, intention_relaxed);
+    }
+  }
+  result.following = memory.follower.following;
+  result.binding_row = strongest_row(intended);
+
+  const VelocityBounds reachable =
+      intersect(bounds, acceleration_bounds(input.limits, input.qd, braking, input.dt), braking);
+  if (!intention_relaxed && inside(reachable, intended.x)) {
+    result.qd = intended.x;
+  } else {
+    result.qd = project(input, intended.x, reachable, braking, memory.commanded, result.relaxed).x;
+  }
+
+  const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();
+  memory.without_progress = moves || at_goal ? 0.0 : memory.without_progress + input.dt;
+  result.blocked = memory.without_progress > kBlockedAfter;
+  return result;
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,48 @@
+#pragma once
+/// The reactive planner of one arm: from rows and a goal to the next joint velocity.
+
+#include <span>
+
+#include "planner/local/boundary_follower.hpp"
+#include "planner/local/parameters.hpp"
+#include "planner/local/row.hpp"
+#include "planner/qp/dense_qp.hpp"
+
+namespace hecaton::planner {
+
+struct LocalInput {
+  const JointLimits& limits;
+  const LocalParameters& parameters;
+  const JointVector& q;       ///< reference position [rad | m]
+  const JointVector& qd;      ///< reference velocity [rad/s | m/s]
+  const JointVector& q_goal;  ///< [rad | m]; q itself to keep the place
+  double dt;                  ///< control period [s]
+  std::span<const Row> rows;
+};
+
+/// What the planner remembers between periods; a plain value.
+struct LocalMemory {
+  explicit LocalMemory(std::uint64_t seed = 1) : random(seed) {}
+
+  Random random;
+  FollowerMemory follower;
+  QpWarmStart intended;
+  QpWarmStart followed;
+  QpWarmStart commanded;
+  JointVector q_goal;           ///< of the last period: a new goal starts afresh
+  double without_progress = 0;  ///< since the arm last moved noticeably [s]
+};
+
+struct LocalResult {
+  JointVector qd;  ///< for the next period [rad/s | m/s]
+  bool following = false;
+  bool blocked = false;  ///< no noticeable motion for a while although the goal is not reached
+  bool relaxed = false;  ///< the rows asked for more than acceleration limits can give; braked as hard as allowed
+  int binding_row = -1;  ///< the row with the largest multiplier, −1: none holds the arm back
+};
+
+/// One period. The result always satisfies the velocity and acceleration limits; it satisfies every row, except those
+/// that not even the stop profile can satisfy yet (then `relaxed`, and no row is violated by more than the stop does).
+[[nodiscard]] LocalResult plan_locally(const LocalInput& input, LocalMemory& memory);
+
+}  // namespace hecaton::planner

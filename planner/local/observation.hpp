@@ -1,0 +1,17 @@
+#pragma once
+/// What a planner knows of the other arms.
+
+#include "planner/model/limits.hpp"
+
+namespace hecaton::planner {
+
+/// State of another arm. Index = index in the cell; the entry of the own arm is ignored.
+struct ArmObservation {
+  JointVector q;       ///< [rad | m]
+  JointVector qd;      ///< [rad/s | m/s]
+  double age = 0.0;    ///< since it was true, on this planner's clock [s], ≥ 0
+  bool known = false;  ///< ever heard of; an arm that was never heard of stops this one
+  bool plans = false;  ///< takes its half of the damper (eq. 8); false: held, stopped or without planner
+};
+
+}  // namespace hecaton::planner

@@ -1,0 +1,71 @@
+#include "planner/local/parameters.hpp"
+
+#include <cmath>
+#include <sstream>
+
+namespace hecaton::planner {
+namespace {
+
+std::string sentence(const char* key, double value, const std::string& rule) {
+  std::ostringstream out;
+  out << key << " = " << value << " must be " << rule;
+  return out.str();
+}
+
+std::string below(const char* name, double value) {
+  std::ostringstream out;
+  out << "below " << name << " = " << value;
+  return out.str();
+}
+
+bool positive(double value) {
+  return std::isfinite(value) && value > 0.0;
+}
+bool fraction(double value) {
+  return value > 0.0 && value < 1.0;
+}
+
+}  // namespace
+
+std::string LocalParameters::validate() const {
+  const struct {
+    const char* key;
+    double value;
+  } positives[] = {{"damper.influence_distance", damper.influence_distance},
+                   {"damper.security_distance", damper.security_distance},
+                   {"damper.convergence_speed", damper.convergence_speed},
+                   {"damper.self_influence_distance", damper.self_influence_distance},
+                   {"damper.self_security_distance", damper.self_security_distance},
+                   {"goal_tolerance", goal_tolerance},
+                   {"acceleration_of_others", acceleration_of_others},
+                   {"state_age_limit", state_age_limit}};
+  for (const auto& entry : positives) {
+    if (!positive(entry.value)) return sentence(entry.key, entry.value, "a finite number above 0");
+  }
+  if (damper.security_distance >= damper.influence_distance) {
+    return sentence("damper.security_distance", damper.security_distance,
+                    below("influence_distance", damper.influence_distance));
+  }
+  if (damper.self_security_distance >= damper.self_influence_distance) {
+    return sentence("damper.self_security_distance", damper.self_security_distance,
+                    below("self_influence_distance", damper.self_influence_distance));
+  }
+  if (!fraction(follower.deadlock_fraction)) {
+    return sentence("follower.deadlock_fraction", follower.deadlock_fraction, "between 0 and 1, both excluded");
+  }
+  if (!fraction(follower.exit_fraction)) {
+    return sentence("follower.exit_fraction", follower.exit_fraction, "between 0 and 1, both excluded");
+  }
+  if (!std::isfinite(follower.redraw_after) || follower.redraw_after < 0.0) {
+    return sentence("follower.redraw_after", follower.redraw_after, "0 (never) or a time in seconds");
+  }
+  if (!std::isfinite(follower.redraw_growth) || follower.redraw_growth < 1.0) {
+    return sentence("follower.redraw_growth", follower.redraw_growth, "1 or more");
+  }
+  if (!std::isfinite(follower.redraw_longest) || follower.redraw_longest < follower.redraw_after) {
+    return sentence("follower.redraw_longest", follower.redraw_longest, "no shorter than redraw_after");
+  }
+  return {};
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,59 @@
+#pragma once
+/// Parameters of the reactive planner, with the symbols of [Lahouar06] and the values that worked.
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace hecaton::planner {
+
+/// What decides a tick.
+enum class Method {
+  kLocal,              ///< constraints alone: the baseline of [Lahouar06] section 2
+  kBoundaryFollowing,  ///< + boundary following, section 3
+};
+
+struct DamperParameters {
+  double influence_distance = 0.12;       ///< dᵢ [m], > security_distance
+  double security_distance = 0.02;        ///< dₛ [m], > 0
+  double convergence_speed = 1.0;         ///< ξ [m/s], > 0; ξ/2 between two planned arms (eq. 8)
+  double self_influence_distance = 0.11;  ///< dᵢ between links of the same arm [m]
+  double self_security_distance = 0.01;   ///< dₛ between links of the same arm [m]
+
+  /// The distance [m] at which the damper allows just this approach speed [m/s].
+  [[nodiscard]] double distance_of(double approach_speed) const {
+    return security_distance + approach_speed * (influence_distance - security_distance) / convergence_speed;
+  }
+  [[nodiscard]] double self_distance_of(double approach_speed) const {
+    return self_security_distance +
+           approach_speed * (self_influence_distance - self_security_distance) / convergence_speed;
+  }
+};
+
+struct FollowerParameters {
+  double deadlock_fraction = 0.30;  ///< follow when ‖Δq‖ < this · min(‖q_goal − q‖, Δq_max)  (section 4)
+  double exit_fraction = 0.80;      ///< back to the local planner when V(q) < this · d_lock     (section 4)
+  double redraw_after = 1.0;        ///< [s] in the first subspace before a fresh U₂ is drawn; 0: never (the paper)
+  double redraw_growth = 1.25;      ///< each further subspace of a goal gets this many times longer, ≥ 1
+  int most_switches = 6;            ///< changes of the followed constraint before a fresh U₂ is drawn
+  double redraw_longest = 8.0;      ///< but no longer than this [s], ≥ redraw_after
+
+  /// How long the k-th subspace of a goal may be followed, k = 1, 2, … [s].
+  [[nodiscard]] double patience(int k) const {
+    return std::min(redraw_longest, redraw_after * std::pow(redraw_growth, k - 1));
+  }
+};
+
+struct LocalParameters {
+  Method method = Method::kBoundaryFollowing;
+  DamperParameters damper;
+  FollowerParameters follower;
+  double goal_tolerance = 2e-3;        ///< every joint within this of the goal counts as reached [rad | m]
+  double acceleration_of_others = 10;  ///< assumed bound for margins against aged state [rad/s²]
+  double state_age_limit = 0.1;        ///< older news of an arm or obstacle stops this arm [s]
+
+  /// Empty when consistent; otherwise one sentence: key, value, what is allowed.
+  [[nodiscard]] std::string validate() const;
+};
+
+}  // namespace hecaton::planner

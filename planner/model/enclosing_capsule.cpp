@@ -1,0 +1,132 @@
+#include "planner/model/enclosing_capsule.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+namespace hecaton::planner {
+namespace {
+
+using Points2 = std::vector<Eigen::Vector2d>;
+
+struct Circle {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  double radius = -1.0;
+  [[nodiscard]] bool holds(const Eigen::Vector2d& p) const {
+    return (p - centre).norm() <= radius * (1.0 + 1e-12) + 1e-15;
+  }
+};
+
+Circle through(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return {(a + b) / 2.0, (a - b).norm() / 2.0};
+}
+
+Circle through(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  const Eigen::Vector2d u = b - a;
+  const Eigen::Vector2d v = c - a;
+  const double twice_area = u.x() * v.y() - u.y() * v.x();
+  if (std::abs(twice_area) < 1e-14 * u.norm() * v.norm()) {  // on one line: the longest side is the diameter
+    Circle widest = through(a, b);
+    for (const Circle& other : {through(b, c), through(a, c)}) {
+      if (other.radius > widest.radius) widest = other;
+    }
+    return widest;
+  }
+  const Eigen::Vector2d centre = Eigen::Vector2d(v.y() * u.squaredNorm() - u.y() * v.squaredNorm(),
+                                                 u.x() * v.squaredNorm() - v.x() * u.squaredNorm()) /
+                                 (2.0 * twice_area);
+  return {a + centre, centre.norm()};
+}
+
+/// [Welzl91] The smallest enclosing circle, in its iterative form; `points` in random order for linear expected time.
+Circle smallest_circle(const Points2& points) {
+  Circle circle{points.front(), 0.0};
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if (circle.holds(points[i])) continue;
+    circle = {points[i], 0.0};
+    for (std::size_t j = 0; j < i; ++j) {
+      if (circle.holds(points[j])) continue;
+      circle = through(points[i], points[j]);
+      for (std::size_t k = 0; k < j; ++k) {
+        if (!circle.holds(points[k])) circle = through(points[i], points[j], points[k]);
+      }
+    }
+  }
+  for (const auto& point : points) circle.radius = std::max(circle.radius, (point - circle.centre).norm());
+  return circle;
+}
+
+/// The capsule along `axis` with the smallest radius, as short as that radius allows.
+PlacedCapsule capsule_along(const Eigen::Vector3d& axis, std::span<const Eigen::Vector3d> points) {
+  const Eigen::Vector3d x = axis.unitOrthogonal();
+  const Eigen::Vector3d y = axis.cross(x);
+  Points2 projected;
+  projected.reserve(points.size());
+  for (const auto& p : points) projected.emplace_back(p.dot(x), p.dot(y));
+  const Circle circle = smallest_circle(projected);
+  const double radius = circle.radius * (1.0 + 1e-9) + 1e-12;
+  double top = -std::numeric_limits<double>::infinity();  // of the segment: its cap reaches every point above
+  double bottom = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double off_axis = (projected[i] - circle.centre).norm();
+    const double cap = std::sqrt(std::max(0.0, radius * radius - off_axis * off_axis));
+    const double t = points[i].dot(axis);
+    top = std::max(top, t - cap);
+    bottom = std::min(bottom, t + cap);
+  }
+  if (top < bottom) top = bottom = (top + bottom) / 2.0;  // a ball is enough, its centre anywhere between
+  PlacedCapsule result{{radius, (top - bottom) / 2.0}, world::Pose::Identity()};
+  result.X_FS.linear().col(0) = x;
+  result.X_FS.linear().col(1) = y;
+  result.X_FS.linear().col(2) = axis;
+  result.X_FS.translation() = circle.centre.x() * x + circle.centre.y() * y + (top + bottom) / 2.0 * axis;
+  return result;
+}
+
+}  // namespace
+
+double volume(const world::Capsule& capsule) {
+  const double area = std::numbers::pi * capsule.radius * capsule.radius;
+  return area * (2.0 * capsule.half_length + 4.0 / 3.0 * capsule.radius);
+}
+
+PlacedCapsule enclosing_capsule(std::span<const Eigen::Vector3d> given) {
+  std::vector<Eigen::Vector3d> points(given.begin(), given.end());
+  std::shuffle(points.begin(), points.end(), std::mt19937(1));  // for smallest_circle; the seed keeps it repeatable
+
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const auto& p : points) scatter += (p - mean) * (p - mean).transpose();
+  const Eigen::Matrix3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors();
+
+  Eigen::Vector3d best_axis = Eigen::Vector3d::UnitZ();
+  PlacedCapsule best = capsule_along(best_axis, points);
+  const auto try_axis = [&](const Eigen::Vector3d& axis) {
+    const PlacedCapsule candidate = capsule_along(axis, points);
+    if (!(volume(candidate.capsule) < volume(best.capsule))) return false;
+    best = candidate;
+    best_axis = axis;
+    return true;
+  };
+  try_axis(Eigen::Vector3d::UnitX());
+  try_axis(Eigen::Vector3d::UnitY());
+  for (int i = 0; i < 3; ++i) try_axis(principal.col(i).normalized());
+  for (double step = 0.2; step > 1e-3;) {  // pattern search on the sphere of directions [rad]
+    const Eigen::Vector3d u = best_axis.unitOrthogonal();
+    const Eigen::Vector3d v = best_axis.cross(u);
+    bool improved = false;
+    for (const Eigen::Vector3d& side : {u, v, Eigen::Vector3d(-u), Eigen::Vector3d(-v)}) {
+      improved = improved || try_axis((best_axis + step * side).normalized());
+    }
+    if (!improved) step *= 0.5;
+  }
+  return best;
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,87 @@
+#include "planner/model/mesh_loader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include "planner/model/model_error.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+Eigen::Matrix4d to_eigen(const aiMatrix4x4& m) {
+  Eigen::Matrix4d result;
+  result << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3, m.d4;
+  return result;
+}
+
+void append_triangles(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& parent,
+                      std::vector<Eigen::Vector3d>& vertices) {
+  const Eigen::Matrix4d X = parent * to_eigen(node.mTransformation);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    std::vector<bool> used(mesh.mNumVertices, false);
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      for (unsigned k = 0; face.mNumIndices >= 3 && k < face.mNumIndices; ++k) {
+        if (face.mIndices[k] < mesh.mNumVertices) used[face.mIndices[k]] = true;
+      }
+    }
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& p = mesh.mVertices[v];
+      if (used[v]) vertices.emplace_back((X * Eigen::Vector4d(p.x, p.y, p.z, 1.0)).head<3>());
+    }
+  }
+  for (unsigned i = 0; i < node.mNumChildren; ++i) append_triangles(scene, *node.mChildren[i], X, vertices);
+}
+
+std::string lower_case_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+std::string first_line(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> load_mesh_vertices(const std::string& path, const Eigen::Vector3d& scale,
+                                                const std::string& where) {
+  const std::string mesh = where + ": mesh '" + path + "'";
+  constexpr std::array kFormats{".stl", ".dae", ".obj"};
+  const std::string extension = lower_case_extension(path);
+  if (std::find(kFormats.begin(), kFormats.end(), extension) == kFormats.end()) {
+    throw ModelError(mesh + " has ending '" + extension + "'; .stl, .dae and .obj are allowed");
+  }
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) throw ModelError(mesh + " is no file that exists");
+
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  if (scene == nullptr) throw ModelError(mesh + " cannot be read: " + first_line(importer.GetErrorString()));
+
+  std::vector<Eigen::Vector3d> vertices;
+  if (scene->mRootNode != nullptr) append_triangles(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), vertices);
+  if (vertices.empty()) throw ModelError(mesh + " has no triangles; a collision mesh needs some");
+  constexpr double kFurthest = 1000.0;  // [m]
+  for (Eigen::Vector3d& vertex : vertices) {
+    vertex = vertex.cwiseProduct(scale);
+    if (!vertex.allFinite()) throw ModelError(mesh + " has a vertex that is not finite");
+    if (vertex.cwiseAbs().maxCoeff() > kFurthest) {
+      throw ModelError(mesh + " reaches further than 1000 m; is scale=\"0.001 0.001 0.001\" missing?");
+    }
+  }
+  return vertices;
+}
+
+}  // namespace hecaton::planner

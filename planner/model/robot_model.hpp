@@ -1,0 +1,59 @@
+#pragma once
+/// An arm as its URDF describes it, constant after loading and shared between threads.
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "planner/model/limits.hpp"
+#include "world/model/shape.hpp"
+
+namespace hecaton::planner {
+
+using world::Pose;
+
+enum class JointType { kFixed, kRevolute, kContinuous, kPrismatic };
+
+/// A link and the joint that carries it. In the joint's zero position the link's frame L coincides with the joint's
+/// frame: X_PL(q) = X_PJ · motion(q about or along `axis`).
+struct Link {
+  std::string name;
+  int parent = -1;  ///< index into RobotModel::links, always smaller than its own; −1: the base
+  JointType joint_type = JointType::kFixed;
+  std::string joint_name;                           ///< empty for the root
+  Pose X_PJ = Pose::Identity();                     ///< joint frame in the parent link's frame
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint's frame
+  int joint = -1;                                   ///< index into joint vectors; −1 when the joint does not move
+};
+
+/// One collision shape of one link.
+struct LinkGeometry {
+  int link = 0;
+  world::Shape shape;
+  Pose X_LS = Pose::Identity();  ///< shape in the link's frame
+  double excess_volume = 0.0;  ///< volume(shape) / volume(mesh hull) − 1 when the shape was fitted to a mesh, else 0
+};
+
+/// A serial chain of actuated joints with whatever is fixed to it. Joints of the URDF outside the chain from the root
+/// to the tool (fingers, mimic joints) are held at their zero position (or the nearest limit).
+struct RobotModel {
+  std::string name;
+  std::vector<Link> links;               ///< parents before children; links[0] is the root
+  std::vector<LinkGeometry> geometry;    ///< ordered by link
+  std::vector<std::string> joint_names;  ///< of the actuated joints, base to tip
+  JointLimits limits;                    ///< from the URDF; acceleration as the caller's default
+  int tool_link = 0;                     ///< its frame, times X_LT, is the tool frame T
+  Pose X_LT = Pose::Identity();
+  /// Pairs of indices into `geometry` (first < second) that self-collision checks: what the SRDF and the automatic
+  /// filter of adjacent and always-touching links leave.
+  std::vector<std::pair<int, int>> self_pairs;
+  std::map<std::string, JointVector> named;  ///< the SRDF's group_states that set every joint within its limits
+  std::vector<std::string> notes;  ///< what the loader decided on its own, a sentence each, for `hecaton check`
+
+  [[nodiscard]] int joints() const { return static_cast<int>(joint_names.size()); }
+};
+
+}  // namespace hecaton::planner

@@ -1,0 +1,240 @@
+#include "planner/model/urdf_loader.hpp"
+
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include "planner/model/capsule_merge.hpp"
+#include "planner/model/collision_filter.hpp"
+#include "planner/model/kinematics.hpp"
+#include "planner/model/mesh_shape.hpp"
+#include "planner/model/resource_path.hpp"
+#include "planner/model/srdf.hpp"
+#include "planner/model/urdf_chain.hpp"
+#include "planner/model/urdf_document.hpp"
+#include "planner/model/xml_checks.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// Keeps what urdfdom would print to stderr. Its channel is global to the process: one capture at a time.
+class UrdfdomMessages : console_bridge::OutputHandler {
+ public:
+  UrdfdomMessages() : lock_(mutex()), previous_(console_bridge::getOutputHandler()) {
+    console_bridge::useOutputHandler(this);
+  }
+  ~UrdfdomMessages() override { console_bridge::useOutputHandler(previous_); }
+  UrdfdomMessages(const UrdfdomMessages&) = delete;
+  UrdfdomMessages& operator=(const UrdfdomMessages&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/, int /*line*/) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) text_ += (text_.empty() ? "" : ", ") + text;
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex shared;
+    return shared;
+  }
+  std::unique_lock<std::mutex> lock_;
+  console_bridge::OutputHandler* previous_;
+  std::string text_;
+};
+
+urdf::ModelInterfaceSharedPtr parse(const std::string& path) {
+  const std::string text = read_urdf_document(path);
+  const UrdfdomMessages messages;
+  urdf::ModelInterfaceSharedPtr model;
+  std::string reason;
+  try {
+    model = urdf::parseURDF(text);
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
+  if (model == nullptr || model->getRoot() == nullptr) {
+    throw ModelError(path + ": urdfdom refuses this URDF: " + quoted(messages.text() + reason));
+  }
+  return model;
+}
+
+Pose to_pose(const urdf::Pose& pose) {
+  Pose result = Pose::Identity();
+  result.translation() << pose.position.x, pose.position.y, pose.position.z;
+  const urdf::Rotation& r = pose.rotation;
+  result.linear() = Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
+  return result;
+}
+
+JointType to_joint_type(const urdf::Joint& joint) {
+  switch (joint.type) {
+    case urdf::Joint::REVOLUTE:
+      return JointType::kRevolute;
+    case urdf::Joint::CONTINUOUS:
+      return JointType::kContinuous;
+    case urdf::Joint::PRISMATIC:
+      return JointType::kPrismatic;
+    default:
+      return JointType::kFixed;
+  }
+}
+
+TreeLink to_tree_link(const urdf::Link& link, int parent) {
+  TreeLink entry;
+  entry.link.name = link.name;
+  entry.link.parent = parent;
+  entry.has_collision = !link.collision_array.empty();
+  if (parent < 0) return entry;
+  const urdf::Joint& joint = *link.parent_joint;
+  entry.link.joint_type = to_joint_type(joint);
+  entry.link.joint_name = joint.name;
+  entry.link.X_PJ = to_pose(joint.parent_to_joint_origin_transform);
+  if (entry.link.joint_type == JointType::kFixed) return entry;
+  entry.link.axis = Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z).normalized();
+  if (joint.limits != nullptr) {
+    entry.lower = joint.limits->lower;
+    entry.upper = joint.limits->upper;
+    entry.velocity = joint.limits->velocity;
+  }
+  if (joint.mimic != nullptr) {
+    entry.mimic = TreeLink::Mimic{joint.mimic->joint_name, joint.mimic->multiplier, joint.mimic->offset};
+  }
+  return entry;
+}
+
+/// Parents before children. Also the urdfdom link of each entry, for its collision elements.
+using Tree = std::pair<std::vector<TreeLink>, std::vector<urdf::LinkConstSharedPtr>>;
+
+Tree flatten(const urdf::ModelInterface& model) {
+  Tree tree;
+  auto& [entries, links] = tree;
+  std::vector<std::pair<urdf::LinkConstSharedPtr, int>> waiting{{model.getRoot(), -1}};
+  while (!waiting.empty()) {
+    const auto [link, parent] = waiting.back();
+    waiting.pop_back();
+    const int index = static_cast<int>(entries.size());
+    entries.push_back(to_tree_link(*link, parent));
+    links.push_back(link);
+    for (auto child = link->child_links.rbegin(); child != link->child_links.rend(); ++child) {
+      waiting.emplace_back(*child, index);
+    }
+  }
+  return tree;
+}
+
+class ModelBuilder {
+ public:
+  ModelBuilder(const std::string& path, const UrdfOptions& options) : path_(path), options_(options) {}
+
+  std::shared_ptr<const RobotModel> build() {
+    const urdf::ModelInterfaceSharedPtr urdf = parse(path_);
+    auto [tree, urdf_links] = flatten(*urdf);
+    if (static_cast<int>(tree.size()) > kMaxLinks) {
+      throw ModelError(path_ + ": the robot has " + std::to_string(tree.size()) + " links; at most " +
+                       std::to_string(kMaxLinks) + " are allowed");
+    }
+    model_->name = urdf->getName();
+    model_->tool_link = find_tool_link(tree, options_.tool_link, path_, model_->notes);
+    model_->X_LT = options_.X_LT;
+    const std::vector<int> chain = number_chain(tree, model_->tool_link, path_, model_->notes);
+    check_bare_links(tree, options_.allow_bare_links, path_, model_->notes);
+    set_limits(tree, chain);
+    for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
+      model_->links.push_back(tree[i].link);
+      add_geometry(i, *urdf_links[i]);
+    }
+    model_->self_pairs = pairs_of_separate_bodies(*model_);
+    if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, *model_);
+    return model_;
+  }
+
+ private:
+  void set_limits(const std::vector<TreeLink>& tree, const std::vector<int>& chain) {
+    JointLimits& limits = model_->limits;
+    const auto n = static_cast<Eigen::Index>(chain.size());
+    limits.lower.resize(n);
+    limits.upper.resize(n);
+    limits.velocity.resize(n);
+    limits.acceleration = JointVector::Constant(n, options_.default_acceleration);
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const TreeLink& entry = tree[chain[j]];
+      const bool endless = entry.link.joint_type == JointType::kContinuous;
+      limits.lower[j] = endless ? -kInfinity : entry.lower;
+      limits.upper[j] = endless ? kInfinity : entry.upper;
+      limits.velocity[j] = velocity_limit(entry);
+      model_->joint_names.push_back(entry.link.joint_name);
+    }
+  }
+
+  double velocity_limit(const TreeLink& entry) {
+    if (entry.velocity > 0.0) return entry.velocity;
+    const std::string joint = "joint " + quoted(entry.link.joint_name);
+    if (!options_.default_velocity) {
+      throw ModelError(path_ + ": " + joint +
+                       ": limit velocity is 0 or missing; it must be above 0, or default_velocity be given");
+    }
+    model_->notes.push_back(joint + " has no velocity limit; the default " +
+                            std::to_string(*options_.default_velocity) + " is used");
+    return *options_.default_velocity;
+  }
+
+  void add_geometry(int index, const urdf::Link& link) {
+    const std::string where = path_ + ": link " + quoted(link.name);
+    std::vector<world::PlacedShape> primitives;
+    for (const urdf::CollisionSharedPtr& collision : link.collision_array) {
+      const urdf::Geometry& geometry = *collision->geometry;
+      const Pose X_LC = to_pose(collision->origin);
+      if (const auto* box = dynamic_cast<const urdf::Box*>(&geometry)) {
+        primitives.push_back({world::Box{0.5 * Eigen::Vector3d(box->dim.x, box->dim.y, box->dim.z)}, X_LC});
+      } else if (const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(&geometry)) {
+        primitives.push_back({world::Cylinder{cylinder->radius, 0.5 * cylinder->length}, X_LC});
+      } else if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(&geometry)) {
+        primitives.push_back({world::Sphere{sphere->radius}, X_LC});
+      } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) {
+        add_mesh(index, *mesh, X_LC, where);
+      }
+    }
+    for (const world::PlacedShape& placed : merge_capsules(primitives)) {
+      model_->geometry.push_back({index, placed.shape, placed.X_BS, 0.0});
+    }
+  }
+
+  void add_mesh(int index, const urdf::Mesh& mesh, const Pose& X_LC, const std::string& where) {
+    const std::string file = resolve_resource(mesh.filename, path_, options_.packages, where);
+    const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
+    MeshShape shape = mesh_shape(file, scale, options_.meshes, where);
+    shape.geometry.link = index;
+    shape.geometry.X_LS = X_LC * shape.geometry.X_LS;
+    model_->geometry.push_back(std::move(shape.geometry));
+    if (!shape.note.empty()) model_->notes.push_back(std::move(shape.note));
+  }
+
+  const std::string& path_;
+  const UrdfOptions& options_;
+  std::shared_ptr<RobotModel> model_ = std::make_shared<RobotModel>();
+};
+
+void check_options(const UrdfOptions& options) {
+  const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+  if (!positive(options.default_acceleration)) {
+    throw ModelError("default_acceleration = " + std::to_string(options.default_acceleration) +
+                     " must be finite and above 0");
+  }
+  if (options.default_velocity && !positive(*options.default_velocity)) {
+    throw ModelError("default_velocity = " + std::to_string(*options.default_velocity) + " must be finite and above 0");
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const RobotModel> load_urdf(const std::string& urdf_path, const UrdfOptions& options) {
+  check_options(options);
+  return ModelBuilder(urdf_path, options).build();
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,30 @@
+#pragma once
+/// What reading URDF and SRDF files has in common: loading XML and checking its attributes, one sentence an error.
+
+#include <string>
+#include <vector>
+
+namespace tinyxml2 {
+class XMLDocument;
+class XMLElement;
+}  // namespace tinyxml2
+
+namespace hecaton::planner {
+
+/// Parses the file into `document`. Throws ModelError when it is missing, unreadable, larger than 64 MB or not
+/// well-formed. `kind` names it in the sentence: "URDF", "SRDF".
+void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document);
+
+/// 'text' for a sentence: without control characters, cut when long.
+[[nodiscard]] std::string quoted(const std::string& text);
+
+/// The attribute's text; throws when it is missing or empty.
+[[nodiscard]] std::string text_attribute(const tinyxml2::XMLElement& element, const char* name,
+                                         const std::string& where);
+
+/// The attribute's `count` numbers, separated by blanks; throws when it is missing, has another count, or holds what is
+/// no finite number.
+[[nodiscard]] std::vector<double> number_attribute(const tinyxml2::XMLElement& element, const char* name, int count,
+                                                   const std::string& where);
+
+}  // namespace hecaton::planner

@@ -1,0 +1,105 @@
+#include "planner/simulation/batch.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "planner/simulation/tasks.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// Obstacles begin anywhere in this span of their scripts [s].
+constexpr double kScriptSpan = 60.0;
+
+struct EpisodeRecord {
+  bool drawn = false;
+  EpisodeOutcome outcome;
+  std::vector<double> tick_us;
+};
+
+EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode) {
+  // One stream of random numbers an episode, so that its tasks depend on its number alone.
+  Random random(Random(options.seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
+  EpisodeRecord record;
+  EpisodeOptions episode_options;
+  episode_options.network = options.network;
+  episode_options.world_time = random.uniform(0.0, kScriptSpan);
+  episode_options.seed = random.next();
+  if (options.measure_ticks) episode_options.tick_us = &record.tick_us;
+  const auto starts = generator.draw_configuration(random);
+  if (!starts) return record;
+  const auto goals = generator.draw_conflicting_goals(random, *starts);
+  if (!goals) return record;
+  record.drawn = true;
+  record.outcome = simulate_episode(cell, *starts, *goals, episode_options);
+  return record;
+}
+
+void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
+  const EpisodeOutcome& outcome = record.outcome;
+  const world::RefereeReport& referee = outcome.referee;
+  report.contacts += referee.contacts;
+  if (referee.judged && (!report.judged || referee.smallest.distance < report.smallest.distance)) {
+    report.smallest = referee.smallest;
+    report.judged = true;
+  }
+  report.duration += outcome.duration;
+  report.ticks += outcome.ticks;
+  report.tick_us.insert(report.tick_us.end(), record.tick_us.begin(), record.tick_us.end());
+  for (int i = 0; i < std::min(tasks_left, static_cast<int>(outcome.arms.size())); ++i) {
+    const ArmOutcome& arm = outcome.arms[i];
+    ArmTally& tally = report.arms[i];
+    ++report.tasks;
+    ++tally.tasks;
+    report.relaxed_ticks += static_cast<std::uint64_t>(arm.relaxed_ticks);
+    report.redraws += static_cast<std::uint64_t>(arm.redraws);
+    switch (arm.outcome) {
+      case TaskOutcome::kReached:
+        ++report.reached;
+        ++tally.reached;
+        report.times.push_back(arm.time);
+        break;
+      case TaskOutcome::kBlocked:
+        ++report.blocked;
+        ++tally.blocked;
+        break;
+      case TaskOutcome::kTimedOut:
+        ++report.timed_out;
+        ++tally.timed_out;
+        break;
+    }
+  }
+}
+
+}  // namespace
+
+BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
+  const int arms = static_cast<int>(cell.arms.size());
+  const int episodes = (options.tasks + arms - 1) / arms;
+  std::vector<EpisodeRecord> records(episodes);
+  std::atomic<int> next = 0;
+  const auto work = [&] {
+    TaskGenerator generator(cell);
+    for (int episode = next++; episode < episodes; episode = next++) {
+      records[episode] = run_episode(cell, generator, options, episode);
+    }
+  };
+  {
+    std::vector<std::jthread> workers;
+    for (int k = 1; k < options.threads; ++k) workers.emplace_back(work);
+    work();
+  }
+  BatchReport report;
+  for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
+  for (const EpisodeRecord& record : records) {
+    if (!record.drawn) {
+      report.failure = "cell '" + cell.name + "': no conflicting goals found in the task area; move it or the arms";
+      continue;
+    }
+    add(report, record, options.tasks - report.tasks);
+  }
+  return report;
+}
+
+}  // namespace hecaton::planner

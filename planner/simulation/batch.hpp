@@ -1,0 +1,50 @@
+#pragma once
+/// Many independent episodes of one cell: the numbers that `hecaton simulate` reports.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "planner/simulation/cell_simulation.hpp"
+
+namespace hecaton::planner {
+
+struct BatchOptions {
+  int tasks = 100;  ///< goals for single arms, in total; an episode gives one to every arm
+  std::uint64_t seed = 1;
+  int threads = 1;
+  NetworkParameters network;
+  bool measure_ticks = false;  ///< fills tick_us with the machine's clock
+};
+
+struct ArmTally {
+  std::string name;
+  int tasks = 0;
+  int reached = 0;
+  int blocked = 0;
+  int timed_out = 0;
+};
+
+struct BatchReport {
+  int tasks = 0;
+  int reached = 0;
+  int blocked = 0;
+  int timed_out = 0;
+  std::uint64_t contacts = 0;  ///< the referee's
+  bool judged = false;
+  world::Separation smallest;  ///< the referee's, over all episodes
+  double duration = 0.0;       ///< virtual [s]
+  std::uint64_t ticks = 0;
+  std::uint64_t relaxed_ticks = 0;
+  std::uint64_t redraws = 0;
+  std::vector<double> times;    ///< of the tasks that were reached, in task order [s]
+  std::vector<double> tick_us;  ///< when measured
+  std::vector<ArmTally> arms;
+  std::string failure;  ///< not empty: the cell admits no such tasks; one sentence
+};
+
+/// Starts and goals depend on the seed and the cell alone, never on how the arms move: methods can be compared on the
+/// same tasks. The report is the same for any number of threads.
+[[nodiscard]] BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options);
+
+}  // namespace hecaton::planner

@@ -1,0 +1,160 @@
+#include "planner/simulation/cell_simulation.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "planner/simulation/arm_bodies.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
+constexpr double kHopeless = 10.0;
+
+class Episode {
+ public:
+  Episode(const Cell& cell, const CellConfiguration& starts, const EpisodeOptions& options)
+      : cell_(cell), options_(options), world_(cell.scene, all_bodies(cell)) {
+    const int n = static_cast<int>(cell.arms.size());
+    world_.set_time(options.world_time);
+    std::vector<Arm> arms;
+    for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+    Random random(options.seed);
+    for (int i = 0; i < n; ++i) {
+      controllers_.emplace_back(CellGeometry(arms, i), cell.arms[i].parameters, cell.timing.control_period,
+                                random.next());
+      controllers_.back().set_obstacles(cell.scene.obstacles);
+      drives_.emplace_back(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout);
+      auto& row = channels_.emplace_back();
+      for (int from = 0; from < n; ++from) row.emplace_back(options.network, random.next());
+    }
+    outcome_.arms.resize(n);
+    results_.resize(n);
+    observations_.resize(n);
+    publish_measured();
+  }
+
+  EpisodeOutcome run(const CellConfiguration& goals) {
+    for (std::size_t i = 0; i < controllers_.size(); ++i) controllers_[i].set_goal(goals[i]);
+    const double dt = cell_.timing.control_period;
+    const auto periods = static_cast<long>(std::llround(cell_.tasks.time_limit / dt));
+    double hopeless_for = 0.0;
+    for (long period = 0; period < periods; ++period) {
+      const double now = static_cast<double>(period) * dt;
+      plan(now);
+      move(dt);
+      outcome_.duration = now + dt;
+      record(outcome_.duration);
+      if (options_.observe) options_.observe(outcome_.duration, measured());
+      if (all_reached()) break;
+      const bool all_blocked = std::all_of(results_.begin(), results_.end(), [](const TickResult& result) {
+        return result.status == TickStatus::kBlocked || result.status == TickStatus::kReached;
+      });
+      hopeless_for = all_blocked ? hopeless_for + dt : 0.0;
+      if (hopeless_for > kHopeless) {
+        declare_blocked();
+        break;
+      }
+    }
+    outcome_.referee = world_.referee().report();
+    return outcome_;
+  }
+
+ private:
+  static std::vector<world::ArmBodies> all_bodies(const Cell& cell) {
+    std::vector<world::ArmBodies> bodies;
+    for (const PlannedArm& planned : cell.arms) bodies.push_back(arm_bodies(planned.arm));
+    return bodies;
+  }
+
+  /// Every arm publishes, then every planner ticks on what has reached it: nobody sees the others' next move.
+  void plan(double now) {
+    const int n = static_cast<int>(controllers_.size());
+    for (int to = 0; to < n; ++to) {
+      for (int from = 0; from < n; ++from) {
+        if (from != to) channels_[to][from].send(now, drives_[from].q(), drives_[from].qd(), true);
+      }
+    }
+    const world::ObstacleSnapshot snapshot = world_.snapshot();
+    for (int i = 0; i < n; ++i) {
+      for (int from = 0; from < n; ++from) {
+        if (from != i) observations_[from] = channels_[i][from].receive(now);
+      }
+      const auto before = std::chrono::steady_clock::now();
+      results_[i] = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, observations_, snapshot.states, false);
+      if (options_.tick_us != nullptr) {
+        const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
+        options_.tick_us->push_back(spent.count());
+      }
+      drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
+      ++outcome_.ticks;
+    }
+  }
+
+  void move(double dt) {
+    const int steps = std::max(1, static_cast<int>(std::lround(dt / cell_.timing.driver_period)));
+    for (ArmModel& drive : drives_) {
+      for (int k = 0; k < steps; ++k) drive.step(dt / steps);
+    }
+    publish_measured();
+    world_.step(dt);
+  }
+
+  void publish_measured() {
+    for (int i = 0; i < static_cast<int>(drives_.size()); ++i) {
+      set_measured(world_, i, cell_.arms[i].arm, drives_[i].q(), kinematics_);
+    }
+  }
+
+  void record(double now) {
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      ArmOutcome& arm = outcome_.arms[i];
+      arm.redraws = results_[i].redraws;
+      arm.relaxed_ticks += results_[i].relaxed ? 1 : 0;
+      const bool reached = results_[i].status == TickStatus::kReached;
+      if (reached && arm.outcome != TaskOutcome::kReached) {
+        arm.outcome = TaskOutcome::kReached;
+        arm.time = now;
+      }
+      if (arm.outcome != TaskOutcome::kReached) arm.time = now;
+    }
+  }
+
+  [[nodiscard]] bool all_reached() const {
+    return std::all_of(outcome_.arms.begin(), outcome_.arms.end(),
+                       [](const ArmOutcome& arm) { return arm.outcome == TaskOutcome::kReached; });
+  }
+
+  void declare_blocked() {
+    for (ArmOutcome& arm : outcome_.arms) {
+      if (arm.outcome != TaskOutcome::kReached) arm.outcome = TaskOutcome::kBlocked;
+    }
+  }
+
+  [[nodiscard]] CellConfiguration measured() const {
+    CellConfiguration q;
+    for (const ArmModel& drive : drives_) q.push_back(drive.q());
+    return q;
+  }
+
+  const Cell& cell_;
+  const EpisodeOptions& options_;
+  world::BulletWorld world_;
+  std::vector<ArmController> controllers_;
+  std::vector<ArmModel> drives_;
+  std::vector<std::vector<StateChannel>> channels_;  ///< [receiver][sender]
+  std::vector<ArmObservation> observations_;
+  std::vector<TickResult> results_;
+  Kinematics kinematics_;
+  EpisodeOutcome outcome_;
+};
+
+}  // namespace
+
+EpisodeOutcome simulate_episode(const Cell& cell, const CellConfiguration& starts, const CellConfiguration& goals,
+                                const EpisodeOptions& options) {
+  return Episode(cell, starts, options).run(goals);
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,48 @@
+#pragma once
+/// A whole cell in virtual time, in one process: the planners' own ticks, the drivers' own servo, the world's own
+/// Bullet and referee; only clocks, processes and the network are simulated.
+
+#include <functional>
+#include <vector>
+
+#include "planner/arm_controller.hpp"
+#include "planner/cell.hpp"
+#include "planner/simulation/arm_model.hpp"
+#include "planner/simulation/network_model.hpp"
+#include "planner/simulation/tasks.hpp"
+#include "world/sim/bullet_world.hpp"
+
+namespace hecaton::planner {
+
+enum class TaskOutcome : std::uint8_t { kReached, kBlocked, kTimedOut };
+
+struct ArmOutcome {
+  TaskOutcome outcome = TaskOutcome::kTimedOut;
+  double time = 0.0;      ///< until reached, or the time limit [s]
+  int redraws = 0;        ///< subspaces drawn
+  int relaxed_ticks = 0;  ///< ticks that braked because the rows asked for more
+};
+
+struct EpisodeOutcome {
+  std::vector<ArmOutcome> arms;
+  world::RefereeReport referee;
+  double duration = 0.0;    ///< virtual [s]
+  std::uint64_t ticks = 0;  ///< of all arms
+};
+
+struct EpisodeOptions {
+  NetworkParameters network;
+  double world_time = 0.0;  ///< at which instant of their scripts the obstacles begin [s]
+  std::uint64_t seed = 1;
+  std::vector<double>* tick_us = nullptr;  ///< collects each tick's time on the machine's clock [µs]; may be null
+  /// Called after every period with the virtual time and the measured configurations; may be empty.
+  std::function<void(double, const CellConfiguration&)> observe;
+};
+
+/// All arms start at rest at `starts` and get their goals at once; ends when all have reached them, at the cell's time
+/// limit, or, with outcome kBlocked, when none moves any more although goals are open.
+/// Deterministic: same cell, starts, goals and options, same outcome to the last bit.
+[[nodiscard]] EpisodeOutcome simulate_episode(const Cell& cell, const CellConfiguration& starts,
+                                              const CellConfiguration& goals, const EpisodeOptions& options);
+
+}  // namespace hecaton::planner

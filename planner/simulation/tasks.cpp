@@ -1,0 +1,184 @@
+#include "planner/simulation/tasks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "planner/collision/exact_distance.hpp"
+#include "planner/local/goal_objective.hpp"
+#include "planner/model/inverse_kinematics.hpp"
+#include "world/sim/obstacle_motion.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// A goal keeps this much more than dₛ from everything, so that the dampers let the arm rest there.
+constexpr double kRestMargin = 0.03;
+/// Configurations per straight motion that are checked for contact.
+constexpr int kStraightSamples = 60;
+/// A moving obstacle's sweep is sampled at this many instants over kSweepTime.
+constexpr int kSweepSamples = 48;
+constexpr double kSweepTime = 24.0;  // [s]
+
+}  // namespace
+
+struct TaskGenerator::Impl {
+  explicit Impl(const Cell& task_cell) : cell(task_cell) {
+    std::vector<Arm> arms;
+    for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+    for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+      geometries.emplace_back(arms, i).set_obstacles(cell.scene.obstacles);
+    }
+    for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
+    kinematics.resize(arms.size());
+    for (int k = 0; k < kSweepSamples; ++k) {
+      auto& states = sweep.emplace_back();
+      for (const world::Obstacle& obstacle : cell.scene.obstacles) {
+        const world::MotionState at = world::motion_at(obstacle, kSweepTime * k / kSweepSamples);
+        states.push_back({at.X_WO, at.velocity, 0.0});
+      }
+    }
+  }
+
+  [[nodiscard]] int arms() const { return static_cast<int>(cell.arms.size()); }
+
+  void place(const CellConfiguration& q) {
+    for (int i = 0; i < arms(); ++i) {
+      const Arm& arm = cell.arms[i].arm;
+      forward_kinematics(*arm.model, arm.X_WB, q[i], kinematics[i]);
+    }
+  }
+
+  /// Some pair that involves arm i, of the kinds wanted, is nearer than `distance` [m].
+  bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
+            bool (*counts)(const Clearance&)) {
+    const int count = distances[i].clearances({&kinematics[i], kinematics, obstacles},
+                                              {.others = distance, .self = self_distance}, found);
+    return std::any_of(found.begin(), found.begin() + count, counts);
+  }
+
+  /// Itself and everything that obstacles ever sweep.
+  bool free_alone(int i, const JointVector& q) {
+    const Arm& arm = cell.arms[i].arm;
+    forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
+    const DamperParameters& damper = cell.arms[i].parameters.damper;
+    const double distance = damper.security_distance + kRestMargin;
+    const double self_distance = damper.self_security_distance + 0.5 * kRestMargin;
+    const auto alone = [](const Clearance& c) { return c.counterpart != Counterpart::kArm; };
+    return std::none_of(sweep.begin(), sweep.end(),
+                        [&](const auto& states) { return near(i, distance, self_distance, states, alone); });
+  }
+
+  bool apart(const CellConfiguration& q) {
+    place(q);
+    const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
+    for (int i = 0; i < arms(); ++i) {
+      const double distance = cell.arms[i].parameters.damper.security_distance + kRestMargin;
+      if (near(i, distance, 0.0, sweep.front(), arm_arm)) return false;
+    }
+    return true;
+  }
+
+  std::optional<JointVector> draw_arm(int i, Random& random) {
+    const Arm& arm = cell.arms[i].arm;
+    const TaskArea& area = cell.tasks;
+    const double radius = area.radius * std::sqrt(random.uniform());
+    const double angle = 2.0 * std::numbers::pi * random.uniform();
+    Pose X_WT = Pose::Identity();
+    X_WT.translation() = area.centre_W + Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle),
+                                                         random.uniform(-1.0, 1.0) * area.half_height);
+    JointVector start(arm.model->joints());
+    for (int j = 0; j < arm.model->joints(); ++j) {
+      const double lower = std::max(arm.limits.lower[j], -std::numbers::pi);
+      const double upper = std::min(arm.limits.upper[j], std::numbers::pi);
+      start[j] = random.uniform(lower, upper);
+    }
+    IkOptions options;
+    options.task = IkTask::kPosition;
+    options.seeds = 2;
+    options.iterations = 60;
+    options.random_seed = random.next();
+    options.accept = [&](const JointVector& q) { return free_alone(i, q); };
+    return inverse_kinematics(arm, X_WT, start, options);
+  }
+
+  /// All arms at the k-th pose of the route.
+  [[nodiscard]] CellConfiguration stop(std::size_t k) const {
+    CellConfiguration q;
+    for (const PlannedArm& planned : cell.arms) q.push_back(planned.arm.named.at(cell.tasks.route[k]));
+    return q;
+  }
+
+  [[nodiscard]] std::size_t nearest_stop(const CellConfiguration& q) const {
+    std::size_t nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < cell.tasks.route.size(); ++k) {
+      const CellConfiguration there = stop(k);
+      double way = 0.0;
+      for (int i = 0; i < arms(); ++i) way += joint_difference(cell.arms[i].arm.limits, q[i], there[i]).norm();
+      if (way < least) {
+        least = way;
+        nearest = k;
+      }
+    }
+    return nearest;
+  }
+
+  Cell cell;
+  std::vector<CellGeometry> geometries;  ///< one per arm as the own arm
+  std::vector<ExactDistance> distances;
+  std::vector<Kinematics> kinematics;
+  std::vector<std::vector<world::ObstacleState>> sweep;
+  std::array<Clearance, 8> found;
+};
+
+TaskGenerator::TaskGenerator(const Cell& cell) : impl_(std::make_unique<Impl>(cell)) {}
+TaskGenerator::~TaskGenerator() = default;
+TaskGenerator::TaskGenerator(TaskGenerator&&) noexcept = default;
+
+std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& random, int attempts) {
+  const std::size_t stops = impl_->cell.tasks.route.size();
+  if (stops > 0) return impl_->stop(random.next() % stops);
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    CellConfiguration q;
+    for (int i = 0; i < impl_->arms(); ++i) {
+      auto drawn = impl_->draw_arm(i, random);
+      if (!drawn) break;
+      q.push_back(std::move(*drawn));
+    }
+    if (static_cast<int>(q.size()) == impl_->arms() && impl_->apart(q)) return q;
+  }
+  return std::nullopt;
+}
+
+std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& random, const CellConfiguration& starts,
+                                                                       int attempts) {
+  const std::size_t stops = impl_->cell.tasks.route.size();
+  if (stops > 0) return impl_->stop((impl_->nearest_stop(starts) + 1) % stops);
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    auto goals = draw_configuration(random);
+    if (!goals) return std::nullopt;
+    if (straight_motion_collides(starts, *goals)) return goals;
+  }
+  return std::nullopt;
+}
+
+bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals) {
+  const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
+  CellConfiguration q = starts;
+  for (int sample = 1; sample < kStraightSamples; ++sample) {
+    const double share = static_cast<double>(sample) / kStraightSamples;
+    for (int i = 0; i < impl_->arms(); ++i) {
+      const JointLimits& limits = impl_->cell.arms[i].arm.limits;
+      q[i] = starts[i] + share * joint_difference(limits, starts[i], goals[i]);
+    }
+    impl_->place(q);
+    for (int i = 0; i + 1 < impl_->arms(); ++i) {
+      if (impl_->near(i, 0.0, 0.0, impl_->sweep.front(), arm_arm)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,41 @@
+#pragma once
+/// Random conflicting tasks: configurations that bring all tools into the shared area, such that driving there on
+/// straight joint-space lines would collide.
+
+#include <optional>
+#include <vector>
+
+#include "planner/cell.hpp"
+#include "planner/local/random.hpp"
+
+namespace hecaton::planner {
+
+/// One configuration per arm of the cell.
+using CellConfiguration = std::vector<JointVector>;
+
+class TaskGenerator {
+ public:
+  explicit TaskGenerator(const Cell& cell);
+  ~TaskGenerator();
+  TaskGenerator(TaskGenerator&&) noexcept;
+
+  /// A stop of the cell's route, if it has one. Otherwise: tools in the task area; all arms clear of each other, of
+  /// themselves and of everything that obstacles ever sweep, by a margin above the dampers' security distance. Nothing
+  /// when `attempts` draws found none.
+  [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
+
+  /// Goals for arms that stand at `starts`: the next stop of the cell's route, if it has one. Otherwise a configuration
+  /// as above for which the simultaneous straight-line motion brings two arms into contact. Nothing when `attempts`
+  /// draws found none.
+  [[nodiscard]] std::optional<CellConfiguration> draw_conflicting_goals(Random& random, const CellConfiguration& starts,
+                                                                        int attempts = 200);
+
+  /// Whether some pair of arms touches while all move from `starts` to `goals` on straight lines in the same time.
+  [[nodiscard]] bool straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hecaton::planner

@@ -1,0 +1,75 @@
+#pragma once
+/// Everything one control period does for one arm: the only entrance to the planner's algorithms.
+/// Pure: same input and memory, same result; no allocation, clock, log or network.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "planner/collision/cell_geometry.hpp"
+#include "planner/local/local_planner.hpp"
+#include "planner/local/observation.hpp"
+#include "planner/local/parameters.hpp"
+
+namespace hecaton::planner {
+
+struct TickInput {
+  double dt = 0.010;      ///< control period [s]
+  JointVector q;          ///< own reference position: where the last commands lead [rad | m]
+  JointVector qd;         ///< own reference velocity [rad/s | m/s]
+  JointVector q_goal;     ///< [rad | m]; ignored without goal
+  bool has_goal = false;  ///< without: stay, but give way
+  bool hold = false;      ///< brake on the stop profile and stay, whatever comes
+  std::span<const ArmObservation> arms;
+  std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the geometry
+};
+
+enum class TickStatus : std::uint8_t {
+  kIdle,        ///< no goal; keeps its place
+  kMoving,      ///< the local planner makes progress
+  kFollowing,   ///< follows a boundary
+  kBlocked,     ///< no progress for now: see `binding`
+  kReached,     ///< within tolerance of the goal and at rest
+  kHolding,     ///< told to
+  kStaleInput,  ///< brakes because it knows too little: see `stale_arm`
+};
+
+struct TickResult {
+  JointVector q;   ///< next set-point, dt later [rad | m]
+  JointVector qd;  ///< velocity there [rad/s | m/s]
+  TickStatus status = TickStatus::kIdle;
+  bool has_binding = false;
+  Clearance binding;     ///< nearest clearance that shapes the motion, if any
+  int stale_arm = -1;    ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
+  int rows = 0;          ///< constraints on the motion
+  bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
+  int redraws = 0;       ///< subspaces drawn for this goal
+};
+
+/// What one planner remembers from tick to tick: a value, so that a rollout can copy it.
+struct TickMemory {
+  LocalMemory local;
+};
+
+/// Storage reused from tick to tick, one per thread. Contents mean nothing between ticks.
+class TickScratch {
+ public:
+  explicit TickScratch(const CellGeometry& geometry);
+  ~TickScratch();
+  TickScratch(TickScratch&&) noexcept;
+  TickScratch& operator=(TickScratch&&) noexcept;
+  /// After CellGeometry::set_obstacles. Allocates.
+  void rebuild(const CellGeometry& geometry);
+
+  struct Storage;
+  [[nodiscard]] Storage& storage() { return *storage_; }
+
+ private:
+  std::unique_ptr<Storage> storage_;
+};
+
+/// One control period of `geometry.own_arm()`.
+[[nodiscard]] TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                              TickMemory& memory, TickScratch& scratch);
+
+}  // namespace hecaton::planner

@@ -1,0 +1,166 @@
+#include "services/agent/agent.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <poll.h>
+
+#include "services/runtime/join.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/process_info.hpp"
+
+namespace hecaton::services {
+namespace {
+
+constexpr const char* kMemoryFile = "supervisor";
+
+std::string level_name(LogLevel level) {
+  switch (level) {
+    case LogLevel::kDebug:
+      return "debug";
+    case LogLevel::kWarning:
+      return "warning";
+    case LogLevel::kError:
+      return "error";
+    case LogLevel::kInfo:
+      break;
+  }
+  return "info";
+}
+
+std::vector<PlannedService> planned(const config::CellFile& file, const ServiceOptions& options,
+                                    const std::filesystem::path& folder) {
+  std::vector<PlannedService> services = plan_services(file, options.host);
+  const std::string domain = std::to_string(choose_domain(options, file.network.domain));
+  for (PlannedService& service : services) {
+    service.arguments.insert(service.arguments.end(),
+                             {"--domain", domain, "--log-level", level_name(options.log_level)});
+    if (service.node == supervisor_node()) {
+      service.arguments.insert(service.arguments.end(), {"--memory", (folder / kMemoryFile).string()});
+    }
+  }
+  return services;
+}
+
+KeeperOptions keeper_options(const AgentOptions& agent) {
+  KeeperOptions options{agent.programs, agent.logs, {}};
+  if (!agent.restart) options.restart.attempts = 0;
+  return options;
+}
+
+std::string participant_name(const config::CellFile& file, const std::string& host) {
+  return agent_node(planned_hosts(file, host).front());
+}
+
+}  // namespace
+
+Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const AgentOptions& agent,
+             ShutdownSignal& shutdown)
+    : period_(file.supervision.heartbeat_period),
+      shutdown_(shutdown),
+      folder_(file.cell.name),
+      participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
+      events_(participant_),
+      keeper_(planned(file, options, folder_.path()), keeper_options(agent)) {
+  for (const std::string& host : planned_hosts(file, options.host)) {
+    pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NODE_AGENT, {}, host}, pulse_timing(file));
+  }
+  shutdown_.wake(&mailbox_);
+}
+
+Agent::~Agent() {
+  shutdown_.wake(nullptr);
+}
+
+void Agent::run() {
+  auto deadline = bus::Clock::now();
+  auto patience = bus::Clock::time_point::max();
+  while (!(ending_ && keeper_.all_ended())) {
+    const auto now = bus::Clock::now();
+    if (shutdown_.requested() && !ending_) {
+      ending_ = true;
+      log_info("agent ends its services");
+      keeper_.ask_to_end();
+      patience = now + kPatience;
+    }
+    if (now >= patience) {
+      log_warning("killing the services that did not end in time");
+      keeper_.kill_all();
+      patience = bus::Clock::time_point::max();
+    }
+    if (now >= deadline) {
+      const NextDeadline next = next_deadline(deadline, now, period_);
+      loop_.record_lateness(now - deadline, next.skipped);
+      deadline = next.at;
+      beat(now);
+    }
+    turn();
+    loop_.record_tick(bus::Clock::now() - now);
+    wait(std::min({deadline, patience, keeper_.next_start().value_or(deadline)}));
+  }
+  // Listeners hear how it ended before our writer is gone; who does not listen any more does not delay us.
+  static_cast<void>(events_.wait_acknowledged(std::chrono::milliseconds(200)));
+  log_info("agent ends");
+}
+
+void Agent::wait(bus::Clock::time_point until) {
+  descriptors_.clear();
+  descriptors_.push_back({mailbox_.fd(), POLLIN, 0});
+  keeper_.append_descriptors(descriptors_);
+  const auto left = std::max(until - bus::Clock::now(), bus::Clock::duration::zero());
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(left);
+  const timespec timeout{seconds.count(), std::chrono::nanoseconds(left - seconds).count()};
+  if (ppoll(descriptors_.data(), descriptors_.size(), &timeout, nullptr) <= 0) return;
+  if ((descriptors_.front().revents & POLLIN) == 0) return;
+  static_cast<void>(mailbox_.wait(bus::Clock::duration::zero()));
+  static_cast<void>(mailbox_.take_events());
+}
+
+void Agent::turn() {
+  for (const Incident& incident : keeper_.turn(bus::Clock::now())) tell(incident);
+}
+
+void Agent::tell(const Incident& incident) {
+  const PlannedService& service = *incident.service;
+  if (incident.kind == Incident::Kind::kNotStarted || incident.kind == Incident::Kind::kGivenUp) {
+    log_error("service does not run", {{"service", service.name}, {"reason", incident.reason}});
+    return;
+  }
+  const bool exited = incident.kind == Incident::Kind::kExited;
+  msg::ProcessEvent event;
+  event.process(service.host + "/" + service.name);
+  event.host(service.host);
+  event.name(service.name);
+  event.node(service.node);
+  event.pid(incident.pid);
+  event.kind(exited ? msg::PROCESS_EXITED : msg::PROCESS_STARTED);
+  event.wanted(incident.wanted);
+  event.exit_code(exited ? incident.end.exit_code : 0);
+  event.signal_number(exited ? incident.end.signal_number : 0);
+  event.restarts(incident.restarts);
+  event.sequence_number(++sequence_);
+  event.stamp_ns(stamp_now());
+  static_cast<void>(events_.write(event));  // the bus has logged a refusal
+  if (!exited) {
+    log_info("service started", {{"service", service.name}, {"pid", incident.pid}, {"restarts", incident.restarts}});
+  } else if (incident.wanted) {
+    log_info("service ended", {{"service", service.name}, {"pid", incident.pid}});
+  } else {
+    log_warning("service died", {{"service", service.name},
+                                 {"pid", incident.pid},
+                                 {"exit_code", incident.end.exit_code},
+                                 {"signal", incident.end.signal_number}});
+  }
+}
+
+void Agent::beat(bus::Clock::time_point now) {
+  Vital vital;
+  vital.detail = keeper_.complaint();
+  if (!vital.detail.empty()) vital.state = msg::NODE_DEGRADED;
+  if (ending_) vital.state = msg::NODE_STOPPING;
+  for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,64 @@
+#pragma once
+/// The agent of a host: starts the services that the cell file places there, tells of every start and end within a
+/// millisecond, restarts what died. What it started ends with it, however it ends.
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <idl/health.h>
+
+#include "services/agent/keeper.hpp"
+#include "services/agent/run_folder.hpp"
+#include "services/bus/endpoint.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/pulse.hpp"
+#include "services/runtime/shutdown.hpp"
+
+namespace hecaton::services {
+
+struct AgentOptions {
+  std::filesystem::path programs;  ///< folder of the services' executables
+  std::filesystem::path logs;      ///< folder of their logs; empty: they log where the agent does
+  bool restart = true;
+};
+
+class Agent {
+ public:
+  static constexpr std::chrono::seconds kPatience{2};  ///< with a service that was told to end, before it is killed
+
+  /// Throws std::runtime_error with a sentence.
+  Agent(const config::CellFile& file, const ServiceOptions& options, const AgentOptions& agent,
+        ShutdownSignal& shutdown);
+  ~Agent();
+  Agent(const Agent&) = delete;
+  Agent& operator=(const Agent&) = delete;
+
+  /// Until the process is to end and all services have ended.
+  void run();
+
+ private:
+  void wait(bus::Clock::time_point until);
+  void turn();
+  void tell(const Incident& incident);
+  void beat(bus::Clock::time_point now);
+
+  std::chrono::nanoseconds period_;
+  ShutdownSignal& shutdown_;
+  RunFolder folder_;
+  bus::Mailbox mailbox_;
+  bus::Participant participant_;
+  bus::Writer<msg::ProcessEvent> events_;
+  std::deque<Pulse> pulses_;  // one for each host that it stands for
+  Keeper keeper_;
+  LoopStatistics loop_;
+  std::vector<pollfd> descriptors_;
+  std::uint64_t sequence_ = 0;
+  bool ending_ = false;
+};
+
+}  // namespace hecaton::services

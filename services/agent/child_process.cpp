@@ -1,0 +1,129 @@
+#include "services/agent/child_process.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include <fcntl.h>
+#include <linux/close_range.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace hecaton::services {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& program, int error) {
+  throw std::runtime_error(program.string() + " cannot be started: " + std::strerror(error));
+}
+
+/// Told through a pipe that exec closes: why the child did not become the program.
+[[noreturn]] void report_and_leave(int pipe) {
+  const int error = errno;
+  [[maybe_unused]] const auto written = write(pipe, &error, sizeof error);
+  _exit(127);
+}
+
+void reset_signals() {
+  struct sigaction fresh {};
+  fresh.sa_handler = SIG_DFL;
+  for (int number = 1; number < NSIG; ++number) sigaction(number, &fresh, nullptr);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
+/// In the child between fork and exec, where other threads' locks may be held: system calls only.
+[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, int pipe) {
+  reset_signals();
+  setpgid(0, 0);  // the terminal's Ctrl-C is ours to pass on, in order
+  if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) report_and_leave(pipe);
+  if (getppid() != parent) _exit(127);  // it died before it could have taken us along
+  const int nothing = open("/dev/null", O_RDONLY);
+  if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0) report_and_leave(pipe);
+  if (*log != '\0') {
+    const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0644);
+    if (file < 0 || dup2(file, STDOUT_FILENO) < 0 || dup2(file, STDERR_FILENO) < 0) report_and_leave(pipe);
+  }
+  // The pipe stays until exec: all descriptors of ours are closed by it.
+  if (syscall(SYS_close_range, 3U, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
+  execv(program, arguments);
+  report_and_leave(pipe);
+}
+
+int start_failure(int pipe) {
+  int error = 0;
+  ssize_t got = 0;
+  do {
+    got = read(pipe, &error, sizeof error);
+  } while (got < 0 && errno == EINTR);
+  return got == sizeof error ? error : 0;
+}
+
+}  // namespace
+
+ChildProcess::ChildProcess(const ChildCommand& command) {
+  const std::string program = command.program.string();
+  const std::string log = command.log.string();
+  std::vector<std::string> words{program};
+  words.insert(words.end(), command.arguments.begin(), command.arguments.end());
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  int pipe[2];
+  if (pipe2(pipe, O_CLOEXEC) != 0) fail(command.program, errno);
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, pipe[1]);
+  const int fork_error = errno;
+  close(pipe[1]);
+  if (pid_ < 0) {
+    close(pipe[0]);
+    fail(command.program, fork_error);
+  }
+  // Nobody else reaps it, so the number is still its own.
+  pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
+  const int pidfd_error = errno;
+  const int error = start_failure(pipe[0]);
+  close(pipe[0]);
+  if (pidfd_ < 0 || error != 0) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    if (pidfd_ >= 0) close(pidfd_);
+    fail(command.program, error != 0 ? error : pidfd_error);
+  }
+}
+
+ChildProcess::ChildProcess(ChildProcess&& other) noexcept
+    : pid_(std::exchange(other.pid_, -1)), pidfd_(std::exchange(other.pidfd_, -1)), end_(other.end_) {}
+
+ChildProcess::~ChildProcess() {
+  if (pidfd_ < 0) return;
+  if (!end_) {
+    signal(SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  close(pidfd_);
+}
+
+void ChildProcess::signal(int number) const {
+  if (!end_) static_cast<void>(syscall(SYS_pidfd_send_signal, pidfd_, number, nullptr, 0));
+}
+
+std::optional<ChildEnd> ChildProcess::poll_end() {
+  if (end_) return end_;
+  int status = 0;
+  if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+  if (WIFSIGNALED(status)) {
+    end_ = ChildEnd{-1, WTERMSIG(status)};
+  } else {
+    end_ = ChildEnd{WEXITSTATUS(status), 0};
+  }
+  return end_;
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,49 @@
+#pragma once
+/// A process of ours: started clean, ended with us, noticed by a descriptor when it ends.
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace hecaton::services {
+
+struct ChildCommand {
+  std::filesystem::path program;
+  std::vector<std::string> arguments;  ///< without the program's own name
+  std::filesystem::path log;           ///< its stdout and stderr are appended here; empty: ours
+};
+
+struct ChildEnd {
+  int exit_code = -1;     ///< −1 when a signal ended it
+  int signal_number = 0;  ///< 0 when it returned
+};
+
+class ChildProcess {
+ public:
+  /// The child has a process group of its own, default signal handlers, an empty signal mask, no descriptors of ours
+  /// but stdout and stderr (stdin reads nothing), and is killed when the thread that started it ends. Throws
+  /// std::runtime_error with a sentence when the program cannot be run.
+  explicit ChildProcess(const ChildCommand& command);
+  /// Kills and reaps a child that still runs.
+  ~ChildProcess();
+  ChildProcess(ChildProcess&& other) noexcept;
+  ChildProcess& operator=(ChildProcess&&) = delete;
+
+  [[nodiscard]] pid_t pid() const { return pid_; }
+  /// Readable once the child has ended.
+  [[nodiscard]] int fd() const { return pidfd_; }
+  void signal(int number) const;
+  /// How it ended; empty while it runs. Reaps it.
+  [[nodiscard]] std::optional<ChildEnd> poll_end();
+
+ private:
+  pid_t pid_ = -1;
+  int pidfd_ = -1;
+  std::optional<ChildEnd> end_;
+};
+
+}  // namespace hecaton::services

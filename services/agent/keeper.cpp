@@ -1,0 +1,122 @@
+#include "services/agent/keeper.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <stdexcept>
+#include <utility>
+
+namespace hecaton::services {
+
+Keeper::Keeper(std::vector<PlannedService> services, KeeperOptions options) : options_(std::move(options)) {
+  kept_.reserve(services.size());
+  for (PlannedService& service : services) {
+    kept_.push_back({std::move(service), RestartPolicy(options_.restart), {}, Clock::time_point{}});
+  }
+}
+
+std::vector<Incident> Keeper::turn(Clock::time_point now) {
+  std::vector<Incident> incidents;
+  for (Kept& kept : kept_) {
+    reap(kept, now, incidents);
+    if (kept.start_at && *kept.start_at <= now) start(kept, now, incidents);
+  }
+  return incidents;
+}
+
+void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
+  kept.start_at.reset();
+  kept.started = now;
+  ChildCommand command{options_.programs / kept.service.program, kept.service.arguments, {}};
+  if (!options_.logs.empty()) command.log = options_.logs / (kept.service.name + ".log");
+  try {
+    kept.child.emplace(command);
+    ++kept.starts;
+    kept.failure.clear();
+    incidents.push_back(incident(kept, Incident::Kind::kStarted));
+  } catch (const std::runtime_error& error) {
+    incidents.push_back(incident(kept, Incident::Kind::kNotStarted));
+    kept.failure = error.what();
+    incidents.back().reason = kept.failure;
+    plan_restart(kept, now, incidents);
+  }
+}
+
+void Keeper::reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
+  if (!kept.child) return;
+  const auto end = kept.child->poll_end();
+  if (!end) return;
+  incidents.push_back(incident(kept, Incident::Kind::kExited));
+  incidents.back().end = *end;
+  kept.child.reset();
+  if (!ending_) plan_restart(kept, now, incidents);
+}
+
+void Keeper::plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
+  if (const auto delay = kept.policy.died(now - kept.started)) {
+    kept.start_at = now + *delay;
+    return;
+  }
+  kept.given_up = true;
+  incidents.push_back(incident(kept, Incident::Kind::kGivenUp));
+  incidents.back().reason = complaint();
+}
+
+Incident Keeper::incident(const Kept& kept, Incident::Kind kind) const {
+  Incident incident;
+  incident.kind = kind;
+  incident.service = &kept.service;
+  incident.pid = kept.child ? kept.child->pid() : 0;
+  incident.wanted = ending_;
+  incident.restarts = kept.starts > 0 ? kept.starts - 1 : 0;
+  return incident;
+}
+
+void Keeper::ask_to_end() {
+  ending_ = true;
+  for (Kept& kept : kept_) {
+    kept.start_at.reset();
+    if (kept.child) kept.child->signal(SIGTERM);
+  }
+}
+
+void Keeper::kill_all() {
+  for (Kept& kept : kept_) {
+    if (kept.child) kept.child->signal(SIGKILL);
+  }
+}
+
+void Keeper::append_descriptors(std::vector<pollfd>& descriptors) const {
+  for (const Kept& kept : kept_) {
+    if (kept.child) descriptors.push_back({kept.child->fd(), POLLIN, 0});
+  }
+}
+
+std::optional<Keeper::Clock::time_point> Keeper::next_start() const {
+  std::optional<Clock::time_point> next;
+  for (const Kept& kept : kept_) {
+    if (kept.start_at && (!next || *kept.start_at < *next)) next = kept.start_at;
+  }
+  return next;
+}
+
+bool Keeper::all_ended() const {
+  return std::none_of(kept_.begin(), kept_.end(), [](const Kept& kept) { return kept.child.has_value(); });
+}
+
+std::string Keeper::complaint() const {
+  std::string text;
+  for (const Kept& kept : kept_) {
+    if (!kept.given_up && kept.failure.empty()) continue;
+    text += (text.empty() ? "" : "; ") + kept.service.name;
+    if (!kept.failure.empty()) {
+      text += ": " + kept.failure;
+      continue;
+    }
+    text += options_.restart.attempts == 0
+                ? " ended and is not restarted"
+                : " was given up after " + std::to_string(options_.restart.attempts) + " restarts in a row";
+  }
+  return text;
+}
+
+}  // namespace hecaton::services

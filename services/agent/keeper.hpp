@@ -1,0 +1,78 @@
+#pragma once
+/// Keeps a list of services running: starts them, notices their deaths, starts them again, ends them. Knows no network:
+/// what happens is returned to the caller. One thread: children end with the thread that started them.
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <poll.h>
+
+#include "services/agent/child_process.hpp"
+#include "services/agent/restart_policy.hpp"
+#include "services/agent/service_plan.hpp"
+
+namespace hecaton::services {
+
+struct KeeperOptions {
+  std::filesystem::path programs;  ///< folder of the executables
+  std::filesystem::path logs;      ///< folder of the services' logs; empty: they go where ours goes
+  RestartLimits restart;
+};
+
+/// Something happened to a service.
+struct Incident {
+  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp };
+  Kind kind{};
+  const PlannedService* service = nullptr;
+  pid_t pid = 0;
+  ChildEnd end;
+  bool wanted = false;
+  unsigned restarts = 0;  ///< so far
+  std::string reason;     ///< kNotStarted: why; kGivenUp: after what
+};
+
+class Keeper {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  Keeper(std::vector<PlannedService> services, KeeperOptions options);
+
+  /// Starts what is due and reaps what has ended.
+  [[nodiscard]] std::vector<Incident> turn(Clock::time_point now);
+  /// No more restarts; asks all to end.
+  void ask_to_end();
+  void kill_all();
+
+  /// Readable when turn() has something to reap.
+  void append_descriptors(std::vector<pollfd>& descriptors) const;
+  /// When the next restart is due.
+  [[nodiscard]] std::optional<Clock::time_point> next_start() const;
+  [[nodiscard]] bool all_ended() const;
+  /// "planner-arm1 was given up after 10 restarts in a row"; empty: all is well.
+  [[nodiscard]] std::string complaint() const;
+
+ private:
+  struct Kept {
+    PlannedService service;
+    RestartPolicy policy;
+    std::optional<ChildProcess> child{};
+    std::optional<Clock::time_point> start_at{};
+    Clock::time_point started{};
+    unsigned starts = 0;
+    bool given_up = false;
+    std::string failure{};  // why it could not be started the last time; empty: it could
+  };
+  void start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  [[nodiscard]] Incident incident(const Kept& kept, Incident::Kind kind) const;
+
+  KeeperOptions options_;
+  std::vector<Kept> kept_;
+  bool ending_ = false;
+};
+
+}  // namespace hecaton::services

@@ -1,0 +1,52 @@
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <stdexcept>
+
+#include <CLI/CLI.hpp>
+
+#include "services/agent/agent.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+
+namespace {
+
+using namespace hecaton;
+
+/// Made where it is missing. Throws std::runtime_error with a sentence when it cannot be.
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error("--log-dir " + folder.string() + " cannot be made: " + error.message());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  services::ShutdownSignal shutdown;
+  services::ServiceOptions options;
+  services::AgentOptions agent;
+  bool no_restart = false;
+  CLI::App app("Starts and watches the services that a cell file places on a host; without --host: on all its hosts");
+  app.add_option("CELL", options.cell, "cell file (YAML)")->required();
+  app.add_option("--log-dir", agent.logs, "folder for each service's log; otherwise they go where this one goes");
+  app.add_flag("--no-restart", no_restart, "leave services that die dead");
+  services::add_common_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return static_cast<int>(app.exit(error) == 0 ? services::ExitCode::kDone : services::ExitCode::kUsage);
+  }
+  try {
+    agent.restart = !no_restart;
+    agent.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    make_folder(agent.logs);
+    const config::CellFile file = config::load_cell_file(options.cell);
+    const services::LogScope log(services::agent_node(options.host.empty() ? "all" : options.host), options);
+    services::Agent(file, options, agent, shutdown).run();
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return static_cast<int>(services::ExitCode::kBadInput);
+  }
+  return static_cast<int>(services::ExitCode::kDone);
+}

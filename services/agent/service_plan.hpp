@@ -1,0 +1,27 @@
+#pragma once
+/// Which services a cell file places on a host, and how each is started.
+
+#include <string>
+#include <vector>
+
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::services {
+
+struct PlannedService {
+  std::string name;                    ///< "planner-arm1": of its log, and with its host of its process
+  std::string node;                    ///< as in its heartbeat
+  std::string host;                    ///< of the cell file
+  std::string program;                 ///< file name of its executable
+  std::vector<std::string> arguments;  ///< without the program's own name
+};
+
+/// In the order in which they are started: world, supervisor, then each arm's driver and planner.
+/// `host`: the host of the cell file to start for; empty: all of them.
+/// Throws std::runtime_error with a sentence when the cell has no such host.
+[[nodiscard]] std::vector<PlannedService> plan_services(const config::CellFile& file, const std::string& host);
+
+/// The hosts that plan_services() with the same `host` starts for.
+[[nodiscard]] std::vector<std::string> planned_hosts(const config::CellFile& file, const std::string& host);
+
+}  // namespace hecaton::services

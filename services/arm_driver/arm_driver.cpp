@@ -1,0 +1,134 @@
+#include "services/arm_driver/arm_driver.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "services/bus/convert.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/process_info.hpp"
+
+namespace hecaton::services {
+namespace {
+
+/// A stall longer than this many periods is not simulated in full: by then the arm has stopped.
+constexpr std::uint64_t kMostPeriodsAtOnce = 500;
+
+const char* mode_name(msg::ArmMode mode) {
+  switch (mode) {
+    case msg::ARM_STARTING:
+      return "starting";
+    case msg::ARM_RUNNING:
+      return "running";
+    case msg::ARM_BRAKING:
+      return "braking";
+    case msg::ARM_STOPPED:
+      return "stopped";
+    case msg::ARM_FAILED:
+      break;
+  }
+  return "failed";
+}
+
+std::chrono::nanoseconds nanoseconds(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
+const planner::JointVector& start_of(const planner::PlannedArm& planned) {
+  return planned.start.size() > 0 ? planned.start : planned.arm.home();
+}
+
+}  // namespace
+
+ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options,
+                     const ShutdownSignal& shutdown)
+    : name_(file.cell.arms[arm].arm.name),
+      period_(file.cell.timing.driver_period),
+      participant_(make_participant(file, options, driver_node(name_), &mailbox_)),
+      modes_(participant_, &mailbox_),
+      commands_(participant_, &mailbox_),
+      shapes_(participant_, &mailbox_),
+      states_(participant_),
+      pulse_(
+          participant_,
+          {driver_node(name_), msg::NODE_DRIVER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
+          pulse_timing(file)),
+      loop_(nanoseconds(period_), shutdown),
+      drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm]), file.cell.timing.command_timeout) {
+  state_.arm(name_);
+}
+
+void ArmDriver::run() {
+  log_info("driver started", {{"arm", name_}, {"period_ms", period_ * 1e3}});
+  while (loop_.next()) {
+    // What a stall swallowed happened without new commands: the arm moved on, or stopped.
+    for (auto k = std::min(loop_.skipped(), kMostPeriodsAtOnce); k > 0; --k) drive_.step(period_);
+    listen();
+    drive_.step(period_);
+    publish();
+    if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
+  }
+  log_info("driver ends", {{"arm", name_}});
+}
+
+void ArmDriver::listen() {
+  (void)mailbox_.take_events();
+  modes_.update();
+  drive_.saw_term(modes_.view().term());
+  drive_.order(modes_.view().order(name_), modes_.view().why(name_));
+  for (const auto& sample : commands_.take()) {
+    if (!sample.disposed && sample.value.arm() == name_) note(drive_.command(sample.value), sample.value);
+  }
+  look_at_tool();
+}
+
+// The 1st, 2nd, 4th, 8th … refusal is logged: a stale sender repeats itself a hundred times a second.
+void ArmDriver::note(Verdict verdict, const msg::ArmCommand& command) {
+  if (verdict == Verdict::kAccepted || verdict == Verdict::kRepeated) return;
+  const std::uint64_t refusals = drive_.gate().stale_rejected() + drive_.gate().unusable();
+  if (std::has_single_bit(refusals)) {
+    log_warning("command refused", {{"from", command.node()},
+                                    {"term", command.term()},
+                                    {"refused", refusals},
+                                    {"reason", drive_.gate().complaint()}});
+  }
+}
+
+void ArmDriver::look_at_tool() {
+  if (shapes_.take().empty()) return;
+  state_.carried().clear();
+  for (const auto& [name, sample] : shapes_.latest()) {
+    if (sample.value.obstacle().attached_to() == name_) state_.carried(name);
+  }
+}
+
+void ArmDriver::publish() {
+  state_.term(drive_.gate().term());
+  state_.sequence_number(state_.sequence_number() + 1);
+  state_.stamp_ns(stamp_now());
+  state_.mode(drive_.mode());
+  state_.q(bus::to_message(drive_.arm().q()));
+  state_.qd(bus::to_message(drive_.arm().qd()));
+  state_.command_sequence_number(drive_.gate().sequence());
+  state_.command_age(drive_.command_age());
+  state_.stale_rejected(drive_.gate().stale_rejected());
+  state_.reason(drive_.reason());
+  (void)states_.write(state_);  // best effort, and the bus has logged a refusal
+  if (logged_mode_ == state_.mode()) return;
+  logged_mode_ = state_.mode();
+  log_info("arm mode", {{"mode", mode_name(logged_mode_)}, {"reason", state_.reason()}});
+}
+
+void ArmDriver::beat() {
+  Vital vital;
+  vital.term = drive_.gate().newest_term();
+  vital.detail = state_.reason();
+  const bool as_told = drive_.mode() == msg::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
+  vital.state = as_told && modes_.view().heard() ? msg::NODE_RUNNING : msg::NODE_DEGRADED;
+  vital.oldest_input = "ArmCommand/" + name_;
+  vital.oldest_input_age = drive_.command_age();
+  pulse_.beat(loop_.now(), vital, loop_.statistics());
+}
+
+}  // namespace hecaton::services

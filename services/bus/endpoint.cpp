@@ -1,0 +1,205 @@
+#include "services/bus/endpoint.hpp"
+
+#include <deque>
+#include <utility>
+
+#include "services/bus/reader_base.hpp"
+#include "services/bus/sample_queue.hpp"
+#include "services/bus/type_support.hpp"
+#include "services/bus/writer_base.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+template <class T>
+dds::TypeSupport type_support() {
+  return dds::TypeSupport(new GuardedType<T>());
+}
+
+using ReturnCode = eprosima::fastrtps::types::ReturnCode_t;
+
+}  // namespace
+
+template <class T>
+struct Writer<T>::Impl : WriterBase {
+  Impl(const Participant& participant, const WriterOptions& options)
+      : WriterBase(participant.impl(), Topic<T>::kInfo, type_support<T>(), options) {}
+
+  std::mutex retained_mutex;
+  std::deque<std::pair<std::string, T>> retained;  ///< keys that this writer keeps alive, the oldest first
+};
+
+template <class T>
+Writer<T>::Writer(Participant& participant, const WriterOptions& options)
+    : impl_(std::make_unique<Impl>(participant, options)) {}
+template <class T>
+Writer<T>::~Writer() = default;
+template <class T>
+Writer<T>::Writer(Writer&&) noexcept = default;
+template <class T>
+Writer<T>& Writer<T>::operator=(Writer&&) noexcept = default;
+
+template <class T>
+WriteResult Writer<T>::write(const T& sample) {
+  auto& impl = *impl_;
+  const std::string key = key_of(sample);
+  // Fast DDS takes void*, and serialisation only reads.
+  auto result = impl.send(WriterBase::Action::kWrite, const_cast<T*>(&sample), key);
+  constexpr auto kRetained = static_cast<std::size_t>(Topic<T>::kInfo.qos.retained);
+  if constexpr (kRetained > 0) {
+    if (!result) return result;
+    const std::scoped_lock lock(impl.retained_mutex);
+    std::erase_if(impl.retained, [&](const auto& entry) { return entry.first == key; });
+    impl.retained.emplace_back(key, sample);
+    if (impl.retained.size() > kRetained) {
+      auto& [oldest_key, oldest] = impl.retained.front();
+      if (auto retired = impl.send(WriterBase::Action::kRetire, &oldest, oldest_key); !retired) result = retired;
+      impl.retained.pop_front();
+    }
+  }
+  return result;
+}
+
+template <class T>
+WriteResult Writer<T>::retire(const T& sample) {
+  const std::string key = key_of(sample);
+  {
+    const std::scoped_lock lock(impl_->retained_mutex);
+    std::erase_if(impl_->retained, [&](const auto& entry) { return entry.first == key; });
+  }
+  return impl_->send(WriterBase::Action::kRetire, const_cast<T*>(&sample), key);
+}
+
+template <class T>
+int Writer<T>::matched() const {
+  return impl_->matched();
+}
+template <class T>
+bool Writer<T>::wait_matched(int readers, Clock::duration timeout) const {
+  return impl_->wait_matched(readers, timeout);
+}
+template <class T>
+bool Writer<T>::wait_acknowledged(Clock::duration timeout) const {
+  return impl_->wait_acknowledged(timeout);
+}
+template <class T>
+void Writer<T>::set_strength(int strength) {
+  impl_->set_strength(strength);
+}
+template <class T>
+EndpointId Writer<T>::id() const {
+  return impl_->id();
+}
+
+template <class T>
+struct Reader<T>::Impl : ReaderBase {
+  Impl(const Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
+      : ReaderBase(participant.impl(), Topic<T>::kInfo, mailbox),
+        queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable), options.queue) {
+    open(type_support<T>(), options);
+  }
+  ~Impl() override { close(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void drain(dds::DataReader& reader) override {
+    dds::SampleInfo info;
+    while (reader.take_next_sample(&scratch, &info) == ReturnCode::RETCODE_OK) {
+      const auto now = Clock::now();
+      const std::scoped_lock lock(mutex_);
+      if (!info.valid_data) {
+        if (info.instance_state != dds::NOT_ALIVE_DISPOSED_INSTANCE_STATE) continue;
+        const std::string key = forget(info);
+        if (key.empty()) continue;
+        counters_.overflowed += queue.push({T(), key, now, endpoint_id(info.publication_handle), true});
+      } else if (scratch.schema() != msg::SCHEMA_VERSION) {
+        ++counters_.unreadable;
+      } else {
+        ++counters_.received;
+        std::string key = key_of(scratch);
+        note_alive(info, key);
+        counters_.overflowed += queue.push({scratch, std::move(key), now, endpoint_id(info.publication_handle), false});
+      }
+    }
+  }
+
+  std::vector<Sample<T>> take() {
+    const std::scoped_lock lock(mutex_);
+    return queue.take();
+  }
+
+  void remember(const Sample<T>& sample) {
+    if (sample.disposed) {
+      newest.erase(sample.key);
+    } else {
+      newest.insert_or_assign(sample.key, sample);
+    }
+  }
+
+  SampleQueue<T> queue;
+  T scratch;      ///< of drain
+  Latest newest;  ///< of the service's thread alone
+};
+
+template <class T>
+Reader<T>::Reader(Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
+    : impl_(std::make_unique<Impl>(participant, mailbox, options)) {}
+template <class T>
+Reader<T>::~Reader() = default;
+template <class T>
+Reader<T>::Reader(Reader&&) noexcept = default;
+template <class T>
+Reader<T>& Reader<T>::operator=(Reader&&) noexcept = default;
+
+template <class T>
+std::vector<Sample<T>> Reader<T>::take() {
+  auto samples = impl_->take();
+  for (const auto& sample : samples) impl_->remember(sample);
+  return samples;
+}
+
+template <class T>
+const typename Reader<T>::Latest& Reader<T>::latest() {
+  for (const auto& sample : impl_->take()) impl_->remember(sample);
+  return impl_->newest;
+}
+
+template <class T>
+const Sample<T>* Reader<T>::latest(std::string_view key) {
+  const auto& all = latest();
+  const auto found = all.find(key);
+  return found == all.end() ? nullptr : &found->second;
+}
+
+template <class T>
+bool Reader<T>::wait_for_data(Clock::duration timeout) {
+  return impl_->mailbox().wait(timeout);
+}
+template <class T>
+Mailbox& Reader<T>::mailbox() {
+  return impl_->mailbox();
+}
+template <class T>
+int Reader<T>::matched() const {
+  return impl_->matched();
+}
+template <class T>
+bool Reader<T>::wait_matched(int writers, Clock::duration timeout) const {
+  return impl_->wait_matched(writers, timeout);
+}
+template <class T>
+int Reader<T>::alive_writers() const {
+  return impl_->alive_writers();
+}
+template <class T>
+ReaderCounters Reader<T>::counters() const {
+  return impl_->counters();
+}
+
+#define HECATON_INSTANTIATE(Type, ...) \
+  template class Writer<msg::Type>;    \
+  template class Reader<msg::Type>;
+HECATON_TOPICS(HECATON_INSTANTIATE)
+#undef HECATON_INSTANTIATE
+
+}  // namespace hecaton::bus

@@ -1,0 +1,37 @@
+#include "services/bus/gate_transport.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+namespace fast = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
+
+class GateTransport : public fast::ChainingTransport {
+ public:
+  explicit GateTransport(const GateDescriptor& descriptor)
+      : ChainingTransport(descriptor), descriptor_(descriptor), gate_(descriptor.gate) {}
+
+  [[nodiscard]] fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+
+  bool send(rtps::SenderResource* behind, const rtps::octet* data, std::uint32_t size, rtps::LocatorsIterator* begin,
+            rtps::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) override {
+    return !gate_->lets_pass() || behind->send(data, size, begin, end, until);
+  }
+
+  void receive(fast::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    next->OnDataReceived(data, size, local, remote);
+  }
+
+ private:
+  GateDescriptor descriptor_;
+  std::shared_ptr<Gate> gate_;
+};
+
+}  // namespace
+
+fast::TransportInterface* GateDescriptor::create_transport() const {
+  return new GateTransport(*this);
+}
+
+}  // namespace hecaton::bus

@@ -1,0 +1,48 @@
+#pragma once
+/// A transport behind a gate that opens when the participant is ready. Private to services/bus.
+///
+/// Fast DDS 2.9.1 announces a new participant before its receiving threads have anybody to give messages to
+/// (RTPSParticipantImpl::enable). On a fast network the answers arrive within that moment and are lost, and nobody
+/// answers twice: in one start of five the newcomer knew nobody until their next periodic announcement. Behind the gate
+/// nothing leaves before everything is in place.
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+
+namespace hecaton::bus {
+
+/// What one participant may send.
+class Gate {
+ public:
+  /// `drop_every_nth`: for tests; 0: nothing is lost.
+  explicit Gate(int drop_every_nth) : drop_every_nth_(static_cast<std::uint64_t>(drop_every_nth)) {}
+
+  void open() { open_ = true; }
+  /// Asked once for each datagram.
+  [[nodiscard]] bool lets_pass() {
+    if (!open_) return false;
+    return drop_every_nth_ == 0 || ++sent_ % drop_every_nth_ != 0;
+  }
+
+ private:
+  const std::uint64_t drop_every_nth_;
+  std::atomic<bool> open_ = false;
+  std::atomic<std::uint64_t> sent_ = 0;
+};
+
+struct GateDescriptor : eprosima::fastdds::rtps::ChainingTransportDescriptor {
+  GateDescriptor(std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> behind,
+                 std::shared_ptr<Gate> its_gate)
+      : ChainingTransportDescriptor(std::move(behind)), gate(std::move(its_gate)) {}
+
+  [[nodiscard]] eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
+
+  std::shared_ptr<Gate> gate;
+};
+
+}  // namespace hecaton::bus

@@ -1,0 +1,178 @@
+#include "services/bus/participant.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+
+#include "services/bus/participant_impl.hpp"
+#include "services/bus/quality.hpp"
+#include "services/bus/transport.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+/// Several participants of one process talk over the network like any others: delivery inside the writer's thread would
+/// run a reader's work in a control loop.
+void use_network_inside_process() {
+  eprosima::fastrtps::LibrarySettingsAttributes settings;
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+}
+
+/// Fast DDS numbers the participants of a process without end, and ports, which follow the number, run out of what
+/// peers try. The smallest free number is asked for instead.
+class Numbers {
+ public:
+  int take() {
+    const std::scoped_lock lock(mutex_);
+    int number = 0;
+    while (!taken_.insert(number).second) ++number;
+    return number;
+  }
+  void give_back(int number) {
+    const std::scoped_lock lock(mutex_);
+    taken_.erase(number);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<int> taken_;
+};
+
+Numbers& numbers() {
+  static Numbers all;
+  return all;
+}
+
+dds::DomainParticipantQos participant_qos(const std::string& name, const ParticipantOptions& options) {
+  dds::DomainParticipantQos qos;
+  qos.name(name);
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = duration(options.lease);
+  discovery.leaseDuration_announcementperiod = duration(options.lease / 4);
+  discovery.initial_announcements.count = 8;
+  discovery.initial_announcements.period = duration(std::chrono::milliseconds(5));
+  return qos;
+}
+
+}  // namespace
+
+EndpointId endpoint_id(const rtps::GUID_t& guid) {
+  EndpointId id;
+  std::copy_n(guid.guidPrefix.value, 12, id.bytes.begin());
+  std::copy_n(guid.entityId.value, 4, id.bytes.begin() + 12);
+  return id;
+}
+
+EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
+  rtps::GUID_t guid;
+  rtps::iHandle2GUID(guid, handle);
+  return endpoint_id(guid);
+}
+
+Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
+    : mailbox_(options.mailbox) {
+  constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
+  const std::string who = "bus: participant \"" + name + "\": ";
+  if (domain < 0 || domain > kLastDomain) {
+    throw std::runtime_error(who + "domain = " + std::to_string(domain) + " must be between 0 and 232");
+  }
+  if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(who + "lease must be at least 20 ms");
+  if (options.participants_per_peer < 1 || options.drop_every_nth < 0) {
+    throw std::runtime_error(who + "participants_per_peer must be at least 1 and drop_every_nth at least 0");
+  }
+  use_network_inside_process();
+  auto qos = participant_qos(name, options);
+  const auto gate = add_transports(qos, options);
+  number_ = numbers().take();
+  qos.wire_protocol().participant_id = number_;
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  // StatusMask::none(): this listener hears of participants only and leaves readers their own callbacks.
+  participant = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, this, dds::StatusMask::none());
+  if (participant == nullptr) {
+    numbers().give_back(number_);
+    throw std::runtime_error(who + "cannot join domain " + std::to_string(domain));
+  }
+  gate->open();
+  dds::PublisherQos publisher_qos;
+  dds::SubscriberQos subscriber_qos;
+  if (!options.partition.empty()) {
+    publisher_qos.partition().push_back(options.partition.c_str());
+    subscriber_qos.partition().push_back(options.partition.c_str());
+  }
+  publisher = participant->create_publisher(publisher_qos, nullptr, dds::StatusMask::none());
+  subscriber = participant->create_subscriber(subscriber_qos, nullptr, dds::StatusMask::none());
+  if (publisher == nullptr || subscriber == nullptr) {
+    leave();
+    throw std::runtime_error(who + "cannot create its publisher and subscriber");
+  }
+}
+
+Participant::Impl::~Impl() {
+  leave();
+}
+
+void Participant::Impl::leave() {
+  participant->set_listener(nullptr, dds::StatusMask::none());
+  participant->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+  numbers().give_back(number_);
+}
+
+dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSupport& type) {
+  const std::scoped_lock lock(mutex_);
+  const auto known = topics_.find(info.name);
+  if (known != topics_.end()) return known->second;
+  const std::string name(info.name);
+  dds::Topic* topic = nullptr;
+  if (type.register_type(participant) == dds::TypeSupport::ReturnCode_t::RETCODE_OK) {
+    topic = participant->create_topic(name, type.get_type_name(), dds::TopicQos(), nullptr, dds::StatusMask::none());
+  }
+  if (topic == nullptr) throw std::runtime_error("bus: cannot create topic " + name);
+  topics_.emplace(name, topic);
+  return topic;
+}
+
+void Participant::Impl::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
+  if (mailbox_ == nullptr) return;
+  Event event{EventKind::kParticipantLost,
+              {},
+              info.info.m_participantName.to_string(),
+              endpoint_id(info.info.m_guid),
+              Clock::now()};
+  if (info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT) return;
+  if (info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) {
+    event.kind = EventKind::kParticipantFound;
+  }
+  mailbox_->post(std::move(event));
+}
+
+Participant::Participant(int domain, const std::string& name, const ParticipantOptions& options)
+    : impl_(std::make_shared<Impl>(domain, name, options)) {}
+Participant::~Participant() = default;
+Participant::Participant(Participant&&) noexcept = default;
+Participant& Participant::operator=(Participant&&) noexcept = default;
+
+}  // namespace hecaton::bus
+
+#ifdef __SANITIZE_ADDRESS__
+// Debian's Fast DDS frees its statistics objects with another size than it made them with. Defaults, so that services
+// and tests run under the sanitizer as they are; ASAN_OPTIONS still overrides them.
+extern "C" const char* __asan_default_options();
+extern "C" const char* __asan_default_options() {
+  return "new_delete_type_mismatch=0";
+}
+#endif
+
+#ifdef __SANITIZE_THREAD__
+// Seen inside Fast DDS and nowhere else: its timed locks (pthread_mutex_clocklock, which this sanitizer does not know),
+// and an order of its locks that Impl::endpoints_mutex keeps from becoming a deadlock. Data races are not suppressed.
+extern "C" const char* __tsan_default_suppressions();
+extern "C" const char* __tsan_default_suppressions() {
+  return "mutex:libfastrtps\ndeadlock:libfastrtps\n";
+}
+#endif

@@ -1,0 +1,48 @@
+#pragma once
+/// A process's membership in a cell's DDS domain. Endpoints keep the membership alive; one per process is enough.
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "services/bus/mailbox.hpp"
+
+namespace hecaton::bus {
+
+struct ParticipantOptions {
+  /// Addresses of the interfaces to use, e.g. {"127.0.0.1"} for a cell on one host; empty: all.
+  std::vector<std::string> interfaces;
+  /// Hosts to announce ourselves to by unicast ("10.0.0.2"), where multicast is not routed. Empty: multicast.
+  std::vector<std::string> peers;
+  /// How many participants of each peer host are tried. The default of Fast DDS, 4, would hide the fifth.
+  int participants_per_peer = 64;
+  /// Shared memory beside UDP. Off: it fails silently between containers and leaks when a process is killed.
+  bool shared_memory = false;
+  /// A participant that says nothing this long is taken for gone, with all its endpoints.
+  std::chrono::milliseconds lease{2000};
+  /// Cells that share a domain are kept apart by this name; empty: the default partition.
+  std::string partition;
+  /// Told when participants come and go; must outlive the participant.
+  Mailbox* mailbox = nullptr;
+  /// Every n-th datagram of this participant is lost, 0: none. For tests of what loss costs.
+  int drop_every_nth = 0;
+};
+
+class Participant {
+ public:
+  /// `name` is what others see. Throws std::runtime_error with a sentence when the domain cannot be joined
+  /// (0 ≤ domain ≤ 232; an interface that does not exist).
+  Participant(int domain, const std::string& name, const ParticipantOptions& options = {});
+  ~Participant();
+  Participant(Participant&&) noexcept;
+  Participant& operator=(Participant&&) noexcept;
+
+  struct Impl;
+  [[nodiscard]] const std::shared_ptr<Impl>& impl() const { return impl_; }
+
+ private:
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace hecaton::bus

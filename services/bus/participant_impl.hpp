@@ -1,0 +1,51 @@
+#pragma once
+/// The Fast DDS side of Participant. Private to services/bus.
+
+#include <map>
+#include <mutex>
+#include <string>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include "services/bus/participant.hpp"
+#include "services/bus/topics.hpp"
+
+namespace hecaton::bus {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+struct Participant::Impl : dds::DomainParticipantListener {
+  Impl(int domain, const std::string& name, const ParticipantOptions& options);
+  ~Impl() override;
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  /// The topic of a row, made on first use.
+  dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
+  void on_participant_discovery(dds::DomainParticipant* self, rtps::ParticipantDiscoveryInfo&& info) override;
+
+  dds::DomainParticipant* participant = nullptr;
+  dds::Publisher* publisher = nullptr;
+  dds::Subscriber* subscriber = nullptr;
+  /// Held while an endpoint is made or destroyed: with two threads at it, Fast DDS 2.9.1 may lock its discovery and its
+  /// list of endpoints in both orders.
+  std::mutex endpoints_mutex;
+
+ private:
+  void leave();
+
+  Mailbox* mailbox_;
+  int number_ = 0;  ///< of this participant in this process
+  std::mutex mutex_;
+  std::map<std::string, dds::Topic*, std::less<>> topics_;
+};
+
+[[nodiscard]] EndpointId endpoint_id(const rtps::GUID_t& guid);
+[[nodiscard]] EndpointId endpoint_id(const rtps::InstanceHandle_t& handle);
+
+}  // namespace hecaton::bus

@@ -1,0 +1,69 @@
+#include "services/bus/quality.hpp"
+
+#include <algorithm>
+
+namespace hecaton::bus {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+using eprosima::fastrtps::Duration_t;
+
+Duration_t or_infinite(std::chrono::milliseconds value) {
+  return value.count() > 0 ? duration(value) : eprosima::fastrtps::c_TimeInfinite;
+}
+
+/// What writers and readers must agree upon.
+template <class EntityQos>
+void set_common(EntityQos& to, const Qos& qos, bool keyed) {
+  to.reliability().kind = qos.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  to.reliability().max_blocking_time = duration(std::chrono::milliseconds(10));
+  to.durability().kind = qos.transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  to.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  to.history().depth = qos.depth;
+  to.ownership().kind = qos.exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
+  to.deadline().period = or_infinite(qos.deadline);
+  if (qos.lease.count() > 0) {
+    to.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    to.liveliness().lease_duration = duration(qos.lease);
+    to.liveliness().announcement_period = duration(qos.lease / 2);
+  }
+  auto& limits = to.resource_limits();
+  limits.max_instances = keyed ? qos.instances : 1;
+  limits.max_samples_per_instance = qos.depth;
+  limits.max_samples = limits.max_instances * qos.depth;
+  limits.allocated_samples = std::min(limits.max_samples, 8);
+  // Strings and sequences have no fixed size, and data sharing refuses keyed types.
+  to.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  to.data_sharing().off();
+}
+
+}  // namespace
+
+Duration_t duration(std::chrono::nanoseconds value) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(value);
+  return {static_cast<std::int32_t>(seconds.count()), static_cast<std::uint32_t>((value - seconds).count())};
+}
+
+dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength) {
+  dds::DataWriterQos to;
+  set_common(to, qos, keyed);
+  to.publish_mode().kind = qos.large ? dds::ASYNCHRONOUS_PUBLISH_MODE : dds::SYNCHRONOUS_PUBLISH_MODE;
+  to.ownership_strength().value = static_cast<std::uint32_t>(strength);
+  auto& times = to.reliable_writer_qos().times;
+  times.initialHeartbeatDelay = duration(std::chrono::milliseconds(1));
+  times.heartbeatPeriod = duration(qos.heartbeat);
+  times.nackResponseDelay = duration(std::chrono::nanoseconds(0));
+  times.nackSupressionDuration = duration(std::chrono::nanoseconds(0));
+  return to;
+}
+
+dds::DataReaderQos reader_qos(const Qos& qos, bool keyed) {
+  dds::DataReaderQos to;
+  set_common(to, qos, keyed);
+  auto& times = to.reliable_reader_qos().times;
+  times.initialAcknackDelay = duration(std::chrono::milliseconds(1));
+  times.heartbeatResponseDelay = duration(std::chrono::nanoseconds(0));
+  return to;
+}
+
+}  // namespace hecaton::bus

@@ -1,0 +1,18 @@
+#pragma once
+/// How a participant reaches others: UDP, and shared memory only when asked for. Private to services/bus.
+
+#include <memory>
+
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+
+#include "services/bus/gate_transport.hpp"
+#include "services/bus/participant.hpp"
+
+namespace hecaton::bus {
+
+/// The participant can send once the gate that this returns is opened. Throws std::runtime_error when an interface does
+/// not exist or a peer is no IPv4 address.
+[[nodiscard]] std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
+                                                   const ParticipantOptions& options);
+
+}  // namespace hecaton::bus

@@ -1,0 +1,103 @@
+#include "services/bus/writer_base.hpp"
+
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "services/bus/incompatible.hpp"
+#include "services/bus/quality.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+using ReturnCode = eprosima::fastrtps::types::ReturnCode_t;
+
+/// The generated key buffer holds 255 characters of each key string.
+constexpr std::size_t kLongestKey = 200;
+
+/// A full history is reported as a time-out, too, and one whose depth is kept can only lack room for another key.
+std::string explain(const ReturnCode& code, const TopicInfo& info) {
+  if (code == ReturnCode::RETCODE_OUT_OF_RESOURCES || code == ReturnCode::RETCODE_TIMEOUT) {
+    return "no room within 10 ms: the topic allows " + std::to_string(info.qos.instances) + " keys at one time";
+  }
+  if (code == ReturnCode::RETCODE_PRECONDITION_NOT_MET) return "the key was never written";
+  return "Fast DDS returned code " + std::to_string(code());
+}
+
+}  // namespace
+
+WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info,
+                       const dds::TypeSupport& type, const WriterOptions& options)
+    : participant_(std::move(participant)),
+      info_(info),
+      type_(type),
+      keyed_(type->m_isGetKeyDefined),
+      mailbox_(options.mailbox) {
+  Qos qos = info.qos;
+  qos.deadline = options.deadline.value_or(qos.deadline);
+  qos.lease = options.lease.value_or(qos.lease);
+  auto* topic = participant_->topic(info, type_);
+  const std::scoped_lock lock(participant_->endpoints_mutex);
+  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(qos, keyed_, options.strength), this);
+  if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + std::string(info.name));
+}
+
+WriterBase::~WriterBase() {
+  const std::scoped_lock lock(participant_->endpoints_mutex);
+  writer_->set_listener(nullptr, dds::StatusMask::none());
+  participant_->publisher->delete_datawriter(writer_);
+}
+
+WriteResult WriterBase::send(Action action, void* data, const std::string& key) {
+  if (keyed_ && key.empty()) return refuse(action, key, "the key is empty");
+  if (key.size() > kLongestKey) return refuse(action, key, "the key is longer than 200 characters");
+  if (action == Action::kRetire && !keyed_) return refuse(action, key, "the topic has no key");
+  const auto code = action == Action::kWrite ? writer_->write(data, dds::HANDLE_NIL)
+                                             : writer_->unregister_instance(data, dds::HANDLE_NIL);
+  if (code == ReturnCode::RETCODE_OK) return {true, {}};
+  return refuse(action, key, explain(code, info_));
+}
+
+WriteResult WriterBase::refuse(Action action, const std::string& key, const std::string& why) {
+  WriteResult result{false, std::string(info_.name) + (key.empty() ? "" : " \"" + key + "\"") +
+                                (action == Action::kWrite ? " not written: " : " not retired: ") + why};
+  if (!refused_before_.exchange(true)) std::fprintf(stderr, "bus: %s\n", result.reason.c_str());
+  return result;
+}
+
+bool WriterBase::wait_matched(int readers, Clock::duration timeout) const {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, timeout, [&] { return matched_ >= readers; });
+}
+
+bool WriterBase::wait_acknowledged(Clock::duration timeout) const {
+  return writer_->wait_for_acknowledgments(duration(timeout)) == ReturnCode::RETCODE_OK;
+}
+
+void WriterBase::set_strength(int strength) {
+  auto qos = writer_->get_qos();
+  qos.ownership_strength().value = static_cast<std::uint32_t>(strength);
+  writer_->set_qos(qos);
+}
+
+EndpointId WriterBase::id() const {
+  return endpoint_id(writer_->guid());
+}
+
+void WriterBase::on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) {
+  {
+    const std::scoped_lock lock(mutex_);
+    matched_ = status.current_count;
+  }
+  changed_.notify_all();
+  if (mailbox_ == nullptr) return;
+  const auto kind = status.current_count_change > 0 ? EventKind::kPeerMatched : EventKind::kPeerLost;
+  mailbox_->post({kind, info_.name, {}, endpoint_id(status.last_subscription_handle), Clock::now()});
+}
+
+void WriterBase::on_offered_incompatible_qos(dds::DataWriter*, const dds::OfferedIncompatibleQosStatus& status) {
+  if (mailbox_ == nullptr) return;
+  mailbox_->post({EventKind::kIncompatible, info_.name, policy_name(status.last_policy_id), {}, Clock::now()});
+}
+
+}  // namespace hecaton::bus

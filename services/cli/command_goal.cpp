@@ -1,0 +1,149 @@
+/// hecaton goal: gives one arm a goal, and waits for what becomes of it when asked to.
+
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "services/bus/convert.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/goals.hpp"
+#include "services/cli/message_text.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/status_json.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A planner must have said whether it takes the goal: inverse kinematics included.
+constexpr auto kAnswer = 5s;
+/// How often to look why the arm does not get on.
+constexpr auto kLook = 1s;
+/// Silence of the whole cell after which waiting makes no sense.
+constexpr auto kGone = 5s;
+/// The planner ends a goal at its time limit; this much later we do not count on it any more.
+constexpr auto kOverdue = 2s;
+
+struct Options {
+  std::string arm;
+  std::vector<double> joints;
+  std::string named;
+  std::vector<double> pose;
+  bool wait = false;
+  double time_limit = 0.0;  // [s]; 0: none
+};
+
+void fill(msg::Goal& goal, const Options& options) {
+  goal.time_limit(options.time_limit);
+  if (!options.joints.empty()) {
+    goal.kind(msg::GOAL_JOINTS);
+    goal.q(options.joints);
+  } else if (!options.named.empty()) {
+    goal.kind(msg::GOAL_NAMED);
+    goal.named(options.named);
+  } else {
+    goal.kind(msg::GOAL_POSE);
+    goal.X_WT(bus::to_message(pose_of(options.pose)));
+  }
+}
+
+/// Follows one goal from sending to its end.
+class Follower {
+ public:
+  Follower(Client& client, const Options& options) : client_(client), options_(options), goals_(client) {
+    goal_ = goals_.draft(options.arm);
+    fill(goal_, options);
+  }
+
+  msg::GoalStatus run() {
+    goals_.send(goal_);
+    const auto sent = bus::Clock::now();
+    last_look_ = last_answer_ = sent;
+    while (true) {
+      for (const msg::GoalStatus& status : goals_.news()) {
+        if (status.arm() != goal_.arm() || status.goal() != goal_.goal()) continue;
+        if (answered_ && !is_later(status, status_)) continue;
+        status_ = status;
+        answered_ = true;
+        if (is_final(status.state()) || !options_.wait) return status_;
+        tell(goal_text(status));
+      }
+      const auto now = bus::Clock::now();
+      if (!answered_ && now > sent + kAnswer) {
+        throw Failure(ExitCode::kTimeOut, "the planner of arm '" + options_.arm + "' has not answered the goal");
+      }
+      if (options_.time_limit > 0.0 && now > sent + seconds(options_.time_limit) + kOverdue) {
+        throw Failure(ExitCode::kTimeOut,
+                      "arm '" + options_.arm + "' did not end its goal in time" + (told_.empty() ? "" : ": " + told_));
+      }
+      if (answered_ && now > last_look_ + kLook) look(now);
+      [[maybe_unused]] const bool woken = client_.mailbox().wait(100ms);
+    }
+  }
+
+ private:
+  void tell(const std::string& text) {
+    if (text == told_) return;
+    told_ = text;
+    std::fprintf(stderr, "%s: %s\n", options_.arm.c_str(), text.c_str());
+  }
+
+  /// The supervisor knows why an arm stands that its planner would move: held, stopped, a fault.
+  void look(bus::Clock::time_point now) {
+    last_look_ = now;
+    msg::CellStatus cell;
+    if (client_.poll_status(cell, 500ms)) {
+      last_answer_ = now;
+      for (const msg::ArmStatus& arm : cell.arms()) {
+        if (arm.arm() == options_.arm && !arm.waiting_for().empty()) tell(arm.waiting_for());
+      }
+    } else if (now > last_answer_ + kGone) {
+      throw Failure(ExitCode::kUnreachable, "the cell no longer answers");
+    }
+  }
+
+  Client& client_;
+  const Options& options_;
+  Goals goals_;
+  msg::Goal goal_;
+  msg::GoalStatus status_;
+  bool answered_ = false;
+  std::string told_;
+  bus::Clock::time_point last_look_, last_answer_;
+};
+
+ExitCode run(const Settings& settings, const Options& options) {
+  Client client(settings);
+  static_cast<void>(require_arm(client.status(), options.arm));
+  const msg::GoalStatus status = Follower(client, options).run();
+  const std::string after = options.wait && is_final(status.state()) && status.state() != msg::GOAL_REJECTED
+                                ? " after " + duration_text(status.elapsed())
+                                : "";
+  print(settings, to_json(status), options.arm + ": " + goal_text(status) + after + "\n");
+  const bool open = !is_final(status.state());
+  return open ? ExitCode::kDone : outcome_code(status);
+}
+
+}  // namespace
+
+void add_goal(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("goal", "Gives an arm a goal; a later goal replaces an earlier one");
+  auto options = std::make_shared<Options>();
+  command->add_option("ARM", options->arm, "name of the arm")->required();
+  CLI::Option_group* what = command->add_option_group("goal", "one of");
+  add_numbers(*what, "--joints", options->joints, 0, "joint positions, base to tip [rad or m]");
+  what->add_option("--named", options->named, "a pose that the cell file names, e.g. home")->type_name("POSE");
+  add_numbers(*what, "--pose", options->pose, 6, "of the tool frame: x y z [m] roll pitch yaw [rad]");
+  what->require_option(1);
+  command->add_flag("--wait", options->wait, "wait until the goal has ended, and tell why when it is blocked");
+  add_duration(*command, "--time-limit", options->time_limit, "after which the planner gives up (none)", 0.001,
+               86400.0);
+  command->footer("Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");
+  command->callback(
+      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+}
+
+}  // namespace hecaton::services::cli

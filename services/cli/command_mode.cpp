@@ -1,0 +1,42 @@
+/// hecaton hold, resume, stop: whether the cell or some arms may move.
+
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "services/cli/client.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/status_json.hpp"
+#include "services/cli/status_text.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
+  Client client(settings);
+  require_arms(client.status(), arms);
+  const msg::SupervisorReply reply = client.order(kind, arms);
+  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+  print(settings, to_json(reply.status().mode()), mode_text(reply.status(), Palette::for_stream(stdout)));
+  return ExitCode::kDone;
+}
+
+void add_mode(CLI::App& app, Session& session, const char* name, const char* description, msg::RequestKind kind) {
+  CLI::App* command = app.add_subcommand(name, description);
+  auto arms = std::make_shared<std::vector<std::string>>();
+  command->add_option("ARM", *arms, "names of arms; none: the whole cell");
+  command->callback([&session, arms, kind] {
+    session.action = [&session, arms, kind] { return run(session.settings, kind, *arms); };
+  });
+}
+
+}  // namespace
+
+void add_mode_commands(CLI::App& app, Session& session) {
+  add_mode(app, session, "hold", "Brakes the cell or some arms; goals are kept until resume", msg::REQUEST_HOLD);
+  add_mode(app, session, "resume", "Lets the cell or some arms move again", msg::REQUEST_RESUME);
+  add_mode(app, session, "stop", "Brakes the cell or some arms and latches it until resume", msg::REQUEST_STOP);
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,127 @@
+/// hecaton obstacle add|move|remove, attach, detach: edits of the world while it runs.
+
+#include <algorithm>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "services/bus/convert.hpp"
+#include "services/cli/client.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/document.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/obstacle_options.hpp"
+#include "services/cli/quantities.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using Check = std::function<void(const msg::CellStatus&)>;
+
+/// `check` sees the cell first and refuses what is plainly wrong; `done` says what was done.
+ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const Check& check,
+              const std::string& done) {
+  Client client(settings);
+  check(client.status());
+  const msg::WorldEditReply reply = client.edit(request);
+  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+  print(settings, {{"done", true}, {"name", request.name()}, {"edition", reply.edition()}}, done + "\n");
+  return ExitCode::kDone;
+}
+
+msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
+  msg::WorldEditRequest request;
+  request.kind(kind);
+  request.name(name);
+  return request;
+}
+
+void add_obstacle_add(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("add", "Adds an obstacle");
+  auto options = std::make_shared<ObstacleOptions>();
+  add_obstacle_options(*command, *options);
+  command->callback([&session, options] {
+    const world::Obstacle obstacle = make_obstacle(*options);
+    session.action = [&session, obstacle] {
+      msg::WorldEditRequest request = request_for(msg::EDIT_ADD, obstacle.name);
+      request.obstacle(bus::to_message(obstacle));
+      const auto new_name = [&](const msg::CellStatus& cell) {
+        const auto& known = cell.obstacles();
+        if (std::any_of(known.begin(), known.end(), [&](const auto& other) { return other.name() == obstacle.name; })) {
+          throw Failure(ExitCode::kBadInput, "cell '" + cell.cell() + "' has an obstacle '" + obstacle.name +
+                                                 "' already; a new one needs a name of its own");
+        }
+      };
+      return edit(session.settings, request, new_name, "added " + obstacle.name);
+    };
+  });
+}
+
+void add_obstacle_move(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("move", "Puts an obstacle elsewhere; ends a scripted motion");
+  auto name = std::make_shared<std::string>();
+  auto pose = std::make_shared<std::vector<double>>();
+  command->add_option("NAME", *name, "the obstacle")->required();
+  add_pose(*command, *pose)->required();
+  command->callback([&session, name, pose] {
+    session.action = [&session, name, pose] {
+      msg::WorldEditRequest request = request_for(msg::EDIT_MOVE, *name);
+      request.X_WO(bus::to_message(pose_of(*pose)));
+      return edit(
+          session.settings, request, [&](const auto& cell) { require_obstacle(cell, *name); }, "moved " + *name);
+    };
+  });
+}
+
+void add_obstacle_remove(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("remove", "Takes an obstacle out of the cell");
+  auto name = std::make_shared<std::string>();
+  command->add_option("NAME", *name, "the obstacle")->required();
+  command->callback([&session, name] {
+    session.action = [&session, name] {
+      return edit(
+          session.settings, request_for(msg::EDIT_REMOVE, *name),
+          [&](const auto& cell) { require_obstacle(cell, *name); }, "removed " + *name);
+    };
+  });
+}
+
+void add_carry(CLI::App& app, Session& session, const char* command_name, const char* description, msg::EditKind kind) {
+  CLI::App* command = app.add_subcommand(command_name, description);
+  auto arm = std::make_shared<std::string>();
+  auto object = std::make_shared<std::string>();
+  command->add_option("ARM", *arm, "name of the arm")->required();
+  command->add_option("OBJECT", *object, "name of the obstacle")->required();
+  command->callback([&session, arm, object, kind] {
+    session.action = [&session, arm, object, kind] {
+      msg::WorldEditRequest request = request_for(kind, *object);
+      request.arm(*arm);
+      const auto check = [&](const msg::CellStatus& cell) {
+        static_cast<void>(require_arm(cell, *arm));
+        require_obstacle(cell, *object);
+        if (kind == msg::EDIT_DETACH) require_carried(cell, *arm, *object);
+      };
+      return edit(session.settings, request, check,
+                  kind == msg::EDIT_ATTACH ? *arm + " carries " + *object : *arm + " has let go of " + *object);
+    };
+  });
+}
+
+}  // namespace
+
+void add_obstacle(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("obstacle", "Adds, moves or removes obstacles while the cell runs");
+  command->require_subcommand(1);
+  add_obstacle_add(*command, session);
+  add_obstacle_move(*command, session);
+  add_obstacle_remove(*command, session);
+}
+
+void add_carry_commands(CLI::App& app, Session& session) {
+  add_carry(app, session, "attach", "Fixes an object to an arm's tool where it is now: it becomes part of the arm",
+            msg::EDIT_ATTACH);
+  add_carry(app, session, "detach", "Lets go of a carried object: dynamic ones fall, others stay where they are",
+            msg::EDIT_DETACH);
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,119 @@
+/// hecaton simulate: many tasks of a cell in virtual time, without network.
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "planner/simulation/batch.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/method_option.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/report.hpp"
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+struct Options {
+  std::string cell;
+  std::string method;
+  std::string report;
+  planner::BatchOptions batch;
+};
+
+Report make_report(const planner::Cell& cell, const Options& options, planner::BatchReport batch) {
+  Report report;
+  report.cell = cell.name;
+  report.method = options.method.empty() ? "as configured" : options.method;
+  report.seed = options.batch.seed;
+  report.tasks = batch.tasks;
+  report.reached = batch.reached;
+  report.blocked = batch.blocked;
+  report.timed_out = batch.timed_out;
+  report.contacts = batch.contacts;
+  if (batch.judged) report.smallest = batch.smallest;
+  report.duration = batch.duration;
+  report.tick_us = quantiles(std::move(batch.tick_us));
+  report.times = std::move(batch.times);
+  for (const planner::ArmTally& arm : batch.arms) {
+    report.arms.push_back({arm.name, arm.tasks, arm.reached, arm.blocked, arm.timed_out});
+  }
+  const planner::NetworkParameters& network = options.batch.network;
+  report.extra["network"] = {{"age_s", network.age}, {"jitter_s", network.jitter}, {"loss", network.loss}};
+  report.extra["ticks"] = batch.ticks;
+  report.extra["relaxed_ticks"] = batch.relaxed_ticks;
+  report.extra["subspaces_drawn"] = batch.redraws;
+  return report;
+}
+
+ExitCode run(const Settings& settings, const Options& options) {
+  planner::Cell cell = config::load_cell_file(options.cell).cell;
+  check_writable(options.report);
+  if (!options.method.empty()) {
+    for (planner::PlannedArm& planned : cell.arms) planned.parameters.method = method_of(options.method);
+  }
+  const auto began = std::chrono::steady_clock::now();
+  planner::BatchReport batch = planner::simulate_tasks(cell, options.batch);
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, batch.failure);
+  if (!batch.failure.empty()) std::fprintf(stderr, "hecaton: %s\n", batch.failure.c_str());
+
+  const Report report = make_report(cell, options, std::move(batch));
+  print(settings, to_json(report), table_text(report, Palette::for_stream(stdout)));
+  if (!options.report.empty()) write_report(options.report, report);
+  std::fprintf(stderr, "%s simulated in %s: %.1f simulated seconds per second\n",
+               duration_text(report.duration).c_str(), duration_text(spent.count()).c_str(),
+               report.duration / spent.count());
+  return report.positive() && report.tasks == options.batch.tasks ? ExitCode::kDone : ExitCode::kNegative;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Gives the arms of a cell random conflicting tasks in virtual time, without network, and reports");
+  auto options = std::make_shared<Options>();
+  planner::BatchOptions& batch = options->batch;
+  command->add_option("CELL", options->cell, "cell file (YAML)")->required();
+  command->add_option("--tasks", batch.tasks, "goals for single arms, in total")
+      ->check(CLI::Range(1, 100'000'000).description(""))
+      ->capture_default_str()
+      ->type_name("N");
+  command
+      ->add_option("--seed", batch.seed, "of all random choices: the same seed gives the same report, to the last bit")
+      ->capture_default_str()
+      ->type_name("S");
+  add_method(*command, options->method);
+  add_duration(*command, "--age", batch.network.age, "mean age of the states that arms see of each other (0ms)", 0.0,
+               10.0);
+  add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",
+               0.0, 10.0);
+  command->add_option("--loss", batch.network.loss, "probability that a state is lost, 0 up to below 1")
+      ->check(CLI::Range(0.0, 0.999999).description(""))
+      ->capture_default_str()
+      ->type_name("P");
+  command
+      ->add_option("--threads", batch.threads, "episodes simulated at the same time; the report does not depend on it")
+      ->check(CLI::Range(1, 1024).description(""))
+      ->capture_default_str()
+      ->type_name("K");
+  command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
+  command->add_flag("--timing", batch.measure_ticks,
+                    "measure each tick on the machine's clock: fills tick_us, which is null otherwise, and which no "
+                    "seed makes repeatable");
+  command->footer(
+      "Exit code 1 when a task was missed or a contact seen. Figures of the machine's clock go to stderr, so that the "
+      "report is the same on every run.");
+  command->callback([&session, options] {
+    if (options->batch.network.jitter > options->batch.network.age) {
+      throw CLI::ValidationError("--jitter must be at most --age");
+    }
+    session.action = [&session, options] { return run(session.settings, *options); };
+  });
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,248 @@
+/// hecaton up: brings a whole cell up on this host, shows it, gives it tasks, and takes it down again.
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
+
+#include "services/cli/cell_account.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/log_folder.hpp"
+#include "services/cli/message_text.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/report.hpp"
+#include "services/cli/running_cell.hpp"
+#include "services/cli/status_json.hpp"
+#include "services/cli/status_text.hpp"
+#include "services/cli/task_rounds.hpp"
+#include "services/runtime/options.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  std::string cell;
+  TaskRounds::Options tasks;
+  std::string report;
+  std::string log_dir;
+  bool headless = false;
+  double start_timeout = 30.0;  // [s]
+};
+
+double since(Clock::time_point began) {
+  return std::chrono::duration<double>(Clock::now() - began).count();
+}
+
+/// Lines on stderr, or a view of the cell that is redrawn in place there.
+class Display {
+ public:
+  explicit Display(bool headless)
+      : in_place_(!headless && isatty(STDERR_FILENO) != 0), palette_(Palette::for_stream(stderr)), screen_(stderr) {}
+
+  void line(const std::string& text) {
+    last_line_ = text;
+    if (!in_place_) std::fprintf(stderr, "[%7.2f s] %s\n", since(began_), text.c_str());
+  }
+  void cell(const msg::CellStatus& status) {
+    if (!in_place_) return;
+    std::string text = status_text(status, palette_);
+    if (!last_line_.empty()) text += "\n" + palette_.dim(last_line_) + "\n";
+    screen_.show(text);
+  }
+  [[nodiscard]] const Palette& palette() const { return palette_; }
+
+ private:
+  bool in_place_;
+  Palette palette_;
+  Screen screen_;
+  Clock::time_point began_ = Clock::now();
+  std::string last_line_;
+};
+
+/// One run of `up`, once the cell file is known to be good.
+class Run {
+ public:
+  Run(const Settings& settings, const Options& options, const config::CellFile& file)
+      : settings_(settings),
+        options_(options),
+        domain_(domain_of(settings, file)),
+        display_(options.headless),
+        logs_(options.log_dir, file.cell.name),
+        file_(file) {}
+
+  ExitCode run() {
+    refuse_occupied_domain(domain_);
+    display_.line("starting cell " + file_.cell.name + " in DDS domain " + std::to_string(domain_) + ", logs in " +
+                  logs_.path());
+    bool gentle = true;
+    ExitCode code = ExitCode::kDone;
+    {
+      RunningCell cell(file_, {domain_, logs_.path()});
+      if (cell.wait_until_up(options_.start_timeout, [&](const std::string& text) { display_.line(text); })) {
+        start_up_ = since(began_);
+        display_.line("the cell is up");
+        if (options_.tasks.tasks > 0) {
+          give_tasks(cell);
+        } else {
+          look_on(cell);
+        }
+      }
+      display_.line("taking the cell down");
+      gentle = cell.agent().end();
+    }
+    if (!gentle) display_.line("some processes did not end in time and were killed");
+    if (options_.tasks.tasks > 0) code = conclude();
+    if (code == ExitCode::kDone && gentle) logs_.discard();
+    return code;
+  }
+
+ private:
+  static int domain_of(const Settings& settings, const config::CellFile& file) {
+    ServiceOptions options;
+    options.domain = settings.domain;
+    return choose_domain(options, file.network.domain);
+  }
+
+  void look_on(RunningCell& cell) {
+    std::string told;
+    while (!cell.interrupted()) {
+      static_cast<void>(cell.look());
+      display_.cell(cell.status());
+      tell_faults(cell.status());
+      [[maybe_unused]] const bool woken = cell.client().mailbox().wait(250ms);
+    }
+  }
+
+  void tell_faults(const msg::CellStatus& status) {
+    std::string open;
+    for (const msg::Fault& fault : status.faults()) {
+      if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.seen();
+    }
+    if (open != faults_) display_.line(open.empty() ? "all faults are over" : "fault: " + open);
+    faults_ = open;
+  }
+
+  void give_tasks(RunningCell& cell) {
+    bus::Reader<msg::RefereeReport> referee(cell.client().participant(), &cell.client().mailbox());
+    RefereeAccount account;
+    TickAccount ticks;
+    UsageAccount usage;
+    const auto listen = [&] {
+      for (const auto& sample : referee.take()) {
+        if (!sample.disposed) account.update(sample.value);
+      }
+    };
+    usage.begin(cell.status());
+    const auto began = Clock::now();
+    TaskRounds rounds(cell, options_.tasks,
+                      {[&] {
+                         listen();
+                         ticks.update(cell.status());
+                         tell_faults(cell.status());
+                         display_.cell(cell.status());
+                       },
+                       [&](const std::string& text) { display_.line(text); }});
+    rounds.run();
+
+    // The referee must have judged everything that happened until now.
+    listen();
+    const double last = account.time();
+    const auto until = Clock::now() + 1s;
+    while (account.time() <= last && Clock::now() < until) {
+      [[maybe_unused]] const bool arrived = referee.wait_for_data(until - Clock::now());
+      listen();
+    }
+    static_cast<void>(cell.look());
+    ticks.update(cell.status());
+
+    report_ = rounds.tally();
+    report_.cell = file_.cell.name;
+    report_.method = "as configured";
+    report_.contacts = account.contacts();
+    report_.smallest = account.smallest();
+    report_.duration = since(began);
+    report_.tick_us = ticks.typical();
+    report_.faults = list_json(cell.status().faults());
+    if (const auto worst = ticks.worst()) {
+      report_.extra["tick_us_worst_window"] = {{"p50", worst->p50}, {"p99", worst->p99}, {"max", worst->max}};
+    }
+    report_.extra["rounds"] = rounds.rounds();
+    report_.extra["missed"] = rounds.missed();
+    report_.extra["start_up_s"] = start_up_;
+    report_.extra["processes"] = usage.end(cell.status());
+  }
+
+  ExitCode conclude() {
+    report_.extra["wall_s"] = since(began_);
+    std::string text = table_text(report_, Palette::for_stream(stdout));
+    text += "wall time            " + duration_text(since(began_)) + ", start-up " + duration_text(start_up_) + "\n";
+    if (report_.extra.contains("processes")) {
+      text += "\n" + usage_text(report_.extra["processes"], Palette::for_stream(stdout));
+    }
+    for (const Json& fault : report_.faults) {
+      text += "fault: " + fault.at("seen").get<std::string>() + ", for " +
+              duration_text(fault.at("duration_s").get<double>()) + "\n";
+    }
+    for (const Json& missed : report_.extra.value("missed", Json::array())) {
+      text += "missed: " + missed.at("arm").get<std::string>() + " " + missed.at("why").get<std::string>() + "\n";
+    }
+    print(settings_, to_json(report_), text);
+    if (!options_.report.empty()) write_report(options_.report, report_);
+    return report_.positive() && report_.tasks == options_.tasks.tasks ? ExitCode::kDone : ExitCode::kNegative;
+  }
+
+  const Settings& settings_;
+  const Options& options_;
+  int domain_;
+  Display display_;
+  LogFolder logs_;
+  const config::CellFile& file_;
+  Clock::time_point began_ = Clock::now();
+  double start_up_ = 0.0;
+  std::string faults_;
+  Report report_;
+};
+
+ExitCode run(const Settings& settings, const Options& options) {
+  const config::CellFile file = config::load_cell_file(options.cell);
+  static_cast<void>(sibling_program("hecaton-agent"));
+  check_writable(options.report);
+  return Run(settings, options, file).run();
+}
+
+}  // namespace
+
+void add_up(CLI::App& app, Session& session) {
+  CLI::App* command =
+      app.add_subcommand("up", "Brings a whole cell up on this host, and takes it down again on Ctrl-C");
+  auto options = std::make_shared<Options>();
+  command->add_option("CELL", options->cell, "cell file (YAML)")->required();
+  command
+      ->add_option(
+          "--tasks", options->tasks.tasks,
+          "give the arms random conflicting goals until N have ended, report, and end; otherwise run until Ctrl-C")
+      ->check(CLI::Range(1, 100'000'000).description(""))
+      ->type_name("N");
+  command->add_option("--seed", options->tasks.seed, "of the random goals")->capture_default_str()->type_name("S");
+  command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
+  command->add_flag("--headless", options->headless, "lines of progress instead of a live view of the cell");
+  command
+      ->add_option("--log-dir", options->log_dir,
+                   "folder of all logs; otherwise a temporary one that stays only if something went wrong")
+      ->type_name("DIR");
+  add_duration(*command, "--start-timeout", options->start_timeout, "how long the cell may take to come up (30s)", 0.1,
+               3600.0);
+  command->footer(
+      "Exit code with --tasks: 0 when all were reached without contact, otherwise 1. Contacts and separations are the "
+      "referee's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
+  command->callback(
+      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,140 @@
+#include "services/cli/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "services/cli/failure.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/table.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+std::string kind_name(world::ContactKind kind) {
+  switch (kind) {
+    case world::ContactKind::kArmArm:
+      return "arm-arm";
+    case world::ContactKind::kArmObstacle:
+      return "arm-obstacle";
+    case world::ContactKind::kArmSelf:
+      return "arm-self";
+  }
+  return "";
+}
+
+Json to_json(const std::optional<Quantiles>& times) {
+  if (!times) return nullptr;
+  return {{"p50", times->p50}, {"p99", times->p99}, {"max", times->max}};
+}
+
+Json separation_json(const std::optional<world::Separation>& separation) {
+  if (!separation) return nullptr;
+  return {{"kind", kind_name(separation->kind)},
+          {"a", separation->a},
+          {"b", separation->b},
+          {"distance_m", separation->distance}};
+}
+
+Json time_json(std::vector<double> times) {
+  if (times.empty()) return nullptr;
+  std::sort(times.begin(), times.end());
+  return {{"p50", quantile(times, 0.5)}, {"p95", quantile(times, 0.95)}, {"max", times.back()}};
+}
+
+}  // namespace
+
+double quantile(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return 0.0;
+  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  const auto index = static_cast<std::size_t>(std::max(rank, 1.0)) - 1;
+  return sorted[std::min(index, sorted.size() - 1)];
+}
+
+std::optional<Quantiles> quantiles(std::vector<double> values) {
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  return Quantiles{quantile(values, 0.5), quantile(values, 0.99), values.back()};
+}
+
+Json to_json(const Report& report) {
+  Json json;
+  json["tasks"] = report.tasks;
+  json["reached"] = report.reached;
+  json["blocked"] = report.blocked;
+  json["timed_out"] = report.timed_out;
+  json["contacts"] = report.contacts;
+  json["min_separation_m"] = report.smallest ? Json(report.smallest->distance) : Json(nullptr);
+  json["duration_s"] = report.duration;
+  json["tick_us"] = to_json(report.tick_us);
+  json["arms"] = Json::array();
+  for (const ArmReport& arm : report.arms) {
+    json["arms"].push_back({{"name", arm.name},
+                            {"tasks", arm.tasks},
+                            {"reached", arm.reached},
+                            {"blocked", arm.blocked},
+                            {"timed_out", arm.timed_out}});
+  }
+  json["faults"] = report.faults;
+  json["cell"] = report.cell;
+  json["method"] = report.method;
+  json["seed"] = report.seed;
+  json["closest_pair"] = separation_json(report.smallest);
+  json["task_s"] = time_json(report.times);
+  json.update(report.extra);
+  return json;
+}
+
+std::string table_text(const Report& report, const Palette& palette) {
+  Table arms({{"arm"},
+              {"tasks", Align::kRight},
+              {"reached", Align::kRight},
+              {"blocked", Align::kRight},
+              {"timed out", Align::kRight}});
+  const auto row = [&](const std::string& name, int tasks, int reached, int blocked, int timed_out) {
+    arms.add(
+        {name, std::to_string(tasks), std::to_string(reached), std::to_string(blocked), std::to_string(timed_out)});
+  };
+  for (const ArmReport& arm : report.arms) row(arm.name, arm.tasks, arm.reached, arm.blocked, arm.timed_out);
+  row("all", report.tasks, report.reached, report.blocked, report.timed_out);
+
+  std::string out = palette.bold("cell " + report.cell) + ", method " + report.method + ", seed " +
+                    std::to_string(report.seed) + "\n\n" + arms.text(palette) + "\n";
+  const auto line = [&](const std::string& title, const std::string& value) {
+    out += title + std::string(21 - display_width(title), ' ') + value + "\n";
+  };
+  const std::string share = percent_text(report.reached, report.tasks);
+  line("reached", report.reached == report.tasks ? palette.green(share) : palette.yellow(share));
+  const std::string contacts = std::to_string(report.contacts);
+  line("contacts", report.contacts == 0 ? palette.green(contacts) : palette.red(contacts));
+  line("smallest separation", report.smallest ? distance_text(report.smallest->distance) + " (" + report.smallest->a +
+                                                    " – " + report.smallest->b + ")"
+                                              : "nothing was judged");
+  if (!report.times.empty()) {
+    std::vector<double> times = report.times;
+    std::sort(times.begin(), times.end());
+    line("time to goal", "p50 " + duration_text(quantile(times, 0.5)) + ", p95 " +
+                             duration_text(quantile(times, 0.95)) + ", max " + duration_text(times.back()));
+  }
+  line("duration", duration_text(report.duration));
+  if (report.tick_us) {
+    line("tick", "p50 " + decimal_text(report.tick_us->p50, 0) + " µs, p99 " + decimal_text(report.tick_us->p99, 0) +
+                     " µs, max " + decimal_text(report.tick_us->max, 0) + " µs");
+  }
+  return out;
+}
+
+void check_writable(const std::string& path) {
+  if (path.empty()) return;
+  const std::ofstream file(path, std::ios::app);
+  if (!file) throw Failure(ExitCode::kBadInput, "report file '" + path + "' cannot be written");
+}
+
+void write_report(const std::string& path, const Report& report) {
+  std::ofstream file(path, std::ios::trunc);
+  file << json_text(to_json(report));
+  file.close();
+  if (!file) throw Failure(ExitCode::kBadInput, "report file '" + path + "' cannot be written");
+}
+
+}  // namespace hecaton::services::cli

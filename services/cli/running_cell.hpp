@@ -1,0 +1,50 @@
+#pragma once
+/// A cell that this process brought up on this host, from the first process to the last.
+
+#include <functional>
+#include <string>
+
+#include "services/cli/child_agent.hpp"
+#include "services/cli/client.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/runtime/shutdown.hpp"
+
+namespace hecaton::services::cli {
+
+/// Throws Failure (bad input) when nodes of any cell are alive in the domain.
+void refuse_occupied_domain(int domain);
+
+class RunningCell {
+ public:
+  struct Options {
+    int domain = 42;
+    std::string log_folder;  ///< of the agent's and the services' logs
+  };
+  /// Starts the agent. Throws Failure.
+  RunningCell(const config::CellFile& file, const Options& options);
+
+  /// Waits until the supervisor reports every node alive. `tell` gets a sentence when what is waited for changes.
+  /// False: a signal came. Throws Failure: the agent ended, or time-out.
+  [[nodiscard]] bool wait_until_up(double timeout, const std::function<void(const std::string&)>& tell);
+  /// Asks the supervisor; false when it does not answer. Throws Failure when the agent has ended.
+  bool look();
+  /// As of the last look that was answered.
+  [[nodiscard]] const msg::CellStatus& status() const { return status_; }
+  [[nodiscard]] bool interrupted() const { return shutdown_.requested(); }
+  [[nodiscard]] const config::CellFile& file() const { return file_; }
+  [[nodiscard]] Client& client() { return client_; }
+  [[nodiscard]] ChildAgent& agent() { return agent_; }
+
+ private:
+  const config::CellFile& file_;
+  std::string log_;
+  Client client_;
+  ShutdownSignal shutdown_;
+  ChildAgent agent_;
+  msg::CellStatus status_;
+};
+
+/// "planner/arm1 and world"; empty when everything is there.
+[[nodiscard]] std::string missing_parts(const msg::CellStatus& status);
+
+}  // namespace hecaton::services::cli

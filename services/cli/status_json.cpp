@@ -1,0 +1,165 @@
+#include "services/cli/status_json.hpp"
+
+#include "services/bus/convert.hpp"
+#include "services/cli/message_text.hpp"
+#include "services/cli/quantities.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+Json age(double seconds) {
+  return seconds < 0.0 ? Json(nullptr) : Json(seconds);
+}
+
+Json vector(const msg::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Json pose(const msg::Pose& pose) {
+  const auto value = bus::from_message(pose, "pose");
+  return value ? Json(xyz_rpy_of(*value)) : Json(nullptr);
+}
+
+}  // namespace
+
+Json to_json(const msg::GoalStatus& goal) {
+  Json json{{"arm", goal.arm()}, {"goal", goal.goal()}, {"state", text(goal.state())}, {"reason", goal.reason()}};
+  json["binding"] = nullptr;
+  if (goal.has_binding()) {
+    json["binding"] = {
+        {"own", goal.binding_own()}, {"other", goal.binding_other()}, {"distance_m", goal.binding_distance()}};
+  }
+  json["trying"] = goal.trying();
+  json["distance_to_goal"] = goal.distance_to_goal();
+  json["elapsed_s"] = goal.elapsed();
+  json["planner"] = goal.node();
+  return json;
+}
+
+Json to_json(const msg::ArmStatus& arm) {
+  const msg::ArmState& state = arm.state();
+  Json json{{"name", arm.arm()},
+            {"mode", text(arm.mode())},
+            {"driver_alive", arm.driver_alive()},
+            {"planner_alive", arm.planner_alive()},
+            {"planner", arm.planner()},
+            {"standby", arm.standby()},
+            {"waiting_for", arm.waiting_for()}};
+  json["state"] = {{"mode", text(state.mode())},
+                   {"q", state.q()},
+                   {"qd", state.qd()},
+                   {"carried", state.carried()},
+                   {"reason", state.reason()},
+                   {"term", state.term()},
+                   {"command_age_s", age(state.command_age())},
+                   {"stale_rejected", state.stale_rejected()},
+                   {"age_s", age(arm.state_age())}};
+  json["goal"] = nullptr;
+  if (arm.has_goal()) {
+    json["goal"] = to_json(arm.goal());
+    json["goal"]["age_s"] = age(arm.goal_age());
+  }
+  return json;
+}
+
+Json to_json(const msg::NodeStatus& node) {
+  const msg::Heartbeat& beat = node.heartbeat();
+  return {{"node", beat.node()},
+          {"kind", text(beat.kind())},
+          {"subject", beat.subject()},
+          {"host", beat.host()},
+          {"pid", beat.pid()},
+          {"alive", node.alive()},
+          {"state", text(beat.state())},
+          {"detail", beat.detail()},
+          {"term", beat.term()},
+          {"ticks", beat.ticks()},
+          {"tick_us", {{"p50", beat.tick_p50_us()}, {"p99", beat.tick_p99_us()}, {"max", beat.tick_max_us()}}},
+          {"lateness_max_us", beat.lateness_max_us()},
+          {"oldest_input", beat.oldest_input()},
+          {"oldest_input_age_s", age(beat.oldest_input_age())},
+          {"rss_bytes", beat.rss_bytes()},
+          {"age_s", age(node.age())}};
+}
+
+Json to_json(const msg::HostStatus& host) {
+  Json json{{"host", host.host()}, {"agent_alive", host.agent_alive()}, {"age_s", age(host.age())}};
+  json["processes"] = Json::array();
+  for (const msg::ProcessEvent& process : host.processes()) {
+    json["processes"].push_back({{"name", process.name()},
+                                 {"node", process.node()},
+                                 {"pid", process.pid()},
+                                 {"running", process.kind() == msg::PROCESS_STARTED},
+                                 {"wanted", process.wanted()},
+                                 {"exit_code", process.exit_code()},
+                                 {"signal", process.signal_number()},
+                                 {"restarts", process.restarts()}});
+  }
+  return json;
+}
+
+Json to_json(const msg::Fault& fault) {
+  return {{"id", fault.id()},           {"severity", text(fault.severity())},
+          {"kind", fault.kind()},       {"subject", fault.subject()},
+          {"seen", fault.seen()},       {"since_unix_ms", fault.since_unix_ms()},
+          {"cleared", fault.cleared()}, {"duration_s", fault_duration(fault)}};
+}
+
+Json to_json(const msg::ObstacleStatus& obstacle) {
+  return {{"name", obstacle.name()},          {"shape", obstacle.shape()},
+          {"motion", obstacle.motion()},      {"attached_to", obstacle.attached_to()},
+          {"xyz_rpy", pose(obstacle.X_WO())}, {"velocity", vector(obstacle.velocity().linear())},
+          {"age_s", age(obstacle.age())}};
+}
+
+Json to_json(const msg::Separation& separation) {
+  return {{"kind", text(separation.kind())},
+          {"a", separation.a()},
+          {"b", separation.b()},
+          {"distance_m", separation.distance()},
+          {"time_s", separation.time()}};
+}
+
+Json to_json(const msg::RefereeReport& report) {
+  Json json{{"contacts", report.contacts()},
+            {"min_separation_m", report.judged() ? Json(report.smallest().distance()) : Json(nullptr)},
+            {"closest_pair", report.judged() ? to_json(report.smallest()) : Json(nullptr)},
+            {"time_s", report.time()}};
+  json["kinds"] = Json::array();
+  for (const msg::KindSummary& kind : report.kinds()) {
+    json["kinds"].push_back({{"kind", text(kind.kind())},
+                             {"contacts", kind.contacts()},
+                             {"closest_pair", kind.judged() ? to_json(kind.smallest()) : Json(nullptr)}});
+  }
+  json["events"] = list_json(report.events());
+  return json;
+}
+
+Json to_json(const msg::CellMode& mode) {
+  return {{"mode", text(mode.mode())},
+          {"held_arms", mode.held_arms()},
+          {"stopped_arms", mode.stopped_arms()},
+          {"reason", mode.reason()},
+          {"term", mode.term()}};
+}
+
+Json to_json(const msg::CellStatus& status) {
+  Json json{{"cell", status.cell()}};
+  json.update(to_json(status.mode()));
+  json["supervisor"] = status.supervisor();
+  json["standby"] = status.standby();
+  json["uptime_s"] = status.uptime();
+  json["arms"] = list_json(status.arms());
+  json["nodes"] = list_json(status.nodes());
+  json["hosts"] = list_json(status.hosts());
+  json["faults"] = list_json(status.faults());
+  json["referee"] = nullptr;
+  if (status.has_referee()) {
+    json["referee"] = to_json(status.referee());
+    json["referee"]["age_s"] = age(status.referee_age());
+  }
+  json["obstacles"] = list_json(status.obstacles());
+  return json;
+}
+
+}  // namespace hecaton::services::cli

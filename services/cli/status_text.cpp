@@ -1,0 +1,180 @@
+#include "services/cli/status_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "services/bus/convert.hpp"
+#include "services/cli/message_text.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/table.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+std::string coloured(msg::Mode mode, const Palette& palette) {
+  const std::string word = text(mode);
+  return mode == msg::MODE_RUN    ? palette.green(word)
+         : mode == msg::MODE_HOLD ? palette.yellow(word)
+                                  : palette.red(word);
+}
+
+std::string coloured(msg::GoalState state, const Palette& palette) {
+  const std::string word = text(state);
+  switch (state) {
+    case msg::GOAL_REACHED:
+      return palette.green(word);
+    case msg::GOAL_BLOCKED:
+      return palette.yellow(word);
+    case msg::GOAL_REJECTED:
+    case msg::GOAL_TIMED_OUT:
+      return palette.red(word);
+    default:
+      return word;
+  }
+}
+
+std::string coloured(msg::Severity severity, const Palette& palette) {
+  const std::string word = text(severity);
+  return severity >= msg::SEVERITY_ERROR     ? palette.red(word)
+         : severity == msg::SEVERITY_WARNING ? palette.yellow(word)
+                                             : word;
+}
+
+std::string drive_text(const msg::ArmStatus& arm, const Palette& palette) {
+  if (!arm.driver_alive()) return palette.red("silent");
+  const std::string word = text(arm.state().mode());
+  return arm.state().mode() == msg::ARM_FAILED ? palette.red(word) : word;
+}
+
+std::string position_text(const msg::Pose& pose) {
+  const msg::Vec3& p = pose.position();
+  return decimal_text(p.x(), 3) + " " + decimal_text(p.y(), 3) + " " + decimal_text(p.z(), 3);
+}
+
+std::string process_text(const msg::ProcessEvent& process, const Palette& palette) {
+  if (process.kind() == msg::PROCESS_STARTED) return palette.green("runs");
+  const std::string how = process.signal_number() != 0 ? "ended by signal " + std::to_string(process.signal_number())
+                                                       : "exited with " + std::to_string(process.exit_code());
+  return process.wanted() ? how : palette.red(how);
+}
+
+}  // namespace
+
+std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
+  Table table({{"arm"},
+               {"mode"},
+               {"drive"},
+               {"goal"},
+               {"to go", Align::kRight},
+               {"for", Align::kRight},
+               {"carries"},
+               {"age", Align::kRight},
+               {"waits for, or is bound by"}});
+  for (const msg::ArmStatus& arm : status.arms()) {
+    std::string goal = "–";
+    std::string distance;
+    std::string elapsed;
+    if (arm.has_goal()) {
+      goal = coloured(arm.goal().state(), palette);
+      if (!is_final(arm.goal().state())) distance = decimal_text(arm.goal().distance_to_goal(), 3);
+      if (arm.goal().elapsed() > 0.0) elapsed = duration_text(arm.goal().elapsed());
+    }
+    table.add({arm.arm(), coloured(arm.mode(), palette), drive_text(arm, palette), goal, distance, elapsed,
+               arm.state().carried(), duration_text(arm.state_age()), waiting_text(arm)});
+  }
+  return table.text(palette);
+}
+
+std::string nodes_text(const msg::CellStatus& status, const Palette& palette) {
+  Table table({{"node"},
+               {"host"},
+               {"pid", Align::kRight},
+               {"state"},
+               {"tick p50", Align::kRight},
+               {"p99 µs", Align::kRight},
+               {"memory", Align::kRight},
+               {"age", Align::kRight},
+               {"oldest input"}});
+  for (const msg::NodeStatus& node : status.nodes()) {
+    const msg::Heartbeat& beat = node.heartbeat();
+    std::string state = node.alive() ? text(beat.state()) : palette.red("silent");
+    if (node.alive() && beat.state() == msg::NODE_DEGRADED) state = palette.yellow(state + ": " + beat.detail());
+    std::string input;
+    if (!beat.oldest_input().empty()) input = beat.oldest_input() + ", " + duration_text(beat.oldest_input_age());
+    table.add({beat.node(), beat.host(), std::to_string(beat.pid()), state, decimal_text(beat.tick_p50_us(), 0),
+               decimal_text(beat.tick_p99_us(), 0), bytes_text(static_cast<double>(beat.rss_bytes())),
+               duration_text(node.age()), input});
+  }
+  return table.text(palette);
+}
+
+std::string hosts_text(const msg::CellStatus& status, const Palette& palette) {
+  Table table({{"host"},
+               {"agent"},
+               {"age", Align::kRight},
+               {"process"},
+               {"pid", Align::kRight},
+               {"state"},
+               {"restarts", Align::kRight}});
+  for (const msg::HostStatus& host : status.hosts()) {
+    const std::string agent = host.agent_alive() ? palette.green("alive") : palette.red("silent");
+    bool first = true;
+    for (const msg::ProcessEvent& process : host.processes()) {
+      table.add({first ? host.host() : "", first ? agent : "", first ? duration_text(host.age()) : "", process.name(),
+                 std::to_string(process.pid()), process_text(process, palette), std::to_string(process.restarts())});
+      first = false;
+    }
+    if (first) table.add({host.host(), agent, duration_text(host.age())});
+  }
+  return table.text(palette);
+}
+
+std::string faults_text(const msg::CellStatus& status, const Palette& palette) {
+  if (status.faults().empty()) return palette.green("no faults") + "\n";
+  Table table({{"since"}, {"severity"}, {"kind"}, {"subject"}, {"lasts", Align::kRight}, {"what was seen"}});
+  for (const msg::Fault& fault : status.faults()) {
+    const std::string lasted = duration_text(fault_duration(fault));
+    table.add({clock_text(fault.since_unix_ms()),
+               fault.cleared() ? palette.dim("cleared") : coloured(fault.severity(), palette), fault.kind(),
+               fault.subject(), fault.cleared() ? palette.dim(lasted) : lasted, fault.seen()});
+  }
+  return table.text(palette);
+}
+
+std::string obstacles_text(const msg::CellStatus& status, const Palette& palette) {
+  if (status.obstacles().empty()) return "no obstacles\n";
+  Table table(
+      {{"obstacle"}, {"shape"}, {"motion"}, {"at x y z [m]"}, {"speed", Align::kRight}, {"age", Align::kRight}});
+  for (const msg::ObstacleStatus& obstacle : status.obstacles()) {
+    const msg::Vec3& v = obstacle.velocity().linear();
+    table.add({obstacle.name(), obstacle.shape(),
+               obstacle.attached_to().empty() ? obstacle.motion() : "carried by " + obstacle.attached_to(),
+               position_text(obstacle.X_WO()), decimal_text(std::hypot(v.x(), v.y(), v.z()), 2) + " m/s",
+               duration_text(obstacle.age())});
+  }
+  return table.text(palette);
+}
+
+std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
+  std::string out = palette.bold("cell " + status.cell()) + ": " + coloured(status.mode().mode(), palette);
+  const auto add_arms = [&](const char* word, const std::vector<std::string>& arms) {
+    if (arms.empty()) return;
+    out += std::string(", ") + word;
+    for (const std::string& arm : arms) out += " " + arm;
+  };
+  add_arms("held", status.mode().held_arms());
+  add_arms("stopped", status.mode().stopped_arms());
+  if (!status.mode().reason().empty()) out += " (" + status.mode().reason() + ")";
+  return out + "\n";
+}
+
+std::string status_text(const msg::CellStatus& status, const Palette& palette) {
+  std::string out = mode_text(status, palette);
+  out += status.supervisor() + " up " + duration_text(status.uptime()) +
+         (status.standby().empty() ? "" : ", standby " + status.standby()) +
+         "; referee: " + (status.has_referee() ? referee_text(status.referee(), palette) : "not heard of") + "\n\n";
+  out += arms_text(status, palette) + "\n" + nodes_text(status, palette) + "\n" + faults_text(status, palette);
+  return out;
+}
+
+}  // namespace hecaton::services::cli

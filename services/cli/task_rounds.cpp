@@ -1,0 +1,179 @@
+#include "services/cli/task_rounds.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "services/bus/convert.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/message_text.hpp"
+#include "services/cli/quantities.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kShow = 200ms;
+/// The planner ends a goal at its time limit; who has not done so by then is not waited for.
+constexpr auto kOverdue = 3s;
+/// All open goals blocked for this long: nothing will change any more unless an obstacle moves away (as in simulate).
+constexpr auto kHopeless = 10s;
+
+std::string outcome_of(msg::GoalState state) {
+  switch (state) {
+    case msg::GOAL_REACHED:
+      return "reached";
+    case msg::GOAL_TIMED_OUT:
+      return "timed_out";
+    default:
+      return "blocked";
+  }
+}
+
+}  // namespace
+
+TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Watchers watchers)
+    : cell_(cell),
+      options_(options),
+      watchers_(std::move(watchers)),
+      generator_(cell.file().cell),
+      random_(options.seed),
+      goals_(cell.client()) {
+  tally_.seed = options.seed;
+  for (const planner::PlannedArm& planned : cell.file().cell.arms) {
+    ArmReport arm;
+    arm.name = planned.arm.name;
+    tally_.arms.push_back(std::move(arm));
+  }
+}
+
+void TaskRounds::run() {
+  while (tally_.tasks < options_.tasks && !cell_.interrupted()) {
+    start_round();
+    const auto limit = bus::Clock::now() + seconds(cell_.file().cell.tasks.time_limit) + kOverdue;
+    auto show_at = bus::Clock::now();
+    while (!round_is_over() && !cell_.interrupted()) {
+      take_news();
+      const auto now = bus::Clock::now();
+      give_up_when_hopeless(now);
+      if (now > limit) {
+        for (Task& task : round_) end(task, "timed_out");
+      }
+      if (now >= show_at) {
+        static_cast<void>(cell_.look());
+        watchers_.show();
+        show_at = now + kShow;
+      }
+      if (round_is_over()) break;
+      [[maybe_unused]] const bool woken =
+          cell_.client().mailbox().wait(std::max(show_at - bus::Clock::now(), 0ns + 1ms));
+    }
+    static_cast<void>(cell_.look());
+    if (round_is_over()) watchers_.tell(round_text());
+  }
+}
+
+void TaskRounds::start_round() {
+  const auto drawn = generator_.draw_conflicting_goals(random_, measured());
+  if (!drawn) {
+    throw Failure(ExitCode::kBadInput,
+                  cell_.file().path + ": no conflicting goals found in the task area; move it or the arms");
+  }
+  ++rounds_;
+  round_.clear();
+  hopeless_since_.reset();
+  for (std::size_t i = 0; i < drawn->size(); ++i) {
+    Task task;
+    task.goal = goals_.draft(tally_.arms[i].name);
+    task.goal.kind(msg::GOAL_JOINTS);
+    task.goal.q(bus::to_message((*drawn)[i]));
+    task.goal.time_limit(cell_.file().cell.tasks.time_limit);
+    task.counted = given_ < options_.tasks;
+    if (task.counted) ++given_;
+    round_.push_back(std::move(task));
+  }
+  for (const Task& task : round_) goals_.send(task.goal);
+}
+
+planner::CellConfiguration TaskRounds::measured() const {
+  planner::CellConfiguration q;
+  for (const ArmReport& arm : tally_.arms) {
+    const msg::ArmStatus& status = require_arm(cell_.status(), arm.name);
+    const auto joints = bus::joints_from_message(status.state().q(), "state of " + arm.name);
+    if (!joints) throw Failure(ExitCode::kNegative, joints.error);
+    q.push_back(*joints);
+  }
+  return q;
+}
+
+void TaskRounds::take_news() {
+  for (const msg::GoalStatus& status : goals_.news()) {
+    for (Task& task : round_) {
+      if (task.goal.arm() != status.arm() || task.goal.goal() != status.goal()) continue;
+      task.status = status;
+      if (is_final(status.state())) end(task, outcome_of(status.state()));
+    }
+  }
+}
+
+void TaskRounds::give_up_when_hopeless(bus::Clock::time_point now) {
+  const bool hopeless = std::all_of(round_.begin(), round_.end(), [](const Task& task) {
+    return task.ended || (task.status && task.status->state() == msg::GOAL_BLOCKED);
+  });
+  if (!hopeless) {
+    hopeless_since_.reset();
+    return;
+  }
+  if (!hopeless_since_) hopeless_since_ = now;
+  if (now < *hopeless_since_ + kHopeless) return;
+  for (Task& task : round_) {
+    if (!task.ended) goals_.cancel(task.goal);
+    end(task, "blocked");
+  }
+}
+
+void TaskRounds::end(Task& task, const std::string& outcome) {
+  if (task.ended) return;
+  task.ended = true;
+  task.outcome = outcome;
+  if (!task.counted) return;
+  const auto arm = std::find_if(tally_.arms.begin(), tally_.arms.end(),
+                                [&](const ArmReport& known) { return known.name == task.goal.arm(); });
+  ++tally_.tasks;
+  ++arm->tasks;
+  if (outcome == "reached") {
+    ++tally_.reached;
+    ++arm->reached;
+    tally_.times.push_back(task.status->elapsed());
+    return;
+  }
+  int& total = outcome == "blocked" ? tally_.blocked : tally_.timed_out;
+  int& of_arm = outcome == "blocked" ? arm->blocked : arm->timed_out;
+  ++total;
+  ++of_arm;
+  missed_.push_back({{"round", rounds_},
+                     {"arm", task.goal.arm()},
+                     {"outcome", outcome},
+                     {"goal", task.goal.q()},
+                     {"why", task.status ? goal_text(*task.status) : "its planner never answered"}});
+}
+
+bool TaskRounds::round_is_over() const {
+  return std::all_of(round_.begin(), round_.end(), [](const Task& task) { return task.ended; });
+}
+
+std::string TaskRounds::round_text() const {
+  std::string text = "round " + std::to_string(rounds_) + ":";
+  for (const Task& task : round_) {
+    text += " " + task.goal.arm() + " " + (task.outcome == "timed_out" ? "timed out" : task.outcome);
+    if (task.status) text += " in " + duration_text(task.status->elapsed());
+    if (task.outcome == "blocked" && task.status) text += " (" + goal_text(*task.status) + ")";
+    text += ",";
+  }
+  text.back() = ';';
+  text += " " + std::to_string(tally_.reached) + " of " + std::to_string(options_.tasks) + " tasks reached";
+  if (cell_.status().has_referee()) text += ", " + referee_text(cell_.status().referee(), Palette(false));
+  return text;
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,72 @@
+#pragma once
+/// Gives all arms of a running cell conflicting goals, round by round, until a number of tasks has ended.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/simulation/tasks.hpp"
+#include "services/cli/goals.hpp"
+#include "services/cli/report.hpp"
+#include "services/cli/running_cell.hpp"
+
+namespace hecaton::services::cli {
+
+/// One arm's task of one round.
+struct Task {
+  msg::Goal goal;
+  std::optional<msg::GoalStatus> status;  ///< newest
+  bool counted = true;                    ///< false: beyond the number of tasks, only keeps the others company
+  bool ended = false;
+  std::string outcome;  ///< "reached", "blocked" or "timed_out", once it has ended
+};
+
+class TaskRounds {
+ public:
+  struct Options {
+    int tasks = 0;
+    std::uint64_t seed = 1;
+  };
+  /// `show` is called several times a second while arms move, `tell` with a sentence at the end of each round.
+  struct Watchers {
+    std::function<void()> show;
+    std::function<void(const std::string&)> tell;
+  };
+  TaskRounds(RunningCell& cell, const Options& options, Watchers watchers);
+
+  /// Until all tasks have ended or a signal comes. Throws Failure.
+  void run();
+
+  /// Tallies so far: tasks, outcomes, times, arms.
+  [[nodiscard]] const Report& tally() const { return tally_; }
+  [[nodiscard]] const std::vector<Task>& round() const { return round_; }
+  [[nodiscard]] int rounds() const { return rounds_; }
+  /// Tasks that were not reached, with what became of them.
+  [[nodiscard]] const Json& missed() const { return missed_; }
+
+ private:
+  void start_round();
+  void take_news();
+  void give_up_when_hopeless(bus::Clock::time_point now);
+  void end(Task& task, const std::string& outcome);
+  [[nodiscard]] bool round_is_over() const;
+  [[nodiscard]] planner::CellConfiguration measured() const;
+  [[nodiscard]] std::string round_text() const;
+
+  RunningCell& cell_;
+  Options options_;
+  Watchers watchers_;
+  planner::TaskGenerator generator_;
+  planner::Random random_;
+  Goals goals_;
+  std::vector<Task> round_;
+  Report tally_;
+  Json missed_ = Json::array();
+  int rounds_ = 0;
+  int given_ = 0;  ///< tasks that were given, over all rounds
+  std::optional<bus::Clock::time_point> hopeless_since_;
+};
+
+}  // namespace hecaton::services::cli

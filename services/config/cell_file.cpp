@@ -1,0 +1,77 @@
+#include "services/config/cell_file.hpp"
+
+#include "services/config/check_start.hpp"
+#include "services/config/read_arm.hpp"
+#include "services/config/read_network.hpp"
+#include "services/config/read_obstacle.hpp"
+#include "services/config/read_timing.hpp"
+#include "services/config/text.hpp"
+#include "services/config/yaml_tree.hpp"
+#include "services/config/yaml_view.hpp"
+
+namespace hecaton::config {
+namespace {
+
+std::string read_world_host(const MapView& root, const std::vector<Host>& hosts) {
+  if (const auto view = root.find("world")) return read_host(view->map(section::kWorld), "host", hosts);
+  if (hosts.size() > 1) static_cast<void>(root.at("world"));
+  return hosts.front().name;
+}
+
+void check_route(const MapView& root, const planner::Cell& cell) {
+  for (const std::string& pose : cell.tasks.route) {
+    for (const planner::PlannedArm& planned : cell.arms) {
+      if (planned.arm.named.contains(pose)) continue;
+      root.at("tasks")
+          .map(section::kTasks)
+          .fail("route", pose, "the name of a pose that every arm has; arm " + planned.arm.name + " has none");
+    }
+  }
+}
+
+// Relations between sections, which no section's reader can check alone.
+void check_relations(const MapView& root, const CellFile& file) {
+  if (file.network.transport == Transport::kSharedMemory && file.hosts.size() > 1) {
+    root.at("network").map(section::kNetwork).at("transport").fail("udp in a cell of several hosts");
+  }
+  // The heartbeat is written by the working loop itself, so it cannot come more often than the loop runs.
+  const std::chrono::duration<double> deadline = file.supervision.heartbeat_deadline;
+  const auto require_below = [&](const char* key, double period) {
+    if (period < deadline.count()) return;
+    root.fail(std::string("timing.") + key, number_text(period * 1e3) + "ms",
+              "below supervision.heartbeat_deadline = " + number_text(deadline.count() * 1e3) + "ms");
+  };
+  require_below("control_period", file.cell.timing.control_period);
+  require_below("world_period", file.cell.timing.world_period);
+}
+
+CellFile read_cell(const YamlNode& tree, const std::string& path) {
+  CellFile file;
+  file.path = path;
+  const MapView root = YamlView(tree, path, "").map(section::kRoot);
+  file.cell.name = root.at("name").name();
+  file.network = read_network(root);
+  file.hosts = read_hosts(root);
+  file.world_host = read_world_host(root, file.hosts);
+  file.supervision = read_supervision(root, file.hosts);
+  file.cell.timing = read_timing(root);
+  file.cell.tasks = read_tasks(root);
+  check_relations(root, file);
+  read_arms(root, file);
+  check_route(root, file.cell);
+  file.cell.scene = read_scene(root, file.cell.arms);
+  check_start(file.cell, path);
+  return file;
+}
+
+}  // namespace
+
+CellFile load_cell_file(const std::string& path) {
+  return read_cell(read_yaml_file(path), path);
+}
+
+CellFile parse_cell_file(const std::string& text, const std::string& path) {
+  return read_cell(read_yaml_text(text, path), path);
+}
+
+}  // namespace hecaton::config

@@ -1,0 +1,65 @@
+#pragma once
+/// A cell file (YAML): the cell itself, and where on the network its services run. docs/cell-file.md lists every key.
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "planner/cell.hpp"
+#include "services/config/config_error.hpp"
+
+namespace hecaton::config {
+
+enum class Transport {
+  kUdp,
+  kSharedMemory,  ///< one host with one /dev/shm only
+};
+
+struct Network {
+  int domain = 42;  ///< DDS domain, 0 to 199
+  Transport transport = Transport::kUdp;
+  std::string interface;           ///< address or name of the network interface to use; empty: all
+  std::vector<std::string> peers;  ///< addresses (address or address:port) to announce to; empty: multicast
+};
+
+struct Host {
+  std::string name;     ///< unique in the cell
+  std::string address;  ///< IP address or DNS name
+};
+
+/// Where the services of one arm run. Names of declared hosts.
+struct ArmHosts {
+  std::string host;          ///< of the planner and the driver
+  std::string standby_host;  ///< of the standby planner; empty: none
+};
+
+/// Who watches, and after how long a silence is a fault.
+struct Supervision {
+  std::string host;
+  std::string standby_host;  ///< of the standby supervisor; empty: none
+  std::chrono::nanoseconds heartbeat_period = std::chrono::milliseconds(10);  ///< of every service's working loop
+  /// No heartbeat for this long: the loop hangs. Whole milliseconds, as DDS deadlines are; > heartbeat_period.
+  std::chrono::nanoseconds heartbeat_deadline = std::chrono::milliseconds(20);
+  /// Liveliness lease: nothing for this long: host or link is lost; > heartbeat_deadline.
+  std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
+  /// Liveliness lease between an active service and its standby; > heartbeat_period.
+  std::chrono::nanoseconds takeover_lease = std::chrono::milliseconds(20);
+};
+
+struct CellFile {
+  std::string path;  ///< as given to load_cell_file
+  planner::Cell cell;
+  Network network;
+  std::vector<Host> hosts;          ///< at least one, in the file's order
+  std::vector<ArmHosts> arm_hosts;  ///< one per arm of the cell
+  std::string world_host;
+  Supervision supervision;
+};
+
+/// Reads, and checks that the cell can start: see check_start. Throws ConfigError.
+[[nodiscard]] CellFile load_cell_file(const std::string& path);
+
+/// The same for a text, as if it stood in `path` (which names files relative to it, and messages).
+[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path);
+
+}  // namespace hecaton::config

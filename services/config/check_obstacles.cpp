@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <limits>
+
+#include "services/config/findings.hpp"
+#include "services/config/placed_bodies.hpp"
+#include "services/config/text.hpp"
+#include "services/config/top_speed.hpp"
+#include "world/sim/obstacle_motion.hpp"
+
+namespace hecaton::config {
+namespace {
+
+constexpr double kWatched = 60.0;  // of a script [s]
+constexpr int kSamples = 600;
+
+using Bodies = std::vector<PlacedBody>;
+
+Bodies fixed_parts(const planner::Cell& cell, const planner::CellGeometry& geometry) {
+  Bodies fixed;
+  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    for (PlacedBody& body : place_arm(cell, geometry, arm, cell.arms[arm].start)) {
+      if (!body.body.moves) fixed.push_back(std::move(body));
+    }
+  }
+  return fixed;
+}
+
+void check_one(const planner::Cell& cell, const planner::CellGeometry& geometry, int index, const Bodies& fixed,
+               double slowest_arm, Findings& findings) {
+  const world::Obstacle& obstacle = cell.scene.obstacles[index];
+  const std::string key = "obstacles[" + std::to_string(index) + "].motion";
+  Bodies bodies = place_obstacle(geometry, obstacle, index);
+  double speed = 0.0;
+  NearestPair deepest;
+  for (int sample = 0; sample < kSamples; ++sample) {
+    const world::MotionState state = world::motion_at(obstacle, kWatched * sample / kSamples);
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      bodies[i].X_WS = state.X_WO * geometry.obstacle_bodies(index)[i].X_CS;
+    }
+    speed = std::max(speed, state.velocity.linear.norm());
+    const NearestPair pair = nearest_pair(fixed, bodies, deepest.found ? deepest.distance : 0.0, false);
+    if (pair.found) deepest = pair;
+  }
+  if (deepest.found) {
+    findings.push_back(
+        {Severity::kWarning, key + " leads through a part that cannot give way: " + overlap_text(deepest)});
+  }
+  if (speed > slowest_arm) {
+    findings.push_back({Severity::kWarning, key + " reaches " + number_text(speed) +
+                                                " m/s, but an arm's tool at most " + number_text(slowest_arm) +
+                                                " m/s: it cannot always be avoided"});
+  }
+}
+
+}  // namespace
+
+void check_obstacles(const planner::Cell& cell, Findings& findings) {
+  const auto& obstacles = cell.scene.obstacles;
+  if (std::none_of(obstacles.begin(), obstacles.end(),
+                   [](const auto& one) { return world::is_scripted(one.motion); })) {
+    return;
+  }
+  std::vector<planner::Arm> models;
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const auto& planned : cell.arms) {
+    models.push_back(planned.arm);
+    slowest = std::min(slowest, top_tool_speed(planned.arm));
+  }
+  planner::CellGeometry geometry(models, 0);
+  geometry.set_obstacles(obstacles);
+  const Bodies fixed = fixed_parts(cell, geometry);
+  for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {
+    if (world::is_scripted(obstacles[i].motion)) check_one(cell, geometry, i, fixed, slowest, findings);
+  }
+}
+
+}  // namespace hecaton::config

@@ -1,0 +1,46 @@
+#pragma once
+/// The bodies of a cell in given configurations, and the nearest pairs among them.
+
+#include <string>
+#include <vector>
+
+#include "planner/cell.hpp"
+#include "planner/collision/cell_geometry.hpp"
+
+namespace hecaton::config {
+
+/// A body where it stands.
+struct PlacedBody {
+  planner::Body body;
+  world::Pose X_WS = world::Pose::Identity();
+  std::string name;  ///< "left/forearm", "pillar"
+};
+
+struct NearestPair {
+  bool found = false;
+  std::string a;
+  std::string b;
+  double distance = 0.0;  ///< [m]; negative: depth of penetration
+};
+
+/// Bodies of the cell's arm i with its joints at q, then what it carries.
+[[nodiscard]] std::vector<PlacedBody> place_arm(const planner::Cell& cell, const planner::CellGeometry& geometry,
+                                                int arm, const planner::JointVector& q);
+
+/// Bodies of the obstacle, which is not attached, at t = 0.
+[[nodiscard]] std::vector<PlacedBody> place_obstacle(const planner::CellGeometry& geometry,
+                                                     const world::Obstacle& obstacle, int index);
+
+/// The nearest pair among those that are nearer than `within` [m]. `moving_a_only` leaves out bodies of a that
+/// no joint moves.
+[[nodiscard]] NearestPair nearest_pair(const std::vector<PlacedBody>& a, const std::vector<PlacedBody>& b,
+                                       double within, bool moving_a_only);
+
+/// The nearest of the listed pairs of one arm's bodies.
+[[nodiscard]] NearestPair nearest_self_pair(const std::vector<PlacedBody>& bodies,
+                                            const std::vector<std::pair<int, int>>& pairs, double within);
+
+/// "left/forearm and pillar overlap by 12.3 mm"
+[[nodiscard]] std::string overlap_text(const NearestPair& pair);
+
+}  // namespace hecaton::config

@@ -1,0 +1,100 @@
+#include "services/config/read_arm.hpp"
+
+#include <algorithm>
+
+#include "services/config/arm_models.hpp"
+#include "services/config/fields.hpp"
+#include "services/config/joint_values.hpp"
+#include "services/config/read_network.hpp"
+#include "services/config/read_parameters.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::config {
+namespace {
+
+constexpr std::size_t kMostArms = 32;
+constexpr std::size_t kMostPoses = 256;
+
+void read_poses(const ArmView& view, planner::Arm& arm) {
+  const auto add = [&](const MapView& map) {
+    const auto poses = map.find("poses");
+    if (!poses) return;
+    for (const auto& [name, configuration] : poses->named_items(kMostPoses)) {
+      if (arm.named.contains(name)) continue;  // the arm's own comes first; the default may be for other joints
+      arm.named[name] = read_configuration(configuration, *arm.model, arm.limits);
+    }
+  };
+  add(view.own);
+  if (view.defaults) add(*view.defaults);
+  // What the SRDF names comes last, and only as far as the cell file's narrower limits allow it.
+  for (const auto& [name, q] : arm.model->named) {
+    if ((q.array() >= arm.limits.lower.array()).all() && (q.array() <= arm.limits.upper.array()).all()) {
+      arm.named.try_emplace(name, q);
+    }
+  }
+  if (!arm.named.contains("home")) view.own.fail_missing("poses.home", "given for every arm");
+}
+
+planner::JointVector read_start(const ArmView& view, const planner::Arm& arm) {
+  const auto start = view.find("start");
+  if (!start) return arm.home();
+  const auto pose = arm.named.find(start->text());
+  if (pose != arm.named.end()) return pose->second;
+  std::vector<std::string_view> names;
+  for (const auto& [name, q] : arm.named) names.push_back(name);
+  start->fail("the name of one of the arm's poses: " + alternatives(names));
+}
+
+planner::LocalParameters read_arm_parameters(const ArmView& view, const planner::Timing& timing) {
+  planner::LocalParameters parameters;
+  if (view.defaults) read_parameters(*view.defaults, parameters);
+  read_parameters(view.own, parameters);
+  const std::string complaint = parameters.validate();
+  if (!complaint.empty()) {
+    throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);
+  }
+  const auto require = [&](const char* key, double period) {
+    if (parameters.state_age_limit >= 2.0 * period) return;
+    view.own.fail("state_age_limit", number_text(parameters.state_age_limit * 1e3) + "ms",
+                  std::string("at least twice timing.") + key + " = " + number_text(period * 1e3) + "ms");
+  };
+  require("control_period", timing.control_period);
+  require("world_period", timing.world_period);
+  return parameters;
+}
+
+planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing, ArmModels& models) {
+  planner::PlannedArm planned;
+  planned.arm.name = view.own.at("name").name();
+  planned.arm.model = models.load(view);
+  planned.arm.X_WB = read_pose(view.own, "base");
+  planned.arm.limits = read_limits(view, *planned.arm.model);
+  read_poses(view, planned.arm);
+  planned.start = read_start(view, planned.arm);
+  planned.parameters = read_arm_parameters(view, timing);
+  return planned;
+}
+
+void require_unique_name(const YamlView& name, const std::vector<planner::PlannedArm>& arms) {
+  const std::string word = name.name();
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    if (arms[i].arm.name == word) name.fail("unique, but arms[" + std::to_string(i) + "] has the same name");
+  }
+}
+
+}  // namespace
+
+void read_arms(const MapView& root, CellFile& file) {
+  ArmModels models;
+  std::optional<MapView> defaults;
+  if (const auto view = root.find("defaults")) defaults = view->map(section::kDefaults);
+  for (const YamlView& view : root.at("arms").items(1, kMostArms, "arms")) {
+    const ArmView arm{view.map(section::kArm), defaults};
+    require_unique_name(arm.own.at("name"), file.cell.arms);
+    file.cell.arms.push_back(read_arm(arm, file.cell.timing, models));
+    const std::string host = read_host(arm.own, "host", file.hosts);
+    file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
+  }
+}
+
+}  // namespace hecaton::config

@@ -1,0 +1,43 @@
+#include "services/config/read_parameters.hpp"
+
+#include <array>
+
+#include "services/config/fields.hpp"
+
+namespace hecaton::config {
+namespace {
+
+constexpr std::array<std::string_view, 2> kMethodNames = {"local", "boundary_following"};
+constexpr std::array<planner::Method, 2> kMethods = {planner::Method::kLocal, planner::Method::kBoundaryFollowing};
+
+constexpr Bounds kDistance{0.0, 10.0, "m", true};
+constexpr Bounds kFraction{0.0, 1.0, "", true};
+
+void read_damper(const MapView& map, planner::DamperParameters& damper) {
+  read_number(map, "influence_distance", kDistance, damper.influence_distance);
+  read_number(map, "security_distance", kDistance, damper.security_distance);
+  read_number(map, "convergence_speed", {0.0, 100.0, "m/s", true}, damper.convergence_speed);
+  read_number(map, "self_influence_distance", kDistance, damper.self_influence_distance);
+  read_number(map, "self_security_distance", kDistance, damper.self_security_distance);
+}
+
+void read_follower(const MapView& map, planner::FollowerParameters& follower) {
+  read_number(map, "deadlock_fraction", kFraction, follower.deadlock_fraction);
+  read_number(map, "exit_fraction", kFraction, follower.exit_fraction);
+  read_seconds(map, "redraw_after", {0.0, 3600.0, "s"}, follower.redraw_after);
+  read_number(map, "redraw_growth", {1.0, 100.0, ""}, follower.redraw_growth);
+  read_seconds(map, "redraw_longest", {0.0, 3600.0, "s"}, follower.redraw_longest);
+}
+
+}  // namespace
+
+void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
+  if (const auto method = map.find("method")) parameters.method = kMethods[method->choice(kMethodNames)];
+  if (const auto damper = map.find("damper")) read_damper(damper->map(section::kDamper), parameters.damper);
+  if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
+  read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
+  read_number(map, "acceleration_of_others", {0.0, 1e4, "rad/s²", true}, parameters.acceleration_of_others);
+  read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);
+}
+
+}  // namespace hecaton::config

@@ -1,0 +1,13 @@
+#pragma once
+/// What a cell file says about an arm's reactive planner.
+
+#include "planner/local/parameters.hpp"
+#include "services/config/yaml_view.hpp"
+
+namespace hecaton::config {
+
+/// Overwrites what `map` (an arm or `defaults`) mentions. Checks each number alone; LocalParameters::validate checks
+/// them together.
+void read_parameters(const MapView& map, planner::LocalParameters& parameters);
+
+}  // namespace hecaton::config

@@ -1,0 +1,61 @@
+#include "services/config/read_timing.hpp"
+
+#include "services/config/fields.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::config {
+namespace {
+
+constexpr Bounds kPeriod{0.0005, 1.0, "s"};
+
+std::string milliseconds_text(double seconds) {
+  return number_text(seconds * 1e3) + "ms";
+}
+
+}  // namespace
+
+planner::Timing read_timing(const MapView& root) {
+  planner::Timing timing;
+  const auto view = root.find("timing");
+  if (!view) return timing;
+  const MapView map = view->map(section::kTiming);
+  read_seconds(map, "control_period", kPeriod, timing.control_period);
+  read_seconds(map, "driver_period", kPeriod, timing.driver_period);
+  read_seconds(map, "world_period", kPeriod, timing.world_period);
+  read_seconds(map, "command_timeout", {0.001, 10.0, "s"}, timing.command_timeout);
+  if (timing.driver_period > timing.control_period) {
+    map.fail("driver_period", milliseconds_text(timing.driver_period),
+             "at most control_period = " + milliseconds_text(timing.control_period));
+  }
+  // One late command is no reason to stop; a second one is.
+  if (timing.command_timeout < 2.0 * timing.control_period) {
+    map.fail("command_timeout", milliseconds_text(timing.command_timeout),
+             "at least twice control_period = " + milliseconds_text(timing.control_period));
+  }
+  return timing;
+}
+
+planner::TaskArea read_tasks(const MapView& root) {
+  planner::TaskArea tasks;
+  const auto view = root.find("tasks");
+  if (!view) {
+    tasks.radius = 0.0;
+    return tasks;
+  }
+  const MapView map = view->map(section::kTasks);
+  if (const auto route = map.find("route")) {
+    for (const char* key : {"centre", "radius", "half_height"}) {
+      if (const auto drawn = map.find(key)) drawn->fail("left out, because tasks.route says where the arms go");
+    }
+    for (const YamlView& pose : route->items(2, 64, "pose names")) tasks.route.push_back(pose.name());
+    read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
+    return tasks;
+  }
+  tasks.centre_W = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
+  read_number(map, "radius", kLength, tasks.radius);
+  read_number(map, "half_height", {0.0, kFarthest, "m"}, tasks.half_height);
+  read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
+  return tasks;
+}
+
+}  // namespace hecaton::config

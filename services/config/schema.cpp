@@ -1,0 +1,104 @@
+#include "services/config/schema.hpp"
+
+#include <array>
+
+namespace hecaton::config {
+namespace {
+
+using Words = std::string_view;
+
+constexpr std::array kRootKeys = {Words("name"),        Words("network"),  Words("hosts"), Words("world"),
+                                  Words("supervision"), Words("timing"),   Words("tasks"), Words("defaults"),
+                                  Words("arms"),        Words("obstacles")};
+constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words("interface"), Words("peers")};
+constexpr std::array kWorldKeys = {Words("host"), Words("floor_z"), Words("gravity")};
+constexpr std::array kSupervisionKeys = {
+    Words("host"),       Words("standby_host"),  Words("heartbeat_period"), Words("heartbeat_deadline"),
+    Words("host_lease"), Words("takeover_lease")};
+constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
+                                    Words("command_timeout")};
+constexpr std::array kTaskKeys = {Words("route"), Words("centre"), Words("radius"), Words("half_height"),
+                                  Words("time_limit")};
+constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
+constexpr std::array kArmKeys = {
+    // What one arm alone can have first, then what `defaults` may say for all of them.
+    Words("name"),           Words("base"),           Words("host"),
+    Words("standby_host"),   Words("urdf"),           Words("srdf"),
+    Words("packages"),       Words("meshes"),         Words("tool_link"),
+    Words("tool"),           Words("limits"),         Words("poses"),
+    Words("start"),          Words("method"),         Words("damper"),
+    Words("follower"),       Words("goal_tolerance"), Words("acceleration_of_others"),
+    Words("state_age_limit")};
+constexpr std::size_t kOwnArmKeys = 4;
+constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
+constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
+                                    Words("self_influence_distance"), Words("self_security_distance")};
+constexpr std::array kFollowerKeys = {Words("deadlock_fraction"), Words("exit_fraction"), Words("redraw_after"),
+                                      Words("redraw_growth"), Words("redraw_longest")};
+constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
+                                      Words("attached_to")};
+constexpr std::array kAttachmentKeys = {Words("arm"), Words("pose")};
+constexpr std::array kBoxKeys = {Words("type"), Words("pose"), Words("size")};
+constexpr std::array kSphereKeys = {Words("type"), Words("pose"), Words("radius")};
+constexpr std::array kCapsuleKeys = {Words("type"), Words("pose"), Words("radius"), Words("length")};
+constexpr std::array kCylinderKeys = {Words("type"), Words("pose"), Words("radius"), Words("height")};
+constexpr std::array kMeshKeys = {Words("type"), Words("pose"), Words("file"), Words("scale")};
+constexpr std::array kStaticKeys = {Words("type")};
+constexpr std::array kWaypointsKeys = {Words("type"), Words("poses"), Words("speed"), Words("loop")};
+constexpr std::array kCircleKeys = {Words("type"), Words("centre"), Words("axis"), Words("angular_speed"),
+                                    Words("turn_with_motion")};
+constexpr std::array kSineKeys = {Words("type"), Words("direction"), Words("amplitude"), Words("period"),
+                                  Words("phase")};
+constexpr std::array kConveyorKeys = {Words("type"), Words("direction"), Words("speed"), Words("length")};
+constexpr std::array kDynamicKeys = {Words("type"),
+                                     Words("mass"),
+                                     Words("friction"),
+                                     Words("rolling_friction"),
+                                     Words("restitution"),
+                                     Words("linear_velocity"),
+                                     Words("angular_velocity")};
+
+}  // namespace
+
+namespace section {
+constexpr Section kRoot{"cell file", kRootKeys};
+constexpr Section kNetwork{"network", kNetworkKeys};
+constexpr Section kHosts{"hosts", {}, true};
+constexpr Section kWorld{"world", kWorldKeys};
+constexpr Section kSupervision{"supervision", kSupervisionKeys};
+constexpr Section kTiming{"timing", kTimingKeys};
+constexpr Section kTasks{"tasks", kTaskKeys};
+constexpr Section kPose{"pose", kPoseKeys};
+constexpr Section kDefaults{"defaults", std::span(kArmKeys).subspan(kOwnArmKeys)};
+constexpr Section kArm{"arms[]", kArmKeys};
+constexpr Section kArmLimits{"arms[].limits", kArmLimitKeys};
+constexpr Section kArmPoses{"arms[].poses", {}, true};
+constexpr Section kPackages{"arms[].packages", {}, true};
+constexpr Section kDamper{"arms[].damper", kDamperKeys};
+constexpr Section kFollower{"arms[].follower", kFollowerKeys};
+constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
+constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
+constexpr Section kBox{"obstacles[].shapes[] of type box", kBoxKeys};
+constexpr Section kSphere{"obstacles[].shapes[] of type sphere", kSphereKeys};
+constexpr Section kCapsule{"obstacles[].shapes[] of type capsule", kCapsuleKeys};
+constexpr Section kCylinder{"obstacles[].shapes[] of type cylinder", kCylinderKeys};
+constexpr Section kMesh{"obstacles[].shapes[] of type mesh", kMeshKeys};
+constexpr Section kStatic{"obstacles[].motion of type static", kStaticKeys};
+constexpr Section kWaypoints{"obstacles[].motion of type waypoints", kWaypointsKeys};
+constexpr Section kCircle{"obstacles[].motion of type circle", kCircleKeys};
+constexpr Section kSine{"obstacles[].motion of type sine", kSineKeys};
+constexpr Section kConveyor{"obstacles[].motion of type conveyor", kConveyorKeys};
+constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
+}  // namespace section
+
+std::span<const Section* const> all_sections() {
+  using namespace section;
+  static constexpr std::array kAll = {&kRoot,     &kNetwork, &kHosts,    &kWorld,    &kSupervision, &kTiming,
+                                      &kTasks,    &kPose,    &kDefaults, &kArm,      &kArmLimits,   &kArmPoses,
+                                      &kPackages, &kDamper,  &kFollower, &kObstacle, &kAttachment,  &kBox,
+                                      &kSphere,   &kCapsule, &kCylinder, &kMesh,     &kStatic,      &kWaypoints,
+                                      &kCircle,   &kSine,    &kConveyor, &kDynamic};
+  return kAll;
+}
+
+}  // namespace hecaton::config

@@ -1,0 +1,51 @@
+#pragma once
+/// Every key that a cell file may have, section by section. Readers can only ask for keys that are listed here, and
+/// docs/cell-file.md documents each of them.
+
+#include <span>
+#include <string_view>
+
+namespace hecaton::config {
+
+/// One kind of map in a cell file.
+struct Section {
+  std::string_view where;  ///< its key path, "[]" for any item of a list
+  std::span<const std::string_view> keys;
+  bool free_names = false;  ///< the file's author chooses the keys; `keys` is empty
+};
+
+namespace section {
+extern const Section kRoot;
+extern const Section kNetwork;
+extern const Section kHosts;
+extern const Section kWorld;
+extern const Section kSupervision;
+extern const Section kTiming;
+extern const Section kTasks;
+extern const Section kPose;
+extern const Section kDefaults;
+extern const Section kArm;
+extern const Section kArmLimits;
+extern const Section kArmPoses;
+extern const Section kPackages;
+extern const Section kDamper;
+extern const Section kFollower;
+extern const Section kObstacle;
+extern const Section kAttachment;
+extern const Section kBox;
+extern const Section kSphere;
+extern const Section kCapsule;
+extern const Section kCylinder;
+extern const Section kMesh;
+extern const Section kStatic;
+extern const Section kWaypoints;
+extern const Section kCircle;
+extern const Section kSine;
+extern const Section kConveyor;
+extern const Section kDynamic;
+}  // namespace section
+
+/// All of the above.
+[[nodiscard]] std::span<const Section* const> all_sections();
+
+}  // namespace hecaton::config

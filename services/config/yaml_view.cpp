@@ -1,0 +1,205 @@
+#include "services/config/yaml_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "services/config/config_error.hpp"
+#include "services/config/duration.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::config {
+namespace {
+
+constexpr std::size_t kLongestName = 64;
+
+bool is_name(std::string_view text) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  };
+  return !text.empty() && text.size() <= kLongestName && std::all_of(text.begin(), text.end(), allowed);
+}
+
+std::string name_rule() {
+  return "1 to " + std::to_string(kLongestName) + " letters, digits, '_', '-' or '.'";
+}
+
+// One line of flow style, cut off soon after it is longer than any message shows.
+void append_flow(const YamlNode& node, std::string& text) {
+  constexpr std::size_t kEnough = 200;
+  const bool map = node.kind == YamlNode::Kind::kMap;
+  switch (node.kind) {
+    case YamlNode::Kind::kEmpty:
+      text += "(empty)";
+      return;
+    case YamlNode::Kind::kScalar:
+      text += node.quoted || node.text.empty() ? "\"" + node.text + "\"" : node.text;
+      return;
+    case YamlNode::Kind::kSequence:
+    case YamlNode::Kind::kMap:
+      break;
+  }
+  text += map ? '{' : '[';
+  for (std::size_t i = 0; i < node.items.size() && text.size() < kEnough; ++i) {
+    if (i > 0) text += ", ";
+    if (map) text += node.keys[i] + ": ";
+    append_flow(node.items[i], text);
+  }
+  text += map ? '}' : ']';
+}
+
+std::string child_path(const std::string& path, std::string_view key) {
+  return path.empty() ? printable(key) : path + "." + printable(key);
+}
+
+}  // namespace
+
+YamlView::YamlView(const YamlNode& node, const std::string& file, std::string path)
+    : node_(&node), file_(&file), path_(std::move(path)) {}
+
+std::string YamlView::value() const {
+  std::string text;
+  append_flow(*node_, text);
+  return printable(text);
+}
+
+void YamlView::fail(const std::string& must_be) const {
+  throw ConfigError(*file_ + ": " + (path_.empty() ? "the file" : path_) + " = " + value() + " must be " + must_be);
+}
+
+void YamlView::fail_with(const std::string& says) const {
+  throw ConfigError(*file_ + ": " + (path_.empty() ? "" : path_ + ": ") + says);
+}
+
+const std::string& YamlView::scalar(const std::string& must_be) const {
+  if (node_->kind != YamlNode::Kind::kScalar) fail(must_be);
+  return node_->text;
+}
+
+double YamlView::number(const Bounds& bounds) const {
+  const std::string must_be = "a number " + bounds.text();
+  const std::string& text = scalar(must_be);
+  const auto value = node_->quoted ? std::nullopt : parse_number(text);
+  if (!value) fail(must_be);
+  if (!std::isfinite(*value)) fail("a finite number, " + bounds.text());
+  if (!bounds.allow(*value)) fail(bounds.text());
+  return *value;
+}
+
+int YamlView::integer(int low, int high) const {
+  const std::string must_be = "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+  const std::string& text = scalar(must_be);
+  const auto value = node_->quoted ? std::nullopt : parse_number(text);
+  if (!value || !(*value >= low && *value <= high) || *value != std::floor(*value)) fail(must_be);
+  return static_cast<int>(*value);
+}
+
+bool YamlView::boolean() const {
+  const std::string& text = scalar("true or false");
+  if (node_->quoted || (text != "true" && text != "false")) fail("true or false");
+  return text == "true";
+}
+
+double YamlView::seconds(const Bounds& bounds) const {
+  const std::string must_be = "a duration with its unit (" + std::string(kDurationUnits) + "), such as 20ms";
+  const auto value = parse_duration(scalar(must_be));
+  if (!value || !std::isfinite(*value)) fail(must_be);
+  if (!bounds.allow(*value)) fail(bounds.text());
+  return *value;
+}
+
+std::string YamlView::text() const {
+  const std::string& text = scalar("a text");
+  if (text.empty() || text.find('\0') != std::string::npos) fail("a text that is not empty");
+  return text;
+}
+
+std::string YamlView::name() const {
+  const std::string& text = scalar("a name of " + name_rule());
+  if (!is_name(text)) fail("a name of " + name_rule());
+  return text;
+}
+
+std::size_t YamlView::choice(std::span<const std::string_view> choices) const {
+  const std::string& word = scalar(alternatives(choices));
+  const auto found = std::find(choices.begin(), choices.end(), word);
+  if (found == choices.end()) fail(alternatives(choices));
+  return static_cast<std::size_t>(found - choices.begin());
+}
+
+std::vector<YamlView> YamlView::items(std::size_t least, std::size_t most, std::string_view of) const {
+  const std::string count =
+      least == most ? std::to_string(least) : std::to_string(least) + " to " + std::to_string(most);
+  if (!is_sequence() || node_->items.size() < least || node_->items.size() > most) {
+    fail("a list of " + count + " " + std::string(of));
+  }
+  std::vector<YamlView> views;
+  for (std::size_t i = 0; i < node_->items.size(); ++i) {
+    views.emplace_back(node_->items[i], *file_, path_ + "[" + std::to_string(i) + "]");
+  }
+  return views;
+}
+
+std::size_t YamlView::type(std::span<const std::string_view> choices) const {
+  if (!is_map()) fail("a map with the key type (" + alternatives(choices) + ")");
+  const auto found = std::find(node_->keys.begin(), node_->keys.end(), "type");
+  if (found == node_->keys.end()) {
+    throw ConfigError(*file_ + ": " + child_path(path_, "type") + " is missing, but must be " + alternatives(choices));
+  }
+  const YamlNode& item = node_->items[static_cast<std::size_t>(found - node_->keys.begin())];
+  return YamlView(item, *file_, child_path(path_, "type")).choice(choices);
+}
+
+MapView YamlView::map(const Section& section) const {
+  return {*this, section};
+}
+
+std::vector<std::pair<std::string, YamlView>> YamlView::named_items(std::size_t most) const {
+  if (!is_map() || node_->items.size() > most) fail("a map of at most " + std::to_string(most) + " names");
+  std::vector<std::pair<std::string, YamlView>> entries;
+  for (std::size_t i = 0; i < node_->items.size(); ++i) {
+    if (!is_name(node_->keys[i])) {
+      fail_with("the key '" + printable(node_->keys[i]) + "' must be a name of " + name_rule());
+    }
+    entries.emplace_back(node_->keys[i], YamlView(node_->items[i], *file_, child_path(path_, node_->keys[i])));
+  }
+  return entries;
+}
+
+MapView::MapView(const YamlView& view, const Section& section) : view_(view), section_(&section) {
+  if (!view.is_map()) view.fail("a map with the keys " + alternatives(section.keys));
+  for (const std::string& key : view.node_->keys) {
+    if (std::find(section.keys.begin(), section.keys.end(), key) != section.keys.end()) continue;
+    throw ConfigError(view.file() + ": " + child_path(view.path(), key) +
+                      " is not a known key; the nearest allowed one is '" +
+                      std::string(nearest_word(key, section.keys)) + "'");
+  }
+}
+
+std::optional<YamlView> MapView::find(std::string_view key) const {
+  if (std::find(section_->keys.begin(), section_->keys.end(), key) == section_->keys.end()) {
+    throw std::logic_error("key '" + std::string(key) + "' is missing in the schema's section " +
+                           std::string(section_->where));
+  }
+  const YamlNode& node = *view_.node_;
+  const auto found = std::find(node.keys.begin(), node.keys.end(), key);
+  if (found == node.keys.end()) return std::nullopt;
+  return YamlView(node.items[static_cast<std::size_t>(found - node.keys.begin())], view_.file(),
+                  child_path(view_.path(), key));
+}
+
+YamlView MapView::at(std::string_view key) const {
+  if (auto found = find(key)) return *found;
+  fail_missing(key, "given");
+}
+
+void MapView::fail(std::string_view key, const std::string& value, const std::string& must_be) const {
+  throw ConfigError(view_.file() + ": " + child_path(view_.path(), key) + " = " + value + " must be " + must_be);
+}
+
+void MapView::fail_missing(std::string_view key, const std::string& must_be) const {
+  throw ConfigError(view_.file() + ": " + child_path(view_.path(), key) + " is missing, but must be " + must_be);
+}
+
+}  // namespace hecaton::config

@@ -1,0 +1,86 @@
+#pragma once
+/// Typed access to a YAML tree that knows where it is: every rejection names file, key path, value and what is allowed.
+/// All functions throw ConfigError.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "services/config/bounds.hpp"
+#include "services/config/schema.hpp"
+#include "services/config/yaml_tree.hpp"
+
+namespace hecaton::config {
+
+class MapView;
+
+/// One value of the file. Refers to the tree and the file's name, which must outlive it.
+class YamlView {
+ public:
+  YamlView(const YamlNode& node, const std::string& file, std::string path);
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] const std::string& file() const { return *file_; }
+  [[nodiscard]] bool is_sequence() const { return node_->kind == YamlNode::Kind::kSequence; }
+  [[nodiscard]] bool is_map() const { return node_->kind == YamlNode::Kind::kMap; }
+  /// The value on one line, shortened.
+  [[nodiscard]] std::string value() const;
+
+  /// "cell.yaml: arms[1].name = x must be a word"
+  [[noreturn]] void fail(const std::string& must_be) const;
+  /// "cell.yaml: arms[1].name: says"
+  [[noreturn]] void fail_with(const std::string& says) const;
+
+  [[nodiscard]] double number(const Bounds& bounds) const;
+  [[nodiscard]] int integer(int low, int high) const;
+  [[nodiscard]] bool boolean() const;
+  /// A duration with its unit; bounds and result in seconds.
+  [[nodiscard]] double seconds(const Bounds& bounds) const;
+  /// Any text that is not empty.
+  [[nodiscard]] std::string text() const;
+  /// 1 to 64 letters, digits, '_', '-' and '.': what goes into topics and messages.
+  [[nodiscard]] std::string name() const;
+  /// The index of the word among the choices.
+  [[nodiscard]] std::size_t choice(std::span<const std::string_view> choices) const;
+
+  /// The items of a list of `least` to `most`; `of` says of what, in the plural.
+  [[nodiscard]] std::vector<YamlView> items(std::size_t least, std::size_t most, std::string_view of) const;
+  /// A map whose keys all belong to the section.
+  [[nodiscard]] MapView map(const Section& section) const;
+  /// The index of the word at the key "type", which says what other keys this map may have.
+  [[nodiscard]] std::size_t type(std::span<const std::string_view> choices) const;
+  /// The entries of a map whose keys are names that its author chose (checked as by name()).
+  [[nodiscard]] std::vector<std::pair<std::string, YamlView>> named_items(std::size_t most) const;
+
+ private:
+  friend class MapView;
+  [[nodiscard]] const std::string& scalar(const std::string& must_be) const;
+
+  const YamlNode* node_;
+  const std::string* file_;
+  std::string path_;
+};
+
+class MapView {
+ public:
+  /// Throws ConfigError for a key that the section does not have.
+  MapView(const YamlView& view, const Section& section);
+
+  [[nodiscard]] const YamlView& view() const { return view_; }
+  [[nodiscard]] std::optional<YamlView> find(std::string_view key) const;
+  /// A missing key is an error.
+  [[nodiscard]] YamlView at(std::string_view key) const;
+  /// "cell.yaml: timing.driver_period = 10ms must be …", for a value that may come from a default.
+  [[noreturn]] void fail(std::string_view key, const std::string& value, const std::string& must_be) const;
+  /// "cell.yaml: arms[0].host is missing, but must be …"
+  [[noreturn]] void fail_missing(std::string_view key, const std::string& must_be) const;
+
+ private:
+  YamlView view_;
+  const Section* section_;
+};
+
+}  // namespace hecaton::config

@@ -1,0 +1,58 @@
+#include "services/planner/arm_view.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "services/bus/convert.hpp"
+
+namespace hecaton::services {
+
+ArmView::ArmView(const planner::Cell& cell) : heard_(cell.arms.size()), observations_(cell.arms.size()) {
+  for (const planner::PlannedArm& planned : cell.arms) {
+    names_.push_back(planned.arm.name);
+    joints_.push_back(planned.arm.model->joints());
+  }
+}
+
+std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& writer, Clock::time_point received) {
+  const auto name = std::find(names_.begin(), names_.end(), state.arm());
+  if (name == names_.end()) return "ArmState of " + state.arm() + ": no such arm in this cell";
+  const auto index = static_cast<std::size_t>(name - names_.begin());
+  std::optional<Heard>& heard = heard_[index];
+  if (heard && heard->writer == writer && state.sequence_number() <= heard->sequence) return {};
+  const std::string what = "ArmState of " + state.arm();
+  const auto q = bus::joints_from_message(state.q(), what + ": q", joints_[index]);
+  if (!q) return q.error;
+  const auto qd = bus::joints_from_message(state.qd(), what + ": qd", joints_[index]);
+  if (!qd) return qd.error;
+  heard = Heard{*q,
+                *qd,
+                state.mode(),
+                state.reason(),
+                state.term(),
+                state.command_sequence_number(),
+                state.sequence_number(),
+                writer,
+                received};
+  return {};
+}
+
+double ArmView::age(int index, Clock::time_point now) const {
+  if (!heard_[index]) return std::numeric_limits<double>::infinity();
+  return std::max(0.0, std::chrono::duration<double>(now - heard_[index]->at).count());
+}
+
+std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now, const CellModeView& mode) {
+  for (std::size_t i = 0; i < heard_.size(); ++i) {
+    if (!heard_[i]) continue;
+    planner::ArmObservation& seen = observations_[i];
+    seen.q = heard_[i]->q;
+    seen.qd = heard_[i]->qd;
+    seen.age = age(static_cast<int>(i), now);
+    seen.known = true;
+    seen.plans = heard_[i]->mode == msg::ARM_RUNNING && mode.order(names_[i]) == ArmOrder::kRun;
+  }
+  return observations_;
+}
+
+}  // namespace hecaton::services

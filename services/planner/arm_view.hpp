@@ -1,0 +1,53 @@
+#pragma once
+/// What a planner knows of the cell's arms from their drivers' messages, with ages on this process's clock.
+
+#include <chrono>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <idl/arm.h>
+
+#include "planner/cell.hpp"
+#include "planner/local/observation.hpp"
+#include "services/bus/mailbox.hpp"
+#include "services/runtime/cell_mode.hpp"
+
+namespace hecaton::services {
+
+class ArmView {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  struct Heard {
+    planner::JointVector q;   ///< [rad | m]
+    planner::JointVector qd;  ///< [rad/s | m/s]
+    msg::ArmMode mode = msg::ARM_STARTING;
+    std::string reason;
+    std::uint64_t term = 0;
+    std::uint64_t command_sequence = 0;
+    std::uint64_t sequence = 0;
+    bus::EndpointId writer;
+    Clock::time_point at;
+  };
+
+  explicit ArmView(const planner::Cell& cell);
+
+  /// A sentence when the message cannot be used, else nothing. Other cells' arms are unusable, too.
+  std::string apply(const msg::ArmState& state, const bus::EndpointId& writer, Clock::time_point received);
+
+  [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
+  /// Since its last state arrived [s]; infinite before the first.
+  [[nodiscard]] double age(int index, Clock::time_point now) const;
+  /// One per arm. An arm takes its share of avoiding (`plans`) while its drive follows commands and nobody holds it.
+  [[nodiscard]] std::span<const planner::ArmObservation> observe(Clock::time_point now, const CellModeView& mode);
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<int> joints_;
+  std::vector<std::optional<Heard>> heard_;
+  std::vector<planner::ArmObservation> observations_;
+};
+
+}  // namespace hecaton::services

@@ -1,0 +1,75 @@
+#include "services/planner/explain.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace hecaton::services {
+namespace {
+
+std::string milliseconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f ms", seconds * 1e3);
+  return text;
+}
+
+std::string stale(const planner::TickResult& result, const planner::CellGeometry& geometry,
+                  std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> obstacles) {
+  if (result.stale_arm < 0) {
+    double age = 0.0;
+    for (const auto& obstacle : obstacles) age = std::max(age, obstacle.age);
+    return "the last news of the obstacles are " + milliseconds(age) + " old";
+  }
+  const std::string& name = geometry.arms()[result.stale_arm].name;
+  const planner::ArmObservation& arm = arms[result.stale_arm];
+  if (!arm.known) return "the state of arm " + name + " was never heard";
+  return "the last state of arm " + name + " is " + milliseconds(arm.age) + " old";
+}
+
+std::string subspaces(int redraws) {
+  return redraws <= 0 ? "" : ", in subspace " + std::to_string(redraws + 1);
+}
+
+}  // namespace
+
+Progress explain(const planner::TickResult& result, const planner::CellGeometry& geometry,
+                 std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
+                 const std::string& hold_reason) {
+  Progress progress;
+  if (result.has_binding) {
+    progress.has_binding = true;
+    progress.binding_own = geometry.own_name(result.binding);
+    progress.binding_other = geometry.other_name(result.binding);
+    progress.binding_distance = result.binding.distance;
+  }
+  switch (result.status) {
+    case planner::TickStatus::kBlocked: {
+      progress.state = msg::GOAL_BLOCKED;
+      char distance[32];
+      std::snprintf(distance, sizeof distance, "%.0f mm", result.binding.distance * 1e3);
+      progress.reason = result.has_binding
+                            ? "no progress: " + progress.binding_own + " – " + progress.binding_other + ", " + distance
+                            : "no progress within the joint limits";
+      progress.trying = "looks for a way along the boundary" + subspaces(result.redraws);
+      break;
+    }
+    case planner::TickStatus::kFollowing:
+      progress.trying = "follows the boundary" + subspaces(result.redraws);
+      break;
+    case planner::TickStatus::kHolding:
+      progress.reason = hold_reason;
+      progress.trying = "waits";
+      break;
+    case planner::TickStatus::kStaleInput:
+      progress.reason = stale(result, geometry, arms, obstacles);
+      progress.trying = "waits for fresh states";
+      break;
+    case planner::TickStatus::kIdle:
+    case planner::TickStatus::kMoving:
+    case planner::TickStatus::kReached:
+      progress.trying = "moves towards the goal";
+      break;
+  }
+  return progress;
+}
+
+}  // namespace hecaton::services

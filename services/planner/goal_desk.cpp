@@ -1,0 +1,131 @@
+#include "services/planner/goal_desk.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kRepeat = 100ms;            // of an active goal's status
+constexpr std::size_t kRemembered = 1024;  // goals handled before, for repetitions
+
+double seconds(std::chrono::steady_clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+}  // namespace
+
+GoalDesk::GoalDesk(std::string arm, std::string node) : arm_(std::move(arm)), node_(std::move(node)) {}
+
+bool GoalDesk::handled_before(const msg::Goal& goal) {
+  const auto id =
+      std::make_pair(goal.client() + "/" + goal.goal() + (goal.cancel() ? "/cancel" : ""), goal.sequence_number());
+  if (std::find(handled_.begin(), handled_.end(), id) != handled_.end()) return true;
+  handled_.push_back(id);
+  if (handled_.size() > kRemembered) handled_.pop_front();
+  return false;
+}
+
+void GoalDesk::receive(const msg::Goal& goal, Clock::time_point now) {
+  if (goal.arm() != arm_ || handled_before(goal)) return;
+  if (goal.cancel()) {
+    cancel(goal.goal(), now);
+  } else {
+    waiting_.push_back({goal, now});
+  }
+}
+
+void GoalDesk::cancel(const std::string& goal, Clock::time_point now) {
+  const std::string reason = "its client gave it up";
+  if (active_ && active_->goal.goal() == goal) end_active(msg::GOAL_CANCELLED, reason, now);
+  if (asked_ && asked_->goal() == goal) asked_cancelled_ = true;
+  for (const Waiting& waiting : waiting_) {
+    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GOAL_CANCELLED, reason);
+  }
+  std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
+}
+
+std::optional<msg::Goal> GoalDesk::next_question() {
+  if (asked_ || waiting_.empty()) return std::nullopt;
+  asked_ = std::move(waiting_.front().goal);
+  asked_cancelled_ = false;
+  waiting_.pop_front();
+  return asked_;
+}
+
+void GoalDesk::refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason) {
+  while (!waiting_.empty() && now - waiting_.front().since > limit) {
+    tell(waiting_.front().goal, msg::GOAL_REJECTED, reason);
+    waiting_.pop_front();
+  }
+}
+
+bool GoalDesk::answer(const GoalAnswer& answer, Clock::time_point now) {
+  asked_.reset();
+  if (asked_cancelled_) {
+    tell(answer.goal, msg::GOAL_CANCELLED, "its client gave it up");
+    return false;
+  }
+  if (!answer.accepted) {
+    tell(answer.goal, msg::GOAL_REJECTED, answer.reason);
+    return false;
+  }
+  if (active_) end_active(msg::GOAL_REPLACED, "goal " + answer.goal.goal() + " came later", now);
+  forget_ = false;
+  active_ = Active{answer.goal, answer.q_goal, now, now, msg::GOAL_ACCEPTED, {}};
+  tell_active(msg::GOAL_ACCEPTED, {}, now);
+  return true;
+}
+
+void GoalDesk::progress(const Progress& progress, Clock::time_point now) {
+  if (!active_) return;
+  Active& active = *active_;
+  active.last = progress;
+  if (progress.state == msg::GOAL_REACHED) {
+    end_active(msg::GOAL_REACHED, {}, now);
+    forget_ = false;  // the arm keeps the place that it was sent to
+    return;
+  }
+  if (active.goal.time_limit() > 0.0 && seconds(now - active.since) > active.goal.time_limit()) {
+    char text[64];
+    std::snprintf(text, sizeof text, "not reached within %.6g s", active.goal.time_limit());
+    end_active(msg::GOAL_TIMED_OUT, progress.reason.empty() ? text : text + (": " + progress.reason), now);
+    return;
+  }
+  if (progress.state != active.state || now - active.told >= kRepeat) tell_active(progress.state, progress.reason, now);
+}
+
+void GoalDesk::tell(const msg::Goal& goal, msg::GoalState state, const std::string& reason) {
+  msg::GoalStatus& status = statuses_.emplace_back();
+  status.arm(arm_);
+  status.goal(goal.goal());
+  status.node(node_);
+  status.sequence_number(++sequence_);
+  status.state(state);
+  status.reason(reason);
+}
+
+void GoalDesk::tell_active(msg::GoalState state, const std::string& reason, Clock::time_point now) {
+  Active& active = *active_;
+  active.state = state;
+  active.told = now;
+  tell(active.goal, state, reason);
+  msg::GoalStatus& status = statuses_.back();
+  status.has_binding(active.last.has_binding);
+  status.binding_own(active.last.binding_own);
+  status.binding_other(active.last.binding_other);
+  status.binding_distance(active.last.binding_distance);
+  status.trying(active.last.trying);
+  status.distance_to_goal(active.last.distance);
+  status.elapsed(seconds(now - active.since));
+}
+
+void GoalDesk::end_active(msg::GoalState state, const std::string& reason, Clock::time_point now) {
+  tell_active(state, reason, now);
+  active_.reset();
+  forget_ = true;
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,90 @@
+#pragma once
+/// One arm's goals from arrival to their end: what waits, what is active, and every status that its clients are owed.
+/// No network, no threads; time comes from outside.
+
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <idl/goal.h>
+
+#include "services/planner/resolve_goal.hpp"
+
+namespace hecaton::services {
+
+/// What a period has brought the active goal.
+struct Progress {
+  msg::GoalState state = msg::GOAL_ACTIVE;  ///< active, blocked or reached
+  std::string reason;                       ///< a sentence when it does not come nearer
+  bool has_binding = false;
+  std::string binding_own;
+  std::string binding_other;
+  double binding_distance = 0.0;  ///< [m]
+  std::string trying;
+  double distance = 0.0;  ///< ‖q_goal − q‖ [rad | m]
+};
+
+class GoalDesk {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  GoalDesk(std::string arm, std::string node);
+
+  /// A goal or a cancellation for this arm; what was handled before is ignored.
+  void receive(const msg::Goal& goal, Clock::time_point now);
+
+  /// The next goal to be resolved; nothing while another one is under way. To be answered.
+  [[nodiscard]] std::optional<msg::Goal> next_question();
+  /// Rejects what has waited for its turn longer than `limit`.
+  void refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason);
+  /// Accepted: the goal replaces the active one, which ends as replaced. Rejected: the active one goes on.
+  /// True when the goal is now active.
+  bool answer(const GoalAnswer& answer, Clock::time_point now);
+
+  [[nodiscard]] bool has_active() const { return active_.has_value(); }
+  [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
+
+  /// Tells at once when the state changes, otherwise every 100 ms; ends the goal when it is reached or out of time.
+  void progress(const Progress& progress, Clock::time_point now);
+
+  /// True once after the active goal ended unreached: the arm is to brake and stay.
+  [[nodiscard]] bool take_forget() { return std::exchange(forget_, false); }
+  /// What is to be published, oldest first; term and stamp are left to the caller.
+  [[nodiscard]] std::vector<msg::GoalStatus> take_statuses() { return std::exchange(statuses_, {}); }
+
+ private:
+  struct Waiting {
+    msg::Goal goal;
+    Clock::time_point since;
+  };
+  struct Active {
+    msg::Goal goal;
+    planner::JointVector q_goal;
+    Clock::time_point since;
+    Clock::time_point told;
+    msg::GoalState state = msg::GOAL_ACCEPTED;
+    Progress last;
+  };
+
+  [[nodiscard]] bool handled_before(const msg::Goal& goal);
+  void cancel(const std::string& goal, Clock::time_point now);
+  void tell(const msg::Goal& goal, msg::GoalState state, const std::string& reason);
+  void tell_active(msg::GoalState state, const std::string& reason, Clock::time_point now);
+  void end_active(msg::GoalState state, const std::string& reason, Clock::time_point now);
+
+  std::string arm_;
+  std::string node_;
+  std::deque<std::pair<std::string, std::uint64_t>> handled_;  ///< (client/goal, sequence), the oldest first
+  std::deque<Waiting> waiting_;
+  std::optional<msg::Goal> asked_;
+  bool asked_cancelled_ = false;
+  std::optional<Active> active_;
+  bool forget_ = false;
+  std::uint64_t sequence_ = 0;
+  std::vector<msg::GoalStatus> statuses_;
+};
+
+}  // namespace hecaton::services

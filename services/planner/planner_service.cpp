@@ -1,0 +1,263 @@
+#include "services/planner/planner_service.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/local/goal_objective.hpp"
+#include "services/bus/convert.hpp"
+#include "services/planner/explain.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/process_info.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A goal waits this long for the world's and the own arm's first words.
+constexpr auto kLongestWait = 3s;
+/// Without fresh states this long the goal counts as blocked [s]; shorter gaps are the network's everyday life.
+constexpr double kBlockedAfter = 1.0;
+/// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
+constexpr double kTrackingTolerance = 2.0;
+
+std::chrono::nanoseconds nanoseconds(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
+std::vector<planner::Arm> arms_of(const planner::Cell& cell) {
+  std::vector<planner::Arm> arms;
+  for (const planner::PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+  return arms;
+}
+
+std::vector<std::string> names_of(const planner::Cell& cell) {
+  std::vector<std::string> names;
+  for (const planner::PlannedArm& planned : cell.arms) names.push_back(planned.arm.name);
+  return names;
+}
+
+/// FNV-1a: each arm draws its own subspaces, the same ones in every run.
+std::uint64_t seed_of(const std::string& name) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return hash;
+}
+
+const char* state_name(msg::GoalState state) {
+  switch (state) {
+    case msg::GOAL_ACCEPTED:
+      return "accepted";
+    case msg::GOAL_ACTIVE:
+      return "active";
+    case msg::GOAL_REACHED:
+      return "reached";
+    case msg::GOAL_BLOCKED:
+      return "blocked";
+    case msg::GOAL_REJECTED:
+      return "rejected";
+    case msg::GOAL_CANCELLED:
+      return "cancelled";
+    case msg::GOAL_REPLACED:
+      return "replaced";
+    case msg::GOAL_TIMED_OUT:
+      break;
+  }
+  return "timed out";
+}
+
+}  // namespace
+
+PlannerService::PlannerService(const config::CellFile& file, int arm, const ServiceOptions& options,
+                               const ShutdownSignal& shutdown)
+    : name_(file.cell.arms[arm].arm.name),
+      node_(planner_node(name_)),
+      self_(arm),
+      state_age_limit_(file.cell.arms[arm].parameters.state_age_limit),
+      participant_(make_participant(file, options, node_, &mailbox_)),
+      modes_(participant_, &mailbox_),
+      arm_states_(participant_, &mailbox_),
+      obstacle_shapes_(participant_, &mailbox_),
+      obstacle_states_(participant_, &mailbox_),
+      goals_(participant_, &mailbox_),
+      commands_(participant_),
+      statuses_(participant_),
+      pulse_(participant_,
+             {node_, msg::NODE_PLANNER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
+             pulse_timing(file)),
+      loop_(nanoseconds(file.cell.timing.control_period), shutdown),
+      arms_(file.cell),
+      obstacles_(names_of(file.cell)),
+      desk_(name_, node_),
+      controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
+                  file.cell.timing.control_period, seed_of(name_)),
+      resolver_(arms_of(file.cell), arm) {
+  command_.arm(name_);
+  command_.node(node_);
+  command_.period(file.cell.timing.control_period);
+}
+
+void PlannerService::run() {
+  log_info("planner started", {{"arm", name_}, {"period_ms", controller_.control_period() * 1e3}});
+  while (loop_.next()) {
+    now_ = Clock::now();
+    listen();
+    handle_goals();
+    plan();
+    publish_statuses();
+    if (pulse_.due(now_, loop_.period() / 2)) beat();
+  }
+  log_info("planner ends", {{"arm", name_}});
+}
+
+void PlannerService::listen() {
+  (void)mailbox_.take_events();
+  modes_.update();
+  const auto complain = [this](const std::string& sentence) {
+    if (sentence.empty() || sentence == complaint_) return;
+    complaint_ = sentence;
+    log_warning("message ignored", {{"reason", sentence}});
+  };
+  for (const auto& sample : arm_states_.take()) {
+    if (!sample.disposed) complain(arms_.apply(sample.value, sample.writer, sample.received));
+  }
+  for (const auto& sample : obstacle_shapes_.take()) {
+    if (sample.disposed) {
+      obstacles_.withdraw(sample.key);
+    } else {
+      complain(obstacles_.apply(sample.value));
+    }
+  }
+  for (const auto& sample : obstacle_states_.take()) {
+    complain(obstacles_.apply(sample.value, sample.writer, sample.received));
+  }
+  if (obstacles_.join()) controller_.set_obstacles(*obstacles_.obstacles());
+}
+
+bool PlannerService::hears_own_arm() const {
+  return arms_.age(self_, now_) <= state_age_limit_;
+}
+
+std::string PlannerService::hold_reason() const {
+  if (modes_.view().order(name_) != ArmOrder::kRun) return modes_.view().why(name_);
+  if (!obstacles_.known()) return obstacles_.missing();
+  if (obstacles_.age(now_) > state_age_limit_) return "the world is silent";
+  return {};
+}
+
+void PlannerService::note_hold(const std::string& reason) {
+  if (reason == hold_reason_) return;
+  hold_reason_ = reason;
+  log_info(reason.empty() ? "may move" : "holds", {{"reason", reason}});
+}
+
+void PlannerService::handle_goals() {
+  for (const auto& sample : goals_.take()) {
+    if (!sample.disposed) desk_.receive(sample.value, now_);
+  }
+  for (const GoalAnswer& answer : resolver_.answers()) {
+    if (desk_.answer(answer, now_)) controller_.set_goal(desk_.q_goal());
+  }
+  if (desk_.take_forget()) controller_.cancel_goal();
+
+  if (!obstacles_.known() || !arms_.arm(self_)) {
+    desk_.refuse_waiting(now_, kLongestWait,
+                         obstacles_.known() ? "the driver of arm " + name_ + " was never heard" : obstacles_.missing());
+    return;
+  }
+  if (const auto goal = desk_.next_question()) {
+    const auto states = obstacles_.states(now_);
+    resolver_.ask({*goal, arms_.arm(self_)->q, obstacles_.obstacles(), {states.begin(), states.end()}});
+  }
+}
+
+void PlannerService::plan() {
+  note_hold(hears_own_arm() ? hold_reason() : "the driver of arm " + name_ + " is silent");
+  if (!hears_own_arm()) {
+    // Without knowing where the arm is there is nothing sound to command; its driver stops it by itself.
+    controller_.forget_setpoint();
+    waited_for_input_ += controller_.control_period();
+    Progress progress;
+    progress.reason = hold_reason_;
+    progress.trying = "waits for the driver";
+    answer_clients(std::move(progress));
+    return;
+  }
+  const ArmView::Heard& own = *arms_.arm(self_);
+  if (own.mode != msg::ARM_RUNNING) controller_.forget_setpoint();
+  const auto observed = arms_.observe(now_, modes_.view());
+  const auto obstacles = obstacles_.states(now_);
+  const planner::TickResult result = controller_.step({own.q, own.qd}, observed, obstacles, !hold_reason_.empty());
+  command(result);
+
+  const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
+  const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
+  waited_for_input_ = starved ? waited_for_input_ + controller_.control_period() : 0.0;
+  if (!desk_.has_active()) return;
+  Progress progress = explain(result, controller_.geometry(), observed, obstacles, hold_reason_);
+  const planner::Arm& arm = controller_.geometry().own_arm();
+  const planner::JointVector to_go = planner::joint_difference(arm.limits, own.q, desk_.q_goal());
+  progress.distance = to_go.norm();
+  const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller_.parameters().goal_tolerance;
+  if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GOAL_REACHED;
+  if (own.mode != msg::ARM_RUNNING && hold_reason_.empty() && !own.reason.empty() && !starved) {
+    progress.reason = "the drive does not follow: " + own.reason;
+  }
+  answer_clients(std::move(progress));
+}
+
+void PlannerService::command(const planner::TickResult& result) {
+  if (!modes_.view().heard()) return;  // without a term nobody would listen
+  const ArmView::Heard& own = *arms_.arm(self_);
+  const std::uint64_t term = modes_.view().term();
+  // A planner that was restarted within its term goes on counting where the driver stands.
+  if (own.term == term) sequence_ = std::max(sequence_, own.command_sequence);
+  command_.term(term);
+  command_.sequence_number(++sequence_);
+  command_.stamp_ns(stamp_now());
+  command_.q(bus::to_message(result.q));
+  command_.qd(bus::to_message(result.qd));
+  (void)commands_.write(command_);  // the bus logs a refusal; the next command is due in one period
+}
+
+void PlannerService::answer_clients(Progress progress) {
+  if (progress.state == msg::GOAL_ACTIVE && waited_for_input_ > kBlockedAfter) progress.state = msg::GOAL_BLOCKED;
+  desk_.progress(progress, now_);
+  if (desk_.take_forget()) controller_.cancel_goal();
+}
+
+void PlannerService::publish_statuses() {
+  for (msg::GoalStatus& status : desk_.take_statuses()) {
+    status.term(modes_.view().term());
+    status.stamp_ns(stamp_now());
+    (void)statuses_.write(status);
+    const bool passing = status.state() == msg::GOAL_ACTIVE || status.state() == msg::GOAL_BLOCKED;
+    (passing ? log_debug : log_info)("goal", {{"goal", status.goal()},
+                                              {"state", state_name(status.state())},
+                                              {"elapsed", status.elapsed()},
+                                              {"distance", status.distance_to_goal()},
+                                              {"reason", status.reason()}});
+  }
+}
+
+void PlannerService::beat() {
+  Vital vital;
+  vital.term = modes_.view().term();
+  const auto consider = [&vital](double age, const std::string& input) {
+    if (age <= vital.oldest_input_age) return;
+    vital.oldest_input_age = std::isfinite(age) ? age : 1e9;
+    vital.oldest_input = input;
+  };
+  for (int i = 0; i < static_cast<int>(controller_.geometry().arms().size()); ++i) {
+    consider(arms_.age(i, now_), "ArmState/" + controller_.geometry().arms()[i].name);
+  }
+  consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
+  const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
+  vital.state = starved ? msg::NODE_DEGRADED : msg::NODE_RUNNING;
+  if (starved) vital.detail = hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+  pulse_.beat(now_, vital, loop_.statistics());
+}
+
+}  // namespace hecaton::services

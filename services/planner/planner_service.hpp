@@ -1,0 +1,78 @@
+#pragma once
+/// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal.
+
+#include <span>
+#include <string>
+
+#include <idl/arm.h>
+#include <idl/goal.h>
+#include <idl/world.h>
+
+#include "planner/arm_controller.hpp"
+#include "services/bus/endpoint.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/planner/arm_view.hpp"
+#include "services/planner/goal_desk.hpp"
+#include "services/planner/goal_resolver.hpp"
+#include "services/planner/obstacle_view.hpp"
+#include "services/runtime/cell_mode.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/pulse.hpp"
+
+namespace hecaton::services {
+
+class PlannerService {
+ public:
+  /// `arm`: index in the cell. Throws std::runtime_error with a sentence when the bus cannot be joined.
+  PlannerService(const config::CellFile& file, int arm, const ServiceOptions& options, const ShutdownSignal& shutdown);
+
+  /// Until the process is to end.
+  void run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void listen();
+  void handle_goals();
+  void plan();
+  void command(const planner::TickResult& result);
+  void answer_clients(Progress progress);
+  void publish_statuses();
+  void beat();
+  [[nodiscard]] bool hears_own_arm() const;
+  void note_hold(const std::string& reason);
+  /// Why the arm must not move now; empty when it may.
+  [[nodiscard]] std::string hold_reason() const;
+
+  std::string name_;
+  std::string node_;
+  int self_;
+  double state_age_limit_;  ///< [s]
+  bus::Mailbox mailbox_;
+  bus::Participant participant_;
+  CellModeListener modes_;
+  bus::Reader<msg::ArmState> arm_states_;
+  bus::Reader<msg::ObstacleShapes> obstacle_shapes_;
+  bus::Reader<msg::ObstacleStates> obstacle_states_;
+  bus::Reader<msg::Goal> goals_;
+  bus::Writer<msg::ArmCommand> commands_;
+  bus::Writer<msg::GoalStatus> statuses_;
+  Pulse pulse_;
+  PeriodicLoop loop_;
+
+  ArmView arms_;
+  ObstacleView obstacles_;
+  GoalDesk desk_;
+  planner::ArmController controller_;
+  GoalResolver resolver_;
+
+  Clock::time_point now_{};
+  std::string hold_reason_ = "has just started";
+  double waited_for_input_ = 0.0;  ///< the tick had to brake for want of fresh states this long [s]
+  std::uint64_t sequence_ = 0;
+  msg::ArmCommand command_;  ///< reused every period
+  std::string complaint_;    ///< logged last about unusable messages
+};
+
+}  // namespace hecaton::services

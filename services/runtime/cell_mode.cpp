@@ -1,0 +1,77 @@
+#include "services/runtime/cell_mode.hpp"
+
+#include <algorithm>
+
+#include "services/bus/endpoint.hpp"
+
+namespace hecaton::services {
+namespace {
+
+bool contains(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+// Within a term the latest arrival counts, not the highest sequence number: a supervisor that restarted within its term
+// counts from one again.
+bool CellModeView::apply(const msg::CellMode& mode) {
+  if (mode.term() < term_) return false;
+  heard_ = true;
+  term_ = mode.term();
+  mode_ = mode;
+  return true;
+}
+
+void CellModeView::saw_term(std::uint64_t term) {
+  term_ = std::max(term_, term);
+}
+
+ArmOrder CellModeView::order(std::string_view arm) const {
+  if (!heard_) return ArmOrder::kUnheard;
+  if (mode_.mode() == msg::Mode::MODE_STOP || contains(mode_.stopped_arms(), arm)) return ArmOrder::kStop;
+  if (mode_.mode() == msg::Mode::MODE_HOLD || contains(mode_.held_arms(), arm)) return ArmOrder::kHold;
+  return ArmOrder::kRun;
+}
+
+std::string CellModeView::why(std::string_view arm) const {
+  const auto because = [this] { return mode_.reason().empty() ? std::string() : ": " + mode_.reason(); };
+  switch (order(arm)) {
+    case ArmOrder::kUnheard:
+      return "no supervisor was heard yet";
+    case ArmOrder::kStop:
+      return (mode_.mode() == msg::Mode::MODE_STOP ? "the cell is stopped" : "the arm is stopped") + because();
+    case ArmOrder::kHold:
+      return (mode_.mode() == msg::Mode::MODE_HOLD ? "the cell is held" : "the arm is held") + because();
+    case ArmOrder::kRun:
+      break;
+  }
+  return {};
+}
+
+struct CellModeListener::Impl {
+  Impl(bus::Participant& participant, bus::Mailbox* mailbox) : reader(participant, mailbox) {}
+  bus::Reader<msg::CellMode> reader;
+  CellModeView view;
+};
+
+CellModeListener::CellModeListener(bus::Participant& participant, bus::Mailbox* mailbox)
+    : impl_(std::make_unique<Impl>(participant, mailbox)) {}
+CellModeListener::~CellModeListener() = default;
+
+bool CellModeListener::update() {
+  bool changed = false;
+  for (const auto& sample : impl_->reader.take()) {
+    if (!sample.disposed) changed = impl_->view.apply(sample.value) || changed;
+  }
+  return changed;
+}
+
+const CellModeView& CellModeListener::view() const {
+  return impl_->view;
+}
+CellModeView& CellModeListener::view() {
+  return impl_->view;
+}
+
+}  // namespace hecaton::services

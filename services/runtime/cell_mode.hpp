@@ -1,0 +1,60 @@
+#pragma once
+/// What the supervisor orders, as one arm's planner or driver understands it.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <idl/health.h>
+
+#include "services/bus/participant.hpp"
+
+namespace hecaton::services {
+
+enum class ArmOrder {
+  kUnheard,  ///< no cell mode was ever heard: to be treated as hold
+  kRun,
+  kHold,  ///< brake and stay; goals are kept
+  kStop,  ///< the same, latched until resumed
+};
+
+/// The newest cell mode of the highest term. Stays what it was while the supervisor is silent.
+class CellModeView {
+ public:
+  /// False when it was ignored because its term is older than one already seen.
+  bool apply(const msg::CellMode& mode);
+  /// Some other message (a command) proved that this term exists; cell modes of older ones are ignored from now on.
+  void saw_term(std::uint64_t term);
+
+  [[nodiscard]] bool heard() const { return heard_; }
+  [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
+  [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
+  /// The stricter of the cell's order and the arm's own.
+  [[nodiscard]] ArmOrder order(std::string_view arm) const;
+  /// Why it is not kRun, a sentence; empty for kRun.
+  [[nodiscard]] std::string why(std::string_view arm) const;
+
+ private:
+  bool heard_ = false;
+  std::uint64_t term_ = 0;
+  msg::CellMode mode_;
+};
+
+/// A CellModeView that is fed from the bus.
+class CellModeListener {
+ public:
+  explicit CellModeListener(bus::Participant& participant, bus::Mailbox* mailbox = nullptr);
+  ~CellModeListener();
+
+  /// Takes what has arrived; true when the order or the term changed. Never blocks.
+  bool update();
+  [[nodiscard]] const CellModeView& view() const;
+  [[nodiscard]] CellModeView& view();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hecaton::services

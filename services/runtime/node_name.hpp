@@ -1,0 +1,25 @@
+#pragma once
+/// What the nodes of a cell are called in heartbeats, logs and faults.
+
+#include <string>
+#include <string_view>
+
+namespace hecaton::services {
+
+[[nodiscard]] inline std::string planner_node(std::string_view arm) {
+  return "planner/" + std::string(arm);
+}
+[[nodiscard]] inline std::string driver_node(std::string_view arm) {
+  return "driver/" + std::string(arm);
+}
+[[nodiscard]] inline std::string agent_node(std::string_view host) {
+  return "agent/" + std::string(host);
+}
+[[nodiscard]] inline std::string world_node() {
+  return "world";
+}
+[[nodiscard]] inline std::string supervisor_node() {
+  return "supervisor";
+}
+
+}  // namespace hecaton::services

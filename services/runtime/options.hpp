@@ -1,0 +1,40 @@
+#pragma once
+/// The command line that all services share.
+
+#include <optional>
+#include <string>
+
+#include "services/runtime/exit_code.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace hecaton::services {
+
+enum class LogLevel { kDebug, kInfo, kWarning, kError };
+
+struct ServiceOptions {
+  std::string cell;           ///< path of the cell file
+  std::string arm;            ///< which arm it serves; empty for services of the whole cell
+  std::optional<int> domain;  ///< DDS domain 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's
+  std::string host;           ///< the cell's host it runs on; empty: where the cell file places it
+  LogLevel log_level = LogLevel::kInfo;
+  std::string log_file;  ///< empty: stderr
+};
+
+/// Adds --domain, --host, --log-level and --log-file to any command.
+void add_common_options(CLI::App& app, ServiceOptions& options);
+
+enum class Subject { kCell, kArm };
+
+/// CELL [--arm NAME] and the common options; the exit code to leave with when there is nothing to run (--help,
+/// --version, or a usage error that was explained on stderr).
+[[nodiscard]] std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
+                                                    Subject subject, ServiceOptions& options);
+
+/// The DDS domain: option, else HECATON_DOMAIN, else `of_cell`. Throws std::runtime_error with a sentence when
+/// HECATON_DOMAIN is no number from 0 to 199.
+[[nodiscard]] int choose_domain(const ServiceOptions& options, int of_cell);
+
+}  // namespace hecaton::services

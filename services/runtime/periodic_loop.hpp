@@ -1,0 +1,48 @@
+#pragma once
+/// Runs a service's work once a period, on absolute deadlines of the monotonic clock.
+
+#include <chrono>
+
+#include "services/runtime/loop_statistics.hpp"
+#include "services/runtime/shutdown.hpp"
+
+namespace hecaton::services {
+
+/// while (loop.next()) { one period's work; }
+class PeriodicLoop {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// The first period begins with the first next(). period > 0.
+  PeriodicLoop(std::chrono::nanoseconds period, const ShutdownSignal& shutdown);
+
+  /// Sleeps until the next deadline. After a stall the deadlines that have passed are skipped, never caught up in a
+  /// burst. False when the process is to end.
+  [[nodiscard]] bool next();
+
+  /// When the running period began, and how long after its deadline.
+  [[nodiscard]] Clock::time_point now() const { return began_; }
+  /// Periods that passed unused right before the running one.
+  [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
+  [[nodiscard]] const LoopStatistics& statistics() const { return statistics_; }
+  [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
+
+ private:
+  std::chrono::nanoseconds period_;
+  const ShutdownSignal& shutdown_;
+  Clock::time_point deadline_{};
+  Clock::time_point began_{};
+  bool running_ = false;
+  std::uint64_t skipped_ = 0;
+  LoopStatistics statistics_;
+};
+
+/// The deadline after `deadline` that is not yet over at `now`, on the grid of `period`; how many were skipped.
+struct NextDeadline {
+  std::chrono::steady_clock::time_point at;
+  std::uint64_t skipped = 0;
+};
+[[nodiscard]] NextDeadline next_deadline(std::chrono::steady_clock::time_point deadline,
+                                         std::chrono::steady_clock::time_point now, std::chrono::nanoseconds period);
+
+}  // namespace hecaton::services

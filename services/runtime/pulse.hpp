@@ -1,0 +1,54 @@
+#pragma once
+/// A service's heartbeat. The working loop itself beats, so that a loop that hangs falls silent.
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include <idl/health.h>
+
+#include "services/bus/participant.hpp"
+#include "services/runtime/loop_statistics.hpp"
+
+namespace hecaton::services {
+
+struct PulseIdentity {
+  std::string node;
+  msg::NodeKind kind = msg::NodeKind::NODE_OTHER;
+  std::string subject;  ///< the arm it serves; empty: none
+  std::string host;     ///< empty: the machine's own name
+};
+
+struct PulseTiming {
+  std::chrono::nanoseconds period = std::chrono::milliseconds(10);
+  std::chrono::milliseconds deadline{20};
+  std::chrono::milliseconds lease{100};
+};
+
+/// What changes from beat to beat.
+struct Vital {
+  msg::NodeState state = msg::NodeState::NODE_RUNNING;
+  std::string detail;  ///< why degraded
+  std::uint64_t term = 0;
+  double oldest_input_age = 0.0;  ///< [s]
+  std::string oldest_input;       ///< topic/key
+};
+
+class Pulse {
+ public:
+  Pulse(bus::Participant& participant, PulseIdentity identity, const PulseTiming& timing);
+  ~Pulse();
+
+  /// True when the next beat is due: lets the loop assemble a Vital only then. `slack`: half the loop's period, so that
+  /// a loop that is a little early against its last beat does not skip a whole turn.
+  [[nodiscard]] bool due(std::chrono::steady_clock::time_point now,
+                         std::chrono::nanoseconds slack = std::chrono::nanoseconds(0)) const;
+  /// Writes a heartbeat now.
+  void beat(std::chrono::steady_clock::time_point now, const Vital& vital, const LoopStatistics& loop);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hecaton::services

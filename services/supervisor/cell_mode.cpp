@@ -1,0 +1,129 @@
+#include "services/supervisor/cell_mode.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hecaton::services {
+namespace {
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+void append(std::string& text, const std::string& part) {
+  if (!text.empty()) text += "; ";
+  text += part;
+}
+
+}  // namespace
+
+std::string_view mode_name(MoveMode mode) {
+  switch (mode) {
+    case MoveMode::kRun:
+      return "run";
+    case MoveMode::kHold:
+      return "hold";
+    case MoveMode::kStop:
+      return "stop";
+  }
+  return "unknown";
+}
+
+std::string CellModeState::unknown(const std::vector<std::string>& arms) const {
+  for (const std::string& arm : arms) {
+    if (std::find(arms_.begin(), arms_.end(), arm) == arms_.end()) {
+      return "unknown arm " + arm + ": this cell's arms are " + listed(arms_);
+    }
+  }
+  return {};
+}
+
+void CellModeState::order(const std::vector<std::string>& arms, MoveMode mode) {
+  if (arms.empty()) orders_.cell = std::max(orders_.cell, mode);
+  for (const std::string& arm : arms) {
+    MoveMode& own = orders_.arms[arm];
+    own = std::max(own, mode);
+  }
+}
+
+std::string CellModeState::hold(const std::vector<std::string>& arms) {
+  std::string refusal = unknown(arms);
+  if (refusal.empty()) order(arms, MoveMode::kHold);
+  return refusal;
+}
+
+std::string CellModeState::stop(const std::vector<std::string>& arms) {
+  std::string refusal = unknown(arms);
+  if (refusal.empty()) order(arms, MoveMode::kStop);
+  return refusal;
+}
+
+std::string CellModeState::resume(const std::vector<std::string>& arms) {
+  std::string refusal = unknown(arms);
+  if (!refusal.empty()) return refusal;
+  if (arms.empty()) {
+    orders_ = {};
+    return {};
+  }
+  if (orders_.cell != MoveMode::kRun) {
+    const std::string mode(mode_name(orders_.cell));
+    return "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if you wish";
+  }
+  for (const std::string& arm : arms) orders_.arms.erase(arm);
+  return {};
+}
+
+void CellModeState::restore(const Orders& orders) {
+  orders_ = {};
+  orders_.cell = orders.cell;
+  for (const auto& [arm, mode] : orders.arms) {
+    if (mode != MoveMode::kRun && std::find(arms_.begin(), arms_.end(), arm) != arms_.end()) orders_.arms[arm] = mode;
+  }
+}
+
+MoveMode CellModeState::order_of(std::string_view arm) const {
+  const auto own = orders_.arms.find(arm);
+  return own == orders_.arms.end() ? MoveMode::kRun : own->second;
+}
+
+ModeDecision CellModeState::decide() const {
+  ModeDecision decision;
+  decision.cell = std::max(orders_.cell, automatic_.cell.empty() ? MoveMode::kRun : MoveMode::kHold);
+  if (orders_.cell != MoveMode::kRun) append(decision.reason, std::string(mode_name(orders_.cell)) + " by operator");
+  if (!automatic_.cell.empty()) append(decision.reason, automatic_.cell);
+  for (const std::string& arm : arms_) {
+    const MoveMode own = order_of(arm);
+    const auto held = automatic_.arms.find(arm);
+    if (own == MoveMode::kStop) {
+      decision.stopped_arms.push_back(arm);
+    } else if (own == MoveMode::kHold || held != automatic_.arms.end()) {
+      decision.held_arms.push_back(arm);
+    }
+    if (own != MoveMode::kRun) append(decision.reason, arm + ": " + std::string(mode_name(own)) + " by operator");
+    if (held != automatic_.arms.end()) append(decision.reason, arm + ": " + held->second);
+  }
+  return decision;
+}
+
+MoveMode CellModeState::mode_of(std::string_view arm) const {
+  const bool held = !automatic_.cell.empty() || automatic_.arms.contains(arm);
+  return std::max({orders_.cell, order_of(arm), held ? MoveMode::kHold : MoveMode::kRun});
+}
+
+std::string CellModeState::reason_of(std::string_view arm) const {
+  std::string reason;
+  if (orders_.cell != MoveMode::kRun) {
+    append(reason, "the cell is on " + std::string(mode_name(orders_.cell)) + " by operator: waits for resume");
+  }
+  if (const MoveMode own = order_of(arm); own != MoveMode::kRun) {
+    append(reason, "on " + std::string(mode_name(own)) + " by operator: waits for resume");
+  }
+  if (!automatic_.cell.empty()) append(reason, "held: " + automatic_.cell);
+  const auto held = automatic_.arms.find(arm);
+  if (held != automatic_.arms.end()) append(reason, "held: " + held->second);
+  return reason;
+}
+
+}  // namespace hecaton::services

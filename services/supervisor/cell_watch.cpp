@@ -1,0 +1,260 @@
+#include "services/supervisor/cell_watch.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace hecaton::services {
+namespace {
+
+std::string stream_name(std::string_view node) {
+  return std::string(node) + " stream";
+}
+
+std::string milliseconds(Time time) {
+  return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count()) + " ms";
+}
+
+bool silent(Presence presence) {
+  return presence == Presence::kSuspected || presence == Presence::kLost;
+}
+
+FaultSeverity silence_severity(Presence presence) {
+  return presence == Presence::kSuspected ? FaultSeverity::kWarning : FaultSeverity::kError;
+}
+
+}  // namespace
+
+std::string end_text(const ProcessExit& exit) {
+  const std::string process = "process " + std::to_string(exit.pid);
+  if (exit.signal_number == 0) return process + " ended with exit code " + std::to_string(exit.exit_code);
+  const char* name = strsignal(exit.signal_number);
+  return process + " was ended by signal " + std::to_string(exit.signal_number) +
+         (name ? " (" + std::string(name) + ")" : std::string());
+}
+
+CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> arms, const WatchLimits& limits,
+                     Time now)
+    : limits_(limits),
+      nodes_(std::move(nodes)),
+      clock_(limits.loop_period, limits.loop_limit, now),
+      liveness_(clock_),
+      mode_(std::move(arms)) {
+  for (const ExpectedNode& node : nodes_) {
+    LivenessLimits own = limits_.node;
+    if (node.role == NodeRole::kAgent) own.lost = limits_.host_lease;
+    liveness_.expect(node.name, own);
+    State& state = states_[node.name];
+    state.has_stream = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+    if (!state.has_stream) continue;
+    LivenessLimits stream = limits_.node;
+    stream.silence = node.role == NodeRole::kDriver ? limits_.arm_stream : limits_.world_stream;
+    stream.lost = std::max(stream.lost, stream.silence);
+    liveness_.expect(stream_name(node.name), stream);
+  }
+}
+
+void CellWatch::advance(Time now) {
+  stalled_ = clock_.advance(now);
+}
+
+void CellWatch::heard(std::string_view node, std::int64_t pid, Time at) {
+  const auto found = states_.find(node);
+  if (found == states_.end()) return;
+  State& state = found->second;
+  const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
+  if (late) return;  // written before its process ended
+  state.died.reset();
+  state.stopped = false;
+  state.pid = pid;
+  liveness_.heard(node, at);
+}
+
+void CellWatch::stream_heard(std::string_view node, Time at) {
+  const State* state = find(node);
+  if (!state || !state->has_stream || state->died || state->stopped) return;
+  // No sign of life of a process that has not introduced itself: it may be what an earlier one left on the wire.
+  if (liveness_.last_heard(node)) liveness_.heard(node, at);
+  liveness_.heard(stream_name(node), at);
+}
+
+void CellWatch::process_started(std::string_view node, std::int64_t pid) {
+  const auto found = states_.find(node);
+  if (found == states_.end()) return;
+  State& state = found->second;
+  if (state.pid == pid) return;  // its heartbeat came first
+  state = {pid, std::nullopt, false, state.has_stream};
+  liveness_.restarted(node);
+  if (state.has_stream) liveness_.restarted(stream_name(node));
+}
+
+void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
+  const auto found = states_.find(node);
+  if (found == states_.end()) return;
+  State& state = found->second;
+  const bool replaced = state.pid != 0 && state.pid != exit.pid && !state.died;
+  if (replaced && liveness_.presence(node) == Presence::kAlive) return;  // history: its successor is here
+  state.pid = exit.pid;
+  state.stopped = exit.wanted;
+  state.died = exit.wanted ? std::nullopt : std::optional(exit);
+  liveness_.restarted(node);
+  if (state.has_stream) liveness_.restarted(stream_name(node));
+}
+
+void CellWatch::judge(Time now) {
+  liveness_.judge(stalled_);
+  for (const ExpectedNode& node : nodes_) {
+    if (node.role == NodeRole::kAgent && host_silent_for(node.host, limits_.node.silence)) {
+      host_silences_[node.host] = clock_.now();
+    }
+  }
+  for (const ExpectedNode& node : nodes_) {
+    if (const auto seen = sight(node)) {
+      faults_.raise(node.name, *seen, now);
+    } else if (sound(node)) {
+      faults_.clear(node.name, now);
+    }
+  }
+  mode_.set_automatic(holds());
+}
+
+const CellWatch::State* CellWatch::find(std::string_view node) const {
+  const auto found = states_.find(node);
+  return found == states_.end() ? nullptr : &found->second;
+}
+
+Presence CellWatch::presence_of(const ExpectedNode& node) const {
+  return liveness_.presence(node.name);
+}
+
+bool CellWatch::alive(std::string_view node) const {
+  const State* state = find(node);
+  return state && !state->died && !state->stopped && liveness_.presence(node) == Presence::kAlive;
+}
+
+// No reason is left to complain of it.
+bool CellWatch::sound(const ExpectedNode& node) const {
+  const State& state = *find(node.name);
+  if (state.stopped) return true;
+  return alive(node.name) && (!state.has_stream || liveness_.presence(stream_name(node.name)) == Presence::kAlive);
+}
+
+std::string CellWatch::awaited(std::string_view node) const {
+  const State* state = find(node);
+  if (!state) return {};
+  const std::string name(node);
+  if (state->stopped) return name + " was told to end";
+  if (const FaultRecord* fault = faults_.open(node)) return fault->seen;
+  switch (liveness_.presence(node)) {
+    case Presence::kWaiting:
+    case Presence::kMissing:
+      return name + " has not appeared yet";
+    case Presence::kSuspected:
+    case Presence::kLost:
+      return name + " is silent";
+    case Presence::kReturning:
+    case Presence::kAlive:
+      break;
+  }
+  if (state->has_stream && !liveness_.last_heard(stream_name(node))) return name + " has not told any state yet";
+  return {};
+}
+
+const ExpectedNode* CellWatch::agent_of(const std::string& host) const {
+  const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
+    return node.role == NodeRole::kAgent && node.host == host;
+  });
+  return found == nodes_.end() ? nullptr : &*found;
+}
+
+// Nothing at all was heard of a host for about a beat: whether one node hangs or the host is gone cannot be told yet.
+bool CellWatch::host_silent(const std::string& host) const {
+  return host_silent_for(host, limits_.heartbeat_period * 9 / 10);  // beats of different nodes are not in phase
+}
+
+bool CellWatch::host_silent_for(const std::string& host, Time duration) const {
+  return std::all_of(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
+    return node.host != host || !liveness_.last_heard(node.name) || liveness_.silence(node.name) >= duration;
+  });
+}
+
+bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
+  const ExpectedNode* agent = agent_of(node.host);
+  if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
+  if (host_silent(node.host)) return true;
+  // It is back, and its nodes do not return in the same instant.
+  const auto last = host_silences_.find(node.host);
+  return last != host_silences_.end() && clock_.now() - last->second <= limits_.node.recovery;
+}
+
+std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
+  const State& state = *find(node.name);
+  if (state.died) {
+    return FaultSight{FaultKind::kProcessDied, FaultSeverity::kError, node.name,
+                      node.name + ": " + end_text(*state.died)};
+  }
+  if (state.stopped) return std::nullopt;
+  const Presence presence = presence_of(node);
+  if (presence == Presence::kMissing) {
+    const ExpectedNode* agent = agent_of(node.host);
+    const bool explained = agent && agent->name != node.name && presence_of(*agent) == Presence::kMissing;
+    if (explained) return std::nullopt;
+    return FaultSight{FaultKind::kNodeMissing, FaultSeverity::kError, node.name,
+                      node.name + " did not appear within " + milliseconds(limits_.node.grace)};
+  }
+  if (silent(presence)) return silence_sight(node, presence);
+  return state.has_stream && presence == Presence::kAlive ? stream_sight(node) : std::nullopt;
+}
+
+std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Presence presence) const {
+  const Time limit = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
+  if (node.role == NodeRole::kAgent) {
+    if (presence != Presence::kLost) return std::nullopt;
+    const bool all = host_silent(node.host);
+    return FaultSight{FaultKind::kAgentLost, all ? FaultSeverity::kError : FaultSeverity::kWarning, node.host,
+                      (all ? "host " + node.host + ": nothing heard of it or its nodes for more than "
+                           : node.name + ": no heartbeat, while nodes of its host are heard, for more than ") +
+                          milliseconds(limits_.host_lease)};
+  }
+  if (host_fault_explains(node)) return std::nullopt;
+  return FaultSight{FaultKind::kNodeSilent, silence_severity(presence), node.name,
+                    node.name + ": no heartbeat for more than " + milliseconds(limit)};
+}
+
+std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) const {
+  const bool world = node.role == NodeRole::kWorld;
+  const std::string stream = stream_name(node.name);
+  const Presence presence = liveness_.presence(stream);
+  const Time limit = world ? limits_.world_stream : limits_.arm_stream;
+  if (!silent(presence) && presence != Presence::kMissing) return std::nullopt;
+  // When both fall silent together the loop hangs, which is another fault: wait until the heartbeat outlives the
+  // stream.
+  const auto last = liveness_.last_heard(stream);
+  if (last && *liveness_.last_heard(node.name) - *last <= limit) return std::nullopt;
+  const std::string missing = world ? "no obstacle states" : "no arm state";
+  return FaultSight{world ? FaultKind::kWorldSilent : FaultKind::kDriverSilent, silence_severity(presence),
+                    world ? node.name : node.arm,
+                    node.name + ": heartbeats, but " + missing + " for more than " + milliseconds(limit)};
+}
+
+std::string CellWatch::hold_reason(const ExpectedNode& node) const {
+  if (const FaultRecord* fault = faults_.open(node.name)) return fault->seen;
+  if (alive(node.name)) return {};
+  const ExpectedNode* agent = agent_of(node.host);
+  const FaultRecord* fault = agent ? faults_.open(agent->name) : nullptr;
+  return fault ? fault->seen : std::string();
+}
+
+AutomaticHolds CellWatch::holds() const {
+  AutomaticHolds holds;
+  for (const ExpectedNode& node : nodes_) {
+    if (node.role == NodeRole::kAgent) continue;  // its nodes work without it
+    const std::string reason = hold_reason(node);
+    if (reason.empty()) continue;
+    std::string& place = node.role == NodeRole::kWorld ? holds.cell : holds.arms[node.arm];
+    if (place.empty()) place = reason;
+  }
+  return holds;
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,108 @@
+#pragma once
+/// From signs of life, process events and orders to faults and the cell's mode: the whole judgement of the supervisor.
+/// Standard library only: time is an argument, so that every fault can be tested without a network.
+///
+/// One turn of its owner's loop: advance(now), everything that was heard, judge(now).
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "services/supervisor/cell_mode.hpp"
+#include "services/supervisor/fault_list.hpp"
+#include "services/supervisor/liveness.hpp"
+
+namespace hecaton::services {
+
+enum class NodeRole : std::uint8_t { kPlanner, kDriver, kWorld, kAgent };
+
+struct ExpectedNode {
+  std::string name;
+  NodeRole role{};
+  std::string arm;   ///< of planners and drivers
+  std::string host;  ///< where it runs
+};
+
+struct WatchLimits {
+  Time loop_period = std::chrono::milliseconds(5);  ///< of our own loop
+  Time loop_limit = std::chrono::milliseconds(12);  ///< a turn later than this is a stall of ours
+  Time heartbeat_period = std::chrono::milliseconds(10);
+  LivenessLimits node;                                ///< of heartbeats
+  Time host_lease = std::chrono::milliseconds(100);   ///< silence of an agent
+  Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard
+  Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
+};
+
+struct ProcessExit {
+  std::int64_t pid = 0;
+  int exit_code = 0;
+  int signal_number = 0;  ///< 0: it returned
+  bool wanted = false;    ///< it was told to
+};
+
+/// "process 123 was ended by signal 9 (Killed)"
+[[nodiscard]] std::string end_text(const ProcessExit& exit);
+
+class CellWatch {
+ public:
+  CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> arms, const WatchLimits& limits, Time now);
+  CellWatch(const CellWatch&) = delete;
+  CellWatch& operator=(const CellWatch&) = delete;
+
+  void advance(Time now);
+  /// A heartbeat; `at`: when it arrived. Unknown nodes are ignored, here and below.
+  void heard(std::string_view node, std::int64_t pid, Time at);
+  /// ArmState from a driver, ObstacleStates from the world: signs of life of the loop, too.
+  void stream_heard(std::string_view node, Time at);
+  void process_started(std::string_view node, std::int64_t pid);
+  void process_exited(std::string_view node, const ProcessExit& exit);
+  void judge(Time now);
+
+  [[nodiscard]] FaultList& faults() { return faults_; }
+  [[nodiscard]] const FaultList& faults() const { return faults_; }
+  [[nodiscard]] CellModeState& mode() { return mode_; }
+  [[nodiscard]] const CellModeState& mode() const { return mode_; }
+  [[nodiscard]] const PunctualClock& clock() const { return clock_; }
+  [[nodiscard]] const std::vector<ExpectedNode>& nodes() const { return nodes_; }
+
+  [[nodiscard]] bool expects(std::string_view node) const { return find(node) != nullptr; }
+  /// Heard, not for the first time after a fault, and its process is not known to be dead.
+  [[nodiscard]] bool alive(std::string_view node) const;
+  /// What a node is being waited for: "planner/arm1 has not appeared yet"; empty when it is there.
+  [[nodiscard]] std::string awaited(std::string_view node) const;
+
+ private:
+  struct State {
+    std::int64_t pid = 0;             // as last heard or started; 0: unknown
+    std::optional<ProcessExit> died;  // and nothing was heard of a successor
+    bool stopped = false;             // was told to end, and did
+    bool has_stream = false;
+  };
+  [[nodiscard]] const State* find(std::string_view node) const;
+  [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
+  [[nodiscard]] bool sound(const ExpectedNode& node) const;
+  [[nodiscard]] bool host_silent(const std::string& host) const;
+  [[nodiscard]] bool host_silent_for(const std::string& host, Time duration) const;
+  [[nodiscard]] bool host_fault_explains(const ExpectedNode& node) const;
+  [[nodiscard]] const ExpectedNode* agent_of(const std::string& host) const;
+  [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
+  [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
+  [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
+  [[nodiscard]] AutomaticHolds holds() const;
+  [[nodiscard]] std::string hold_reason(const ExpectedNode& node) const;
+
+  WatchLimits limits_;
+  std::vector<ExpectedNode> nodes_;
+  std::map<std::string, State, std::less<>> states_;
+  PunctualClock clock_;
+  Liveness liveness_;
+  std::map<std::string, Time, std::less<>> host_silences_;  // punctual time when a whole host was last silent
+  FaultList faults_;
+  CellModeState mode_;
+  bool stalled_ = false;
+};
+
+}  // namespace hecaton::services

@@ -1,0 +1,62 @@
+#include "services/supervisor/expected_nodes.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "services/runtime/node_name.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Loading a cell with large meshes takes seconds on a busy machine.
+constexpr Time kGrace = 10s;
+constexpr Time kRecovery = 100ms;
+/// A stream is silent when this many of its samples are missing.
+constexpr int kMissingSamples = 5;
+
+Time periods(double period, int count) {
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(period * count));
+}
+
+}  // namespace
+
+std::vector<std::string> arm_names(const config::CellFile& file) {
+  std::vector<std::string> names;
+  for (const auto& planned : file.cell.arms) names.push_back(planned.arm.name);
+  return names;
+}
+
+std::vector<ExpectedNode> expected_nodes(const config::CellFile& file) {
+  std::vector<ExpectedNode> nodes;
+  std::set<std::string> hosts{file.world_host, file.supervision.host};
+  nodes.push_back({world_node(), NodeRole::kWorld, {}, file.world_host});
+  const std::vector<std::string> arms = arm_names(file);
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    const std::string& host = file.arm_hosts[i].host;
+    nodes.push_back({driver_node(arms[i]), NodeRole::kDriver, arms[i], host});
+    nodes.push_back({planner_node(arms[i]), NodeRole::kPlanner, arms[i], host});
+    hosts.insert(host);
+  }
+  for (const std::string& host : hosts) nodes.push_back({agent_node(host), NodeRole::kAgent, {}, host});
+  return nodes;
+}
+
+WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {
+  const config::Supervision& supervision = file.supervision;
+  WatchLimits limits;
+  limits.loop_period = loop_period;
+  limits.loop_limit = 2 * loop_period + 2ms;
+  limits.heartbeat_period = supervision.heartbeat_period;
+  limits.node = {supervision.heartbeat_deadline, supervision.host_lease, kGrace, kRecovery};
+  limits.host_lease = supervision.host_lease;
+  limits.arm_stream =
+      std::max(supervision.heartbeat_deadline, periods(file.cell.timing.driver_period, kMissingSamples));
+  limits.world_stream =
+      std::max(supervision.heartbeat_deadline, periods(file.cell.timing.world_period, kMissingSamples));
+  return limits;
+}
+
+}  // namespace hecaton::services

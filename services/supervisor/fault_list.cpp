@@ -1,0 +1,70 @@
+#include "services/supervisor/fault_list.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hecaton::services {
+
+std::string_view fault_kind_name(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kDriverSilent:
+      return "driver_silent";
+    case FaultKind::kWorldSilent:
+      return "world_silent";
+    case FaultKind::kNodeMissing:
+      return "node_missing";
+    case FaultKind::kNodeSilent:
+      return "node_silent";
+    case FaultKind::kProcessDied:
+      return "process_died";
+    case FaultKind::kAgentLost:
+      return "agent_lost";
+  }
+  return "unknown";
+}
+
+void FaultList::raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now) {
+  const auto [entry, opened] = open_.try_emplace(cause);
+  FaultRecord& record = entry->second;
+  if (opened) {
+    record.number = ++last_number_;
+    record.since = now;
+  } else if (sight.kind < record.kind || (sight.kind == record.kind && sight.severity <= record.severity)) {
+    return;
+  }
+  record.kind = sight.kind;
+  record.severity = opened ? sight.severity : std::max(record.severity, sight.severity);
+  record.subject = sight.subject;
+  record.seen = sight.seen;
+  changes_.push_back(record);
+}
+
+void FaultList::clear(std::string_view cause, std::chrono::nanoseconds now) {
+  const auto entry = open_.find(cause);
+  if (entry == open_.end()) return;
+  FaultRecord record = std::move(entry->second);
+  open_.erase(entry);
+  record.cleared = now;
+  changes_.push_back(record);
+  over_.push_front(std::move(record));
+  if (over_.size() > kRemembered) over_.pop_back();
+}
+
+const FaultRecord* FaultList::open(std::string_view cause) const {
+  const auto entry = open_.find(cause);
+  return entry == open_.end() ? nullptr : &entry->second;
+}
+
+std::vector<FaultRecord> FaultList::open() const {
+  std::vector<FaultRecord> records;
+  for (const auto& [cause, record] : open_) records.push_back(record);
+  std::sort(records.begin(), records.end(),
+            [](const FaultRecord& a, const FaultRecord& b) { return a.number < b.number; });
+  return records;
+}
+
+std::vector<FaultRecord> FaultList::take_changes() {
+  return std::exchange(changes_, {});
+}
+
+}  // namespace hecaton::services

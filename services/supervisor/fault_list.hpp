@@ -1,0 +1,74 @@
+#pragma once
+/// The faults of a cell: one record for each occurrence. Standard library only: time is an argument.
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hecaton::services {
+
+/// From the weakest explanation to the strongest: when a stronger one turns up for the same cause, the record is
+/// corrected instead of a second one opened.
+enum class FaultKind : std::uint8_t {
+  kDriverSilent,  ///< the driver's loop runs, but the arm's state does not come
+  kWorldSilent,   ///< the world's loop runs, but the obstacles' states do not come
+  kNodeMissing,   ///< never appeared
+  kNodeSilent,    ///< no sign of its working loop
+  kProcessDied,   ///< its agent saw it end
+  kAgentLost,     ///< no sign of a host's agent: and of all that is silent on this host
+};
+
+/// "driver_silent", …: as in messages.
+[[nodiscard]] std::string_view fault_kind_name(FaultKind kind);
+
+enum class FaultSeverity : std::uint8_t { kInfo, kWarning, kError, kCritical };
+
+struct FaultRecord {
+  std::uint64_t number = 0;  ///< unique in the list, from 1
+  FaultKind kind{};
+  FaultSeverity severity{};
+  std::string subject;  ///< node, host or arm
+  std::string seen;     ///< a sentence
+  std::chrono::nanoseconds since{0};
+  std::optional<std::chrono::nanoseconds> cleared;
+};
+
+/// What is wrong, as somebody sees it now.
+struct FaultSight {
+  FaultKind kind{};
+  FaultSeverity severity{};
+  std::string subject;
+  std::string seen;
+};
+
+class FaultList {
+ public:
+  static constexpr std::size_t kRemembered = 64;  ///< faults that are over
+
+  /// Opens a fault for `cause`, or corrects the open one where `sight` explains it better or makes it more severe.
+  void raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now);
+  /// Ends the open fault of `cause`; nothing happens without.
+  void clear(std::string_view cause, std::chrono::nanoseconds now);
+
+  /// The open fault of `cause`, or null.
+  [[nodiscard]] const FaultRecord* open(std::string_view cause) const;
+  [[nodiscard]] std::vector<FaultRecord> open() const;  ///< oldest first
+  /// The last kRemembered that are over, newest first.
+  [[nodiscard]] const std::deque<FaultRecord>& over() const { return over_; }
+  /// Every state of every record since the last call, in order.
+  [[nodiscard]] std::vector<FaultRecord> take_changes();
+
+ private:
+  std::map<std::string, FaultRecord, std::less<>> open_;  // by cause
+  std::deque<FaultRecord> over_;
+  std::vector<FaultRecord> changes_;
+  std::uint64_t last_number_ = 0;
+};
+
+}  // namespace hecaton::services

@@ -1,0 +1,67 @@
+#pragma once
+/// Which supervisor leads, and under which term. Standard library only: time is an argument.
+///
+/// A supervisor begins by listening. When nobody leads it takes a term above every term that it has heard or remembers;
+/// when somebody does it stands by, and takes over when the leader has been silent for `silence`. Whoever hears a
+/// leader of a higher term (having been asleep or cut off) stands back at once.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+
+namespace hecaton::services {
+
+class Leadership {
+ public:
+  using Time = std::chrono::nanoseconds;
+  enum class Role : std::uint8_t { kListening, kLeading, kStandingBy };
+
+  struct Limits {
+    Time listen{std::chrono::milliseconds(200)};   ///< before the first decision
+    Time silence{std::chrono::milliseconds(300)};  ///< of a leader, after which another takes over
+  };
+
+  Leadership(const Limits& limits, std::uint64_t remembered, Time now)
+      : limits_(limits), highest_(remembered), began_(now) {}
+
+  /// Any message that carries a term, but a cell mode. One above ours was proved by a planner: ours follows it.
+  void heard_term(std::uint64_t term) {
+    highest_ = std::max(highest_, term);
+    if (role_ == Role::kLeading) term_ = highest_;
+  }
+  /// A cell mode of another supervisor.
+  void heard_leader(std::uint64_t term, Time at) {
+    if (role_ == Role::kLeading && term < term_) return;  // it will hear of us
+    highest_ = std::max(highest_, term);
+    leader_at_ = at;
+    leader_heard_ = true;
+    role_ = role_ == Role::kListening ? role_ : Role::kStandingBy;
+  }
+  /// Once in each turn, after what was heard. `stalled`: time of this turn in which we ourselves heard nothing.
+  /// True when we have just begun to lead.
+  bool decide(Time now, Time stalled) {
+    leader_at_ += stalled;
+    if (role_ == Role::kLeading) return false;
+    const bool leader = leader_heard_ && now - leader_at_ <= limits_.silence;
+    if (now - began_ < limits_.listen) return false;
+    role_ = leader ? Role::kStandingBy : Role::kLeading;
+    if (leader) return false;
+    term_ = ++highest_;
+    leader_heard_ = false;
+    return true;
+  }
+
+  [[nodiscard]] Role role() const { return role_; }
+  [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before we ever led
+
+ private:
+  Limits limits_;
+  std::uint64_t highest_;
+  Time began_;
+  Time leader_at_{0};
+  bool leader_heard_ = false;
+  Role role_ = Role::kListening;
+  std::uint64_t term_ = 0;
+};
+
+}  // namespace hecaton::services

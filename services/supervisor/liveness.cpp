@@ -1,0 +1,110 @@
+#include "services/supervisor/liveness.hpp"
+
+#include <algorithm>
+
+namespace hecaton::services {
+
+bool PunctualClock::advance(Time now) {
+  before_ = now_;
+  punctual_before_ = punctual_;
+  now_ = std::max(now, now_);
+  const Time interval = now_ - before_;
+  if (interval <= limit_) {
+    punctual_ += interval;
+    return false;
+  }
+  punctual_ += period_;
+  stalled_ += interval - period_;
+  ++stalls_;
+  return true;
+}
+
+Time PunctualClock::at(Time at) const {
+  const Time counted =
+      punctual_before_ + (at - before_);  // what lies before `before_` was counted in full, or is older
+  return std::min(counted, punctual_);
+}
+
+void Liveness::expect(const std::string& name, const LivenessLimits& limits) {
+  Entry entry;
+  entry.limits = limits;
+  entry.since = clock_.now();
+  entries_.insert_or_assign(name, entry);
+}
+
+void Liveness::restarted(std::string_view name) {
+  const auto found = entries_.find(name);
+  if (found == entries_.end()) return;
+  Entry& entry = found->second;
+  entry.must_prove = entry.must_prove || entry.heard;
+  entry.presence = Presence::kWaiting;
+  entry.heard = false;
+  entry.since = clock_.now();
+}
+
+void Liveness::heard(std::string_view name, Time at) {
+  const auto found = entries_.find(name);
+  if (found == entries_.end()) return;
+  Entry& entry = found->second;
+  const Time when = clock_.at(at);
+  if (entry.heard && when <= entry.last) return;
+  if (!entry.heard || when - entry.last > entry.limits.silence) entry.steady_since = when;
+  entry.heard = true;
+  entry.last = when;
+}
+
+void Liveness::judge(bool stalled) {
+  for (auto& [name, entry] : entries_) {
+    // After a stall of the whole machine everybody needs a moment to be heard again. Pardons are rare enough that
+    // stalls which follow each other closely cannot hide a silence for ever.
+    const Time now = clock_.now();
+    const bool accused = entry.presence == Presence::kSuspected || entry.presence == Presence::kLost;
+    const bool pardonable = !entry.pardoned || now - *entry.pardoned > 2 * entry.limits.silence;
+    if (stalled && entry.heard && !accused && pardonable) entry.pardoned = now;
+    entry.presence = judged(entry);
+  }
+}
+
+Presence Liveness::judged(Entry& entry) const {
+  const Time silent = silence(entry);
+  if (!entry.heard) {
+    if (silent <= entry.limits.grace) return Presence::kWaiting;
+    entry.must_prove = true;
+    return Presence::kMissing;
+  }
+  if (silent > entry.limits.silence) {
+    entry.must_prove = true;
+    return silent > entry.limits.lost || entry.presence == Presence::kLost ? Presence::kLost : Presence::kSuspected;
+  }
+  if (entry.must_prove && entry.last - entry.steady_since < entry.limits.recovery) return Presence::kReturning;
+  entry.must_prove = false;
+  return Presence::kAlive;
+}
+
+const Liveness::Entry* Liveness::find(std::string_view name) const {
+  const auto found = entries_.find(name);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+Presence Liveness::presence(std::string_view name) const {
+  const Entry* entry = find(name);
+  return entry ? entry->presence : Presence::kWaiting;
+}
+
+Time Liveness::silence(const Entry& entry) const {
+  const Time begin = entry.heard ? entry.last : entry.since;
+  return clock_.now() - (entry.pardoned ? std::max(begin, *entry.pardoned) : begin);
+}
+
+Time Liveness::silence(std::string_view name) const {
+  const Entry* entry = find(name);
+  return entry ? silence(*entry) : Time(0);
+}
+
+std::optional<Time> Liveness::last_heard(std::string_view name) const {
+  const Entry* entry = find(name);
+  if (!entry || !entry->heard) return std::nullopt;
+  return entry->last;
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,30 @@
+#pragma once
+/// What a supervisor that was killed must still know when it starts again: its term and people's orders. A text file,
+/// replaced as a whole, so that a crash leaves either the old or the new one.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "services/supervisor/cell_mode.hpp"
+
+namespace hecaton::services {
+
+struct Memory {
+  std::uint64_t term = 0;
+  Orders orders;
+  bool operator==(const Memory&) const = default;
+};
+
+/// Lines "term N", "cell MODE", "arm NAME MODE".
+[[nodiscard]] std::string memory_text(const Memory& memory);
+/// Empty when it is no such text.
+[[nodiscard]] std::optional<Memory> parse_memory(const std::string& text);
+
+/// Empty when there is no such file. Throws std::runtime_error with a sentence when it is there and cannot be used: an
+/// order to stop must not be forgotten silently.
+[[nodiscard]] std::optional<Memory> read_memory(const std::string& path);
+/// False when the file cannot be written.
+[[nodiscard]] bool write_memory(const std::string& path, const Memory& memory);
+
+}  // namespace hecaton::services

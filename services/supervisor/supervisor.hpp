@@ -1,0 +1,75 @@
+#pragma once
+/// The supervisor of a cell on the bus: hears everything, judges who is well, publishes the cell's mode and its faults,
+/// answers people. Requests and deaths wake it at once; silence is judged every kTurn.
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <idl/supervisor.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/pulse.hpp"
+#include "services/runtime/shutdown.hpp"
+#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/ears.hpp"
+#include "services/supervisor/leadership.hpp"
+#include "services/supervisor/memory.hpp"
+#include "services/supervisor/picture.hpp"
+
+namespace hecaton::services {
+
+class Supervisor {
+ public:
+  static constexpr std::chrono::milliseconds kTurn{5};
+  /// The mode is repeated this often, well within the deadline and the lease of its topic.
+  static constexpr std::chrono::milliseconds kRepeat{25};
+
+  /// `memory`: file in which term and orders survive; empty: they do not. Throws std::runtime_error with a sentence.
+  Supervisor(const config::CellFile& file, const ServiceOptions& options, std::string memory, ShutdownSignal& shutdown);
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  /// Until the process is to end.
+  void run();
+
+ private:
+  void turn(bus::Clock::time_point now);
+  void begin_to_lead();
+  void tell_predecessor(Time now);
+  void answer(const msg::SupervisorRequest& request);
+  [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
+  void publish_mode(bus::Clock::time_point now);
+  void publish_faults();
+  void remember();
+  void forget_strangers(bus::Clock::time_point now);
+  void beat(bus::Clock::time_point now);
+
+  const config::CellFile& file_;
+  std::string memory_path_;
+  ShutdownSignal& shutdown_;
+  bus::Clock::time_point began_;
+  CellWatch watch_;
+  Picture picture_;
+  Memory remembered_;
+  Leadership leadership_;
+  std::uint64_t life_ = 0;  ///< the term with which we began to lead
+  Time stalled_{0};         ///< by the watch's clock at the last turn
+  msg::CellMode mode_;      ///< as last published
+  bus::Clock::time_point mode_at_{};
+  std::uint64_t fault_sequence_ = 0;
+  bus::Mailbox urgent_, quiet_;
+  bus::Participant participant_;
+  Ears ears_;
+  bus::Writer<msg::CellMode> modes_;
+  bus::Writer<msg::Fault> faults_;
+  bus::Writer<msg::SupervisorReply> replies_;
+  Pulse pulse_;
+  LoopStatistics loop_;
+};
+
+}  // namespace hecaton::services

@@ -1,0 +1,91 @@
+#include "services/supervisor/waiting_for.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "services/runtime/node_name.hpp"
+
+namespace hecaton::services {
+namespace {
+
+constexpr double kMoving = 1e-3;  // of any joint [rad/s | m/s]
+
+bool moves(const msg::ArmState& state) {
+  return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
+}
+
+std::string with(const std::string& head, const std::string& tail) {
+  return tail.empty() ? head : head + ": " + tail;
+}
+
+std::string binding_text(const msg::GoalStatus& goal) {
+  if (!goal.has_binding()) return {};
+  return " (" + goal.binding_own() + " – " + goal.binding_other() + ", " +
+         std::to_string(std::lround(goal.binding_distance() * 1e3)) + " mm)";
+}
+
+/// What the drive says of itself; empty while it follows commands.
+std::string drive_text(const msg::ArmState& state) {
+  switch (state.mode()) {
+    case msg::ARM_STARTING:
+      return with("driver waits for its first command", state.reason());
+    case msg::ARM_BRAKING:
+      return with("driver brakes", state.reason());
+    case msg::ARM_STOPPED:
+      return with("driver has stopped", state.reason());
+    case msg::ARM_FAILED:
+      return with("drive failed", state.reason());
+    case msg::ARM_RUNNING:
+      break;
+  }
+  return {};
+}
+
+std::string first_awaited(const std::string& arm, const CellWatch& watch) {
+  for (const std::string& node : {driver_node(arm), planner_node(arm), world_node()}) {
+    if (std::string awaited = watch.awaited(node); !awaited.empty()) return awaited;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string goal_text(const msg::GoalStatus& goal) {
+  switch (goal.state()) {
+    case msg::GOAL_ACCEPTED:
+      return "goal " + goal.goal() + " accepted, not begun";
+    case msg::GOAL_ACTIVE:
+      return with(goal.trying(), goal.reason()) + binding_text(goal);
+    case msg::GOAL_BLOCKED:
+      return with("blocked", goal.reason()) + binding_text(goal);
+    case msg::GOAL_REACHED:
+      return "a goal: " + goal.goal() + " is reached";
+    case msg::GOAL_REJECTED:
+      return with("a goal: " + goal.goal() + " was rejected", goal.reason());
+    case msg::GOAL_CANCELLED:
+      return "a goal: " + goal.goal() + " was cancelled";
+    case msg::GOAL_REPLACED:
+      return "the goal that replaced " + goal.goal();
+    case msg::GOAL_TIMED_OUT:
+      return with("a goal: " + goal.goal() + " timed out", goal.reason());
+  }
+  return {};
+}
+
+std::string waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture) {
+  if (std::string held = watch.mode().reason_of(arm); !held.empty()) return held;
+  if (std::string awaited = first_awaited(arm, watch); !awaited.empty()) return awaited;
+  const auto* state = find(picture.arms, arm);
+  if (state && moves(state->value)) return {};
+  const auto* planner = find(picture.heartbeats, planner_node(arm));
+  if (planner && planner->value.state() == msg::NODE_DEGRADED && !planner->value.detail().empty()) {
+    return planner->value.node() + ": " + planner->value.detail();
+  }
+  if (state) {
+    if (std::string drive = drive_text(state->value); !drive.empty()) return drive;
+  }
+  const auto* goal = find(picture.goals, arm);
+  return goal ? goal_text(goal->value) : "a goal";
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,16 @@
+#include "services/runtime/join.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/run_service.hpp"
+#include "services/world/world_service.hpp"
+
+int main(int argc, char** argv) {
+  using namespace hecaton;
+  return services::run_service(argc, argv, "Owns the obstacles of a cell and judges contacts and separations",
+                               services::Subject::kCell,
+                               [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
+                                 const config::CellFile file = config::load_cell_file(options.cell);
+                                 const services::LogScope log(services::world_node(), options);
+                                 services::WorldService(file, options, shutdown).run();
+                               });
+}

@@ -1,0 +1,176 @@
+#include "services/world/world_service.hpp"
+
+#include <algorithm>
+
+#include "planner/simulation/arm_bodies.hpp"
+#include "services/bus/convert.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/process_info.hpp"
+#include "services/world/referee_message.hpp"
+#include "services/world/world_edit.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kReportPeriod = 100ms;
+/// Longer stalls cost the world time instead of making obstacles jump [s].
+constexpr double kLongestStep = 0.1;
+/// How long the last report may wait for its readers when the service ends.
+constexpr auto kFarewell = 200ms;
+
+std::chrono::nanoseconds nanoseconds(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
+std::vector<world::ArmBodies> bodies_of(const planner::Cell& cell) {
+  std::vector<world::ArmBodies> bodies;
+  for (const planner::PlannedArm& planned : cell.arms) bodies.push_back(planner::arm_bodies(planned.arm));
+  return bodies;
+}
+
+}  // namespace
+
+WorldService::WorldService(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
+    : file_(file),
+      period_(file.cell.timing.world_period),
+      participant_(make_participant(file, options, world_node(), &mailbox_)),
+      modes_(participant_, &mailbox_),
+      arm_states_(participant_, &mailbox_),
+      requests_(participant_, &mailbox_),
+      replies_(participant_),
+      shapes_(participant_),
+      states_(participant_),
+      reports_(participant_),
+      pulse_(participant_, {world_node(), msg::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},
+             pulse_timing(file)),
+      loop_(nanoseconds(period_), shutdown),
+      world_(file.cell.scene, bodies_of(file.cell)),
+      measured_(file.cell.arms.size()) {}
+
+void WorldService::run() {
+  log_info("world started", {{"obstacles", world_.obstacles().size()}, {"period_ms", period_ * 1e3}});
+  for (const world::Obstacle& obstacle : world_.obstacles()) publish_shapes(obstacle.name);
+  while (loop_.next()) {
+    (void)mailbox_.take_events();
+    modes_.update();
+    set_arms();
+    edit();
+    world_.step(std::min(period_ * static_cast<double>(1 + loop_.skipped()), kLongestStep));
+    publish_states();
+    judge();
+    if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
+  }
+  publish_report(world_.referee().report(), false);
+  (void)reports_.wait_acknowledged(kFarewell);
+  log_info("world ends", {{"contacts", world_.referee().report().contacts}});
+}
+
+void WorldService::set_arms() {
+  for (const auto& sample : arm_states_.take()) {
+    const auto& arms = file_.cell.arms;
+    const auto found = std::find_if(arms.begin(), arms.end(),
+                                    [&](const auto& planned) { return planned.arm.name == sample.value.arm(); });
+    if (sample.disposed || found == arms.end()) continue;
+    const planner::Arm& arm = found->arm;
+    const auto q = bus::joints_from_message(sample.value.q(), "ArmState of " + arm.name + ": q", arm.model->joints());
+    if (!q) {
+      log_warning("message ignored", {{"reason", q.error}});
+      continue;
+    }
+    const auto index = found - arms.begin();
+    planner::set_measured(world_, static_cast<int>(index), arm, *q, kinematics_);
+    measured_[static_cast<std::size_t>(index)] = sample.received;
+  }
+}
+
+void WorldService::edit() {
+  for (const auto& sample : requests_.take()) {
+    if (sample.disposed) continue;
+    const msg::WorldEditRequest& request = sample.value;
+    const world::EditResult result = apply_edit(world_, request);
+    if (result.done) publish_shapes(edited_name(request));
+    msg::WorldEditReply reply;
+    reply.client(request.client());
+    reply.request_id(request.request_id());
+    reply.done(result.done);
+    reply.reason(result.reason);
+    reply.edition(world_.snapshot().edition);
+    (void)replies_.write(reply);
+    log_info("world edit", {{"client", request.client()},
+                            {"obstacle", edited_name(request)},
+                            {"done", result.done},
+                            {"reason", result.reason}});
+  }
+}
+
+// Also right for an obstacle that is no longer there: it is withdrawn.
+void WorldService::publish_shapes(const std::string& name) {
+  msg::ObstacleShapes message;
+  message.name(name);
+  message.term(modes_.view().term());
+  message.edition(world_.snapshot().edition);
+  message.stamp_ns(stamp_now());
+  const auto& obstacles = world_.obstacles();
+  const auto found = std::find_if(obstacles.begin(), obstacles.end(),
+                                  [&](const world::Obstacle& obstacle) { return obstacle.name == name; });
+  if (found == obstacles.end()) {
+    (void)shapes_.retire(message);
+    return;
+  }
+  message.obstacle(bus::to_message(*found));
+  if (const auto written = shapes_.write(message); !written) {
+    log_error("obstacle not published", {{"obstacle", name}, {"reason", written.reason}});
+  }
+}
+
+void WorldService::publish_states() {
+  msg::ObstacleStates message = bus::to_message(world_.snapshot(), world_.obstacles());
+  message.term(modes_.view().term());
+  message.stamp_ns(stamp_now());
+  (void)states_.write(message);  // best effort, and the bus has logged a refusal
+}
+
+void WorldService::judge() {
+  const bool due = loop_.now() >= report_due_;
+  const world::RefereeReport report = world_.referee().report();
+  if (!due && report.contacts == contacts_told_) return;
+  if (report.contacts > contacts_told_ && !report.events.empty()) {
+    const world::Separation& last = report.events.back();
+    log_warning("contact", {{"a", last.a}, {"b", last.b}, {"distance", last.distance}, {"contacts", report.contacts}});
+  }
+  if (due) report_due_ = loop_.now() + kReportPeriod;
+  contacts_told_ = report.contacts;
+  publish_report(report, true);
+}
+
+void WorldService::publish_report(const world::RefereeReport& report, bool running) {
+  msg::RefereeReport message = referee_message(report, world_.time(), running);
+  message.term(modes_.view().term());
+  message.sequence_number(++report_sequence_);
+  message.stamp_ns(stamp_now());
+  (void)reports_.write(message);
+}
+
+void WorldService::beat() {
+  Vital vital;
+  vital.term = modes_.view().term();
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const std::string& name = file_.cell.arms[i].arm.name;
+    if (!measured_[i]) {
+      vital.state = msg::NODE_DEGRADED;
+      vital.detail = "the state of arm " + name + " was never heard: the referee does not judge it";
+      continue;
+    }
+    const double age = std::chrono::duration<double>(loop_.now() - *measured_[i]).count();
+    if (age <= vital.oldest_input_age) continue;
+    vital.oldest_input_age = age;
+    vital.oldest_input = "ArmState/" + name;
+  }
+  pulse_.beat(loop_.now(), vital, loop_.statistics());
+}
+
+}  // namespace hecaton::services

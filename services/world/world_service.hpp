@@ -1,0 +1,64 @@
+#pragma once
+/// The world on the bus: obstacles in real time, edits by people and perception, and the referee's account of the arms
+/// as they were measured.
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include <idl/arm.h>
+#include <idl/world.h>
+
+#include "planner/model/kinematics.hpp"
+#include "services/bus/endpoint.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/runtime/cell_mode.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/pulse.hpp"
+#include "world/sim/bullet_world.hpp"
+
+namespace hecaton::services {
+
+class WorldService {
+ public:
+  /// Throws std::runtime_error or std::invalid_argument with a sentence when the bus cannot be joined or the scene is
+  /// impossible. `file` must outlive it.
+  WorldService(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown);
+
+  /// Until the process is to end.
+  void run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void set_arms();
+  void edit();
+  void publish_shapes(const std::string& name);
+  void publish_states();
+  void judge();
+  void publish_report(const world::RefereeReport& report, bool running);
+  void beat();
+
+  const config::CellFile& file_;
+  double period_;  ///< [s]
+  bus::Mailbox mailbox_;
+  bus::Participant participant_;
+  CellModeListener modes_;
+  bus::Reader<msg::ArmState> arm_states_;
+  bus::Reader<msg::WorldEditRequest> requests_;
+  bus::Writer<msg::WorldEditReply> replies_;
+  bus::Writer<msg::ObstacleShapes> shapes_;
+  bus::Writer<msg::ObstacleStates> states_;
+  bus::Writer<msg::RefereeReport> reports_;
+  Pulse pulse_;
+  PeriodicLoop loop_;
+  world::BulletWorld world_;
+  planner::Kinematics kinematics_;                          ///< scratch
+  std::vector<std::optional<Clock::time_point>> measured_;  ///< when each arm's last state came
+  std::uint64_t contacts_told_ = 0;
+  Clock::time_point report_due_{};
+  std::uint64_t report_sequence_ = 0;
+};
+
+}  // namespace hecaton::services

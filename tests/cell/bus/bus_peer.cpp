@@ -1,0 +1,111 @@
+// One process of a cell that the tests of the bus can kill, pause and listen to:
+//   bus_peer ROLE DOMAIN NAME LEASE_MS [unicast]
+// heartbeat: writes Heartbeat NAME every 10 ms and ArmState NAME every 5 ms.
+// process:   writes ProcessEvents NAME/0 … NAME/29 once, then stays.
+// command:   writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
+// measure:   joins, waits until it has found the writer of ProcessEvents, prints how long that took, leaves.
+// Says "ready" on stdout once its endpoints exist. Ends at the end of its stdin, so it never outlives its test.
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include <idl/arm.h>
+#include <idl/health.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include "services/bus/endpoint.hpp"
+
+namespace {
+
+using namespace hecaton;
+using namespace std::chrono_literals;
+
+/// False when stdin has ended.
+bool pause_for(int milliseconds) {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  if (::poll(&input, 1, milliseconds) == 0) return true;
+  char byte = 0;
+  return ::read(STDIN_FILENO, &byte, 1) > 0;
+}
+
+void say_ready() {
+  std::puts("ready");
+  std::fflush(stdout);
+}
+
+int heartbeat(bus::Participant& participant, const std::string& name) {
+  bus::Writer<msg::Heartbeat> beats(participant);
+  bus::Writer<msg::ArmState> states(participant);
+  msg::Heartbeat beat;
+  beat.node(name);
+  beat.pid(::getpid());
+  msg::ArmState state;
+  state.arm(name);
+  say_ready();
+  for (std::uint64_t i = 0; pause_for(5); ++i) {
+    state.sequence_number(i);
+    beat.sequence_number(i / 2);
+    if (!states.write(state)) return 1;
+    if (i % 2 == 0 && !beats.write(beat)) return 1;
+  }
+  return 0;
+}
+
+int process(bus::Participant& participant, const std::string& name) {
+  bus::Writer<msg::ProcessEvent> events(participant);
+  for (int i = 0; i < 30; ++i) {
+    msg::ProcessEvent event;
+    event.process(name + "/" + std::to_string(i));
+    if (!events.write(event)) return 1;
+  }
+  say_ready();
+  while (pause_for(-1)) {
+  }
+  return 0;
+}
+
+int command(bus::Participant& participant, const std::string& name) {
+  bus::WriterOptions options;
+  options.strength = name == "primary" ? 10 : 5;
+  bus::Writer<msg::ArmCommand> commands(participant, options);
+  msg::ArmCommand command;
+  command.arm("arm1");
+  command.node(name);
+  say_ready();
+  for (std::uint64_t i = 0; pause_for(10); ++i) {
+    command.sequence_number(i);
+    if (!commands.write(command)) return 1;
+  }
+  return 0;
+}
+
+int measure(bus::Participant& participant, bus::Clock::time_point start) {
+  bus::Reader<msg::ProcessEvent> reader(participant);
+  const auto until = bus::Clock::now() + 20s;
+  while (reader.latest().size() < 30 && bus::Clock::now() < until) {
+    [[maybe_unused]] const bool arrived = reader.wait_for_data(until - bus::Clock::now());
+  }
+  const std::chrono::duration<double, std::milli> taken = bus::Clock::now() - start;
+  std::printf("%.1f\n", taken.count());
+  return reader.latest().size() == 30 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 5) return 2;
+  const std::string role = argv[1];
+  const std::string name = argv[3];
+  const auto start = bus::Clock::now();
+  bus::ParticipantOptions options;
+  options.interfaces = {"127.0.0.1"};
+  options.lease = std::chrono::milliseconds(std::atoi(argv[4]));
+  if (argc > 5) options.peers = {"127.0.0.1"};
+  bus::Participant participant(std::atoi(argv[2]), name, options);
+  if (role == "heartbeat") return heartbeat(participant, name);
+  if (role == "process") return process(participant, name);
+  if (role == "command") return command(participant, name);
+  if (role == "measure") return measure(participant, start);
+  return 2;
+}

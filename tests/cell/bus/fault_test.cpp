@@ -1,0 +1,127 @@
+// Processes that die and hang, seen over the bus alone. The participants' lease is a minute: what notices is the
+// topic's.
+#include <algorithm>
+#include <memory>
+
+#include <idl/arm.h>
+#include <idl/health.h>
+
+#include "tests/cell/bus/peer_process.hpp"
+#include "tests/unit/services/bus/bus_test.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+class Faults : public testing::Test {
+ protected:
+  static PeerOptions patient_peer() { return {.lease_ms = 60'000}; }
+  static ParticipantOptions patient() {
+    auto options = one_host();
+    options.lease = 60s;
+    return options;
+  }
+
+  /// The first event of a kind about a key, and those about others meanwhile.
+  template <class T>
+  [[nodiscard]] std::optional<Event> wait_event(Reader<T>& reader, EventKind kind, const std::string& key) {
+    std::optional<Event> found;
+    [[maybe_unused]] const bool in_time = wait_until(reader, [&] {
+      for (const auto& event : reader.mailbox().take_events()) {
+        if (event.kind != kind) continue;
+        if (event.key == key) {
+          found = event;
+        } else {
+          others_.push_back(event);
+        }
+      }
+      return found.has_value();
+    });
+    return found;
+  }
+
+  template <class T>
+  void expect_heard(Reader<T>& reader, std::initializer_list<const char*> keys) {
+    ASSERT_TRUE(wait_until(reader, [&] {
+      return std::all_of(keys.begin(), keys.end(), [&](const char* key) { return reader.latest(key) != nullptr; });
+    }));
+  }
+
+  TestDomain domain_;
+  Participant here_{domain_.id(), "supervisor", patient()};
+  std::vector<Event> others_;
+};
+
+// Trap 1: with the other kinds of liveliness any living writer of the topic keeps the dead ones alive.
+TEST_F(Faults, KilledProcessIsNoticedWhileOthersLive) {
+  Reader<msg::Heartbeat> reader(here_);
+  PeerProcess alive("heartbeat", domain_.id(), "alive", patient_peer());
+  PeerProcess also("heartbeat", domain_.id(), "also-alive", patient_peer());
+  for (int round = 0; round < 5; ++round) {
+    const std::string name = "victim" + std::to_string(round);
+    PeerProcess victim("heartbeat", domain_.id(), name, patient_peer());
+    expect_heard(reader, {name.c_str(), "alive", "also-alive"});
+    const auto killed = Clock::now();
+    victim.kill();
+    const auto event = wait_event(reader, EventKind::kLivelinessLost, name);
+    ASSERT_TRUE(event) << name;
+    std::printf("kill -9 noticed by its lease of 100 ms after %.1f ms\n",
+                std::chrono::duration<double, std::milli>(event->at - killed).count());
+  }
+  // The others are still heard, and the dead are not.
+  const auto now = Clock::now();
+  ASSERT_TRUE(wait_until(reader, [&] {
+    const auto* sample = reader.latest("alive");
+    return sample != nullptr && sample->received > now;
+  }));
+  EXPECT_LT(reader.latest("victim0")->received, now);
+}
+
+TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
+  Reader<msg::ArmState> reader(here_);
+  PeerProcess busy("heartbeat", domain_.id(), "busy", patient_peer());
+  PeerProcess hung("heartbeat", domain_.id(), "hung", patient_peer());
+  expect_heard(reader, {"busy", "hung"});
+  for (int round = 0; round < 5; ++round) {
+    [[maybe_unused]] const auto before = reader.mailbox().take_events();
+    const auto paused = Clock::now();
+    hung.send(SIGSTOP);
+    const auto event = wait_event(reader, EventKind::kDeadlineMissed, "hung");
+    ASSERT_TRUE(event);
+    std::printf("SIGSTOP noticed by its deadline of 20 ms after %.1f ms\n",
+                std::chrono::duration<double, std::milli>(event->at - paused).count());
+    hung.send(SIGCONT);
+    const auto resumed = Clock::now();
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.latest("hung")->received > resumed; }));
+  }
+}
+
+TEST_F(Faults, StandbyIsHeardWhenThePrimaryIsKilled) {
+  Reader<msg::ArmCommand> reader(here_);
+  PeerProcess standby("command", domain_.id(), "standby", patient_peer());
+  PeerProcess primary("command", domain_.id(), "primary", patient_peer());
+  const auto heard_from = [&](const std::string& node, Clock::time_point since) {
+    return wait_until(reader, [&] {
+      const auto* sample = reader.latest("arm1");
+      return sample != nullptr && sample->value.node() == node && sample->received > since;
+    });
+  };
+  ASSERT_TRUE(reader.wait_matched(2, kPatience));
+  ASSERT_TRUE(heard_from("primary", Clock::now()));
+  primary.kill();
+  const auto killed = Clock::now();
+  ASSERT_TRUE(heard_from("standby", killed));
+  std::printf("standby heard %.1f ms after kill -9 of the primary\n",
+              std::chrono::duration<double, std::milli>(reader.latest("arm1")->received - killed).count());
+}
+
+TEST_F(Faults, SupervisorThatStartsLateKnowsEveryProcess) {
+  PeerProcess agent("process", domain_.id(), "host1");
+  PeerProcess other("process", domain_.id(), "host2");
+  ASSERT_EQ(agent.line(), "ready");
+  ASSERT_EQ(other.line(), "ready");
+  Reader<msg::ProcessEvent> reader(here_);
+  EXPECT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 60; })) << reader.latest().size();
+}
+
+}  // namespace
+}  // namespace hecaton::bus

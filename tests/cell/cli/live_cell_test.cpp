@@ -1,0 +1,155 @@
+/// Every command against a running cell of three arms.
+
+#include "tests/cell/cli/live_cell.hpp"
+
+#include <fstream>
+
+namespace hecaton::test {
+namespace {
+
+TEST_F(LiveCell, TellsWhatIs) {
+  const Json status = json({"status"});
+  EXPECT_EQ(status["cell"], "three_puma");
+  EXPECT_EQ(status["arms"].size(), 3U);
+  for (const Json& arm : status["arms"]) {
+    EXPECT_EQ(arm["state"]["q"].size(), 6U) << arm;
+    EXPECT_TRUE(arm["state"]["age_s"].is_number()) << arm;
+  }
+  EXPECT_TRUE(status["referee"]["contacts"].is_number());
+  EXPECT_EQ(json({"arms"}).size(), 3U);
+  EXPECT_FALSE(entry(json({"obstacles"}), "name", "post").is_null());
+  EXPECT_TRUE(json({"faults"}).is_array());
+  // World, supervisor, and a driver and a planner for each arm.
+  EXPECT_EQ(json({"hosts"})[0]["processes"].size(), 8U);
+
+  EXPECT_NE(run({"status"}).out.find("cell three_puma"), std::string::npos);
+  EXPECT_EQ(run({"status", "-o", "yaml"}).out.rfind("\"cell\": \"three_puma\"\n", 0), 0U);
+  const Ran by_file = run({"status", "--cell", kThreePuma});
+  EXPECT_EQ(by_file.code, 0) << by_file.err;
+}
+
+TEST_F(LiveCell, WatchesUntilInterrupted) {
+  const auto watch = start({"status", "--watch", "--interval", "50ms", "-o", "json"});
+  ASSERT_TRUE(watch->wait_for_output("}\n{")) << watch->err();
+  watch->signal(SIGINT);
+  EXPECT_EQ(watch->wait(), 0) << watch->err();
+  std::istringstream lines(watch->out());
+  int documents = 0;
+  for (std::string line; std::getline(lines, line); ++documents)
+    EXPECT_FALSE(Json::parse(line, nullptr, false).is_discarded());
+  EXPECT_GE(documents, 2);
+}
+
+TEST_F(LiveCell, ReachesGoalsAndRejectsBadOnes) {
+  const Ran reached = run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "60s", "-o", "json"});
+  EXPECT_EQ(reached.code, 0) << reached.err;
+  EXPECT_EQ(Json::parse(reached.out)["state"], "reached");
+  EXPECT_EQ(run({"wait", "north", "--for", "reached,blocked,fault"}).code, 0);
+  EXPECT_EQ(run({"wait", "north", "--for", "cancelled"}).code, 1) << "it was reached";
+
+  const Ran accepted = run({"goal", "west", "--named", "home"});
+  EXPECT_EQ(accepted.code, 0) << accepted.err;
+  EXPECT_EQ(run({"wait", "west", "--timeout", "60s"}).code, 0);
+
+  const Ran outside = run({"goal", "north", "--joints", "9 0 0 0 0 0"});
+  EXPECT_EQ(outside.code, 1);
+  EXPECT_NE(outside.out.find("rejected"), std::string::npos) << outside.out;
+  EXPECT_NE(outside.out.find("joint1"), std::string::npos) << outside.out;
+  EXPECT_EQ(run({"goal", "north", "--joints", "0 0 0"}).code, 1) << "three joints of six";
+  EXPECT_EQ(run({"goal", "north", "--named", "nowhere", "--wait"}).code, 1);
+  EXPECT_EQ(run({"wait", "north", "--for", "rejected"}).code, 0);
+
+  const Ran unknown = run({"goal", "south", "--named", "home"});
+  EXPECT_EQ(unknown.code, 3);
+  EXPECT_NE(unknown.err.find("its arms: north, west and east"), std::string::npos) << unknown.err;
+  EXPECT_EQ(run({"wait", "south"}).code, 3);
+  EXPECT_EQ(run({"wait", "east", "--timeout", "100ms"}).code, 4) << "it has no goal";
+}
+
+TEST_F(LiveCell, ReachesAPoseOfTheTool) {
+  const Ran ran = run({"goal", "east", "--pose", "-0.1 -0.15 0.85 3.14159 0 0", "--wait", "--time-limit", "60s"});
+  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  const Ran far = run({"goal", "east", "--pose", "0 0 5 0 0 0"});
+  EXPECT_EQ(far.code, 1) << far.out;
+}
+
+TEST_F(LiveCell, HoldsStopsAndResumes) {
+  EXPECT_EQ(json({"hold", "north"})["held_arms"], Json{"north"});
+  EXPECT_EQ(run({"goal", "north", "--named", "ready"}).code, 0) << "goals are kept while held";
+  EXPECT_EQ(run({"wait", "north", "--timeout", "300ms"}).code, 4);
+  EXPECT_NE(entry(json({"arms"}), "name", "north")["waiting_for"].get<std::string>().find("hold"), std::string::npos);
+  EXPECT_EQ(run({"resume", "north"}).code, 0);
+  EXPECT_EQ(run({"wait", "north", "--timeout", "60s"}).code, 0);
+
+  EXPECT_EQ(json({"stop"})["mode"], "stop");
+  EXPECT_EQ(run({"hold"}).code == 0 ? json({"status"})["mode"] : Json("stop"), "stop") << "hold does not weaken stop";
+  EXPECT_EQ(json({"resume"})["mode"], "run");
+  EXPECT_EQ(run({"hold", "south"}).code, 3);
+}
+
+TEST_F(LiveCell, EditsTheWorld) {
+  EXPECT_EQ(run({"obstacle", "add", "crate", "--box", "0.1 0.1 0.1", "--pose", "0 0 2.5 0 0 0"}).code, 0);
+  EXPECT_NE(run({"obstacle", "add", "crate", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 0)
+      << "the name is taken";
+  EXPECT_EQ(run({"obstacle", "move", "crate", "--pose", "0.1 0 2.5 0 0 0"}).code, 0);
+  EXPECT_EQ(run({"obstacle", "move", "box", "--pose", "0 0 0 0 0 0"}).code, 3);
+
+  // The supervisor hears of it a moment later.
+  const auto crate = [&] { return entry(json({"obstacles"}), "name", "crate"); };
+  const auto until = [&](const auto& condition) {
+    const auto limit = std::chrono::steady_clock::now() + kPatience;
+    while (!condition(crate())) ASSERT_LT(std::chrono::steady_clock::now(), limit) << crate();
+  };
+  until([](const Json& now) {
+    return !now.is_null() && now["xyz_rpy"].is_array() && std::abs(now["xyz_rpy"][0].get<double>() - 0.1) < 1e-6;
+  });
+  EXPECT_EQ(run({"attach", "north", "crate"}).code, 0);
+  until([](const Json& now) { return now["attached_to"] == "north"; });
+  EXPECT_EQ(run({"detach", "west", "crate"}).code, 3) << "another arm carries it";
+  EXPECT_EQ(run({"detach", "north", "crate"}).code, 0);
+  until([](const Json& now) { return now["attached_to"] == ""; });
+  EXPECT_EQ(run({"obstacle", "remove", "crate"}).code, 0);
+  until([](const Json& now) { return now.is_null(); });
+  EXPECT_EQ(run({"obstacle", "remove", "crate"}).code, 3);
+  EXPECT_EQ(run({"attach", "north", "crate"}).code, 3);
+}
+
+TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
+  const pid_t planner = processes().at("planner/north");
+  const auto waiting = start({"wait", "north", "--for", "fault", "--timeout", "60s"});
+  ASSERT_EQ(kill(planner, SIGKILL), 0);
+  EXPECT_EQ(waiting->wait(), 0) << waiting->err();
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  Json fault;
+  while (fault.is_null() && std::chrono::steady_clock::now() < limit) {
+    for (const Json& known : json({"faults"})) {
+      if (known["kind"] == "process_died" && known["subject"] == "planner/north") fault = known;
+    }
+  }
+  ASSERT_TRUE(fault.is_object());
+  EXPECT_NE(fault["seen"].get<std::string>().find("9"), std::string::npos) << "it names the signal: " << fault;
+  // The agent starts it again, and it plans again.
+  EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "100s"}).code, 0);
+  EXPECT_NE(processes().at("planner/north"), planner);
+}
+
+TEST_F(LiveCell, IsNotDisturbedByAnotherUp) {
+  const auto before = processes();
+  const Ran second = run_hecaton({"up", kThreePuma, "--domain", domain(), "--headless"});
+  EXPECT_EQ(second.code, 3);
+  EXPECT_NE(second.err.find("another cell 'three_puma' is up in DDS domain " + domain()), std::string::npos)
+      << second.err;
+
+  const std::string broken = testing::TempDir() + "hecaton_broken_" + std::to_string(getpid()) + ".yaml";
+  std::ofstream(broken) << "name: three_puma\narms: 3\n";
+  const Ran bad = run_hecaton({"up", broken, "--domain", domain(), "--headless"});
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_NE(bad.err.find(broken), std::string::npos) << bad.err;
+  std::remove(broken.c_str());
+
+  EXPECT_EQ(processes(), before);
+  EXPECT_EQ(run({"goal", "west", "--named", "ready", "--wait", "--time-limit", "60s"}).code, 0);
+}
+
+}  // namespace
+}  // namespace hecaton::test

@@ -1,0 +1,49 @@
+/// Every command that needs a running cell, where there is none.
+
+#include "tests/cell/cli/live_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+TEST(NoCell, EveryCommandSaysSoAndExitsWithFive) {
+  const std::vector<std::vector<std::string>> lines{
+      {"status"},
+      {"status", "--watch"},
+      {"arms", "-o", "json"},
+      {"faults"},
+      {"obstacles"},
+      {"hosts"},
+      {"goal", "north", "--named", "home"},
+      {"goal", "north", "--joints", "0 0 0 0 0 0", "--wait"},
+      {"wait", "north", "--for", "reached"},
+      {"hold"},
+      {"resume"},
+      {"stop", "north"},
+      {"obstacle", "add", "x", "--sphere", "0.1", "--pose", "0 0 1 0 0 0"},
+      {"obstacle", "move", "x", "--pose", "0 0 1 0 0 0"},
+      {"obstacle", "remove", "x"},
+      {"attach", "north", "x"},
+      {"detach", "north", "x"},
+  };
+  const FreeDomain free;
+  const std::string domain = std::to_string(free.number());
+  for (std::vector<std::string> words : lines) {
+    words.insert(words.end(), {"--domain", domain, "--connect-timeout", "100ms"});
+    const Ran ran = run_hecaton(words);
+    EXPECT_EQ(ran.code, 5) << words[0] << ": " << ran.err;
+    EXPECT_EQ(ran.out, "");
+    EXPECT_NE(ran.err.find("no cell answers in DDS domain " + domain), std::string::npos) << ran.err;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  }
+}
+
+TEST(NoCell, TheDomainOfTheCellFileIsTriedByDefault) {
+  const FreeDomain free;
+  const Ran ran = run_hecaton(
+      {"status", "--cell", kThreePuma, "--domain", std::to_string(free.number()), "--connect-timeout", "100ms"});
+  EXPECT_EQ(ran.code, 5);
+  EXPECT_NE(ran.err.find("under the name 'three_puma'"), std::string::npos) << ran.err;
+}
+
+}  // namespace
+}  // namespace hecaton::test

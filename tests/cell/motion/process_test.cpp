@@ -1,0 +1,83 @@
+// The services as programs: signals, exit codes, heartbeats.
+#include "tests/cell/motion/motion_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using MotionProcess = MotionCell;
+
+TEST_F(MotionProcess, EachEndsAtOnceOnSigtermWithExitCodeZero) {
+  start_all();
+  for (ChildProcess& process : processes_) {
+    process.signal(SIGTERM);
+    const Exit exit = process.wait(10s);
+    ASSERT_TRUE(exit.ended);
+    EXPECT_EQ(exit.signal, 0);
+    EXPECT_EQ(exit.code, 0);
+  }
+}
+
+TEST_F(MotionProcess, AlsoWhileTheyStartUp) {
+  for (const bool interrupt : {false, true}) {
+    start_world();
+    start_driver();
+    start_planner();
+    for (ChildProcess& process : processes_) {
+      // Any instant after main() has begun; the log's first line is written before the loop.
+      ASSERT_TRUE(await([&] { return !process.standard_error().empty() || process.wait(0ms).ended; }));
+      process.signal(interrupt ? SIGINT : SIGTERM);
+      EXPECT_EQ(process.wait(10s).code, 0);
+    }
+    processes_.clear();
+  }
+}
+
+TEST_F(MotionProcess, HeartbeatsTellWhoServesWhatAndHow) {
+  start_all();
+  ASSERT_TRUE(await([&] {
+    return alive_.contains("planner/arm1") && alive_["planner/arm1"].state() == msg::NODE_RUNNING &&
+           alive_["planner/arm1"].tick_p99_us() > 0.0 && alive_.contains("driver/arm1") && alive_.contains("world");
+  }));
+  const msg::Heartbeat& planner = alive_["planner/arm1"];
+  EXPECT_EQ(planner.kind(), msg::NODE_PLANNER);
+  EXPECT_EQ(planner.subject(), "arm1");
+  EXPECT_EQ(planner.host(), "localhost");
+  EXPECT_EQ(planner.term(), 1U);
+  EXPECT_GE(planner.tick_max_us(), planner.tick_p99_us());
+  EXPECT_GE(planner.tick_p99_us(), planner.tick_p50_us());
+  EXPECT_GT(planner.rss_bytes(), 0U);
+  EXPECT_EQ(alive_["driver/arm1"].kind(), msg::NODE_DRIVER);
+  EXPECT_EQ(alive_["world"].kind(), msg::NODE_WORLD);
+  const auto ticks = planner.ticks();
+  ASSERT_TRUE(await([&] { return alive_["planner/arm1"].ticks() > ticks; }));
+}
+
+TEST_F(MotionProcess, BadInputIsOneSentenceAndExitCodeThree) {
+  const std::vector<std::vector<std::string>> bad{
+      {"no_such_cell.yaml", "--arm", "arm1"}, {path_, "--arm", "arm9"}, {path_, "--arm", "arm1", "--log-file", "/"}};
+  for (const auto& arguments : bad) {
+    for (const char* program : {"hecaton-planner", "hecaton-arm-driver"}) {
+      ChildProcess process(program, arguments);
+      EXPECT_EQ(process.wait(30s).code, 3) << program;
+      const std::string said = process.standard_error();
+      EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    }
+  }
+  ChildProcess unknown("hecaton-planner", {path_, "--arm", "arm9"});
+  EXPECT_EQ(unknown.wait(30s).code, 3);
+  EXPECT_EQ(unknown.standard_error(), path_ + ": --arm arm9 must be one of arm1\n");
+}
+
+TEST_F(MotionProcess, WrongUsageIsExitCodeTwo) {
+  for (const auto& arguments : std::vector<std::vector<std::string>>{
+           {}, {path_}, {path_, "--arm", "arm1", "--domain", "200"}, {path_, "--arm", "arm1", "--nonsense"}}) {
+    ChildProcess process("hecaton-planner", arguments);
+    EXPECT_EQ(process.wait(30s).code, 2);
+  }
+  ChildProcess help("hecaton-world", {"--help"});
+  EXPECT_EQ(help.wait(30s).code, 0);
+  EXPECT_NE(help.standard_output().find("CELL"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hecaton::test

@@ -1,0 +1,180 @@
+// What stops an arm, whoever else lives or dies.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/cell/motion/motion_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+const std::vector<double> kFarAway{2.5, -1.9, 2.6, 0, 0.6, 0};
+
+class MotionStop : public MotionCell {
+ protected:
+  [[nodiscard]] bool seen(msg::ArmMode mode) const {
+    return std::any_of(history_.begin(), history_.end(),
+                       [mode](const msg::ArmState& state) { return state.mode() == mode; });
+  }
+  [[nodiscard]] bool in(msg::ArmMode mode) const { return arm() != nullptr && arm()->mode() == mode; }
+
+  void move_away(const std::string& goal) {
+    send(joint_goal(goal, kFarAway));
+    ASSERT_TRUE(await([&] { return moves(); }));
+    history_.clear();
+  }
+};
+
+TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
+  start_world();
+  start_driver();
+  ChildProcess& planner = start_planner();
+  ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
+  move_away("g");
+  planner.signal(SIGKILL);
+  ASSERT_TRUE(await([&] { return in(msg::ARM_STOPPED); }));
+  ASSERT_TRUE(seen(msg::ARM_BRAKING));
+  EXPECT_NE(arm()->reason().find("commands ceased"), std::string::npos) << arm()->reason();
+  for (const double speed : arm()->qd()) EXPECT_EQ(speed, 0.0);
+
+  // On its stop profile, all joints together at the cell's 10 rad/s²: from every sample on the way the arm comes to
+  // rest q̇ T/2 further, T = maxⱼ |q̇ⱼ| / 10.
+  const std::vector<double> q_rest = arm()->q();
+  for (const msg::ArmState& state : history_) {
+    if (state.mode() != msg::ARM_BRAKING) continue;
+    double T = 0.0;
+    for (const double speed : state.qd()) T = std::max(T, std::abs(speed) / 10.0);
+    for (std::size_t j = 0; j < q_rest.size(); ++j) {
+      EXPECT_NEAR(q_rest[j], state.q()[j] + 0.5 * T * state.qd()[j], 1e-4);
+    }
+  }
+
+  // A planner that is started again in the same term is obeyed at once: it counts on where the driver stands.
+  start_planner();
+  ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
+  send(joint_goal("again", kHome));
+  ASSERT_TRUE(await([&] { return is("again", msg::GOAL_REACHED); }));
+}
+
+TEST_F(MotionStop, HoldStopsTheArmAndRunLetsItGoOnToTheSameGoal) {
+  start_all();
+  move_away("g");
+  set_mode(msg::MODE_HOLD, 1, "somebody opened the door");
+  ASSERT_TRUE(await([&] { return in(msg::ARM_STOPPED); }));
+  EXPECT_EQ(arm()->reason(), "the cell is held: somebody opened the door");
+  ASSERT_TRUE(await([&] { return status("g")->reason() == "the cell is held: somebody opened the door"; }));
+  EXPECT_EQ(status("g")->state(), msg::GOAL_ACTIVE);
+  set_mode(msg::MODE_RUN, 1);
+  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+}
+
+TEST_F(MotionStop, ASupervisorThatFallsSilentStopsNothing) {
+  start_all();
+  send(joint_goal("g", kFarAway));
+  // Reads without writing the cell mode: nobody keeps it alive.
+  const auto until = bus::Clock::now() + kLimit;
+  while (!is("g", msg::GOAL_REACHED) && bus::Clock::now() < until) (void)mailbox_.wait(20ms);
+  EXPECT_TRUE(is("g", msg::GOAL_REACHED));
+}
+
+TEST_F(MotionStop, ThePlannerStopsForASilentWorldSaysSoAndGoesOnWithTheNext) {
+  ChildProcess& world = start_world();
+  start_driver();
+  start_planner();
+  ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
+  move_away("g");
+  world.signal(SIGKILL);
+  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_BLOCKED); }));
+  EXPECT_EQ(status("g")->reason(), "the world is silent");
+  EXPECT_FALSE(moves());
+  start_world();
+  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+}
+
+class MotionStopOfTwo : public MotionCell {
+ protected:
+  MotionStopOfTwo() : MotionCell(2) {}
+};
+
+TEST_F(MotionStopOfTwo, AnArmWhoseNeighbourFallsSilentStopsSaysSoAndGoesOnWhenItIsBack) {
+  start_world();
+  start_driver("arm1");
+  start_planner("arm1");
+  ChildProcess& neighbour = start_driver("arm2");
+  ASSERT_TRUE(await([&] { return arm("arm1") != nullptr && arm("arm1")->mode() == msg::ARM_RUNNING; }));
+  send(joint_goal("g", {-2.5, -1.9, 2.6, 0, 0.6, 0}));
+  ASSERT_TRUE(await([&] { return moves("arm1"); }));
+  neighbour.signal(SIGKILL);
+  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_BLOCKED); }));
+  EXPECT_EQ(status("g")->reason().find("the last state of arm arm2 is "), 0U) << status("g")->reason();
+  EXPECT_FALSE(moves("arm1"));
+  start_driver("arm2");
+  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+}
+
+// The test is the planner here, twice: the second with an older term.
+TEST_F(MotionStop, CommandsOfAnOlderTermAreRefusedCountedAndNeverMoveTheArm) {
+  bus::Writer<msg::ArmCommand> commands(participant_);
+  start_driver();
+  ASSERT_TRUE(commands.wait_matched(1, kLimit));
+  msg::ArmCommand command;
+  command.arm("arm1");
+  command.node("planner/test");
+  command.period(0.01);
+  command.q(kHome);
+  command.qd(std::vector<double>(6, 0.0));
+  const auto send_until = [&](std::uint64_t term, const std::function<bool()>& event) {
+    command.term(term);
+    return await([&] {
+      command.sequence_number(command.sequence_number() + 1);
+      EXPECT_TRUE(commands.write(command));
+      return event();
+    });
+  };
+  ASSERT_TRUE(send_until(5, [&] { return in(msg::ARM_RUNNING); }));
+  EXPECT_EQ(arm()->term(), 5U);
+  EXPECT_EQ(arm()->stale_rejected(), 0U);
+
+  command.q(kReady);  // where the stale sender would take the arm
+  ASSERT_TRUE(send_until(4, [&] { return arm()->stale_rejected() >= 10 && in(msg::ARM_STOPPED); }));
+  EXPECT_EQ(arm()->term(), 5U);
+  EXPECT_EQ(arm()->reason(), "commands of planner/test carry term 4, which is older than 5");
+  for (std::size_t j = 0; j < kHome.size(); ++j) EXPECT_NEAR(arm()->q()[j], kHome[j], 1e-9);
+
+  // A cell mode of a newer term outdates the commands, too.
+  set_mode(msg::MODE_RUN, 7);
+  const std::uint64_t refused = arm()->stale_rejected();
+  command.q(kHome);
+  ASSERT_TRUE(send_until(6, [&] { return arm()->stale_rejected() >= refused + 10; }));
+  EXPECT_FALSE(in(msg::ARM_RUNNING));
+  ASSERT_TRUE(send_until(7, [&] { return in(msg::ARM_RUNNING); }));
+  EXPECT_EQ(arm()->term(), 7U);
+}
+
+TEST_F(MotionStop, UnusableCommandsAreRefusedWithASentence) {
+  bus::Writer<msg::ArmCommand> commands(participant_);
+  start_driver();
+  ASSERT_TRUE(commands.wait_matched(1, kLimit));
+  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->reason() == "no command came yet"; }));
+  msg::ArmCommand command;
+  command.arm("arm1");
+  command.node("planner/test");
+  command.term(1);
+  command.period(0.01);
+  command.qd(std::vector<double>(6, 0.0));
+  const auto refused = [&](const std::vector<double>& q, const std::string& sentence) {
+    command.q(q);
+    return await([&] {
+      command.sequence_number(command.sequence_number() + 1);
+      EXPECT_TRUE(commands.write(command));
+      return arm()->reason() == sentence;
+    });
+  };
+  EXPECT_TRUE(refused({1, 2, 3}, "command of planner/test: q has 3 joints, the arm has 6")) << arm()->reason();
+  EXPECT_TRUE(refused({0, 0, std::nan(""), 0, 0, 0}, "command of planner/test: q[2] = nan must be finite"))
+      << arm()->reason();
+  EXPECT_EQ(arm()->mode(), msg::ARM_STARTING);
+  EXPECT_EQ(arm()->term(), 0U);
+}
+
+}  // namespace
+}  // namespace hecaton::test

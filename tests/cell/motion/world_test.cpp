@@ -1,0 +1,104 @@
+// The world service: edits are seen by everybody, or refused with a sentence.
+#include "tests/cell/motion/motion_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+class MotionWorld : public MotionCell {
+ protected:
+  MotionWorld()
+      : MotionCell(1,
+                   "  - name: post\n"
+                   "    shapes: [{type: box, size: [0.1, 0.1, 0.1]}]\n"
+                   "    pose: {xyz: [1.5, 0, 0.5]}\n") {}
+
+  [[nodiscard]] const msg::ObstacleShapes* obstacle(const std::string& name) {
+    const auto* sample = shapes_.latest(name);
+    return sample == nullptr ? nullptr : &sample->value;
+  }
+  static msg::WorldEditRequest request(msg::EditKind kind, const std::string& name, const std::string& arm = "") {
+    msg::WorldEditRequest message;
+    message.kind(kind);
+    message.name(name);
+    message.arm(arm);
+    message.X_WO().qw(1.0);
+    return message;
+  }
+  [[nodiscard]] std::string refusal(const msg::WorldEditRequest& wanted) {
+    const auto reply = edit(wanted);
+    EXPECT_FALSE(reply.done());
+    return reply.reason();
+  }
+};
+
+TEST_F(MotionWorld, PublishesTheObstaclesOfItsCellAlsoToLateJoiners) {
+  start_world();
+  ASSERT_TRUE(await([&] { return obstacle("post") != nullptr; }));
+  EXPECT_EQ(obstacle("post")->obstacle().shapes()[0].dimensions().x(), 0.05);
+  bus::Reader<msg::ObstacleShapes> late(participant_, &mailbox_);
+  EXPECT_TRUE(await([&] { return late.latest("post") != nullptr; }));
+}
+
+TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
+  bus::Reader<msg::ObstacleStates> states(participant_, &mailbox_);
+  const auto state = [&](const std::string& name) -> const msg::ObstacleState* {
+    const auto& newest = states.latest();
+    if (newest.empty()) return nullptr;
+    for (const auto& candidate : newest.begin()->second.value.states()) {
+      if (candidate.name() == name) return &candidate;
+    }
+    return nullptr;
+  };
+  start_world();
+  start_driver();
+  ASSERT_TRUE(await([&] { return obstacle("post") != nullptr && arm() != nullptr; }));
+
+  msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
+  add.obstacle(box("crate", 2.0, 0.5, 0.5));
+  const auto added = edit(add);
+  ASSERT_TRUE(added.done()) << added.reason();
+  ASSERT_TRUE(await([&] { return obstacle("crate") != nullptr && state("crate") != nullptr; }));
+
+  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "crate");
+  move.X_WO().position().x(1.25);
+  ASSERT_TRUE(edit(move).done());
+  ASSERT_TRUE(await([&] { return state("crate") != nullptr && state("crate")->X_WO().position().x() == 1.25; }));
+
+  // The arm's state must have reached the world before it can attach anything to it.
+  msg::WorldEditReply attached;
+  ASSERT_TRUE(await([&] {
+    attached = edit(request(msg::EDIT_ATTACH, "crate", "arm1"));
+    return attached.done() || attached.reason().find("known") == std::string::npos;
+  }));
+  ASSERT_TRUE(attached.done()) << attached.reason();
+  ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to() == "arm1"; }));
+  ASSERT_TRUE(await([&] { return arm()->carried() == "crate"; }));
+  ASSERT_TRUE(edit(request(msg::EDIT_DETACH, "crate")).done());
+  ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to().empty() && arm()->carried().empty(); }));
+
+  const auto removed = edit(request(msg::EDIT_REMOVE, "crate"));
+  ASSERT_TRUE(removed.done());
+  EXPECT_GT(removed.edition(), added.edition());
+  ASSERT_TRUE(await([&] { return obstacle("crate") == nullptr && state("crate") == nullptr; }));
+  EXPECT_NE(obstacle("post"), nullptr);
+}
+
+TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
+  start_world();
+  ASSERT_TRUE(await([&] { return obstacle("post") != nullptr; }));
+  const auto edition = obstacle("post")->edition();
+  msg::WorldEditRequest again = request(msg::EDIT_ADD, "");
+  again.obstacle(box("post", 2.0, 0.5, 0.5));
+  EXPECT_NE(refusal(again).find("post"), std::string::npos);
+  again.obstacle(box("flat", 2.0, 0.5, 0.5));
+  again.obstacle().shapes()[0].dimensions().z(0.0);
+  EXPECT_NE(refusal(again).find("flat"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EDIT_REMOVE, "ghost")).find("ghost"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EDIT_ATTACH, "post", "arm9")).find("arm9"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EDIT_DETACH, "post")).find("post"), std::string::npos);
+  EXPECT_EQ(obstacle("post")->edition(), edition);
+  EXPECT_EQ(shapes_.latest().size(), 1U);
+}
+
+}  // namespace
+}  // namespace hecaton::test

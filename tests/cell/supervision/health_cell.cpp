@@ -1,0 +1,221 @@
+#include "tests/cell/supervision/health_cell.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include "services/runtime/join.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervision/health_cell.yaml";
+
+ChildCommand agent_command(int domain, const std::vector<std::string>& options) {
+  ChildCommand command{
+      std::string(HECATON_BIN_DIR) + "/hecaton-agent", {kCell, "--domain", std::to_string(domain)}, {}};
+  command.arguments.insert(command.arguments.end(), options.begin(), options.end());
+  return command;
+}
+
+ServiceOptions client_options(int domain) {
+  ServiceOptions options;
+  options.domain = domain;
+  return options;
+}
+
+}  // namespace
+
+// Every participant of a domain listens to its multicast port, 7400 + 250 × domain (DDSI-RTPS 9.6.2.2).
+int free_domain() {
+  std::set<int> used;
+  std::ifstream sockets("/proc/net/udp");
+  std::string line;
+  std::getline(sockets, line);
+  while (std::getline(sockets, line)) {
+    std::istringstream words(line);
+    std::string index;
+    std::string address;
+    words >> index >> address;
+    used.insert(std::stoi(address.substr(address.find(':') + 1), nullptr, 16));
+  }
+  std::random_device seed;
+  std::uniform_int_distribution<int> any(100, 199);
+  int domain = any(seed);
+  while (used.contains(7400 + 250 * domain)) domain = any(seed);
+  return domain;
+}
+
+HealthCell::HealthCell(const std::vector<std::string>& agent_options)
+    : file_(config::load_cell_file(kCell)),
+      domain_(free_domain()),
+      agent_(agent_command(domain_, agent_options)),
+      options_(client_options(domain_)),
+      participant_(make_participant(file_, options_, "test", &mailbox_)),
+      requests_(participant_),
+      replies_(participant_, &mailbox_),
+      modes_(participant_, &mailbox_),
+      faults_(participant_, &mailbox_),
+      goals_(participant_) {}
+
+std::optional<msg::SupervisorReply> HealthCell::ask(msg::RequestKind kind, const std::vector<std::string>& arms) {
+  const auto until = bus::Clock::now() + kPatience;
+  msg::SupervisorRequest request;
+  request.client("test-" + std::to_string(getpid()));
+  request.kind(kind);
+  request.arms(arms);
+  // Asked again when the supervisor died with the question.
+  while (bus::Clock::now() < until) {
+    request.request_id(++request_);
+    auto answer = bus::ask(requests_, replies_, request, 500ms);
+    if (answer.reply) return answer.reply;
+  }
+  return std::nullopt;
+}
+
+msg::CellStatus HealthCell::await(const std::string& what, const Condition& condition) {
+  const auto until = bus::Clock::now() + kPatience;
+  msg::CellStatus status;
+  do {
+    const auto reply = ask(msg::REQUEST_STATUS);
+    if (!reply) break;
+    status = reply->status();
+    if (condition(status)) return status;
+    static_cast<void>(modes_.wait_for_data(50ms));
+  } while (bus::Clock::now() < until);
+  ADD_FAILURE() << "never seen: " << what << "\nlast status:\n" << text_of(status);
+  return status;
+}
+
+msg::CellStatus HealthCell::await_healthy() {
+  return await("a healthy cell", [](const msg::CellStatus& status) {
+    const auto& nodes = status.nodes();
+    const auto& faults = status.faults();
+    // World, supervisor, agent, and of each of the two arms a driver and a planner.
+    return nodes.size() == 7 &&
+           std::all_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.alive(); }) &&
+           std::all_of(faults.begin(), faults.end(), [](const auto& fault) { return fault.cleared(); }) &&
+           status.mode().mode() == msg::MODE_RUN && status.mode().held_arms().empty();
+  });
+}
+
+msg::CellMode HealthCell::await_mode(const std::string& what,
+                                     const std::function<bool(const msg::CellMode&)>& condition) {
+  const auto until = bus::Clock::now() + kPatience;
+  msg::CellMode last;
+  while (bus::Clock::now() < until) {
+    for (const auto& sample : modes_.take()) {
+      if (sample.disposed) continue;
+      last = sample.value;
+      if (condition(last)) return last;
+    }
+    static_cast<void>(modes_.wait_for_data(1s));
+  }
+  ADD_FAILURE() << "no such mode: " << what << "; last: " << last.mode() << ' ' << last.reason();
+  return last;
+}
+
+msg::Fault HealthCell::await_fault(const std::string& what, const std::function<bool(const msg::Fault&)>& condition) {
+  const auto until = bus::Clock::now() + kPatience;
+  while (bus::Clock::now() < until) {
+    for (const auto& sample : faults_.take()) {
+      if (!sample.disposed) told_.push_back(sample.value);
+    }
+    const auto found = std::find_if(told_.begin(), told_.end(), condition);
+    if (found != told_.end()) return *found;
+    static_cast<void>(faults_.wait_for_data(1s));
+  }
+  ADD_FAILURE() << "no such fault was told: " << what;
+  return {};
+}
+
+std::optional<ChildEnd> HealthCell::await_end() {
+  pollfd ended{agent_.fd(), POLLIN, 0};
+  poll(&ended, 1, static_cast<int>(std::chrono::milliseconds(kPatience).count()));
+  return agent_.poll_end();
+}
+
+void HealthCell::send_goal(const std::string& arm, const std::string& goal, const std::string& named) {
+  msg::Goal message;
+  message.arm(arm);
+  message.goal(goal);
+  message.client("test");
+  message.sequence_number(++request_);
+  message.kind(msg::GOAL_NAMED);
+  message.named(named);
+  const auto written = goals_.write(message);
+  EXPECT_TRUE(written) << written.reason;
+}
+
+msg::ArmStatus arm_of(const msg::CellStatus& status, const std::string& name) {
+  for (const msg::ArmStatus& arm : status.arms()) {
+    if (arm.arm() == name) return arm;
+  }
+  ADD_FAILURE() << "no arm " << name;
+  return {};
+}
+
+std::optional<msg::ProcessEvent> process_of(const msg::CellStatus& status, const std::string& name) {
+  for (const msg::HostStatus& host : status.hosts()) {
+    for (const msg::ProcessEvent& process : host.processes()) {
+      if (process.name() == name) return process;
+    }
+  }
+  return std::nullopt;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+int open_faults(const msg::CellStatus& status, const std::string& kind, const std::string& subject) {
+  return static_cast<int>(std::count_if(status.faults().begin(), status.faults().end(), [&](const msg::Fault& fault) {
+    return !fault.cleared() && fault.kind() == kind && fault.subject() == subject;
+  }));
+}
+
+Witnesses::Witnesses(const msg::CellStatus& status) {
+  for (const msg::HostStatus& host : status.hosts()) {
+    for (const msg::ProcessEvent& process : host.processes()) {
+      const auto descriptor = static_cast<int>(syscall(SYS_pidfd_open, process.pid(), 0));
+      EXPECT_GE(descriptor, 0) << process.name();
+      descriptors_.push_back(descriptor);
+    }
+  }
+}
+
+Witnesses::~Witnesses() {
+  for (const int descriptor : descriptors_) close(descriptor);
+}
+
+bool Witnesses::await_all_ended() const {
+  const auto until = bus::Clock::now() + kPatience;
+  return std::all_of(descriptors_.begin(), descriptors_.end(), [&](int descriptor) {
+    pollfd ended{descriptor, POLLIN, 0};
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - bus::Clock::now());
+    return poll(&ended, 1, static_cast<int>(std::max(left, 0ms).count())) == 1;
+  });
+}
+
+std::string text_of(const msg::CellStatus& status) {
+  std::ostringstream text;
+  text << "mode " << status.mode().mode() << " term " << status.mode().term() << ' ' << status.mode().reason() << '\n';
+  for (const auto& arm : status.arms()) text << arm.arm() << " waits for: " << arm.waiting_for() << '\n';
+  for (const auto& node : status.nodes()) {
+    text << node.heartbeat().node() << (node.alive() ? " alive " : " not alive ") << node.age() << " s\n";
+  }
+  for (const auto& fault : status.faults()) {
+    text << fault.id() << ' ' << fault.kind() << ' ' << fault.seen() << (fault.cleared() ? " cleared" : " open")
+         << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace hecaton::services::testing

@@ -1,0 +1,118 @@
+// Real faults in a real cell: processes are killed and stopped, and the supervisor says what it sees.
+
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+#include "tests/cell/supervision/health_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+int pid_of(const msg::CellStatus& status, const std::string& name) {
+  const auto process = process_of(status, name);
+  EXPECT_TRUE(process) << name;
+  return process ? process->pid() : 0;
+}
+
+bool fault_is(const msg::Fault& fault, const std::string& kind, const std::string& subject, bool cleared) {
+  return fault.kind() == kind && fault.subject() == subject && fault.cleared() == cleared;
+}
+
+TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
+  HealthCell cell;
+  const auto before = cell.await_healthy();
+  const int pid = pid_of(before, "planner-left");
+  ASSERT_GT(pid, 0);
+  ASSERT_EQ(kill(pid, SIGKILL), 0);
+
+  const auto fault = cell.await_fault("death of planner/left", [](const msg::Fault& told) {
+    return fault_is(told, "process_died", "planner/left", false);
+  });
+  EXPECT_EQ(fault.seen(), "planner/left: process " + std::to_string(pid) + " was ended by signal 9 (Killed)");
+  EXPECT_EQ(fault.severity(), msg::SEVERITY_ERROR);
+  cell.await_mode("left is held", [](const msg::CellMode& mode) {
+    return contains(mode.held_arms(), "left") && !contains(mode.held_arms(), "right") && mode.mode() == msg::MODE_RUN &&
+           mode.reason().find("signal 9") != std::string::npos;
+  });
+
+  const auto cleared = cell.await_fault(
+      "end of that fault", [](const msg::Fault& told) { return fault_is(told, "process_died", "planner/left", true); });
+  EXPECT_EQ(cleared.id(), fault.id());
+  const auto after = cell.await_healthy();
+  EXPECT_NE(pid_of(after, "planner-left"), pid);
+  EXPECT_EQ(process_of(after, "planner-left")->restarts(), 1U);
+  EXPECT_EQ(process_of(after, "planner-right")->restarts(), 0U);
+}
+
+TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
+  HealthCell cell;
+  const int pid = pid_of(cell.await_healthy(), "planner-right");
+  ASSERT_GT(pid, 0);
+  ASSERT_EQ(kill(pid, SIGSTOP), 0);
+  const auto fault = cell.await_fault("silence of planner/right", [](const msg::Fault& told) {
+    return fault_is(told, "node_silent", "planner/right", false);
+  });
+  const auto held = cell.await("right is held, and told why", [](const msg::CellStatus& status) {
+    const auto arm = arm_of(status, "right");
+    return arm.mode() == msg::MODE_HOLD && !arm.planner_alive() && arm.driver_alive() &&
+           arm.waiting_for().starts_with("held: planner/right: no heartbeat for more than ");
+  });
+  EXPECT_EQ(arm_of(held, "left").mode(), msg::MODE_RUN);
+  EXPECT_EQ(open_faults(held, "node_silent", "planner/right"), 1);
+
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  const auto cleared = cell.await_fault("end of the silence", [](const msg::Fault& told) {
+    return fault_is(told, "node_silent", "planner/right", true);
+  });
+  EXPECT_EQ(cleared.id(), fault.id());
+  EXPECT_EQ(pid_of(cell.await_healthy(), "planner-right"), pid);
+}
+
+TEST(HealthFaults, StoppedDriverIsOneFault) {
+  HealthCell cell;
+  const int pid = pid_of(cell.await_healthy(), "driver-left");
+  ASSERT_GT(pid, 0);
+  ASSERT_EQ(kill(pid, SIGSTOP), 0);
+  const auto status = cell.await("driver/left is lost", [](const msg::CellStatus& seen) {
+    return open_faults(seen, "node_silent", "driver/left") == 1 &&
+           seen.faults().front().severity() == msg::SEVERITY_ERROR;
+  });
+  EXPECT_EQ(open_faults(status, "driver_silent", "left"), 0);
+  EXPECT_TRUE(contains(status.mode().held_arms(), "left"));
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  cell.await_healthy();
+}
+
+TEST(HealthFaults, KilledWorldHoldsTheCellUntilItIsBack) {
+  HealthCell cell;
+  const int pid = pid_of(cell.await_healthy(), "world");
+  ASSERT_GT(pid, 0);
+  ASSERT_EQ(kill(pid, SIGKILL), 0);
+  cell.await_mode("the cell is held", [](const msg::CellMode& mode) {
+    return mode.mode() == msg::MODE_HOLD && mode.reason().starts_with("world: process ");
+  });
+  cell.await_mode("the cell runs again", [](const msg::CellMode& mode) { return mode.mode() == msg::MODE_RUN; });
+  const auto status = cell.await_healthy();
+  ASSERT_EQ(status.obstacles().size(), 1U);
+  EXPECT_EQ(status.obstacles().front().name(), "ball");
+}
+
+TEST(HealthFaults, WithoutRestartTheFaultStays) {
+  HealthCell cell({"--no-restart"});
+  const int pid = pid_of(cell.await_healthy(), "driver-right");
+  ASSERT_GT(pid, 0);
+  ASSERT_EQ(kill(pid, SIGTERM), 0);
+  cell.await("the agent says that it is given up", [](const msg::CellStatus& status) {
+    for (const auto& node : status.nodes()) {
+      if (node.heartbeat().kind() == msg::NODE_AGENT && node.heartbeat().state() == msg::NODE_DEGRADED) {
+        return node.heartbeat().detail() == "driver-right ended and is not restarted" &&
+               open_faults(status, "process_died", "driver/right") == 1 && contains(status.mode().held_arms(), "right");
+      }
+    }
+    return false;
+  });
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

@@ -1,0 +1,129 @@
+// People's orders to a real cell, and what of them outlives the supervisor.
+
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+#include "tests/cell/supervision/health_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+class HealthOrders : public ::testing::Test {
+ protected:
+  msg::SupervisorReply order(msg::RequestKind kind, const std::vector<std::string>& arms = {}) {
+    const auto reply = cell_.ask(kind, arms);
+    EXPECT_TRUE(reply);
+    return reply.value_or(msg::SupervisorReply());
+  }
+  HealthCell cell_;
+};
+
+TEST_F(HealthOrders, StatusTellsTheWholeCell) {
+  const auto status = cell_.await("arms that wait for a goal", [](const msg::CellStatus& seen) {
+    return seen.has_referee() && seen.obstacles().size() == 1 && seen.arms().size() == 2 &&
+           seen.arms()[0].waiting_for() == "a goal" && seen.arms()[1].waiting_for() == "a goal";
+  });
+  EXPECT_EQ(status.cell(), "health");
+  EXPECT_EQ(status.supervisor(), "supervisor");
+  EXPECT_GT(status.uptime(), 0.0);
+  ASSERT_EQ(status.hosts().size(), 1U);
+  EXPECT_EQ(status.hosts()[0].host(), "localhost");
+  EXPECT_TRUE(status.hosts()[0].agent_alive());
+  EXPECT_EQ(status.hosts()[0].processes().size(), 6U);
+  const auto left = arm_of(status, "left");
+  EXPECT_EQ(left.planner(), "planner/left");
+  ASSERT_EQ(left.state().q().size(), 6U);
+  EXPECT_NEAR(left.state().q()[1], -1.9, 1e-6);  // home, where it starts
+  EXPECT_GE(left.state_age(), 0.0);
+  EXPECT_EQ(status.obstacles()[0].shape(), "sphere ⌀ 0.2 m");
+  EXPECT_EQ(status.obstacles()[0].motion(), "circle");
+  EXPECT_EQ(status.referee().contacts(), 0U);
+}
+
+TEST_F(HealthOrders, StopIsLatchedUntilResume) {
+  cell_.await_healthy();
+  auto reply = order(msg::REQUEST_STOP);
+  EXPECT_TRUE(reply.done());
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
+  EXPECT_EQ(arm_of(reply.status(), "left").mode(), msg::MODE_STOP);
+  EXPECT_EQ(arm_of(reply.status(), "left").waiting_for(), "the cell is on stop by operator: waits for resume");
+  reply = order(msg::REQUEST_HOLD);
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
+  reply = order(msg::REQUEST_RESUME, {"left"});
+  EXPECT_FALSE(reply.done());
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
+  reply = order(msg::REQUEST_RESUME);
+  EXPECT_TRUE(reply.done());
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_RUN);
+  cell_.await_mode("run", [](const msg::CellMode& mode) { return mode.mode() == msg::MODE_RUN; });
+}
+
+TEST_F(HealthOrders, SingleArmsAreHeldAndReleased) {
+  cell_.await_healthy();
+  auto reply = order(msg::REQUEST_HOLD, {"left"});
+  EXPECT_TRUE(reply.done());
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_RUN);
+  EXPECT_EQ(reply.status().mode().held_arms(), std::vector<std::string>{"left"});
+  reply = order(msg::REQUEST_STOP, {"right"});
+  EXPECT_EQ(reply.status().mode().stopped_arms(), std::vector<std::string>{"right"});
+  reply = order(msg::REQUEST_RESUME, {"left"});
+  EXPECT_TRUE(reply.status().mode().held_arms().empty());
+  EXPECT_EQ(reply.status().mode().stopped_arms(), std::vector<std::string>{"right"});
+}
+
+TEST_F(HealthOrders, UnknownArmIsRefusedWithTheNamesThatAreAllowed) {
+  cell_.await_healthy();
+  const auto reply = order(msg::REQUEST_HOLD, {"middle"});
+  EXPECT_FALSE(reply.done());
+  EXPECT_EQ(reply.reason(), "unknown arm middle: this cell's arms are left, right");
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_RUN);
+  EXPECT_TRUE(reply.status().mode().held_arms().empty());
+}
+
+TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
+  const auto before = cell_.await_healthy();
+  const auto supervisor = process_of(before, "supervisor");
+  ASSERT_TRUE(supervisor);
+  cell_.send_goal("left", "g1", "turned");
+  cell_.await("left moves", [](const msg::CellStatus& status) {
+    return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
+  });
+  ASSERT_EQ(kill(supervisor->pid(), SIGKILL), 0);
+
+  const auto mode =
+      cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
+  EXPECT_EQ(mode.mode(), msg::MODE_RUN);
+  cell_.await("left arrived", [](const msg::CellStatus& status) {
+    return arm_of(status, "left").has_goal() && arm_of(status, "left").goal().goal() == "g1" &&
+           arm_of(status, "left").goal().state() == msg::GOAL_REACHED;
+  });
+  cell_.send_goal("right", "g2", "turned");
+  const auto after = cell_.await("right obeys under the new term", [](const msg::CellStatus& status) {
+    return arm_of(status, "right").has_goal() && arm_of(status, "right").goal().state() == msg::GOAL_REACHED;
+  });
+  EXPECT_GT(arm_of(after, "right").state().term(), before.mode().term());
+  cell_.await("the predecessor's death is known", [](const msg::CellStatus& status) {
+    for (const auto& fault : status.faults()) {
+      if (fault.kind() == "process_died" && fault.subject() == "supervisor" && fault.cleared()) return true;
+    }
+    return false;
+  });
+}
+
+TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
+  const auto before = cell_.await_healthy();
+  const auto supervisor = process_of(before, "supervisor");
+  ASSERT_TRUE(supervisor);
+  EXPECT_TRUE(order(msg::REQUEST_STOP).done());
+  EXPECT_TRUE(order(msg::REQUEST_STOP, {"right"}).done());
+  ASSERT_EQ(kill(supervisor->pid(), SIGKILL), 0);
+  const auto mode =
+      cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
+  EXPECT_EQ(mode.mode(), msg::MODE_STOP);
+  EXPECT_EQ(mode.stopped_arms(), std::vector<std::string>{"right"});
+  EXPECT_EQ(order(msg::REQUEST_RESUME).status().mode().mode(), msg::MODE_RUN);
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

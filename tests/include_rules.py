@@ -1,0 +1,86 @@
+"""Checks who includes whom: the rules of ARCHITECTURE.md, from the #include lines.
+
+usage: include_rules.py ROOT
+"""
+import pathlib
+import re
+import sys
+
+# folder → the project's folders it may include (its own is always allowed). Longest match wins.
+ALLOWED = {
+    "world/model": [],
+    "world/sim": ["world/model"],
+    "planner/model": ["world/model"],
+    "planner/collision": ["planner/model", "world/model"],
+    "planner/trajectory": ["planner/model"],
+    "planner/qp": ["planner/model"],
+    "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
+    # tick, arm_controller, goal_check, cell: what one arm's planner is
+    "planner": ["planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
+    "planner/simulation": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
+                           "world/model", "world/sim"],
+    "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
+    "services/config": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
+                        "world/model", "world/sim"],
+    "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
+}
+SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/local",
+           "planner/collision", "planner/model", "planner/trajectory", "planner/simulation", "world/model", "world/sim"]
+for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
+    ALLOWED[f"services/{service}"] = SERVICE
+
+# third-party header → the only places that may include it
+ONLY_IN = {
+    r"^(urdf_parser|urdf_model|urdf_world|urdf_exception|console_bridge)/": ["planner/model/urdf_"],
+    r"^fcl/": ["tests/"],
+    r"^(bt[A-Z]\w*\.h|Bullet\w*/|LinearMath/)": ["world/sim/", "tests/"],
+    r"^assimp/": ["planner/model/mesh_"],
+    r"^yaml-cpp/": ["services/config/"],
+    r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
+    r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/"],
+    r"^(spdlog|CLI)/": ["services/", "tests/unit/services/"],
+    r"^nlohmann/": ["services/", "tests/"],
+}
+
+# Pure parts: standard library and themselves only.
+PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
+        "services/supervisor/cell_watch", "services/supervisor/leadership"]
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+
+
+def folder_of(path, folders):
+    matches = [folder for folder in folders if path == folder or path.startswith(folder + "/")]
+    return max(matches, key=len) if matches else None
+
+
+def check(root):
+    problems = []
+    folders = list(ALLOWED) + ["idl", "tests"]
+    for file in sorted([*root.rglob("*.hpp"), *root.rglob("*.cpp")]):
+        path = file.relative_to(root).as_posix()
+        if path.split("/")[0] not in ("world", "planner", "services", "tests"):
+            continue
+        own = folder_of(path, folders)
+        if own is None:
+            problems.append(f"{path}: this folder has no include rule; add one to tests/include_rules.py")
+            continue
+        for kind, included in INCLUDE.findall(file.read_text(encoding="utf-8")):
+            target = folder_of(included, folders)
+            if own != "tests" and target and target != own and target not in ALLOWED[own]:
+                problems.append(f"{path}: may not include {included} ({own} may include: "
+                                f"{', '.join(ALLOWED[own]) or 'nothing of ours'})")
+            for pattern, places in ONLY_IN.items():
+                if re.search(pattern, included) and not any(path.startswith(place) for place in places):
+                    problems.append(f"{path}: may not include {included} (only {', '.join(places)} may)")
+            if any(path.startswith(pure + ".") for pure in PURE):
+                own_part = any(included.startswith(pure) for pure in PURE)
+                standard = kind == "<" and "/" not in included and not included.endswith(".h")
+                if not (own_part or standard):
+                    problems.append(f"{path}: is pure and may include the standard library only, not {included}")
+    return problems
+
+
+found = check(pathlib.Path(sys.argv[1]))
+print("\n".join(found) or "include rules hold")
+sys.exit(1 if found else 0)

@@ -1,0 +1,21 @@
+#pragma once
+/// A DDS domain that no other test of this machine uses at the same time.
+
+namespace hecaton::test {
+
+class FreeDomain {
+ public:
+  /// Throws std::runtime_error when every domain from 100 to 199 is taken.
+  FreeDomain();
+  ~FreeDomain();
+  FreeDomain(const FreeDomain&) = delete;
+  FreeDomain& operator=(const FreeDomain&) = delete;
+
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_ = -1;
+  int lock_ = -1;
+};
+
+}  // namespace hecaton::test

@@ -1,0 +1,46 @@
+/// A distance pass does not allocate, whatever it meets.
+
+#include <gtest/gtest.h>
+
+#include "planner/collision/exact_distance.hpp"
+#include "random_cell.hpp"
+#include "support/allocation_counter.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+TEST(AllocationCounter, SeesEveryWay) {
+  // Volatile, or the compiler may see that nothing comes of them and leave them out.
+  const long before = test::allocations();
+  void* volatile one = std::malloc(8);
+  void* volatile two = std::aligned_alloc(64, 128);
+  int* volatile three = new int(1);
+  EXPECT_EQ(test::allocations() - before, 3);
+  std::free(one);
+  std::free(two);
+  delete three;
+}
+
+TEST(Clearances, DoNotAllocate) {
+  int penetrating = 0;
+  int separated = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    test::RandomCell cell(seed);
+    ExactDistance distance(cell.geometry());
+    std::vector<Clearance> room(64);
+    for (int pose = 0; pose < 20; ++pose) {
+      cell.shuffle();
+      const CellPoses poses = cell.poses();
+      const long before = test::allocations();
+      const int count = distance.clearances(poses, {0.2, 0.1, {}}, room);
+      ASSERT_EQ(test::allocations(), before) << "seed " << seed << ", pose " << pose;
+      for (int i = 0; i < count; ++i) (room[i].distance < 0.0 ? penetrating : separated) += 1;
+    }
+  }
+  // Both kinds of algorithm have run.
+  EXPECT_GT(penetrating, 100);
+  EXPECT_GT(separated, 100);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

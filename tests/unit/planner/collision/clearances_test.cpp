@@ -1,0 +1,191 @@
+/// The culled pass finds exactly what a loop over all pairs finds.
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "planner/collision/exact_distance.hpp"
+#include "random_cell.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+constexpr int kRoom = 4096;  // more than any of these cells has pairs
+
+struct PlacedBody {
+  const Body* body;
+  Counterpart counterpart;
+  int owner;
+  int index;
+  Pose X_WS;
+};
+
+std::vector<PlacedBody> bodies_of_arm(const CellGeometry& geometry, const Kinematics& kinematics, int arm) {
+  std::vector<PlacedBody> placed;
+  for (const Body& body : geometry.arm_bodies(arm)) {
+    const auto counterpart = arm == geometry.self() ? Counterpart::kSelf : Counterpart::kArm;
+    placed.push_back(
+        {&body, counterpart, arm, static_cast<int>(placed.size()), kinematics.X_WL[body.link] * body.X_CS});
+  }
+  return placed;
+}
+
+std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPoses& poses,
+                                      const InfluenceDistances& influence) {
+  std::vector<Clearance> found;
+  const auto check = [&](const PlacedBody& own, const PlacedBody& other, double limit) {
+    const ShapeDistance d = shape_distance(own.body->shape, own.X_WS, other.body->shape, other.X_WS);
+    if (d.distance >= limit) return;
+    found.push_back({own.index, own.body->link, other.counterpart, other.owner, other.index, other.body->link,
+                     d.distance, d.p_a_W, d.p_b_W, d.n_W});
+  };
+  const auto own = bodies_of_arm(geometry, *poses.own, geometry.self());
+  for (const auto& [first, second] : geometry.self_pairs()) check(own[first], own[second], influence.self);
+  for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
+    if (arm == geometry.self()) continue;
+    const double extra = influence.extra_of_arm.empty() ? 0.0 : influence.extra_of_arm[arm];
+    for (const PlacedBody& other : bodies_of_arm(geometry, poses.arms[arm], arm)) {
+      for (const PlacedBody& mine : own) {
+        if (mine.body->moves || other.body->moves) check(mine, other, influence.others + extra);
+      }
+    }
+  }
+  for (int obstacle = 0; obstacle < geometry.obstacle_count(); ++obstacle) {
+    int index = 0;
+    for (const Body& body : geometry.obstacle_bodies(obstacle)) {
+      const PlacedBody other{&body, Counterpart::kObstacle, obstacle, index++,
+                             poses.obstacles[obstacle].X_WO * body.X_CS};
+      for (const PlacedBody& mine : own) {
+        if (mine.body->moves) check(mine, other, influence.others);
+      }
+    }
+  }
+  return found;
+}
+
+void expect_same(const Clearance& actual, const Clearance& expected) {
+  EXPECT_EQ(actual.own_body, expected.own_body);
+  EXPECT_EQ(actual.own_link, expected.own_link);
+  EXPECT_EQ(actual.counterpart, expected.counterpart);
+  EXPECT_EQ(actual.other, expected.other);
+  EXPECT_EQ(actual.other_body, expected.other_body);
+  EXPECT_EQ(actual.other_link, expected.other_link);
+  EXPECT_NEAR(actual.distance, expected.distance, 1e-12);
+  EXPECT_LT((actual.p_own_W - expected.p_own_W).norm(), 1e-12);
+  EXPECT_LT((actual.p_other_W - expected.p_other_W).norm(), 1e-12);
+  EXPECT_LT((actual.n_W - expected.n_W).norm(), 1e-12);
+}
+
+TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
+  std::array<int, 3> found_of_kind{};
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    test::RandomCell cell(seed);
+    ExactDistance distance(cell.geometry());
+    std::vector<Clearance> room(kRoom);
+    for (int pose = 0; pose < 10; ++pose) {
+      cell.shuffle();
+      const std::array<double, 3> extra{0.02, 0.0, 0.2};
+      for (const InfluenceDistances& influence :
+           {InfluenceDistances{0.12, 0.06, {}}, InfluenceDistances{0.3, 0.1, extra},
+            InfluenceDistances{0.0, 0.0, {}}}) {
+        const int count = distance.clearances(cell.poses(), influence, room);
+        const auto expected = by_brute_force(cell.geometry(), cell.poses(), influence);
+        ASSERT_EQ(count, static_cast<int>(expected.size())) << "seed " << seed << ", pose " << pose;
+        for (int i = 0; i < count; ++i) {
+          SCOPED_TRACE(testing::Message() << "seed " << seed << ", pose " << pose << ", clearance " << i);
+          expect_same(room[i], expected[i]);
+          ++found_of_kind[static_cast<int>(room[i].counterpart)];
+        }
+      }
+    }
+  }
+  for (const int found : found_of_kind) EXPECT_GT(found, 100);
+}
+
+TEST(Clearances, KeepTheNearestInOrderWhenThereIsTooLittleRoom) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const test::RandomCell cell(seed);
+    ExactDistance distance(cell.geometry());
+    std::vector<Clearance> all(kRoom);
+    const InfluenceDistances influence{0.3, 0.1, {}};
+    all.resize(distance.clearances(cell.poses(), influence, all));
+    ASSERT_GT(all.size(), 12U);
+    for (const int room : {0, 1, 5, 12}) {
+      std::vector<Clearance> some(room);
+      ASSERT_EQ(distance.clearances(cell.poses(), influence, some), room);
+      std::vector<double> nearest(all.size());
+      std::transform(all.begin(), all.end(), nearest.begin(), [](const Clearance& c) { return c.distance; });
+      std::sort(nearest.begin(), nearest.end());
+      auto next = all.begin();
+      for (const Clearance& clearance : some) {
+        EXPECT_LE(clearance.distance, nearest[room - 1]);
+        next = std::find_if(next, all.end(), [&](const Clearance& c) {
+          return c.own_body == clearance.own_body && c.counterpart == clearance.counterpart &&
+                 c.other == clearance.other && c.other_body == clearance.other_body;
+        });
+        ASSERT_NE(next, all.end()) << "not in the order of the whole list";
+        ++next;
+      }
+    }
+  }
+}
+
+TEST(Clearances, AreAFunctionOfTheirArgumentsAlone) {
+  test::RandomCell cell(77);
+  ExactDistance used(cell.geometry());
+  const InfluenceDistances influence{0.2, 0.1, {}};
+  std::vector<Clearance> room(kRoom);
+  for (int i = 0; i < 20; ++i) {
+    cell.shuffle();
+    used.clearances(cell.poses(), influence, room);
+  }
+  const int count = used.clearances(cell.poses(), influence, room);
+  ExactDistance fresh(cell.geometry());
+  std::vector<Clearance> again(kRoom);
+  ASSERT_EQ(fresh.clearances(cell.poses(), influence, again), count);
+  for (int i = 0; i < count; ++i) {
+    EXPECT_EQ(room[i].distance, again[i].distance);
+    EXPECT_EQ(room[i].n_W, again[i].n_W);
+    EXPECT_EQ(room[i].p_own_W, again[i].p_own_W);
+  }
+}
+
+TEST(Clearances, FollowAChangedSceneAfterRebuild) {
+  test::RandomCell cell(5);
+  CellGeometry geometry = cell.geometry();
+  ExactDistance distance(geometry);
+  geometry.set_obstacles({});
+  distance.rebuild(geometry);
+  std::vector<Clearance> room(kRoom);
+  CellPoses poses = cell.poses();
+  poses.obstacles = {};
+  const int count = distance.clearances(poses, {1.0, 0.1, {}}, room);
+  EXPECT_GT(count, 0);
+  for (int i = 0; i < count; ++i) EXPECT_NE(room[i].counterpart, Counterpart::kObstacle);
+}
+
+TEST(Clearances, PairsThatNobodyMovesAreLeftOut) {
+  const test::RandomCell cell(3);
+  ExactDistance distance(cell.geometry());
+  std::vector<Clearance> room(kRoom);
+  const int count = distance.clearances(cell.poses(), {5.0, 0.0, {}}, room);
+  const auto& own = cell.geometry().own_bodies();
+  int static_own = 0;
+  int static_other = 0;
+  for (int i = 0; i < count; ++i) {
+    const Clearance& c = room[i];
+    if (c.counterpart == Counterpart::kSelf) continue;
+    const bool other_moves =
+        c.counterpart == Counterpart::kArm && cell.geometry().arm_bodies(c.other)[c.other_body].moves;
+    if (!own[c.own_body].moves) {
+      EXPECT_TRUE(other_moves);
+      ++static_own;
+    }
+    static_other += c.counterpart == Counterpart::kArm && !other_moves;
+  }
+  EXPECT_GT(static_own, 0);
+  EXPECT_GT(static_other, 0);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

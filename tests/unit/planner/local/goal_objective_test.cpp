@@ -1,0 +1,57 @@
+#include "planner/local/goal_objective.hpp"
+
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/planar_point.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::joints;
+
+const JointLimits kLimits{joints({-3, -3}), joints({3, 3}), joints({1.0, 2.0}), joints({10, 10})};
+
+TEST(GoalObjective, StraightLineAtTheSlowestJointsSpeed) {
+  // Direction (0.6, 0.8): joint 1 allows 1/0.6 = 1.67, joint 2 2/0.8 = 2.5; speed 1.67 → q̇ = (1, 1.333)
+  const JointVector qd = goal_velocity(kLimits, joints({-1.2, -1.6}), joints({1.2, 1.6}), 0.01);
+  EXPECT_NEAR((qd - joints({1.0, 4.0 / 3.0})).norm(), 0.0, 1e-12);
+}
+
+TEST(GoalObjective, AtTheGoalNothingIsWanted) {
+  EXPECT_TRUE(goal_velocity(kLimits, joints({1, 1}), joints({1, 1}), 0.01).isZero());
+}
+
+TEST(GoalObjective, ContinuousJointsTakeTheShortWay) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const JointLimits limits{joints({-kInfinity}), joints({kInfinity}), joints({1}), joints({10})};
+  const JointVector way = joint_difference(limits, joints({3.0}), joints({-3.0}));
+  EXPECT_NEAR(way[0], 2.0 * std::numbers::pi - 6.0, 1e-12);
+}
+
+// The approach never asks for more deceleration than the joints have, and arrives without overshoot.
+TEST(GoalObjective, ArrivesWithinTheAccelerationLimits) {
+  constexpr double kPeriod = 0.01;
+  const JointVector goal = joints({1.0, 0.5});
+  JointVector q = joints({-1.0, 0.0});
+  JointVector qd = joints({0, 0});
+  double way_left = (goal - q).norm();
+  for (int step = 0; step < 1000; ++step) {
+    const JointVector wanted = goal_velocity(kLimits, q, goal, kPeriod);
+    const JointVector next =
+        wanted.cwiseMax(qd - kLimits.acceleration * kPeriod).cwiseMin(qd + kLimits.acceleration * kPeriod);
+    if (step > 30) {
+      ASSERT_NEAR((next - wanted).norm(), 0.0, 1e-9) << "step " << step;
+    }
+    q += 0.5 * (qd + next) * kPeriod;
+    qd = next;
+    ASSERT_LE((goal - q).norm(), way_left + 1e-9);
+    way_left = (goal - q).norm();
+  }
+  EXPECT_LT(way_left, 1e-6);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,193 @@
+// The whole tick on the planar point: the paper's figure 11, and what the tick promises.
+#include "planner/tick.hpp"
+
+#include <array>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/planar_point.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::box_obstacle;
+using test::joints;
+
+/// One point among boxes; steps its own ticks and remembers the smallest distance to a box's surface.
+struct Journey {
+  Journey(const std::vector<world::Obstacle>& boxes, Method method, std::uint64_t seed = 1)
+      : geometry({test::planar_point()}, 0), obstacles(boxes), memory{LocalMemory(seed)}, scratch(geometry) {
+    geometry.set_obstacles(obstacles);
+    scratch.rebuild(geometry);
+    parameters.method = method;
+    for (const auto& box : boxes) states.push_back({box.X_WO, {}, 0.0});
+    input.qd = joints({0, 0});
+    input.has_goal = true;
+    input.arms = observations;
+    input.obstacles = states;
+  }
+
+  TickResult step() {
+    const TickResult result = tick(geometry, parameters, input, memory, scratch);
+    input.q = result.q;
+    input.qd = result.qd;
+    for (const auto& box : obstacles) {
+      const auto& half = std::get<world::Box>(box.shapes[0].shape).half_extents;
+      const Eigen::Vector3d p(input.q[0], input.q[1], 0.0);
+      const Eigen::Vector3d outside = ((p - box.X_WO.translation()).cwiseAbs() - half).cwiseMax(0.0);
+      nearest = std::min(nearest, outside.norm() - 0.05);
+    }
+    return result;
+  }
+
+  /// Ticks until reached; the status of the last one.
+  TickStatus drive(const JointVector& from, const JointVector& to, int most_ticks) {
+    input.q = from;
+    input.q_goal = to;
+    TickResult result;
+    for (ticks = 0; ticks < most_ticks; ++ticks) {
+      result = step();
+      if (result.status == TickStatus::kReached) break;
+    }
+    return result.status;
+  }
+
+  CellGeometry geometry;
+  std::vector<world::Obstacle> obstacles;
+  std::vector<world::ObstacleState> states;
+  std::array<ArmObservation, 1> observations;
+  LocalParameters parameters;
+  TickMemory memory;
+  TickScratch scratch;
+  TickInput input;
+  double nearest = std::numeric_limits<double>::infinity();
+  int ticks = 0;
+};
+
+const std::vector<world::Obstacle> kWall{box_obstacle("wall", {0, 0, 0}, {0.1, 0.5, 0.2})};
+/// Fig. 11: an L-shaped trap whose second box blocks the way along the first.
+const std::vector<world::Obstacle> kCorner{box_obstacle("wall", {0, 0, 0}, {0.1, 0.6, 0.2}),
+                                           box_obstacle("shelf", {-0.4, 0.5, 0}, {0.4, 0.1, 0.2}),
+                                           box_obstacle("block", {0.9, 0.1, 0}, {0.1, 0.3, 0.2})};
+
+TEST(Tick, ReachesAFreeGoalStraightAndFast) {
+  Journey run({}, Method::kLocal);
+  ASSERT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 1000), TickStatus::kReached);
+  // 2 m at 0.5 m/s, plus ramps of 0.125 s and the exponential end: no less than 4 s, no more than 5.
+  EXPECT_GT(run.ticks, 400);
+  EXPECT_LT(run.ticks, 500);
+}
+
+TEST(Tick, TheLocalPlannerAloneStopsBeforeAWall) {
+  Journey run(kWall, Method::kLocal);
+  EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 3000), TickStatus::kBlocked);
+  EXPECT_GE(run.nearest, 0.019);  // dₛ
+}
+
+TEST(Tick, BoundaryFollowingGoesAroundTheWall) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Journey run(kWall, Method::kBoundaryFollowing, seed);
+    EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 6000), TickStatus::kReached) << "seed " << seed;
+    EXPECT_GE(run.nearest, 0.019);
+  }
+}
+
+TEST(Tick, BoundaryFollowingSwitchesWallsInACorner) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Journey run(kCorner, Method::kBoundaryFollowing, seed);
+    EXPECT_EQ(run.drive(joints({-1, 0.1}), joints({1.5, 0.1}), 12000), TickStatus::kReached) << "seed " << seed;
+    EXPECT_GE(run.nearest, 0.019);
+  }
+}
+
+TEST(Tick, SaysWhatBinds) {
+  Journey run(kWall, Method::kLocal);
+  run.drive(joints({-1, 0}), joints({1, 0}), 2000);
+  const TickResult result = run.step();
+  ASSERT_TRUE(result.has_binding);
+  EXPECT_EQ(run.geometry.own_name(result.binding), "point/ball");
+  EXPECT_EQ(run.geometry.other_name(result.binding), "wall");
+  EXPECT_NEAR(result.binding.distance, 0.02, 1e-3);
+}
+
+TEST(Tick, IsAFunctionOfInputAndMemory) {
+  Journey first(kCorner, Method::kBoundaryFollowing, 5);
+  Journey second(kCorner, Method::kBoundaryFollowing, 5);
+  first.drive(joints({-1, 0.1}), joints({1.5, 0.1}), 777);
+  second.drive(joints({-1, 0.1}), joints({1.5, 0.1}), 777);
+  EXPECT_EQ(first.input.q, second.input.q);
+  TickScratch fresh(first.geometry);
+  TickMemory copy = first.memory;
+  const TickResult a = tick(first.geometry, first.parameters, first.input, copy, fresh);
+  const TickResult b = first.step();
+  EXPECT_EQ(a.q, b.q);
+  EXPECT_EQ(a.qd, b.qd);
+}
+
+TEST(Tick, BrakesOnTheStopProfileWhenTold) {
+  Journey run({}, Method::kLocal);
+  run.drive(joints({-1, 0}), joints({1, 0}), 100);
+  run.input.hold = true;
+  const double before = run.input.qd[0];
+  EXPECT_EQ(run.step().status, TickStatus::kHolding);
+  EXPECT_NEAR(run.input.qd[0], before - 0.04, 1e-12);  // 4 m/s² for 10 ms
+}
+
+TEST(Tick, BrakesWhenAnArmWasNeverHeardOfOrIsSilent) {
+  CellGeometry geometry({test::planar_point("own"), test::planar_point("other")}, 0);
+  TickScratch scratch(geometry);
+  TickMemory memory;
+  std::array<ArmObservation, 2> arms;
+  TickInput input;
+  input.q = joints({0, 0});
+  input.qd = joints({0.4, 0});
+  input.q_goal = joints({1, 0});
+  input.has_goal = true;
+  input.arms = arms;
+  LocalParameters parameters;
+  TickResult result = tick(geometry, parameters, input, memory, scratch);
+  EXPECT_EQ(result.status, TickStatus::kStaleInput);
+  EXPECT_EQ(result.stale_arm, 1);
+  EXPECT_NEAR(result.qd[0], 0.36, 1e-12);
+  arms[1] = {joints({2, 0}), joints({0, 0}), 0.05, true, true};
+  EXPECT_EQ(tick(geometry, parameters, input, memory, scratch).status, TickStatus::kMoving);
+  arms[1].age = 0.2;
+  EXPECT_EQ(tick(geometry, parameters, input, memory, scratch).status, TickStatus::kStaleInput);
+}
+
+// Two points that exchange places head-on: neither can go straight, both give way, nobody touches.
+TEST(Tick, TwoArmsExchangePlaces) {
+  std::vector<Arm> cell{test::planar_point("a"), test::planar_point("b")};
+  std::array<CellGeometry, 2> geometry{CellGeometry(cell, 0), CellGeometry(cell, 1)};
+  std::array<TickScratch, 2> scratch{TickScratch(geometry[0]), TickScratch(geometry[1])};
+  std::array<TickMemory, 2> memory{TickMemory{LocalMemory(3)}, TickMemory{LocalMemory(4)}};
+  std::array<ArmObservation, 2> arms{ArmObservation{joints({-1, 0}), joints({0, 0}), 0, true, true},
+                                     ArmObservation{joints({1, 0}), joints({0, 0}), 0, true, true}};
+  const std::array<JointVector, 2> goals{joints({1, 0}), joints({-1, 0})};
+  bool reached = false;
+  double nearest = 10.0;
+  for (int step = 0; step < 6000 && !reached; ++step) {
+    std::array<TickResult, 2> results;
+    for (int i = 0; i < 2; ++i) {
+      TickInput input;
+      input.q = arms[i].q;
+      input.qd = arms[i].qd;
+      input.q_goal = goals[i];
+      input.has_goal = true;
+      input.arms = arms;
+      results[i] = tick(geometry[i], LocalParameters{}, input, memory[i], scratch[i]);
+    }
+    for (int i = 0; i < 2; ++i) {
+      arms[i].q = results[i].q;
+      arms[i].qd = results[i].qd;
+    }
+    nearest = std::min(nearest, (arms[0].q - arms[1].q).norm() - 0.1);
+    reached = results[0].status == TickStatus::kReached && results[1].status == TickStatus::kReached;
+  }
+  EXPECT_TRUE(reached);
+  EXPECT_GT(nearest, 0.015);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,70 @@
+#include "planner/model/resource_path.hpp"
+
+#include "planner/model/model_error.hpp"
+#include "tests/unit/planner/model/support.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+class ResourcePath : public testing::Test {
+ protected:
+  ResourcePath() {
+    urdf_ = folder_.write("ws/src/arm_description/urdf/arm.urdf", "");
+    in_ancestor_ = folder_.write("ws/src/arm_description/meshes/a.stl", "");
+    in_sibling_ = folder_.write("ws/src/gripper/meshes/g.stl", "");
+    elsewhere_ = folder_.write("opt/ros/share/tools/meshes/t.stl", "");
+    beside_ = folder_.write("ws/src/arm_description/urdf/b.stl", "");
+  }
+  ~ResourcePath() override { unsetenv("ROS_PACKAGE_PATH"); }
+
+  std::string resolve(const std::string& uri) const { return resolve_resource(uri, urdf_, packages_, "link 'a'"); }
+  std::string error(const std::string& uri) const {
+    try {
+      return "resolved to " + resolve(uri);
+    } catch (const ModelError& caught) {
+      return caught.what();
+    }
+  }
+  static bool same(const std::string& a, const std::string& b) { return std::filesystem::equivalent(a, b); }
+
+  test::TemporaryFolder folder_;
+  std::string urdf_, in_ancestor_, in_sibling_, elsewhere_, beside_;
+  std::map<std::string, std::string> packages_;
+};
+
+TEST_F(ResourcePath, FindsPackagesInAncestorsAndBesideThem) {
+  EXPECT_TRUE(same(resolve("package://arm_description/meshes/a.stl"), in_ancestor_));
+  EXPECT_TRUE(same(resolve("package://gripper/meshes/g.stl"), in_sibling_));
+}
+
+TEST_F(ResourcePath, TheMapComesFirst) {
+  packages_["arm_description"] = folder_.path("opt/ros/share/tools");
+  EXPECT_TRUE(same(resolve("package://arm_description/meshes/t.stl"), elsewhere_));
+  EXPECT_NE(error("package://arm_description/meshes/a.stl").find("is mapped to"), std::string::npos);
+}
+
+TEST_F(ResourcePath, RosPackagePathComesLast) {
+  EXPECT_NE(error("package://tools/meshes/t.stl").find("is not found: map package 'tools'"), std::string::npos);
+  setenv("ROS_PACKAGE_PATH", ("/nowhere:" + folder_.path("opt/ros/share/")).c_str(), 1);
+  EXPECT_TRUE(same(resolve("package://tools/meshes/t.stl"), elsewhere_));
+  setenv("ROS_PACKAGE_PATH", (folder_.path("opt/ros/share/tools/") + ":/nowhere").c_str(), 1);
+  EXPECT_TRUE(same(resolve("package://tools/meshes/t.stl"), elsewhere_));
+}
+
+TEST_F(ResourcePath, FilesAbsoluteAndRelative) {
+  EXPECT_TRUE(same(resolve("file://" + elsewhere_), elsewhere_));
+  EXPECT_TRUE(same(resolve(elsewhere_), elsewhere_));
+  EXPECT_TRUE(same(resolve("b.stl"), beside_));
+  EXPECT_TRUE(same(resolve("../meshes/a.stl"), in_ancestor_));
+}
+
+TEST_F(ResourcePath, RefusesTheRest) {
+  EXPECT_NE(error("missing.stl").find("link 'a': mesh file '"), std::string::npos);
+  EXPECT_NE(error("file://b.stl").find("must be absolute"), std::string::npos);
+  EXPECT_NE(error("model://b.stl").find("has an unknown scheme"), std::string::npos);
+  EXPECT_NE(error("package://meshes").find("must name a package and a file"), std::string::npos);
+  EXPECT_NE(error("package:///meshes/a.stl").find("must name a package and a file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,89 @@
+#include "planner/model/srdf.hpp"
+
+#include "tests/unit/planner/model/support.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+std::shared_ptr<const RobotModel> puma_with(const std::string& srdf) {
+  const test::TemporaryFolder folder;
+  UrdfOptions options;
+  options.srdf_path = folder.write("p.srdf", srdf);
+  return load_urdf(test::kPuma, options);
+}
+
+std::string puma(const std::string& inside) {
+  return "<robot name=\"puma560\">" + inside + "</robot>";
+}
+
+int pairs_with(const RobotModel& model, const std::string& link) {
+  int count = 0;
+  for (const auto& [a, b] : model.self_pairs) {
+    count += model.links[model.geometry[a].link].name == link || model.links[model.geometry[b].link].name == link;
+  }
+  return count;
+}
+
+TEST(Srdf, DisablesPairsEitherWayRound) {
+  const auto model = puma_with(puma(R"(<disable_collisions link1="base_link" link2="forearm" reason="Never"/>
+                                       <disable_collisions link1="flange" link2="shoulder"/>)"));
+  EXPECT_EQ(model->self_pairs.size(), 13U);
+  EXPECT_EQ(pairs_with(*model, "base_link"), 4);  // 5 without the SRDF: all but the shoulder
+  EXPECT_EQ(pairs_with(*model, "flange"), 4);     // 5 without the SRDF: all but the wrist's bend
+}
+
+TEST(Srdf, DisablesByDefaultUnlessEnabled) {
+  const auto model = puma_with(puma(R"(<enable_collisions link1="base_link" link2="flange"/>
+                                       <disable_default_collisions link="flange"/>)"));
+  EXPECT_EQ(pairs_with(*model, "flange"), 1);
+  EXPECT_EQ(model->self_pairs.size(), 11U);
+}
+
+TEST(Srdf, UnknownLinksAreSkippedWithOneNote) {
+  const auto model = puma_with(puma(R"(<disable_collisions link1="camera" link2="forearm"/>
+                                       <disable_collisions link1="camera" link2="base_link"/>)"));
+  EXPECT_EQ(model->self_pairs.size(), 15U);
+  EXPECT_TRUE(test::has_note(*model, "link 'camera' does not exist in the URDF and is skipped"));
+}
+
+TEST(Srdf, GroupStatesBecomeNamedConfigurations) {
+  const auto model = puma_with(puma(R"(
+      <group name="arm"><chain base_link="base_link" tip_link="tool0"/></group>
+      <group_state name="ready" group="arm">
+        <joint name="joint6" value="0.6"/><joint name="joint1" value="-0.3"/><joint name="joint2" value="-1.25"/>
+        <joint name="joint3" value="3.5"/><joint name="joint4" value="0"/><joint name="joint5" value="0.89"/>
+        <joint name="finger" value="0.04"/>
+      </group_state>
+      <group_state name="partial" group="arm"><joint name="joint1" value="0"/></group_state>
+      <group_state name="outside" group="arm"><joint name="joint1" value="3"/></group_state>)"));
+  ASSERT_EQ(model->named.size(), 1U);
+  JointVector ready(6);
+  ready << -0.3, -1.25, 3.5, 0, 0.89, 0.6;
+  EXPECT_EQ(model->named.at("ready"), ready);
+  EXPECT_TRUE(test::has_note(*model, "group_state 'partial' is skipped: it does not set every joint"));
+  EXPECT_TRUE(test::has_note(*model, "group_state 'outside' is skipped: joint 'joint1' = 3"));
+}
+
+TEST(Srdf, BadFilesAreRefused) {
+  const auto error = [](const std::string& text) -> std::string {
+    try {
+      puma_with(text);
+    } catch (const ModelError& caught) {
+      return caught.what();
+    }
+    return "";
+  };
+  EXPECT_NE(error("<robot").find("p.srdf:1: malformed XML"), std::string::npos);
+  EXPECT_NE(error("<group/>").find("an SRDF's is <robot>"), std::string::npos);
+  EXPECT_NE(error(puma("<disable_collisions link1='flange'/>")).find("must have the attribute 'link2'"),
+            std::string::npos);
+  EXPECT_NE(error(puma("<group_state name='s'><joint name='joint1' value='up'/></group_state>"))
+                .find("group_state 's': joint value = 'up' must be a finite number"),
+            std::string::npos);
+  UrdfOptions options;
+  options.srdf_path = "/nowhere/at_all.srdf";
+  EXPECT_THROW(std::ignore = load_urdf(test::kPuma, options), ModelError);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,110 @@
+#pragma once
+/// What the model's tests share: files that go away again, small URDFs, random joints.
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "planner/model/robot_model.hpp"
+#include "planner/model/urdf_loader.hpp"
+
+namespace hecaton::test {
+
+inline const std::string kPuma = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf";
+inline const std::string kPuma5 = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560_5dof.urdf";
+
+/// A folder of its own for every test, removed afterwards.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "hecaton-model-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (path_ / name).string(); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << text;
+    return file.string();
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A link with one collision sphere.
+inline std::string ball_link(const std::string& name, const std::string& origin = "0 0 0") {
+  return "<link name=\"" + name + "\"><collision><origin xyz=\"" + origin +
+         "\"/><geometry><sphere radius=\"0.05\"/></geometry></collision></link>";
+}
+
+inline std::string joint(const std::string& name, const std::string& type, const std::string& parent,
+                         const std::string& child, const std::string& inside = "") {
+  return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+         "\"/>" + inside + "</joint>";
+}
+
+inline const std::string kLimit = R"(<limit lower="-2" upper="2" effort="1" velocity="1.5"/>)";
+
+inline std::string robot(const std::string& inside) {
+  return "<robot name=\"r\">" + inside + "</robot>";
+}
+
+/// Writes the URDF and loads it.
+inline std::shared_ptr<const planner::RobotModel> load_text(const std::string& urdf,
+                                                            const planner::UrdfOptions& options = {}) {
+  const TemporaryFolder folder;
+  return planner::load_urdf(folder.write("r.urdf", urdf), options);
+}
+
+/// The sentence with which loading fails; empty when it does not.
+inline std::string error_of(const std::string& urdf, const planner::UrdfOptions& options = {}) {
+  try {
+    load_text(urdf, options);
+  } catch (const planner::ModelError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+inline planner::JointVector random_joints(const planner::JointLimits& limits, std::mt19937_64& random) {
+  planner::JointVector q(limits.lower.size());
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    q[j] =
+        std::uniform_real_distribution<double>(std::max(limits.lower[j], -4.0), std::min(limits.upper[j], 4.0))(random);
+  }
+  return q;
+}
+
+/// Names the cases of a parameterised test by their own `name`.
+struct CaseName {
+  template <typename Param>
+  std::string operator()(const testing::TestParamInfo<Param>& one) const {
+    return one.param.name;
+  }
+};
+
+inline testing::AssertionResult has_note(const planner::RobotModel& model, const std::string& part) {
+  std::string all;
+  for (const std::string& note : model.notes) {
+    if (note.find(part) != std::string::npos) return testing::AssertionSuccess();
+    all += "\n  " + note;
+  }
+  return testing::AssertionFailure() << "no note contains '" << part << "'; there are:" << all;
+}
+
+}  // namespace hecaton::test

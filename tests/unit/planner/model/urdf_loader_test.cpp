@@ -1,0 +1,155 @@
+#include "planner/model/urdf_loader.hpp"
+
+#include <cmath>
+
+#include "planner/model/kinematics.hpp"
+#include "tests/unit/planner/model/support.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::ball_link;
+using test::has_note;
+using test::joint;
+using test::kLimit;
+using test::load_text;
+using test::robot;
+
+constexpr double kDegree = 0.017453292519943295;
+
+TEST(UrdfLoader, ReadsThePuma) {
+  const auto model = load_urdf(test::kPuma);
+  EXPECT_EQ(model->name, "puma560");
+  EXPECT_EQ(model->joint_names, (std::vector<std::string>{"joint1", "joint2", "joint3", "joint4", "joint5", "joint6"}));
+  const double lower[] = {-160, -225, -45, -110, -100, -266};  // [Lee82], degrees
+  const double upper[] = {160, 45, 225, 170, 100, 266};
+  for (int j = 0; j < 6; ++j) {
+    EXPECT_NEAR(model->limits.lower[j], lower[j] * kDegree, 1e-6);
+    EXPECT_NEAR(model->limits.upper[j], upper[j] * kDegree, 1e-6);
+    EXPECT_DOUBLE_EQ(model->limits.velocity[j], 1.5);
+    EXPECT_DOUBLE_EQ(model->limits.acceleration[j], 10.0);
+  }
+  EXPECT_EQ(model->links[model->tool_link].name, "tool0");
+  ASSERT_EQ(model->geometry.size(), 7U);
+  int capsules = 0;
+  int spheres = 0;
+  for (const LinkGeometry& geometry : model->geometry) {
+    capsules += std::holds_alternative<world::Capsule>(geometry.shape) ? 1 : 0;
+    spheres += std::holds_alternative<world::Sphere>(geometry.shape) ? 1 : 0;
+  }
+  EXPECT_EQ(capsules, 6);
+  EXPECT_EQ(spheres, 1);
+  const auto& column = std::get<world::Capsule>(model->geometry[0].shape);
+  EXPECT_DOUBLE_EQ(column.radius, 0.09);
+  EXPECT_DOUBLE_EQ(column.half_length, 0.205);
+  EXPECT_TRUE(model->geometry[0].X_LS.translation().isApprox(Eigen::Vector3d(0, 0, 0.295)));
+}
+
+TEST(UrdfLoader, PairsOfOneBodyAndOfNeighboursAreNotChecked) {
+  // 7 shapes on 7 bodies: 21 pairs, less 6 neighbours.
+  EXPECT_EQ(load_urdf(test::kPuma)->self_pairs.size(), 15U);
+  // Without joint 6 the wrist and the flange are one body: 21 − 1 − the 5 joints' pairs, of which the wrist roll's
+  // bridges to two shapes.
+  EXPECT_EQ(load_urdf(test::kPuma5)->self_pairs.size(), 21U - 1U - 6U);
+}
+
+TEST(UrdfLoader, ReadsAllPrimitivesSeveralALink) {
+  const auto model = load_text(robot(
+      R"(<link name="base"/><link name="a">
+         <visual><geometry><mesh filename="package://nowhere/not_needed.dae"/></geometry></visual>
+         <collision><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/><geometry><box size="0.2 0.4 0.6"/></geometry></collision>
+         <collision><geometry><cylinder radius="0.1" length="0.5"/></geometry></collision>
+         <collision><geometry><sphere radius="0.3"/></geometry></collision></link>)" +
+      joint("j", "revolute", "base", "a", kLimit)));
+  ASSERT_EQ(model->geometry.size(), 3U);
+  EXPECT_TRUE(std::get<world::Box>(model->geometry[0].shape).half_extents.isApprox(Eigen::Vector3d(0.1, 0.2, 0.3)));
+  // The box's own x axis points along y of the link.
+  EXPECT_TRUE((model->geometry[0].X_LS * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3)));
+  EXPECT_DOUBLE_EQ(std::get<world::Cylinder>(model->geometry[1].shape).half_length, 0.25);
+  EXPECT_DOUBLE_EQ(std::get<world::Sphere>(model->geometry[2].shape).radius, 0.3);
+  EXPECT_TRUE(has_note(*model, "the base, link 'base', has no collision geometry"));
+}
+
+TEST(UrdfLoader, JointTypesLimitsAndAxes) {
+  const auto model =
+      load_text(robot(ball_link("base") + ball_link("a") + ball_link("b") + ball_link("c") +
+                      joint("slide", "prismatic", "base", "a",
+                            R"(<axis xyz="0 0 2"/><limit lower="0.1" upper="0.5" velocity="0.7"/>)") +
+                      joint("spin", "continuous", "a", "b", R"(<limit velocity="3" effort="1"/>)") +
+                      joint("turn", "revolute", "b", "c", R"(<axis xyz="0 -1 0"/><limit upper="1" velocity="2"/>)")));
+  ASSERT_EQ(model->joint_names, (std::vector<std::string>{"slide", "spin", "turn"}));
+  EXPECT_DOUBLE_EQ(model->limits.lower[0], 0.1);
+  EXPECT_DOUBLE_EQ(model->limits.upper[0], 0.5);
+  EXPECT_EQ(model->limits.lower[1], -INFINITY);
+  EXPECT_EQ(model->limits.upper[1], INFINITY);
+  EXPECT_DOUBLE_EQ(model->limits.lower[2], 0.0);  // URDF's default
+  EXPECT_TRUE(model->limits.velocity.isApprox(Eigen::Vector3d(0.7, 3.0, 2.0)));
+  EXPECT_TRUE(model->links[1].axis.isApprox(Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(model->links[2].axis.isApprox(Eigen::Vector3d::UnitX()));  // URDF's default
+  EXPECT_TRUE(model->links[3].axis.isApprox(-Eigen::Vector3d::UnitY()));
+}
+
+TEST(UrdfLoader, SoftLimitsTightenTheRange) {
+  const std::string inside =
+      kLimit + R"(<safety_controller k_velocity="1" soft_lower_limit="-1.5" soft_upper_limit="3"/>)";
+  const auto model = load_text(robot(ball_link("base") + ball_link("a") + joint("j", "revolute", "base", "a", inside)));
+  EXPECT_DOUBLE_EQ(model->limits.lower[0], -1.5);
+  EXPECT_DOUBLE_EQ(model->limits.upper[0], 2.0);
+}
+
+TEST(UrdfLoader, VelocityDefaultsOnlyWhenGiven) {
+  const std::string urdf = robot(ball_link("base") + ball_link("a") + ball_link("b") +
+                                 joint("missing", "revolute", "base", "a", R"(<limit lower="-1" upper="1"/>)") +
+                                 joint("zero", "continuous", "a", "b", R"(<limit effort="0" velocity="0"/>)"));
+  EXPECT_NE(test::error_of(urdf).find("joint 'missing': limit velocity is 0 or missing"), std::string::npos);
+  UrdfOptions options;
+  options.default_velocity = 0.8;
+  options.default_acceleration = 3.0;
+  const auto model = load_text(urdf, options);
+  EXPECT_TRUE(model->limits.velocity.isApproxToConstant(0.8));
+  EXPECT_TRUE(model->limits.acceleration.isApproxToConstant(3.0));
+  EXPECT_TRUE(has_note(*model, "joint 'zero' has no velocity limit"));
+}
+
+TEST(UrdfLoader, ToolFrameIsTheOptionsOnTheToolLink) {
+  UrdfOptions options;
+  options.tool_link = "forearm";
+  options.X_LT.translation() << 0, -0.1, 0;
+  const auto model = load_urdf(test::kPuma, options);
+  EXPECT_EQ(model->joints(), 3);
+  Kinematics kinematics;
+  forward_kinematics(*model, Pose::Identity(), JointVector::Zero(3), kinematics);
+  // The forearm's frame is at the elbow (0.4318, 0.15, 0.672), its −y is up.
+  EXPECT_TRUE(kinematics.X_WT.translation().isApprox(Eigen::Vector3d(0.4318, 0.15, 0.772), 1e-9));
+  // What hangs on the forearm is carried along, its joints held.
+  EXPECT_EQ(model->links.size(), 8U);
+  EXPECT_TRUE(has_note(*model, "joint 'joint6' is outside the chain"));
+}
+
+TEST(UrdfLoader, BareLinksOnlyWhenAllowed) {
+  const std::string urdf = robot(ball_link("base") + R"(<link name="bare"/><link name="frame"/>)" + ball_link("a") +
+                                 joint("j1", "revolute", "base", "bare", kLimit) +
+                                 joint("f", "fixed", "bare", "frame") + joint("j2", "revolute", "frame", "a", kLimit));
+  EXPECT_NE(test::error_of(urdf).find("link 'bare', which joint 'j1' moves, has no collision geometry"),
+            std::string::npos);
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  EXPECT_TRUE(has_note(*load_text(urdf, options), "link 'bare'"));
+  // Geometry on a link that is rigidly attached covers the body.
+  EXPECT_EQ(
+      test::error_of(robot(ball_link("base") + R"(<link name="bare"/>)" + ball_link("cover") +
+                           joint("j1", "revolute", "base", "bare", kLimit) + joint("f", "fixed", "bare", "cover"))),
+      "");
+}
+
+TEST(UrdfLoader, IsSilent) {
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  std::ignore = load_urdf(test::kPuma);
+  EXPECT_NE(test::error_of("<robot name='x'><link name='a'/>"), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,102 @@
+#include "planner/simulation/arm_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include "planner/local/random.hpp"
+#include "tests/support/planar_point.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::joints;
+
+const JointLimits kLimits{joints({-1, -1}), joints({1, 1}), joints({1.5, 1.5}), joints({10, 10})};
+constexpr double kStep = 0.002;
+constexpr double kPeriod = 0.01;
+constexpr double kTimeout = 0.05;
+
+TEST(ArmModel, StandsUntilCommanded) {
+  ArmModel arm(kLimits, joints({0.2, -0.3}), kTimeout);
+  for (int i = 0; i < 100; ++i) arm.step(kStep);
+  EXPECT_EQ(arm.mode(), DriveMode::kIdle);
+  EXPECT_EQ(arm.q(), joints({0.2, -0.3}));
+}
+
+// A planner that ramps up at the acceleration limit and integrates with the trapezoid rule is followed without error.
+TEST(ArmModel, TracksAPlannersRampAndCruise) {
+  ArmModel arm(kLimits, joints({0, 0}), kTimeout);
+  JointVector q = joints({0, 0});
+  JointVector qd = joints({0, 0});
+  for (int period = 0; period < 40; ++period) {
+    const JointVector next = (qd + joints({0.1, -0.05})).cwiseMin(joints({1.0, 1.0})).cwiseMax(joints({-0.5, -0.5}));
+    q += 0.5 * (qd + next) * kPeriod;
+    qd = next;
+    arm.command(q, qd, kPeriod);
+    for (int i = 0; i < 5; ++i) arm.step(kStep);
+    ASSERT_LT((arm.q() - q).norm(), 1e-3) << "period " << period;
+  }
+  EXPECT_EQ(arm.mode(), DriveMode::kTracking);
+  EXPECT_NEAR(arm.qd()[0], 1.0, 0.05);
+}
+
+// Silence: the last velocity for the time-out, then the stop profile. From 0.5 rad/s: 0.5 · 0.05 + 0.5²/(2 · 10).
+TEST(ArmModel, StopsByItselfWhenCommandsCease) {
+  ArmModel arm(kLimits, joints({0, 0}), kTimeout);
+  JointVector q = joints({0, 0});
+  JointVector qd = joints({0, 0});
+  for (int period = 0; period < 20; ++period) {
+    const JointVector next = (qd + joints({0.1, 0.0})).cwiseMin(joints({0.5, 0.5}));
+    q += 0.5 * (qd + next) * kPeriod;
+    qd = next;
+    arm.command(q, qd, kPeriod);
+    for (int i = 0; i < 5; ++i) arm.step(kStep);
+  }
+  const double at_silence = arm.q()[0];
+  int steps = 0;
+  while (arm.mode() != DriveMode::kIdle) {
+    arm.step(kStep);
+    ASSERT_LT(++steps, 1000);
+  }
+  // 50 ms since the last command began 10 ms before: 40 ms are left at full speed.
+  EXPECT_NEAR(arm.q()[0] - at_silence, 0.5 * 0.04 + 0.0125, 0.5 * 2 * kStep);
+  EXPECT_TRUE(arm.qd().isZero());
+}
+
+TEST(ArmModel, StopDropsTheSetPointAtOnce) {
+  ArmModel arm(kLimits, joints({0, 0}), kTimeout);
+  arm.command(joints({0.01, 0}), joints({0.1, 0}), kPeriod);
+  arm.step(kStep);
+  arm.stop();
+  EXPECT_EQ(arm.mode(), DriveMode::kStopping);
+  arm.step(kStep);
+  arm.step(kStep);
+  EXPECT_EQ(arm.mode(), DriveMode::kIdle);
+}
+
+// Property: whatever is commanded, position, velocity and acceleration limits hold at every step.
+TEST(ArmModel, NoCommandBreaksALimit) {
+  Random random(9);
+  ArmModel arm(kLimits, joints({0, 0}), kTimeout);
+  for (int period = 0; period < 20'000; ++period) {
+    if (random.uniform() < 0.8) {
+      arm.command(joints({random.uniform(-3, 3), random.uniform(-3, 3)}),
+                  joints({random.uniform(-9, 9), random.uniform(-9, 9)}), kPeriod);
+    }
+    for (int i = 0; i < 5; ++i) {
+      const JointVector before = arm.qd();
+      arm.step(kStep);
+      ASSERT_LE(arm.q().cwiseAbs().maxCoeff(), 1.0);
+      ASSERT_LE(arm.qd().cwiseAbs().maxCoeff(), 1.5 + 1e-12);
+      for (int j = 0; j < 2; ++j) {
+        const bool at_end_stop = std::abs(arm.q()[j]) == 1.0;  // the stop itself is harder than the drive
+        if (!at_end_stop) {
+          ASSERT_LE(std::abs(arm.qd()[j] - before[j]), 10 * kStep + 1e-12);
+        }
+      }
+    }
+  }
+  EXPECT_GT(arm.clamped(), 1000U);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,151 @@
+// Children are small shell programs, so that what they see of us can be asked of the kernel itself.
+
+#include "services/agent/child_process.hpp"
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace hecaton::services {
+namespace {
+
+constexpr int kPatience = 60'000;  // [ms]
+
+class ChildProcessTest : public ::testing::Test {
+ protected:
+  ChildProcessTest() {
+    std::string name = (std::filesystem::temp_directory_path() / "child_process_test-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  ~ChildProcessTest() override { std::filesystem::remove_all(folder_); }
+
+  ChildProcess shell(const std::string& script) { return ChildProcess({"/bin/sh", {"-c", script}, folder_ / "log"}); }
+  static std::optional<ChildEnd> await_end(ChildProcess& child) {
+    pollfd ended{child.fd(), POLLIN, 0};
+    EXPECT_EQ(poll(&ended, 1, kPatience), 1);
+    return child.poll_end();
+  }
+  std::string log() {
+    std::ifstream file(folder_ / "log");
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(ChildProcessTest, TellsItsExitCode) {
+  auto child = shell("exit 3");
+  const auto end = await_end(child);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->exit_code, 3);
+  EXPECT_EQ(end->signal_number, 0);
+}
+
+TEST_F(ChildProcessTest, TellsTheSignalThatEndedIt) {
+  auto child = shell("exec sleep 600");
+  EXPECT_FALSE(child.poll_end());
+  child.signal(SIGKILL);
+  const auto end = await_end(child);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->exit_code, -1);
+  EXPECT_EQ(end->signal_number, SIGKILL);
+}
+
+TEST_F(ChildProcessTest, LogsToItsFile) {
+  auto child = shell("echo out; echo err >&2");
+  await_end(child);
+  EXPECT_EQ(log(), "out\nerr\n");
+  auto next = shell("echo more");
+  await_end(next);
+  EXPECT_EQ(log(), "out\nerr\nmore\n");
+}
+
+TEST_F(ChildProcessTest, MissingProgramIsASentence) {
+  try {
+    ChildProcess child({"/no/such/program", {}, {}});
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "/no/such/program cannot be started: No such file or directory");
+  }
+}
+
+TEST_F(ChildProcessTest, InheritsNoSignalMaskAndNoIgnoredSignals) {
+  sigset_t blocked;
+  sigset_t before;
+  sigemptyset(&blocked);
+  sigaddset(&blocked, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &blocked, &before);
+  const auto handler = std::signal(SIGPIPE, SIG_IGN);
+  ChildProcess child({"/bin/grep", {"-E", "^Sig(Blk|Ign):", "/proc/self/status"}, folder_ / "log"});
+  await_end(child);
+  std::signal(SIGPIPE, handler);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  EXPECT_EQ(log(), "SigBlk:\t0000000000000000\nSigIgn:\t0000000000000000\n");
+}
+
+TEST_F(ChildProcessTest, InheritsNoDescriptors) {
+  const int stray = open("/dev/null", O_RDONLY);  // without O_CLOEXEC, as a careless library would
+  ASSERT_GE(stray, 0);
+  // ls itself opens the folder it lists: descriptor 3.
+  ChildProcess child({"/bin/ls", {"/proc/self/fd"}, folder_ / "log"});
+  await_end(child);
+  close(stray);
+  EXPECT_EQ(log(), "0\n1\n2\n3\n");
+}
+
+TEST_F(ChildProcessTest, ReadsNothing) {
+  auto child = shell("cat");
+  const auto end = await_end(child);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->exit_code, 0);
+}
+
+TEST_F(ChildProcessTest, IsKilledWithItsObject) {
+  pid_t pid = 0;
+  {
+    auto child = shell("exec sleep 600");
+    pid = child.pid();
+  }
+  EXPECT_EQ(kill(pid, 0), -1);
+  EXPECT_EQ(errno, ESRCH);
+}
+
+// A process between us and the child starts it, tells its pid, and is killed.
+TEST_F(ChildProcessTest, DiesWithTheProcessThatStartedIt) {
+  int told[2];
+  ASSERT_EQ(pipe(told), 0);
+  const pid_t middle = fork();
+  ASSERT_GE(middle, 0);
+  if (middle == 0) {
+    const auto child = shell("exec sleep 600");
+    const pid_t its_pid = child.pid();
+    if (write(told[1], &its_pid, sizeof its_pid) == sizeof its_pid) pause();
+    _exit(1);
+  }
+  pid_t pid = 0;
+  ASSERT_EQ(read(told[0], &pid, sizeof pid), static_cast<ssize_t>(sizeof pid));
+  close(told[0]);
+  close(told[1]);
+  // Its orphan is ours to reap: otherwise it would stay as a zombie of whoever is init here.
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
+  kill(middle, SIGKILL);
+  ASSERT_EQ(waitpid(middle, nullptr, 0), middle);
+  int status = 0;
+  ASSERT_EQ(waitpid(pid, &status, 0), pid);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGKILL);
+  prctl(PR_SET_CHILD_SUBREAPER, 0);
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,63 @@
+#include "services/agent/service_plan.hpp"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using Names = std::vector<std::string>;
+
+// Only what the plan reads; no arm needs a model for that.
+config::CellFile cell_on_two_hosts() {
+  config::CellFile file;
+  file.path = "cell.yaml";
+  file.hosts = {{"pc1", "10.0.0.1"}, {"pc2", "10.0.0.2"}};
+  file.world_host = "pc2";
+  file.supervision.host = "pc1";
+  for (const auto* name : {"a", "b"}) {
+    file.cell.arms.emplace_back();
+    file.cell.arms.back().arm.name = name;
+  }
+  file.arm_hosts = {{"pc1", ""}, {"pc2", ""}};
+  return file;
+}
+
+Names names(const std::vector<PlannedService>& services) {
+  Names all;
+  for (const PlannedService& service : services) all.push_back(service.name);
+  return all;
+}
+
+TEST(ServicePlan, WithoutAHostAllServicesRunHere) {
+  const auto services = plan_services(cell_on_two_hosts(), "");
+  EXPECT_EQ(names(services), (Names{"world", "supervisor", "driver-a", "planner-a", "driver-b", "planner-b"}));
+  EXPECT_EQ(planned_hosts(cell_on_two_hosts(), ""), (Names{"pc1", "pc2"}));
+}
+
+TEST(ServicePlan, EachHostRunsWhatTheFilePlacesThere) {
+  EXPECT_EQ(names(plan_services(cell_on_two_hosts(), "pc1")), (Names{"supervisor", "driver-a", "planner-a"}));
+  EXPECT_EQ(names(plan_services(cell_on_two_hosts(), "pc2")), (Names{"world", "driver-b", "planner-b"}));
+  EXPECT_EQ(planned_hosts(cell_on_two_hosts(), "pc2"), Names{"pc2"});
+}
+
+TEST(ServicePlan, ServicesAreToldTheirCellArmAndHost) {
+  const auto services = plan_services(cell_on_two_hosts(), "pc2");
+  EXPECT_EQ(services[0].arguments, (Names{"cell.yaml", "--host", "pc2"}));
+  EXPECT_EQ(services[2].arguments, (Names{"cell.yaml", "--arm", "b", "--host", "pc2"}));
+  EXPECT_EQ(services[2].node, "planner/b");
+  EXPECT_EQ(services[2].program, "hecaton-planner");
+}
+
+TEST(ServicePlan, UnknownHostIsRefusedWithTheNamesThatAreAllowed) {
+  try {
+    static_cast<void>(plan_services(cell_on_two_hosts(), "pc3"));
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "cell.yaml: --host pc3 must be one of pc1, pc2");
+  }
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,245 @@
+// Who gets which samples: many keys, late joiners, withdrawn keys, depth 1.
+#include <set>
+
+#include <idl/arm.h>
+#include <idl/goal.h>
+#include <idl/health.h>
+#include <idl/world.h>
+
+#include "tests/unit/services/bus/bus_test.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+class Delivery : public BusTest {};
+
+msg::ArmState arm_state(const std::string& arm, std::uint64_t number) {
+  msg::ArmState state;
+  state.arm(arm);
+  state.sequence_number(number);
+  state.q({0.1, 0.2, static_cast<double>(number)});
+  return state;
+}
+
+msg::ProcessEvent process_event(const std::string& process) {
+  msg::ProcessEvent event;
+  event.process(process);
+  return event;
+}
+
+// Trap 2: Fast DDS has room for 10 keys unless told otherwise, and says nothing about the eleventh.
+TEST_F(Delivery, ThirtyArmsAreAllReceived) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  expect_matched(writer, reader);
+  constexpr int kArms = 30;
+  // Best-effort: what is lost in a full socket buffer comes with the next round, as in a cell.
+  std::uint64_t round = 0;
+  const auto until = Clock::now() + kPatience;
+  while (reader.latest().size() < kArms && Clock::now() < until) {
+    ++round;
+    for (int arm = 0; arm < kArms; ++arm) {
+      ASSERT_TRUE(writer.write(arm_state("arm" + std::to_string(arm), round)));
+    }
+    [[maybe_unused]] const bool arrived = reader.wait_for_data(5ms);
+  }
+  EXPECT_EQ(reader.latest().size(), kArms);
+}
+
+TEST_F(Delivery, ThirtyArmsCommandedByOneWriterAreAllReceived) {
+  Writer<msg::ArmCommand> writer(here_);
+  Reader<msg::ArmCommand> reader(there_);
+  expect_matched(writer, reader);
+  for (int arm = 0; arm < 30; ++arm) {
+    msg::ArmCommand command;
+    command.arm("arm" + std::to_string(arm));
+    ASSERT_TRUE(writer.write(command));
+  }
+  EXPECT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 30; }));
+}
+
+TEST_F(Delivery, OneKeyTooManyIsRefusedWithASentence) {
+  Writer<msg::ProcessEvent> writer(here_);
+  const int room = Topic<msg::ProcessEvent>::kInfo.qos.instances;
+  for (int i = 0; i < room; ++i) ASSERT_TRUE(writer.write(process_event("host/p" + std::to_string(i))));
+  const auto refused = writer.write(process_event("host/straw"));
+  EXPECT_FALSE(refused);
+  EXPECT_EQ(
+      refused.reason,
+      "hecaton/ProcessEvent \"host/straw\" not written: no room within 10 ms: the topic allows 512 keys at one time");
+  // A withdrawn key makes room.
+  ASSERT_TRUE(writer.retire(process_event("host/p0")));
+  EXPECT_TRUE(writer.write(process_event("host/straw")));
+}
+
+TEST_F(Delivery, KeysThatCannotBeSentAreRefused) {
+  Writer<msg::ArmState> writer(here_);
+  EXPECT_FALSE(writer.write(arm_state("", 1)));
+  EXPECT_FALSE(writer.write(arm_state(std::string(300, 'x'), 1)));
+  EXPECT_TRUE(writer.write(arm_state(std::string(200, 'x'), 1)));
+  Writer<msg::CellMode> mode(here_);
+  EXPECT_FALSE(mode.retire({})) << "a topic without key has nothing to withdraw";
+}
+
+TEST_F(Delivery, LateJoinerGetsEveryObstacle) {
+  Writer<msg::ObstacleShapes> writer(here_);
+  constexpr int kObstacles = 100;
+  for (int i = 0; i < kObstacles; ++i) {
+    msg::ObstacleShapes shapes;
+    shapes.name("obstacle" + std::to_string(i));
+    shapes.obstacle().name(shapes.name());
+    msg::PlacedShape hull;  // 3,000 vertices of 24 bytes: more than one datagram holds
+    hull.kind(msg::SHAPE_CONVEX);
+    hull.vertices().resize(i == 0 ? 3000 : 8);
+    shapes.obstacle().shapes().push_back(hull);
+    ASSERT_TRUE(writer.write(shapes));
+  }
+  Reader<msg::ObstacleShapes> late(there_);
+  ASSERT_TRUE(wait_until(late, [&] { return late.latest().size() == kObstacles; }));
+  EXPECT_EQ(late.latest("obstacle0")->value.obstacle().shapes()[0].vertices().size(), 3000U);
+}
+
+TEST_F(Delivery, RemovedObstacleIsDisposedForReadersAndUnknownToLateJoiners) {
+  Writer<msg::ObstacleShapes> writer(here_);
+  Reader<msg::ObstacleShapes> reader(there_);
+  msg::ObstacleShapes pallet;
+  pallet.name("pallet");
+  msg::ObstacleShapes post;
+  post.name("post");
+  ASSERT_TRUE(writer.write(pallet));
+  ASSERT_TRUE(writer.write(post));
+  ASSERT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 2; }));
+  ASSERT_TRUE(writer.retire(pallet));
+  bool disposed = false;
+  ASSERT_TRUE(wait_until(reader, [&] {
+    for (const auto& sample : reader.take()) disposed = disposed || (sample.disposed && sample.key == "pallet");
+    return disposed;
+  }));
+  EXPECT_EQ(reader.latest("pallet"), nullptr);
+  EXPECT_NE(reader.latest("post"), nullptr);
+
+  Reader<msg::ObstacleShapes> late(there_);
+  ASSERT_TRUE(wait_until(late, [&] { return late.latest("post") != nullptr; }));
+  EXPECT_EQ(late.latest("pallet"), nullptr);
+
+  // The name may come back.
+  ASSERT_TRUE(writer.write(pallet));
+  EXPECT_TRUE(wait_until(reader, [&] { return reader.latest("pallet") != nullptr; }));
+}
+
+// A cell that runs for weeks makes millions of goals: the writer keeps the newest alive and withdraws the others.
+TEST_F(Delivery, GoalsBeyondTheRetainedOnesAreRetired) {
+  Writer<msg::Goal> writer(here_);
+  Reader<msg::Goal> reader(there_);
+  expect_matched(writer, reader);
+  constexpr int kGoals = 6000;  // more than the topic has room for at one time
+  const int retained = Topic<msg::Goal>::kInfo.qos.retained;
+  std::uint64_t received = 0;
+  std::uint64_t disposed = 0;
+  const auto collect = [&] {
+    for (const auto& sample : reader.take()) ++(sample.disposed ? disposed : received);
+  };
+  for (int i = 0; i < kGoals; ++i) {
+    msg::Goal goal;
+    goal.arm("arm1");
+    goal.goal(std::to_string(i));
+    const auto result = writer.write(goal);
+    ASSERT_TRUE(result) << i << ": " << result.reason;
+    if (i % 100 == 99) {
+      ASSERT_TRUE(writer.wait_acknowledged(kPatience)) << i;
+      collect();
+    }
+  }
+  EXPECT_TRUE(wait_until(reader,
+                         [&] {
+                           collect();
+                           return received == kGoals && disposed == kGoals - static_cast<std::uint64_t>(retained);
+                         }))
+      << received << " received, " << disposed << " disposed";
+
+  Reader<msg::Goal> late(there_);
+  ASSERT_TRUE(wait_until(late, [&] { return late.latest().size() == static_cast<std::size_t>(retained); }));
+  EXPECT_NE(late.latest("arm1/5999"), nullptr);
+  EXPECT_EQ(late.latest("arm1/" + std::to_string(kGoals - retained - 1)), nullptr);
+}
+
+// Trap 4: state is the newest sample, never a queue of old ones.
+TEST_F(Delivery, StateReaderSeesOnlyTheNewest) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  expect_matched(writer, reader);
+  for (std::uint64_t i = 1; i <= 50; ++i) ASSERT_TRUE(writer.write(arm_state("arm1", i)));
+  // The last sample may be lost (best-effort): write on until one from here on has come.
+  std::uint64_t number = 50;
+  std::uint64_t newest = 0;
+  const auto until = Clock::now() + kPatience;
+  while (newest <= 50 && Clock::now() < until) {
+    ASSERT_TRUE(writer.write(arm_state("arm1", ++number)));
+    if (!reader.wait_for_data(5ms)) continue;
+    const auto samples = reader.take();
+    ASSERT_LE(samples.size(), 1U);
+    if (samples.empty()) continue;
+    EXPECT_GT(samples[0].value.sequence_number(), newest) << "never back in time";
+    newest = samples[0].value.sequence_number();
+    EXPECT_DOUBLE_EQ(samples[0].value.q()[2], static_cast<double>(newest));
+  }
+  EXPECT_GT(newest, 50U);
+}
+
+TEST_F(Delivery, ReliableReaderSeesAllInOrder) {
+  Writer<msg::WorldEditRequest> writer(here_);
+  Reader<msg::WorldEditRequest> reader(there_);
+  expect_matched(writer, reader);
+  std::vector<std::uint64_t> seen;
+  const auto collect = [&] {
+    for (const auto& sample : reader.take()) seen.push_back(sample.value.request_id());
+  };
+  for (std::uint64_t i = 0; i < 320; ++i) {
+    msg::WorldEditRequest request;
+    request.request_id(i);
+    ASSERT_TRUE(writer.write(request));
+    if (i % 16 == 15) {
+      ASSERT_TRUE(writer.wait_acknowledged(kPatience));
+    }
+  }
+  ASSERT_TRUE(wait_until(reader, [&] {
+    collect();
+    return seen.size() == 320;
+  })) << seen.size();
+  for (std::uint64_t i = 0; i < 320; ++i) EXPECT_EQ(seen[i], i);
+}
+
+TEST_F(Delivery, UnreadSamplesAreDroppedOldestFirstAndCounted) {
+  Writer<msg::WorldEditRequest> writer(here_);
+  ReaderOptions options;
+  options.queue = 4;
+  Reader<msg::WorldEditRequest> reader(there_, nullptr, options);
+  expect_matched(writer, reader);
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    msg::WorldEditRequest request;
+    request.request_id(i);
+    ASSERT_TRUE(writer.write(request));
+  }
+  ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().received == 10; }));
+  const auto samples = reader.take();
+  ASSERT_EQ(samples.size(), 4U);
+  EXPECT_EQ(samples.front().value.request_id(), 6U);
+  EXPECT_EQ(reader.counters().overflowed, 6U);
+}
+
+TEST_F(Delivery, ArrivalIsOnTheReadersOwnClock) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  expect_matched(writer, reader);
+  auto state = arm_state("arm1", 1);
+  state.stamp_ns(-1);  // whatever the sender's clock says
+  const auto before = Clock::now();
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state) && reader.latest("arm1") != nullptr; }));
+  const auto* sample = reader.latest("arm1");
+  EXPECT_GE(sample->received, before);
+  EXPECT_LE(sample->received, Clock::now());
+  EXPECT_EQ(sample->writer, writer.id());
+}
+
+}  // namespace
+}  // namespace hecaton::bus

@@ -1,0 +1,153 @@
+// Joining a domain, and what a participant must not do.
+#include "services/bus/participant.hpp"
+
+#include <fstream>
+
+#include <idl/arm.h>
+#include <idl/health.h>
+#include <idl/world.h>
+
+#include "tests/unit/services/bus/bus_test.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+std::string refusal(int domain, const ParticipantOptions& options) {
+  try {
+    const Participant participant(domain, "test", options);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Participant, BadOptionsAreRefusedWithASentence) {
+  EXPECT_EQ(refusal(233, {}), "bus: participant \"test\": domain = 233 must be between 0 and 232");
+  EXPECT_EQ(refusal(-1, {}), "bus: participant \"test\": domain = -1 must be between 0 and 232");
+  ParticipantOptions options;
+  options.interfaces = {"198.51.100.77"};  // reserved for documentation: no host has it
+  EXPECT_NE(refusal(1, options).find("\"198.51.100.77\" is no address of this host (it has 127.0.0.1"),
+            std::string::npos)
+      << refusal(1, options);
+  options = {};
+  options.peers = {"cell-controller"};
+  EXPECT_EQ(refusal(1, options), "bus: peers: \"cell-controller\" must be an IPv4 address, e.g. \"10.0.0.2\"");
+}
+
+/// Fast DDS's shared-memory segments that this process has mapped.
+int mapped_segments() {
+  std::ifstream maps("/proc/self/maps");
+  int count = 0;
+  for (std::string line; std::getline(maps, line);) {
+    if (line.find("/dev/shm/fast") != std::string::npos) ++count;
+  }
+  return count;
+}
+
+// Trap 9: UDP only by default.
+TEST(Participant, MapsNoSharedMemoryUnlessAskedTo) {
+  const TestDomain domain;
+  {
+    Participant here(domain.id(), "here", one_host());
+    Participant there(domain.id(), "there", one_host());
+    Writer<msg::CellMode> writer(here);
+    Reader<msg::CellMode> reader(there);
+    ASSERT_TRUE(writer.write({}));
+    ASSERT_TRUE(wait_until(reader, [&] { return !reader.latest().empty(); }));
+    EXPECT_EQ(mapped_segments(), 0);
+  }
+  auto options = one_host();
+  options.shared_memory = true;
+  const Participant with(domain.id(), "with", options);
+  EXPECT_GT(mapped_segments(), 0) << "this test would see them";
+}
+
+// Trap 13: a participant listener with the default mask swallows the callbacks of readers.
+TEST(Participant, ItsListenerLeavesReadersTheirCallbacks) {
+  const TestDomain domain;
+  Mailbox participants;
+  auto options = one_host();
+  options.mailbox = &participants;
+  Participant here(domain.id(), "here", options);
+  auto there = std::make_unique<Participant>(domain.id(), "there", one_host());
+  Writer<msg::CellMode> writer(*there);
+  Reader<msg::CellMode> reader(here);
+  ASSERT_TRUE(writer.write({}));
+  EXPECT_TRUE(wait_until(reader, [&] { return !reader.latest().empty(); }));
+
+  const auto told = [&](EventKind kind) {
+    const auto until = Clock::now() + kPatience;
+    while (Clock::now() < until) {
+      for (const auto& event : participants.take_events()) {
+        if (event.kind == kind && event.key == "there") return true;
+      }
+      [[maybe_unused]] const bool arrived = participants.wait(until - Clock::now());
+    }
+    return false;
+  };
+  EXPECT_TRUE(told(EventKind::kParticipantFound));
+  { const auto gone = std::move(writer); }
+  there.reset();
+  EXPECT_TRUE(told(EventKind::kParticipantLost));
+}
+
+TEST(Participant, PartitionsKeepCellsApart) {
+  const TestDomain domain;
+  auto options = one_host();
+  options.partition = "cell1";
+  Participant one(domain.id(), "one", options);
+  Participant too(domain.id(), "too", options);
+  options.partition = "cell2";
+  Participant other(domain.id(), "other", options);
+  Reader<msg::CellMode> reader(one);
+  Writer<msg::CellMode> foreign(other);
+  Writer<msg::CellMode> own(too);
+  ASSERT_TRUE(own.wait_matched(1, kPatience));
+  ASSERT_TRUE(reader.wait_matched(1, kPatience));
+  EXPECT_EQ(foreign.matched(), 0);
+  EXPECT_EQ(reader.matched(), 1);
+}
+
+TEST(Participant, UnicastPeersFindEachOtherWithoutMulticast) {
+  const TestDomain domain;
+  auto options = one_host();
+  options.peers = {"127.0.0.1"};
+  Participant here(domain.id(), "here", options);
+  Participant there(domain.id(), "there", options);
+  Writer<msg::CellMode> writer(here);
+  Reader<msg::CellMode> reader(there);
+  EXPECT_TRUE(writer.wait_matched(1, kPatience));
+  EXPECT_TRUE(reader.wait_matched(1, kPatience));
+}
+
+TEST(Participant, AReaderWhoseDeadlineIsBelowTheWritersIsToldWhy) {
+  const TestDomain domain;
+  Participant here(domain.id(), "here", one_host());
+  Participant there(domain.id(), "there", one_host());
+  ReaderOptions strict;
+  strict.deadline = 5ms;  // the topic offers 20 ms
+  Reader<msg::ArmState> reader(there, nullptr, strict);
+  const Writer<msg::ArmState> writer(here);
+  std::string policy;
+  ASSERT_TRUE(wait_until(reader, [&] {
+    for (const auto& event : reader.mailbox().take_events()) {
+      if (event.kind == EventKind::kIncompatible) policy = event.key;
+    }
+    return !policy.empty();
+  }));
+  EXPECT_EQ(policy, "deadline");
+  EXPECT_EQ(reader.matched(), 0);
+}
+
+TEST(Participant, EndpointsOutliveTheHandle) {
+  const TestDomain domain;
+  auto participant = std::make_unique<Participant>(domain.id(), "brief", one_host());
+  Writer<msg::ArmState> writer(*participant);
+  participant.reset();
+  msg::ArmState state;
+  state.arm("arm1");
+  EXPECT_TRUE(writer.write(state));
+}
+
+}  // namespace
+}  // namespace hecaton::bus

@@ -1,0 +1,285 @@
+// Deadlines, liveliness and ownership inside one process; tests/cell/bus has their multi-process counterparts.
+#include <algorithm>
+#include <functional>
+
+#include <idl/arm.h>
+#include <idl/health.h>
+
+#include "tests/unit/services/bus/bus_test.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+class Timing : public BusTest {};
+
+msg::ArmState arm_state(const std::string& arm) {
+  msg::ArmState state;
+  state.arm(arm);
+  return state;
+}
+
+struct Seen {
+  std::vector<Event> events;
+  void collect(Mailbox& mailbox) {
+    for (auto& event : mailbox.take_events()) events.push_back(std::move(event));
+  }
+  [[nodiscard]] long count(EventKind kind, std::string_view key) const {
+    return std::count_if(events.begin(), events.end(),
+                         [&](const auto& event) { return event.kind == kind && event.key == key; });
+  }
+};
+
+/// That something does not happen needs a while to be seen.
+template <class T>
+void let_pass(Reader<T>& reader, Clock::duration span) {
+  const auto until = Clock::now() + span;
+  while (Clock::now() < until) {
+    [[maybe_unused]] const bool arrived = reader.wait_for_data(until - Clock::now());
+  }
+}
+
+// Trap 8: for each key, and once for each silence.
+TEST_F(Timing, DeadlineIsToldOncePerKeyAndSilence) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  expect_matched(writer, reader);
+  Seen seen;
+  ASSERT_TRUE(
+      wait_until(reader, [&] { return writer.write(arm_state("quiet")) && reader.latest("quiet") != nullptr; }));
+  // Another key of the same writer goes on all the time and does not hide the silent one.
+  ASSERT_TRUE(wait_until(reader, [&] {
+    if (!writer.write(arm_state("busy"))) return false;
+    seen.collect(reader.mailbox());
+    return seen.count(EventKind::kDeadlineMissed, "quiet") == 1 && reader.counters().deadlines_missed >= 5;
+  }));
+  EXPECT_EQ(seen.count(EventKind::kDeadlineMissed, "quiet"), 1) << "the deadline passed at least twice";
+
+  // It speaks again and falls silent again: told again.
+  const auto heard = [&] {
+    for (const auto& sample : reader.take()) {
+      if (sample.key == "quiet") return true;
+    }
+    return false;
+  };
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(arm_state("quiet")) && heard(); }));
+  EXPECT_TRUE(wait_until(reader, [&] {
+    seen.collect(reader.mailbox());
+    return seen.count(EventKind::kDeadlineMissed, "quiet") >= 2;
+  }));
+}
+
+// Trap 8: Fast DDS goes on reporting keys whose writer is gone.
+TEST_F(Timing, DeadlineOfAGoneWriterIsNotReportedForEver) {
+  ReaderOptions options;
+  options.deadline = 20ms;
+  Reader<msg::ArmState> reader(there_, nullptr, options);
+  auto writer = std::make_unique<Writer<msg::ArmState>>(here_);
+  expect_matched(*writer, reader);
+  ASSERT_TRUE(wait_until(reader, [&] { return writer->write(arm_state("arm1")) && reader.latest("arm1") != nullptr; }));
+  writer.reset();
+  Seen seen;
+  ASSERT_TRUE(wait_until(reader, [&] {
+    seen.collect(reader.mailbox());
+    return seen.count(EventKind::kPeerLost, "arm1") == 1;
+  }));
+  const auto missed = reader.counters().deadlines_missed;
+  let_pass(reader, 200ms);  // ten deadlines
+  EXPECT_EQ(reader.counters().deadlines_missed, missed);
+}
+
+TEST_F(Timing, NoDeadlineEventsForARetiredKey) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  expect_matched(writer, reader);
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(arm_state("arm1")) && reader.latest("arm1") != nullptr; }));
+  ASSERT_TRUE(wait_until(reader, [&] {
+    // Best-effort: the withdrawal itself may be lost.
+    if (reader.latest("arm1") == nullptr) return true;
+    return !(writer.write(arm_state("arm1")) && writer.retire(arm_state("arm1")));
+  }));
+  ASSERT_EQ(reader.latest("arm1"), nullptr);
+  const auto missed = reader.counters().deadlines_missed;
+  let_pass(reader, 200ms);
+  EXPECT_EQ(reader.counters().deadlines_missed, missed);
+}
+
+/// Writes `kept` until told that its silence was noticed.
+[[nodiscard]] bool silence_is_noticed(Writer<msg::ArmState>& writer, Reader<msg::ArmState>& reader,
+                                      const std::string& kept) {
+  Seen seen;
+  seen.collect(reader.mailbox());
+  seen.events.clear();
+  const auto received = [&] {
+    for (const auto& sample : reader.take()) {
+      if (sample.key == kept && !sample.disposed) return true;
+    }
+    return false;
+  };
+  if (!wait_until(reader, [&] { return writer.write(arm_state(kept)) && received(); })) return false;
+  return wait_until(reader, [&] {
+    seen.collect(reader.mailbox());
+    return seen.count(EventKind::kDeadlineMissed, kept) >= 1;
+  });
+}
+
+// A key that goes, in whatever way, must not take the other keys' deadlines with it.
+TEST_F(Timing, DeadlinesGoOnAfterAnotherKeyWasRetired) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  expect_matched(writer, reader);
+  for (const auto* gone : {"arm1", "arm2", "arm3"}) {
+    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept"));
+    ASSERT_TRUE(silence_is_noticed(writer, reader, gone));
+    ASSERT_TRUE(wait_until(reader, [&] {
+      if (reader.latest(gone) == nullptr) return true;
+      return !(writer.write(arm_state(gone)) && writer.retire(arm_state(gone)));
+    }));
+    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept")) << gone;
+  }
+}
+
+TEST_F(Timing, DeadlinesGoOnAfterAnotherWriterWent) {
+  Writer<msg::ArmState> writer(here_);
+  Reader<msg::ArmState> reader(there_);
+  for (const auto* gone : {"arm1", "arm2", "arm3"}) {
+    Participant brief(domain_.id(), "brief", one_host());
+    auto other = std::make_unique<Writer<msg::ArmState>>(brief);
+    expect_matched(*other, reader);
+    ASSERT_TRUE(reader.wait_matched(2, kPatience));
+    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept"));
+    ASSERT_TRUE(silence_is_noticed(*other, reader, gone));
+    other.reset();
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.matched() == 1; }));
+    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept")) << gone;
+  }
+}
+
+/// Two keys of which the first is due first, goes before it is due, and must not hide the silence of the second.
+class DeadlineOwner : public BusTest {
+ protected:
+  void expect_second_noticed(const std::function<void(Writer<msg::ArmState>&)>& go) {
+    constexpr auto kDeadline = 300ms;
+    ReaderOptions reader_options;
+    reader_options.deadline = kDeadline;
+    WriterOptions writer_options;
+    writer_options.deadline = kDeadline;
+    Participant other(domain_.id(), "other", one_host());
+    first_ = std::make_unique<Writer<msg::ArmState>>(here_, writer_options);
+    Writer<msg::ArmState> second(other, writer_options);
+    Reader<msg::ArmState> reader(there_, nullptr, reader_options);
+    ASSERT_TRUE(reader.wait_matched(2, kPatience));
+    ASSERT_TRUE(first_->wait_matched(1, kPatience));
+    ASSERT_TRUE(second.wait_matched(1, kPatience));
+    const auto arrive = [&](Writer<msg::ArmState>& writer, const std::string& key) {
+      return wait_until(reader, [&] { return writer.write(arm_state(key)) && reader.latest(key) != nullptr; });
+    };
+    ASSERT_TRUE(arrive(*first_, "first"));
+    ASSERT_TRUE(arrive(second, "second"));
+    go(*first_);
+    Seen seen;
+    EXPECT_TRUE(wait_until(reader, [&] {
+      seen.collect(reader.mailbox());
+      return seen.count(EventKind::kDeadlineMissed, "second") >= 1;
+    }));
+  }
+  std::unique_ptr<Writer<msg::ArmState>> first_;
+};
+
+TEST_F(DeadlineOwner, FirstIsRetired) {
+  expect_second_noticed([](auto& writer) { ASSERT_TRUE(writer.retire(arm_state("first"))); });
+}
+
+TEST_F(DeadlineOwner, FirstWriterLeaves) {
+  expect_second_noticed([this](auto&) { first_.reset(); });
+}
+
+TEST_F(DeadlineOwner, FirstIsSilent) {
+  expect_second_noticed([](auto&) {});
+}
+
+// Trap 7: on a best-effort writer only a written sample shows life, and it does so after a loss, too.
+TEST_F(Timing, LivelinessIsLostInSilenceAndRegainedByASample) {
+  Writer<msg::Heartbeat> writer(here_);
+  Reader<msg::Heartbeat> reader(there_);
+  expect_matched(writer, reader);
+  msg::Heartbeat beat;
+  beat.node("planner1");
+  Seen seen;
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(beat) && reader.latest("planner1") != nullptr; }));
+  ASSERT_TRUE(wait_until(reader, [&] {
+    seen.collect(reader.mailbox());
+    return seen.count(EventKind::kLivelinessLost, "planner1") == 1;
+  }));
+  EXPECT_EQ(reader.alive_writers(), 0);
+  EXPECT_EQ(reader.matched(), 1) << "silent, not gone";
+  seen.events.clear();
+  ASSERT_TRUE(wait_until(reader, [&] {
+    seen.collect(reader.mailbox());
+    return writer.write(beat) && seen.count(EventKind::kLivelinessGained, "planner1") >= 1;
+  }));
+  EXPECT_EQ(reader.alive_writers(), 1);
+}
+
+msg::ArmCommand command(const std::string& node) {
+  msg::ArmCommand command;
+  command.arm("arm1");
+  command.node(node);
+  return command;
+}
+
+/// Who is heard of two that both command arm1.
+class Ownership : public BusTest {
+ protected:
+  WriterOptions strength(int value) {
+    WriterOptions options;
+    options.strength = value;
+    return options;
+  }
+
+  [[nodiscard]] bool heard_until(Writer<msg::ArmCommand>* primary, Writer<msg::ArmCommand>* standby,
+                                 Reader<msg::ArmCommand>& reader, const std::string& node) {
+    // The last one heard in a row of ten from one node is the owner.
+    int in_row = 0;
+    const auto until = Clock::now() + kPatience;
+    while (in_row < 10 && Clock::now() < until) {
+      if (primary != nullptr && !primary->write(command("primary"))) return false;
+      if (standby != nullptr && !standby->write(command("standby"))) return false;
+      [[maybe_unused]] const bool arrived = reader.wait_for_data(5ms);
+      for (const auto& sample : reader.take()) in_row = sample.value.node() == node ? in_row + 1 : 0;
+    }
+    return in_row >= 10;
+  }
+};
+
+TEST_F(Ownership, StrongestLivingWriterIsHeard) {
+  Participant third(domain_.id(), "third", one_host());
+  auto primary = std::make_unique<Writer<msg::ArmCommand>>(here_, strength(10));
+  Writer<msg::ArmCommand> standby(third, strength(5));
+  Reader<msg::ArmCommand> reader(there_);
+  ASSERT_TRUE(reader.wait_matched(2, kPatience));
+  ASSERT_TRUE(primary->wait_matched(1, kPatience));
+  ASSERT_TRUE(standby.wait_matched(1, kPatience));
+  EXPECT_TRUE(heard_until(primary.get(), &standby, reader, "primary"));
+  // The primary falls silent without leaving: its lease ends its ownership.
+  EXPECT_TRUE(heard_until(nullptr, &standby, reader, "standby"));
+  // It wakes up: without terms it would own the stream again (trap 6), which is why commands carry terms.
+  EXPECT_TRUE(heard_until(primary.get(), &standby, reader, "primary"));
+  primary.reset();
+  EXPECT_TRUE(heard_until(nullptr, &standby, reader, "standby"));
+}
+
+TEST_F(Ownership, StrengthCanBeChanged) {
+  Participant third(domain_.id(), "third", one_host());
+  Writer<msg::ArmCommand> primary(here_, strength(10));
+  Writer<msg::ArmCommand> standby(third, strength(5));
+  Reader<msg::ArmCommand> reader(there_);
+  ASSERT_TRUE(reader.wait_matched(2, kPatience));
+  ASSERT_TRUE(primary.wait_matched(1, kPatience));
+  ASSERT_TRUE(standby.wait_matched(1, kPatience));
+  EXPECT_TRUE(heard_until(&primary, &standby, reader, "primary"));
+  standby.set_strength(20);
+  EXPECT_TRUE(heard_until(&primary, &standby, reader, "standby"));
+}
+
+}  // namespace
+}  // namespace hecaton::bus

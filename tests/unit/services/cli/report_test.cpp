@@ -1,0 +1,109 @@
+#include "services/cli/report.hpp"
+
+#include <cstdio>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "services/cli/failure.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+Report example() {
+  Report report;
+  report.cell = "c";
+  report.tasks = 3;
+  report.reached = 2;
+  report.timed_out = 1;
+  report.smallest = world::Separation{0.031, world::ContactKind::kArmArm, "a/x", "b/y", 1.5};
+  report.duration = 12.5;
+  report.times = {3.0, 1.0};
+  report.arms = {{"a", 2, 2, 0, 0}, {"b", 1, 0, 0, 1}};
+  return report;
+}
+
+TEST(Report, HasTheKeysThatProgramsRelyOn) {
+  const Json json = to_json(example());
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  const std::vector<std::string> promised{
+      "tasks",      "reached", "blocked", "timed_out", "contacts", "min_separation_m",
+      "duration_s", "tick_us", "arms",    "faults"};
+  ASSERT_GE(keys.size(), promised.size());
+  keys.resize(promised.size());
+  EXPECT_EQ(keys, promised);
+  EXPECT_EQ(json["tasks"], 3);
+  EXPECT_EQ(json["min_separation_m"], 0.031);
+  EXPECT_TRUE(json["tick_us"].is_null());
+  EXPECT_EQ(json["arms"][1], (Json{{"name", "b"}, {"tasks", 1}, {"reached", 0}, {"blocked", 0}, {"timed_out", 1}}));
+  EXPECT_EQ(json["faults"], Json::array());
+  EXPECT_EQ(json["closest_pair"]["a"], "a/x");
+}
+
+TEST(Report, TellsTickTimesWhenThereAreSome) {
+  Report report = example();
+  report.tick_us = Quantiles{1.0, 2.0, 3.0};
+  EXPECT_EQ(to_json(report)["tick_us"], (Json{{"p50", 1.0}, {"p99", 2.0}, {"max", 3.0}}));
+}
+
+TEST(Report, SaysWhenNothingWasJudged) {
+  Report report = example();
+  report.smallest.reset();
+  EXPECT_TRUE(to_json(report)["min_separation_m"].is_null());
+  EXPECT_NE(table_text(report, Palette(false)).find("nothing was judged"), std::string::npos);
+}
+
+TEST(Report, IsPositiveOnlyWithAllReachedAndNothingTouched) {
+  Report report = example();
+  EXPECT_FALSE(report.positive());
+  report.reached = 3;
+  EXPECT_TRUE(report.positive());
+  report.contacts = 1;
+  EXPECT_FALSE(report.positive());
+  EXPECT_FALSE(Report().positive());
+}
+
+TEST(Report, TableQuotesThePair) {
+  const std::string text = table_text(example(), Palette(false));
+  EXPECT_NE(text.find("31 mm (a/x – b/y)"), std::string::npos);
+  EXPECT_NE(text.find("66.7 %"), std::string::npos);
+}
+
+TEST(Quantile, IsTheSmallestValueThatEnoughDoNotExceed) {
+  const std::vector<double> sorted{1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
+  EXPECT_EQ(quantile(sorted, 0.5), 5.0);
+  EXPECT_EQ(quantile(sorted, 0.95), 10.0);
+  EXPECT_EQ(quantile(sorted, 0.9), 9.0);
+  EXPECT_EQ(quantile(sorted, 0.0), 1.0);
+  EXPECT_EQ(quantile({}, 0.5), 0.0);
+}
+
+TEST(Quantiles, SortThemselves) {
+  const auto found = quantiles({3.0, 1.0, 2.0});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->p50, 2.0);
+  EXPECT_EQ(found->max, 3.0);
+  EXPECT_FALSE(quantiles({}));
+}
+
+TEST(WriteReport, RefusesAFileThatCannotBe) {
+  try {
+    check_writable("/nowhere/report.json");
+    FAIL() << "must not be writable";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::kBadInput);
+    EXPECT_STREQ(failure.what(), "report file '/nowhere/report.json' cannot be written");
+  }
+}
+
+TEST(WriteReport, ReadsBack) {
+  const std::string path = testing::TempDir() + "hecaton_report_test.json";
+  write_report(path, example());
+  std::ifstream file(path);
+  EXPECT_EQ(Json::parse(file), to_json(example()));
+  std::remove(path.c_str());
+}
+
+}  // namespace
+}  // namespace hecaton::services::cli

@@ -1,0 +1,79 @@
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "services/cli/document.hpp"
+#include "tests/unit/services/cli/run_line.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+
+std::vector<std::string> simulate(const std::vector<std::string>& more) {
+  std::vector<std::string> words{"simulate", kCell, "--tasks", "7", "--seed", "7", "-o", "json"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+TEST(Simulate, GivesTheSameReportToTheLastBitOnEveryRunAndForAnyThreads) {
+  const Ran first = run_line(simulate({}));
+  ASSERT_FALSE(first.out.empty()) << first.err;
+  EXPECT_EQ(run_line(simulate({})).out, first.out);
+  EXPECT_EQ(run_line(simulate({"--threads", "2"})).out, first.out);
+  EXPECT_NE(run_line(simulate({"--seed", "8"})).out, first.out);
+}
+
+TEST(Simulate, AddsUp) {
+  const Ran ran = run_line(simulate({}));
+  const Json report = Json::parse(ran.out);
+  EXPECT_EQ(report["tasks"], 7);
+  const auto count = [&](const char* key) { return report[key].get<int>(); };
+  EXPECT_EQ(count("reached") + count("blocked") + count("timed_out"), 7);
+  int of_arms = 0;
+  for (const Json& arm : report["arms"]) of_arms += arm["tasks"].get<int>();
+  EXPECT_EQ(of_arms, 7);
+  EXPECT_TRUE(report["tick_us"].is_null()) << "the machine's clock has no place in a repeatable report";
+  const bool positive = count("reached") == 7 && report["contacts"] == 0;
+  EXPECT_EQ(ran.code, positive ? ExitCode::kDone : ExitCode::kNegative);
+  EXPECT_NE(ran.err.find("simulated seconds per second"), std::string::npos);
+}
+
+TEST(Simulate, MeasuresTicksWhenAsked) {
+  const Json report = Json::parse(run_line(simulate({"--timing"})).out);
+  ASSERT_TRUE(report["tick_us"].is_object());
+  EXPECT_GT(report["tick_us"]["p50"].get<double>(), 0.0);
+  EXPECT_LE(report["tick_us"]["p50"].get<double>(), report["tick_us"]["p99"].get<double>());
+  EXPECT_LE(report["tick_us"]["p99"].get<double>(), report["tick_us"]["max"].get<double>());
+}
+
+TEST(Simulate, WritesTheReportThatItPrints) {
+  const std::string path = testing::TempDir() + "hecaton_simulate_test.json";
+  const Ran ran = run_line(simulate({"--report", path}));
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_EQ(text.str(), ran.out);
+  std::remove(path.c_str());
+}
+
+TEST(Simulate, ChangesTheMethodAndTheNetwork) {
+  const Json report =
+      Json::parse(run_line(simulate({"--method", "local", "--age", "20ms", "--jitter", "5ms", "--loss", "0.1"})).out);
+  EXPECT_EQ(report["method"], "local");
+  EXPECT_EQ(report["subspaces_drawn"], 0) << "the local planner follows no boundary";
+  EXPECT_EQ(report["network"], (Json{{"age_s", 0.02}, {"jitter_s", 0.005}, {"loss", 0.1}}));
+}
+
+TEST(Simulate, SaysWithItsExitCodeThatTasksWereMissed) {
+  // The local planner alone reaches about two thirds of such tasks [Lahouar06]: of sixty some are missed.
+  const Ran ran = run_line({"simulate", kCell, "--tasks", "60", "--method", "local", "-o", "json"});
+  const Json report = Json::parse(ran.out);
+  EXPECT_LT(report["reached"].get<int>(), 60);
+  EXPECT_EQ(ran.code, ExitCode::kNegative);
+}
+
+}  // namespace
+}  // namespace hecaton::services::cli

@@ -1,0 +1,36 @@
+// Cell files that load, and what they become.
+
+#include "services/config/cell_file.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::config {
+namespace {
+
+const std::string kCells = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/";
+
+TEST(CellFileTest, ThreePumaIsWhatItsFileSays) {
+  const CellFile file = load_cell_file(kCells + "three_puma.yaml");
+  EXPECT_EQ(file.cell.name, "three_puma");
+  EXPECT_EQ(file.network.domain, 42);
+  ASSERT_EQ(file.cell.arms.size(), 3U);
+  for (const auto& planned : file.cell.arms) {
+    EXPECT_EQ(planned.arm.model->joints(), 6);
+    EXPECT_EQ(planned.start, planned.arm.home());
+    EXPECT_DOUBLE_EQ(planned.parameters.damper.influence_distance, 0.12);
+    EXPECT_DOUBLE_EQ(planned.parameters.damper.security_distance, 0.03);
+    for (int joint = 0; joint < 6; ++joint) {
+      EXPECT_DOUBLE_EQ(planned.arm.limits.velocity[joint], 1.5);
+      EXPECT_DOUBLE_EQ(planned.arm.limits.acceleration[joint], 10.0);
+    }
+    // Each base 0.7 m from the centre, its x axis pointing there.
+    const world::Pose& X_WB = planned.arm.X_WB;
+    EXPECT_NEAR(X_WB.translation().norm(), 0.7, 1e-12);
+    EXPECT_LT((X_WB * Eigen::Vector3d(0.7, 0.0, 0.0)).norm(), 1e-12);
+  }
+  // The same URDF with the same options: one model for all.
+  EXPECT_EQ(file.cell.arms[0].arm.model, file.cell.arms[2].arm.model);
+}
+
+}  // namespace
+}  // namespace hecaton::config

@@ -1,0 +1,286 @@
+// A cell file that uses every key, each with a value that is not the default, arrives as it was written.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "services/config/cell_file.hpp"
+#include "services/config/schema.hpp"
+
+namespace hecaton::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kPath = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
+
+const std::string kText = R"(
+name: everything
+network: {domain: 7, transport: udp, interface: eth1, peers: [10.0.0.9, "10.0.0.8:7410"]}
+hosts: {alpha: 10.0.0.1, beta: beta.local}
+world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
+supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s,
+              takeover_lease: 30000us}
+timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
+tasks: {centre: [1, 2, 3], radius: 0.5, half_height: 0.25, time_limit: 0.5min}
+defaults:
+  limits: {velocity: 1.25, acceleration: 7}
+  damper: {influence_distance: 0.2, security_distance: 0.05}
+  poses: {home: [0, 1], away: [0, -1]}
+arms:
+  - name: left
+    base: {xyz: [1, 2, 3], rpy: [0, 0, 1.5707963267948966]}
+    host: alpha
+    standby_host: beta
+    urdf: urdf/planar_2r.urdf
+    srdf: urdf/planar_2r.srdf
+    packages: {somewhere: urdf}
+    meshes: capsule
+    tool_link: upper
+    tool: {xyz: [0.5, 0, 0]}
+    limits: {lower: -1.5, upper: [1.5], velocity: [1.0], acceleration: [3]}
+    poses: {home: [0.5], away: [-0.5]}
+    start: away
+    method: local
+    damper: {security_distance: 0.06, convergence_speed: 0.7, self_influence_distance: 0.3, self_security_distance: 0.02}
+    follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, redraw_after: 2s, redraw_growth: 1.5,
+               redraw_longest: 9s}
+    goal_tolerance: 0.01
+    acceleration_of_others: 6
+    state_age_limit: 150ms
+  - name: right
+    host: beta
+    urdf: urdf/planar_2r.urdf
+    base: {xyz: [-5, 0, 0]}
+obstacles:
+  - name: still
+    shapes:
+      - {type: box, size: [0.2, 0.4, 0.6], pose: {xyz: [0, 0, 1]}}
+      - {type: sphere, radius: 0.1}
+      - {type: capsule, radius: 0.2, length: 0.8}
+      - {type: cylinder, radius: 0.3, height: 1.0}
+    pose: {xyz: [20, 0, 0]}
+    motion: {type: static}
+  - name: pyramid
+    shapes: [{type: mesh, file: meshes/tetrahedron.stl, scale: [2, 2, 2]}]
+    pose: {xyz: [22, 0, 0]}
+  - name: part
+    shapes: [{type: sphere, radius: 0.01}]
+    attached_to: {arm: left, pose: {xyz: [0.1, 0, 0]}}
+  - name: cart
+    shapes: [{type: sphere, radius: 0.1}]
+    motion: {type: waypoints, poses: [{xyz: [20, 5, 0]}, {xyz: [21, 5, 0]}], speed: 0.3, loop: false}
+  - name: moon
+    shapes: [{type: sphere, radius: 0.1}]
+    pose: {xyz: [20, 10, 0]}
+    motion: {type: circle, centre: [20, 11, 0], axis: [0, 3, 4], angular_speed: -0.6, turn_with_motion: true}
+  - name: shaker
+    shapes: [{type: sphere, radius: 0.1}]
+    pose: {xyz: [20, 15, 0]}
+    motion: {type: sine, direction: [0, 0, -2], amplitude: 0.4, period: 3s, phase: 0.5}
+  - name: belt
+    shapes: [{type: sphere, radius: 0.1}]
+    pose: {xyz: [20, 20, 0]}
+    motion: {type: conveyor, direction: [0, 1, 0], speed: 0.2, length: 2}
+  - name: ball
+    shapes: [{type: sphere, radius: 0.1}]
+    pose: {xyz: [20, 25, 0]}
+    motion: {type: dynamic, mass: 2, friction: 0.6, rolling_friction: 0.02, restitution: 0.3,
+             linear_velocity: [1, 0, 0], angular_velocity: [0, 0, 2]}
+)";
+
+class EveryKeyTest : public testing::Test {
+ protected:
+  const CellFile file_ = parse_cell_file(kText, kPath);
+
+  const world::Obstacle& obstacle(const std::string& name) const {
+    const auto& all = file_.cell.scene.obstacles;
+    return *std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
+  }
+};
+
+TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
+  for (const Section* section : all_sections()) {
+    for (const std::string_view key : section->keys) {
+      if (key == "route") continue;  // excludes the other keys of `tasks`; see RouteTest
+      EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
+    }
+  }
+}
+
+TEST_F(EveryKeyTest, NetworkAndHosts) {
+  EXPECT_EQ(file_.path, kPath);
+  EXPECT_EQ(file_.network.domain, 7);
+  EXPECT_EQ(file_.network.transport, Transport::kUdp);
+  EXPECT_EQ(file_.network.interface, "eth1");
+  EXPECT_EQ(file_.network.peers, (std::vector<std::string>{"10.0.0.9", "10.0.0.8:7410"}));
+  ASSERT_EQ(file_.hosts.size(), 2U);
+  EXPECT_EQ(file_.hosts[1].name, "beta");
+  EXPECT_EQ(file_.hosts[1].address, "beta.local");
+  EXPECT_EQ(file_.world_host, "beta");
+  EXPECT_EQ(file_.arm_hosts[0].host, "alpha");
+  EXPECT_EQ(file_.arm_hosts[0].standby_host, "beta");
+  EXPECT_EQ(file_.arm_hosts[1].host, "beta");
+  EXPECT_EQ(file_.arm_hosts[1].standby_host, "");
+}
+
+TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
+  const Supervision& supervision = file_.supervision;
+  EXPECT_EQ(supervision.host, "alpha");
+  EXPECT_EQ(supervision.standby_host, "beta");
+  EXPECT_EQ(supervision.heartbeat_period, 5ms);
+  EXPECT_EQ(supervision.heartbeat_deadline, 25ms);
+  EXPECT_EQ(supervision.host_lease, 200ms);
+  EXPECT_EQ(supervision.takeover_lease, 30ms);
+  const planner::Cell& cell = file_.cell;
+  EXPECT_DOUBLE_EQ(cell.timing.control_period, 0.008);
+  EXPECT_DOUBLE_EQ(cell.timing.driver_period, 0.001);
+  EXPECT_DOUBLE_EQ(cell.timing.world_period, 0.004);
+  EXPECT_DOUBLE_EQ(cell.timing.command_timeout, 0.040);
+  EXPECT_EQ(cell.tasks.centre_W, Eigen::Vector3d(1, 2, 3));
+  EXPECT_DOUBLE_EQ(cell.tasks.radius, 0.5);
+  EXPECT_DOUBLE_EQ(cell.tasks.half_height, 0.25);
+  EXPECT_DOUBLE_EQ(cell.tasks.time_limit, 30.0);
+  EXPECT_DOUBLE_EQ(cell.scene.floor_z, -0.5);
+  EXPECT_EQ(cell.scene.gravity, Eigen::Vector3d(0, 0, -1.6));
+}
+
+TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
+  const planner::PlannedArm& left = file_.cell.arms[0];
+  ASSERT_EQ(left.arm.model->joints(), 1);  // up to its tool link
+  EXPECT_DOUBLE_EQ(left.arm.limits.lower[0], -1.5);
+  EXPECT_DOUBLE_EQ(left.arm.limits.upper[0], 1.5);
+  EXPECT_DOUBLE_EQ(left.arm.limits.velocity[0], 1.0);
+  EXPECT_DOUBLE_EQ(left.arm.limits.acceleration[0], 3.0);
+  EXPECT_DOUBLE_EQ(left.arm.home()[0], 0.5);
+  EXPECT_DOUBLE_EQ(left.start[0], -0.5);
+  // Base at (1, 2, 3), turned by 90°: its x axis is W's y.
+  EXPECT_LT((left.arm.X_WB * Eigen::Vector3d::UnitX() - Eigen::Vector3d(1, 3, 3)).norm(), 1e-12);
+  EXPECT_EQ(left.arm.model->X_LT.translation(), Eigen::Vector3d(0.5, 0, 0));
+  const planner::LocalParameters& parameters = left.parameters;
+  EXPECT_EQ(parameters.method, planner::Method::kLocal);
+  EXPECT_DOUBLE_EQ(parameters.damper.influence_distance, 0.2);  // from the defaults
+  EXPECT_DOUBLE_EQ(parameters.damper.security_distance, 0.06);
+  EXPECT_DOUBLE_EQ(parameters.damper.convergence_speed, 0.7);
+  EXPECT_DOUBLE_EQ(parameters.damper.self_influence_distance, 0.3);
+  EXPECT_DOUBLE_EQ(parameters.damper.self_security_distance, 0.02);
+  EXPECT_DOUBLE_EQ(parameters.follower.deadlock_fraction, 0.2);
+  EXPECT_DOUBLE_EQ(parameters.follower.exit_fraction, 0.7);
+  EXPECT_DOUBLE_EQ(parameters.follower.redraw_after, 2.0);
+  EXPECT_DOUBLE_EQ(parameters.follower.redraw_growth, 1.5);
+  EXPECT_DOUBLE_EQ(parameters.follower.redraw_longest, 9.0);
+  EXPECT_DOUBLE_EQ(parameters.goal_tolerance, 0.01);
+  EXPECT_DOUBLE_EQ(parameters.acceleration_of_others, 6.0);
+  EXPECT_DOUBLE_EQ(parameters.state_age_limit, 0.15);
+}
+
+TEST_F(EveryKeyTest, ArmTakesDefaults) {
+  const planner::PlannedArm& right = file_.cell.arms[1];
+  ASSERT_EQ(right.arm.model->joints(), 2);
+  EXPECT_DOUBLE_EQ(right.arm.limits.velocity[1], 1.25);  // capped from the URDF's 2
+  EXPECT_DOUBLE_EQ(right.arm.limits.acceleration[1], 7.0);
+  EXPECT_DOUBLE_EQ(right.start[1], 1.0);
+  EXPECT_DOUBLE_EQ(right.arm.named.at("away")[1], -1.0);
+  EXPECT_DOUBLE_EQ(right.parameters.damper.security_distance, 0.05);
+  EXPECT_EQ(right.parameters.method, planner::Method::kBoundaryFollowing);
+}
+
+TEST_F(EveryKeyTest, Shapes) {
+  const auto& shapes = obstacle("still").shapes;
+  ASSERT_EQ(shapes.size(), 4U);
+  EXPECT_TRUE(std::get<world::Box>(shapes[0].shape).half_extents.isApprox(Eigen::Vector3d(0.1, 0.2, 0.3)));
+  EXPECT_EQ(shapes[0].X_BS.translation(), Eigen::Vector3d(0, 0, 1));
+  EXPECT_DOUBLE_EQ(std::get<world::Sphere>(shapes[1].shape).radius, 0.1);
+  EXPECT_DOUBLE_EQ(std::get<world::Capsule>(shapes[2].shape).half_length, 0.4);
+  EXPECT_DOUBLE_EQ(std::get<world::Cylinder>(shapes[3].shape).half_length, 0.5);
+  // The tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), twice as large.
+  const world::PlacedShape& mesh = obstacle("pyramid").shapes[0];
+  const auto& vertices = std::get<world::Convex>(mesh.shape).hull->vertices;
+  ASSERT_EQ(vertices.size(), 4U);
+  for (const Eigen::Vector3d& vertex : vertices) {
+    const Eigen::Vector3d p_O = mesh.X_BS * vertex;
+    EXPECT_TRUE(p_O.norm() < 1e-6 || std::abs(p_O.lpNorm<1>() - 2.0) < 1e-6) << p_O.transpose();
+  }
+}
+
+TEST_F(EveryKeyTest, MotionsAndAttachment) {
+  EXPECT_TRUE(std::holds_alternative<world::StaticMotion>(obstacle("still").motion));
+  const auto& part = obstacle("part");
+  ASSERT_TRUE(part.attachment.has_value());
+  EXPECT_EQ(part.attachment->arm, "left");
+  EXPECT_EQ(part.attachment->X_TO.translation(), Eigen::Vector3d(0.1, 0, 0));
+  const auto& cart = obstacle("cart");
+  const auto& waypoints = std::get<world::WaypointMotion>(cart.motion);
+  EXPECT_EQ(cart.X_WO.translation(), Eigen::Vector3d(20, 5, 0));
+  EXPECT_EQ(waypoints.poses_W[1].translation(), Eigen::Vector3d(21, 5, 0));
+  EXPECT_DOUBLE_EQ(waypoints.speed, 0.3);
+  EXPECT_FALSE(waypoints.loop);
+  const auto& circle = std::get<world::CircleMotion>(obstacle("moon").motion);
+  EXPECT_EQ(circle.centre_W, Eigen::Vector3d(20, 11, 0));
+  EXPECT_TRUE(circle.axis_W.isApprox(Eigen::Vector3d(0, 0.6, 0.8)));
+  EXPECT_DOUBLE_EQ(circle.angular_speed, -0.6);
+  EXPECT_TRUE(circle.turn_with_motion);
+  const auto& sine = std::get<world::SineMotion>(obstacle("shaker").motion);
+  EXPECT_EQ(sine.direction_W, Eigen::Vector3d(0, 0, -1));
+  EXPECT_DOUBLE_EQ(sine.amplitude, 0.4);
+  EXPECT_DOUBLE_EQ(sine.period, 3.0);
+  EXPECT_DOUBLE_EQ(sine.phase, 0.5);
+  const auto& conveyor = std::get<world::ConveyorMotion>(obstacle("belt").motion);
+  EXPECT_EQ(conveyor.direction_W, Eigen::Vector3d(0, 1, 0));
+  EXPECT_DOUBLE_EQ(conveyor.speed, 0.2);
+  EXPECT_DOUBLE_EQ(conveyor.length, 2.0);
+  const auto& dynamic = std::get<world::DynamicMotion>(obstacle("ball").motion);
+  EXPECT_DOUBLE_EQ(dynamic.mass, 2.0);
+  EXPECT_DOUBLE_EQ(dynamic.friction, 0.6);
+  EXPECT_DOUBLE_EQ(dynamic.rolling_friction, 0.02);
+  EXPECT_DOUBLE_EQ(dynamic.restitution, 0.3);
+  EXPECT_EQ(dynamic.initial_velocity.linear, Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(dynamic.initial_velocity.angular, Eigen::Vector3d(0, 0, 2));
+}
+
+TEST(SmallestCellTest, DefaultsAreTheDocumentedOnes) {
+  const CellFile file =
+      parse_cell_file("name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n", kPath);
+  EXPECT_EQ(file.network.domain, 42);
+  EXPECT_EQ(file.network.transport, Transport::kUdp);
+  ASSERT_EQ(file.hosts.size(), 1U);
+  EXPECT_EQ(file.hosts[0].name, "localhost");
+  EXPECT_EQ(file.world_host, "localhost");
+  EXPECT_EQ(file.supervision.host, "localhost");
+  EXPECT_EQ(file.arm_hosts[0].host, "localhost");
+  EXPECT_DOUBLE_EQ(file.cell.arms[0].arm.limits.velocity[0], 2.0);  // the URDF's
+  EXPECT_DOUBLE_EQ(file.cell.arms[0].arm.limits.acceleration[0], 10.0);
+  EXPECT_DOUBLE_EQ(file.cell.tasks.radius, 0.0);
+}
+
+TEST(RouteTest, NamesPosesInOrder) {
+  const CellFile file = parse_cell_file(
+      "name: tiny\ntasks: {route: [there, home], time_limit: 9s}\n"
+      "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1], there: [1, 1]}}]\n",
+      kPath);
+  EXPECT_EQ(file.cell.tasks.route, (std::vector<std::string>{"there", "home"}));
+  EXPECT_DOUBLE_EQ(file.cell.tasks.time_limit, 9.0);
+}
+
+TEST(SrdfPosesTest, ServeWhereTheCellFileNamesNone) {
+  const CellFile file = parse_cell_file(
+      "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, srdf: urdf/planar_2r.srdf, limits: {upper: [2, "
+      "2]}}]\n",
+      kPath);
+  EXPECT_DOUBLE_EQ(file.cell.arms[0].arm.home()[1], 1.25);
+  EXPECT_FALSE(file.cell.arms[0].arm.named.contains("wide"));  // outside the cell file's limits
+}
+
+TEST(SharedMemoryTest, IsForOneHost) {
+  const CellFile file = parse_cell_file(
+      "name: tiny\nnetwork: {transport: shm}\n"
+      "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n",
+      kPath);
+  EXPECT_EQ(file.network.transport, Transport::kSharedMemory);
+}
+
+}  // namespace
+}  // namespace hecaton::config

@@ -1,0 +1,165 @@
+// The doubts of `hecaton check`. The arm is two links of 1 m in a plane, 2 rad/s, 10 rad/s²; numbers by hand.
+
+#include "services/config/validate.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "services/config/top_speed.hpp"
+
+namespace hecaton::config {
+namespace {
+
+const std::string kReadyCells = std::string(HECATON_SOURCE_DIR) + "/deploy/cells";
+const std::string kPath = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
+
+// Dampers about which nothing is to be said: 20 ms at 0.5 m/s are 10 mm, and 0.5 m/s · (0.2 s + 10 ms) = 105 mm.
+const std::string kDamper =
+    "    damper: {security_distance: 0.02, influence_distance: 0.13, self_influence_distance: 0.13, "
+    "convergence_speed: 0.5}\n";
+
+std::string arm(const std::string& name, const std::string& home, const std::string& more = kDamper) {
+  std::string text = "  - name: ";
+  text.append(name).append("\n    urdf: urdf/planar_2r.urdf\n    tool: {xyz: [1, 0, 0]}\n    poses: {home: ");
+  return text.append(home).append("}\n").append(more);
+}
+
+const std::string kHead = "name: test\ntasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n";
+
+std::vector<Finding> findings_of(const std::string& text) {
+  std::vector<Finding> findings = validate(parse_cell_file(text, kPath));
+  // What the model's loader has to say is no concern here.
+  std::erase_if(findings, [](const Finding& one) { return one.sentence.find(".urdf: ") != std::string::npos; });
+  return findings;
+}
+
+void expect_only(const std::string& text, Severity severity, const std::vector<std::string>& pieces) {
+  const auto findings = findings_of(text);
+  ASSERT_EQ(findings.size(), 1U) << (findings.empty() ? "" : findings.back().sentence);
+  EXPECT_EQ(findings[0].severity, severity);
+  for (const std::string& piece : pieces) {
+    EXPECT_NE(findings[0].sentence.find(piece), std::string::npos)
+        << "no '" << piece << "' in: " << findings[0].sentence;
+  }
+}
+
+TEST(ValidateTest, NothingToSayAboutASoundCell) {
+  const auto findings = findings_of(kHead + arm("left", "[0, 1]"));
+  EXPECT_TRUE(findings.empty()) << findings[0].sentence;
+}
+
+TEST(ValidateTest, ReadyCellsWork) {
+  int cells = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kReadyCells)) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++cells;
+    for (const Finding& finding : validate(load_cell_file(entry.path().string()))) {
+      EXPECT_NE(finding.severity, Severity::kError) << entry.path() << ": " << finding.sentence;
+    }
+  }
+  EXPECT_GE(cells, 3);
+}
+
+TEST(ValidateTest, ThreePumaIsBeyondDoubt) {
+  for (const Finding& finding : validate(load_cell_file(kReadyCells + "/three_puma.yaml"))) {
+    EXPECT_EQ(finding.severity, Severity::kNote) << finding.sentence;
+  }
+}
+
+TEST(ValidateTest, SecurityDistanceMustCoverLatency) {
+  // 10 + 10 ms at 0.5 m/s: 10 mm.
+  expect_only(kHead + arm("left", "[0, 1]",
+                          "    damper: {security_distance: 0.009, influence_distance: 0.13, "
+                          "self_influence_distance: 0.13, convergence_speed: 0.5}\n"),
+              Severity::kWarning, {"arms[0].damper.security_distance = 0.009", "at least 0.01 m", "20 ms"});
+}
+
+TEST(ValidateTest, InfluenceDistanceMustLeaveRoomToBrake) {
+  // Stops take 2/10 s and a period of 10 ms to begin: 1 m/s · 0.21 s = 0.21 m before 0.03 m.
+  expect_only(kHead + arm("left", "[0, 1]",
+                          "    damper: {security_distance: 0.03, influence_distance: 0.2, "
+                          "self_influence_distance: 0.23, convergence_speed: 1.0}\n"),
+              Severity::kWarning, {"arms[0].damper.influence_distance = 0.2 ", "at least 0.24 m", "210 ms"});
+  expect_only(kHead + arm("left", "[0, 1]",
+                          "    damper: {security_distance: 0.03, influence_distance: 0.24, "
+                          "self_influence_distance: 0.2, convergence_speed: 1.0}\n"),
+              Severity::kWarning, {"arms[0].damper.self_influence_distance = 0.2 ", "at least 0.22 m"});
+}
+
+TEST(ValidateTest, PosesMustKeepTheSecurityDistanceFromStandingObstacles) {
+  // The upper arm is 0.08 m wide, the wall begins at y = −0.05.
+  expect_only(
+      kHead + arm("left", "[0, 1]") +
+          "obstacles:\n  - {name: wall, shapes: [{type: box, size: [0.2, 0.1, 1]}], pose: {xyz: [0.5, -0.1, 0]}}\n",
+      Severity::kWarning, {"arms[0].poses.home", "left/upper", "wall", "10 mm apart", "20 mm"});
+}
+
+TEST(ValidateTest, StartsMustKeepTheSecurityDistanceFromEachOther) {
+  // Stretched arms end 1.9 m from their bases: 3.81 − 2 · 1.9 = 0.01 m between them.
+  expect_only("name: test\ntasks: {centre: [1.905, 0, 0], radius: 0.05, half_height: 0}\narms:\n" +
+                  arm("left", "[0, 0]") + arm("right", "[0, 0]") +
+                  "    base: {xyz: [3.81, 0, 0], rpy: [0, 0, 3.141592653589793]}\n",
+              Severity::kWarning, {"arms[1].start", "right/fore", "left/fore", "10 mm apart", "20 mm"});
+}
+
+TEST(ValidateTest, ObstaclesMustNotRunThroughBases) {
+  // A ball of radius 0.1 goes to the base's axis, 0.1 m deep in a cylinder of radius 0.1 and height 0.2: out of it by
+  // 0.2 m along either.
+  expect_only(kHead + arm("left", "[0, 1]") +
+                  "obstacles:\n  - name: ball\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [-1, 0, 0]}\n"
+                  "    motion: {type: sine, direction: [1, 0, 0], amplitude: 1, period: 4s}\n",
+              Severity::kWarning, {"obstacles[0].motion", "left/base", "ball", "overlap by 200 mm"});
+}
+
+TEST(ValidateTest, ObstaclesMustNotBeFasterThanArms) {
+  // The tool gets to 2 · 2 m/s + 2 · 1 m/s = 6 m/s.
+  expect_only(kHead + arm("left", "[0, 1]") +
+                  "obstacles:\n  - name: train\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [9, 9, 0]}\n"
+                  "    motion: {type: conveyor, direction: [1, 0, 0], speed: 7, length: 20}\n",
+              Severity::kWarning, {"obstacles[0].motion", "7 m/s", "an arm's tool"});
+}
+
+TEST(ValidateTest, TaskAreaOutOfReachIsAnError) {
+  expect_only("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
+              Severity::kError, {"tasks", "arms[0] (left)", "no part"});
+}
+
+TEST(ValidateTest, PartOfTheTaskAreaOutOfReachIsCounted) {
+  // Of a disc around (2, 0) the arm reaches what is no further than 2 m from its base: of the centre and the rings'
+  // points at 90°, 135°, 180°, 225° and 270° the centre (just), and three each: at 90° and 270° √(4 + r²) > 2.
+  // Seven points at each of three (equal) heights: 21 of 51, less than half.
+  expect_only(
+      "name: test\ntasks: {centre: [1.9995, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
+      Severity::kWarning, {"arms[0] (left)", "21 of 51"});
+}
+
+TEST(ValidateTest, MissingTasksAndStandbysAreNoted) {
+  expect_only("name: test\narms:\n" + arm("left", "[0, 1]"), Severity::kNote, {"tasks is missing"});
+  expect_only(
+      "name: test\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\nsupervision: {host: a, standby_host: b}\n"
+      "tasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" +
+          arm("left", "[0, 1]") + "    host: a\n",
+      Severity::kNote, {"arms[0].standby_host is missing"});
+}
+
+TEST(ValidateTest, ErrorsComeFirst) {
+  const auto findings = findings_of("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2}\narms:\n" +
+                                    arm("left", "[0, 1]", "    damper: {security_distance: 0.001}\n"));
+  ASSERT_GE(findings.size(), 2U);
+  EXPECT_EQ(findings.front().severity, Severity::kError);
+  EXPECT_TRUE(std::is_sorted(findings.begin(), findings.end(),
+                             [](const Finding& a, const Finding& b) { return a.severity > b.severity; }));
+}
+
+TEST(TopSpeedTest, OfAStretchedPlanarArm) {
+  const CellFile file = parse_cell_file(kHead + arm("left", "[0, 1]"), kPath);
+  // ‖v‖² = (2·1)² + (4·1)² + 2·2·4·cos q₂ at full speed: 6 m/s when stretched; 300 samples come near that.
+  const double speed = top_tool_speed(file.cell.arms[0].arm);
+  EXPECT_LE(speed, 6.0 + 1e-9);
+  EXPECT_GE(speed, 5.95);
+}
+
+}  // namespace
+}  // namespace hecaton::config

@@ -1,0 +1,90 @@
+// Words, numbers, durations and the access to a YAML tree.
+
+#include "services/config/yaml_view.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "services/config/config_error.hpp"
+#include "services/config/duration.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::config {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(TextTest, NearestWordIsTheOneOfFewestEdits) {
+  constexpr std::array<std::string_view, 3> kWords = {"damper", "follower", "start"};
+  EXPECT_EQ(nearest_word("dampr", kWords), "damper");
+  EXPECT_EQ(nearest_word("flower", kWords), "follower");
+  EXPECT_EQ(nearest_word("strat", kWords), "start");
+}
+
+TEST(TextTest, AlternativesReadLikeASentence) {
+  constexpr std::array<std::string_view, 3> kWords = {"a", "b", "c"};
+  EXPECT_EQ(alternatives(kWords), "a, b or c");
+  EXPECT_EQ(alternatives(std::span(kWords).first(1)), "a");
+  EXPECT_EQ(alternatives({}), "");
+}
+
+TEST(TextTest, PrintableStaysOnOneLineAndWholeCharacters) {
+  EXPECT_EQ(printable("a\nb\x01"), "a\\x0ab\\x01");
+  // 79 letters, then a character of two bytes, of which only one fits: it is left out whole.
+  const std::string letters(79, 'a');
+  EXPECT_EQ(printable(letters + "é" + "tail"), letters + "…");
+}
+
+TEST(NumberTest, WholeDecimalsOnly) {
+  EXPECT_EQ(parse_number("1"), 1.0);
+  EXPECT_EQ(parse_number("+2.5"), 2.5);
+  EXPECT_EQ(parse_number("-1e-3"), -0.001);
+  EXPECT_EQ(parse_number(".5"), 0.5);
+  EXPECT_EQ(parse_number("1e999"), kInfinity);
+  EXPECT_EQ(parse_number("1e-999"), 0.0);
+  EXPECT_EQ(parse_number("-.inf"), -kInfinity);
+  EXPECT_TRUE(std::isnan(parse_number(".NaN").value_or(0.0)));
+  for (const std::string_view text : {"", "+", "+-1", "1 ", "1,5", "0x10", "1e", "one", "--1"}) {
+    EXPECT_FALSE(parse_number(text).has_value()) << text;
+  }
+}
+
+TEST(DurationTest, NumberAndUnit) {
+  EXPECT_EQ(parse_duration("20ms"), 0.020);
+  EXPECT_EQ(parse_duration("1.5 s"), 1.5);
+  EXPECT_EQ(parse_duration("250us"), 0.00025);
+  EXPECT_EQ(parse_duration("250µs"), 0.00025);
+  EXPECT_EQ(parse_duration("8ns"), 8e-9);
+  EXPECT_DOUBLE_EQ(parse_duration("2min").value_or(0.0), 120.0);
+  EXPECT_EQ(parse_duration("-1s"), -1.0);
+  for (const std::string_view text : {"", "20", "ms", "20 m", "20h", "s20", "1.5.2s", "20\tms"}) {
+    EXPECT_FALSE(parse_duration(text).has_value()) << text;
+  }
+}
+
+TEST(YamlTreeTest, AliasesAreCopies) {
+  const YamlNode root = read_yaml_text("a: &x {k: 1}\nb: *x\n", "f.yaml");
+  ASSERT_EQ(root.items.size(), 2U);
+  EXPECT_EQ(root.items[1].keys, root.items[0].keys);
+  EXPECT_EQ(root.items[1].items[0].text, "1");
+}
+
+TEST(YamlTreeTest, AnAliasInsideItsOwnAnchorIsAnError) {
+  EXPECT_THROW(static_cast<void>(read_yaml_text("a: &x [*x]\n", "f.yaml")), ConfigError);
+}
+
+TEST(MapViewTest, RefusesKeysThatTheSchemaDoesNotList) {
+  const std::string file = "f.yaml";
+  const YamlNode root = read_yaml_text("domain: 1\n", file);
+  const MapView map = YamlView(root, file, "network").map(section::kNetwork);
+  EXPECT_TRUE(map.find("domain").has_value());
+  EXPECT_FALSE(map.find("peers").has_value());
+  EXPECT_THROW(static_cast<void>(map.find("port")), std::logic_error);
+}
+
+}  // namespace
+}  // namespace hecaton::config

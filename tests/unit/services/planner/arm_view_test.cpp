@@ -1,0 +1,92 @@
+#include "services/planner/arm_view.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Arms : public testing::Test {
+ protected:
+  static planner::Cell cell() {
+    const std::string text =
+        "name: c\n"
+        "defaults: {urdf: urdf/puma560.urdf, poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}}\n"
+        "arms: [{name: arm1}, {name: arm2, base: {xyz: [0, 2, 0]}}]\n";
+    return config::parse_cell_file(text, std::string(HECATON_SOURCE_DIR) + "/deploy/cells/test.yaml").cell;
+  }
+  static msg::ArmState state(const std::string& arm, std::uint64_t sequence, double q0 = 0.0) {
+    msg::ArmState message;
+    message.arm(arm);
+    message.sequence_number(sequence);
+    message.mode(msg::ARM_RUNNING);
+    message.q({q0, 0, 0, 0, 0, 0});
+    message.qd(std::vector<double>(6, 0.0));
+    return message;
+  }
+  static CellModeView mode(const std::vector<std::string>& held = {}) {
+    msg::CellMode message;
+    message.mode(msg::MODE_RUN);
+    message.term(1);
+    message.held_arms(held);
+    CellModeView view;
+    EXPECT_TRUE(view.apply(message));
+    return view;
+  }
+
+  ArmView view_{cell()};
+  ArmView::Clock::time_point now_{10s};
+};
+
+TEST_F(Arms, AgesAreOfTheArrival) {
+  EXPECT_TRUE(std::isinf(view_.age(1, now_)));
+  EXPECT_FALSE(view_.observe(now_, mode())[1].known);
+  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), "");
+  const auto seen = view_.observe(now_ + 30ms, mode());
+  EXPECT_TRUE(seen[1].known);
+  EXPECT_DOUBLE_EQ(seen[1].age, 0.03);
+  EXPECT_EQ(seen[1].q[0], 0.5);
+  EXPECT_FALSE(seen[0].known);
+}
+
+TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
+  EXPECT_EQ(view_.apply(state("arm2", 1), {}, now_), "");
+  EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
+  EXPECT_FALSE(view_.observe(now_, mode({"arm2"}))[1].plans);
+  EXPECT_FALSE(view_.observe(now_, CellModeView())[1].plans) << "no supervisor: nobody may move";
+  for (const msg::ArmMode stands : {msg::ARM_STARTING, msg::ARM_BRAKING, msg::ARM_STOPPED, msg::ARM_FAILED}) {
+    static std::uint64_t sequence = 1;
+    msg::ArmState message = state("arm2", ++sequence);
+    message.mode(stands);
+    EXPECT_EQ(view_.apply(message, {}, now_), "");
+    EXPECT_FALSE(view_.observe(now_, mode())[1].plans);
+  }
+}
+
+TEST_F(Arms, OvertakenStatesAreDroppedButNotThoseOfARestartedDriver) {
+  EXPECT_EQ(view_.apply(state("arm1", 9, 0.9), {}, now_), "");
+  EXPECT_EQ(view_.apply(state("arm1", 8, 0.8), {}, now_), "");
+  EXPECT_EQ(view_.arm(0)->q[0], 0.9);
+  bus::EndpointId restarted;
+  restarted.bytes[0] = 1;
+  EXPECT_EQ(view_.apply(state("arm1", 1, 0.1), restarted, now_), "");
+  EXPECT_EQ(view_.arm(0)->q[0], 0.1);
+}
+
+TEST_F(Arms, UnusableStatesAreRefusedWithASentence) {
+  EXPECT_EQ(view_.apply(state("arm3", 1), {}, now_), "ArmState of arm3: no such arm in this cell");
+  msg::ArmState bad = state("arm1", 1);
+  bad.q({1, 2});
+  EXPECT_EQ(view_.apply(bad, {}, now_), "ArmState of arm1: q has 2 joints, the arm has 6");
+  bad = state("arm1", 1, NAN);
+  EXPECT_EQ(view_.apply(bad, {}, now_), "ArmState of arm1: q[0] = nan must be finite");
+  EXPECT_FALSE(view_.arm(0));
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,162 @@
+#include "services/planner/goal_desk.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+using Told = std::vector<std::pair<std::string, msg::GoalState>>;
+
+class Desk : public testing::Test {
+ protected:
+  msg::Goal goal(const std::string& name, double time_limit = 0.0) {
+    msg::Goal message;
+    message.arm("arm1");
+    message.goal(name);
+    message.client("test");
+    message.sequence_number(++sent_);
+    message.time_limit(time_limit);
+    return message;
+  }
+  static GoalAnswer yes(const msg::Goal& goal) { return {goal, true, planner::JointVector::Zero(1), ""}; }
+  static GoalAnswer no(const msg::Goal& goal) { return {goal, false, {}, "in collision"}; }
+
+  bool ask_and_accept() {
+    const auto question = desk_.next_question();
+    return question && desk_.answer(yes(*question), now_);
+  }
+  void send_and_accept(const msg::Goal& goal) {
+    desk_.receive(goal, now_);
+    ASSERT_TRUE(ask_and_accept());
+  }
+  Told told() {
+    Told list;
+    for (const auto& status : statuses_ = desk_.take_statuses()) list.emplace_back(status.goal(), status.state());
+    return list;
+  }
+  static Progress in(msg::GoalState state, const std::string& reason = "") {
+    Progress progress;
+    progress.state = state;
+    progress.reason = reason;
+    return progress;
+  }
+
+  GoalDesk desk_{"arm1", "planner/arm1"};
+  GoalDesk::Clock::time_point now_{10s};
+  std::uint64_t sent_ = 0;
+  std::vector<msg::GoalStatus> statuses_;
+};
+
+TEST_F(Desk, AcceptedActiveReached) {
+  send_and_accept(goal("a"));
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACCEPTED}}));
+  now_ += 10ms;
+  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACTIVE}}));
+  now_ += 1990ms;
+  desk_.progress(in(msg::GOAL_REACHED), now_);
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_REACHED}}));
+  EXPECT_DOUBLE_EQ(statuses_[0].elapsed(), 2.0);
+  EXPECT_FALSE(desk_.has_active());
+  EXPECT_FALSE(desk_.take_forget()) << "it keeps the place that it was sent to";
+}
+
+TEST_F(Desk, TellsChangesAtOnceAndTheRestEvery100ms) {
+  send_and_accept(goal("a"));
+  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  (void)told();
+  for (int k = 0; k < 9; ++k) desk_.progress(in(msg::GOAL_ACTIVE), now_ += 10ms);
+  EXPECT_EQ(told(), Told{});
+  desk_.progress(in(msg::GOAL_ACTIVE), now_ += 10ms);
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACTIVE}}));
+  desk_.progress(in(msg::GOAL_BLOCKED, "pallet"), now_ += 10ms);
+  ASSERT_EQ(told(), (Told{{"a", msg::GOAL_BLOCKED}}));
+  EXPECT_EQ(statuses_[0].reason(), "pallet");
+  EXPECT_EQ(statuses_[0].sequence_number(), 4U);
+}
+
+TEST_F(Desk, ARejectedGoalLeavesTheActiveOneAlone) {
+  send_and_accept(goal("a"));
+  (void)told();
+  desk_.receive(goal("b"), now_);
+  const auto question = desk_.next_question();
+  ASSERT_TRUE(question);
+  EXPECT_FALSE(desk_.answer(no(*question), now_));
+  ASSERT_EQ(told(), (Told{{"b", msg::GOAL_REJECTED}}));
+  EXPECT_EQ(statuses_[0].reason(), "in collision");
+  EXPECT_TRUE(desk_.has_active());
+}
+
+TEST_F(Desk, ALaterGoalReplacesWithoutABrake) {
+  send_and_accept(goal("a"));
+  send_and_accept(goal("b"));
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACCEPTED}, {"a", msg::GOAL_REPLACED}, {"b", msg::GOAL_ACCEPTED}}));
+  EXPECT_FALSE(desk_.take_forget());
+}
+
+TEST_F(Desk, OneQuestionAtATimeInTheOrderOfArrival) {
+  desk_.receive(goal("a"), now_);
+  desk_.receive(goal("b"), now_);
+  const auto first = desk_.next_question();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->goal(), "a");
+  EXPECT_FALSE(desk_.next_question());
+  desk_.answer(yes(*first), now_);
+  EXPECT_EQ(desk_.next_question()->goal(), "b");
+}
+
+TEST_F(Desk, CancellingEndsAGoalWhereverItIs) {
+  msg::Goal active = goal("active");
+  msg::Goal asked = goal("asked");
+  msg::Goal waiting = goal("waiting");
+  send_and_accept(active);
+  desk_.receive(asked, now_);
+  desk_.receive(waiting, now_);
+  ASSERT_TRUE(desk_.next_question());
+  (void)told();
+  for (msg::Goal* each : {&waiting, &asked, &active}) {
+    each->cancel(true);
+    desk_.receive(*each, now_);
+  }
+  EXPECT_EQ(told(), (Told{{"waiting", msg::GOAL_CANCELLED}, {"active", msg::GOAL_CANCELLED}}));
+  EXPECT_TRUE(desk_.take_forget()) << "the arm brakes and stays";
+  EXPECT_FALSE(desk_.answer(yes(asked), now_));
+  EXPECT_EQ(told(), (Told{{"asked", msg::GOAL_CANCELLED}}));
+  EXPECT_FALSE(desk_.has_active());
+}
+
+TEST_F(Desk, TimeLimitEndsItWithTheReason) {
+  send_and_accept(goal("a", 0.5));
+  desk_.progress(in(msg::GOAL_BLOCKED, "pallet in the way"), now_ + 500ms);
+  EXPECT_TRUE(desk_.has_active());
+  (void)told();
+  desk_.progress(in(msg::GOAL_BLOCKED, "pallet in the way"), now_ + 510ms);
+  ASSERT_EQ(told(), (Told{{"a", msg::GOAL_TIMED_OUT}}));
+  EXPECT_EQ(statuses_[0].reason(), "not reached within 0.5 s: pallet in the way");
+  EXPECT_TRUE(desk_.take_forget());
+}
+
+TEST_F(Desk, WhatCannotBeJudgedInTimeIsRefused) {
+  desk_.receive(goal("a"), now_);
+  desk_.receive(goal("b"), now_ + 2s);
+  desk_.refuse_waiting(now_ + 3s, 3s, "no world");
+  EXPECT_EQ(told(), Told{});
+  desk_.refuse_waiting(now_ + 4s, 3s, "no world");
+  ASSERT_EQ(told(), (Told{{"a", msg::GOAL_REJECTED}}));
+  EXPECT_EQ(statuses_[0].reason(), "no world");
+  EXPECT_EQ(desk_.next_question()->goal(), "b");
+}
+
+TEST_F(Desk, RepetitionsAndOtherArmsGoalsAreIgnored) {
+  const msg::Goal once = goal("a");
+  send_and_accept(once);
+  desk_.receive(once, now_);
+  msg::Goal other = goal("b");
+  other.arm("arm2");
+  desk_.receive(other, now_);
+  EXPECT_FALSE(desk_.next_question());
+}
+
+}  // namespace
+}  // namespace hecaton::services

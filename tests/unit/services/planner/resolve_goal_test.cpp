@@ -1,0 +1,167 @@
+#include "services/planner/resolve_goal.hpp"
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "planner/model/kinematics.hpp"
+#include "services/bus/convert.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/planner/goal_resolver.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using planner::JointVector;
+
+class Resolve : public testing::Test {
+ protected:
+  static planner::Cell cell(const std::string& urdf) {
+    const std::string joints = urdf == "puma560" ? "[0, -1.9, 2.6, 0, 0.6, 0]" : "[0, -1.9, 2.6, 0, 0.6]";
+    const std::string text = "name: c\narms: [{name: arm1, urdf: urdf/" + urdf + ".urdf, poses: {home: " + joints +
+                             ", up: " + joints + "}}]\n";
+    return config::parse_cell_file(text, std::string(HECATON_SOURCE_DIR) + "/deploy/cells/test.yaml").cell;
+  }
+  explicit Resolve(const std::string& urdf = "puma560")
+      : cell_(cell(urdf)), geometry_({cell_.arms[0].arm}, 0), q_now_(cell_.arms[0].arm.home()) {}
+
+  [[nodiscard]] GoalAnswer resolve(const msg::Goal& goal) const {
+    return resolve_goal(geometry_, goal, q_now_, states_);
+  }
+  static msg::Goal joints(const std::vector<double>& q) {
+    msg::Goal goal;
+    goal.arm("arm1");
+    goal.goal("g");
+    goal.kind(msg::GOAL_JOINTS);
+    goal.q(q);
+    return goal;
+  }
+  static msg::Goal named(const std::string& name) {
+    msg::Goal goal = joints({});
+    goal.kind(msg::GOAL_NAMED);
+    goal.named(name);
+    return goal;
+  }
+  static msg::Goal pose(const world::Pose& X_WT) {
+    msg::Goal goal = joints({});
+    goal.kind(msg::GOAL_POSE);
+    goal.X_WT(bus::to_message(X_WT));
+    return goal;
+  }
+  [[nodiscard]] world::Pose tool(const JointVector& q) const {
+    planner::Kinematics kinematics;
+    planner::forward_kinematics(*cell_.arms[0].arm.model, cell_.arms[0].arm.X_WB, q, kinematics);
+    return kinematics.X_WT;
+  }
+  /// A ball around p_W, where the arm must not be.
+  void put_ball(const Eigen::Vector3d& p_W, double radius) {
+    world::Obstacle ball;
+    ball.name = "ball";
+    ball.shapes.push_back({world::Sphere{radius}});
+    geometry_.set_obstacles(std::vector{ball});
+    world::ObstacleState state;
+    state.X_WO.translation() = p_W;
+    states_ = {state};
+  }
+
+  planner::Cell cell_;
+  planner::CellGeometry geometry_;
+  JointVector q_now_;
+  std::vector<world::ObstacleState> states_;
+};
+
+TEST_F(Resolve, JointsAndNamesAsGiven) {
+  const GoalAnswer answer = resolve(joints({0.1, -1.8, 2.5, 0.2, 0.5, -0.3}));
+  ASSERT_TRUE(answer.accepted) << answer.reason;
+  EXPECT_EQ(answer.q_goal[3], 0.2);
+  EXPECT_EQ(answer.goal.goal(), "g");
+  const GoalAnswer up = resolve(named("up"));
+  ASSERT_TRUE(up.accepted) << up.reason;
+  EXPECT_EQ(up.q_goal[1], -1.9);
+  EXPECT_EQ(resolve(named("down")).reason, "arm arm1 has no pose named \"down\"; it has home, up");
+}
+
+TEST_F(Resolve, MalformedGoalsNeverThrow) {
+  EXPECT_EQ(resolve(joints(std::vector<double>(40, 0.0))).reason, "goal has 40 joint values, arm arm1 has 6 joints");
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_NE(resolve(joints({inf, 0, 0, 0, 0, 0})).reason.find("= inf must be a finite number"), std::string::npos);
+  msg::Goal goal = joints({0, -1.9, 2.6, 0, 0.6, 0});
+  for (const double limit : {-1.0, std::nan(""), inf}) {
+    goal.time_limit(limit);
+    EXPECT_NE(resolve(goal).reason.find("time_limit"), std::string::npos) << limit;
+  }
+  msg::Goal skewed = pose(tool(q_now_));
+  skewed.X_WT().qw(3.0);
+  EXPECT_NE(resolve(skewed).reason.find("quaternion"), std::string::npos);
+}
+
+TEST_F(Resolve, PosesThatTheArmCanTake) {
+  JointVector q(6);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8, -0.5;
+  const world::Pose wanted = tool(q);
+  const GoalAnswer answer = resolve(pose(wanted));
+  ASSERT_TRUE(answer.accepted) << answer.reason;
+  const world::Pose reached = tool(answer.q_goal);
+  EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
+  EXPECT_LT(Eigen::AngleAxisd(reached.linear().transpose() * wanted.linear()).angle(), 2e-3);
+}
+
+TEST_F(Resolve, PosesThatItCannot) {
+  world::Pose far = world::Pose::Identity();
+  far.translation().x() = 3.0;
+  const GoalAnswer answer = resolve(pose(far));
+  EXPECT_FALSE(answer.accepted);
+  EXPECT_NE(answer.reason.find("the tool of arm arm1 cannot be at (3, 0, 0)"), std::string::npos) << answer.reason;
+}
+
+TEST_F(Resolve, PosesWhereEverySolutionTouchesSomethingSayWhat) {
+  JointVector q(6);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8, -0.5;
+  put_ball(tool(q).translation(), 0.05);
+  const GoalAnswer answer = resolve(pose(tool(q)));
+  EXPECT_FALSE(answer.accepted);
+  EXPECT_NE(answer.reason.find("ball"), std::string::npos) << answer.reason;
+  EXPECT_NE(resolve(joints({q.data(), q.data() + 6})).reason.find("ball"), std::string::npos);
+}
+
+class ResolveFiveJoints : public Resolve {
+ protected:
+  ResolveFiveJoints() : Resolve("puma560_5dof") {}
+};
+
+TEST_F(ResolveFiveJoints, MeetPositionAndToolAxisAndLetTheRollBe) {
+  JointVector q(5);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8;
+  world::Pose wanted = tool(q);
+  wanted.linear() = wanted.linear() * Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
+  const GoalAnswer answer = resolve(pose(wanted));
+  ASSERT_TRUE(answer.accepted) << answer.reason;
+  const world::Pose reached = tool(answer.q_goal);
+  EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
+  EXPECT_GT(reached.linear().col(2).dot(wanted.linear().col(2)), std::cos(2e-3));
+}
+
+TEST_F(Resolve, TheResolverAnswersInTheOrderOfTheQuestions) {
+  GoalResolver resolver({cell_.arms[0].arm}, 0);
+  const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();
+  resolver.ask({named("up"), q_now_, nothing, {}});
+  resolver.ask({named("down"), q_now_, nothing, {}});
+  std::vector<GoalAnswer> answers;
+  while (answers.size() < 2) {
+    for (GoalAnswer& answer : resolver.answers()) answers.push_back(std::move(answer));
+    std::this_thread::yield();
+  }
+  EXPECT_TRUE(answers[0].accepted);
+  EXPECT_FALSE(answers[1].accepted);
+}
+
+TEST_F(Resolve, TheResolverEndsWithQuestionsOpen) {
+  GoalResolver resolver({cell_.arms[0].arm}, 0);
+  const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();
+  for (int k = 0; k < 100; ++k) resolver.ask({named("up"), q_now_, nothing, {}});
+}
+
+}  // namespace
+}  // namespace hecaton::services

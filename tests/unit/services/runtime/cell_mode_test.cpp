@@ -1,0 +1,59 @@
+#include "services/runtime/cell_mode.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+msg::CellMode mode(msg::Mode kind, std::uint64_t term) {
+  msg::CellMode message;
+  message.mode(kind);
+  message.term(term);
+  return message;
+}
+
+TEST(CellModeView, BeforeAnyIsHeardNothingMoves) {
+  const CellModeView view;
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
+  EXPECT_EQ(view.why("arm1"), "no supervisor was heard yet");
+  EXPECT_EQ(view.term(), 0U);
+}
+
+TEST(CellModeView, TheStricterOfCellAndArmCounts) {
+  CellModeView view;
+  msg::CellMode message = mode(msg::MODE_RUN, 1);
+  message.held_arms({"arm2"});
+  message.stopped_arms({"arm3"});
+  ASSERT_TRUE(view.apply(message));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
+  EXPECT_EQ(view.order("arm2"), ArmOrder::kHold);
+  EXPECT_EQ(view.order("arm3"), ArmOrder::kStop);
+  message.mode(msg::MODE_HOLD);
+  message.reason("door");
+  view.apply(message);
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kHold);
+  EXPECT_EQ(view.order("arm3"), ArmOrder::kStop);
+  EXPECT_EQ(view.why("arm1"), "the cell is held: door");
+  EXPECT_EQ(view.why("arm3"), "the arm is stopped: door");
+}
+
+TEST(CellModeView, AnOlderTermIsIgnoredAndTheSameTermIsNot) {
+  CellModeView view;
+  ASSERT_TRUE(view.apply(mode(msg::MODE_STOP, 5)));
+  EXPECT_FALSE(view.apply(mode(msg::MODE_RUN, 4)));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+  EXPECT_EQ(view.term(), 5U);
+  EXPECT_TRUE(view.apply(mode(msg::MODE_RUN, 5)));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
+}
+
+TEST(CellModeView, ATermSeenElsewhereOutdatesModesToo) {
+  CellModeView view;
+  view.saw_term(3);
+  EXPECT_FALSE(view.apply(mode(msg::MODE_RUN, 2)));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
+  EXPECT_TRUE(view.apply(mode(msg::MODE_RUN, 3)));
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,190 @@
+// What people are told, from values alone: no network.
+
+#include "services/supervisor/cell_status.hpp"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "services/runtime/node_name.hpp"
+#include "services/supervisor/expected_nodes.hpp"
+#include "services/supervisor/waiting_for.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervision/health_cell.yaml";
+
+class CellStatusTest : public ::testing::Test {
+ protected:
+  CellStatusTest() {
+    turn(10ms);
+    for (const ExpectedNode& node : watch_.nodes()) beat(node.name, msg::NODE_RUNNING, {});
+    for (const auto* arm : {"left", "right"}) state(arm, msg::ARM_RUNNING, 0.0, {});
+    watch_.stream_heard("world", now_);
+    watch_.judge(now_);
+  }
+
+  void turn(Time step) {
+    now_ += step;
+    watch_.advance(now_);
+  }
+  [[nodiscard]] bus::Clock::time_point at() const { return bus::Clock::time_point(now_); }
+  void beat(const std::string& node, msg::NodeState node_state, const std::string& detail) {
+    msg::Heartbeat heartbeat;
+    heartbeat.node(node);
+    heartbeat.host("localhost");
+    heartbeat.pid(1);
+    heartbeat.state(node_state);
+    heartbeat.detail(detail);
+    picture_.heartbeats.insert_or_assign(node, Heard<msg::Heartbeat>{heartbeat, at(), {}});
+    watch_.heard(node, 1, now_);
+  }
+  void state(const std::string& arm, msg::ArmMode mode, double speed, const std::string& reason) {
+    msg::ArmState message;
+    message.arm(arm);
+    message.mode(mode);
+    message.reason(reason);
+    message.qd({0.0, speed});
+    picture_.arms.insert_or_assign(arm, Heard<msg::ArmState>{message, at(), {}});
+    watch_.stream_heard(driver_node(arm), now_);
+  }
+  bus::Sample<msg::GoalStatus> goal(std::uint64_t sequence, const std::string& name, msg::GoalState goal_state) {
+    bus::Sample<msg::GoalStatus> sample;
+    sample.value.arm("left");
+    sample.value.goal(name);
+    sample.value.sequence_number(sequence);
+    sample.value.state(goal_state);
+    sample.received = at();
+    return sample;
+  }
+  msg::CellStatus status() { return cell_status({file_, watch_, picture_, mode_, 3}, {now_, 1'000'000}); }
+  std::string waits() { return waiting_for("left", watch_, picture_); }
+
+  config::CellFile file_ = config::load_cell_file(kCell);
+  Time now_ = 100s;
+  CellWatch watch_{expected_nodes(file_), arm_names(file_), watch_limits(file_, 5ms), now_};
+  Picture picture_;
+  msg::CellMode mode_;
+};
+
+TEST_F(CellStatusTest, ExpectsWhatTheCellFilePromises) {
+  std::vector<std::string> names;
+  for (const ExpectedNode& node : expected_nodes(file_)) names.push_back(node.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"world", "driver/left", "planner/left", "driver/right", "planner/right",
+                                             "agent/localhost"}));
+  const WatchLimits limits = watch_limits(file_, 5ms);
+  EXPECT_EQ(limits.node.silence, 250ms);
+  EXPECT_EQ(limits.host_lease, 500ms);
+  EXPECT_EQ(limits.arm_stream, 250ms);
+}
+
+TEST_F(CellStatusTest, WaitsForAGoalWhenAllIsWell) {
+  EXPECT_EQ(waits(), "a goal");
+}
+
+TEST_F(CellStatusTest, MovingArmWaitsForNothing) {
+  state("left", msg::ARM_RUNNING, 0.2, {});
+  EXPECT_EQ(waits(), "");
+}
+
+TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
+  auto blocked = goal(1, "g1", msg::GOAL_BLOCKED);
+  blocked.value.reason("no way for now");
+  blocked.value.has_binding(true);
+  blocked.value.binding_own("left/forearm");
+  blocked.value.binding_other("pallet");
+  blocked.value.binding_distance(0.0184);
+  picture_.take_goal(blocked);
+  EXPECT_EQ(waits(), "blocked: no way for now (left/forearm – pallet, 18 mm)");
+}
+
+TEST_F(CellStatusTest, DriversReasonComesBeforeTheGoal) {
+  picture_.take_goal(goal(1, "g1", msg::GOAL_ACTIVE));
+  state("left", msg::ARM_STOPPED, 0.0, "no command for 60 ms");
+  EXPECT_EQ(waits(), "driver has stopped: no command for 60 ms");
+}
+
+TEST_F(CellStatusTest, DegradedPlannersDetailComesBeforeTheDriver) {
+  state("left", msg::ARM_STOPPED, 0.0, "no command for 60 ms");
+  beat("planner/left", msg::NODE_DEGRADED, "no state of right for 0.2 s");
+  EXPECT_EQ(waits(), "planner/left: no state of right for 0.2 s");
+}
+
+TEST_F(CellStatusTest, OrdersComeFirst) {
+  watch_.process_exited("planner/left", {1, -1, 9, false});
+  watch_.judge(now_);
+  EXPECT_EQ(waits(), "held: planner/left: process 1 was ended by signal 9 (Killed)");
+  EXPECT_EQ(watch_.mode().stop({"left"}), "");
+  EXPECT_TRUE(waits().starts_with("on stop by operator: waits for resume; held: "));
+}
+
+TEST_F(CellStatusTest, NewestGoalCountsInWhateverOrderTheyArrive) {
+  picture_.take_goal(goal(8, "g2", msg::GOAL_ACTIVE));
+  picture_.take_goal(goal(5, "g1", msg::GOAL_REACHED));
+  EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
+  EXPECT_EQ(status().arms()[0].goal().goal(), "g2");
+  EXPECT_FALSE(status().arms()[1].has_goal());
+}
+
+TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
+  picture_.take_goal(goal(800, "g1", msg::GOAL_ACTIVE));
+  auto next = goal(1, "g2", msg::GOAL_ACCEPTED);
+  next.writer.bytes[0] = 1;
+  picture_.take_goal(next);
+  EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
+}
+
+TEST_F(CellStatusTest, AgesAreSinceArrival) {
+  turn(40ms);
+  const auto told = status();
+  ASSERT_EQ(told.arms().size(), 2U);
+  EXPECT_NEAR(told.arms()[0].state_age(), 0.040, 1e-9);
+  EXPECT_LT(told.arms()[0].goal_age(), 0.0);
+  EXPECT_NEAR(told.nodes()[0].age(), 0.040, 1e-9);
+  EXPECT_NEAR(told.hosts()[0].age(), 0.040, 1e-9);
+  EXPECT_LT(told.referee_age(), 0.0);
+}
+
+TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
+  picture_.heartbeats.erase("planner/left");
+  CellWatch fresh(expected_nodes(file_), arm_names(file_), watch_limits(file_, 5ms), now_);
+  const auto told = cell_status({file_, fresh, picture_, mode_, 3}, {now_, 0});
+  const auto& nodes = told.nodes();
+  const auto found = std::find_if(nodes.begin(), nodes.end(),
+                                  [](const auto& node) { return node.heartbeat().node() == "planner/left"; });
+  ASSERT_NE(found, nodes.end());
+  EXPECT_FALSE(found->alive());
+  EXPECT_LT(found->age(), 0.0);
+  EXPECT_EQ(found->heartbeat().kind(), msg::NODE_PLANNER);
+  EXPECT_EQ(found->heartbeat().detail(), "planner/left has not appeared yet");
+}
+
+TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
+  watch_.process_exited("planner/left", {1, -1, 9, false});
+  watch_.judge(now_);
+  turn(2s);
+  const auto told = status();
+  ASSERT_GE(told.faults().size(), 1U);
+  const msg::Fault& fault = told.faults()[0];
+  EXPECT_EQ(fault.id(), "f3-1");
+  EXPECT_EQ(fault.kind(), "process_died");
+  EXPECT_EQ(fault.since_ns(), (now_ - 2s).count());
+  EXPECT_EQ(fault.since_unix_ms(), 998'000);
+  EXPECT_FALSE(fault.cleared());
+}
+
+TEST_F(CellStatusTest, ModeIsToldArmByArm) {
+  EXPECT_EQ(watch_.mode().hold({"right"}), "");
+  const msg::CellMode message = mode_message(watch_.mode().decide(), "supervisor");
+  EXPECT_EQ(message.mode(), msg::MODE_RUN);
+  EXPECT_EQ(message.held_arms(), std::vector<std::string>{"right"});
+  EXPECT_EQ(message.reason(), "right: hold by operator");
+  EXPECT_EQ(status().arms()[0].mode(), msg::MODE_RUN);
+  EXPECT_EQ(status().arms()[1].mode(), msg::MODE_HOLD);
+}
+
+}  // namespace
+}  // namespace hecaton::services

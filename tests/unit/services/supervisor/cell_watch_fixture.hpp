@@ -1,0 +1,80 @@
+#pragma once
+/// A cell of two arms on one host and a third on another, in virtual time.
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+
+#include "services/supervisor/cell_watch.hpp"
+
+namespace hecaton::services::testing {
+
+using namespace std::chrono_literals;
+
+inline std::vector<ExpectedNode> cell_nodes() {
+  return {{"agent/h1", NodeRole::kAgent, "", "h1"},
+          {"agent/h2", NodeRole::kAgent, "", "h2"},
+          {"world", NodeRole::kWorld, "", "h1"},
+          {"driver/arm1", NodeRole::kDriver, "arm1", "h1"},
+          {"planner/arm1", NodeRole::kPlanner, "arm1", "h1"},
+          {"driver/arm2", NodeRole::kDriver, "arm2", "h1"},
+          {"planner/arm2", NodeRole::kPlanner, "arm2", "h1"},
+          {"driver/arm3", NodeRole::kDriver, "arm3", "h2"},
+          {"planner/arm3", NodeRole::kPlanner, "arm3", "h2"}};
+}
+
+inline WatchLimits cell_limits() {
+  WatchLimits limits;
+  limits.node.grace = 1s;
+  return limits;
+}
+
+/// The processes that the watch is told of: each beats every 10 ms, drivers tell states every 5 ms.
+class VirtualCell {
+ public:
+  VirtualCell() {
+    std::int64_t pid = 100;
+    for (const ExpectedNode& node : watch.nodes()) pids[node.name] = ++pid;
+  }
+
+  /// One turn of the supervisor's loop.
+  void turn(Time step = 5ms) {
+    now += step;
+    watch.advance(now);
+    const bool beat = ++turns % 2 == 0;
+    for (const ExpectedNode& node : watch.nodes()) {
+      if (!running(node.name)) continue;
+      const bool streams = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+      if (streams && !mute.contains(node.name)) watch.stream_heard(node.name, now);
+      if (beat || step > 5ms) watch.heard(node.name, pids[node.name], now);
+    }
+    watch.judge(now);
+  }
+  void run_for(Time duration) {
+    for (const Time end = now + duration; now < end;) turn();
+  }
+
+  [[nodiscard]] bool running(const std::string& node) const { return !hung.contains(node) && !dead.contains(node); }
+  void kill(const std::string& node, int signal, bool told = true) {
+    dead.insert(node);
+    hung.erase(node);
+    if (told) watch.process_exited(node, {pids[node], -1, signal, false});
+  }
+  void start(const std::string& node, bool told = true) {
+    dead.erase(node);
+    hung.erase(node);
+    pids[node] += 1000;
+    if (told) watch.process_started(node, pids[node]);
+  }
+
+  CellWatch watch{cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), 0ms};
+  std::map<std::string, std::int64_t> pids;
+  std::set<std::string> hung;  ///< alive, but their loops stand still
+  std::set<std::string> dead;
+  std::set<std::string> mute;  ///< beat, but do not stream
+  Time now{0};
+  int turns = 0;
+};
+
+}  // namespace hecaton::services::testing

@@ -1,0 +1,269 @@
+#include "services/supervisor/cell_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+using Names = std::vector<std::string>;
+
+class CellWatchTest : public ::testing::Test, protected VirtualCell {
+ protected:
+  CellWatchTest() { run_for(200ms); }
+
+  // The one open fault, or a failure.
+  FaultRecord the_fault() {
+    const auto open = watch.faults().open();
+    EXPECT_EQ(open.size(), 1U);
+    return open.empty() ? FaultRecord{} : open.front();
+  }
+  Names held() { return watch.mode().decide().held_arms; }
+};
+
+TEST_F(CellWatchTest, HealthyCellRuns) {
+  run_for(10s);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(watch.faults().over().empty());
+  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+  for (const auto& node : watch.nodes()) EXPECT_TRUE(watch.alive(node.name)) << node.name;
+}
+
+TEST_F(CellWatchTest, DeathIsToldAtOnceAndHoldsTheArm) {
+  kill("planner/arm2", 9);
+  watch.judge(now);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(fault.subject, "planner/arm2");
+  EXPECT_EQ(fault.seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
+  EXPECT_EQ(held(), Names{"arm2"});
+  EXPECT_EQ(watch.mode().reason_of("arm2"), "held: " + fault.seen);
+  EXPECT_FALSE(watch.alive("planner/arm2"));
+}
+
+TEST_F(CellWatchTest, DeathIsOneFaultHoweverLongItLasts) {
+  kill("driver/arm1", 11);
+  run_for(5s);
+  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_TRUE(watch.faults().over().empty());
+}
+
+TEST_F(CellWatchTest, RestartReleasesTheArmOnceItIsSteady) {
+  kill("driver/arm1", 9);
+  run_for(50ms);
+  start("driver/arm1");
+  run_for(90ms);
+  EXPECT_EQ(held(), Names{"arm1"});
+  run_for(50ms);
+  EXPECT_TRUE(held().empty());
+  ASSERT_EQ(watch.faults().over().size(), 1U);
+  EXPECT_EQ(watch.faults().over().front().kind, FaultKind::kProcessDied);
+}
+
+TEST_F(CellWatchTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
+  kill("planner/arm1", 9);
+  run_for(50ms);
+  start("planner/arm1", false);
+  run_for(200ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+}
+
+TEST_F(CellWatchTest, LateHeartbeatOfTheDeadIsIgnored) {
+  kill("planner/arm1", 9);
+  watch.heard("planner/arm1", pids["planner/arm1"], now);
+  watch.judge(now);
+  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  run_for(5s);
+  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+}
+
+TEST_F(CellWatchTest, OldNewsOfAPredecessorIsNoFault) {
+  watch.process_exited("planner/arm1", {99, -1, 9, false});
+  run_for(100ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(watch.faults().over().empty());
+}
+
+TEST_F(CellWatchTest, WantedEndIsNoFault) {
+  dead.insert("planner/arm1");
+  watch.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
+  run_for(5s);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_EQ(watch.awaited("planner/arm1"), "planner/arm1 was told to end");
+}
+
+TEST_F(CellWatchTest, HangIsNodeSilentAndClearsByItself) {
+  hung.insert("planner/arm3");
+  run_for(35ms);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(fault.severity, FaultSeverity::kWarning);
+  EXPECT_EQ(fault.subject, "planner/arm3");
+  EXPECT_EQ(held(), Names{"arm3"});
+  run_for(200ms);
+  EXPECT_EQ(the_fault().severity, FaultSeverity::kError);
+  hung.clear();
+  run_for(150ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(held().empty());
+}
+
+TEST_F(CellWatchTest, HungDriverIsOneFaultOfTheNode) {
+  hung.insert("driver/arm1");
+  run_for(5s);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_TRUE(watch.faults().over().empty());
+}
+
+TEST_F(CellWatchTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
+  mute.insert("driver/arm1");
+  run_for(60ms);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, FaultKind::kDriverSilent);
+  EXPECT_EQ(fault.subject, "arm1");
+  EXPECT_EQ(held(), Names{"arm1"});
+  mute.clear();
+  run_for(150ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+}
+
+TEST_F(CellWatchTest, SilentStreamThatTurnsIntoDeathStaysOneFault) {
+  mute.insert("driver/arm1");
+  run_for(100ms);
+  hung.insert("driver/arm1");
+  run_for(100ms);
+  kill("driver/arm1", 6);
+  run_for(100ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().number, 1U);
+}
+
+TEST_F(CellWatchTest, SilentWorldHoldsTheCell) {
+  mute.insert("world");
+  run_for(100ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kWorldSilent);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  mute.clear();
+  hung.insert("world");
+  run_for(100ms);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  hung.clear();
+  run_for(200ms);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+}
+
+TEST_F(CellWatchTest, LostHostIsOneFaultAndHoldsItsArms) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(90ms);
+  EXPECT_TRUE(watch.faults().open().empty());  // it cannot be told yet who of them is at fault
+  run_for(40ms);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, FaultKind::kAgentLost);
+  EXPECT_EQ(fault.severity, FaultSeverity::kError);
+  EXPECT_EQ(fault.subject, "h2");
+  EXPECT_EQ(held(), Names{"arm3"});
+  hung.clear();
+  run_for(150ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(held().empty());
+  EXPECT_EQ(watch.faults().over().size(), 1U);
+}
+
+TEST_F(CellWatchTest, LostAgentAloneHoldsNothing) {
+  hung.insert("agent/h2");
+  run_for(200ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
+  EXPECT_EQ(the_fault().severity, FaultSeverity::kWarning);
+  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+}
+
+TEST_F(CellWatchTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(200ms);
+  hung = {"driver/arm3"};
+  run_for(200ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().subject, "driver/arm3");
+}
+
+TEST_F(CellWatchTest, SimultaneousFaultsAreAllTold) {
+  kill("planner/arm1", 9);
+  hung.insert("driver/arm2");
+  mute.insert("driver/arm3");
+  run_for(100ms);
+  std::map<std::string, FaultKind> kinds;
+  for (const FaultRecord& fault : watch.faults().open()) kinds[fault.subject] = fault.kind;
+  const std::map<std::string, FaultKind> expected{{"planner/arm1", FaultKind::kProcessDied},
+                                                  {"driver/arm2", FaultKind::kNodeSilent},
+                                                  {"arm3", FaultKind::kDriverSilent}};
+  EXPECT_EQ(kinds, expected);
+  EXPECT_EQ(held(), (Names{"arm1", "arm2", "arm3"}));
+}
+
+TEST_F(CellWatchTest, FlappingIsOneFault) {
+  for (int i = 0; i < 40; ++i) {
+    hung.insert("planner/arm1");
+    run_for(40ms);
+    hung.clear();
+    run_for(40ms);
+    EXPECT_EQ(held(), Names{"arm1"});
+  }
+  EXPECT_EQ(the_fault().number, 1U);
+  EXPECT_TRUE(watch.faults().over().empty());
+}
+
+TEST_F(CellWatchTest, OwnStallsAccuseNobody) {
+  for (int i = 0; i < 20; ++i) {
+    now += 126ms;  // nothing arrived while the whole machine stood still
+    watch.advance(now);
+    watch.judge(now);
+    run_for(100ms);
+  }
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(watch.faults().over().empty());
+}
+
+TEST_F(CellWatchTest, HangDuringOwnStallIsFoundAfterwards) {
+  hung.insert("planner/arm1");
+  now += 126ms;
+  watch.advance(now);
+  watch.judge(now);
+  EXPECT_TRUE(watch.faults().open().empty());
+  run_for(40ms);
+  EXPECT_EQ(the_fault().subject, "planner/arm1");
+}
+
+TEST(CellWatchStart, StartUpIsNoFaultUntilTheGraceIsOver) {
+  VirtualCell cell;
+  for (const auto& node : cell.watch.nodes()) cell.dead.insert(node.name);
+  for (const auto* node : {"agent/h1", "agent/h2", "world"}) cell.dead.erase(node);
+  cell.run_for(990ms);
+  EXPECT_TRUE(cell.watch.faults().open().empty());
+  EXPECT_EQ(cell.watch.mode().decide(), ModeDecision{});
+  EXPECT_EQ(cell.watch.awaited("planner/arm1"), "planner/arm1 has not appeared yet");
+  for (const auto& node : cell.watch.nodes()) {
+    if (node.name != "planner/arm1") cell.dead.erase(node.name);
+  }
+  cell.run_for(20ms);
+  const auto open = cell.watch.faults().open();
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open.front().kind, FaultKind::kNodeMissing);
+  EXPECT_EQ(open.front().seen, "planner/arm1 did not appear within 1000 ms");
+  cell.dead.clear();
+  cell.run_for(200ms);
+  EXPECT_TRUE(cell.watch.faults().open().empty());
+}
+
+TEST(CellWatchStart, HostThatNeverAppearsIsOneFault) {
+  VirtualCell cell;
+  cell.dead = {"agent/h2", "driver/arm3", "planner/arm3"};
+  cell.run_for(2s);
+  const auto open = cell.watch.faults().open();
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open.front().subject, "agent/h2");
+  EXPECT_EQ(cell.watch.mode().decide().held_arms, Names{"arm3"});
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

@@ -1,0 +1,87 @@
+#include "services/supervisor/fault_list.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+const FaultSight kSilent{FaultKind::kNodeSilent, FaultSeverity::kWarning, "planner/a", "silent"};
+const FaultSight kSilentLong{FaultKind::kNodeSilent, FaultSeverity::kError, "planner/a", "silent for long"};
+const FaultSight kDied{FaultKind::kProcessDied, FaultSeverity::kError, "planner/a", "signal 9"};
+
+TEST(FaultList, OneRecordForOneOccurrence) {
+  FaultList faults;
+  for (int i = 0; i < 3; ++i) faults.raise("planner/a", kSilent, 5ms * i);
+  ASSERT_EQ(faults.open().size(), 1U);
+  EXPECT_EQ(faults.open().front().since, 0ms);
+  EXPECT_EQ(faults.take_changes().size(), 1U);
+}
+
+TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
+  FaultList faults;
+  faults.raise("planner/a", kSilent, 10ms);
+  faults.raise("planner/a", kDied, 15ms);
+  ASSERT_EQ(faults.open().size(), 1U);
+  const FaultRecord& record = *faults.open("planner/a");
+  EXPECT_EQ(record.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(record.seen, "signal 9");
+  EXPECT_EQ(record.since, 10ms);
+  EXPECT_EQ(record.number, 1U);
+}
+
+TEST(FaultList, WeakerExplanationIsNoNews) {
+  FaultList faults;
+  faults.raise("planner/a", kDied, 10ms);
+  static_cast<void>(faults.take_changes());
+  faults.raise("planner/a", kSilentLong, 30ms);
+  EXPECT_EQ(faults.open("planner/a")->kind, FaultKind::kProcessDied);
+  EXPECT_TRUE(faults.take_changes().empty());
+}
+
+TEST(FaultList, MoreSevereIsTold) {
+  FaultList faults;
+  faults.raise("planner/a", kSilent, 10ms);
+  faults.raise("planner/a", kSilentLong, 90ms);
+  const auto changes = faults.take_changes();
+  ASSERT_EQ(changes.size(), 2U);
+  EXPECT_EQ(changes[1].severity, FaultSeverity::kError);
+  EXPECT_EQ(changes[1].number, changes[0].number);
+}
+
+TEST(FaultList, ClearedIsRememberedAndTheNextIsAnother) {
+  FaultList faults;
+  faults.raise("planner/a", kSilent, 10ms);
+  faults.clear("planner/a", 30ms);
+  faults.clear("planner/a", 40ms);
+  EXPECT_TRUE(faults.open().empty());
+  ASSERT_EQ(faults.over().size(), 1U);
+  EXPECT_EQ(faults.over().front().cleared, 30ms);
+  faults.raise("planner/a", kSilent, 50ms);
+  EXPECT_EQ(faults.open("planner/a")->number, 2U);
+  EXPECT_EQ(faults.open("planner/a")->since, 50ms);
+}
+
+TEST(FaultList, CausesAreIndependent) {
+  FaultList faults;
+  faults.raise("planner/a", kSilent, 10ms);
+  faults.raise("planner/b", kDied, 10ms);
+  faults.clear("planner/a", 20ms);
+  EXPECT_EQ(faults.open("planner/a"), nullptr);
+  EXPECT_NE(faults.open("planner/b"), nullptr);
+}
+
+TEST(FaultList, RemembersTheLatest) {
+  FaultList faults;
+  const auto more = FaultList::kRemembered + 3;
+  for (std::size_t i = 0; i < more; ++i) {
+    faults.raise("planner/a", kSilent, 10ms);
+    faults.clear("planner/a", 20ms);
+  }
+  EXPECT_EQ(faults.over().size(), FaultList::kRemembered);
+  EXPECT_EQ(faults.over().front().number, more);
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,94 @@
+#include "services/supervisor/leadership.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+using Role = Leadership::Role;
+
+constexpr Leadership::Limits kLimits{.listen = 200ms, .silence = 300ms};
+
+TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
+  Leadership own(kLimits, 0, 0ms);
+  own.heard_term(7);
+  own.heard_term(3);
+  EXPECT_FALSE(own.decide(199ms, 0ms));
+  EXPECT_EQ(own.role(), Role::kListening);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  EXPECT_EQ(own.role(), Role::kLeading);
+  EXPECT_EQ(own.term(), 8U);
+  EXPECT_FALSE(own.decide(205ms, 0ms));
+}
+
+TEST(Leadership, LeadsAboveItsEarlierLife) {
+  Leadership own(kLimits, 41, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  EXPECT_EQ(own.term(), 42U);
+}
+
+TEST(Leadership, FollowsATermThatAPlannerProves) {
+  Leadership own(kLimits, 0, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.heard_term(5);
+  EXPECT_EQ(own.term(), 5U);
+  own.heard_term(4);
+  EXPECT_EQ(own.term(), 5U);
+}
+
+TEST(Leadership, StandsByWhileAnotherLeads) {
+  Leadership own(kLimits, 0, 0ms);
+  for (auto now = 0ms; now <= 2s; now += 25ms) {
+    own.heard_leader(3, now);
+    EXPECT_FALSE(own.decide(now, 0ms));
+  }
+  EXPECT_EQ(own.role(), Role::kStandingBy);
+}
+
+TEST(Leadership, TakesOverFromASilentLeader) {
+  Leadership own(kLimits, 0, 0ms);
+  own.heard_leader(3, 150ms);
+  EXPECT_FALSE(own.decide(200ms, 0ms));
+  EXPECT_FALSE(own.decide(450ms, 0ms));
+  EXPECT_TRUE(own.decide(451ms, 0ms));
+  EXPECT_EQ(own.term(), 4U);
+}
+
+TEST(Leadership, DoesNotTakeOverForTheTimeThatItWasStalledItself) {
+  Leadership own(kLimits, 0, 0ms);
+  own.heard_leader(3, 190ms);
+  EXPECT_FALSE(own.decide(200ms, 0ms));
+  EXPECT_FALSE(own.decide(600ms, 395ms));
+  EXPECT_FALSE(own.decide(885ms, 0ms));
+  EXPECT_TRUE(own.decide(886ms, 0ms));
+}
+
+TEST(Leadership, StandsBackFromAHigherTerm) {
+  Leadership own(kLimits, 0, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.heard_leader(9, 210ms);
+  EXPECT_EQ(own.role(), Role::kStandingBy);
+  EXPECT_FALSE(own.decide(215ms, 0ms));
+  EXPECT_TRUE(own.decide(600ms, 0ms));
+  EXPECT_EQ(own.term(), 10U);
+}
+
+TEST(Leadership, IgnoresAnOldLeader) {
+  Leadership own(kLimits, 4, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.heard_leader(4, 210ms);
+  EXPECT_EQ(own.role(), Role::kLeading);
+  EXPECT_EQ(own.term(), 5U);
+}
+
+// Both took the same term at the same time: the bus lets both hear only one of them, the other stands back.
+TEST(Leadership, StandsBackFromItsOwnTermInAnothersHands) {
+  Leadership own(kLimits, 0, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.heard_leader(1, 210ms);
+  EXPECT_EQ(own.role(), Role::kStandingBy);
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include "services/bus/convert.hpp"
+#include "services/world/referee_message.hpp"
+#include "services/world/world_edit.hpp"
+
+namespace hecaton::services {
+namespace {
+
+world::Obstacle ball(const std::string& name) {
+  world::Obstacle obstacle;
+  obstacle.name = name;
+  obstacle.shapes.push_back({world::Sphere{0.1}});
+  return obstacle;
+}
+
+msg::WorldEditRequest request(msg::EditKind kind, const std::string& name) {
+  msg::WorldEditRequest message;
+  message.kind(kind);
+  message.name(name);
+  message.X_WO().qw(1.0);
+  return message;
+}
+
+class Edit : public testing::Test {
+ protected:
+  world::BulletWorld world_{world::Scene{{ball("a")}, 0.0, {0, 0, -9.81}}, {}};
+};
+
+TEST_F(Edit, AddMoveRemove) {
+  msg::WorldEditRequest add = request(msg::EDIT_ADD, "ignored");
+  add.obstacle(bus::to_message(ball("b")));
+  EXPECT_EQ(edited_name(add), "b");
+  ASSERT_TRUE(apply_edit(world_, add).done);
+  ASSERT_EQ(world_.obstacles().size(), 2U);
+  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "b");
+  move.X_WO().position().y(0.25);
+  ASSERT_TRUE(apply_edit(world_, move).done);
+  EXPECT_EQ(world_.snapshot().states[1].X_WO.translation().y(), 0.25);
+  ASSERT_TRUE(apply_edit(world_, request(msg::EDIT_REMOVE, "a")).done);
+  ASSERT_EQ(world_.obstacles().size(), 1U);
+  EXPECT_EQ(world_.obstacles()[0].name, "b");
+}
+
+TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
+  msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
+  EXPECT_EQ(apply_edit(world_, add).reason, "obstacle: name must not be empty");
+  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "a");
+  move.X_WO().qw(0.5);
+  const world::EditResult refused = apply_edit(world_, move);
+  EXPECT_FALSE(refused.done);
+  EXPECT_NE(refused.reason.find("obstacle \"a\": X_WO: quaternion"), std::string::npos) << refused.reason;
+  msg::WorldEditRequest unknown = request(static_cast<msg::EditKind>(77), "a");
+  EXPECT_FALSE(apply_edit(world_, unknown).done);
+  EXPECT_EQ(world_.snapshot().edition, world::BulletWorld(world::Scene{{ball("a")}}, {}).snapshot().edition);
+}
+
+TEST(RefereeMessage, CarriesTheWholeAccount) {
+  world::RefereeReport report;
+  report.contacts = 2;
+  report.judged = true;
+  report.smallest = {-0.003, world::ContactKind::kArmObstacle, "arm1/hand", "pallet", 1.5};
+  report.kinds[1] = {2, true, report.smallest};
+  report.events = {report.smallest};
+  const msg::RefereeReport message = referee_message(report, 7.25, true);
+  EXPECT_TRUE(message.running());
+  EXPECT_EQ(message.time(), 7.25);
+  EXPECT_EQ(message.contacts(), 2U);
+  EXPECT_EQ(message.smallest().distance(), -0.003);
+  ASSERT_EQ(message.kinds().size(), 3U);
+  EXPECT_EQ(message.kinds()[1].kind(), msg::CONTACT_ARM_OBSTACLE);
+  EXPECT_EQ(message.kinds()[1].contacts(), 2U);
+  EXPECT_EQ(message.kinds()[1].smallest().b(), "pallet");
+  EXPECT_FALSE(message.kinds()[0].judged());
+  ASSERT_EQ(message.events().size(), 1U);
+  EXPECT_EQ(message.events()[0].a(), "arm1/hand");
+}
+
+}  // namespace
+}  // namespace hecaton::services

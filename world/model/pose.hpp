@@ -1,0 +1,53 @@
+#pragma once
+/// Rigid transforms and velocities. `X_AB` maps points of frame B into frame A: p_A = X_AB * p_B.
+/// W is the cell's world frame (z up, metres).
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace hecaton::world {
+
+using Pose = Eigen::Isometry3d;
+
+/// Velocity of a rigid body, of its frame's origin, expressed in W.
+struct Twist {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< [m/s]
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< [rad/s]
+
+  /// Velocity [m/s] of the body's point that is now at p_W, for a body whose origin is at origin_W.
+  [[nodiscard]] Eigen::Vector3d at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& origin_W) const {
+    return linear + angular.cross(p_W - origin_W);
+  }
+};
+
+/// Pose from a translation [m] and roll, pitch, yaw [rad] about fixed x, y, z (the URDF convention).
+inline Pose pose_from_xyz_rpy(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy) {
+  Pose pose = Pose::Identity();
+  pose.translation() = xyz;
+  pose.linear() =
+      (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  return pose;
+}
+
+/// The pose of a body that moves with `twist` for `seconds` from `pose` (rotation about its own origin).
+inline Pose extrapolate(const Pose& pose, const Twist& twist, double seconds) {
+  Pose next = pose;
+  next.translation() += twist.linear * seconds;
+  const Eigen::Vector3d rotation = twist.angular * seconds;
+  const double angle = rotation.norm();
+  if (angle > 1e-12) {
+    next.linear() = Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix() * pose.linear();
+  }
+  return next;
+}
+
+/// The constant velocity that leads from one pose to another in `seconds` > 0: extrapolate()'s inverse. Of the two ways
+/// to turn, the shorter.
+inline Twist twist_between(const Pose& from, const Pose& to, double seconds) {
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(to.linear() * from.linear().transpose()));
+  return {(to.translation() - from.translation()) / seconds, turn.axis() * (turn.angle() / seconds)};
+}
+
+}  // namespace hecaton::world

@@ -1,0 +1,273 @@
+#include "world/sim/bullet_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "world/sim/arm_track.hpp"
+#include "world/sim/obstacle_motion.hpp"
+#include "world/sim/pushing.hpp"
+#include "world/sim/scene_checks.hpp"
+
+namespace hecaton::world {
+namespace {
+
+EditResult refused(std::string reason) {
+  return {false, std::move(reason)};
+}
+
+EditResult unknown_obstacle(const std::string& name) {
+  return refused("there is no obstacle named '" + name + "'");
+}
+
+/// Throws unless the arms can be simulated; returns them.
+std::vector<ArmBodies> checked(std::vector<ArmBodies> arms) {
+  for (auto arm = arms.begin(); arm != arms.end(); ++arm) {
+    if (std::any_of(arms.begin(), arm, [&](const ArmBodies& other) { return other.name == arm->name; })) {
+      throw std::invalid_argument("there are two arms named '" + arm->name + "'");
+    }
+    for (const auto& part : arm->parts) {
+      std::string reason = why_invalid(part.shape.shape);
+      if (reason.empty() && !is_rigid(part.shape.X_BS))
+        reason = "the pose of one of its shapes is no finite, rigid pose";
+      if (!reason.empty()) throw std::invalid_argument(arm->name + "/" + part.link_name + ": " + reason);
+    }
+  }
+  return arms;
+}
+
+}  // namespace
+
+struct BulletWorld::Impl {
+  Impl(const Scene& initial, std::vector<ArmBodies> arms_given);
+
+  Scene scene;  ///< its obstacles are the current ones
+  std::vector<ArmBodies> arms;
+  std::vector<ArmTrack> tracks;           ///< of the arms
+  std::vector<MotionState> states;        ///< of the obstacles
+  std::vector<const ArmTrack*> carriers;  ///< of the obstacles
+  Pushing pushing;
+  ContactReferee referee;
+  double time = 0.0;
+  std::uint64_t edition = 0;
+  std::uint64_t sequence = 0;
+
+  [[nodiscard]] int arm_index(const std::string& name) const {
+    const auto found = std::find_if(arms.begin(), arms.end(), [&](const ArmBodies& arm) { return arm.name == name; });
+    return found == arms.end() ? -1 : static_cast<int>(found - arms.begin());
+  }
+  [[nodiscard]] int obstacle_index(const std::string& name) const {
+    const auto& all = scene.obstacles;
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Obstacle& one) { return one.name == name; });
+    return found == all.end() ? -1 : static_cast<int>(found - all.begin());
+  }
+
+  [[nodiscard]] std::string why_not(const Obstacle& obstacle) const;
+  void append(const Obstacle& obstacle);
+  void change_hands(int obstacle);
+  [[nodiscard]] MotionState prescribed(int obstacle) const;
+  [[nodiscard]] ObstacleSnapshot snapshot() const;
+  void step(double dt);
+};
+
+BulletWorld::Impl::Impl(const Scene& initial, std::vector<ArmBodies> arms_given)
+    : arms(checked(std::move(arms_given))), tracks(arms.size()), referee(arms) {
+  if (!std::isfinite(initial.floor_z) || !initial.gravity.allFinite()) {
+    throw std::invalid_argument("the floor's height and gravity must be finite");
+  }
+  scene.floor_z = initial.floor_z;
+  scene.gravity = initial.gravity;
+  for (const Obstacle& obstacle : initial.obstacles) {
+    if (const auto reason = why_not(obstacle); !reason.empty()) throw std::invalid_argument(reason);
+    append(obstacle);
+  }
+  referee.set_obstacles(scene.obstacles);
+}
+
+std::string BulletWorld::Impl::why_not(const Obstacle& obstacle) const {
+  if (auto reason = why_invalid(obstacle); !reason.empty()) return reason;
+  if (obstacle_index(obstacle.name) >= 0) return "there is already an obstacle named '" + obstacle.name + "'";
+  if (obstacle.attachment && arm_index(obstacle.attachment->arm) < 0) {
+    return "obstacle '" + obstacle.name + "' is attached to '" + obstacle.attachment->arm +
+           "', which is no arm of this cell";
+  }
+  return {};
+}
+
+void BulletWorld::Impl::append(const Obstacle& obstacle) {
+  scene.obstacles.push_back(obstacle);
+  carriers.push_back(obstacle.attachment ? &tracks[arm_index(obstacle.attachment->arm)] : nullptr);
+  states.push_back(prescribed(static_cast<int>(states.size())));
+  pushing.append();
+}
+
+/// After an arm has taken the obstacle or let go of it.
+void BulletWorld::Impl::change_hands(int obstacle) {
+  const Obstacle& changed = scene.obstacles[obstacle];
+  carriers[obstacle] = changed.attachment ? &tracks[arm_index(changed.attachment->arm)] : nullptr;
+  pushing.renew(obstacle);
+  referee.set_obstacles(scene.obstacles, changed.name);
+  ++edition;
+}
+
+/// Where an obstacle is now that is not left to physics; for one that is, where it begins.
+MotionState BulletWorld::Impl::prescribed(int obstacle) const {
+  const Obstacle& one = scene.obstacles[obstacle];
+  if (!one.attachment) return motion_at(one, time);
+  const ArmTrack& arm = *carriers[obstacle];
+  if (!arm.known()) return {one.X_WO, {}};
+  return carried({arm.X_WT(), arm.tool_velocity()}, one.attachment->X_TO);
+}
+
+ObstacleSnapshot BulletWorld::Impl::snapshot() const {
+  ObstacleSnapshot result{edition, sequence, time, {}};
+  result.states.reserve(states.size());
+  for (int i = 0; i < static_cast<int>(states.size()); ++i) {
+    // What is carried moves with every measurement, also between steps.
+    const MotionState state = carriers[i] ? prescribed(i) : states[i];
+    result.states.push_back({state.X_WO, state.velocity, 0.0});
+  }
+  return result;
+}
+
+void BulletWorld::Impl::step(double dt) {
+  pushing.advance({scene, arms, tracks, carriers, time}, states, dt);
+  time += dt;
+  ++sequence;
+  for (ArmTrack& track : tracks) track.end_step(dt);
+  for (int i = 0; i < static_cast<int>(states.size()); ++i) {
+    if (!is_free(scene.obstacles[i])) states[i] = prescribed(i);
+  }
+
+  std::vector<MeasuredArm> measured;
+  measured.reserve(tracks.size());
+  for (const ArmTrack& track : tracks) measured.push_back({track.known(), track.X_WL()});
+  referee.judge(measured, snapshot().states, time);
+}
+
+BulletWorld::BulletWorld(const Scene& scene, std::vector<ArmBodies> arms)
+    : impl_(std::make_unique<Impl>(scene, std::move(arms))) {}
+BulletWorld::~BulletWorld() = default;
+BulletWorld::BulletWorld(BulletWorld&&) noexcept = default;
+BulletWorld& BulletWorld::operator=(BulletWorld&&) noexcept = default;
+
+bool BulletWorld::set_arm(int arm, std::span<const Pose> X_WL, const Pose& X_WT) {
+  if (arm < 0 || arm >= static_cast<int>(impl_->arms.size())) return false;
+  for (const auto& part : impl_->arms[arm].parts) {
+    if (part.link >= static_cast<int>(X_WL.size())) return false;
+  }
+  const auto finite = [](const Pose& pose) { return pose.matrix().allFinite(); };
+  if (!finite(X_WT) || !std::all_of(X_WL.begin(), X_WL.end(), finite)) return false;
+  impl_->tracks[arm].measure(X_WL, X_WT);
+  return true;
+}
+
+void BulletWorld::step(double dt) {
+  if (!(std::isfinite(dt) && dt >= 0.0)) throw std::invalid_argument("a step of the world must be finite and ≥ 0 s");
+  impl_->step(dt);
+}
+
+double BulletWorld::time() const {
+  return impl_->time;
+}
+
+void BulletWorld::set_time(double seconds) {
+  if (!std::isfinite(seconds)) throw std::invalid_argument("the world's time must be finite");
+  impl_->time = seconds;
+  for (int i = 0; i < static_cast<int>(impl_->states.size()); ++i) {
+    if (!is_free(impl_->scene.obstacles[i])) impl_->states[i] = impl_->prescribed(i);
+  }
+}
+
+const std::vector<Obstacle>& BulletWorld::obstacles() const {
+  return impl_->scene.obstacles;
+}
+ObstacleSnapshot BulletWorld::snapshot() const {
+  return impl_->snapshot();
+}
+
+EditResult BulletWorld::add(const Obstacle& obstacle) {
+  if (auto reason = impl_->why_not(obstacle); !reason.empty()) return refused(std::move(reason));
+  impl_->append(obstacle);
+  impl_->referee.set_obstacles(impl_->scene.obstacles);
+  ++impl_->edition;
+  return {true, {}};
+}
+
+EditResult BulletWorld::move(const std::string& name, const Pose& X_WO) {
+  const int index = impl_->obstacle_index(name);
+  if (index < 0) return unknown_obstacle(name);
+  Obstacle& obstacle = impl_->scene.obstacles[index];
+  if (obstacle.attachment) {
+    return refused("obstacle '" + name + "' is attached to '" + obstacle.attachment->arm + "': detach it first");
+  }
+  if (!is_rigid(X_WO)) return refused("obstacle '" + name + "' cannot be moved to what is no finite, rigid pose");
+  obstacle.X_WO = X_WO;
+  if (auto* dynamic = std::get_if<DynamicMotion>(&obstacle.motion)) {
+    dynamic->initial_velocity = {};
+  } else {
+    obstacle.motion = StaticMotion{};
+  }
+  impl_->states[index] = {X_WO, {}};
+  impl_->pushing.renew(index);
+  return {true, {}};
+}
+
+EditResult BulletWorld::remove(const std::string& name) {
+  const int index = impl_->obstacle_index(name);
+  if (index < 0) return unknown_obstacle(name);
+  impl_->scene.obstacles.erase(impl_->scene.obstacles.begin() + index);
+  impl_->states.erase(impl_->states.begin() + index);
+  impl_->carriers.erase(impl_->carriers.begin() + index);
+  impl_->pushing.erase(index);
+  impl_->referee.set_obstacles(impl_->scene.obstacles);
+  ++impl_->edition;
+  return {true, {}};
+}
+
+EditResult BulletWorld::attach(const std::string& name, const std::string& arm) {
+  const int index = impl_->obstacle_index(name);
+  if (index < 0) return unknown_obstacle(name);
+  const int carrier = impl_->arm_index(arm);
+  if (carrier < 0) return refused("there is no arm named '" + arm + "'");
+  Obstacle& obstacle = impl_->scene.obstacles[index];
+  if (obstacle.attachment) {
+    return refused("obstacle '" + name + "' is already attached to '" + obstacle.attachment->arm + "'");
+  }
+  const ArmTrack& track = impl_->tracks[carrier];
+  if (!track.known()) return refused("where arm '" + arm + "' is was never measured");
+
+  obstacle.X_WO = impl_->states[index].X_WO;
+  obstacle.attachment = Attachment{arm, track.X_WT().inverse() * obstacle.X_WO};
+  if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
+  impl_->change_hands(index);
+  impl_->states[index] = impl_->prescribed(index);
+  return {true, {}};
+}
+
+EditResult BulletWorld::detach(const std::string& name) {
+  const int index = impl_->obstacle_index(name);
+  if (index < 0) return unknown_obstacle(name);
+  Obstacle& obstacle = impl_->scene.obstacles[index];
+  if (!obstacle.attachment) return refused("obstacle '" + name + "' is not attached to any arm");
+  if (!impl_->carriers[index]->known()) {
+    return refused("where arm '" + obstacle.attachment->arm + "', which carries '" + name + "', is was never measured");
+  }
+  MotionState state = impl_->prescribed(index);
+  obstacle.attachment.reset();
+  obstacle.X_WO = state.X_WO;
+  if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
+  if (!is_free(obstacle)) state.velocity = {};
+  impl_->change_hands(index);
+  impl_->states[index] = state;
+  return {true, {}};
+}
+
+const ContactReferee& BulletWorld::referee() const {
+  return impl_->referee;
+}
+ContactReferee& BulletWorld::referee() {
+  return impl_->referee;
+}
+
+}  // namespace hecaton::world

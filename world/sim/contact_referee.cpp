@@ -1,0 +1,187 @@
+#include "world/sim/contact_referee.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "world/sim/judged_pairs.hpp"
+
+namespace hecaton::world {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kMaxEvents = 100;
+/// By how much a computed distance may be wrong, for the bounds that are kept from it [m].
+constexpr double kDistanceError = 2e-4;
+/// How much deeper a pair excused from judgement may come before it is judged again [m].
+constexpr double kExcusedDepth = 1e-3;
+
+/// A separation with names as indices: no strings are made while judging.
+struct Found {
+  double distance = kInfinity;
+  ContactKind kind = ContactKind::kArmArm;
+  int a = 0;
+  int b = 0;
+  double time = 0.0;
+};
+
+struct Tally {
+  std::uint64_t contacts = 0;
+  bool judged = false;
+  Found smallest;
+};
+
+}  // namespace
+
+struct ContactReferee::Impl {
+  explicit Impl(std::vector<ArmBodies> arms) : bodies(std::move(arms)) { count_touching(); }
+
+  JudgedPairs bodies;
+  std::vector<int> group_touching;  ///< touching pairs of parts in each group
+  std::array<Tally, kContactKinds> tallies;
+  std::vector<Found> events;
+  std::uint64_t exact_checks = 0;
+  double time = 0.0;
+
+  Tally& tally(const JudgedPair& pair) { return tallies[static_cast<std::size_t>(pair.kind)]; }
+
+  Separation named(const Found& found) const {
+    const auto& names = bodies.names();
+    return {found.distance, found.kind, names[found.a], names[found.b], found.time};
+  }
+  Found found(const JudgedPair& pair, double distance) const {
+    return {distance, pair.kind, bodies.part(pair.a).name, bodies.part(pair.b).name, time};
+  }
+
+  void count_touching() {
+    group_touching.assign(bodies.group_count(), 0);
+    for (const JudgedPair& pair : bodies.pairs()) group_touching[pair.group] += pair.state.touching ? 1 : 0;
+  }
+
+  double compute(JudgedPair& pair) {
+    const double distance = bodies.exact_distance(pair);
+    ++exact_checks;
+    pair.lower_ref = distance - kDistanceError + bodies.travel(pair);
+    pair.upper_ref = distance + kDistanceError - bodies.travel(pair);
+    return distance;
+  }
+
+  /// Whether the pair stays out of the account at this distance.
+  static bool excused(PairState& state, double distance) {
+    if (state.fresh) {
+      state.fresh = false;
+      state.excused = distance <= kPartedDistance;
+      state.excused_at = distance;
+    }
+    if (state.excused && (distance > kPartedDistance || distance < state.excused_at - kExcusedDepth)) {
+      state.excused = false;
+    }
+    return state.excused;
+  }
+
+  void account(JudgedPair& pair, double distance) {
+    if (excused(pair.state, distance)) return;
+    Tally& kind = tally(pair);
+    if (distance < kind.smallest.distance) kind.smallest = found(pair, distance);
+    if (!pair.state.touching && distance <= 0.0) {
+      pair.state.touching = true;
+      if (++group_touching[pair.group] > 1) return;
+      ++kind.contacts;
+      if (events.size() < kMaxEvents) events.push_back(found(pair, distance));
+    } else if (pair.state.touching && distance > kPartedDistance) {
+      pair.state.touching = false;
+      --group_touching[pair.group];
+    }
+  }
+
+  /// The quick bounds did not spare this pair.
+  void inspect(JudgedPair& pair, double travel) {
+    if (!bodies.placed(pair)) return;
+    Tally& kind = tally(pair);
+    kind.judged = true;
+    if (!pair.state.fresh && !pair.state.excused) {
+      double lower = std::max(pair.lower_ref - travel, bodies.ball_distance(pair));
+      const auto spared = [&] {
+        // What touches cannot have parted, what does not cannot touch, and nothing smaller can have come of it.
+        const bool same = pair.state.touching ? pair.upper_ref + travel <= kPartedDistance : lower > 0.0;
+        return same && lower >= kind.smallest.distance;
+      };
+      if (!spared()) lower = std::max(lower, bodies.gap_as_before(pair));
+      pair.lower_ref = lower + travel;
+      if (spared()) return;
+    }
+    account(pair, compute(pair));
+  }
+
+  void judge() {
+    for (JudgedPair& pair : bodies.pairs()) {
+      const PairState& state = pair.state;
+      const double travel = bodies.travel(pair);
+      const double lower = pair.lower_ref - travel;
+      const bool watched = state.touching || state.fresh || state.excused;
+      if (!watched && lower > 0.0 && lower >= tally(pair).smallest.distance) continue;
+      inspect(pair, travel);
+    }
+  }
+};
+
+ContactReferee::ContactReferee(std::vector<ArmBodies> arms) : impl_(std::make_unique<Impl>(std::move(arms))) {}
+ContactReferee::~ContactReferee() = default;
+ContactReferee::ContactReferee(ContactReferee&&) noexcept = default;
+ContactReferee& ContactReferee::operator=(ContactReferee&&) noexcept = default;
+
+void ContactReferee::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
+  impl_->bodies.set_obstacles(obstacles, handled);
+  impl_->count_touching();
+}
+
+void ContactReferee::judge(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time) {
+  impl_->time = time;
+  impl_->bodies.place(arms, obstacles);
+  impl_->judge();
+}
+
+RefereeReport ContactReferee::report() const {
+  RefereeReport report;
+  for (int i = 0; i < kContactKinds; ++i) {
+    const Tally& tally = impl_->tallies[i];
+    KindReport& kind = report.kinds[i];
+    kind.contacts = tally.contacts;
+    report.contacts += tally.contacts;
+    // All that was compared may have been excused.
+    kind.judged = tally.judged && tally.smallest.distance < kInfinity;
+    if (!kind.judged) continue;
+    kind.smallest = impl_->named(tally.smallest);
+    if (!report.judged || kind.smallest.distance < report.smallest.distance) report.smallest = kind.smallest;
+    report.judged = true;
+  }
+  for (const Found& event : impl_->events) report.events.push_back(impl_->named(event));
+  return report;
+}
+
+void ContactReferee::reset() {
+  impl_->tallies = {};
+  impl_->events.clear();
+  for (JudgedPair& pair : impl_->bodies.pairs()) pair.state.touching = false;
+  impl_->count_touching();
+}
+
+std::optional<Separation> ContactReferee::nearest(int arm, bool with_self) const {
+  Impl& impl = *impl_;
+  Found nearest;
+  for (JudgedPair& pair : impl.bodies.pairs()) {
+    if (impl.bodies.part(pair.a).arm != arm && impl.bodies.part(pair.b).arm != arm) continue;
+    if ((pair.kind == ContactKind::kArmSelf && !with_self) || !impl.bodies.placed(pair)) continue;
+    if (pair.lower_ref - impl.bodies.travel(pair) >= nearest.distance) continue;
+    if (impl.bodies.ball_distance(pair) >= nearest.distance) continue;
+    const double distance = impl.compute(pair);
+    if (distance < nearest.distance) nearest = impl.found(pair, distance);
+  }
+  if (nearest.distance == kInfinity) return std::nullopt;
+  return impl.named(nearest);
+}
+
+std::uint64_t ContactReferee::exact_checks() const {
+  return impl_->exact_checks;
+}
+
+}  // namespace hecaton::world

@@ -1,0 +1,215 @@
+#include "world/sim/judged_pairs.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <unordered_map>
+
+namespace hecaton::world {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
+
+/// No point of a unit ball around the origin moves further when it turns from R0 to R1: 2 sin(θ/2) = ‖R1 − R0‖_F / √2.
+double turn_between(const Pose& X0, const Pose& X1) {
+  return (X1.linear() - X0.linear()).norm() / std::numbers::sqrt2;
+}
+
+}  // namespace
+
+JudgedPairs::JudgedPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
+  for (int arm = 0; arm < static_cast<int>(arms_.size()); ++arm) {
+    const ArmBodies& bodies = arms_[arm];
+    first_link_.push_back(static_cast<int>(carriers_.size()));
+    first_part_.push_back(static_cast<int>(parts_.size()));
+    int links = 0;
+    for (const auto& part : bodies.parts) links = std::max(links, part.link + 1);
+    carriers_.resize(carriers_.size() + links);
+    for (const auto& part : bodies.parts) {
+      if (part.link < 0) throw std::invalid_argument("arm '" + bodies.name + "': a part rides on no link");
+      JudgedPart judged;
+      judged.carrier = first_link_[arm] + part.link;
+      judged.arm = arm;
+      judged.link = part.link;
+      judged.moves = part.moves;
+      judged.name = name_index(bodies.name + "/" + part.link_name);
+      add_part(std::move(judged), part.shape);
+    }
+    const int parts = static_cast<int>(bodies.parts.size());
+    for (const auto& [a, b] : bodies.self_pairs) {
+      if (std::min(a, b) < 0 || std::max(a, b) >= parts || a == b) {
+        throw std::invalid_argument("arm '" + bodies.name + "': its self pairs name parts that do not exist");
+      }
+    }
+  }
+  links_ = static_cast<int>(carriers_.size());
+  link_parts_ = static_cast<int>(parts_.size());
+  adopt(all_pairs());
+}
+
+int JudgedPairs::name_index(const std::string& name) {
+  const auto [entry, is_new] = name_indices_.try_emplace(name, static_cast<int>(names_.size()));
+  if (is_new) names_.push_back(name);
+  return entry->second;
+}
+
+void JudgedPairs::add_part(JudgedPart part, const PlacedShape& placed) {
+  const BoundingSphere bound = bounding_sphere(placed.shape);
+  part.shape = make_bullet_shape(placed.shape);
+  part.X_CS = placed.X_BS;
+  part.centre_C = placed.X_BS * bound.centre;
+  part.radius = bound.radius;
+  carriers_[part.carrier].parts.push_back(static_cast<int>(parts_.size()));
+  parts_.push_back(std::move(part));
+  travel_.push_back(0.0);
+}
+
+void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
+  parts_.erase(parts_.begin() + link_parts_, parts_.end());
+  travel_.resize(link_parts_);
+  carriers_.resize(links_);
+  for (const Obstacle& obstacle : obstacles) {
+    carriers_.emplace_back();
+    JudgedPart part;
+    part.carrier = static_cast<int>(carriers_.size()) - 1;
+    part.handled = obstacle.name == handled;
+    std::string name = obstacle.name;
+    if (obstacle.attachment) {
+      const auto carrier = std::find_if(arms_.begin(), arms_.end(),
+                                        [&](const ArmBodies& arm) { return arm.name == obstacle.attachment->arm; });
+      if (carrier == arms_.end()) continue;
+      part.arm = static_cast<int>(carrier - arms_.begin());
+      name.insert(0, carrier->name + "/");
+    }
+    part.name = name_index(name);
+    for (const PlacedShape& placed : obstacle.shapes) add_part(part, placed);
+  }
+  adopt(all_pairs());
+}
+
+std::optional<ContactKind> JudgedPairs::kind_of(const JudgedPart& a, const JudgedPart& b) const {
+  if (a.arm != b.arm && a.arm >= 0 && b.arm >= 0) {
+    return a.moves || b.moves ? std::optional(ContactKind::kArmArm) : std::nullopt;
+  }
+  if (a.arm != b.arm) {
+    return (a.arm >= 0 ? a.moves : b.moves) ? std::optional(ContactKind::kArmObstacle) : std::nullopt;
+  }
+  // Both free, both links or both carried: nothing that this arm could do about it, or listed as a self pair.
+  if (a.arm < 0 || (a.link < 0) == (b.link < 0)) return std::nullopt;
+  const auto& may_touch = arms_[a.arm].grasp_links;
+  const bool touches = std::find(may_touch.begin(), may_touch.end(), std::max(a.link, b.link)) != may_touch.end();
+  return touches ? std::nullopt : std::optional(ContactKind::kArmSelf);
+}
+
+std::vector<JudgedPair> JudgedPairs::all_pairs() const {
+  std::vector<JudgedPair> pairs;
+  const auto add = [&](int a, int b, ContactKind kind) {
+    JudgedPair pair;
+    pair.a = a;
+    pair.b = b;
+    pair.kind = kind;
+    pair.state.fresh = parts_[a].handled || parts_[b].handled;
+    pair.lower_ref = -kUnknown;
+    pair.upper_ref = kUnknown;
+    pairs.push_back(pair);
+  };
+  for (int b = 0; b < static_cast<int>(parts_.size()); ++b) {
+    for (int a = 0; a < b; ++a) {
+      if (const auto kind = kind_of(parts_[a], parts_[b])) add(a, b, *kind);
+    }
+  }
+  for (std::size_t arm = 0; arm < arms_.size(); ++arm) {
+    for (const auto& [a, b] : arms_[arm].self_pairs) {
+      add(first_part_[arm] + a, first_part_[arm] + b, ContactKind::kArmSelf);
+    }
+  }
+  return pairs;
+}
+
+void JudgedPairs::adopt(std::vector<JudgedPair> pairs) {
+  std::map<JudgedPair::Identity, PairState> known;
+  for (const JudgedPair& pair : pairs_) known[pair.identity] = pair.state;
+
+  struct Group {
+    int index;
+    int pairs = 0;
+  };
+  std::unordered_map<std::uint64_t, Group> groups;  // by both names
+  for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
+    JudgedPair& pair = pairs[i];
+    const auto a = static_cast<std::uint32_t>(parts_[pair.a].name);
+    const auto b = static_cast<std::uint32_t>(parts_[pair.b].name);
+    const std::uint64_t names = std::uint64_t{a} << 32 | b;
+    Group& group = groups.try_emplace(names, Group{static_cast<int>(groups.size())}).first->second;
+    pair.index = i;
+    pair.group = group.index;
+    pair.identity = {names, group.pairs++};
+    const auto before = known.find(pair.identity);
+    if (before != known.end()) pair.state = before->second;
+  }
+  normals_.assign(pairs.size(), Eigen::Vector3d::UnitZ());
+  pairs_ = std::move(pairs);
+  group_count_ = static_cast<int>(groups.size());
+}
+
+void JudgedPairs::place(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles) {
+  if (arms.size() != arms_.size() || obstacles.size() + links_ != carriers_.size()) {
+    throw std::invalid_argument("the referee needs one entry per arm and one per obstacle");
+  }
+  for (std::size_t arm = 0; arm < arms_.size(); ++arm) {
+    if (!arms[arm].known) continue;
+    const int end = arm + 1 < arms_.size() ? first_link_[arm + 1] : links_;
+    if (static_cast<int>(arms[arm].X_WL.size()) < end - first_link_[arm]) {
+      throw std::invalid_argument("arm '" + arms_[arm].name + "': fewer link poses than links with shapes");
+    }
+    for (int link = first_link_[arm]; link < end; ++link) {
+      if (!carriers_[link].parts.empty()) move(carriers_[link], arms[arm].X_WL[link - first_link_[arm]]);
+    }
+  }
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    Carrier& carrier = carriers_[links_ + i];
+    if (carrier.parts.empty()) continue;
+    const int arm = parts_[carrier.parts.front()].arm;
+    if (arm < 0 || arms[arm].known) move(carrier, obstacles[i].X_WO);
+  }
+}
+
+void JudgedPairs::move(Carrier& carrier, const Pose& X_WC) {
+  const double turn = turn_between(carrier.X_WC, X_WC);
+  for (const int index : carrier.parts) {
+    JudgedPart& part = parts_[index];
+    const Eigen::Vector3d centre_W = X_WC * part.centre_C;
+    if (carrier.placed) travel_[index] += (centre_W - part.centre_W).norm() + turn * part.radius;
+    part.centre_W = centre_W;
+  }
+  carrier.X_WC = X_WC;
+  carrier.placed = true;
+}
+
+double JudgedPairs::ball_distance(const JudgedPair& pair) const {
+  const JudgedPart& a = parts_[pair.a];
+  const JudgedPart& b = parts_[pair.b];
+  return (a.centre_W - b.centre_W).norm() - a.radius - b.radius;
+}
+
+btTransform JudgedPairs::X_WS(const JudgedPart& part) const {
+  return to_bullet(carriers_[part.carrier].X_WC * part.X_CS);
+}
+
+double JudgedPairs::gap_as_before(const JudgedPair& pair) const {
+  const JudgedPart& a = parts_[pair.a];
+  const JudgedPart& b = parts_[pair.b];
+  const Eigen::Vector3d n_W = carriers_[a.carrier].X_WC.linear() * normals_[pair.index];
+  return gap_along(to_bullet(n_W), *a.shape, X_WS(a), *b.shape, X_WS(b));
+}
+
+double JudgedPairs::exact_distance(const JudgedPair& pair) {
+  const JudgedPart& a = parts_[pair.a];
+  const JudgedPart& b = parts_[pair.b];
+  const SignedDistance found = signed_distance(*a.shape, X_WS(a), *b.shape, X_WS(b));
+  normals_[pair.index] = carriers_[a.carrier].X_WC.linear().transpose() * from_bullet(found.n_W);
+  return found.distance;
+}
+
+}  // namespace hecaton::world

@@ -1,0 +1,116 @@
+#pragma once
+/// The referee's bodies and pairs: which shape rides on what, which two are judged against each other, and how far
+/// everything has moved since a pair's distance was last computed.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "world/sim/bullet_shape.hpp"
+#include "world/sim/contact_referee.hpp"
+
+namespace hecaton::world {
+
+/// One convex shape on its carrier: a link of an arm, or an obstacle.
+struct JudgedPart {
+  int carrier = 0;
+  int arm = -1;   ///< −1: of a free obstacle
+  int link = -1;  ///< of that arm; −1: of an obstacle, free or carried
+  bool moves = true;
+  bool handled = false;  ///< of the obstacle that was just attached or detached
+  int name = 0;          ///< index into JudgedPairs::names()
+  std::shared_ptr<const btConvexShape> shape;
+  Pose X_CS = Pose::Identity();
+  Eigen::Vector3d centre_C = Eigen::Vector3d::Zero();  ///< of the bounding sphere [m]
+  Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();
+  double radius = 0.0;  ///< of the bounding sphere [m]
+};
+
+/// What the referee remembers of a pair, also through edits.
+struct PairState {
+  bool touching = false;
+  bool fresh = false;       ///< arose by attaching or detaching and was not yet compared
+  bool excused = false;     ///< touched at that moment and has not parted since
+  double excused_at = 0.0;  ///< distance then [m]
+};
+
+/// Its current distance lies between lower_ref − travel and upper_ref + travel, travel being that of both parts.
+struct JudgedPair {
+  /// Both names, and the how-manieth pair of these names: the same before and after an edit, as shapes keep their
+  /// order.
+  using Identity = std::pair<std::uint64_t, int>;
+
+  int a = 0;  ///< parts
+  int b = 0;
+  int index = 0;  ///< in JudgedPairs::pairs()
+  int group = 0;  ///< pairs of parts with the same two names are one contact
+  ContactKind kind = ContactKind::kArmArm;
+  Identity identity;
+  PairState state;
+  double lower_ref = 0.0;  ///< [m]
+  double upper_ref = 0.0;  ///< [m]
+};
+
+class JudgedPairs {
+ public:
+  explicit JudgedPairs(std::vector<ArmBodies> arms);
+
+  /// See ContactReferee::set_obstacles(). Afterwards no bound is known and no obstacle placed.
+  void set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled);
+  void place(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles);
+
+  [[nodiscard]] std::vector<JudgedPair>& pairs() { return pairs_; }
+  [[nodiscard]] const JudgedPart& part(int index) const { return parts_[index]; }
+  [[nodiscard]] int group_count() const { return group_count_; }
+  /// Grows only: an index stays valid through edits.
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+  [[nodiscard]] bool placed(const JudgedPair& pair) const {
+    return carriers_[parts_[pair.a].carrier].placed && carriers_[parts_[pair.b].carrier].placed;
+  }
+  /// Sum of both [m]. Grows only.
+  [[nodiscard]] double travel(const JudgedPair& pair) const { return travel_[pair.a] + travel_[pair.b]; }
+  /// Lower bound from the bounding spheres [m]; negative where they overlap.
+  [[nodiscard]] double ball_distance(const JudgedPair& pair) const;
+  /// Lower bound from the direction that parted the two when their distance was last computed, fixed to a [m]. Good as
+  /// long as they have turned little against each other, even if they have travelled far together.
+  [[nodiscard]] double gap_as_before(const JudgedPair& pair) const;
+  double exact_distance(const JudgedPair& pair);
+
+ private:
+  struct Carrier {
+    Pose X_WC = Pose::Identity();
+    bool placed = false;
+    std::vector<int> parts;
+  };
+
+  int name_index(const std::string& name);
+  void add_part(JudgedPart part, const PlacedShape& placed);
+  void move(Carrier& carrier, const Pose& X_WC);
+  [[nodiscard]] btTransform X_WS(const JudgedPart& part) const;
+  /// What kind of pair two parts are, if they are one by who they belong to (self pairs of links are listed apart).
+  [[nodiscard]] std::optional<ContactKind> kind_of(const JudgedPart& a, const JudgedPart& b) const;
+  [[nodiscard]] std::vector<JudgedPair> all_pairs() const;
+  void adopt(std::vector<JudgedPair> pairs);
+
+  std::vector<ArmBodies> arms_;
+  std::vector<int> first_link_;  ///< carrier of link 0 of each arm
+  std::vector<int> first_part_;  ///< of each arm
+  int links_ = 0;                ///< carriers that are links; the obstacles follow
+  int link_parts_ = 0;           ///< parts that are links'; the obstacles' follow
+  std::vector<Carrier> carriers_;
+  std::vector<JudgedPart> parts_;
+  std::vector<double> travel_;  ///< of each part: no point of it has moved further since the beginning [m]
+  std::vector<JudgedPair> pairs_;
+  std::vector<Eigen::Vector3d> normals_;  ///< of the pairs: from b towards a, in a's carrier, when last computed
+  int group_count_ = 0;
+  std::vector<std::string> names_;
+  std::map<std::string, int> name_indices_;
+};
+
+}  // namespace hecaton::world

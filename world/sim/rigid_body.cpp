@@ -1,0 +1,178 @@
+#include "world/sim/rigid_body.hpp"
+
+#include <algorithm>
+
+#include "world/sim/bullet_shape.hpp"
+#include "world/sim/scene_checks.hpp"
+
+namespace hecaton::world {
+namespace {
+
+// Bullet multiplies the two bodies' coefficients. With 1 on everything that is not dynamic, a dynamic body's own
+// coefficients hold against floor, arms and scripted obstacles; two dynamic bodies meet with the product.
+constexpr double kNeutralFriction = 1.0;
+constexpr double kNeutralRestitution = 1.0;
+
+constexpr int kDynamicGroup = 1;
+constexpr int kFixedGroup = 2;  // floor, arms, static and scripted obstacles: meet dynamic bodies only
+
+std::unique_ptr<btDefaultCollisionConfiguration> small_configuration() {
+  // Bullet's defaults set 5 MB aside; beyond these pools it allocates singly.
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = 64;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
+  auto configuration = std::make_unique<btDefaultCollisionConfiguration>(info);
+  // A face that lands flat needs several contact points at once: one corner alone would trip it.
+  configuration->setPlaneConvexMultipointIterations();
+  configuration->setConvexConvexMultipointIterations();
+  return configuration;
+}
+
+/// [m] by the divergence theorem over the faces' triangle fans, each a tetrahedron with the origin.
+Eigen::Vector3d centroid(const ConvexHull& hull) {
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  double volumes = 0.0;
+  for (const auto& face : hull.faces) {
+    for (std::size_t i = 2; i < face.size(); ++i) {
+      const auto& a = hull.vertices[face[0]];
+      const auto& b = hull.vertices[face[i - 1]];
+      const auto& c = hull.vertices[face[i]];
+      const double six_volume = a.dot(b.cross(c));
+      moment += six_volume * (a + b + c) / 4.0;
+      volumes += six_volume;
+    }
+  }
+  return moment / volumes;
+}
+
+/// Bullet takes each shape's origin for its centre of mass, which for a hull it need not be.
+std::vector<PlacedShape> about_centroids(std::span<const PlacedShape> shapes) {
+  std::vector<PlacedShape> centred(shapes.begin(), shapes.end());
+  for (PlacedShape& placed : centred) {
+    const auto* convex = std::get_if<Convex>(&placed.shape);
+    if (!convex) continue;
+    auto hull = std::make_shared<ConvexHull>(*convex->hull);
+    const Eigen::Vector3d centre = centroid(*hull);
+    for (Eigen::Vector3d& vertex : hull->vertices) vertex -= centre;
+    placed = {Convex{hull}, placed.X_BS * Eigen::Translation3d(centre)};
+  }
+  return centred;
+}
+
+/// Bullet's rolling friction disturbs what lies flat: stacks of boxes creep by millimetres a second.
+bool can_roll(const PlacedShape& placed) {
+  return !std::holds_alternative<Box>(placed.shape) && !std::holds_alternative<Convex>(placed.shape);
+}
+
+btRigidBody::btRigidBodyConstructionInfo massless(btCollisionShape* shape) {
+  btRigidBody::btRigidBodyConstructionInfo info(0.0, nullptr, shape);
+  info.m_friction = kNeutralFriction;
+  info.m_restitution = kNeutralRestitution;
+  return info;
+}
+
+}  // namespace
+
+PhysicsSpace::PhysicsSpace(double floor_z, const Eigen::Vector3d& gravity)
+    : configuration_(small_configuration()),
+      dispatcher_(std::make_unique<btCollisionDispatcher>(configuration_.get())),
+      broadphase_(std::make_unique<btDbvtBroadphase>()),
+      solver_(std::make_unique<btSequentialImpulseConstraintSolver>()),
+      world_(std::make_unique<btDiscreteDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
+                                                       configuration_.get())),
+      floor_shape_(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), floor_z)),
+      floor_(std::make_unique<btRigidBody>(massless(floor_shape_.get()))) {
+  solver_->setRandSeed(0);
+  // One direction of friction, along what little velocity is left, would let what rests creep.
+  world_->getSolverInfo().m_solverMode |=
+      SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION;
+  world_->getSolverInfo().m_numIterations = 20;
+  world_->getDispatchInfo().m_deterministicOverlappingPairs = true;
+  world_->setGravity(to_bullet(gravity));
+  world_->addRigidBody(floor_.get(), kFixedGroup, kDynamicGroup);
+}
+
+PhysicsSpace::~PhysicsSpace() {
+  world_->removeRigidBody(floor_.get());
+}
+
+void PhysicsSpace::step(double h) {
+  world_->stepSimulation(h, 0);
+}
+
+RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const Pose& X_WO) : space_(space) {
+  build_shape(shapes);
+  body_ = std::make_unique<btRigidBody>(massless(compound_.get()));
+  body_->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+  body_->setActivationState(DISABLE_DEACTIVATION);
+  place({X_WO, {}}, 1.0);
+  space_.bullet().addRigidBody(body_.get(), kFixedGroup, kDynamicGroup);
+}
+
+RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const DynamicMotion& motion,
+                     const MotionState& start)
+    : space_(space) {
+  build_shape(about_centroids(shapes));
+  const btVector3 inertia = centre_on_mass(shapes, motion.mass);
+  btRigidBody::btRigidBodyConstructionInfo info(motion.mass, nullptr, compound_.get(), inertia);
+  info.m_friction = motion.friction;
+  if (std::any_of(shapes.begin(), shapes.end(), can_roll)) {
+    info.m_rollingFriction = motion.rolling_friction;
+    info.m_spinningFriction = motion.rolling_friction;
+  }
+  info.m_restitution = motion.restitution;
+  info.m_startWorldTransform = to_bullet(start.X_WO * X_OM_);
+  body_ = std::make_unique<btRigidBody>(info);
+  // Asleep it would not notice that what it lies on moves away.
+  body_->setActivationState(DISABLE_DEACTIVATION);
+  const Eigen::Vector3d centre_W = start.X_WO * X_OM_.translation();
+  body_->setLinearVelocity(to_bullet(start.velocity.at(centre_W, start.X_WO.translation())));
+  body_->setAngularVelocity(to_bullet(start.velocity.angular));
+  space_.bullet().addRigidBody(body_.get(), kDynamicGroup, kDynamicGroup | kFixedGroup);
+}
+
+RigidBody::~RigidBody() {
+  space_.bullet().removeRigidBody(body_.get());
+}
+
+void RigidBody::build_shape(std::span<const PlacedShape> shapes) {
+  compound_ = std::make_unique<btCompoundShape>(true, static_cast<int>(shapes.size()));
+  for (const PlacedShape& placed : shapes) {
+    parts_.push_back(make_bullet_shape(placed.shape));
+    compound_->addChildShape(to_bullet(placed.X_BS), parts_.back().get());
+  }
+}
+
+btVector3 RigidBody::centre_on_mass(std::span<const PlacedShape> shapes, double mass) {
+  double total = 0.0;
+  for (const PlacedShape& placed : shapes) total += volume(placed.shape);
+  std::vector<btScalar> masses;
+  for (const PlacedShape& placed : shapes) masses.push_back(mass * volume(placed.shape) / total);
+
+  btTransform X_OM;
+  btVector3 inertia;
+  compound_->calculatePrincipalAxisTransform(masses.data(), X_OM, inertia);
+  for (int i = 0; i < compound_->getNumChildShapes(); ++i) {
+    compound_->updateChildTransform(i, X_OM.inverse() * compound_->getChildTransform(i), false);
+  }
+  compound_->recalculateLocalAabb();
+  X_OM_ = from_bullet(X_OM);
+  return inertia;
+}
+
+void RigidBody::place(const MotionState& state, double h) {
+  // Bullet takes a kinematic body's velocity from where it was one substep ago.
+  body_->setWorldTransform(to_bullet(state.X_WO));
+  body_->setInterpolationWorldTransform(to_bullet(extrapolate(state.X_WO, state.velocity, -h)));
+}
+
+MotionState RigidBody::state() const {
+  const Pose X_WM = from_bullet(body_->getWorldTransform());
+  const Twist at_centre{from_bullet(body_->getLinearVelocity()), from_bullet(body_->getAngularVelocity())};
+  MotionState state;
+  state.X_WO = X_WM * X_OM_.inverse();
+  state.velocity = {at_centre.at(state.X_WO.translation(), X_WM.translation()), at_centre.angular};
+  return state;
+}
+
+}  // namespace hecaton::world
