@@ -8,6 +8,10 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 using eprosima::fastrtps::Duration_t;
 
+dds::DurabilityQosPolicyKind durability(bool keeps) {
+  return keeps ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+}
+
 Duration_t or_infinite(std::chrono::milliseconds value) {
   return value.count() > 0 ? duration(value) : eprosima::fastrtps::c_TimeInfinite;
 }
@@ -17,7 +21,6 @@ template <class EntityQos>
 void set_common(EntityQos& to, const Qos& qos, bool keyed) {
   to.reliability().kind = qos.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   to.reliability().max_blocking_time = duration(std::chrono::milliseconds(10));
-  to.durability().kind = qos.transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   to.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   to.history().depth = qos.depth;
   to.ownership().kind = qos.exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
@@ -47,7 +50,13 @@ Duration_t duration(std::chrono::nanoseconds value) {
 dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength) {
   dds::DataWriterQos to;
   set_common(to, qos, keyed);
-  to.publish_mode().kind = qos.large ? dds::ASYNCHRONOUS_PUBLISH_MODE : dds::SYNCHRONOUS_PUBLISH_MODE;
+  // Fast DDS 2.9 deadlocks the whole participant when a reader leaves while its sending thread still has a sample of a
+  // volatile reliable writer in its queue: the leaving reader makes the writer forget the sample, and the two threads
+  // take the writer's and the queue's locks in opposite orders. So nothing is sent by that thread except repetitions
+  // (fragments are sent by the caller, too), and no reliable writer forgets what was acknowledged; whether a late
+  // joiner gets it is the reader's choice.
+  to.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  to.durability().kind = durability(qos.reliable);
   to.ownership_strength().value = static_cast<std::uint32_t>(strength);
   auto& times = to.reliable_writer_qos().times;
   times.initialHeartbeatDelay = duration(std::chrono::milliseconds(1));
@@ -60,6 +69,7 @@ dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength) {
 dds::DataReaderQos reader_qos(const Qos& qos, bool keyed) {
   dds::DataReaderQos to;
   set_common(to, qos, keyed);
+  to.durability().kind = durability(qos.transient_local);
   auto& times = to.reliable_reader_qos().times;
   times.initialAcknackDelay = duration(std::chrono::milliseconds(1));
   times.heartbeatResponseDelay = duration(std::chrono::nanoseconds(0));

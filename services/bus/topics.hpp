@@ -20,7 +20,6 @@ struct Qos {
   std::chrono::milliseconds deadline{0};    ///< for each key; whole milliseconds, as Fast DDS truncates the rest
   std::chrono::milliseconds lease{0};       ///< MANUAL_BY_TOPIC: only written samples show that a writer lives
   std::chrono::milliseconds heartbeat{20};  ///< of reliable writers while something is unacknowledged
-  bool large = false;                       ///< samples may outgrow a datagram: sent by another thread, in fragments
   int instances = 512;                      ///< most keys at one time; the default of Fast DDS is 10
   int retained = 0;  ///< keys one writer leaves alive, the oldest is retired for a new one; 0: all
 };
@@ -41,13 +40,12 @@ struct TopicInfo {
   TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 20ms)                                \
   TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .exclusive = true, .lease = 20ms,             \
         .heartbeat = 5ms)                                                                                              \
-  TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .large = true,       \
-        .instances = 4096)                                                                                             \
-  TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms, .large = true)                                           \
-  TOPIC(WorldEditRequest, "", "cli perception", "world", .reliable = true, .depth = 32, .large = true)                 \
+  TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \
+  TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms)                                                          \
+  TOPIC(WorldEditRequest, "", "cli perception", "world", .reliable = true, .depth = 32)                                \
   TOPIC(WorldEditReply, "", "world", "cli perception", .reliable = true, .transient_local = true, .depth = 32)         \
   TOPIC(RangeScan, sample.sensor(), "world driver", "planner", .reliable = false)                                      \
-  TOPIC(RefereeReport, "", "world", "supervisor cli", .reliable = true, .transient_local = true, .large = true)        \
+  TOPIC(RefereeReport, "", "world", "supervisor cli", .reliable = true, .transient_local = true)                       \
   TOPIC(Goal, sample.arm() + "/" + sample.goal(), "cli clients", "planner", .reliable = true, .transient_local = true, \
         .instances = 4096, .retained = 256)                                                                            \
   TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "cli clients supervisor", .reliable = true,         \
@@ -60,7 +58,7 @@ struct TopicInfo {
   TOPIC(Fault, sample.id(), "supervisor", "all", .reliable = true, .transient_local = true, .instances = 4096,         \
         .retained = 256)                                                                                               \
   TOPIC(SupervisorRequest, "", "cli", "supervisor", .reliable = true, .depth = 32)                                     \
-  TOPIC(SupervisorReply, "", "supervisor", "cli", .reliable = true, .transient_local = true, .depth = 4, .large = true)
+  TOPIC(SupervisorReply, "", "supervisor", "cli", .reliable = true, .transient_local = true, .depth = 4)
 // clang-format on
 
 }  // namespace hecaton::bus
