@@ -16,16 +16,20 @@ struct TickScratch::Storage {
 
   void rebuild(const CellGeometry& geometry) {
     distance.rebuild(geometry);
+    own_speed.assign(geometry.own_bodies().size(), 0.0);
     margins.assign(geometry.arms().size(), 0.0);
-    extra_influence.assign(geometry.arms().size(), 0.0);
+    reach_of_arm.assign(geometry.arms().size(), {});
+    reach_of_obstacle.assign(geometry.obstacle_count(), {});
     clearances.resize(kMaxRows);
   }
 
   ExactDistance distance;
   Kinematics own;
   std::vector<Kinematics> arms;
-  std::vector<double> margins;          ///< against each arm, for the age of its state [m]
-  std::vector<double> extra_influence;  ///< beyond dᵢ, for the speeds involved [m]
+  std::vector<double> own_speed;         ///< of each own body's fastest point in the next period, at most [m/s]
+  std::vector<double> margins;           ///< against each arm, for the age of its state [m]
+  std::vector<Reach> reach_of_arm;       ///< how near each arm must be to matter
+  std::vector<Reach> reach_of_obstacle;  ///< and each obstacle
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
 };
@@ -55,57 +59,81 @@ int find_stale(const CellGeometry& geometry, const LocalParameters& parameters, 
   return kNobody;
 }
 
-/// A bound on the speed of every point of an arm [m/s]: Σⱼ |q̇ⱼ| times the farthest point from axis j.
-double fastest_point(const RobotModel& model, const std::vector<Body>& bodies, const Kinematics& kinematics,
+/// How far the body reaches from joint j's axis, at most [m]; 1 for a joint that shifts it.
+double lever(const Kinematics& kinematics, int j, const Body& body) {
+  if (kinematics.prismatic[j]) return 1.0;
+  const Eigen::Vector3d centre_W = kinematics.X_WL[body.link] * body.bound.centre;
+  return (centre_W - kinematics.origin_W[j]).norm() + body.bound.radius;
+}
+
+/// A bound on the speed of every point of a body [m/s], and so on how fast any row of it can make it approach:
+/// Σⱼ |q̇ⱼ| times the farthest point from axis j, over the joints that move it.
+double fastest_point(const RobotModel& model, const Kinematics& kinematics, const Body& body,
                      const JointVector& speed) {
   double fastest = 0.0;
-  for (int j = 0; j < model.joints(); ++j) {
-    double lever = kinematics.prismatic[j] ? 1.0 : 0.0;
-    if (!kinematics.prismatic[j]) {
-      for (const Body& body : bodies) {
-        if (!body.moves) continue;
-        const Eigen::Vector3d centre_W = kinematics.X_WL[body.link] * body.bound.centre;
-        lever = std::max(lever, (centre_W - kinematics.origin_W[j]).norm() + body.bound.radius);
-      }
-    }
-    fastest += speed[j] * lever;
-  }
+  for (int j = 0; j < joints_before(model, body.link); ++j) fastest += speed[j] * lever(kinematics, j, body);
   return fastest;
 }
 
-double fastest_obstacle(const CellGeometry& geometry, std::span<const world::ObstacleState> obstacles) {
+double fastest_point(const RobotModel& model, const Kinematics& kinematics, const std::vector<Body>& bodies,
+                     const JointVector& speed) {
   double fastest = 0.0;
-  for (int i = 0; i < geometry.obstacle_count(); ++i) {
-    double reach = 0.0;
-    for (const Body& body : geometry.obstacle_bodies(i)) {
-      reach = std::max(reach, body.bound.centre.norm() + body.bound.radius);
-    }
-    const world::Twist& v = obstacles[i].velocity;
-    fastest = std::max(fastest, v.linear.norm() + v.angular.norm() * reach);
-  }
+  for (const Body& body : bodies) fastest = std::max(fastest, fastest_point(model, kinematics, body, speed));
   return fastest;
+}
+
+/// The same for an obstacle.
+double fastest_point(const std::vector<Body>& bodies, const world::Twist& velocity) {
+  double reach = 0.0;
+  for (const Body& body : bodies) reach = std::max(reach, body.bound.centre.norm() + body.bound.radius);
+  return velocity.linear.norm() + velocity.angular.norm() * reach;
+}
+
+/// The mean over the joints of how far any body reaches from their axes [m].
+double mean_lever(const RobotModel& model, const Kinematics& kinematics, const std::vector<Body>& bodies) {
+  double sum = 0.0;
+  for (int j = 0; j < model.joints(); ++j) {
+    double longest = kinematics.prismatic[j] ? 1.0 : 0.0;
+    for (const Body& body : bodies) {
+      if (body.moves) longest = std::max(longest, lever(kinematics, j, body));
+    }
+    sum += longest;
+  }
+  return sum / model.joints();
+}
+
+/// A row matters while its bound can be reached: from where the damper allows just the speed at which the own body and
+/// the counterpart approach each other at most. `shares`: 2 when both give way, each with half of ξ, else 1.
+Reach reach_of(const DamperParameters& damper, double margin, double speed_of_other, double shares) {
+  const double seconds = (damper.influence_distance - damper.security_distance) / damper.convergence_speed;
+  return {margin + damper.influence_distance, margin + damper.distance_of(speed_of_other), shares * seconds};
+}
+
+Reach reach_of_self(const DamperParameters& damper) {
+  const double seconds = (damper.self_influence_distance - damper.self_security_distance) / damper.convergence_speed;
+  return {damper.self_influence_distance, damper.self_security_distance, seconds};
 }
 
 /// Extrapolates every other arm to now at constant velocity and widens the margins for what it may have done instead:
 /// with acceleration a for its age τ a joint strays by ½aτ².
 void look_around(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
-                 double own_speed, double influence, TickScratch::Storage& s) {
-  const DamperParameters& damper = parameters.damper;
+                 TickScratch::Storage& s) {
   for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
     if (i == geometry.self()) continue;
     const ArmObservation& other = input.arms[i];
     const Arm& arm = geometry.arms()[i];
+    const std::vector<Body>& bodies = geometry.arm_bodies(i);
     forward_kinematics(*arm.model, arm.X_WB, other.q + other.qd * other.age, s.arms[i]);
-    const JointVector one = JointVector::Ones(other.q.size());
-    const double reach =
-        fastest_point(*arm.model, geometry.arm_bodies(i), s.arms[i], one) / static_cast<double>(one.size());
-    s.margins[i] = 0.5 * parameters.acceleration_of_others * other.age * other.age * reach;
-    // A row matters while its bound can be reached: k (d − dₛ) below the approach speed (half of it when both give
-    // way).
-    const double approach =
-        other.plans ? 2.0 * own_speed
-                    : own_speed + fastest_point(*arm.model, geometry.arm_bodies(i), s.arms[i], other.qd.cwiseAbs());
-    s.extra_influence[i] = s.margins[i] + std::max(0.0, damper.distance_of(approach) - influence);
+    s.margins[i] = other.age > 0.0 ? 0.5 * parameters.acceleration_of_others * other.age * other.age *
+                                         mean_lever(*arm.model, s.arms[i], bodies)
+                                   : 0.0;
+    s.reach_of_arm[i] = other.plans ? reach_of(parameters.damper, s.margins[i], 0.0, 2.0)
+                                    : reach_of(parameters.damper, s.margins[i],
+                                               fastest_point(*arm.model, s.arms[i], bodies, other.qd.cwiseAbs()), 1.0);
+  }
+  for (int i = 0; i < geometry.obstacle_count(); ++i) {
+    s.reach_of_obstacle[i] =
+        reach_of(parameters.damper, 0.0, fastest_point(geometry.obstacle_bodies(i), input.obstacles[i].velocity), 1.0);
   }
 }
 
@@ -147,17 +175,17 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
 
   forward_kinematics(*arm.model, arm.X_WB, input.q, s.own);
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
-  const double own_speed = fastest_point(*arm.model, geometry.own_bodies(), s.own, fastest);
-
-  const DamperParameters& damper = parameters.damper;
-  const double influence =
-      std::max(damper.influence_distance, damper.distance_of(own_speed + fastest_obstacle(geometry, input.obstacles)));
-  const double self_influence = std::max(damper.self_influence_distance, damper.self_distance_of(2.0 * own_speed));
-  look_around(geometry, parameters, input, own_speed, influence, s);
-  const int near = s.distance.clearances(
-      {&s.own, s.arms, input.obstacles},
-      {.others = influence, .self = self_influence, .extra_of_arm = s.extra_influence}, s.clearances);
-  const DamperScene scene{geometry, s.own, s.arms, input.arms, input.obstacles, s.margins, damper};
+  for (std::size_t i = 0; i < s.own_speed.size(); ++i) {
+    s.own_speed[i] = fastest_point(*arm.model, s.own, geometry.own_bodies()[i], fastest);
+  }
+  look_around(geometry, parameters, input, s);
+  const int near = s.distance.clearances({&s.own, s.arms, input.obstacles},
+                                         {.own_speed = s.own_speed,
+                                          .of_arm = s.reach_of_arm,
+                                          .of_obstacle = s.reach_of_obstacle,
+                                          .of_self = reach_of_self(parameters.damper)},
+                                         s.clearances);
+  const DamperScene scene{geometry, s.own, s.arms, input.arms, input.obstacles, s.margins, parameters.damper};
   const int rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;

@@ -101,20 +101,23 @@ std::span<const NearPair> NearPairs::find(const CellPoses& poses, const Influenc
     const Vector3d radius = Vector3d::Constant(bound.radius);
     own_box.extend(centre_W_[own] - radius).extend(centre_W_[own] + radius);
   }
-  for (const auto& [first, second] : self_pairs_) consider(first, second, influence.self);
+  for (const auto& [first, second] : self_pairs_) consider(first, second, influence.against_self(first, second));
 
+  const int fastest = static_cast<int>(std::max_element(influence.own_speed.begin(), influence.own_speed.end()) -
+                                       influence.own_speed.begin());
   for (int other = own_count_; other < static_cast<int>(bodies_.size()); ++other) {
     const CellBody& body = bodies_[other];
     const bool of_arm = body.counterpart == Counterpart::kArm;
-    const double limit =
-        influence.others + (of_arm && !influence.extra_of_arm.empty() ? influence.extra_of_arm[body.owner] : 0.0);
+    const auto limit = [&](int own) {
+      return of_arm ? influence.against_arm(own, body.owner) : influence.against_obstacle(own, body.owner);
+    };
     centre_W_[other] = carrier_pose(body, poses) * body.bound.centre;
-    const double reach = limit + body.bound.radius + kSlack;
+    const double reach = limit(fastest) + body.bound.radius + kSlack;
     if (own_box.squaredExteriorDistance(centre_W_[other]) > reach * reach) continue;
     place(other, poses);
     for (int own = 0; own < own_count_; ++own) {
       const bool matters = bodies_[own].moves || (of_arm && body.moves);
-      if (matters) consider(own, other, limit);
+      if (matters) consider(own, other, limit(own));
     }
   }
   return pairs_;

@@ -2,6 +2,7 @@
 /// Finds the pairs of bodies that may be nearer than the influence distance, by bounding volumes alone: the first half
 /// of every distance pass, common to all exact kernels.
 
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,11 +18,32 @@ struct CellPoses {
   std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the CellGeometry
 };
 
-/// How near is near [m].
+/// How near is near, as a function of how fast the own body can move: what may soon collide matters farther away.
+struct Reach {
+  double at_rest = 0.0;    ///< never less than this [m]
+  double moving = 0.0;     ///< [m]
+  double per_speed = 0.0;  ///< [s]
+  [[nodiscard]] double at(double speed) const { return std::max(at_rest, moving + per_speed * speed); }
+};
+
+/// The influence distances of a pass. Without own speeds: `others` and `self`, whatever moves.
 struct InfluenceDistances {
-  double others = 0.0;                     ///< against obstacles and other arms
-  double self = 0.0;                       ///< between bodies of the own arm
-  std::span<const double> extra_of_arm{};  ///< added to `others` against arm i of the cell; may be empty
+  double others = 0.0;                   ///< against obstacles and other arms [m]
+  double self = 0.0;                     ///< between bodies of the own arm [m]
+  std::span<const double> own_speed{};   ///< no point of own body i moves faster [m/s]; empty, or one per own body and:
+  std::span<const Reach> of_arm{};       ///< one per arm of the cell
+  std::span<const Reach> of_obstacle{};  ///< one per obstacle
+  Reach of_self{};                       ///< of the sum of both bodies' speeds
+
+  [[nodiscard]] double against_self(int first, int second) const {
+    return own_speed.empty() ? self : of_self.at(own_speed[first] + own_speed[second]);
+  }
+  [[nodiscard]] double against_arm(int own, int arm) const {
+    return own_speed.empty() ? others : of_arm[arm].at(own_speed[own]);
+  }
+  [[nodiscard]] double against_obstacle(int own, int obstacle) const {
+    return own_speed.empty() ? others : of_obstacle[obstacle].at(own_speed[own]);
+  }
 };
 
 /// A body of the cell in the pass's flat list.

@@ -40,13 +40,13 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
                      d.distance, d.p_a_W, d.p_b_W, d.n_W});
   };
   const auto own = bodies_of_arm(geometry, *poses.own, geometry.self());
-  for (const auto& [first, second] : geometry.self_pairs()) check(own[first], own[second], influence.self);
+  for (const auto& [first, second] : geometry.self_pairs())
+    check(own[first], own[second], influence.against_self(first, second));
   for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
     if (arm == geometry.self()) continue;
-    const double extra = influence.extra_of_arm.empty() ? 0.0 : influence.extra_of_arm[arm];
     for (const PlacedBody& other : bodies_of_arm(geometry, poses.arms[arm], arm)) {
       for (const PlacedBody& mine : own) {
-        if (mine.body->moves || other.body->moves) check(mine, other, influence.others + extra);
+        if (mine.body->moves || other.body->moves) check(mine, other, influence.against_arm(mine.index, arm));
       }
     }
   }
@@ -56,7 +56,7 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
       const PlacedBody other{&body, Counterpart::kObstacle, obstacle, index++,
                              poses.obstacles[obstacle].X_WO * body.X_CS};
       for (const PlacedBody& mine : own) {
-        if (mine.body->moves) check(mine, other, influence.others);
+        if (mine.body->moves) check(mine, other, influence.against_obstacle(mine.index, obstacle));
       }
     }
   }
@@ -76,6 +76,13 @@ void expect_same(const Clearance& actual, const Clearance& expected) {
   EXPECT_LT((actual.n_W - expected.n_W).norm(), 1e-12);
 }
 
+/// 0, 0.3, 0.6, … [m/s]: the farther from the base, the faster.
+std::vector<double> rising_speeds(std::size_t bodies) {
+  std::vector<double> speeds(bodies);
+  for (std::size_t i = 0; i < bodies; ++i) speeds[i] = 0.3 * static_cast<double>(i);
+  return speeds;
+}
+
 TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
   std::array<int, 3> found_of_kind{};
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -84,9 +91,13 @@ TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
     std::vector<Clearance> room(kRoom);
     for (int pose = 0; pose < 10; ++pose) {
       cell.shuffle();
-      const std::array<double, 3> extra{0.02, 0.0, 0.2};
+      const auto speeds = rising_speeds(cell.geometry().own_bodies().size());
+      const std::array<Reach, 3> arms{{{0.1, 0.05, 0.1}, {}, {0.3, 0.1, 0.2}}};
+      const std::vector<Reach> obstacles(cell.geometry().obstacle_count(), Reach{0.05, 0.0, 0.2});
       for (const InfluenceDistances& influence :
-           {InfluenceDistances{0.12, 0.06, {}}, InfluenceDistances{0.3, 0.1, extra},
+           {InfluenceDistances{0.12, 0.06, {}},
+            InfluenceDistances{
+                .own_speed = speeds, .of_arm = arms, .of_obstacle = obstacles, .of_self = {0.05, 0, 0.03}},
             InfluenceDistances{0.0, 0.0, {}}}) {
         const int count = distance.clearances(cell.poses(), influence, room);
         const auto expected = by_brute_force(cell.geometry(), cell.poses(), influence);
