@@ -169,7 +169,7 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
   return chain;
 }
 
-void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::string& path,
+void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::string& remedy, const std::string& path,
                       std::vector<std::string>& notes) {
   std::vector<bool> covered(tree.size(), false);  // by the link that moves the body
   for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
@@ -179,7 +179,7 @@ void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (!moves(tree[i]) || covered[i]) continue;
     const std::string sentence = bareness(tree[i]);
-    if (!allow) throw ModelError(path + ": " + sentence + "; give it some, or set allow_bare_links");
+    if (!allow) throw ModelError(path + ": " + sentence + "; it must have some" + remedy);
     notes.push_back(sentence + ": what it really is will not be kept clear of anything");
   }
 }

@@ -37,8 +37,8 @@ struct TreeLink {
                                             std::vector<std::string>& notes);
 
 /// Throws ModelError naming the first body (a link moved by a chain joint, with all that is rigidly attached to it)
-/// that has no collision geometry; with `allow`, adds notes instead.
-void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::string& path,
+/// that has no collision geometry, and then the `remedy`; with `allow`, adds notes instead.
+void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::string& remedy, const std::string& path,
                       std::vector<std::string>& notes);
 
 }  // namespace hecaton::planner

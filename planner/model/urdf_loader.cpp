@@ -141,7 +141,8 @@ class ModelBuilder {
     model_->tool_link = find_tool_link(tree, options_.tool_link, path_, model_->notes);
     model_->X_LT = options_.X_LT;
     const std::vector<int> chain = number_chain(tree, model_->tool_link, path_, model_->notes);
-    check_bare_links(tree, options_.allow_bare_links, path_, model_->notes);
+    const std::string& option = options_.name_of_allow_bare_links;
+    check_bare_links(tree, options_.allow_bare_links, option.empty() ? "" : ", or set " + option, path_, model_->notes);
     set_limits(tree, chain);
     for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
       model_->links.push_back(tree[i].link);
@@ -175,8 +176,9 @@ class ModelBuilder {
     if (entry.velocity > 0.0) return entry.velocity;
     const std::string joint = "joint " + quoted(entry.link.joint_name);
     if (!options_.default_velocity) {
-      throw ModelError(path_ + ": " + joint +
-                       ": limit velocity is 0 or missing; it must be above 0, or default_velocity be given");
+      const std::string& option = options_.name_of_default_velocity;
+      throw ModelError(path_ + ": " + joint + ": limit velocity is 0 or missing; it must be above 0" +
+                       (option.empty() ? "" : ", or " + option + " be given, above 0"));
     }
     model_->notes.push_back(joint + " has no velocity limit; the default " +
                             std::to_string(*options_.default_velocity) + " is used");
@@ -222,11 +224,13 @@ class ModelBuilder {
 void check_options(const UrdfOptions& options) {
   const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
   if (!positive(options.default_acceleration)) {
-    throw ModelError("default_acceleration = " + std::to_string(options.default_acceleration) +
+    throw ModelError("default acceleration = " + std::to_string(options.default_acceleration) +
                      " must be finite and above 0");
   }
   if (options.default_velocity && !positive(*options.default_velocity)) {
-    throw ModelError("default_velocity = " + std::to_string(*options.default_velocity) + " must be finite and above 0");
+    const std::string& name = options.name_of_default_velocity;
+    throw ModelError((name.empty() ? "default velocity" : name) + " = " + std::to_string(*options.default_velocity) +
+                     " must be finite and above 0");
   }
 }
 

@@ -28,6 +28,10 @@ struct UrdfOptions {
   double default_acceleration = 10.0;      ///< URDF knows none [rad/s² | m/s²]
   std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; without it they are an error
   bool allow_bare_links = false;           ///< accept bodies that a joint moves but that have no collision geometry
+
+  /// What whoever reads the messages calls the two options above ("arms[0].limits.velocity"); empty: not offered.
+  std::string name_of_default_velocity;
+  std::string name_of_allow_bare_links;
 };
 
 /// Loads `urdf_path`. Throws ModelError.

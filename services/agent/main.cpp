@@ -32,11 +32,7 @@ int main(int argc, char** argv) {
   app.add_option("--log-dir", agent.logs, "folder for each service's log; otherwise they go where this one goes");
   app.add_flag("--no-restart", no_restart, "leave services that die dead");
   services::add_common_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return static_cast<int>(app.exit(error) == 0 ? services::ExitCode::kDone : services::ExitCode::kUsage);
-  }
+  if (const auto leave = services::parse_or_explain(app, argc, argv)) return static_cast<int>(*leave);
   try {
     agent.restart = !no_restart;
     agent.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();

@@ -99,7 +99,8 @@ void ArmDriver::look_at_tool() {
   if (shapes_.take().empty()) return;
   state_.carried().clear();
   for (const auto& [name, sample] : shapes_.latest()) {
-    if (sample.value.obstacle().attached_to() == name_) state_.carried(name);
+    if (sample.value.obstacle().attached_to() != name_) continue;
+    state_.carried() += (state_.carried().empty() ? "" : ", ") + name;
   }
 }
 

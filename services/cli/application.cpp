@@ -14,20 +14,23 @@
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/config/text.hpp"
+#include "services/runtime/options.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 it ran and the outcome is negative (goal blocked or rejected, contacts seen, tasks missed); "
-    "2 usage; 3 bad input (cell, URDF, arm, object); 4 time-out; 5 no such cell reachable.";
+    "2 usage: no such command, option or choice, or one too many or too few; 3 bad input: a value that cannot be, on "
+    "the "
+    "command line, in a file or in the environment (number, name, cell, URDF, arm, object); 4 time-out; 5 no such cell "
+    "reachable.";
 
 void add_global_options(CLI::App& app, Settings& settings) {
   add_choice(app, "-o,--output", settings.output, {"table", "json", "yaml"}, "how data is printed (table)");
-  app.add_option("--domain", settings.domain,
-                 "DDS domain, 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's, otherwise 42")
-      ->check(CLI::Range(0, 199).description(""))
-      ->type_name("N");
+  add_whole_number(
+      app, "--domain", [&settings](std::uint64_t domain) { settings.domain = static_cast<int>(domain); },
+      "DDS domain, 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's, otherwise 42", 0, kHighestDomain);
   app.add_option("--cell", settings.cell_file, "cell file whose network settings are used to reach the cell")
       ->envname("HECATON_CELL")
       ->type_name("FILE");
@@ -35,18 +38,56 @@ void add_global_options(CLI::App& app, Settings& settings) {
                600.0);
 }
 
-/// CLI11 says of an unknown command only that one is required.
-std::string unknown_command(const CLI::App& app, int argc, const char* const* argv) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    if (word.starts_with("-")) return {};
-    std::vector<std::string_view> names;
-    for (const CLI::App* command : subcommands_of(app)) names.push_back(command->get_name());
-    if (std::find(names.begin(), names.end(), word) != names.end()) return {};
-    return "no command '" + config::printable(word) + "'; did you mean '" +
-           std::string(config::nearest_word(word, names)) + "'?";
+/// The command that was named, as far as it is known: "obstacle add".
+const CLI::App& given_command(const CLI::App& app, std::string& path) {
+  const CLI::App* command = &app;
+  path = app.get_name();
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    path += " " + command->get_name();
+  }
+  return *command;
+}
+
+/// "no command 'sttus'; did you mean 'status'?", for a word that is no command or no option; CLI11 itself says only
+/// that it did not expect it, or that a command is required. Empty when that is not what is wrong.
+std::string unknown_word(const CLI::App& app, const CLI::App& command) {
+  for (const std::string& word : command.remaining(true).empty() ? app.remaining(true) : command.remaining(true)) {
+    const bool option = word.starts_with("-");
+    std::vector<std::string> names;
+    if (option) {
+      for (const CLI::App* level : {&command, &app}) {
+        for (const CLI::Option* known : options_of(*level)) {
+          if (!known->get_positional()) names.push_back("--" + known->get_lnames().front());
+        }
+      }
+    } else {
+      for (const CLI::App* known : subcommands_of(command)) names.push_back(known->get_name());
+    }
+    if (names.empty()) return {};
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    return (option ? "no option '" : "no command '") + config::printable(word) + "'; " +
+           config::suggestion(word, known);
   }
   return {};
+}
+
+/// "-inf" among numbers looks like an option; it is a bad value. Empty when there is none.
+std::string number_like_an_option(const CLI::App& app) {
+  for (const std::string& word : app.remaining(true)) {
+    if (config::parse_number(word)) return "'" + config::printable(word) + "' must be a finite number";
+  }
+  return {};
+}
+
+/// One sentence about wrong usage.
+std::string usage_sentence(const CLI::App& app, const CLI::ParseError& error) {
+  std::string path;
+  const CLI::App& command = given_command(app, path);
+  std::string sentence = unknown_word(app, command);
+  if (sentence.empty()) sentence = error.what();
+  std::replace(sentence.begin(), sentence.end(), '\n', ' ');
+  return sentence + (sentence.ends_with('?') ? " See '" : "; see '") + path + " --help'";
 }
 
 }  // namespace
@@ -83,28 +124,24 @@ std::unique_ptr<CLI::App> make_application(Session& session) {
 ExitCode run_application(int argc, const char* const* argv) {
   Session session;
   const auto app = make_application(session);
-  try {
-    app->parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (const std::string unknown = unknown_command(*app, argc, argv); !unknown.empty()) {
-      std::fprintf(stderr, "hecaton: %s\n", unknown.c_str());
-      return ExitCode::kUsage;
-    }
-    return app->exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
-  }
-  ExitCode code = ExitCode::kDone;
-  const auto complain = [&](ExitCode because, const std::exception& error) {
-    std::fprintf(stderr, "hecaton: %s\n", error.what());
-    code = because;
+  const auto complain = [](ExitCode code, const std::string& sentence) {
+    std::fprintf(stderr, "hecaton: %s\n", sentence.c_str());
+    return code;
   };
   try {
-    code = session.action();
+    app->parse(argc, argv);
+    return session.action();
+  } catch (const CLI::Success& help) {
+    app->exit(help);
+    return ExitCode::kDone;
+  } catch (const CLI::ParseError& error) {
+    if (const std::string bad = number_like_an_option(*app); !bad.empty()) return complain(ExitCode::kBadInput, bad);
+    return complain(ExitCode::kUsage, usage_sentence(*app, error));
   } catch (const Failure& failure) {
-    complain(failure.code(), failure);
+    return complain(failure.code(), failure.what());
   } catch (const std::exception& error) {
-    complain(ExitCode::kBadInput, error);
+    return complain(ExitCode::kBadInput, error.what());
   }
-  return code;
 }
 
 }  // namespace hecaton::services::cli

@@ -1,8 +1,10 @@
 /// hecaton check: validates a cell file or a URDF and explains what the planners will make of it.
 
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
@@ -13,9 +15,14 @@
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/text.hpp"
+#include "services/runtime/join.hpp"
 
 namespace hecaton::services::cli {
 namespace {
+
+constexpr const char* kAllowBareLinks = "--allow-bare-links";
+constexpr const char* kDefaultVelocity = "--default-velocity";
 
 struct Options {
   std::string file;
@@ -24,12 +31,17 @@ struct Options {
   std::string meshes = "hull";
   std::vector<std::string> packages;
   bool allow_bare_links = false;
+  std::optional<double> default_velocity;  // [rad/s | m/s]
 };
 
-/// A robot description is XML; a cell file never begins with '<'.
-bool is_xml(const std::string& path) {
+/// By the file's ending where that tells, otherwise by what is in it: a robot description is XML, and a cell file never
+/// begins with '<'.
+bool is_robot(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be read");
+  const std::string ending = std::filesystem::path(path).extension();
+  if (ending == ".urdf" || ending == ".xml") return true;
+  if (ending == ".yaml" || ending == ".yml") return false;
   char c = ' ';
   while (file.get(c)) {
     if (c == '<') return true;
@@ -43,7 +55,7 @@ std::map<std::string, std::string> packages_of(const std::vector<std::string>& e
   for (const std::string& entry : entries) {
     const std::size_t equals = entry.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
-      throw CLI::ValidationError("--package = '" + entry + "' must be NAME=DIR");
+      throw Failure(ExitCode::kBadInput, "--package = '" + config::printable(entry) + "' must be NAME=DIR");
     }
     packages[entry.substr(0, equals)] = entry.substr(equals + 1);
   }
@@ -57,6 +69,9 @@ ExitCode check_urdf(const Settings& settings, const Options& options) {
   urdf.packages = packages_of(options.packages);
   urdf.meshes = options.meshes == "capsule" ? planner::MeshGeometry::kCapsule : planner::MeshGeometry::kConvexHull;
   urdf.allow_bare_links = options.allow_bare_links;
+  urdf.name_of_allow_bare_links = kAllowBareLinks;
+  urdf.default_velocity = options.default_velocity;
+  urdf.name_of_default_velocity = kDefaultVelocity;
   const auto model = planner::load_arm_model(options.file, urdf);
   print(settings, model_json(*model, model->limits), model_text(*model, model->limits, Palette::for_stream(stdout)));
   return ExitCode::kDone;
@@ -64,6 +79,7 @@ ExitCode check_urdf(const Settings& settings, const Options& options) {
 
 ExitCode check_cell(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.file);
+  require_interface(file);
   print(settings, cell_json(file), cell_text(file, Palette::for_stream(stdout)));
   return ExitCode::kDone;
 }
@@ -85,12 +101,15 @@ void add_check(CLI::App& app, Session& session) {
       ->expected(1)
       ->take_all()
       ->type_name("NAME=DIR");
-  command->add_flag("--allow-bare-links", options->allow_bare_links,
-                    "URDF only: accept links without collision geometry");
+  command->add_flag(kAllowBareLinks, options->allow_bare_links, "URDF only: accept links without collision geometry");
+  constexpr config::Bounds kVelocity{0.0, 1e3, "rad/s (m/s for a prismatic joint)", true};
+  add_number(
+      *command, kDefaultVelocity, [options = options.get()](double velocity) { options->default_velocity = velocity; },
+      "URDF only: velocity limit of joints that have none [rad/s | m/s]; otherwise they are refused", kVelocity);
   command->callback([&session, options] {
     static_cast<void>(packages_of(options->packages));
     session.action = [&session, options] {
-      return is_xml(options->file) ? check_urdf(session.settings, *options) : check_cell(session.settings, *options);
+      return is_robot(options->file) ? check_urdf(session.settings, *options) : check_cell(session.settings, *options);
     };
   });
 }

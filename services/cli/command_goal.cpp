@@ -136,7 +136,7 @@ void add_goal(CLI::App& app, Session& session) {
   CLI::Option_group* what = command->add_option_group("goal", "one of");
   add_numbers(*what, "--joints", options->joints, 0, "joint positions, base to tip [rad or m]");
   what->add_option("--named", options->named, "a pose that the cell file names, e.g. home")->type_name("POSE");
-  add_numbers(*what, "--pose", options->pose, 6, "of the tool frame: x y z [m] roll pitch yaw [rad]");
+  add_pose(*what, "--pose", options->pose, "of the tool frame: x y z [m] roll pitch yaw [rad]");
   what->require_option(1);
   command->add_flag("--wait", options->wait, "wait until the goal has ended, and tell why when it is blocked");
   add_duration(*command, "--time-limit", options->time_limit, "after which the planner gives up (none)", 0.001,

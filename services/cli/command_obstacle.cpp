@@ -1,6 +1,5 @@
 /// hecaton obstacle add|move|remove, attach, detach: edits of the world while it runs.
 
-#include <algorithm>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -12,9 +11,15 @@
 #include "services/cli/failure.hpp"
 #include "services/cli/obstacle_options.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/config/obstacle_rules.hpp"
 
 namespace hecaton::services::cli {
 namespace {
+
+constexpr const char* kRejections =
+    "The rules are those of the cell file: sizes, names, nothing on top of an arm, nothing carried that is far from "
+    "the "
+    "tool. Exit code 1: the world rejects the edit, and nothing has changed.";
 
 using Check = std::function<void(const msg::CellStatus&)>;
 
@@ -36,6 +41,17 @@ msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
   return request;
 }
 
+void require_new_name(const msg::CellStatus& cell, const std::string& name) {
+  std::vector<std::string> arms;
+  std::vector<std::string> obstacles;
+  for (const msg::ArmStatus& arm : cell.arms()) arms.push_back(arm.arm());
+  for (const msg::ObstacleStatus& obstacle : cell.obstacles()) obstacles.push_back(obstacle.name());
+  if (const auto complaint = config::complain_about_name(name, arms, obstacles)) {
+    throw Failure(ExitCode::kBadInput,
+                  "cell '" + cell.cell() + "': NAME = " + complaint->value + " must be " + complaint->must_be);
+  }
+}
+
 void add_obstacle_add(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("add", "Adds an obstacle");
   auto options = std::make_shared<ObstacleOptions>();
@@ -45,13 +61,7 @@ void add_obstacle_add(CLI::App& app, Session& session) {
     session.action = [&session, obstacle] {
       msg::WorldEditRequest request = request_for(msg::EDIT_ADD, obstacle.name);
       request.obstacle(bus::to_message(obstacle));
-      const auto new_name = [&](const msg::CellStatus& cell) {
-        const auto& known = cell.obstacles();
-        if (std::any_of(known.begin(), known.end(), [&](const auto& other) { return other.name() == obstacle.name; })) {
-          throw Failure(ExitCode::kBadInput, "cell '" + cell.cell() + "' has an obstacle '" + obstacle.name +
-                                                 "' already; a new one needs a name of its own");
-        }
-      };
+      const auto new_name = [&](const msg::CellStatus& cell) { require_new_name(cell, obstacle.name); };
       return edit(session.settings, request, new_name, "added " + obstacle.name);
     };
   });
@@ -62,7 +72,7 @@ void add_obstacle_move(CLI::App& app, Session& session) {
   auto name = std::make_shared<std::string>();
   auto pose = std::make_shared<std::vector<double>>();
   command->add_option("NAME", *name, "the obstacle")->required();
-  add_pose(*command, *pose)->required();
+  add_pose(*command, "--pose", *pose, kPoseHelp)->required();
   command->callback([&session, name, pose] {
     session.action = [&session, name, pose] {
       msg::WorldEditRequest request = request_for(msg::EDIT_MOVE, *name);
@@ -92,6 +102,7 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
   auto object = std::make_shared<std::string>();
   command->add_option("ARM", *arm, "name of the arm")->required();
   command->add_option("OBJECT", *object, "name of the obstacle")->required();
+  command->footer(kRejections);
   command->callback([&session, arm, object, kind] {
     session.action = [&session, arm, object, kind] {
       msg::WorldEditRequest request = request_for(kind, *object);
@@ -115,6 +126,7 @@ void add_obstacle(CLI::App& app, Session& session) {
   add_obstacle_add(*command, session);
   add_obstacle_move(*command, session);
   add_obstacle_remove(*command, session);
+  command->footer(kRejections);
 }
 
 void add_carry_commands(CLI::App& app, Session& session) {

@@ -13,6 +13,7 @@
 #include "services/cli/method_option.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
+#include "services/cli/task_options.hpp"
 #include "services/config/cell_file.hpp"
 
 namespace hecaton::services::cli {
@@ -51,7 +52,9 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
 }
 
 ExitCode run(const Settings& settings, const Options& options) {
-  planner::Cell cell = config::load_cell_file(options.cell).cell;
+  const config::CellFile file = config::load_cell_file(options.cell);
+  require_tasks(file);
+  planner::Cell cell = file.cell;
   check_writable(options.report);
   if (!options.method.empty()) {
     for (planner::PlannedArm& planned : cell.arms) planned.parameters.method = method_of(options.method);
@@ -79,28 +82,22 @@ void add_simulate(CLI::App& app, Session& session) {
   auto options = std::make_shared<Options>();
   planner::BatchOptions& batch = options->batch;
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
-  command->add_option("--tasks", batch.tasks, "goals for single arms, in total")
-      ->check(CLI::Range(1, 100'000'000).description(""))
-      ->capture_default_str()
-      ->type_name("N");
-  command
-      ->add_option("--seed", batch.seed, "of all random choices: the same seed gives the same report, to the last bit")
-      ->capture_default_str()
-      ->type_name("S");
+  add_whole_number(
+      *command, "--tasks", [&batch](std::uint64_t n) { batch.tasks = static_cast<int>(n); },
+      "goals for single arms, in total (100)", 1, kMostTasks);
+  add_seed(*command, batch.seed, "of all random choices: the same seed gives the same report, to the last bit (1)");
   add_method(*command, options->method);
   add_duration(*command, "--age", batch.network.age, "mean age of the states that arms see of each other (0ms)", 0.0,
                10.0);
   add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",
                0.0, 10.0);
-  command->add_option("--loss", batch.network.loss, "probability that a state is lost, 0 up to below 1")
-      ->check(CLI::Range(0.0, 0.999999).description(""))
-      ->capture_default_str()
-      ->type_name("P");
-  command
-      ->add_option("--threads", batch.threads, "episodes simulated at the same time; the report does not depend on it")
-      ->check(CLI::Range(1, 1024).description(""))
-      ->capture_default_str()
-      ->type_name("K");
+  constexpr config::Bounds kLoss{0.0, 0.999999, ""};
+  add_number(
+      *command, "--loss", [&batch](double loss) { batch.network.loss = loss; },
+      "probability that a state is lost, below 1 (0)", kLoss);
+  add_whole_number(
+      *command, "--threads", [&batch](std::uint64_t n) { batch.threads = static_cast<int>(n); },
+      "episodes simulated at the same time; the report does not depend on it (1)", 1, 1024);
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
   command->add_flag("--timing", batch.measure_ticks,
                     "measure each tick on the machine's clock: fills tick_us, which is null otherwise, and which no "
@@ -110,7 +107,8 @@ void add_simulate(CLI::App& app, Session& session) {
       "report is the same on every run.");
   command->callback([&session, options] {
     if (options->batch.network.jitter > options->batch.network.age) {
-      throw CLI::ValidationError("--jitter must be at most --age");
+      throw Failure(ExitCode::kBadInput, "--jitter = " + duration_text(options->batch.network.jitter) +
+                                             " must be at most --age = " + duration_text(options->batch.network.age));
     }
     session.action = [&session, options] { return run(session.settings, *options); };
   });

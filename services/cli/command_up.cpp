@@ -17,7 +17,9 @@
 #include "services/cli/running_cell.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/cli/task_options.hpp"
 #include "services/cli/task_rounds.hpp"
+#include "services/runtime/join.hpp"
 #include "services/runtime/options.hpp"
 
 namespace hecaton::services::cli {
@@ -211,6 +213,8 @@ class Run {
 
 ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
+  if (options.tasks.tasks > 0) require_tasks(file);
+  require_interface(file);
   static_cast<void>(sibling_program("hecaton-agent"));
   check_writable(options.report);
   return Run(settings, options, file).run();
@@ -223,13 +227,12 @@ void add_up(CLI::App& app, Session& session) {
       app.add_subcommand("up", "Brings a whole cell up on this host, and takes it down again on Ctrl-C");
   auto options = std::make_shared<Options>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
-  command
-      ->add_option(
-          "--tasks", options->tasks.tasks,
-          "give the arms random conflicting goals until N have ended, report, and end; otherwise run until Ctrl-C")
-      ->check(CLI::Range(1, 100'000'000).description(""))
-      ->type_name("N");
-  command->add_option("--seed", options->tasks.seed, "of the random goals")->capture_default_str()->type_name("S");
+  TaskRounds::Options& tasks = options->tasks;
+  add_whole_number(
+      *command, "--tasks", [&tasks](std::uint64_t n) { tasks.tasks = static_cast<int>(n); },
+      "give the arms random conflicting goals until N have ended, report, and end; otherwise run until Ctrl-C", 1,
+      kMostTasks);
+  add_seed(*command, tasks.seed, "of the random goals (1)");
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
   command->add_flag("--headless", options->headless, "lines of progress instead of a live view of the cell");
   command

@@ -2,48 +2,40 @@
 
 #include <CLI/CLI.hpp>
 
+#include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
-#include "services/config/text.hpp"
+#include "services/config/obstacle_rules.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-double positive(const std::string& what, double value) {
-  if (value > 0.0 && value <= 100.0) return value;
-  throw CLI::ValidationError(what + " = " + config::number_text(value) + " must be above 0 and at most 100");
+world::Shape make_shape(const ObstacleOptions& options) {
+  if (!options.box.empty()) return world::Box{{0.5 * options.box[0], 0.5 * options.box[1], 0.5 * options.box[2]}};
+  if (!options.cylinder.empty()) return world::Cylinder{options.cylinder[0], 0.5 * options.cylinder[1]};
+  if (!options.capsule.empty()) return world::Capsule{options.capsule[0], 0.5 * options.capsule[1]};
+  return world::Sphere{options.sphere};
 }
 
-world::Shape make_shape(const ObstacleOptions& options) {
-  if (!options.box.empty()) {
-    const auto half = [&](std::size_t axis) { return 0.5 * positive("--box: size", options.box[axis]); };
-    return world::Box{{half(0), half(1), half(2)}};
-  }
-  if (!options.cylinder.empty()) {
-    return world::Cylinder{positive("--cylinder: radius", options.cylinder[0]),
-                           0.5 * positive("--cylinder: height", options.cylinder[1])};
-  }
-  if (!options.capsule.empty()) {
-    return world::Capsule{positive("--capsule: radius", options.capsule[0]),
-                          0.5 * positive("--capsule: segment", options.capsule[1])};
-  }
-  return world::Sphere{positive("--sphere: radius", options.sphere)};
+/// Length and direction; any direction when the vector has no length, which the rules then refuse.
+std::pair<double, Eigen::Vector3d> polar(const std::vector<double>& numbers) {
+  const Eigen::Vector3d vector(numbers[0], numbers[1], numbers[2]);
+  const double length = vector.stableNorm();
+  return {length, length > 0.0 ? Eigen::Vector3d(vector / length) : Eigen::Vector3d::UnitX()};
 }
 
 world::Motion make_motion(const ObstacleOptions& options) {
-  if (options.mass > 0.0) {
+  if (options.mass) {
     world::DynamicMotion motion;
-    motion.mass = options.mass;
+    motion.mass = *options.mass;
     return motion;
   }
   if (!options.conveyor.empty()) {
-    const Eigen::Vector3d velocity(options.conveyor[0], options.conveyor[1], options.conveyor[2]);
-    const double speed = positive("--conveyor: speed", velocity.norm());
-    return world::ConveyorMotion{velocity / speed, speed, positive("--conveyor: length", options.conveyor[3])};
+    const auto [speed, direction_W] = polar(options.conveyor);
+    return world::ConveyorMotion{direction_W, speed, options.conveyor[3]};
   }
   if (!options.sine.empty()) {
-    const Eigen::Vector3d amplitude(options.sine[0], options.sine[1], options.sine[2]);
-    const double size = positive("--sine: amplitude", amplitude.norm());
-    return world::SineMotion{amplitude / size, size, positive("--sine: period", options.sine[3]), 0.0};
+    const auto [amplitude, direction_W] = polar(options.sine);
+    return world::SineMotion{direction_W, amplitude, options.sine[3], 0.0};
   }
   if (!options.circle.empty()) {
     world::CircleMotion motion;
@@ -54,25 +46,41 @@ world::Motion make_motion(const ObstacleOptions& options) {
   return world::StaticMotion{};
 }
 
-}  // namespace
-
-CLI::Option* add_pose(CLI::App& app, std::vector<double>& xyz_rpy) {
-  return add_numbers(app, "--pose", xyz_rpy, 6, "x y z [m] roll pitch yaw [rad] in the cell's frame");
+/// The option that a key of the cell file's obstacles comes from, and what of it: "--box size[1]".
+std::string option_of(const std::string& key, const ObstacleOptions& options) {
+  const std::string shape = !options.box.empty()        ? "--box"
+                            : !options.cylinder.empty() ? "--cylinder"
+                            : !options.capsule.empty()  ? "--capsule"
+                                                        : "--sphere";
+  const std::string motion = options.mass                ? "--mass"
+                             : !options.conveyor.empty() ? "--conveyor"
+                             : !options.sine.empty()     ? "--sine"
+                                                         : "--circle";
+  constexpr std::string_view kShape = "shapes[0].";
+  constexpr std::string_view kMotion = "motion.";
+  if (key == "name") return "NAME";
+  if (key == "motion.mass" || (shape == "--sphere" && key.starts_with(kShape)))
+    return key == "motion.mass" ? motion : shape;
+  if (key.starts_with(kShape)) return shape + " " + key.substr(kShape.size());
+  if (key.starts_with(kMotion)) return motion + " " + key.substr(kMotion.size());
+  return "--" + key;
 }
+
+}  // namespace
 
 void add_obstacle_options(CLI::App& app, ObstacleOptions& options) {
   app.add_option("NAME", options.name, "a name that no other obstacle has")->required();
   CLI::Option_group* shape = app.add_option_group("shape", "one of");
   add_numbers(*shape, "--box", options.box, 3, "sizes along x y z [m]");
-  shape->add_option("--sphere", options.sphere, "radius [m]")->type_name("R");
+  add_number(
+      *shape, "--sphere", [&options](double radius) { options.sphere = radius; }, "radius [m]");
   add_numbers(*shape, "--cylinder", options.cylinder, 2, "radius and height [m], axis along z");
   add_numbers(*shape, "--capsule", options.capsule, 2, "radius and length between the caps' centres [m], axis along z");
   shape->require_option(1);
-  add_pose(app, options.pose)->required();
+  add_pose(app, "--pose", options.pose, kPoseHelp)->required();
   CLI::Option_group* motion = app.add_option_group("motion", "at most one of; otherwise it stands still");
-  motion->add_option("--mass", options.mass, "falls and is pushed, with this mass [kg]")
-      ->check(CLI::PositiveNumber.description(""))
-      ->type_name("M");
+  add_number(
+      *motion, "--mass", [&options](double mass) { options.mass = mass; }, "falls and is pushed, with this mass [kg]");
   add_numbers(*motion, "--conveyor", options.conveyor, 4,
               "velocity vx vy vz [m/s], and the length [m] after which it starts again");
   add_numbers(*motion, "--sine", options.sine, 4, "amplitude ax ay az [m] and period [s]");
@@ -86,6 +94,10 @@ world::Obstacle make_obstacle(const ObstacleOptions& options) {
   obstacle.shapes.push_back({make_shape(options), world::Pose::Identity()});
   obstacle.X_WO = pose_of(options.pose);
   obstacle.motion = make_motion(options);
+  if (const auto complaint = config::complain(obstacle)) {
+    throw Failure(ExitCode::kBadInput,
+                  option_of(complaint->key, options) + " = " + complaint->value + " must be " + complaint->must_be);
+  }
   return obstacle;
 }
 

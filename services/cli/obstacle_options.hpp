@@ -1,6 +1,7 @@
 #pragma once
 /// An obstacle as the command line describes it.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,10 +9,11 @@
 
 namespace CLI {
 class App;
-class Option;
 }  // namespace CLI
 
 namespace hecaton::services::cli {
+
+inline constexpr const char* kPoseHelp = "x y z [m] roll pitch yaw [rad] in the cell's frame";
 
 struct ObstacleOptions {
   std::string name;
@@ -20,7 +22,7 @@ struct ObstacleOptions {
   std::vector<double> cylinder;  ///< radius, height [m]
   std::vector<double> capsule;   ///< radius, length of the segment [m]
   std::vector<double> pose;      ///< x y z [m] roll pitch yaw [rad]
-  double mass = 0.0;             ///< [kg]; 0: static
+  std::optional<double> mass;    ///< [kg]; none: static
   std::vector<double> conveyor;  ///< velocity [m/s], length [m]; empty: none
   std::vector<double> sine;      ///< amplitude along x, y, z [m], period [s]; empty: none
   std::vector<double> circle;    ///< centre [m], angular speed about z [rad/s]; empty: none
@@ -28,10 +30,7 @@ struct ObstacleOptions {
 
 void add_obstacle_options(CLI::App& app, ObstacleOptions& options);
 
-/// --pose "x y z roll pitch yaw"
-CLI::Option* add_pose(CLI::App& app, std::vector<double>& xyz_rpy);
-
-/// Throws CLI::ValidationError for sizes that are not positive.
+/// Throws Failure (bad input) for what the rules of the cell file's obstacles do not allow.
 [[nodiscard]] world::Obstacle make_obstacle(const ObstacleOptions& options);
 
 }  // namespace hecaton::services::cli

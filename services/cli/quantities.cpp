@@ -1,11 +1,14 @@
 #include "services/cli/quantities.hpp"
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
+#include "services/cli/failure.hpp"
 #include "services/config/duration.hpp"
 #include "services/config/text.hpp"
 
@@ -28,16 +31,45 @@ std::vector<std::string> split(const std::vector<std::string>& words) {
   return pieces;
 }
 
+[[noreturn]] void refuse(const std::string& name, const std::string& text, const std::string& must_be) {
+  throw Failure(ExitCode::kBadInput, name + " = '" + config::printable(text) + "' must be " + must_be);
+}
+
 }  // namespace
+
+CLI::Option* add_number(CLI::App& app, const std::string& name, std::function<void(double)> set,
+                        const std::string& description, const std::optional<config::Bounds>& bounds) {
+  const auto read = [name, set = std::move(set), bounds](const std::string& text) {
+    const auto value = config::parse_number(text);
+    if (!value || (bounds && !bounds->allow(*value))) {
+      refuse(name, text, bounds ? "a number " + bounds->text() : "a number");
+    }
+    set(*value);
+  };
+  return app.add_option_function<std::string>(name, read, description)->type_name("X");
+}
+
+CLI::Option* add_whole_number(CLI::App& app, const std::string& name, std::function<void(std::uint64_t)> set,
+                              const std::string& description, std::uint64_t low, std::uint64_t high) {
+  const auto read = [name, set = std::move(set), low, high](const std::string& text) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || value < low || value > high) {
+      refuse(name, text, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    }
+    set(value);
+  };
+  return app.add_option_function<std::string>(name, read, description)->type_name("N");
+}
 
 CLI::Option* add_duration(CLI::App& app, const std::string& name, double& seconds, const std::string& description,
                           double low, double high) {
   const auto set = [name, &seconds, low, high](const std::string& text) {
     const auto value = config::parse_duration(text);
     if (!value || !(*value >= low && *value <= high)) {
-      throw CLI::ValidationError(name + " = '" + config::printable(text) + "' must be a number with its unit (" +
-                                 std::string(config::kDurationUnits) + ") from " + duration_text(low) + " to " +
-                                 duration_text(high));
+      refuse(name, text,
+             "a number with its unit (" + std::string(config::kDurationUnits) + ") from " + duration_text(low) +
+                 " to " + duration_text(high));
     }
     seconds = *value;
   };
@@ -48,8 +80,26 @@ CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<dou
                          const std::string& description) {
   const auto set = [name, &numbers, count](const std::vector<std::string>& words) {
     ParsedNumbers parsed = parse_numbers(words, count);
-    if (!parsed.error.empty()) throw CLI::ValidationError(name + ": " + parsed.error);
+    if (!parsed.error.empty()) throw Failure(ExitCode::kBadInput, name + ": " + parsed.error);
     numbers = std::move(parsed.numbers);
+  };
+  return app.add_option_function<std::vector<std::string>>(name, set, description)
+      ->expected(1, -1)
+      ->type_name("NUMBERS");
+}
+
+CLI::Option* add_pose(CLI::App& app, const std::string& name, std::vector<double>& xyz_rpy,
+                      const std::string& description) {
+  const auto set = [name, &xyz_rpy](const std::vector<std::string>& words) {
+    constexpr std::array kParts = {"x", "y", "z", "roll", "pitch", "yaw"};
+    ParsedNumbers parsed = parse_numbers(words, kParts.size());
+    if (!parsed.error.empty()) throw Failure(ExitCode::kBadInput, name + ": " + parsed.error);
+    for (std::size_t i = 0; i < kParts.size(); ++i) {
+      const config::Bounds& bounds = i < 3 ? config::kCoordinate : config::kAngle;
+      if (bounds.allow(parsed.numbers[i])) continue;
+      refuse(name + " " + kParts[i], config::number_text(parsed.numbers[i]), bounds.text());
+    }
+    xyz_rpy = std::move(parsed.numbers);
   };
   return app.add_option_function<std::vector<std::string>>(name, set, description)
       ->expected(1, -1)

@@ -1,10 +1,14 @@
 #pragma once
-/// Numbers as people write them on the command line and read them in tables.
+/// Numbers as people write them on the command line and read them in tables. A value that cannot be is bad input (a
+/// Failure that names option, value and what is allowed), not wrong usage.
 
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "services/config/bounds.hpp"
 #include "world/model/pose.hpp"
 
 namespace CLI {
@@ -14,14 +18,26 @@ class Option;
 
 namespace hecaton::services::cli {
 
-/// An option for a duration with its unit ("20ms"), kept in seconds within [low, high]; anything else is a usage error.
+/// An option for one number within the bounds; without any, `set` gets every number, also one that is not finite.
+CLI::Option* add_number(CLI::App& app, const std::string& name, std::function<void(double)> set,
+                        const std::string& description, const std::optional<config::Bounds>& bounds = {});
+
+/// An option for a whole number from `low` to `high`.
+CLI::Option* add_whole_number(CLI::App& app, const std::string& name, std::function<void(std::uint64_t)> set,
+                              const std::string& description, std::uint64_t low, std::uint64_t high);
+
+/// An option for a duration with its unit ("20ms"), kept in seconds within [low, high].
 CLI::Option* add_duration(CLI::App& app, const std::string& name, double& seconds, const std::string& description,
                           double low, double high);
 
 /// An option for numbers: in one word separated by blanks or commas, or in several words. Exactly `count` of them
-/// (0: at least one), all finite; anything else is a usage error.
+/// (0: at least one), all finite.
 CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<double>& numbers, std::size_t count,
                          const std::string& description);
+
+/// An option for a pose, six numbers x y z [m] roll pitch yaw [rad] within the bounds of the cell file's poses.
+CLI::Option* add_pose(CLI::App& app, const std::string& name, std::vector<double>& xyz_rpy,
+                      const std::string& description);
 
 /// The numbers in `words`, or the sentence that says why not.
 struct ParsedNumbers {

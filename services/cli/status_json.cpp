@@ -1,5 +1,8 @@
 #include "services/cli/status_json.hpp"
 
+#include <algorithm>
+#include <string_view>
+
 #include "services/bus/convert.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/cli/quantities.hpp"
@@ -18,6 +21,18 @@ Json vector(const msg::Vec3& v) {
 Json pose(const msg::Pose& pose) {
   const auto value = bus::from_message(pose, "pose");
   return value ? Json(xyz_rpy_of(*value)) : Json(nullptr);
+}
+
+/// The names in "crate, lid".
+Json names(const std::string& listed) {
+  constexpr std::string_view kComma = ", ";
+  Json json = Json::array();
+  for (std::size_t begin = 0; begin < listed.size();) {
+    const std::size_t end = std::min(listed.find(kComma, begin), listed.size());
+    json.push_back(listed.substr(begin, end - begin));
+    begin = end + kComma.size();
+  }
+  return json;
 }
 
 }  // namespace
@@ -48,7 +63,7 @@ Json to_json(const msg::ArmStatus& arm) {
   json["state"] = {{"mode", text(state.mode())},
                    {"q", state.q()},
                    {"qd", state.qd()},
-                   {"carried", state.carried()},
+                   {"carried", names(state.carried())},
                    {"reason", state.reason()},
                    {"term", state.term()},
                    {"command_age_s", age(state.command_age())},

@@ -87,6 +87,30 @@ std::string clip(std::string_view line, std::size_t columns) {
   return kept;
 }
 
+std::vector<std::string> wrapped(std::string_view text, std::size_t columns) {
+  if (columns == 0 || display_width(text) <= columns) return {std::string(text)};
+  const std::string_view code = text.substr(0, escape_length(text));
+  constexpr std::string_view kReset = "\x1b[0m";
+  text.remove_prefix(code.size());
+  if (!code.empty() && text.ends_with(kReset)) text.remove_suffix(kReset.size());
+
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    std::size_t end = 0;    // of what fits
+    std::size_t blank = 0;  // the last one that a line may end before
+    for (std::size_t width = 0; end < text.size(); ++end) {
+      if (!starts_character(text[end])) continue;
+      if (text[end] == ' ') blank = end;
+      if (width++ == columns) break;
+    }
+    if (end < text.size() && blank > 0) end = blank;
+    lines.push_back(std::string(code) + std::string(text.substr(0, end)) + std::string(code.empty() ? "" : kReset));
+    text.remove_prefix(end);
+    while (text.starts_with(' ')) text.remove_prefix(1);
+  }
+  return lines;
+}
+
 Screen::Screen(std::FILE* stream) : stream_(stream), terminal_(is_terminal(stream)) {}
 
 bool Screen::show(std::string_view text) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hecaton::services::cli {
 
@@ -29,6 +30,10 @@ class Palette {
 
 /// The first `columns` columns of one line, "…" in place of the rest; escape sequences are kept whole.
 [[nodiscard]] std::string clip(std::string_view line, std::size_t columns);
+
+/// The text in lines of at most so many columns, broken at blanks where possible; one line, possibly empty, at least. A
+/// text that is coloured as a whole stays so on every line.
+[[nodiscard]] std::vector<std::string> wrapped(std::string_view text, std::size_t columns);
 
 /// Shows one text after the other in the same place of a terminal; on anything else, one below the other.
 class Screen {

@@ -41,6 +41,7 @@ planner::UrdfOptions read_options(const ArmView& arm) {
   }
   if (const auto meshes = arm.find("meshes")) options.meshes = kMeshes[meshes->choice(kMeshNames)];
   options.default_velocity = fallback_velocity(arm);
+  options.name_of_default_velocity = arm.own.view().path() + ".limits.velocity";
   return options;
 }
 
@@ -55,10 +56,7 @@ std::shared_ptr<const planner::RobotModel> load_model(const YamlView& urdf, cons
   try {
     model = planner::load_arm_model(path, options);
   } catch (const planner::ModelError& error) {
-    std::string complaint = error.what();
-    // The loader speaks of its own option; the reader of a cell file needs the key that sets it.
-    if (complaint.find("default_velocity") != std::string::npos) complaint += " (by the arm's limits.velocity)";
-    urdf.fail_with(complaint);
+    urdf.fail_with(error.what());
   }
   if (model->joints() < 1 || model->joints() > planner::kMaxJoints) {
     urdf.fail("the URDF of an arm of 1 to " + std::to_string(planner::kMaxJoints) + " joints, but this one has " +

@@ -19,7 +19,7 @@ struct Network {
   int domain = 42;  ///< DDS domain, 0 to 199
   Transport transport = Transport::kUdp;
   std::string interface;           ///< address or name of the network interface to use; empty: all
-  std::vector<std::string> peers;  ///< addresses (address or address:port) to announce to; empty: multicast
+  std::vector<std::string> peers;  ///< IPv4 addresses to announce to; empty: multicast
 };
 
 struct Host {

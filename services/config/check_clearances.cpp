@@ -37,7 +37,7 @@ void check_poses(const planner::Cell& cell, const planner::CellGeometry& geometr
   const std::string consequence = "the arm never quite gets there";
   for (const auto& [name, q] : planned.arm.named) {
     const std::string key = arm_key(arm) + ".poses." + name;
-    const Bodies bodies = place_arm(cell, geometry, arm, q);
+    const Bodies bodies = place_arm(cell.scene.obstacles, geometry, arm, q);
     const NearestPair self = nearest_self_pair(bodies, geometry.self_pairs(), damper.self_security_distance);
     if (self.found) add(key, self, damper.self_security_distance, consequence, findings);
     const NearestPair obstacle = nearest_pair(bodies, standing, damper.security_distance, true);
@@ -55,7 +55,7 @@ void check_clearances(const planner::Cell& cell, Findings& findings) {
     planner::CellGeometry geometry(models, arm);
     geometry.set_obstacles(cell.scene.obstacles);
     check_poses(cell, geometry, arm, standing_obstacles(cell, geometry), findings);
-    starts.push_back(place_arm(cell, geometry, arm, cell.arms[arm].start));
+    starts.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].start));
     for (int other = 0; other < arm; ++other) {
       const double needed = std::max(cell.arms[arm].parameters.damper.security_distance,
                                      cell.arms[other].parameters.damper.security_distance);

@@ -18,7 +18,7 @@ using Bodies = std::vector<PlacedBody>;
 Bodies fixed_parts(const planner::Cell& cell, const planner::CellGeometry& geometry) {
   Bodies fixed;
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
-    for (PlacedBody& body : place_arm(cell, geometry, arm, cell.arms[arm].start)) {
+    for (PlacedBody& body : place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].start)) {
       if (!body.body.moves) fixed.push_back(std::move(body));
     }
   }

@@ -43,7 +43,8 @@ void check_bases(const std::vector<Bodies>& arms, const std::string& file) {
 
 void check_self(const planner::Cell& cell, const planner::CellGeometry& geometry, int arm, const std::string& file) {
   for (const auto& [name, q] : cell.arms[arm].arm.named) {
-    const NearestPair pair = nearest_self_pair(place_arm(cell, geometry, arm, q), geometry.self_pairs(), 0.0);
+    const NearestPair pair =
+        nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry.self_pairs(), 0.0);
     if (!pair.found) continue;
     throw ConfigError(arm_key(file, arm) + ".poses." + name + " must be free of self-collision, but " +
                       overlap_text(pair));
@@ -58,7 +59,7 @@ void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, co
     if (pair.found) throw ConfigError(key + " must be clear of the other arms, but " + overlap_text(pair));
   }
   for (const Bodies& obstacle : obstacles) {
-    const NearestPair pair = nearest_pair(arms[arm], obstacle, 0.0, true);
+    const NearestPair pair = overlap_of_moving(arms[arm], obstacle);
     if (pair.found) throw ConfigError(key + " must be clear of the obstacles, but " + overlap_text(pair));
   }
 }
@@ -83,7 +84,7 @@ void check_start(const planner::Cell& cell, const std::string& file) {
     planner::CellGeometry geometry(models, arm);
     geometry.set_obstacles(cell.scene.obstacles);
     check_self(cell, geometry, arm, file);
-    arms.push_back(place_arm(cell, geometry, arm, cell.arms[arm].start));
+    arms.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].start));
     if (arm > 0) continue;
     for (int i = 0; i < static_cast<int>(cell.scene.obstacles.size()); ++i) {
       obstacles.push_back(place_obstacle(geometry, cell.scene.obstacles[i], i));

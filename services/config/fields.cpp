@@ -4,6 +4,10 @@
 
 namespace hecaton::config {
 
+void read_number(const MapView& map, std::string_view key, double& out) {
+  if (const auto view = map.find(key)) out = view->number();
+}
+
 void read_number(const MapView& map, std::string_view key, const Bounds& bounds, double& out) {
   if (const auto view = map.find(key)) out = view->number(bounds);
 }
@@ -20,6 +24,13 @@ Eigen::Vector3d read_vector(const YamlView& view, const Bounds& bounds, std::str
   Eigen::Vector3d vector;
   int i = 0;
   for (const YamlView& item : view.items(3, 3, of)) vector[i++] = item.number(bounds);
+  return vector;
+}
+
+Eigen::Vector3d read_vector(const YamlView& view, std::string_view of) {
+  Eigen::Vector3d vector;
+  int i = 0;
+  for (const YamlView& item : view.items(3, 3, of)) vector[i++] = item.number();
   return vector;
 }
 

@@ -9,11 +9,14 @@
 namespace hecaton::config {
 
 /// Each keeps `out` when the key is absent.
+void read_number(const MapView& map, std::string_view key, double& out);  ///< any, as YamlView::number()
 void read_number(const MapView& map, std::string_view key, const Bounds& bounds, double& out);
 void read_seconds(const MapView& map, std::string_view key, const Bounds& bounds, double& out);
 void read_boolean(const MapView& map, std::string_view key, bool& out);
 
 [[nodiscard]] Eigen::Vector3d read_vector(const YamlView& view, const Bounds& bounds, std::string_view of);
+/// Any three numbers, also ones that are not finite: whoever uses this judges them.
+[[nodiscard]] Eigen::Vector3d read_vector(const YamlView& view, std::string_view of);
 /// Normalised; the zero vector is rejected.
 [[nodiscard]] Eigen::Vector3d read_direction(const YamlView& view);
 /// {xyz, rpy}, either may be missing.

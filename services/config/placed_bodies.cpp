@@ -20,28 +20,31 @@ void consider(const PlacedBody& a, const PlacedBody& b, NearestPair& nearest, do
 
 }  // namespace
 
-std::vector<PlacedBody> place_arm(const planner::Cell& cell, const planner::CellGeometry& geometry, int arm,
-                                  const planner::JointVector& q) {
+std::vector<PlacedBody> place_arm(std::span<const world::Obstacle> obstacles, const planner::CellGeometry& geometry,
+                                  int arm, const planner::JointVector& q) {
   const planner::Arm& placed = geometry.arms()[arm];
   planner::Kinematics kinematics;
   planner::forward_kinematics(*placed.model, placed.X_WB, q, kinematics);
   std::vector<PlacedBody> bodies;
   for (const planner::Body& body : geometry.arm_bodies(arm)) {
-    const std::string& part =
-        body.obstacle >= 0 ? cell.scene.obstacles[body.obstacle].name : placed.model->links[body.link].name;
+    const std::string& part = body.obstacle >= 0 ? obstacles[body.obstacle].name : placed.model->links[body.link].name;
     bodies.push_back({body, kinematics.X_WL[body.link] * body.X_CS, placed.name + "/" + part});
+  }
+  return bodies;
+}
+
+std::vector<PlacedBody> place_obstacle(const planner::CellGeometry& geometry, const std::string& name,
+                                       const world::Pose& X_WO, int index) {
+  std::vector<PlacedBody> bodies;
+  for (const planner::Body& body : geometry.obstacle_bodies(index)) {
+    bodies.push_back({body, X_WO * body.X_CS, name});
   }
   return bodies;
 }
 
 std::vector<PlacedBody> place_obstacle(const planner::CellGeometry& geometry, const world::Obstacle& obstacle,
                                        int index) {
-  const world::Pose X_WO = initial_pose(obstacle);
-  std::vector<PlacedBody> bodies;
-  for (const planner::Body& body : geometry.obstacle_bodies(index)) {
-    bodies.push_back({body, X_WO * body.X_CS, obstacle.name});
-  }
-  return bodies;
+  return place_obstacle(geometry, obstacle.name, initial_pose(obstacle), index);
 }
 
 NearestPair nearest_pair(const std::vector<PlacedBody>& a, const std::vector<PlacedBody>& b, double within,
@@ -52,6 +55,10 @@ NearestPair nearest_pair(const std::vector<PlacedBody>& a, const std::vector<Pla
     for (const PlacedBody& body_b : b) consider(body_a, body_b, nearest, within);
   }
   return nearest;
+}
+
+NearestPair overlap_of_moving(const std::vector<PlacedBody>& arm, const std::vector<PlacedBody>& obstacle) {
+  return nearest_pair(arm, obstacle, 0.0, true);
 }
 
 NearestPair nearest_self_pair(const std::vector<PlacedBody>& bodies, const std::vector<std::pair<int, int>>& pairs,

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include <arpa/inet.h>
+
 #include "services/config/fields.hpp"
 #include "services/config/text.hpp"
 
@@ -23,6 +25,13 @@ std::string read_address(const YamlView& view) {
            c == '-' || c == '_' || c == '%';
   };
   if (address.size() > 253 || !std::all_of(address.begin(), address.end(), allowed)) view.fail(std::string(kRule));
+  return address;
+}
+
+std::string read_ipv4(const YamlView& view) {
+  std::string address = view.text();
+  in_addr parsed{};
+  if (inet_pton(AF_INET, address.c_str(), &parsed) != 1) view.fail("an IPv4 address, such as 10.0.0.2");
   return address;
 }
 
@@ -71,7 +80,7 @@ Network read_network(const MapView& root) {
   }
   if (const auto interface = map.find("interface")) network.interface = read_address(*interface);
   if (const auto peers = map.find("peers")) {
-    for (const YamlView& peer : peers->items(0, kMostHosts, "addresses")) network.peers.push_back(read_address(peer));
+    for (const YamlView& peer : peers->items(0, kMostHosts, "addresses")) network.peers.push_back(read_ipv4(peer));
   }
   return network;
 }

@@ -3,15 +3,13 @@
 #include <algorithm>
 
 #include "services/config/fields.hpp"
+#include "services/config/obstacle_rules.hpp"
 #include "services/config/read_motion.hpp"
 #include "services/config/read_shape.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
 namespace {
-
-constexpr std::size_t kMostObstacles = 256;
-constexpr std::size_t kMostShapes = 64;
 
 world::Attachment read_attachment(const YamlView& view, std::span<const planner::PlannedArm> arms) {
   const MapView map = view.map(section::kAttachment);
@@ -35,13 +33,6 @@ void read_place(const MapView& map, world::Obstacle& obstacle) {
     if (pose) pose->fail("left out, because the waypoints say where the obstacle starts");
     obstacle.X_WO = waypoints->poses_W.front();
   }
-  if (const auto* circle = std::get_if<world::CircleMotion>(&obstacle.motion)) {
-    const Eigen::Vector3d arm = obstacle.X_WO.translation() - circle->centre_W;
-    const double radius = (arm - arm.dot(circle->axis_W) * circle->axis_W).norm();
-    if (radius < 1e-6 && !circle->turn_with_motion) {
-      motion->map(section::kCircle).at("centre").fail("away from the obstacle's own pose, or turn_with_motion be true");
-    }
-  }
 }
 
 world::Obstacle read_obstacle(const YamlView& view, std::span<const planner::PlannedArm> arms) {
@@ -55,10 +46,8 @@ world::Obstacle read_obstacle(const YamlView& view, std::span<const planner::Pla
   if (const auto attached = map.find("attached_to")) {
     obstacle.attachment = read_attachment(*attached, arms);
     if (const auto pose = map.find("pose")) pose->fail("left out, because attached_to.pose says where the obstacle is");
-    const bool scripted = !std::holds_alternative<world::StaticMotion>(obstacle.motion) &&
-                          !std::holds_alternative<world::DynamicMotion>(obstacle.motion);
-    if (scripted) map.at("motion").fail("static or dynamic while the obstacle is attached to an arm");
   }
+  if (const auto complaint = complain(obstacle)) view.at_path(complaint->key).fail(complaint->must_be);
   return obstacle;
 }
 
@@ -75,17 +64,15 @@ world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm
   }
   const auto obstacles = root.find("obstacles");
   if (!obstacles) return scene;
+  std::vector<std::string> arm_names;
+  for (const auto& planned : arms) arm_names.push_back(planned.arm.name);
+  std::vector<std::string> obstacle_names;
   for (const YamlView& view : obstacles->items(0, kMostObstacles, "obstacles")) {
     world::Obstacle obstacle = read_obstacle(view, arms);
-    const YamlView name = view.map(section::kObstacle).at("name");
-    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
-      if (scene.obstacles[i].name == obstacle.name) {
-        name.fail("unique, but obstacles[" + std::to_string(i) + "] has the same name");
-      }
+    if (const auto complaint = complain_about_name(obstacle.name, arm_names, obstacle_names)) {
+      view.at_path(complaint->key).fail(complaint->must_be);
     }
-    for (const auto& planned : arms) {
-      if (planned.arm.name == obstacle.name) name.fail("unique, but an arm has the same name");
-    }
+    obstacle_names.push_back(obstacle.name);
     scene.obstacles.push_back(std::move(obstacle));
   }
   return scene;

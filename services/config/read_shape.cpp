@@ -9,26 +9,24 @@
 namespace hecaton::config {
 namespace {
 
-// Nothing thinner than a sheet of paper: distances to flatter shapes are no longer well conditioned.
-constexpr Bounds kExtent{1e-4, kFarthest, "m"};
-
+// What the numbers may be, obstacle_rules says.
 world::PlacedShape read_box(const MapView& map) {
-  const Eigen::Vector3d size = read_vector(map.at("size"), kExtent, "numbers [x, y, z] in m");
+  const Eigen::Vector3d size = read_vector(map.at("size"), "numbers [x, y, z] in m");
   return {world::Box{size / 2.0}, read_pose(map, "pose")};
 }
 
 world::PlacedShape read_sphere(const MapView& map) {
-  return {world::Sphere{map.at("radius").number(kExtent)}, read_pose(map, "pose")};
+  return {world::Sphere{map.at("radius").number()}, read_pose(map, "pose")};
 }
 
 world::PlacedShape read_capsule(const MapView& map) {
-  const double length = map.at("length").number({0.0, kFarthest, "m"});
-  return {world::Capsule{map.at("radius").number(kExtent), length / 2.0}, read_pose(map, "pose")};
+  const double length = map.at("length").number();
+  return {world::Capsule{map.at("radius").number(), length / 2.0}, read_pose(map, "pose")};
 }
 
 world::PlacedShape read_cylinder(const MapView& map) {
-  const double height = map.at("height").number(kExtent);
-  return {world::Cylinder{map.at("radius").number(kExtent), height / 2.0}, read_pose(map, "pose")};
+  const double height = map.at("height").number();
+  return {world::Cylinder{map.at("radius").number(), height / 2.0}, read_pose(map, "pose")};
 }
 
 world::PlacedShape read_mesh(const MapView& map) {

@@ -66,6 +66,29 @@ std::string alternatives(std::span<const std::string_view> words) {
   return text;
 }
 
+std::string listed(std::span<const std::string_view> words) {
+  std::string text;
+  for (const std::string_view word : words) text.append(text.empty() ? "" : ", ").append(word);
+  return text;
+}
+
+std::string suggestion(std::string_view word, std::span<const std::string_view> candidates) {
+  const std::string_view nearest = nearest_word(word, candidates);
+  const bool mistyped =
+      edit_distance(word.substr(0, kLongestText), nearest) <= std::max<std::size_t>(1, word.size() / 3);
+  if (mistyped && !nearest.empty()) return "did you mean '" + std::string(nearest) + "'?";
+  return "allowed are " + listed(candidates);
+}
+
+bool is_name(std::string_view text) {
+  constexpr std::size_t kLongestName = 64;
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  };
+  return !text.empty() && text.size() <= kLongestName && std::all_of(text.begin(), text.end(), allowed);
+}
+
 std::string number_text(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.6g", value);

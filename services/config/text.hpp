@@ -14,6 +14,16 @@ namespace hecaton::config {
 /// "a, b or c"
 [[nodiscard]] std::string alternatives(std::span<const std::string_view> words);
 
+/// "a, b, c"
+[[nodiscard]] std::string listed(std::span<const std::string_view> words);
+
+/// "did you mean 'status'?" when `word` looks like one of the candidates mistyped, otherwise "allowed are a, b, c".
+[[nodiscard]] std::string suggestion(std::string_view word, std::span<const std::string_view> candidates);
+
+/// What the names of cells, hosts, arms, poses and obstacles are made of: they go into topics and messages.
+inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits, '_', '-' or '.'";
+[[nodiscard]] bool is_name(std::string_view text);
+
 /// The shortest decimal text that reads back as `value`, at most 6 significant digits.
 [[nodiscard]] std::string number_text(double value);
 

@@ -11,20 +11,6 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::size_t kLongestName = 64;
-
-bool is_name(std::string_view text) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
-           c == '.';
-  };
-  return !text.empty() && text.size() <= kLongestName && std::all_of(text.begin(), text.end(), allowed);
-}
-
-std::string name_rule() {
-  return "1 to " + std::to_string(kLongestName) + " letters, digits, '_', '-' or '.'";
-}
-
 // One line of flow style, cut off soon after it is longer than any message shows.
 void append_flow(const YamlNode& node, std::string& text) {
   constexpr std::size_t kEnough = 200;
@@ -78,12 +64,20 @@ const std::string& YamlView::scalar(const std::string& must_be) const {
 }
 
 double YamlView::number(const Bounds& bounds) const {
-  const std::string must_be = "a number " + bounds.text();
+  const auto value = parsed_number("a number " + bounds.text());
+  if (!std::isfinite(value)) fail("a finite number, " + bounds.text());
+  if (!bounds.allow(value)) fail(bounds.text());
+  return value;
+}
+
+double YamlView::number() const {
+  return parsed_number("a number");
+}
+
+double YamlView::parsed_number(const std::string& must_be) const {
   const std::string& text = scalar(must_be);
   const auto value = node_->quoted ? std::nullopt : parse_number(text);
   if (!value) fail(must_be);
-  if (!std::isfinite(*value)) fail("a finite number, " + bounds.text());
-  if (!bounds.allow(*value)) fail(bounds.text());
   return *value;
 }
 
@@ -102,10 +96,16 @@ bool YamlView::boolean() const {
 }
 
 double YamlView::seconds(const Bounds& bounds) const {
+  const double value = seconds();
+  if (!std::isfinite(value)) fail("a finite duration, " + bounds.text());
+  if (!bounds.allow(value)) fail(bounds.text());
+  return value;
+}
+
+double YamlView::seconds() const {
   const std::string must_be = "a duration with its unit (" + std::string(kDurationUnits) + "), such as 20ms";
   const auto value = parse_duration(scalar(must_be));
-  if (!value || !std::isfinite(*value)) fail(must_be);
-  if (!bounds.allow(*value)) fail(bounds.text());
+  if (!value) fail(must_be);
   return *value;
 }
 
@@ -116,8 +116,9 @@ std::string YamlView::text() const {
 }
 
 std::string YamlView::name() const {
-  const std::string& text = scalar("a name of " + name_rule());
-  if (!is_name(text)) fail("a name of " + name_rule());
+  const std::string rule(kNameRule);
+  const std::string& text = scalar(rule);
+  if (!is_name(text)) fail(rule);
   return text;
 }
 
@@ -151,6 +152,32 @@ std::size_t YamlView::type(std::span<const std::string_view> choices) const {
   return YamlView(item, *file_, child_path(path_, "type")).choice(choices);
 }
 
+YamlView YamlView::at_path(std::string_view path) const {
+  YamlView view = *this;
+  while (!path.empty()) {
+    const YamlNode& node = *view.node_;
+    std::size_t child = node.items.size();
+    std::string name;
+    if (path.front() == '[') {
+      const std::size_t end = std::min(path.find(']') + 1, path.size());
+      const auto index = parse_number(path.substr(1, end - 2));
+      name = view.path_ + std::string(path.substr(0, end));
+      if (node.kind == YamlNode::Kind::kSequence && index) child = static_cast<std::size_t>(*index);
+      path.remove_prefix(end);
+    } else {
+      const std::string_view key = path.substr(0, path.find_first_of(".["));
+      name = child_path(view.path_, key);
+      const auto found = std::find(node.keys.begin(), node.keys.end(), key);
+      if (found != node.keys.end()) child = static_cast<std::size_t>(found - node.keys.begin());
+      path.remove_prefix(key.size());
+    }
+    if (child >= node.items.size()) return view;
+    view = YamlView(node.items[child], *file_, name);
+    if (path.starts_with('.')) path.remove_prefix(1);
+  }
+  return view;
+}
+
 MapView YamlView::map(const Section& section) const {
   return {*this, section};
 }
@@ -160,7 +187,7 @@ std::vector<std::pair<std::string, YamlView>> YamlView::named_items(std::size_t 
   std::vector<std::pair<std::string, YamlView>> entries;
   for (std::size_t i = 0; i < node_->items.size(); ++i) {
     if (!is_name(node_->keys[i])) {
-      fail_with("the key '" + printable(node_->keys[i]) + "' must be a name of " + name_rule());
+      fail_with("the key '" + printable(node_->keys[i]) + "' must be " + std::string(kNameRule));
     }
     entries.emplace_back(node_->keys[i], YamlView(node_->items[i], *file_, child_path(path_, node_->keys[i])));
   }
@@ -171,9 +198,8 @@ MapView::MapView(const YamlView& view, const Section& section) : view_(view), se
   if (!view.is_map()) view.fail("a map with the keys " + alternatives(section.keys));
   for (const std::string& key : view.node_->keys) {
     if (std::find(section.keys.begin(), section.keys.end(), key) != section.keys.end()) continue;
-    throw ConfigError(view.file() + ": " + child_path(view.path(), key) +
-                      " is not a known key; the nearest allowed one is '" +
-                      std::string(nearest_word(key, section.keys)) + "'");
+    throw ConfigError(view.file() + ": " + child_path(view.path(), key) + " is not a known key; did you mean '" +
+                      std::string(nearest_word(key, section.keys)) + "'? Allowed are " + listed(section.keys));
   }
 }
 

@@ -35,10 +35,13 @@ class YamlView {
   [[noreturn]] void fail_with(const std::string& says) const;
 
   [[nodiscard]] double number(const Bounds& bounds) const;
+  /// Any number, also one that is not finite: whoever uses this judges it.
+  [[nodiscard]] double number() const;
   [[nodiscard]] int integer(int low, int high) const;
   [[nodiscard]] bool boolean() const;
   /// A duration with its unit; bounds and result in seconds.
   [[nodiscard]] double seconds(const Bounds& bounds) const;
+  [[nodiscard]] double seconds() const;  ///< any, as number()
   /// Any text that is not empty.
   [[nodiscard]] std::string text() const;
   /// 1 to 64 letters, digits, '_', '-' and '.': what goes into topics and messages.
@@ -50,6 +53,8 @@ class YamlView {
   [[nodiscard]] std::vector<YamlView> items(std::size_t least, std::size_t most, std::string_view of) const;
   /// A map whose keys all belong to the section.
   [[nodiscard]] MapView map(const Section& section) const;
+  /// The value at "motion.speed" or "shapes[0].size[1]" below this one; as far as the path leads.
+  [[nodiscard]] YamlView at_path(std::string_view path) const;
   /// The index of the word at the key "type", which says what other keys this map may have.
   [[nodiscard]] std::size_t type(std::span<const std::string_view> choices) const;
   /// The entries of a map whose keys are names that its author chose (checked as by name()).
@@ -58,6 +63,7 @@ class YamlView {
  private:
   friend class MapView;
   [[nodiscard]] const std::string& scalar(const std::string& must_be) const;
+  [[nodiscard]] double parsed_number(const std::string& must_be) const;
 
   const YamlNode* node_;
   const std::string* file_;

@@ -6,8 +6,8 @@ namespace hecaton::services {
 enum class ExitCode : int {
   kDone = 0,
   kNegative = 1,  ///< it ran and the outcome is negative
-  kUsage = 2,     ///< the command line was not understood
-  kBadInput = 3,  ///< cell, URDF, network, …: one sentence on stderr
+  kUsage = 2,     ///< no such command, option or choice, or one too many or too few
+  kBadInput = 3,  ///< a value that cannot be: on the command line, in a file, in the environment; one sentence on stderr
   kTimeOut = 4,
   kUnreachable = 5,  ///< no such cell
 };

@@ -13,45 +13,53 @@
 namespace hecaton::services {
 namespace {
 
-bool is_address(const std::string& text) {
-  in_addr parsed{};
-  return inet_pton(AF_INET, text.c_str(), &parsed) == 1;
-}
+struct Interface {
+  std::string name;
+  std::string address;  ///< IPv4
+};
 
-/// The IPv4 addresses of the machine's interface `name`.
-std::vector<std::string> addresses_of(const std::string& name) {
+std::vector<Interface> interfaces_of_this_machine() {
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) return {};
   const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(list, freeifaddrs);
-  std::vector<std::string> addresses;
+  std::vector<Interface> found;
   for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (name != entry->ifa_name || entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
     char text[INET_ADDRSTRLEN] = {};
     const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
     inet_ntop(AF_INET, &address->sin_addr, text, sizeof text);
-    addresses.emplace_back(text);
+    found.push_back({entry->ifa_name, text});
   }
-  return addresses;
+  return found;
 }
 
-std::vector<std::string> interfaces(const config::CellFile& file) {
+/// Addresses of the interface that the cell file wants; empty: of all.
+std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
   const std::string& wanted = file.network.interface;
   if (wanted.empty()) return {};
-  if (is_address(wanted)) return {wanted};
-  auto addresses = addresses_of(wanted);
+  std::vector<std::string> addresses;
+  std::string all;
+  for (const Interface& one : interfaces_of_this_machine()) {
+    if (one.name == wanted || one.address == wanted) addresses.push_back(one.address);
+    all += (all.empty() ? "" : ", ") + one.name + " (" + one.address + ")";
+  }
   if (addresses.empty()) {
     throw std::runtime_error(file.path + ": network.interface = " + wanted +
-                             " must be the address or the name of a network interface of this machine");
+                             " must be the name or the address of a network interface of this machine: " + all);
   }
   return addresses;
 }
 
 }  // namespace
 
+void require_interface(const config::CellFile& file) {
+  static_cast<void>(wanted_interfaces(file));
+}
+
 bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
                                   bus::Mailbox* mailbox) {
   bus::ParticipantOptions participant;
-  participant.interfaces = interfaces(file);
+  participant.interfaces = wanted_interfaces(file);
   participant.peers = file.network.peers;
   participant.shared_memory = file.network.transport == config::Transport::kSharedMemory;
   participant.partition = file.cell.name;

@@ -13,6 +13,9 @@ namespace hecaton::services {
 /// Index in the cell of the arm that --arm names. Throws std::runtime_error with a sentence when there is none.
 [[nodiscard]] int find_arm(const config::CellFile& file, const std::string& name);
 
+/// Throws std::runtime_error, naming those that exist, when the cell's network.interface is none of this machine's.
+void require_interface(const config::CellFile& file);
+
 /// What the cell file's network section says, overridden by the options. Throws std::runtime_error with a sentence:
 /// unknown interface, domain out of range.
 [[nodiscard]] bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options,

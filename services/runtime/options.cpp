@@ -1,35 +1,57 @@
 #include "services/runtime/options.hpp"
 
 #include <charconv>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <stdexcept>
-#include <string_view>
 
 #include <CLI/CLI.hpp>
 
+#include "services/config/text.hpp"
 #include "services/runtime/version.hpp"
 
 namespace hecaton::services {
 namespace {
-
-constexpr int kHighestDomain = 199;  // beyond, the ports of many participants leave the range of 16 bits
 
 const std::map<std::string, LogLevel> kLevels{{"debug", LogLevel::kDebug},
                                               {"info", LogLevel::kInfo},
                                               {"warning", LogLevel::kWarning},
                                               {"error", LogLevel::kError}};
 
+int parse_domain(const std::string& name, const std::string& text) {
+  int domain = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), domain);
+  if (error == std::errc{} && end == text.data() + text.size() && domain >= 0 && domain <= kHighestDomain) {
+    return domain;
+  }
+  throw std::runtime_error(name + " = '" + config::printable(text) + "' must be a whole number from 0 to " +
+                           std::to_string(kHighestDomain));
+}
+
 }  // namespace
 
 void add_common_options(CLI::App& app, ServiceOptions& options) {
-  app.add_option("--domain", options.domain, "DDS domain; otherwise HECATON_DOMAIN, otherwise the cell file's")
-      ->check(CLI::Range(0, kHighestDomain));
+  const auto set_domain = [&options](const std::string& text) { options.domain = parse_domain("--domain", text); };
+  app.add_option_function<std::string>("--domain", set_domain,
+                                       "DDS domain; otherwise HECATON_DOMAIN, otherwise the cell file's");
   app.add_option("--host", options.host,
                  "name of the cell's host that this is; otherwise where the cell file places it");
   app.add_option("--log-level", options.log_level, "least severity that is logged")
       ->transform(CLI::CheckedTransformer(kLevels, CLI::ignore_case).description("debug|info|warning|error"));
   app.add_option("--log-file", options.log_file, "where the log goes instead of stderr");
+}
+
+std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
+  } catch (const std::exception& error) {  // a value that cannot be
+    std::fprintf(stderr, "%s\n", error.what());
+    return ExitCode::kBadInput;
+  }
+  return std::nullopt;
 }
 
 std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
@@ -41,26 +63,14 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
     app.add_option("--arm", options.arm, "the arm of the cell that it serves")->required();
   }
   add_common_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
-  }
-  return std::nullopt;
+  return parse_or_explain(app, argc, argv);
 }
 
 int choose_domain(const ServiceOptions& options, int of_cell) {
   if (options.domain) return *options.domain;
   const char* text = std::getenv("HECATON_DOMAIN");
   if (text == nullptr || *text == '\0') return of_cell;
-  const std::string_view value(text);
-  int domain = -1;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), domain);
-  if (error != std::errc{} || end != value.data() + value.size() || domain < 0 || domain > kHighestDomain) {
-    throw std::runtime_error("environment: HECATON_DOMAIN = " + std::string(value) + " must be a number from 0 to " +
-                             std::to_string(kHighestDomain));
-  }
-  return domain;
+  return parse_domain("environment: HECATON_DOMAIN", text);
 }
 
 }  // namespace hecaton::services

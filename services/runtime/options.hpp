@@ -12,6 +12,8 @@ class App;
 
 namespace hecaton::services {
 
+inline constexpr int kHighestDomain = 199;  ///< beyond, the ports of many participants leave the range of 16 bits
+
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
 struct ServiceOptions {
@@ -26,10 +28,13 @@ struct ServiceOptions {
 /// Adds --domain, --host, --log-level and --log-file to any command.
 void add_common_options(CLI::App& app, ServiceOptions& options);
 
+/// Parses; the exit code to leave with when there is nothing to run: --help, --version, or what was wrong and is
+/// explained on stderr.
+[[nodiscard]] std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv);
+
 enum class Subject { kCell, kArm };
 
-/// CELL [--arm NAME] and the common options; the exit code to leave with when there is nothing to run (--help,
-/// --version, or a usage error that was explained on stderr).
+/// CELL [--arm NAME] and the common options, as parse_or_explain does it.
 [[nodiscard]] std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
                                                     Subject subject, ServiceOptions& options);
 

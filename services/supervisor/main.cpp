@@ -16,11 +16,7 @@ int main(int argc, char** argv) {
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
   app.add_option("--memory", memory, "file in which term and people's orders survive a restart of the supervisor");
   services::add_common_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return static_cast<int>(app.exit(error) == 0 ? services::ExitCode::kDone : services::ExitCode::kUsage);
-  }
+  if (const auto leave = services::parse_or_explain(app, argc, argv)) return static_cast<int>(*leave);
   try {
     const config::CellFile file = config::load_cell_file(options.cell);
     const services::LogScope log(services::supervisor_node(), options);

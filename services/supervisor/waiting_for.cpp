@@ -14,6 +14,10 @@ bool moves(const msg::ArmState& state) {
   return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
 }
 
+bool is_over(msg::GoalState state) {
+  return state != msg::GOAL_ACCEPTED && state != msg::GOAL_ACTIVE && state != msg::GOAL_BLOCKED;
+}
+
 std::string with(const std::string& head, const std::string& tail) {
   return tail.empty() ? head : head + ": " + tail;
 }
@@ -59,15 +63,15 @@ std::string goal_text(const msg::GoalStatus& goal) {
     case msg::GOAL_BLOCKED:
       return with("blocked", goal.reason()) + binding_text(goal);
     case msg::GOAL_REACHED:
-      return "a goal: " + goal.goal() + " is reached";
+      return "a goal; the last was reached";
     case msg::GOAL_REJECTED:
-      return with("a goal: " + goal.goal() + " was rejected", goal.reason());
+      return with("a goal; the last was rejected", goal.reason());
     case msg::GOAL_CANCELLED:
-      return "a goal: " + goal.goal() + " was cancelled";
+      return "a goal; the last was cancelled";
     case msg::GOAL_REPLACED:
       return "the goal that replaced " + goal.goal();
     case msg::GOAL_TIMED_OUT:
-      return with("a goal: " + goal.goal() + " timed out", goal.reason());
+      return with("a goal; the last timed out", goal.reason());
   }
   return {};
 }
@@ -76,7 +80,9 @@ std::string waiting_for(const std::string& arm, const CellWatch& watch, const Pi
   if (std::string held = watch.mode().reason_of(arm); !held.empty()) return held;
   if (std::string awaited = first_awaited(arm, watch); !awaited.empty()) return awaited;
   const auto* state = find(picture.arms, arm);
-  if (state && moves(state->value)) return {};
+  const auto* goal = find(picture.goals, arm);
+  // What comes to rest after its goal has ended waits for the next one already.
+  if (state && moves(state->value) && !(goal && is_over(goal->value.state()))) return {};
   const auto* planner = find(picture.heartbeats, planner_node(arm));
   if (planner && planner->value.state() == msg::NODE_DEGRADED && !planner->value.detail().empty()) {
     return planner->value.node() + ": " + planner->value.detail();
@@ -84,7 +90,6 @@ std::string waiting_for(const std::string& arm, const CellWatch& watch, const Pi
   if (state) {
     if (std::string drive = drive_text(state->value); !drive.empty()) return drive;
   }
-  const auto* goal = find(picture.goals, arm);
   return goal ? goal_text(goal->value) : "a goal";
 }
 

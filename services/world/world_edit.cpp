@@ -1,31 +1,116 @@
 #include "services/world/world_edit.hpp"
 
+#include <algorithm>
+
+#include "planner/model/kinematics.hpp"
 #include "services/bus/convert.hpp"
+#include "services/config/obstacle_rules.hpp"
+#include "world/sim/obstacle_motion.hpp"
 
 namespace hecaton::services {
+namespace {
+
+world::EditResult refused(std::string reason) {
+  return {false, std::move(reason)};
+}
+
+std::string about(const std::string& obstacle, const std::string& sentence) {
+  return "obstacle '" + obstacle + "': " + sentence;
+}
+
+/// Nothing but a refusal when the obstacle would overlap an arm at X_WO.
+std::optional<world::EditResult> refuse_place(const world::BulletWorld& world, const EditedCell& cell,
+                                              const world::Obstacle& obstacle, const world::Pose& X_WO) {
+  const std::string overlap = config::overlap_with_arms(cell.arms, cell.q, world.obstacles(), obstacle, X_WO);
+  if (overlap.empty()) return std::nullopt;
+  return refused(about(obstacle.name, "pose must be clear of the arms, but " + overlap));
+}
+
+world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const msg::Obstacle& message) {
+  const auto obstacle = bus::from_message(message);
+  if (!obstacle) return refused(obstacle.error);
+  if (const auto complaint = config::complain(*obstacle)) return refused(about(obstacle->name, complaint->sentence()));
+  std::vector<std::string> arms;
+  for (const planner::PlannedArm& planned : cell.arms) arms.push_back(planned.arm.name);
+  std::vector<std::string> others;
+  for (const world::Obstacle& other : world.obstacles()) others.push_back(other.name);
+  if (const auto complaint = config::complain_about_name(obstacle->name, arms, others)) {
+    return refused(about(obstacle->name, complaint->sentence()));
+  }
+  if (others.size() >= config::kMostObstacles) {
+    return refused("the cell has " + std::to_string(others.size()) + " obstacles, the most that it may have");
+  }
+  if (!obstacle->attachment) {
+    const world::Pose X_WO = world::motion_at(*obstacle, world.time()).X_WO;
+    if (const auto refusal = refuse_place(world, cell, *obstacle, X_WO)) return *refusal;
+  }
+  return world.add(*obstacle);
+}
+
+const world::Obstacle* find(const world::BulletWorld& world, const std::string& name) {
+  const auto found = std::find_if(world.obstacles().begin(), world.obstacles().end(),
+                                  [&](const world::Obstacle& one) { return one.name == name; });
+  return found == world.obstacles().end() ? nullptr : &*found;
+}
+
+world::EditResult move(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
+  const auto X_WO = bus::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
+  if (!X_WO) return refused(X_WO.error);
+  if (const auto complaint = config::complain(*X_WO, "pose")) {
+    return refused(about(request.name(), complaint->sentence()));
+  }
+  const world::Obstacle* obstacle = find(world, request.name());
+  if (obstacle != nullptr && !obstacle->attachment) {
+    if (const auto refusal = refuse_place(world, cell, *obstacle, *X_WO)) return *refusal;
+  }
+  return world.move(request.name(), *X_WO);
+}
+
+/// The tool frame of the arm, if it is one of the cell's and was measured.
+std::optional<world::Pose> tool_of(const EditedCell& cell, const std::string& name) {
+  for (std::size_t i = 0; i < cell.arms.size(); ++i) {
+    const planner::Arm& arm = cell.arms[i].arm;
+    if (arm.name != name || !cell.q[i]) continue;
+    planner::Kinematics kinematics;
+    planner::forward_kinematics(*arm.model, arm.X_WB, *cell.q[i], kinematics);
+    return kinematics.X_WT;
+  }
+  return std::nullopt;
+}
+
+world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
+  const world::Obstacle* obstacle = find(world, request.name());
+  const auto X_WT = tool_of(cell, request.arm());
+  if (obstacle != nullptr && !obstacle->attachment && X_WT) {
+    const auto index = static_cast<std::size_t>(obstacle - world.obstacles().data());
+    world::Obstacle carried = *obstacle;
+    carried.attachment = {request.arm(), X_WT->inverse() * world.snapshot().states[index].X_WO};
+    if (world::is_scripted(carried.motion)) carried.motion = world::StaticMotion{};  // as attaching ends a script
+    if (const auto complaint = config::complain(carried)) return refused(about(carried.name, complaint->sentence()));
+  }
+  return world.attach(request.name(), request.arm());
+}
+
+}  // namespace
 
 const std::string& edited_name(const msg::WorldEditRequest& request) {
   return request.kind() == msg::EDIT_ADD ? request.obstacle().name() : request.name();
 }
 
-world::EditResult apply_edit(world::BulletWorld& world, const msg::WorldEditRequest& request) {
+world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
   switch (request.kind()) {
-    case msg::EDIT_ADD: {
-      const auto obstacle = bus::from_message(request.obstacle());
-      return obstacle ? world.add(*obstacle) : world::EditResult{false, obstacle.error};
-    }
-    case msg::EDIT_MOVE: {
-      const auto X_WO = bus::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
-      return X_WO ? world.move(request.name(), *X_WO) : world::EditResult{false, X_WO.error};
-    }
+    case msg::EDIT_ADD:
+      return add(world, cell, request.obstacle());
+    case msg::EDIT_MOVE:
+      return move(world, cell, request);
     case msg::EDIT_REMOVE:
       return world.remove(request.name());
     case msg::EDIT_ATTACH:
-      return world.attach(request.name(), request.arm());
+      return attach(world, cell, request);
     case msg::EDIT_DETACH:
       return world.detach(request.name());
   }
-  return {false, "edit: unknown kind"};
+  return refused("edit: unknown kind");
 }
 
 }  // namespace hecaton::services

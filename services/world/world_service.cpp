@@ -49,7 +49,8 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
              pulse_timing(file)),
       loop_(nanoseconds(period_), shutdown),
       world_(file.cell.scene, bodies_of(file.cell)),
-      measured_(file.cell.arms.size()) {}
+      measured_(file.cell.arms.size()),
+      q_(file.cell.arms.size()) {}
 
 void WorldService::run() {
   log_info("world started", {{"obstacles", world_.obstacles().size()}, {"period_ms", period_ * 1e3}});
@@ -84,6 +85,7 @@ void WorldService::set_arms() {
     const auto index = found - arms.begin();
     planner::set_measured(world_, static_cast<int>(index), arm, *q, kinematics_);
     measured_[static_cast<std::size_t>(index)] = sample.received;
+    q_[static_cast<std::size_t>(index)] = *q;
   }
 }
 
@@ -91,7 +93,7 @@ void WorldService::edit() {
   for (const auto& sample : requests_.take()) {
     if (sample.disposed) continue;
     const msg::WorldEditRequest& request = sample.value;
-    const world::EditResult result = apply_edit(world_, request);
+    const world::EditResult result = apply_edit(world_, {file_.cell.arms, q_}, request);
     if (result.done) publish_shapes(edited_name(request));
     msg::WorldEditReply reply;
     reply.client(request.client());

@@ -56,6 +56,7 @@ class WorldService {
   world::BulletWorld world_;
   planner::Kinematics kinematics_;                          ///< scratch
   std::vector<std::optional<Clock::time_point>> measured_;  ///< when each arm's last state came
+  std::vector<std::optional<planner::JointVector>> q_;      ///< what it said
   std::uint64_t contacts_told_ = 0;
   Clock::time_point report_due_{};
   std::uint64_t report_sequence_ = 0;

@@ -88,6 +88,7 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
 }
 
 TEST_F(LiveCell, EditsTheWorld) {
+  ASSERT_EQ(run({"goal", "north", "--named", "home", "--wait", "--time-limit", "60s"}).code, 0);
   EXPECT_EQ(run({"obstacle", "add", "crate", "--box", "0.1 0.1 0.1", "--pose", "0 0 2.5 0 0 0"}).code, 0);
   EXPECT_NE(run({"obstacle", "add", "crate", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 0)
       << "the name is taken";
@@ -103,6 +104,17 @@ TEST_F(LiveCell, EditsTheWorld) {
   until([](const Json& now) {
     return !now.is_null() && now["xyz_rpy"].is_array() && std::abs(now["xyz_rpy"][0].get<double>() - 0.1) < 1e-6;
   });
+  const Ran far = run({"attach", "north", "crate"});
+  EXPECT_EQ(far.code, 1) << "the world rejects it";
+  EXPECT_NE(far.err.find("must be at most 0.1 m from the tool"), std::string::npos) << far.err;
+  const Ran on_top = run({"obstacle", "add", "hat", "--box", "0.1 0.1 0.1", "--pose", "0.4806 -0.15 1.4507 0 0 0"});
+  EXPECT_EQ(on_top.code, 1) << "at home the tool is there";
+  EXPECT_NE(on_top.err.find("must be clear of the arms, but north/"), std::string::npos) << on_top.err;
+  EXPECT_EQ(run({"obstacle", "add", "north", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 3);
+  EXPECT_EQ(run({"obstacle", "add", "", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 3);
+
+  // 0.1 m ahead of the tool, which points along (−0.964, 0, 0.267).
+  EXPECT_EQ(run({"obstacle", "move", "crate", "--pose", "0.3842 -0.15 1.4775 0 0 0"}).code, 0);
   EXPECT_EQ(run({"attach", "north", "crate"}).code, 0);
   until([](const Json& now) { return now["attached_to"] == "north"; });
   EXPECT_EQ(run({"detach", "west", "crate"}).code, 3) << "another arm carries it";

@@ -64,11 +64,20 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   ASSERT_TRUE(edit(move).done());
   ASSERT_TRUE(await([&] { return state("crate") != nullptr && state("crate")->X_WO().position().x() == 1.25; }));
 
+  EXPECT_NE(refusal(request(msg::EDIT_ATTACH, "crate", "arm1")).find("at most 0.1 m from the tool"), std::string::npos)
+      << "it is out of the arm's reach";
+
+  // At home the tool is at (0.2194, 0.15, 1.4507) and points along (0.964, 0, 0.267) [m]: 0.1 m ahead of it.
+  move.X_WO().position().x(0.3158);
+  move.X_WO().position().y(0.15);
+  move.X_WO().position().z(1.4775);
+  ASSERT_TRUE(edit(move).done());
+
   // The arm's state must have reached the world before it can attach anything to it.
   msg::WorldEditReply attached;
   ASSERT_TRUE(await([&] {
     attached = edit(request(msg::EDIT_ATTACH, "crate", "arm1"));
-    return attached.done() || attached.reason().find("known") == std::string::npos;
+    return attached.done() || attached.reason().find("measured") == std::string::npos;
   }));
   ASSERT_TRUE(attached.done()) << attached.reason();
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to() == "arm1"; }));
@@ -90,12 +99,28 @@ TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
   msg::WorldEditRequest again = request(msg::EDIT_ADD, "");
   again.obstacle(box("post", 2.0, 0.5, 0.5));
   EXPECT_NE(refusal(again).find("post"), std::string::npos);
+  again.obstacle(box("arm1", 2.0, 0.5, 0.5));
+  EXPECT_NE(refusal(again).find("an arm has the same name"), std::string::npos);
+  again.obstacle(box("two words", 2.0, 0.5, 0.5));
+  EXPECT_NE(refusal(again).find("letters, digits"), std::string::npos);
   again.obstacle(box("flat", 2.0, 0.5, 0.5));
   again.obstacle().shapes()[0].dimensions().z(0.0);
   EXPECT_NE(refusal(again).find("flat"), std::string::npos);
   EXPECT_NE(refusal(request(msg::EDIT_REMOVE, "ghost")).find("ghost"), std::string::npos);
   EXPECT_NE(refusal(request(msg::EDIT_ATTACH, "post", "arm9")).find("arm9"), std::string::npos);
   EXPECT_NE(refusal(request(msg::EDIT_DETACH, "post")).find("post"), std::string::npos);
+  start_driver();
+  ASSERT_TRUE(await([&] { return arm() != nullptr; }));
+  // At home the tool is at (0.2194, 0.15, 1.4507) [m]; once the world has heard of the arm, nothing may be put there.
+  again.obstacle(box("hat", 0.2194, 0.15, 1.4507));
+  msg::WorldEditReply reply;
+  ASSERT_TRUE(await([&] {
+    reply = edit(again);
+    if (reply.done()) static_cast<void>(edit(request(msg::EDIT_REMOVE, "hat")));
+    return !reply.done();
+  }));
+  EXPECT_NE(reply.reason().find("must be clear of the arms, but arm1/"), std::string::npos) << reply.reason();
+  ASSERT_TRUE(await([&] { return obstacle("hat") == nullptr; }));
   EXPECT_EQ(obstacle("post")->edition(), edition);
   EXPECT_EQ(shapes_.latest().size(), 1U);
 }

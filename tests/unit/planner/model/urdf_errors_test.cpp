@@ -161,10 +161,10 @@ TEST(BadFiles, MissingAndFolder) {
 TEST(BadOptions, DefaultsMustBePositive) {
   UrdfOptions options;
   options.default_velocity = 0.0;
-  EXPECT_NE(test::error_of(two_links("revolute", kLimit), options).find("default_velocity"), std::string::npos);
+  EXPECT_NE(test::error_of(two_links("revolute", kLimit), options).find("default velocity"), std::string::npos);
   options.default_velocity.reset();
   options.default_acceleration = -1.0;
-  EXPECT_NE(test::error_of(two_links("revolute", kLimit), options).find("default_acceleration"), std::string::npos);
+  EXPECT_NE(test::error_of(two_links("revolute", kLimit), options).find("default acceleration"), std::string::npos);
 }
 
 }  // namespace

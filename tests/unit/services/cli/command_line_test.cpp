@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "services/cli/command_line_shape.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
@@ -17,41 +18,149 @@ const std::string kUrdf = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/
 
 using Words = std::vector<std::string>;
 
-TEST(CommandLine, RefusesWrongUsage) {
-  const std::vector<std::pair<Words, std::string>> lines{
-      {{}, "A subcommand is required"},
-      {{"sttus"}, "no command 'sttus'; did you mean 'status'?"},
-      {{"status", "--bogus"}, "--bogus"},
-      {{"status", "-o", "xml"}, "'xml' must be table, json or yaml"},
-      {{"status", "--domain", "200"}, "--domain"},
-      {{"status", "--interval", "5"}, "must be a number with its unit"},
-      {{"status", "--connect-timeout", "-1s"}, "must be a number with its unit"},
-      {{"goal", "north"}, "--joints"},
-      {{"goal", "north", "--joints", "0 nan"}, "'nan' must be a finite number"},
-      {{"goal", "north", "--joints", "0 a"}, "'a' must be a finite number"},
-      {{"goal", "north", "--pose", "0 0 1"}, "3 numbers given, must be 6"},
-      {{"goal", "north", "--named", "home", "--joints", "0"}, "Exactly 1 option"},
-      {{"goal", "north", "--named", "home", "--time-limit", "3"}, "must be a number with its unit"},
-      {{"wait", "north", "--for", "reached,done"}, "'done' must be reached, blocked"},
-      {{"wait", "north", "--timeout", "30"}, "must be a number with its unit"},
-      {{"obstacle"}, "A subcommand is required"},
-      {{"obstacle", "add", "x", "--sphere", "-1", "--pose", "0 0 0 0 0 0"}, "must be above 0"},
-      {{"attach", "north"}, "OBJECT is required"},
-      {{"simulate"}, "CELL is required"},
-      {{"simulate", kCell, "--tasks", "0"}, "--tasks"},
-      {{"simulate", kCell, "--loss", "1"}, "--loss"},
-      {{"simulate", kCell, "--jitter", "20ms"}, "--jitter must be at most --age"},
-      {{"simulate", kCell, "--method", "magic"}, "'magic' must be local or boundary_following"},
-      {{"up"}, "CELL is required"},
-      {{"check", kUrdf, "--package", "x"}, "must be NAME=DIR"},
-      {{"completion", "fish"}, "fish"},
-  };
-  for (const auto& [words, sentence] : lines) {
+using Lines = std::vector<std::pair<Words, std::string>>;
+
+/// Each line ends with the code, and says one sentence that holds the piece.
+void expect_refusals(const Lines& lines, ExitCode code) {
+  for (const auto& [words, piece] : lines) {
     const Ran ran = run_line(words);
-    EXPECT_EQ(ran.code, ExitCode::kUsage) << ran.err;
-    EXPECT_NE(ran.err.find(sentence), std::string::npos) << "expected \"" << sentence << "\" in:\n" << ran.err;
+    EXPECT_EQ(ran.code, code) << ran.err;
+    EXPECT_NE(ran.err.find(piece), std::string::npos) << "expected \"" << piece << "\" in:\n" << ran.err;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
     EXPECT_EQ(ran.out, "");
   }
+}
+
+TEST(CommandLine, RefusesWrongUsage) {
+  expect_refusals(
+      {
+          {{}, "A subcommand is required; see 'hecaton --help'"},
+          {{"sttus"}, "no command 'sttus'; did you mean 'status'? See 'hecaton --help'"},
+          {{"bogus"}, "no command 'bogus'; allowed are up, agent, status"},
+          {{"-o", "json", "bogus"}, "no command 'bogus'"},
+          {{"obstacle", "ad"}, "no command 'ad'; did you mean 'add'? See 'hecaton obstacle --help'"},
+          {{"status", "--wach"}, "no option '--wach'; did you mean '--watch'?"},
+          {{"status", "more"}, "not expected: more"},
+          {{"status", "-o", "xml"}, "'xml' must be table, json or yaml"},
+          {{"status", "--domain"}, "--domain"},
+          {{"goal", "north"}, "--joints"},
+          {{"goal", "north", "--named", "home", "--joints", "0"}, "Exactly 1 option"},
+          {{"wait", "north", "--for", "reached,done"},
+           "'done' must be reached, blocked, rejected, cancelled, timed_out, replaced or fault"},
+          {{"obstacle"}, "A subcommand is required"},
+          {{"obstacle", "add", "x", "--pose", "0 0 0 0 0 0"}, "--box,--sphere,--cylinder,--capsule"},
+          {{"attach", "north"}, "OBJECT is required"},
+          {{"simulate"}, "CELL is required"},
+          {{"simulate", kCell, "--method", "magic"}, "'magic' must be local or boundary_following"},
+          {{"up"}, "CELL is required"},
+          {{"completion", "fish"}, "fish"},
+      },
+      ExitCode::kUsage);
+}
+
+TEST(CommandLine, RefusesValuesThatCannotBe) {
+  const Words add{"obstacle", "add", "x", "--pose", "0 0 0 0 0 0"};
+  const auto with = [&](std::initializer_list<std::string> more) {
+    Words words = add;
+    words.insert(words.end(), more);
+    return words;
+  };
+  expect_refusals(
+      {
+          {{"status", "--domain", "200"}, "--domain = '200' must be a whole number from 0 to 199"},
+          {{"status", "--domain", "x"}, "--domain = 'x' must be a whole number"},
+          {{"status", "--interval", "5"}, "must be a number with its unit"},
+          {{"status", "--connect-timeout", "-1s"}, "must be a number with its unit"},
+          {{"goal", "north", "--joints", "0 nan"}, "'nan' must be a finite number"},
+          {{"goal", "north", "--joints", "0", "-inf"}, "'-inf' must be a finite number"},
+          {{"goal", "north", "--joints", "0 a"}, "'a' must be a finite number"},
+          {{"goal", "north", "--pose", "0 0 1"}, "3 numbers given, must be 6"},
+          {{"goal", "north", "--pose", "0 0 1e9 0 0 0"}, "--pose z = '1e+09' must be between -100 and 100 m"},
+          {{"goal", "north", "--named", "home", "--time-limit", "3"}, "must be a number with its unit"},
+          {{"wait", "north", "--timeout", "30"}, "must be a number with its unit"},
+          {with({"--sphere", "-1"}), "--sphere = -1 m must be between 0.0001 and 100 m"},
+          {with({"--sphere", "nan"}), "--sphere = nan m must be a finite number"},
+          {with({"--box", "1 0 1"}), "--box size[1] = 0 m must be between 0.0001 and 100 m"},
+          {with({"--sphere", "1", "--mass", "-1"}), "--mass = -1 kg must be above 0 and at most 100000 kg"},
+          {with({"--sphere", "1", "--conveyor", "0 0 0 1"}), "--conveyor speed = 0 m/s must be above 0"},
+          {with({"--sphere", "1", "--sine", "1 0 0 0"}), "--sine period = 0 s must be between 0.01 and 3600 s"},
+          {{"obstacle", "add", "", "--sphere", "1", "--pose", "0 0 0 0 0 0"}, "NAME = \"\" must be a name of 1 to 64"},
+          {{"obstacle", "add", "a b", "--sphere", "1", "--pose", "0 0 0 0 0 0"}, "NAME = \"a b\" must be a name"},
+          {{"obstacle", "move", "x", "--pose", "0 0 inf 0 0 0"}, "'inf' must be a finite number"},
+          {{"simulate", kCell, "--tasks", "0"}, "--tasks = '0' must be a whole number from 1 to 100000000"},
+          {{"simulate", kCell, "--seed", "-1"}, "--seed = '-1' must be a whole number from 0"},
+          {{"simulate", kCell, "--loss", "1"}, "--loss = '1' must be a number between 0 and 0.999999"},
+          {{"simulate", kCell, "--threads", "0"}, "--threads = '0'"},
+          {{"simulate", kCell, "--jitter", "20ms"}, "--jitter = 20 ms must be at most --age = 0 s"},
+          {{"check", kUrdf, "--package", "x"}, "must be NAME=DIR"},
+          {{"check", kUrdf, "--default-velocity", "0"}, "--default-velocity = '0' must be a number above 0"},
+      },
+      ExitCode::kBadInput);
+}
+
+/// A cell file beside the ready ones, so that it finds their URDFs; removed at the end.
+class CellBeside {
+ public:
+  explicit CellBeside(const std::string& text)
+      : path_(testing::TempDir() + "hecaton_cell_" + std::to_string(getpid()) + ".yaml") {
+    std::ofstream(path_) << "name: x\n"
+                         << text << "arms:\n  - name: a\n    urdf: " << kUrdf
+                         << "\n    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n";
+  }
+  ~CellBeside() { std::remove(path_.c_str()); }
+  CellBeside(const CellBeside&) = delete;
+  CellBeside& operator=(const CellBeside&) = delete;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+TEST(CommandLine, TasksNeedAnAreaBeforeAnythingIsStarted) {
+  const CellBeside cell("");
+  expect_refusals({{{"simulate", cell.path(), "--tasks", "3"}, cell.path() + ": tasks is missing"},
+                   {{"simulate", cell.path()}, cell.path() + ": tasks is missing"},
+                   {{"up", cell.path(), "--tasks", "3", "--headless"}, cell.path() + ": tasks is missing"}},
+                  ExitCode::kBadInput);
+}
+
+TEST(CommandLine, ANetworkInterfaceMustExist) {
+  const CellBeside cell("network: {interface: nosuch0}\n");
+  const std::string piece =
+      "network.interface = nosuch0 must be the name or the address of a network interface of this "
+      "machine: ";
+  expect_refusals({{{"check", cell.path()}, piece}, {{"up", cell.path(), "--headless"}, piece}}, ExitCode::kBadInput);
+  EXPECT_NE(run_line({"check", cell.path()}).err.find("lo (127.0.0.1)"), std::string::npos);
+  EXPECT_EQ(run_line({"check", CellBeside("network: {interface: lo}\n").path()}).code, ExitCode::kDone);
+}
+
+TEST(Check, TakesTheFilesEndingForWhatItIs) {
+  const std::string path = testing::TempDir() + "hecaton_no_xml_" + std::to_string(getpid()) + ".urdf";
+  for (const char* text : {"", "robot: yes\n",
+                           "\x7f"
+                           "ELF"}) {
+    std::ofstream(path) << text;
+    expect_refusals({{{"check", path}, path}}, ExitCode::kBadInput);
+    EXPECT_EQ(run_line({"check", path}).err.find("YAML"), std::string::npos) << text;
+  }
+  std::remove(path.c_str());
+}
+
+TEST(Check, NamesTheOptionsThatWouldAcceptARobot) {
+  const std::string path = testing::TempDir() + "hecaton_bare_" + std::to_string(getpid()) + ".urdf";
+  const auto write = [&](const std::string& velocity) {
+    std::ofstream(path) << "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='continuous'><parent "
+                           "link='a'/><child link='b'/><axis xyz='0 0 1'/><limit effort='1' velocity='"
+                        << velocity << "'/></joint></robot>";
+  };
+  write("0");
+  EXPECT_NE(run_line({"check", path}).err.find("or --default-velocity be given, above 0"), std::string::npos);
+  write("1");
+  EXPECT_NE(run_line({"check", path}).err.find("or set --allow-bare-links"), std::string::npos);
+  EXPECT_EQ(run_line({"check", path, "--allow-bare-links"}).code, ExitCode::kDone);
+  write("0");
+  EXPECT_EQ(run_line({"check", path, "--allow-bare-links", "--default-velocity", "2"}).code, ExitCode::kDone);
+  std::remove(path.c_str());
 }
 
 TEST(CommandLine, RefusesBadInputWithOneSentence) {

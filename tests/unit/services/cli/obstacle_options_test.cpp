@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 
+#include "services/cli/failure.hpp"
+
 namespace hecaton::services::cli {
 namespace {
 
@@ -46,20 +48,28 @@ TEST(ObstacleOptions, ReadMotions) {
       -0.5);
 }
 
-TEST(ObstacleOptions, RefuseWhatCannotBe) {
+TEST(ObstacleOptions, RefuseWrongUsage) {
   for (const char* line : {
            "a --pose 0 0 0 0 0 0",                                    // no shape
            "a --sphere 1",                                            // no pose
            "a --sphere 1 --box 1 1 1 --pose 0 0 0 0 0 0",             // two shapes
-           "a --sphere 0 --pose 0 0 0 0 0 0",                         // no size
-           "a --sphere nan --pose 0 0 0 0 0 0",                       // no number
-           "a --box '1 -1 1' --pose 0 0 0 0 0 0",                     // negative size
-           "a --sphere 1 --pose 0 0 0",                               // half a pose
-           "a --sphere 1 --pose 0 0 0 0 0 0 --mass -1",               // negative mass
-           "a --sphere 1 --pose 0 0 0 0 0 0 --conveyor 0 0 0 1",      // does not move
            "a --sphere 1 --pose 0 0 0 0 0 0 --mass 1 --sine 1 0 0 1"  // two motions
        }) {
     EXPECT_THROW(static_cast<void>(parse(line)), CLI::ParseError) << line;
+  }
+}
+
+TEST(ObstacleOptions, RefuseValuesThatCannotBe) {
+  for (const char* line : {
+           "a --sphere 0 --pose 0 0 0 0 0 0",                     // no size
+           "a --sphere nan --pose 0 0 0 0 0 0",                   // no number
+           "a --box '1 -1 1' --pose 0 0 0 0 0 0",                 // negative size
+           "a --sphere 1 --pose 0 0 0",                           // half a pose
+           "a --sphere 1 --pose 0 0 0 0 0 0 --mass -1",           // negative mass
+           "a --sphere 1 --pose 0 0 0 0 0 0 --conveyor 0 0 0 1",  // does not move
+           "a/b --sphere 1 --pose 0 0 0 0 0 0"                    // no name
+       }) {
+    EXPECT_THROW(static_cast<void>(parse(line)), Failure) << line;
   }
 }
 

@@ -1,5 +1,7 @@
 /// The supervisor's picture for programs and for people.
 
+#include <sstream>
+
 #include <gtest/gtest.h>
 
 #include "services/cli/client.hpp"
@@ -90,6 +92,25 @@ TEST(StatusJson, HasEveryPart) {
   EXPECT_EQ(json["hosts"][0]["processes"][0]["running"], false);
   EXPECT_EQ(json["obstacles"][0]["xyz_rpy"], (Json{0.0, 0.0, 2.0, 0.0, 0.0, 0.0}));
   EXPECT_TRUE(json["referee"].is_null());
+}
+
+TEST(StatusJson, ListsAllThatAnArmCarries) {
+  msg::CellStatus status = example();
+  EXPECT_EQ(to_json(status)["arms"][0]["state"]["carried"], Json::array());
+  status.arms()[0].state().carried("crate, lid");
+  EXPECT_EQ(to_json(status)["arms"][0]["state"]["carried"], (Json{"crate", "lid"}));
+}
+
+TEST(StatusText, FitsIntoATerminalHoweverLongTheReasonsAre) {
+  msg::CellStatus status = example();
+  std::string reason = "held: planner/north: no heartbeat for more than 250 ms";
+  for (int i = 0; i < 5; ++i) reason += "; planner/west: no state of north for 0.2 s";
+  status.arms()[0].waiting_for(reason);
+  status.nodes()[0].heartbeat().state(msg::NODE_DEGRADED);
+  status.nodes()[0].heartbeat().detail(reason);
+  status.faults()[0].seen(reason);
+  std::istringstream lines(status_text(status, Palette(false)));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 120U) << line;
 }
 
 TEST(StatusJson, TellsTheRefereesAccount) {

@@ -28,13 +28,13 @@ TEST(Options, AllOfThem) {
   EXPECT_EQ(options.log_file, "x.log");
 }
 
-TEST(Options, UsageErrors) {
+TEST(Options, TellsWrongUsageFromBadValues) {
   ServiceOptions options;
   EXPECT_EQ(parse({}, options), ExitCode::kUsage);
   EXPECT_EQ(parse({"cell.yaml"}, options), ExitCode::kUsage) << "--arm is missing";
   EXPECT_EQ(parse({"cell.yaml"}, options, Subject::kCell), std::nullopt);
-  EXPECT_EQ(parse({"cell.yaml", "--domain", "200"}, options, Subject::kCell), ExitCode::kUsage);
-  EXPECT_EQ(parse({"cell.yaml", "--domain", "x"}, options, Subject::kCell), ExitCode::kUsage);
+  EXPECT_EQ(parse({"cell.yaml", "--domain", "200"}, options, Subject::kCell), ExitCode::kBadInput);
+  EXPECT_EQ(parse({"cell.yaml", "--domain", "x"}, options, Subject::kCell), ExitCode::kBadInput);
   EXPECT_EQ(parse({"cell.yaml", "--log-level", "loud"}, options, Subject::kCell), ExitCode::kUsage);
   EXPECT_EQ(parse({"--help"}, options), ExitCode::kDone);
   EXPECT_EQ(parse({"--version"}, options), ExitCode::kDone);
@@ -63,7 +63,7 @@ TEST_F(Domain, ABadEnvironmentIsNamed) {
       ADD_FAILURE() << value;
     } catch (const std::runtime_error& error) {
       EXPECT_EQ(error.what(),
-                "environment: HECATON_DOMAIN = " + std::string(value) + " must be a number from 0 to 199");
+                "environment: HECATON_DOMAIN = '" + std::string(value) + "' must be a whole number from 0 to 199");
     }
   }
 }

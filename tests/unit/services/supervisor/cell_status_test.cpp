@@ -90,6 +90,14 @@ TEST_F(CellStatusTest, MovingArmWaitsForNothing) {
   EXPECT_EQ(waits(), "");
 }
 
+TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
+  picture_.take_goal(goal(1, "g1", msg::GOAL_REACHED));
+  state("left", msg::ARM_RUNNING, 0.2, {});
+  EXPECT_EQ(waits(), "a goal; the last was reached");
+  state("left", msg::ARM_RUNNING, 0.0, {});
+  EXPECT_EQ(waits(), "a goal; the last was reached");
+}
+
 TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   auto blocked = goal(1, "g1", msg::GOAL_BLOCKED);
   blocked.value.reason("no way for now");

@@ -25,34 +25,55 @@ msg::WorldEditRequest request(msg::EditKind kind, const std::string& name) {
 class Edit : public testing::Test {
  protected:
   world::BulletWorld world_{world::Scene{{ball("a")}, 0.0, {0, 0, -9.81}}, {}};
+  EditedCell cell_;  // without arms
 };
 
 TEST_F(Edit, AddMoveRemove) {
   msg::WorldEditRequest add = request(msg::EDIT_ADD, "ignored");
   add.obstacle(bus::to_message(ball("b")));
   EXPECT_EQ(edited_name(add), "b");
-  ASSERT_TRUE(apply_edit(world_, add).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, add).done);
   ASSERT_EQ(world_.obstacles().size(), 2U);
   msg::WorldEditRequest move = request(msg::EDIT_MOVE, "b");
   move.X_WO().position().y(0.25);
-  ASSERT_TRUE(apply_edit(world_, move).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, move).done);
   EXPECT_EQ(world_.snapshot().states[1].X_WO.translation().y(), 0.25);
-  ASSERT_TRUE(apply_edit(world_, request(msg::EDIT_REMOVE, "a")).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EDIT_REMOVE, "a")).done);
   ASSERT_EQ(world_.obstacles().size(), 1U);
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
 
 TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
   msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
-  EXPECT_EQ(apply_edit(world_, add).reason, "obstacle: name must not be empty");
+  EXPECT_EQ(apply_edit(world_, cell_, add).reason, "obstacle: name must not be empty");
   msg::WorldEditRequest move = request(msg::EDIT_MOVE, "a");
   move.X_WO().qw(0.5);
-  const world::EditResult refused = apply_edit(world_, move);
+  const world::EditResult refused = apply_edit(world_, cell_, move);
   EXPECT_FALSE(refused.done);
   EXPECT_NE(refused.reason.find("obstacle \"a\": X_WO: quaternion"), std::string::npos) << refused.reason;
   msg::WorldEditRequest unknown = request(static_cast<msg::EditKind>(77), "a");
-  EXPECT_FALSE(apply_edit(world_, unknown).done);
+  EXPECT_FALSE(apply_edit(world_, cell_, unknown).done);
   EXPECT_EQ(world_.snapshot().edition, world::BulletWorld(world::Scene{{ball("a")}}, {}).snapshot().edition);
+}
+
+TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
+  const auto refusal = [&](const world::Obstacle& obstacle) {
+    msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
+    add.obstacle(bus::to_message(obstacle));
+    return apply_edit(world_, cell_, add).reason;
+  };
+  EXPECT_EQ(refusal(ball("two words")),
+            "obstacle 'two words': name = \"two words\" must be a name of 1 to 64 letters, digits, '_', '-' or '.'");
+  EXPECT_EQ(refusal(ball("a")), "obstacle 'a': name = a must be unique, but another obstacle has the same name");
+  world::Obstacle far = ball("far");
+  far.X_WO.translation().x() = 101.0;
+  EXPECT_EQ(refusal(far), "obstacle 'far': pose.xyz[0] = 101 m must be between -100 and 100 m");
+  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "a");
+  move.X_WO().position().z(-100.5);
+  EXPECT_EQ(apply_edit(world_, cell_, move).reason,
+            "obstacle 'a': pose.xyz[2] = -100.5 m must be between -100 and 100 m");
+  EXPECT_EQ(world_.obstacles().size(), 1U);
+  EXPECT_EQ(world_.snapshot().states[0].X_WO.translation().z(), 0.0);
 }
 
 TEST(RefereeMessage, CarriesTheWholeAccount) {
