@@ -104,10 +104,12 @@ int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted,
                    std::vector<std::string>& notes) {
   const int links = static_cast<int>(tree.size());
   if (!wanted.empty()) {
+    std::string names;
     for (int i = 0; i < links; ++i) {
       if (tree[i].link.name == wanted) return i;
+      names += (i == 0 ? "" : ", ") + tree[i].link.name;
     }
-    throw ModelError(path + ": tool link " + quoted(wanted) + " does not exist in this file");
+    throw ModelError(path + ": tool link " + quoted(wanted) + " must be one of its links: " + names);
   }
   int most = 0;
   for (int i = 0; i < links; ++i) most = std::max(most, moving_joints(tree, i));

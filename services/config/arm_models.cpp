@@ -50,13 +50,17 @@ bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
          a.packages == b.packages && a.meshes == b.meshes && a.default_velocity == b.default_velocity;
 }
 
-std::shared_ptr<const planner::RobotModel> load_model(const YamlView& urdf, const std::string& path,
+std::shared_ptr<const planner::RobotModel> load_model(const ArmView& arm, const std::string& path,
                                                       const planner::UrdfOptions& options) {
+  const YamlView urdf = arm.at("urdf");
   std::shared_ptr<const planner::RobotModel> model;
   try {
     model = planner::load_arm_model(path, options);
   } catch (const planner::ModelError& error) {
-    urdf.fail_with(error.what());
+    // Messages begin with the file that they are about.
+    const std::string sentence = error.what();
+    const bool of_srdf = !options.srdf_path.empty() && sentence.starts_with(options.srdf_path + ":");
+    (of_srdf ? arm.at("srdf") : urdf).fail_with(sentence);
   }
   if (model->joints() < 1 || model->joints() > planner::kMaxJoints) {
     urdf.fail("the URDF of an arm of 1 to " + std::to_string(planner::kMaxJoints) + " joints, but this one has " +
@@ -79,7 +83,7 @@ std::shared_ptr<const planner::RobotModel> ArmModels::load(const ArmView& arm) {
     return loaded.path == path && same(loaded.options, options);
   });
   if (known != loaded_.end()) return known->model;
-  loaded_.push_back({path, options, load_model(urdf, path, options)});
+  loaded_.push_back({path, options, load_model(arm, path, options)});
   return loaded_.back().model;
 }
 
