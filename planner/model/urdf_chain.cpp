@@ -80,6 +80,10 @@ std::string bareness(const TreeLink& entry) {
          " moves, has no collision geometry";
 }
 
+[[noreturn]] void refuse(const std::string& path, const std::string& sentence, const std::string& rule) {
+  throw ModelError(path + ": " + sentence + "; " + rule);
+}
+
 /// A joint outside the chain whose mimicked joint is in it moves whenever the arm moves.
 void refuse_if_coupled(const std::vector<TreeLink>& tree, int i, const std::vector<bool>& in_chain,
                        const std::string& path, std::vector<std::string>& notes) {
@@ -90,8 +94,7 @@ void refuse_if_coupled(const std::vector<TreeLink>& tree, int i, const std::vect
     if (!in_chain[source]) continue;
     const std::string sentence = coupling(tree[i], tree[source]);
     if (carries_collision(tree, i)) {
-      throw ModelError(path + ": " + sentence +
-                       "; mechanisms that move collision geometry beside the chain are not supported");
+      refuse(path, sentence, "mechanisms that move collision geometry beside the chain are not supported");
     }
     notes.push_back(sentence + "; it carries no collision geometry and is ignored");
     return;
@@ -181,7 +184,7 @@ void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (!moves(tree[i]) || covered[i]) continue;
     const std::string sentence = bareness(tree[i]);
-    if (!allow) throw ModelError(path + ": " + sentence + "; it must have some" + remedy);
+    if (!allow) refuse(path, sentence, "it must have some" + remedy);
     notes.push_back(sentence + ": what it really is will not be kept clear of anything");
   }
 }

@@ -100,7 +100,7 @@ void ArmDriver::look_at_tool() {
   state_.carried().clear();
   for (const auto& [name, sample] : shapes_.latest()) {
     if (sample.value.obstacle().attached_to() != name_) continue;
-    state_.carried() += (state_.carried().empty() ? "" : ", ") + name;
+    state_.carried().append(state_.carried().empty() ? "" : ", ").append(name);
   }
 }
 

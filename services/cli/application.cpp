@@ -52,32 +52,33 @@ const CLI::App& given_command(const CLI::App& app, std::string& path) {
 /// "no command 'sttus'; did you mean 'status'?", for a word that is no command or no option; CLI11 itself says only
 /// that it did not expect it, or that a command is required. Empty when that is not what is wrong.
 std::string unknown_word(const CLI::App& app, const CLI::App& command) {
-  for (const std::string& word : command.remaining(true).empty() ? app.remaining(true) : command.remaining(true)) {
-    const bool option = word.starts_with("-");
-    std::vector<std::string> names;
-    if (option) {
-      for (const CLI::App* level : {&command, &app}) {
-        for (const CLI::Option* known : options_of(*level)) {
-          if (!known->get_positional()) names.push_back("--" + known->get_lnames().front());
-        }
+  std::vector<std::string> words = command.remaining(true);
+  if (words.empty()) words = app.remaining(true);
+  if (words.empty()) return {};
+  const std::string& word = words.front();
+  const bool option = word.starts_with("-");
+  std::vector<std::string> names;
+  if (option) {
+    for (const CLI::App* level : {&command, &app}) {
+      for (const CLI::Option* known : options_of(*level)) {
+        if (!known->get_positional()) names.push_back("--" + known->get_lnames().front());
       }
-    } else {
-      for (const CLI::App* known : subcommands_of(command)) names.push_back(known->get_name());
     }
-    if (names.empty()) return {};
-    const std::vector<std::string_view> known(names.begin(), names.end());
-    return (option ? "no option '" : "no command '") + config::printable(word) + "'; " +
-           config::suggestion(word, known);
+  } else {
+    for (const CLI::App* known : subcommands_of(command)) names.push_back(known->get_name());
   }
-  return {};
+  if (names.empty()) return {};
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  return (option ? "no option '" : "no command '") + config::printable(word) + "'; " + config::suggestion(word, known);
 }
 
 /// "-inf" among numbers looks like an option; it is a bad value. Empty when there is none.
 std::string number_like_an_option(const CLI::App& app) {
-  for (const std::string& word : app.remaining(true)) {
-    if (config::parse_number(word)) return "'" + config::printable(word) + "' must be a finite number";
-  }
-  return {};
+  const std::vector<std::string> words = app.remaining(true);
+  const auto found = std::find_if(words.begin(), words.end(),
+                                  [](const std::string& word) { return config::parse_number(word).has_value(); });
+  if (found == words.end()) return {};
+  return "'" + config::printable(*found) + "' must be a finite number";
 }
 
 /// One sentence about wrong usage.

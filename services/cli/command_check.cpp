@@ -50,12 +50,16 @@ bool is_robot(const std::string& path) {
   return false;
 }
 
+[[noreturn]] void refuse_package(const std::string& entry) {
+  throw Failure(ExitCode::kBadInput, "--package = '" + config::printable(entry) + "' must be NAME=DIR");
+}
+
 std::map<std::string, std::string> packages_of(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> packages;
   for (const std::string& entry : entries) {
     const std::size_t equals = entry.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
-      throw Failure(ExitCode::kBadInput, "--package = '" + config::printable(entry) + "' must be NAME=DIR");
+      refuse_package(entry);
     }
     packages[entry.substr(0, equals)] = entry.substr(equals + 1);
   }

@@ -91,13 +91,13 @@ CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<dou
 CLI::Option* add_pose(CLI::App& app, const std::string& name, std::vector<double>& xyz_rpy,
                       const std::string& description) {
   const auto set = [name, &xyz_rpy](const std::vector<std::string>& words) {
-    constexpr std::array kParts = {"x", "y", "z", "roll", "pitch", "yaw"};
+    constexpr std::array kParts = {" x", " y", " z", " roll", " pitch", " yaw"};
     ParsedNumbers parsed = parse_numbers(words, kParts.size());
     if (!parsed.error.empty()) throw Failure(ExitCode::kBadInput, name + ": " + parsed.error);
     for (std::size_t i = 0; i < kParts.size(); ++i) {
       const config::Bounds& bounds = i < 3 ? config::kCoordinate : config::kAngle;
       if (bounds.allow(parsed.numbers[i])) continue;
-      refuse(name + " " + kParts[i], config::number_text(parsed.numbers[i]), bounds.text());
+      refuse(name + kParts[i], config::number_text(parsed.numbers[i]), bounds.text());
     }
     xyz_rpy = std::move(parsed.numbers);
   };

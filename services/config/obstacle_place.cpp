@@ -7,6 +7,7 @@ namespace hecaton::config {
 std::string overlap_with_arms(std::span<const planner::PlannedArm> arms, MeasuredJoints q,
                               std::span<const world::Obstacle> others, const world::Obstacle& obstacle,
                               const world::Pose& X_WO) {
+  if (arms.empty()) return {};
   std::vector<planner::Arm> models;
   for (const planner::PlannedArm& planned : arms) models.push_back(planned.arm);
   std::vector<world::Obstacle> obstacles;

@@ -41,7 +41,7 @@ std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
   std::string all;
   for (const Interface& one : interfaces_of_this_machine()) {
     if (one.name == wanted || one.address == wanted) addresses.push_back(one.address);
-    all += (all.empty() ? "" : ", ") + one.name + " (" + one.address + ")";
+    all.append(all.empty() ? "" : ", ").append(one.name).append(" (").append(one.address).append(")");
   }
   if (addresses.empty()) {
     throw std::runtime_error(file.path + ": network.interface = " + wanted +

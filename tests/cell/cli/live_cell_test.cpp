@@ -117,6 +117,14 @@ TEST_F(LiveCell, EditsTheWorld) {
   EXPECT_EQ(run({"obstacle", "move", "crate", "--pose", "0.3842 -0.15 1.4775 0 0 0"}).code, 0);
   EXPECT_EQ(run({"attach", "north", "crate"}).code, 0);
   until([](const Json& now) { return now["attached_to"] == "north"; });
+  // Beside both: 0.07 m from the tool's axis, whose flange has a radius of 0.03 m.
+  EXPECT_EQ(run({"obstacle", "add", "lid", "--sphere", "0.01", "--pose", "0.4806 -0.08 1.4507 0 0 0"}).code, 0);
+  EXPECT_EQ(run({"attach", "north", "lid"}).code, 0);
+  const auto carried = [&] { return entry(json({"arms"}), "name", "north")["state"]["carried"]; };
+  until([&](const Json&) { return carried() == Json{"crate", "lid"}; });
+  EXPECT_NE(run({"arms"}).out.find("crate, lid"), std::string::npos);
+  EXPECT_EQ(run({"detach", "north", "lid"}).code, 0);
+  EXPECT_EQ(run({"obstacle", "remove", "lid"}).code, 0);
   EXPECT_EQ(run({"detach", "west", "crate"}).code, 3) << "another arm carries it";
   EXPECT_EQ(run({"detach", "north", "crate"}).code, 0);
   until([](const Json& now) { return now["attached_to"] == ""; });

@@ -68,12 +68,14 @@ TEST_F(MotionProcess, BadInputIsOneSentenceAndExitCodeThree) {
   EXPECT_EQ(unknown.standard_error(), path_ + ": --arm arm9 must be one of arm1\n");
 }
 
-TEST_F(MotionProcess, WrongUsageIsExitCodeTwo) {
-  for (const auto& arguments : std::vector<std::vector<std::string>>{
-           {}, {path_}, {path_, "--arm", "arm1", "--domain", "200"}, {path_, "--arm", "arm1", "--nonsense"}}) {
+TEST_F(MotionProcess, WrongUsageIsExitCodeTwoAndABadValueThree) {
+  for (const auto& arguments :
+       std::vector<std::vector<std::string>>{{}, {path_}, {path_, "--arm", "arm1", "--nonsense"}}) {
     ChildProcess process("hecaton-planner", arguments);
     EXPECT_EQ(process.wait(30s).code, 2);
   }
+  ChildProcess far("hecaton-planner", {path_, "--arm", "arm1", "--domain", "200"});
+  EXPECT_EQ(far.wait(30s).code, 3);
   ChildProcess help("hecaton-world", {"--help"});
   EXPECT_EQ(help.wait(30s).code, 0);
   EXPECT_NE(help.standard_output().find("CELL"), std::string::npos);

@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
                       joint("k", "fixed", "b", "a")),
                 "link 'a' is part of a loop of joints"},
         BadUrdf{"self_loop", robot(ball_link("base") + joint("j", "fixed", "base", "base")), "part of a loop"},
-        BadUrdf{"tool", two_links("revolute", kLimit), "tool link 'hand' does not exist", "hand"}),
+        BadUrdf{"tool", two_links("revolute", kLimit), "tool link 'hand' must be one of its links: base, a", "hand"}),
     test::CaseName());
 
 INSTANTIATE_TEST_SUITE_P(

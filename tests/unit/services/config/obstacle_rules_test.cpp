@@ -63,7 +63,9 @@ TEST(ObstacleRulesTest, HoldForEveryMotion) {
   EXPECT_EQ(moving(world::CircleMotion{x, Eigen::Vector3d::UnitZ(), 0.0, false}), "motion.angular_speed");
   EXPECT_EQ(moving(world::WaypointMotion{{world::Pose::Identity(), world::Pose::Identity()}, 0.1, true}),
             "motion.poses");
-  EXPECT_EQ(moving(world::DynamicMotion{0.0}), "motion.mass");
+  world::DynamicMotion weightless;
+  weightless.mass = 0.0;
+  EXPECT_EQ(moving(weightless), "motion.mass");
 }
 
 TEST(ObstacleRulesTest, WhatIsCarriedIsNearTheTool) {
