@@ -1,7 +1,9 @@
 #include "services/cli/application.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <string_view>
 #include <vector>
@@ -131,7 +133,9 @@ ExitCode run_application(int argc, const char* const* argv) {
   };
   try {
     app->parse(argc, argv);
-    return session.action();
+    const ExitCode code = session.action();
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    return complain(ExitCode::kNegative, std::string("the output cannot be written: ") + std::strerror(errno));
   } catch (const CLI::Success& help) {
     app->exit(help);
     return ExitCode::kDone;

@@ -45,5 +45,12 @@ TEST(NoCell, TheDomainOfTheCellFileIsTriedByDefault) {
   EXPECT_NE(ran.err.find("under the name 'three_puma'"), std::string::npos) << ran.err;
 }
 
+TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
+  const std::string command = std::string(HECATON_BIN_DIR) + "/hecaton man > /dev/full 2> /dev/null";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+}
+
 }  // namespace
 }  // namespace hecaton::test
