@@ -88,6 +88,14 @@ ExitCode check_cell(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
+/// Throws Failure (usage) when an option that only a URDF has was given for a cell file.
+void refuse_robot_options(const CLI::App& command) {
+  for (const char* name : {"--srdf", "--tool", "--meshes", "--package", kAllowBareLinks, kDefaultVelocity}) {
+    if (command.count(name) == 0) continue;
+    throw Failure(ExitCode::kUsage, std::string(name).append(" is for a URDF alone: a cell file says it of each arm"));
+  }
+}
+
 }  // namespace
 
 void add_check(CLI::App& app, Session& session) {
@@ -110,10 +118,12 @@ void add_check(CLI::App& app, Session& session) {
   add_number(
       *command, kDefaultVelocity, [options = options.get()](double velocity) { options->default_velocity = velocity; },
       "URDF only: velocity limit of joints that have none [rad/s | m/s]; otherwise they are refused", kVelocity);
-  command->callback([&session, options] {
+  command->callback([&session, options, command] {
     static_cast<void>(packages_of(options->packages));
-    session.action = [&session, options] {
-      return is_robot(options->file) ? check_urdf(session.settings, *options) : check_cell(session.settings, *options);
+    session.action = [&session, options, command] {
+      if (is_robot(options->file)) return check_urdf(session.settings, *options);
+      refuse_robot_options(*command);
+      return check_cell(session.settings, *options);
     };
   });
 }

@@ -62,7 +62,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   const auto began = std::chrono::steady_clock::now();
   planner::BatchReport batch = planner::simulate_tasks(cell, options.batch);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-  if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, batch.failure);
+  if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
   if (!batch.failure.empty()) std::fprintf(stderr, "hecaton: %s\n", batch.failure.c_str());
 
   const Report report = make_report(cell, options, std::move(batch));

@@ -53,6 +53,7 @@ TEST(CommandLine, RefusesWrongUsage) {
           {{"simulate"}, "CELL is required"},
           {{"simulate", kCell, "--method", "magic"}, "'magic' must be local or boundary_following"},
           {{"up"}, "CELL is required"},
+          {{"check", kCell, "--tool", "flange"}, "--tool is for a URDF alone"},
           {{"completion", "fish"}, "fish"},
       },
       ExitCode::kUsage);
