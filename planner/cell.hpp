@@ -24,6 +24,8 @@ struct TaskArea {
   Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();  ///< [m]
   double radius = 0.35;                                ///< of the disc in the horizontal plane [m]
   double half_height = 0.1;                            ///< above and below the centre [m]
+  std::string posture;                                 ///< named pose near which arms stay; empty: any posture
+  bool all_conflict = false;                           ///< every arm is in another's straight way, not just two
   double time_limit = 30.0;                            ///< for one task [s]
 };
 

@@ -15,6 +15,8 @@ namespace {
 
 /// A goal keeps this much more than dₛ from everything, so that the dampers let the arm rest there.
 constexpr double kRestMargin = 0.03;
+/// Inverse kinematics begins this near the posture that the cell asks for [rad].
+constexpr double kPostureWidth = 0.2;
 /// Configurations per straight motion that are checked for contact.
 constexpr int kStraightSamples = 60;
 /// A moving obstacle's sweep is sampled at this many instants over kSweepTime.
@@ -80,6 +82,18 @@ struct TaskGenerator::Impl {
     return true;
   }
 
+  [[nodiscard]] JointVector draw_posture(const Arm& arm, Random& random) const {
+    JointVector q(arm.model->joints());
+    const bool any = cell.tasks.posture.empty();
+    for (int j = 0; j < arm.model->joints(); ++j) {
+      const double middle = any ? 0.0 : arm.named.at(cell.tasks.posture)[j];
+      const double width = any ? std::numbers::pi : kPostureWidth;
+      q[j] =
+          random.uniform(std::max(arm.limits.lower[j], middle - width), std::min(arm.limits.upper[j], middle + width));
+    }
+    return q;
+  }
+
   std::optional<JointVector> draw_arm(int i, Random& random) {
     const Arm& arm = cell.arms[i].arm;
     const TaskArea& area = cell.tasks;
@@ -88,12 +102,7 @@ struct TaskGenerator::Impl {
     Pose X_WT = Pose::Identity();
     X_WT.translation() = area.centre_W + Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle),
                                                          random.uniform(-1.0, 1.0) * area.half_height);
-    JointVector start(arm.model->joints());
-    for (int j = 0; j < arm.model->joints(); ++j) {
-      const double lower = std::max(arm.limits.lower[j], -std::numbers::pi);
-      const double upper = std::min(arm.limits.upper[j], std::numbers::pi);
-      start[j] = random.uniform(lower, upper);
-    }
+    const JointVector start = draw_posture(arm, random);
     IkOptions options;
     options.task = IkTask::kPosition;
     options.seeds = 2;
@@ -167,6 +176,7 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
 bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals) {
   const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
   CellConfiguration q = starts;
+  std::vector<bool> touched(impl_->arms(), false);
   for (int sample = 1; sample < kStraightSamples; ++sample) {
     const double share = static_cast<double>(sample) / kStraightSamples;
     for (int i = 0; i < impl_->arms(); ++i) {
@@ -174,9 +184,11 @@ bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, co
       q[i] = starts[i] + share * joint_difference(limits, starts[i], goals[i]);
     }
     impl_->place(q);
-    for (int i = 0; i + 1 < impl_->arms(); ++i) {
-      if (impl_->near(i, 0.0, 0.0, impl_->sweep.front(), arm_arm)) return true;
+    for (int i = 0; i < impl_->arms(); ++i) {
+      touched[i] = touched[i] || impl_->near(i, 0.0, 0.0, impl_->sweep.front(), arm_arm);
     }
+    const auto count = std::count(touched.begin(), touched.end(), true);
+    if (count > 0 && (!impl_->cell.tasks.all_conflict || count == impl_->arms())) return true;
   }
   return false;
 }

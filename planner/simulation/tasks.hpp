@@ -25,12 +25,13 @@ class TaskGenerator {
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
 
   /// Goals for arms that stand at `starts`: the next stop of the cell's route, if it has one. Otherwise a configuration
-  /// as above for which the simultaneous straight-line motion brings two arms into contact. Nothing when `attempts`
-  /// draws found none.
+  /// as above for which the simultaneous straight-line motion brings arms into contact: two at least, or every one of
+  /// them if the cell's task area says so. Nothing when `attempts` draws found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_conflicting_goals(Random& random, const CellConfiguration& starts,
-                                                                        int attempts = 200);
+                                                                        int attempts = 2000);
 
-  /// Whether some pair of arms touches while all move from `starts` to `goals` on straight lines in the same time.
+  /// Whether two arms (or every arm some other, see above) touch while all move from `starts` to `goals` on straight
+  /// lines in the same time.
   [[nodiscard]] bool straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals);
 
  private:

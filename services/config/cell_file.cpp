@@ -18,15 +18,18 @@ std::string read_world_host(const MapView& root, const std::vector<Host>& hosts)
   return hosts.front().name;
 }
 
-void check_route(const MapView& root, const planner::Cell& cell) {
-  for (const std::string& pose : cell.tasks.route) {
-    for (const planner::PlannedArm& planned : cell.arms) {
-      if (planned.arm.named.contains(pose)) continue;
-      root.at("tasks")
-          .map(section::kTasks)
-          .fail("route", pose, "the name of a pose that every arm has; arm " + planned.arm.name + " has none");
-    }
+void require_of_every_arm(const MapView& root, const planner::Cell& cell, const char* key, const std::string& pose) {
+  for (const planner::PlannedArm& planned : cell.arms) {
+    if (planned.arm.named.contains(pose)) continue;
+    root.at("tasks")
+        .map(section::kTasks)
+        .fail(key, pose, "the name of a pose that every arm has; arm " + planned.arm.name + " has none");
   }
+}
+
+void check_task_poses(const MapView& root, const planner::Cell& cell) {
+  for (const std::string& pose : cell.tasks.route) require_of_every_arm(root, cell, "route", pose);
+  if (!cell.tasks.posture.empty()) require_of_every_arm(root, cell, "posture", cell.tasks.posture);
 }
 
 // Relations between sections, which no section's reader can check alone.
@@ -58,7 +61,7 @@ CellFile read_cell(const YamlNode& tree, const std::string& path) {
   file.cell.tasks = read_tasks(root);
   check_relations(root, file);
   read_arms(root, file);
-  check_route(root, file.cell);
+  check_task_poses(root, file.cell);
   file.cell.scene = read_scene(root, file.cell.arms);
   check_start(file.cell, path);
   return file;
