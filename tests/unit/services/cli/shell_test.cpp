@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "services/cli/command_line_shape.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
@@ -25,7 +26,7 @@ std::string output_of(const std::string& command) {
 
 /// What bash would offer for the last of `words`.
 std::vector<std::string> completions(const std::string& words) {
-  const std::string script = testing::TempDir() + "hecaton_completion_test.bash";
+  const std::string script = testing::TempDir() + "hecaton_completion_" + std::to_string(getpid()) + ".bash";
   std::ofstream(script) << run_line({"completion", "bash"}).out << "hecaton() { :; }\nCOMP_WORDS=(" << words
                         << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_hecaton\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n";
   std::istringstream lines(output_of("bash --norc " + script + " 2>&1"));
