@@ -39,6 +39,13 @@ class ArmController {
   TickResult step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
 
+  /// From the next period on the arm tries this.
+  void begin(const Manoeuvre& manoeuvre) { planner::begin(manoeuvre, memory_.local); }
+
+  [[nodiscard]] const std::optional<JointVector>& goal() const { return goal_; }
+  /// Where the last period's command leads; after the first step.
+  [[nodiscard]] const MeasuredState& setpoint() const { return *setpoint_; }
+  [[nodiscard]] const LocalMemory& memory() const { return memory_.local; }
   [[nodiscard]] const CellGeometry& geometry() const { return geometry_; }
   [[nodiscard]] const LocalParameters& parameters() const { return parameters_; }
   [[nodiscard]] double control_period() const { return dt_; }

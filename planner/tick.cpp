@@ -208,6 +208,7 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
                   : at_goal         ? TickStatus::kReached
                   : local.blocked   ? TickStatus::kBlocked
                   : local.following ? TickStatus::kFollowing
+                  : local.detouring ? TickStatus::kDetouring
                                     : TickStatus::kMoving;
   return result;
 }

@@ -28,6 +28,7 @@ enum class TickStatus : std::uint8_t {
   kIdle,        ///< no goal; keeps its place
   kMoving,      ///< the local planner makes progress
   kFollowing,   ///< follows a boundary
+  kDetouring,   ///< goes by a way-point
   kBlocked,     ///< no progress for now: see `binding`
   kReached,     ///< within tolerance of the goal and at rest
   kHolding,     ///< told to

@@ -17,15 +17,17 @@ ALLOWED = {
     "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
     # tick, arm_controller, goal_check, cell: what one arm's planner is
     "planner": ["planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
-    "planner/simulation": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
-                           "world/model", "world/sim"],
+    "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "world/model"],
+    "planner/simulation": ["planner", "planner/rollout", "planner/local", "planner/collision", "planner/model",
+                           "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
     "services/config": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model", "world/sim"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/local",
-           "planner/collision", "planner/model", "planner/trajectory", "planner/simulation", "world/model", "world/sim"]
+           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/simulation",
+           "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
     ALLOWED[f"services/{service}"] = SERVICE
 

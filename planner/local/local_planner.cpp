@@ -13,6 +13,8 @@ namespace {
 constexpr double kStillShare = 0.02;
 /// An arm that stands this long before its goal says that it is blocked [s].
 constexpr double kBlockedAfter = 0.5;
+/// A detour need not end exactly at its way-point [rad | m].
+constexpr double kDetourTolerance = 0.1;
 
 /// The velocity nearest to `target` within bounds and rows. Relaxed rows are never stricter than `allowed`, a velocity
 /// that is always possible: standing still, or the stop profile.
@@ -58,6 +60,17 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   memory.q_goal = input.q_goal;
   memory.follower = {};
   memory.without_progress = 0.0;
+  memory.detour.active = false;
+  memory.subspace_wanted = false;
+}
+
+/// A detour ends near its way-point, when its time is over, or when something is in its way, too.
+void update_detour(const LocalInput& input, const JointVector& intended, const JointVector& wanted, Detour& detour) {
+  detour.time_left -= input.dt;
+  const JointVector way = joint_difference(input.limits, input.q, detour.q);
+  const bool there = way.cwiseAbs().maxCoeff() < kDetourTolerance;
+  const bool blocked = deadlocked(intended, wanted, input.parameters.follower.deadlock_fraction);
+  if (there || blocked || detour.time_left <= 0.0) detour.active = false;
 }
 
 /// The subspace has been followed long enough, or so many constraints have taken turns that the walk in the plane must
@@ -78,7 +91,7 @@ void update_follower(const LocalInput& input, const JointVector& way, const Join
     const bool nearer = way.norm() < p.exit_fraction * follower.d_lock;
     if (nearer) {
       follower.following = false;
-    } else if (exhausted(follower, p)) {
+    } else if (exhausted(follower, p) || memory.subspace_wanted) {
       redraw_subspace(follower, memory.random, way, input.rows);
     }
   }
@@ -88,9 +101,18 @@ void update_follower(const LocalInput& input, const JointVector& way, const Join
       start_following(follower, memory.random, input.limits, input.q, way, input.rows[blocking]);
     }
   }
+  memory.subspace_wanted = false;
 }
 
 }  // namespace
+
+void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
+  if (manoeuvre.kind == ManoeuvreKind::kGoOn) return;
+  memory.random = Random(manoeuvre.seed);
+  memory.detour = {manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience};
+  memory.subspace_wanted = manoeuvre.kind == ManoeuvreKind::kSubspace;
+  if (manoeuvre.kind != ManoeuvreKind::kSubspace) memory.follower.following = false;
+}
 
 // Two steps. First what the arm intends, as the paper plans it: towards the goal or along a boundary, under dampers,
 // velocity and position limits. Then what it commands: the nearest velocity to that which one period's acceleration can
@@ -100,14 +122,18 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   LocalResult result;
   const JointVector still = JointVector::Zero(input.q.size());
   const JointVector braking = braking_velocity(input.limits, input.qd, input.dt);
+  const JointVector& target = memory.detour.active ? memory.detour.q : input.q_goal;
   const JointVector way = joint_difference(input.limits, input.q, input.q_goal);
-  const JointVector wanted = goal_velocity(input.limits, input.q, input.q_goal, input.dt);
+  const JointVector wanted = goal_velocity(input.limits, input.q, target, input.dt);
   const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
 
   bool intention_relaxed = false;
   QpSolution intended = project(input, wanted, bounds, still, memory.intended, intention_relaxed);
   const bool at_goal = way.cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
-  if (input.parameters.method == Method::kBoundaryFollowing && !at_goal) {
+  result.detouring = memory.detour.active;
+  if (memory.detour.active) {
+    update_detour(input, intended.x, wanted, memory.detour);
+  } else if (input.parameters.method == Method::kBoundaryFollowing && !at_goal) {
     update_follower(input, way, wanted, intended, memory);
     if (memory.follower.following) {
       // differs from paper: when no constraint is left to follow, the local planner takes over again.

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "planner/local/boundary_follower.hpp"
+#include "planner/local/manoeuvre.hpp"
 #include "planner/local/parameters.hpp"
 #include "planner/local/row.hpp"
 #include "planner/qp/dense_qp.hpp"
@@ -31,11 +32,17 @@ struct LocalMemory {
   QpWarmStart commanded;
   JointVector q_goal;           ///< of the last period: a new goal starts afresh
   double without_progress = 0;  ///< since the arm last moved noticeably [s]
+  Detour detour;
+  bool subspace_wanted = false;  ///< a fresh one is to be drawn in the next period, if the arm follows a boundary
 };
+
+/// From the next period on the arm tries this. Nothing changes for kGoOn.
+void begin(const Manoeuvre& manoeuvre, LocalMemory& memory);
 
 struct LocalResult {
   JointVector qd;  ///< for the next period [rad/s | m/s]
   bool following = false;
+  bool detouring = false;
   bool blocked = false;  ///< no noticeable motion for a while although the goal is not reached
   bool relaxed = false;  ///< the rows asked for more than acceleration limits can give; braked as hard as allowed
   int binding_row = -1;  ///< the row with the largest multiplier, −1: none holds the arm back

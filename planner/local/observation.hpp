@@ -7,11 +7,13 @@ namespace hecaton::planner {
 
 /// State of another arm. Index = index in the cell; the entry of the own arm is ignored.
 struct ArmObservation {
-  JointVector q;       ///< [rad | m]
-  JointVector qd;      ///< [rad/s | m/s]
-  double age = 0.0;    ///< since it was true, on this planner's clock [s], ≥ 0
-  bool known = false;  ///< ever heard of; an arm that was never heard of stops this one
-  bool plans = false;  ///< takes its half of the damper (eq. 8); false: held, stopped or without planner
+  JointVector q;            ///< [rad | m]
+  JointVector qd;           ///< [rad/s | m/s]
+  double age = 0.0;         ///< since it was true, on this planner's clock [s], ≥ 0
+  bool known = false;       ///< ever heard of; an arm that was never heard of stops this one
+  bool plans = false;       ///< takes its half of the damper (eq. 8); false: held, stopped or without planner
+  bool has_goal = false;    ///< known to be under way to q_goal
+  JointVector q_goal = {};  ///< [rad | m]
 };
 
 }  // namespace hecaton::planner

@@ -65,6 +65,18 @@ std::string LocalParameters::validate() const {
   if (!std::isfinite(follower.redraw_longest) || follower.redraw_longest < follower.redraw_after) {
     return sentence("follower.redraw_longest", follower.redraw_longest, "no shorter than redraw_after");
   }
+  if (!positive(rollout.horizon)) return sentence("rollout.horizon", rollout.horizon, "a time in seconds above 0");
+  if (!std::isfinite(rollout.horizon_growth) || rollout.horizon_growth < 1.0) {
+    return sentence("rollout.horizon_growth", rollout.horizon_growth, "1 or more");
+  }
+  if (!std::isfinite(rollout.longest_horizon) || rollout.longest_horizon < rollout.horizon) {
+    return sentence("rollout.longest_horizon", rollout.longest_horizon, "no shorter than horizon");
+  }
+  if (!positive(rollout.interval)) return sentence("rollout.interval", rollout.interval, "a time in seconds above 0");
+  if (rollout.candidates < 0) return sentence("rollout.candidates", rollout.candidates, "0 (none) or more");
+  if (rollout.ticks_per_period < 1) {
+    return sentence("rollout.ticks_per_period", rollout.ticks_per_period, "1 or more");
+  }
   return {};
 }
 

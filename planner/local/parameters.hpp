@@ -44,10 +44,21 @@ struct FollowerParameters {
   }
 };
 
+/// How an arm that is held back looks ahead (planner/rollout).
+struct RolloutParameters {
+  int candidates = 8;             ///< manoeuvres played through at a time; 0: none, boundary following alone decides
+  double horizon = 2.0;           ///< of the first look ahead [s]
+  double horizon_growth = 1.3;    ///< each further one looks this many times farther, ≥ 1
+  double longest_horizon = 10.0;  ///< but no farther than this [s]
+  double interval = 0.4;          ///< between an answer and the next question [s]
+  int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
+};
+
 struct LocalParameters {
   Method method = Method::kBoundaryFollowing;
   DamperParameters damper;
   FollowerParameters follower;
+  RolloutParameters rollout;
   double goal_tolerance = 2e-3;        ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_others = 10;  ///< assumed bound for margins against aged state [rad/s²]
   double state_age_limit = 0.1;        ///< older news of an arm or obstacle stops this arm [s]

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "planner/rollout/rollout_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
 
 namespace hecaton::planner {
@@ -19,12 +20,19 @@ class Episode {
     const int n = static_cast<int>(cell.arms.size());
     world_.set_time(options.world_time);
     std::vector<Arm> arms;
-    for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+    std::vector<LocalParameters> parameters;
+    for (const PlannedArm& planned : cell.arms) {
+      arms.push_back(planned.arm);
+      parameters.push_back(planned.parameters);
+    }
     Random random(options.seed);
     for (int i = 0; i < n; ++i) {
       controllers_.emplace_back(CellGeometry(arms, i), cell.arms[i].parameters, cell.timing.control_period,
                                 random.next());
       controllers_.back().set_obstacles(cell.scene.obstacles);
+      policies_.emplace_back(cell.arms[i].parameters.rollout, random.next());
+      searches_.emplace_back(arms, parameters, i);
+      searches_.back().set_obstacles(cell.scene.obstacles);
       drives_.emplace_back(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout);
       auto& row = channels_.emplace_back();
       for (int from = 0; from < n; ++from) row.emplace_back(options.network, random.next());
@@ -73,7 +81,7 @@ class Episode {
     const int n = static_cast<int>(controllers_.size());
     for (int to = 0; to < n; ++to) {
       for (int from = 0; from < n; ++from) {
-        if (from != to) channels_[to][from].send(now, drives_[from].q(), drives_[from].qd(), true);
+        if (from != to) channels_[to][from].send(now, own_state(from));
       }
     }
     const world::ObstacleSnapshot snapshot = world_.snapshot();
@@ -87,8 +95,29 @@ class Episode {
         const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
         options_.tick_us->push_back(spent.count());
       }
+      think(i, snapshot.states);
       drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
       ++outcome_.ticks;
+    }
+  }
+
+  [[nodiscard]] ArmObservation own_state(int arm) const {
+    const auto& goal = controllers_[arm].goal();
+    return {drives_[arm].q(), drives_[arm].qd(), 0.0, true, true, goal.has_value(), goal.value_or(JointVector())};
+  }
+
+  /// A period's share of the rollouts that a planner runs beside its ticks.
+  void think(int i, std::span<const world::ObstacleState> obstacles) {
+    const RolloutParameters& rollout = cell_.arms[i].parameters.rollout;
+    if (rollout.candidates == 0) return;
+    if (auto question = policies_[i].next(controllers_[i], results_[i], observations_, obstacles)) {
+      searches_[i].begin(std::move(*question));
+    } else if (searches_[i].busy()) {
+      if (const auto answer = searches_[i].advance(rollout.ticks_per_period)) {
+        policies_[i].answered();
+        controllers_[i].begin(answer->manoeuvre);
+        ++outcome_.arms[i].rollouts;
+      }
     }
   }
 
@@ -142,6 +171,8 @@ class Episode {
   const EpisodeOptions& options_;
   world::BulletWorld world_;
   std::vector<ArmController> controllers_;
+  std::vector<RolloutPolicy> policies_;
+  std::vector<RolloutSearch> searches_;
   std::vector<ArmModel> drives_;
   std::vector<std::vector<StateChannel>> channels_;  ///< [receiver][sender]
   std::vector<ArmObservation> observations_;

@@ -20,6 +20,7 @@ struct ArmOutcome {
   TaskOutcome outcome = TaskOutcome::kTimedOut;
   double time = 0.0;      ///< until reached, or the time limit [s]
   int redraws = 0;        ///< subspaces drawn
+  int rollouts = 0;       ///< answers of the rollout search
   int relaxed_ticks = 0;  ///< ticks that braked because the rows asked for more
 };
 

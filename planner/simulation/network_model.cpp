@@ -7,11 +7,11 @@ namespace hecaton::planner {
 StateChannel::StateChannel(const NetworkParameters& parameters, std::uint64_t seed)
     : parameters_(parameters), random_(seed) {}
 
-void StateChannel::send(double now, const JointVector& q, const JointVector& qd, bool plans) {
+void StateChannel::send(double now, const ArmObservation& state) {
   const double delay = std::max(0.0, parameters_.age + random_.uniform(-1.0, 1.0) * parameters_.jitter);
   const bool lost = random_.uniform() < parameters_.loss;
   if (lost) return;
-  under_way_.push_back({now, now + delay, {q, qd, 0.0, true, plans}});
+  under_way_.push_back({now, now + delay, state});
 }
 
 ArmObservation StateChannel::receive(double now) {

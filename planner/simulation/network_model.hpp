@@ -20,8 +20,8 @@ class StateChannel {
  public:
   StateChannel(const NetworkParameters& parameters, std::uint64_t seed);
 
-  /// A sample that is true at `now` [s].
-  void send(double now, const JointVector& q, const JointVector& qd, bool plans);
+  /// `state` is true at `now` [s].
+  void send(double now, const ArmObservation& state);
   /// The newest sample that has arrived by `now`, with its age; `known` false before the first.
   [[nodiscard]] ArmObservation receive(double now);
 

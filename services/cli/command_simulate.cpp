@@ -22,6 +22,7 @@ namespace {
 struct Options {
   std::string cell;
   std::string method;
+  int rollouts = -1;  ///< −1: as the cell file says
   std::string report;
   planner::BatchOptions batch;
 };
@@ -56,6 +57,9 @@ ExitCode run(const Settings& settings, const Options& options) {
   require_tasks(file);
   planner::Cell cell = file.cell;
   check_writable(options.report);
+  for (planner::PlannedArm& planned : cell.arms) {
+    if (options.rollouts >= 0) planned.parameters.rollout.candidates = options.rollouts;
+  }
   if (!options.method.empty()) {
     for (planner::PlannedArm& planned : cell.arms) planned.parameters.method = method_of(options.method);
   }
@@ -87,6 +91,12 @@ void add_simulate(CLI::App& app, Session& session) {
       "goals for single arms, in total (100)", 1, kMostTasks);
   add_seed(*command, batch.seed, "of all random choices: the same seed gives the same report, to the last bit (1)");
   add_method(*command, options->method);
+  command
+      ->add_option("--rollouts", options->rollouts,
+                   "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; "
+                   "0: none")
+      ->check(CLI::Range(0, 1000).description(""))
+      ->type_name("N");
   add_duration(*command, "--age", batch.network.age, "mean age of the states that arms see of each other (0ms)", 0.0,
                10.0);
   add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",

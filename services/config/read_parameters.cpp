@@ -29,12 +29,22 @@ void read_follower(const MapView& map, planner::FollowerParameters& follower) {
   read_seconds(map, "redraw_longest", {0.0, 3600.0, "s"}, follower.redraw_longest);
 }
 
+void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
+  if (const auto count = map.find("candidates")) rollout.candidates = count->integer(0, 1000);
+  read_seconds(map, "horizon", {0.0, 60.0, "s", true}, rollout.horizon);
+  read_number(map, "horizon_growth", {1.0, 100.0, ""}, rollout.horizon_growth);
+  read_seconds(map, "longest_horizon", {0.0, 60.0, "s", true}, rollout.longest_horizon);
+  read_seconds(map, "interval", {0.0, 60.0, "s", true}, rollout.interval);
+  if (const auto ticks = map.find("ticks_per_period")) rollout.ticks_per_period = ticks->integer(1, 1'000'000);
+}
+
 }  // namespace
 
 void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto method = map.find("method")) parameters.method = kMethods[method->choice(kMethodNames)];
   if (const auto damper = map.find("damper")) read_damper(damper->map(section::kDamper), parameters.damper);
   if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
+  if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_others", {0.0, 1e4, "rad/s²", true}, parameters.acceleration_of_others);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);

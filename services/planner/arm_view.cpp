@@ -7,7 +7,8 @@
 
 namespace hecaton::services {
 
-ArmView::ArmView(const planner::Cell& cell) : heard_(cell.arms.size()), observations_(cell.arms.size()) {
+ArmView::ArmView(const planner::Cell& cell)
+    : heard_(cell.arms.size()), observations_(cell.arms.size()), goals_(cell.arms.size()) {
   for (const planner::PlannedArm& planned : cell.arms) {
     names_.push_back(planned.arm.name);
     joints_.push_back(planned.arm.model->joints());
@@ -34,6 +35,26 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
                 state.sequence_number(),
                 writer,
                 received};
+  return {};
+}
+
+std::string ArmView::apply(const msg::GoalStatus& status) {
+  const auto name = std::find(names_.begin(), names_.end(), status.arm());
+  if (name == names_.end()) return "GoalStatus of " + status.arm() + ": no such arm in this cell";
+  const auto index = static_cast<std::size_t>(name - names_.begin());
+  planner::ArmObservation& seen = observations_[index];
+  const bool under_way = status.state() == msg::GOAL_ACTIVE || status.state() == msg::GOAL_BLOCKED;
+  if (!under_way) {
+    // A status of an earlier goal says nothing about the present one.
+    if (goals_[index] == status.goal()) seen.has_goal = false;
+    return {};
+  }
+  const auto q_goal =
+      bus::joints_from_message(status.q_goal(), "GoalStatus of " + status.arm() + ": q_goal", joints_[index]);
+  if (!q_goal) return q_goal.error;
+  goals_[index] = status.goal();
+  seen.q_goal = *q_goal;
+  seen.has_goal = true;
   return {};
 }
 

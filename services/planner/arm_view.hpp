@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <idl/arm.h>
+#include <idl/goal.h>
 
 #include "planner/cell.hpp"
 #include "planner/local/observation.hpp"
@@ -37,6 +38,9 @@ class ArmView {
   /// A sentence when the message cannot be used, else nothing. Other cells' arms are unusable, too.
   std::string apply(const msg::ArmState& state, const bus::EndpointId& writer, Clock::time_point received);
 
+  /// Where an arm is under way to, as its planner says. A sentence when the message cannot be used.
+  std::string apply(const msg::GoalStatus& status);
+
   [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
   /// Since its last state arrived [s]; infinite before the first.
   [[nodiscard]] double age(int index, Clock::time_point now) const;
@@ -48,6 +52,7 @@ class ArmView {
   std::vector<int> joints_;
   std::vector<std::optional<Heard>> heard_;
   std::vector<planner::ArmObservation> observations_;
+  std::vector<std::string> goals_;  ///< the one that each arm is under way to; empty: none
 };
 
 }  // namespace hecaton::services

@@ -55,6 +55,9 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
     case planner::TickStatus::kFollowing:
       progress.trying = "follows the boundary" + subspaces(result.redraws);
       break;
+    case planner::TickStatus::kDetouring:
+      progress.trying = "makes a detour";
+      break;
     case planner::TickStatus::kHolding:
       progress.reason = hold_reason;
       progress.trying = "waits";

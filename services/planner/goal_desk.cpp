@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "services/bus/convert.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -120,6 +122,7 @@ void GoalDesk::tell_active(msg::GoalState state, const std::string& reason, Cloc
   status.trying(active.last.trying);
   status.distance_to_goal(active.last.distance);
   status.elapsed(seconds(now - active.since));
+  status.q_goal(bus::to_message(active.q_goal));
 }
 
 void GoalDesk::end_active(msg::GoalState state, const std::string& reason, Clock::time_point now) {

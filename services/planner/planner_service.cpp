@@ -33,6 +33,12 @@ std::vector<planner::Arm> arms_of(const planner::Cell& cell) {
   return arms;
 }
 
+std::vector<planner::LocalParameters> parameters_of(const planner::Cell& cell) {
+  std::vector<planner::LocalParameters> parameters;
+  for (const planner::PlannedArm& planned : cell.arms) parameters.push_back(planned.parameters);
+  return parameters;
+}
+
 std::vector<std::string> names_of(const planner::Cell& cell) {
   std::vector<std::string> names;
   for (const planner::PlannedArm& planned : cell.arms) names.push_back(planned.arm.name);
@@ -82,6 +88,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       obstacle_shapes_(participant_, &mailbox_),
       obstacle_states_(participant_, &mailbox_),
       goals_(participant_, &mailbox_),
+      goals_of_others_(participant_, &mailbox_),
       commands_(participant_),
       statuses_(participant_),
       pulse_(participant_,
@@ -93,7 +100,10 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       desk_(name_, node_),
       controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
                   file.cell.timing.control_period, seed_of(name_)),
-      resolver_(arms_of(file.cell), arm) {
+      resolver_(arms_of(file.cell), arm),
+      rollout_policy_(file.cell.arms[arm].parameters.rollout, seed_of(name_)),
+      rollouts_(arms_of(file.cell), parameters_of(file.cell), arm,
+                file.cell.arms[arm].parameters.rollout.ticks_per_period) {
   command_.arm(name_);
   command_.node(node_);
   command_.period(file.cell.timing.control_period);
@@ -122,6 +132,9 @@ void PlannerService::listen() {
   };
   for (const auto& sample : arm_states_.take()) {
     if (!sample.disposed) complain(arms_.apply(sample.value, sample.writer, sample.received));
+  }
+  for (const auto& sample : goals_of_others_.take()) {
+    if (!sample.disposed) complain(arms_.apply(sample.value));
   }
   for (const auto& sample : obstacle_shapes_.take()) {
     if (sample.disposed) {
@@ -191,6 +204,7 @@ void PlannerService::plan() {
   const auto obstacles = obstacles_.states(now_);
   const planner::TickResult result = controller_.step({own.q, own.qd}, observed, obstacles, !hold_reason_.empty());
   command(result);
+  if (desk_.has_active()) look_ahead(result, observed, obstacles);
 
   const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
@@ -206,6 +220,19 @@ void PlannerService::plan() {
     progress.reason = "the drive does not follow: " + own.reason;
   }
   answer_clients(std::move(progress));
+}
+
+void PlannerService::look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
+                                std::span<const world::ObstacleState> obstacles) {
+  if (const auto answer = rollouts_.answer()) {
+    rollout_policy_.answered();
+    controller_.begin(answer->manoeuvre);
+  }
+  if (auto question = rollout_policy_.next(controller_, result, arms, obstacles)) {
+    rollouts_.ask(std::move(*question), obstacles_.obstacles());
+  } else {
+    rollouts_.grant();
+  }
 }
 
 void PlannerService::command(const planner::TickResult& result) {

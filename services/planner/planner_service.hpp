@@ -9,12 +9,14 @@
 #include <idl/world.h>
 
 #include "planner/arm_controller.hpp"
+#include "planner/rollout/rollout_policy.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/arm_view.hpp"
 #include "services/planner/goal_desk.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
+#include "services/planner/rollout_worker.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/periodic_loop.hpp"
@@ -36,6 +38,8 @@ class PlannerService {
   void listen();
   void handle_goals();
   void plan();
+  void look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
+                  std::span<const world::ObstacleState> obstacles);
   void command(const planner::TickResult& result);
   void answer_clients(Progress progress);
   void publish_statuses();
@@ -56,6 +60,7 @@ class PlannerService {
   bus::Reader<msg::ObstacleShapes> obstacle_shapes_;
   bus::Reader<msg::ObstacleStates> obstacle_states_;
   bus::Reader<msg::Goal> goals_;
+  bus::Reader<msg::GoalStatus> goals_of_others_;
   bus::Writer<msg::ArmCommand> commands_;
   bus::Writer<msg::GoalStatus> statuses_;
   Pulse pulse_;
@@ -66,6 +71,8 @@ class PlannerService {
   GoalDesk desk_;
   planner::ArmController controller_;
   GoalResolver resolver_;
+  planner::RolloutPolicy rollout_policy_;
+  RolloutWorker rollouts_;
 
   Clock::time_point now_{};
   std::string hold_reason_ = "has just started";

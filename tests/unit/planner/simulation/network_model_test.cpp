@@ -12,7 +12,7 @@ using test::joints;
 TEST(StateChannel, NothingIsKnownBeforeTheFirstArrival) {
   StateChannel channel({.age = 0.02}, 1);
   EXPECT_FALSE(channel.receive(0.0).known);
-  channel.send(0.0, joints({1}), joints({2}), true);
+  channel.send(0.0, {joints({1}), joints({2}), 0.0, true, true});
   EXPECT_FALSE(channel.receive(0.01).known);
   const ArmObservation state = channel.receive(0.02);
   EXPECT_TRUE(state.known && state.plans);
@@ -26,7 +26,7 @@ TEST(StateChannel, JitterNeverBringsOlderNewsAfterNewer) {
   double last = -1.0;
   for (int k = 0; k < 5000; ++k) {
     const double now = 0.01 * k;
-    channel.send(now, joints({now}), joints({0}), true);
+    channel.send(now, {joints({now}), joints({0}), 0.0, true, true});
     const ArmObservation state = channel.receive(now);
     if (!state.known) continue;
     ASSERT_GE(state.q[0], last);
@@ -41,7 +41,7 @@ TEST(StateChannel, LosesTheShareItWasTold) {
   int fresh = 0;
   for (int k = 0; k < 20'000; ++k) {
     const double now = 0.01 * k;
-    channel.send(now, joints({now}), joints({0}), true);
+    channel.send(now, {joints({now}), joints({0}), 0.0, true, true});
     if (channel.receive(now).age == 0.0) ++fresh;
   }
   EXPECT_NEAR(fresh, 16'000, 300);  // binomial: σ = 57; the very first sample may be unknown

@@ -25,7 +25,8 @@ world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s,
               takeover_lease: 30000us}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
-tasks: {centre: [1, 2, 3], radius: 0.5, half_height: 0.25, time_limit: 0.5min}
+tasks: {centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
+        time_limit: 0.5min}
 defaults:
   limits: {velocity: 1.25, acceleration: 7}
   damper: {influence_distance: 0.2, security_distance: 0.05}
@@ -48,6 +49,8 @@ arms:
     damper: {security_distance: 0.06, convergence_speed: 0.7, self_influence_distance: 0.3, self_security_distance: 0.02}
     follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, redraw_after: 2s, redraw_growth: 1.5,
                redraw_longest: 9s}
+    rollout: {candidates: 5, horizon: 1.5s, horizon_growth: 1.2, longest_horizon: 6s, interval: 300ms,
+              ticks_per_period: 250}
     goal_tolerance: 0.01
     acceleration_of_others: 6
     state_age_limit: 150ms
@@ -143,6 +146,8 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_EQ(cell.tasks.centre_W, Eigen::Vector3d(1, 2, 3));
   EXPECT_DOUBLE_EQ(cell.tasks.radius, 0.5);
   EXPECT_DOUBLE_EQ(cell.tasks.half_height, 0.25);
+  EXPECT_EQ(cell.tasks.posture, "home");
+  EXPECT_TRUE(cell.tasks.all_conflict);
   EXPECT_DOUBLE_EQ(cell.tasks.time_limit, 30.0);
   EXPECT_DOUBLE_EQ(cell.scene.floor_z, -0.5);
   EXPECT_EQ(cell.scene.gravity, Eigen::Vector3d(0, 0, -1.6));
@@ -172,6 +177,12 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_DOUBLE_EQ(parameters.follower.redraw_after, 2.0);
   EXPECT_DOUBLE_EQ(parameters.follower.redraw_growth, 1.5);
   EXPECT_DOUBLE_EQ(parameters.follower.redraw_longest, 9.0);
+  EXPECT_EQ(parameters.rollout.candidates, 5);
+  EXPECT_DOUBLE_EQ(parameters.rollout.horizon, 1.5);
+  EXPECT_DOUBLE_EQ(parameters.rollout.horizon_growth, 1.2);
+  EXPECT_DOUBLE_EQ(parameters.rollout.longest_horizon, 6.0);
+  EXPECT_DOUBLE_EQ(parameters.rollout.interval, 0.3);
+  EXPECT_EQ(parameters.rollout.ticks_per_period, 250);
   EXPECT_DOUBLE_EQ(parameters.goal_tolerance, 0.01);
   EXPECT_DOUBLE_EQ(parameters.acceleration_of_others, 6.0);
   EXPECT_DOUBLE_EQ(parameters.state_age_limit, 0.15);

@@ -1,0 +1,32 @@
+#pragma once
+/// What an arm that is held back may try next. One manoeuvre changes what the local planner remembers, and nothing
+/// else; so a rollout can try it on a copy, and the arm can then do exactly what was tried.
+
+#include <cstdint>
+
+#include "planner/model/limits.hpp"
+
+namespace hecaton::planner {
+
+enum class ManoeuvreKind : std::uint8_t {
+  kGoOn,      ///< whatever is being done: follow the boundary in the present subspace, or go straight
+  kLetGo,     ///< stop following, go straight to the goal
+  kSubspace,  ///< follow in a fresh subspace, drawn with `seed`
+  kDetour,    ///< visit `q` first, straight; then the goal
+};
+
+struct Manoeuvre {
+  ManoeuvreKind kind = ManoeuvreKind::kGoOn;
+  std::uint64_t seed = 0;  ///< of all random choices from now on; not for kGoOn
+  JointVector q;           ///< of kDetour [rad | m]
+  double patience = 0.0;   ///< the detour is given up after this long [s]
+};
+
+/// The way-point of a detour, while there is one.
+struct Detour {
+  bool active = false;
+  JointVector q;           ///< [rad | m]
+  double time_left = 0.0;  ///< [s]
+};
+
+}  // namespace hecaton::planner

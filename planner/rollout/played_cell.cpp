@@ -1,0 +1,59 @@
+#include "planner/rollout/played_cell.hpp"
+
+#include <utility>
+
+namespace hecaton::planner {
+
+PlayedCell::PlayedCell(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, double dt)
+    : parameters_(std::move(parameters)), dt_(dt) {
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) geometries_.emplace_back(arms, i);
+  for (const CellGeometry& geometry : geometries_) scratch_.emplace_back(geometry);
+}
+
+void PlayedCell::set_obstacles(std::span<const world::Obstacle> obstacles) {
+  for (int i = 0; i < arms(); ++i) {
+    geometries_[i].set_obstacles(obstacles);
+    scratch_[i].rebuild(geometries_[i]);
+  }
+}
+
+void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles) {
+  time_ = 0.0;
+  arms_.assign(arms.begin(), arms.end());
+  obstacles_.assign(obstacles.begin(), obstacles.end());
+  reached_.assign(arms.size(), -1.0);
+  seen_.resize(arms.size());
+  for (world::ObstacleState& obstacle : obstacles_) obstacle.age = 0.0;
+}
+
+void PlayedCell::step() {
+  for (int i = 0; i < arms(); ++i)
+    seen_[i] = {arms_[i].q, arms_[i].qd, 0.0, true, arms_[i].plans, arms_[i].has_goal, arms_[i].q_goal};
+  time_ += dt_;
+  for (int i = 0; i < arms(); ++i) {
+    PlayedArm& arm = arms_[i];
+    if (!arm.plans) {
+      arm.qd.setZero();
+      continue;
+    }
+    TickInput input;
+    input.dt = dt_;
+    input.q = arm.q;
+    input.qd = arm.qd;
+    input.q_goal = arm.q_goal;
+    input.has_goal = arm.has_goal;
+    input.arms = seen_;
+    input.obstacles = obstacles_;
+    TickMemory memory{std::move(arm.memory)};
+    const TickResult result = tick(geometries_[i], parameters_[i], input, memory, scratch_[i]);
+    arm.memory = std::move(memory.local);
+    arm.q = result.q;
+    arm.qd = result.qd;
+    if (result.status == TickStatus::kReached && reached_[i] < 0.0) reached_[i] = time_;
+  }
+  for (world::ObstacleState& obstacle : obstacles_) {
+    obstacle.X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, dt_);
+  }
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,56 @@
+#pragma once
+/// A whole cell played forward by one planner, to see what comes of a manoeuvre: every arm ticks, every drive follows,
+/// every obstacle goes on as it moves now.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "planner/tick.hpp"
+
+namespace hecaton::planner {
+
+/// One arm when the play begins.
+struct PlayedArm {
+  JointVector q;          ///< [rad | m]
+  JointVector qd;         ///< [rad/s | m/s]
+  JointVector q_goal;     ///< [rad | m]; ignored without goal
+  bool has_goal = false;  ///< without: it gives way
+  bool plans = false;     ///< false: it stands still, whatever comes
+  LocalMemory memory;     ///< what its planner remembers, as far as that is known
+};
+
+class PlayedCell {
+ public:
+  /// `parameters`: one per arm. `dt`: of the play, coarser than the control period [s].
+  PlayedCell(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, double dt);
+
+  void set_obstacles(std::span<const world::Obstacle> obstacles);
+
+  /// Begins anew. `obstacles`: one per obstacle.
+  void begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles);
+  /// dt forward: all arms tick on the same instant.
+  void step();
+
+  [[nodiscard]] double time() const { return time_; }  ///< since the beginning [s]
+  [[nodiscard]] double dt() const { return dt_; }
+  [[nodiscard]] const PlayedArm& arm(int i) const { return arms_[i]; }
+  [[nodiscard]] PlayedArm& arm(int i) { return arms_[i]; }
+  [[nodiscard]] const JointLimits& limits(int i) const { return geometries_[i].own_arm().limits; }
+  [[nodiscard]] int arms() const { return static_cast<int>(geometries_.size()); }
+  /// When arm i first stood at its goal [s]; below 0: not yet.
+  [[nodiscard]] double reached(int i) const { return reached_[i]; }
+
+ private:
+  std::vector<CellGeometry> geometries_;  ///< one per arm as the own arm
+  std::vector<LocalParameters> parameters_;
+  std::vector<TickScratch> scratch_;
+  double dt_;
+  double time_ = 0.0;
+  std::vector<PlayedArm> arms_;
+  std::vector<double> reached_;
+  std::vector<ArmObservation> seen_;
+  std::vector<world::ObstacleState> obstacles_;
+};
+
+}  // namespace hecaton::planner

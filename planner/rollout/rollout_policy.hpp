@@ -1,0 +1,33 @@
+#pragma once
+/// When an arm asks for rollouts, and what it asks. Used every control period, beside the tick.
+
+#include <optional>
+
+#include "planner/arm_controller.hpp"
+#include "planner/rollout/rollout_search.hpp"
+
+namespace hecaton::planner {
+
+class RolloutPolicy {
+ public:
+  /// `seed` of the candidates that will be drawn.
+  RolloutPolicy(const RolloutParameters& parameters, std::uint64_t seed);
+
+  /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
+  /// had its time. The longer the arm is held back, the farther it looks ahead.
+  [[nodiscard]] std::optional<RolloutQuestion> next(const ArmController& controller, const TickResult& result,
+                                                    std::span<const ArmObservation> arms,
+                                                    std::span<const world::ObstacleState> obstacles);
+  /// The answer has come; its manoeuvre is to be begun.
+  void answered();
+
+ private:
+  RolloutParameters parameters_;
+  Random random_;
+  bool open_ = false;
+  double since_answer_ = 0.0;   ///< [s]
+  double since_trouble_ = 0.0;  ///< [s]
+  double horizon_ = 0.0;        ///< of the next question [s]
+};
+
+}  // namespace hecaton::planner

@@ -1,0 +1,94 @@
+#include "services/planner/rollout_worker.hpp"
+
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace hecaton::services {
+namespace {
+
+/// The control loop goes first when processors are short.
+constexpr int kNiceness = 10;
+
+}  // namespace
+
+struct RolloutWorker::Impl {
+  Impl(const std::vector<planner::Arm>& arms, std::vector<planner::LocalParameters> parameters, int self, int ticks)
+      : search(arms, std::move(parameters), self), share(ticks), thread([this] { work(); }) {}
+  ~Impl() {
+    {
+      const std::scoped_lock lock(mutex);
+      ending = true;
+    }
+    wake.notify_one();
+    thread.join();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void work() {
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+    std::unique_lock lock(mutex);
+    while (true) {
+      wake.wait(lock, [this] { return ending || question || (granted && search.busy()); });
+      if (ending) return;
+      const auto asked = std::exchange(question, std::nullopt);
+      const Obstacles present = obstacles;
+      granted = false;
+      lock.unlock();
+      if (asked && present != known) {
+        known = present;
+        search.set_obstacles(*known);
+      }
+      if (asked) search.begin(*asked);
+      const auto found = search.advance(share);
+      lock.lock();
+      if (found) answer = found;
+    }
+  }
+
+  planner::RolloutSearch search;  ///< of the thread alone, with
+  Obstacles known;                ///< its obstacles
+  int share;
+  std::mutex mutex;
+  std::condition_variable wake;
+  Obstacles obstacles;  ///< of the question
+  std::optional<planner::RolloutQuestion> question;
+  std::optional<planner::RolloutAnswer> answer;
+  bool granted = false;
+  bool ending = false;
+  std::thread thread;  ///< last: everything it uses exists before it starts
+};
+
+RolloutWorker::RolloutWorker(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self,
+                             int share)
+    : impl_(std::make_unique<Impl>(arms, std::move(parameters), self, share)) {}
+RolloutWorker::~RolloutWorker() = default;
+
+void RolloutWorker::ask(planner::RolloutQuestion question, Obstacles obstacles) {
+  {
+    const std::scoped_lock lock(impl_->mutex);
+    impl_->obstacles = std::move(obstacles);
+    impl_->question = std::move(question);
+  }
+  impl_->wake.notify_one();
+}
+
+void RolloutWorker::grant() {
+  {
+    const std::scoped_lock lock(impl_->mutex);
+    impl_->granted = true;
+  }
+  impl_->wake.notify_one();
+}
+
+std::optional<planner::RolloutAnswer> RolloutWorker::answer() {
+  const std::scoped_lock lock(impl_->mutex);
+  return std::exchange(impl_->answer, std::nullopt);
+}
+
+}  // namespace hecaton::services
