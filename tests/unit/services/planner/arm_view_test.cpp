@@ -88,5 +88,34 @@ TEST_F(Arms, UnusableStatesAreRefusedWithASentence) {
   EXPECT_FALSE(view_.arm(0));
 }
 
+TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
+  ArmView view(cell());
+  msg::GoalStatus status;
+  status.arm("arm2");
+  status.goal("g1");
+  status.state(msg::GOAL_ACTIVE);
+  status.q_goal({1, 2, 3, 4, 5, 6});
+  EXPECT_EQ(view.apply(status), "");
+  const auto seen = view.observe(ArmView::Clock::now(), mode());
+  EXPECT_TRUE(seen[1].has_goal);
+  EXPECT_EQ(seen[1].q_goal[5], 6.0);
+  EXPECT_FALSE(seen[0].has_goal);
+
+  status.goal("g0");  // the end of an earlier goal arrives late
+  status.state(msg::GOAL_REPLACED);
+  EXPECT_EQ(view.apply(status), "");
+  EXPECT_TRUE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
+  status.goal("g1");
+  status.state(msg::GOAL_REACHED);
+  EXPECT_EQ(view.apply(status), "");
+  EXPECT_FALSE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
+
+  status.state(msg::GOAL_ACTIVE);
+  status.q_goal({1, 2});
+  EXPECT_NE(view.apply(status), "");
+  status.arm("arm9");
+  EXPECT_EQ(view.apply(status), "GoalStatus of arm9: no such arm in this cell");
+}
+
 }  // namespace
 }  // namespace hecaton::services

@@ -1,0 +1,99 @@
+// When an arm asks, and how far it looks.
+#include "planner/rollout/rollout_policy.hpp"
+
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/planar_point.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::joints;
+
+class Policy : public testing::Test {
+ protected:
+  Policy()
+      : controller_(CellGeometry({test::planar_point("a"), test::planar_point("b")}, 0), LocalParameters{}, 0.01, 1) {
+    arms_[1] = {joints({2, 2}), joints({0.5, 0}), 0.1, true, true, true, joints({2.5, 2})};
+    controller_.set_goal(joints({1, 0}));
+    (void)controller_.step({joints({0, 0}), joints({0, 0})}, arms_, {}, false);
+    parameters_.candidates = 4;
+    parameters_.horizon = 2.0;
+    parameters_.horizon_growth = 2.0;
+    parameters_.longest_horizon = 6.0;
+    parameters_.interval = 0.095;
+  }
+
+  static TickResult status(TickStatus status) {
+    TickResult result;
+    result.status = status;
+    return result;
+  }
+  /// Periods until the next question, which is left open; −1: none within 100.
+  int periods_until_question(RolloutPolicy& policy, TickStatus trouble, RolloutQuestion& question) {
+    for (int k = 1; k <= 100; ++k) {
+      if (auto next = policy.next(controller_, status(trouble), arms_, {})) {
+        question = std::move(*next);
+        return k;
+      }
+    }
+    return -1;
+  }
+
+  std::array<ArmObservation, 2> arms_{};
+  ArmController controller_;
+  RolloutParameters parameters_;
+  RolloutQuestion question_;
+};
+
+TEST_F(Policy, AsksOnlyWhenHeldBack) {
+  RolloutPolicy policy(parameters_, 1);
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kMoving, question_), -1);
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
+}
+
+TEST_F(Policy, OneQuestionAtATimeThenItWaits) {
+  RolloutPolicy policy(parameters_, 1);
+  ASSERT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), 1);
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);
+  policy.answered();
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), 10);  // 95 ms of 10 ms
+}
+
+TEST_F(Policy, LooksFartherUntilItIsFree) {
+  RolloutPolicy policy(parameters_, 1);
+  for (const double horizon : {2.0, 4.0, 6.0, 6.0}) {
+    ASSERT_GT(periods_until_question(policy, TickStatus::kFollowing, question_), 0);
+    EXPECT_DOUBLE_EQ(question_.horizon, horizon);
+    policy.answered();
+  }
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kMoving, question_), -1);  // 1 s of free motion
+  ASSERT_GT(periods_until_question(policy, TickStatus::kFollowing, question_), 0);
+  EXPECT_DOUBLE_EQ(question_.horizon, 2.0);
+}
+
+TEST_F(Policy, TheQuestionHoldsTheCellAsItIsNow) {
+  RolloutPolicy policy(parameters_, 1);
+  ASSERT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
+  ASSERT_EQ(question_.arms.size(), 2U);
+  EXPECT_EQ(question_.arms[0].q, controller_.setpoint().q);
+  EXPECT_EQ(question_.arms[0].q_goal, joints({1, 0}));
+  EXPECT_DOUBLE_EQ(question_.arms[1].q[0], 2.05);  // 0.1 s old, 0.5 m/s
+  EXPECT_EQ(question_.arms[1].q_goal, joints({2.5, 2}));
+  EXPECT_EQ(question_.candidates, 4);
+}
+
+TEST_F(Policy, NoneIsAskedWithoutCandidatesOrWithAnUnknownArm) {
+  parameters_.candidates = 0;
+  RolloutPolicy none(parameters_, 1);
+  EXPECT_EQ(periods_until_question(none, TickStatus::kBlocked, question_), -1);
+  parameters_.candidates = 4;
+  RolloutPolicy policy(parameters_, 1);
+  arms_[1].known = false;
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);
+}
+
+}  // namespace
+}  // namespace hecaton::planner
