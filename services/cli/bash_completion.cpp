@@ -36,7 +36,7 @@ void write_values(const CLI::App& app, std::set<std::string>& written, std::stri
     } else if (type == "FILE" || type == "DIR") {
       values = "COMPREPLY=($(compgen -f -- \"$current\")); ";
     }
-    out += "    " + pattern + ") " + values + "return ;;\n";
+    out.append("    ").append(pattern).append(") ").append(values).append("return ;;\n");
   }
   for (const CLI::App* command : subcommands_of(app)) write_values(*command, written, out);
 }

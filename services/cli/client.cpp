@@ -39,6 +39,11 @@ std::string listed(const std::vector<std::string>& names) {
   return text.empty() ? "none" : text;
 }
 
+[[noreturn]] void refuse_both(const std::string& first, const std::string& second, const std::string& where) {
+  throw Failure(ExitCode::kBadInput, "the cells '" + first + "' and '" + second + "' both answer in " + where +
+                                         ": choose one with --cell FILE or --domain N");
+}
+
 }  // namespace
 
 Membership join(const Settings& settings) {
@@ -114,8 +119,7 @@ void Client::refuse_several_cells(const std::string& first) {
     for (const auto& sample : replies_.take()) {
       const std::string& cell = sample.value.status().cell();
       if (sample.value.client() != name_ || cell == first) continue;
-      throw Failure(ExitCode::kBadInput, "the cells '" + first + "' and '" + cell + "' both answer in " + where_ +
-                                             ": choose one with --cell FILE or --domain N");
+      refuse_both(first, cell, where_);
     }
   }
 }

@@ -42,6 +42,7 @@ ExitCode become_agent(const Settings& settings, const Options& options) {
   std::vector<std::string> words = arguments_for(settings, options);
   words.insert(words.begin(), program);
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   execv(program.c_str(), argv.data());

@@ -18,6 +18,7 @@ constexpr std::array<Entry, 2> kMethods{
 
 void add_method(CLI::App& app, std::string& name) {
   std::vector<std::string> names;
+  names.reserve(kMethods.size());
   for (const auto& [text, method] : kMethods) names.emplace_back(text);
   add_choice(app, "--method", name, names, "what decides each tick, for all arms, instead of the cell file's");
 }

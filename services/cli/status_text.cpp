@@ -19,7 +19,7 @@ std::string coloured(msg::Mode mode, const Palette& palette) {
 }
 
 std::string coloured(msg::GoalState state, const Palette& palette) {
-  const std::string word = text(state);
+  std::string word = text(state);
   switch (state) {
     case msg::GOAL_REACHED:
       return palette.green(word);
@@ -98,9 +98,11 @@ std::string nodes_text(const msg::CellStatus& status, const Palette& palette) {
   for (const msg::NodeStatus& node : status.nodes()) {
     const msg::Heartbeat& beat = node.heartbeat();
     std::string state = node.alive() ? text(beat.state()) : palette.red("silent");
-    if (node.alive() && beat.state() == msg::NODE_DEGRADED) state = palette.yellow(state + ": " + beat.detail());
-    std::string input;
-    if (!beat.oldest_input().empty()) input = beat.oldest_input() + ", " + duration_text(beat.oldest_input_age());
+    if (node.alive() && beat.state() == msg::NODE_DEGRADED) {
+      state = palette.yellow(state.append(": ").append(beat.detail()));
+    }
+    std::string input = beat.oldest_input();
+    if (!input.empty()) input.append(", ").append(duration_text(beat.oldest_input_age()));
     table.add({beat.node(), beat.host(), std::to_string(beat.pid()), state, decimal_text(beat.tick_p50_us(), 0),
                decimal_text(beat.tick_p99_us(), 0), bytes_text(static_cast<double>(beat.rss_bytes())),
                duration_text(node.age()), input});
