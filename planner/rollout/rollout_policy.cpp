@@ -42,8 +42,13 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
 
 }  // namespace
 
-RolloutPolicy::RolloutPolicy(const RolloutParameters& parameters, std::uint64_t seed)
-    : parameters_(parameters), random_(seed), since_answer_(parameters.interval), horizon_(parameters.horizon) {}
+RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed)
+    : parameters_(parameters.rollout),
+      random_(seed),
+      since_answer_(parameters.rollout.interval),
+      horizon_(parameters.rollout.horizon) {
+  if (parameters.method == Method::kLocal) parameters_.candidates = 0;
+}
 
 std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controller, const TickResult& result,
                                                    std::span<const ArmObservation> arms,

@@ -10,8 +10,8 @@ namespace hecaton::planner {
 
 class RolloutPolicy {
  public:
-  /// `seed` of the candidates that will be drawn.
-  RolloutPolicy(const RolloutParameters& parameters, std::uint64_t seed);
+  /// `seed` of the candidates that will be drawn. Constraints alone (Method::kLocal) never ask.
+  RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed);
 
   /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
   /// had its time. The longer the arm is held back, the farther it looks ahead.

@@ -1,5 +1,6 @@
 #include "planner/simulation/arm_model.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "planner/trajectory/stop_profile.hpp"
@@ -9,6 +10,8 @@ namespace {
 
 /// Position error is corrected with this rate [1/s].
 constexpr double kTrackingGain = 30.0;
+/// Share of the acceleration limit that a correction may need to end without overshoot.
+constexpr double kCorrectionShare = 0.5;
 
 }  // namespace
 
@@ -48,20 +51,32 @@ void ArmModel::step(double dt) {
   }
 }
 
-// Between set-points the reference has constant acceleration, as the planner integrates it; after the last one it keeps
-// its velocity until the time-out. The drive adds a proportional correction and clips to what the joints can do.
+JointVector ArmModel::correction(const JointVector& error) const {
+  const JointVector linear = kTrackingGain * error;
+  const JointVector fastest =
+      (2.0 * kCorrectionShare * limits_.acceleration.cwiseProduct(error.cwiseAbs())).cwiseSqrt();
+  return linear.cwiseMax(-fastest).cwiseMin(fastest);
+}
+
+// Between set-points the reference has constant acceleration, as the planner integrates it. A set-point that is due and
+// has no successor is followed by the stop from it: the one continuation that the planner has found free. The drive
+// adds a correction, no faster than it can brake away again, and clips to what the joints can do.
 void ArmModel::track(double dt) {
   const JointVector acceleration = (target_qd_ - from_qd_) / period_;
   const double ahead = since_command_ - period_;  // < 0: the set-point is not due yet
-  JointVector reference_q = target_q_ + target_qd_ * ahead;
+  JointVector reference_q = target_q_;
   JointVector reference_qd = target_qd_;
   if (ahead < 0.0) {
-    reference_q += 0.5 * acceleration * ahead * ahead;
+    reference_q += target_qd_ * ahead + 0.5 * acceleration * ahead * ahead;
     reference_qd += acceleration * ahead;
+  } else if (const double stop = stop_time(limits_, target_qd_); stop > 0.0) {
+    const double braked = std::min(ahead, stop);
+    reference_q += target_qd_ * braked * (1.0 - 0.5 * braked / stop);
+    reference_qd *= 1.0 - braked / stop;
   }
   // The velocity over this step that ends on the reference, corrected towards it.
-  const JointVector wanted = reference_qd + kTrackingGain * (reference_q - (q_ + 0.5 * (qd_ + reference_qd) * dt));
-  move(wanted, dt);
+  const JointVector error = reference_q - (q_ + 0.5 * (qd_ + reference_qd) * dt);
+  move(reference_qd + correction(error), dt);
 }
 
 void ArmModel::move(const JointVector& qd_next, double dt) {

@@ -1,6 +1,7 @@
 #pragma once
 /// A position-controlled arm with its drive: follows set-points within its limits, stops on its own stop profile when
-/// they cease. The simulated arm driver and the virtual cell move this.
+/// they cease: begins to at once when a set-point has no successor, and for good after the time-out. The simulated arm
+/// driver and the virtual cell move this.
 
 #include <cstdint>
 
@@ -34,6 +35,8 @@ class ArmModel {
 
  private:
   void track(double dt);
+  /// The velocity that takes a position error away [rad/s | m/s].
+  [[nodiscard]] JointVector correction(const JointVector& error) const;
   void move(const JointVector& qd_next, double dt);
 
   JointLimits limits_;

@@ -30,7 +30,7 @@ class Episode {
       controllers_.emplace_back(CellGeometry(arms, i), cell.arms[i].parameters, cell.timing.control_period,
                                 random.next());
       controllers_.back().set_obstacles(cell.scene.obstacles);
-      policies_.emplace_back(cell.arms[i].parameters.rollout, random.next());
+      policies_.emplace_back(cell.arms[i].parameters, random.next());
       searches_.emplace_back(arms, parameters, i);
       searches_.back().set_obstacles(cell.scene.obstacles);
       drives_.emplace_back(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout);

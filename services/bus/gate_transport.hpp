@@ -19,18 +19,26 @@ namespace hecaton::bus {
 /// What one participant may send.
 class Gate {
  public:
-  /// `drop_every_nth`: for tests; 0: nothing is lost.
-  explicit Gate(int drop_every_nth) : drop_every_nth_(static_cast<std::uint64_t>(drop_every_nth)) {}
+  /// `lose_one_in`: for tests; 0: nothing is lost.
+  explicit Gate(int lose_one_in) : lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
 
   void open() { open_ = true; }
   /// Asked once for each datagram.
   [[nodiscard]] bool lets_pass() {
     if (!open_) return false;
-    return drop_every_nth_ == 0 || ++sent_ % drop_every_nth_ != 0;
+    return lose_one_in_ == 0 || mixed(++sent_) % lose_one_in_ != 0;
   }
 
  private:
-  const std::uint64_t drop_every_nth_;
+  /// Losing every n-th would lose the same message of a periodic protocol again and again. [Steele14]
+  static std::uint64_t mixed(std::uint64_t z) {
+    z *= 0x9E37'79B9'7F4A'7C15ULL;
+    z = (z ^ (z >> 30)) * 0xBF58'476D'1CE4'E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D0'49BB'1331'11EBULL;
+    return z ^ (z >> 31);
+  }
+
+  const std::uint64_t lose_one_in_;
   std::atomic<bool> open_ = false;
   std::atomic<std::uint64_t> sent_ = 0;
 };

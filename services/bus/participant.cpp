@@ -82,8 +82,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
     throw std::runtime_error(who + "domain = " + std::to_string(domain) + " must be between 0 and 232");
   }
   if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(who + "lease must be at least 20 ms");
-  if (options.participants_per_peer < 1 || options.drop_every_nth < 0) {
-    throw std::runtime_error(who + "participants_per_peer must be at least 1 and drop_every_nth at least 0");
+  if (options.participants_per_peer < 1 || options.lose_one_in < 0) {
+    throw std::runtime_error(who + "participants_per_peer must be at least 1 and lose_one_in at least 0");
   }
   use_network_inside_process();
   auto qos = participant_qos(name, options);

@@ -25,8 +25,8 @@ struct ParticipantOptions {
   std::string partition;
   /// Told when participants come and go; must outlive the participant.
   Mailbox* mailbox = nullptr;
-  /// Every n-th datagram of this participant is lost, 0: none. For tests of what loss costs.
-  int drop_every_nth = 0;
+  /// One in n datagrams of this participant is lost, at random, the same ones in every run; 0: none. For tests.
+  int lose_one_in = 0;
 };
 
 class Participant {

@@ -48,8 +48,8 @@ struct TopicInfo {
   TOPIC(RefereeReport, "", "world", "supervisor cli", .reliable = true, .transient_local = true)                       \
   TOPIC(Goal, sample.arm() + "/" + sample.goal(), "cli clients", "planner", .reliable = true, .transient_local = true, \
         .instances = 4096, .retained = 256)                                                                            \
-  TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "planner cli clients supervisor",                   \
-        .reliable = true, .transient_local = true, .instances = 4096, .retained = 8)                                   \
+  TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "planner cli clients supervisor", .reliable = true, \
+        .transient_local = true, .instances = 4096, .retained = 8)                                                     \
   TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms)                               \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \
         .heartbeat = 5ms)                                                                                              \
@@ -75,12 +75,12 @@ namespace hecaton::bus {
 template <class T>
 struct Topic;
 
-#define HECATON_ROW(Type, key, writers, readers, ...)                                                                  \
-  template <>                                                                                                          \
-  struct Topic<msg::Type> {                                                                                            \
-    static constexpr TopicInfo kInfo{#Type, "hecaton/" #Type, writers, readers, Qos{__VA_ARGS__}};                     \
-  };                                                                                                                   \
-  /** Text of the key of a sample, "" for a topic without. */                                                          \
+#define HECATON_ROW(Type, key, writers, readers, ...)                                              \
+  template <>                                                                                      \
+  struct Topic<msg::Type> {                                                                        \
+    static constexpr TopicInfo kInfo{#Type, "hecaton/" #Type, writers, readers, Qos{__VA_ARGS__}}; \
+  };                                                                                               \
+  /** Text of the key of a sample, "" for a topic without. */                                      \
   std::string key_of(const msg::Type& sample);
 HECATON_TOPICS(HECATON_ROW)
 #undef HECATON_ROW

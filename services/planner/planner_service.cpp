@@ -101,7 +101,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
                   file.cell.timing.control_period, seed_of(name_)),
       resolver_(arms_of(file.cell), arm),
-      rollout_policy_(file.cell.arms[arm].parameters.rollout, seed_of(name_)),
+      rollout_policy_(file.cell.arms[arm].parameters, seed_of(name_)),
       rollouts_(arms_of(file.cell), parameters_of(file.cell), arm,
                 file.cell.arms[arm].parameters.rollout.ticks_per_period) {
   command_.arm(name_);
@@ -113,6 +113,8 @@ void PlannerService::run() {
   log_info("planner started", {{"arm", name_}, {"period_ms", controller_.control_period() * 1e3}});
   while (loop_.next()) {
     now_ = Clock::now();
+    // The drive began to stop when commands were missing: plan from where it is, not from where it was to be.
+    if (loop_.skipped() > 0) controller_.forget_setpoint();
     listen();
     handle_goals();
     plan();
@@ -202,7 +204,8 @@ void PlannerService::plan() {
   if (own.mode != msg::ARM_RUNNING) controller_.forget_setpoint();
   const auto observed = arms_.observe(now_, modes_.view());
   const auto obstacles = obstacles_.states(now_);
-  const planner::TickResult result = controller_.step({own.q, own.qd}, observed, obstacles, !hold_reason_.empty());
+  const planner::MeasuredState measured{own.q + own.qd * arms_.age(self_, now_), own.qd};  // it has moved on since
+  const planner::TickResult result = controller_.step(measured, observed, obstacles, !hold_reason_.empty());
   command(result);
   if (desk_.has_active()) look_ahead(result, observed, obstacles);
 

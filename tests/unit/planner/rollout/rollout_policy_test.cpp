@@ -19,11 +19,11 @@ class Policy : public testing::Test {
     arms_[1] = {joints({2, 2}), joints({0.5, 0}), 0.1, true, true, true, joints({2.5, 2})};
     controller_.set_goal(joints({1, 0}));
     (void)controller_.step({joints({0, 0}), joints({0, 0})}, arms_, {}, false);
-    parameters_.candidates = 4;
-    parameters_.horizon = 2.0;
-    parameters_.horizon_growth = 2.0;
-    parameters_.longest_horizon = 6.0;
-    parameters_.interval = 0.095;
+    parameters_.rollout.candidates = 4;
+    parameters_.rollout.horizon = 2.0;
+    parameters_.rollout.horizon_growth = 2.0;
+    parameters_.rollout.longest_horizon = 6.0;
+    parameters_.rollout.interval = 0.095;
   }
 
   static TickResult status(TickStatus status) {
@@ -44,7 +44,7 @@ class Policy : public testing::Test {
 
   std::array<ArmObservation, 2> arms_{};
   ArmController controller_;
-  RolloutParameters parameters_;
+  LocalParameters parameters_;
   RolloutQuestion question_;
 };
 
@@ -86,10 +86,14 @@ TEST_F(Policy, TheQuestionHoldsTheCellAsItIsNow) {
 }
 
 TEST_F(Policy, NoneIsAskedWithoutCandidatesOrWithAnUnknownArm) {
-  parameters_.candidates = 0;
+  parameters_.rollout.candidates = 0;
   RolloutPolicy none(parameters_, 1);
   EXPECT_EQ(periods_until_question(none, TickStatus::kBlocked, question_), -1);
-  parameters_.candidates = 4;
+  parameters_.rollout.candidates = 4;
+  parameters_.method = Method::kLocal;
+  RolloutPolicy constraints_alone(parameters_, 1);
+  EXPECT_EQ(periods_until_question(constraints_alone, TickStatus::kBlocked, question_), -1);
+  parameters_.method = Method::kBoundaryFollowing;
   RolloutPolicy policy(parameters_, 1);
   arms_[1].known = false;
   EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);

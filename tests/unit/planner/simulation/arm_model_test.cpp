@@ -39,7 +39,7 @@ TEST(ArmModel, TracksAPlannersRampAndCruise) {
   EXPECT_NEAR(arm.qd()[0], 1.0, 0.05);
 }
 
-// Silence: the last velocity for the time-out, then the stop profile. From 0.5 rad/s: 0.5 · 0.05 + 0.5²/(2 · 10).
+// Silence: the stop from the last set-point, which takes 0.5²/(2 · 10) from 0.5 rad/s; the time-out comes meanwhile.
 TEST(ArmModel, StopsByItselfWhenCommandsCease) {
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
   JointVector q = joints({0, 0});
@@ -57,9 +57,35 @@ TEST(ArmModel, StopsByItselfWhenCommandsCease) {
     arm.step(kStep);
     ASSERT_LT(++steps, 1000);
   }
-  // 50 ms since the last command began 10 ms before: 40 ms are left at full speed.
-  EXPECT_NEAR(arm.q()[0] - at_silence, 0.5 * 0.04 + 0.0125, 0.5 * 2 * kStep);
+  EXPECT_NEAR(arm.q()[0] - at_silence, 0.0125, 0.5 * 2 * kStep);
   EXPECT_TRUE(arm.qd().isZero());
+}
+
+// However late the next command is, the arm is on the stop path of the last set-point, never beyond where that ends;
+// and it takes up the motion again without overshooting.
+TEST(ArmModel, ALateCommandNeverLeadsBeyondTheStopOfTheLastOne) {
+  for (const double late : {0.002, 0.01, 0.03, 0.045}) {
+    ArmModel arm(kLimits, joints({-0.9, 0}), kTimeout);
+    JointVector q = joints({-0.9, 0});
+    JointVector qd = joints({0, 0});
+    double furthest = -1.0;
+    for (int period = 0; period < 60; ++period) {
+      const JointVector next = period < 40 ? (qd + joints({0.1, 0.0})).cwiseMin(joints({1.0, 1.0}))
+                                           : JointVector((qd - joints({0.1, 0.0})).cwiseMax(joints({0.0, 0.0})));
+      q += 0.5 * (qd + next) * kPeriod;
+      qd = next;
+      arm.command(q, qd, kPeriod);
+      const double rest = q[0] + qd[0] * qd[0] / 20.0;  // v²/(2a)
+      furthest = std::max(furthest, rest);
+      const double silence = kPeriod + (period == 25 ? late : 0.0);
+      for (double t = 0.0; t < silence - 1e-9; t += kStep) {
+        arm.step(kStep);
+        ASSERT_LE(arm.q()[0], furthest + 2e-3) << "late " << late << ", period " << period;
+      }
+    }
+    EXPECT_EQ(arm.mode(), DriveMode::kTracking);
+    EXPECT_NEAR(arm.q()[0], q[0], 2e-3) << "late " << late;
+  }
 }
 
 TEST(ArmModel, StopDropsTheSetPointAtOnce) {

@@ -9,12 +9,12 @@
 namespace hecaton::bus {
 namespace {
 
-TEST(Loss, EveryFifthDatagramLostCostsMillisecondsNotSeconds) {
+TEST(Loss, OneDatagramInFiveLostCostsMillisecondsNotSeconds) {
   const TestDomain domain;
   Participant here(domain.id(), "here", one_host());
   Participant there(domain.id(), "there", one_host());
   auto lossy = one_host();
-  lossy.drop_every_nth = 5;
+  lossy.lose_one_in = 5;
   Participant noisy(domain.id(), "noisy", lossy);
   Writer<msg::ArmCommand> writer(noisy);
   Reader<msg::ArmCommand> reader(there);
@@ -49,7 +49,7 @@ TEST(Loss, EveryFifthDatagramLostCostsMillisecondsNotSeconds) {
 TEST(Loss, LateJoinersGetEverythingThroughLoss) {
   const TestDomain domain;
   auto lossy = one_host();
-  lossy.drop_every_nth = 4;
+  lossy.lose_one_in = 4;
   Participant noisy(domain.id(), "noisy", lossy);
   Participant there(domain.id(), "there", one_host());
   Writer<msg::Fault> writer(noisy);
