@@ -22,6 +22,12 @@ class MotionStop : public MotionCell {
     ASSERT_TRUE(await([&] { return moves(); }));
     history_.clear();
   }
+  double fastest_joint() {
+    double fastest = 0.0;
+    if (arm() == nullptr) return fastest;
+    for (const double speed : arm()->qd()) fastest = std::max(fastest, std::abs(speed));
+    return fastest;
+  }
 };
 
 TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
@@ -30,6 +36,9 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
   ChildProcess& planner = start_planner();
   ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
   move_away("g");
+  // From 0.8 rad/s the stop takes 80 ms at 10 rad/s², longer than the command time-out of 50 ms.
+  ASSERT_TRUE(await([&] { return fastest_joint() > 0.8; }));
+  history_.clear();
   planner.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return in(msg::ARM_STOPPED); }));
   ASSERT_TRUE(seen(msg::ARM_BRAKING));

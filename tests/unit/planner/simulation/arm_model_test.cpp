@@ -71,13 +71,13 @@ TEST(ArmModel, ALateCommandNeverLeadsBeyondTheStopOfTheLastOne) {
     double furthest = -1.0;
     for (int period = 0; period < 60; ++period) {
       const JointVector next = period < 40 ? (qd + joints({0.1, 0.0})).cwiseMin(joints({1.0, 1.0}))
-                                           : JointVector((qd - joints({0.1, 0.0})).cwiseMax(joints({0.0, 0.0})));
+                                           : JointVector((qd - joints({0.08, 0.0})).cwiseMax(joints({0.0, 0.0})));
       q += 0.5 * (qd + next) * kPeriod;
       qd = next;
       arm.command(q, qd, kPeriod);
       const double rest = q[0] + qd[0] * qd[0] / 20.0;  // v²/(2a)
       furthest = std::max(furthest, rest);
-      const double silence = kPeriod + (period == 25 ? late : 0.0);
+      const double silence = kPeriod + (period == 12 ? late : 0.0);
       for (double t = 0.0; t < silence - 1e-9; t += kStep) {
         arm.step(kStep);
         ASSERT_LE(arm.q()[0], furthest + 2e-3) << "late " << late << ", period " << period;
