@@ -1,5 +1,6 @@
 /// hecaton hold, resume, stop: whether the cell or some arms may move.
 
+#include <cstdio>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -13,11 +14,21 @@
 namespace hecaton::services::cli {
 namespace {
 
+/// Resuming the cell leaves alone who was stopped by name.
+void tell_stopped(const msg::CellMode& mode) {
+  std::string names;
+  for (const std::string& arm : mode.stopped_arms()) names += " " + arm;
+  if (names.empty()) return;
+  std::fprintf(stderr, "still stopped by name:%s; 'hecaton resume%s' lets them move again\n", names.c_str(),
+               names.c_str());
+}
+
 ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
   Client client(settings);
   require_arms(client.status(), arms);
   const msg::SupervisorReply reply = client.order(kind, arms);
   if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+  if (kind == msg::REQUEST_RESUME && arms.empty()) tell_stopped(reply.status().mode());
   print(settings, to_json(reply.status().mode()), mode_text(reply.status(), Palette::for_stream(stdout)));
   return ExitCode::kDone;
 }
@@ -35,7 +46,8 @@ void add_mode(CLI::App& app, Session& session, const char* name, const char* des
 
 void add_mode_commands(CLI::App& app, Session& session) {
   add_mode(app, session, "hold", "Brakes the cell or some arms; goals are kept until resume", msg::REQUEST_HOLD);
-  add_mode(app, session, "resume", "Lets the cell or some arms move again", msg::REQUEST_RESUME);
+  add_mode(app, session, "resume", "Lets the cell or some arms move again; arms that were stopped by name only by name",
+           msg::REQUEST_RESUME);
   add_mode(app, session, "stop", "Brakes the cell or some arms and latches it until resume", msg::REQUEST_STOP);
 }
 

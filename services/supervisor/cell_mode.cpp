@@ -64,7 +64,8 @@ std::string CellModeState::resume(const std::vector<std::string>& arms) {
   std::string refusal = unknown(arms);
   if (!refusal.empty()) return refusal;
   if (arms.empty()) {
-    orders_ = {};
+    orders_.cell = MoveMode::kRun;
+    std::erase_if(orders_.arms, [](const auto& order) { return order.second != MoveMode::kStop; });
     return {};
   }
   if (orders_.cell != MoveMode::kRun) {

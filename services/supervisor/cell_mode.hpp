@@ -47,7 +47,9 @@ class CellModeState {
   /// refused (nothing has changed then), or nothing.
   [[nodiscard]] std::string hold(const std::vector<std::string>& arms);
   [[nodiscard]] std::string stop(const std::vector<std::string>& arms);
-  /// For the whole cell: withdraws every order. For arms: refused while the whole cell is under an order.
+  /// For the whole cell: withdraws its orders and the arms' holds; an arm that was stopped by name stays so until it is
+  /// resumed by name, for whoever stopped it may stand beside it. For arms: refused while the whole cell is under an
+  /// order.
   [[nodiscard]] std::string resume(const std::vector<std::string>& arms);
 
   void set_automatic(AutomaticHolds holds) { automatic_ = std::move(holds); }

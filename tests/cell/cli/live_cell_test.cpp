@@ -85,6 +85,22 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
   EXPECT_EQ(run({"hold"}).code == 0 ? json({"status"})["mode"] : Json("stop"), "stop") << "hold does not weaken stop";
   EXPECT_EQ(json({"resume"})["mode"], "run");
   EXPECT_EQ(run({"hold", "south"}).code, 3);
+
+  EXPECT_EQ(run({"stop", "west"}).code, 0);
+  EXPECT_EQ(run({"stop"}).code, 0);
+  const Ran resumed = run({"resume"});
+  EXPECT_EQ(resumed.code, 0);
+  EXPECT_EQ(resumed.err, "still stopped by name: west; 'hecaton resume west' lets them move again\n");
+  EXPECT_EQ(json({"status"})["stopped_arms"], Json{"west"});
+  EXPECT_EQ(run({"resume", "west"}).err, "");
+}
+
+TEST_F(LiveCell, UpTellsOfTheSupervisorsDeathAndReturn) {
+  const pid_t supervisor = processes().at("supervisor");
+  ASSERT_EQ(kill(supervisor, SIGKILL), 0);
+  EXPECT_TRUE(up_->wait_for_message("the supervisor died (process " + std::to_string(supervisor) + ", signal 9)"));
+  EXPECT_TRUE(up_->wait_for_message("the supervisor is back"));
+  EXPECT_NE(processes().at("supervisor"), supervisor);
 }
 
 TEST_F(LiveCell, EditsTheWorld) {

@@ -52,6 +52,19 @@ TEST_F(CellModeStateTest, ArmsHaveOrdersOfTheirOwn) {
   EXPECT_EQ(mode_.decide(), ModeDecision{});
 }
 
+TEST_F(CellModeStateTest, WhoWasStoppedByNameIsResumedByNameOnly) {
+  EXPECT_EQ(mode_.stop({"arm1"}), "");
+  EXPECT_EQ(mode_.hold({"arm2"}), "");
+  EXPECT_EQ(mode_.stop({}), "");
+  EXPECT_EQ(mode_.resume({}), "");
+  EXPECT_EQ(mode_.decide().cell, MoveMode::kRun);
+  EXPECT_EQ(mode_.decide().stopped_arms, Names{"arm1"});
+  EXPECT_TRUE(mode_.decide().held_arms.empty()) << "a hold is no latch";
+  EXPECT_EQ(mode_.mode_of("arm1"), MoveMode::kStop);
+  EXPECT_EQ(mode_.resume({"arm1"}), "");
+  EXPECT_EQ(mode_.decide(), ModeDecision{});
+}
+
 TEST_F(CellModeStateTest, UnknownArmIsRefusedAndNothingChanges) {
   EXPECT_EQ(mode_.stop({"arm1", "arm9"}), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
   EXPECT_EQ(mode_.hold({"arm9"}), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
