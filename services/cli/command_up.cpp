@@ -17,6 +17,7 @@
 #include "services/cli/running_cell.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/cli/supervisor_news.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/cli/task_rounds.hpp"
 #include "services/runtime/join.hpp"
@@ -112,18 +113,19 @@ class Run {
   }
 
   void look_on(RunningCell& cell) {
-    std::string told;
+    SupervisorNews supervisor(cell.client());
     while (!cell.interrupted()) {
       static_cast<void>(cell.look());
       display_.cell(cell.status());
-      tell_faults(cell.status());
+      tell_news(cell, supervisor);
       [[maybe_unused]] const bool woken = cell.client().mailbox().wait(250ms);
     }
   }
 
-  void tell_faults(const msg::CellStatus& status) {
+  void tell_news(const RunningCell& cell, SupervisorNews& supervisor) {
+    for (const std::string& line : supervisor.listen(cell.answered() ? &cell.status() : nullptr)) display_.line(line);
     std::string open;
-    for (const msg::Fault& fault : status.faults()) {
+    for (const msg::Fault& fault : cell.status().faults()) {
       if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.seen();
     }
     if (open != faults_) display_.line(open.empty() ? "all faults are over" : "fault: " + open);
@@ -135,6 +137,7 @@ class Run {
     RefereeAccount account;
     TickAccount ticks;
     UsageAccount usage;
+    SupervisorNews supervisor(cell.client());
     const auto listen = [&] {
       for (const auto& sample : referee.take()) {
         if (!sample.disposed) account.update(sample.value);
@@ -146,7 +149,7 @@ class Run {
                       {[&] {
                          listen();
                          ticks.update(cell.status());
-                         tell_faults(cell.status());
+                         tell_news(cell, supervisor);
                          display_.cell(cell.status());
                        },
                        [&](const std::string& text) { display_.line(text); }});

@@ -80,7 +80,7 @@ bool RunningCell::look() {
   if (!ended.empty()) {
     throw Failure(ExitCode::kNegative, "the cell's agent " + ended + "; its log is " + log_);
   }
-  return client_.poll_status(status_, kAnswer);
+  return answered_ = client_.poll_status(status_, kAnswer);
 }
 
 bool RunningCell::wait_until_up(double timeout, const std::function<void(const std::string&)>& tell) {

@@ -28,6 +28,7 @@ class RunningCell {
   [[nodiscard]] bool wait_until_up(double timeout, const std::function<void(const std::string&)>& tell);
   /// Asks the supervisor; false when it does not answer. Throws Failure when the agent has ended.
   bool look();
+  [[nodiscard]] bool answered() const { return answered_; }  ///< at the last look
   /// As of the last look that was answered.
   [[nodiscard]] const msg::CellStatus& status() const { return status_; }
   [[nodiscard]] bool interrupted() const { return shutdown_.requested(); }
@@ -41,6 +42,7 @@ class RunningCell {
   Client client_;
   ShutdownSignal shutdown_;
   ChildAgent agent_;
+  bool answered_ = false;
   msg::CellStatus status_;
 };
 
