@@ -14,8 +14,6 @@
 namespace hecaton::services {
 namespace {
 
-constexpr const char* kMemoryFile = "supervisor";
-
 std::string level_name(LogLevel level) {
   switch (level) {
     case LogLevel::kDebug:
@@ -37,8 +35,8 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
   for (PlannedService& service : services) {
     service.arguments.insert(service.arguments.end(),
                              {"--domain", domain, "--log-level", level_name(options.log_level)});
-    if (service.node == supervisor_node()) {
-      service.arguments.insert(service.arguments.end(), {"--memory", (folder / kMemoryFile).string()});
+    if (service.node == supervisor_node() || service.node == world_node()) {
+      service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
     }
   }
   return services;

@@ -45,6 +45,7 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
                      const ShutdownSignal& shutdown)
     : name_(file.cell.arms[arm].arm.name),
       period_(file.cell.timing.driver_period),
+      command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
       participant_(make_participant(file, options, driver_node(name_), &mailbox_)),
       modes_(participant_, &mailbox_),
       commands_(participant_, &mailbox_),
@@ -78,7 +79,9 @@ void ArmDriver::listen() {
   drive_.saw_term(modes_.view().term());
   drive_.order(modes_.view().order(name_), modes_.view().why(name_));
   for (const auto& sample : commands_.take()) {
-    if (!sample.disposed && sample.value.arm() == name_) note(drive_.command(sample.value), sample.value);
+    // What lay here while this process was stopped is no command any more.
+    const bool current = sample.age(loop_.now()) <= command_timeout_;
+    if (!sample.disposed && sample.value.arm() == name_ && current) note(drive_.command(sample.value), sample.value);
   }
   look_at_tool();
 }

@@ -2,6 +2,7 @@
 /// The driver of one (simulated) arm on the bus: commands in, measured state out, at the driver's period. Stops the arm
 /// by itself when commands cease, and never needs the supervisor to be alive for that.
 
+#include <chrono>
 #include <string>
 
 #include <idl/world.h>
@@ -33,6 +34,7 @@ class ArmDriver {
 
   std::string name_;
   double period_;  ///< [s]
+  std::chrono::nanoseconds command_timeout_;
   bus::Mailbox mailbox_;
   bus::Participant participant_;
   CellModeListener modes_;

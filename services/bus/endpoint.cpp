@@ -105,20 +105,21 @@ struct Reader<T>::Impl : ReaderBase {
   void drain(dds::DataReader& reader) override {
     dds::SampleInfo info;
     while (reader.take_next_sample(&scratch, &info) == ReturnCode::RETCODE_OK) {
-      const auto now = Clock::now();
+      const auto received = arrival();
       const std::scoped_lock lock(mutex_);
       if (!info.valid_data) {
         if (info.instance_state != dds::NOT_ALIVE_DISPOSED_INSTANCE_STATE) continue;
         const std::string key = forget(info);
         if (key.empty()) continue;
-        counters_.overflowed += queue.push({T(), key, now, endpoint_id(info.publication_handle), true});
+        counters_.overflowed += queue.push({T(), key, received, endpoint_id(info.publication_handle), true});
       } else if (scratch.schema() != msg::SCHEMA_VERSION) {
         ++counters_.unreadable;
       } else {
         ++counters_.received;
         std::string key = key_of(scratch);
         note_alive(info, key);
-        counters_.overflowed += queue.push({scratch, std::move(key), now, endpoint_id(info.publication_handle), false});
+        counters_.overflowed +=
+            queue.push({scratch, std::move(key), received, endpoint_id(info.publication_handle), false});
       }
     }
   }

@@ -15,12 +15,12 @@ class GateTransport : public fast::ChainingTransport {
 
   bool send(rtps::SenderResource* behind, const rtps::octet* data, std::uint32_t size, rtps::LocatorsIterator* begin,
             rtps::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) override {
-    return !gate_->lets_pass() || behind->send(data, size, begin, end, until);
+    return !gate_->lets_out() || behind->send(data, size, begin, end, until);
   }
 
   void receive(fast::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    next->OnDataReceived(data, size, local, remote);
+    if (gate_->lets_in()) next->OnDataReceived(data, size, local, remote);
   }
 
  private:

@@ -4,7 +4,7 @@
 /// Fast DDS 2.9.1 announces a new participant before its receiving threads have anybody to give messages to
 /// (RTPSParticipantImpl::enable). On a fast network the answers arrive within that moment and are lost, and nobody
 /// answers twice: in one start of five the newcomer knew nobody until their next periodic announcement. Behind the gate
-/// nothing leaves before everything is in place.
+/// nothing leaves before everything is in place. It is shut in both directions while the process is absent.
 
 #include <atomic>
 #include <cstdint>
@@ -14,20 +14,27 @@
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
+#include "services/bus/absence.hpp"
+
 namespace hecaton::bus {
 
-/// What one participant may send.
+/// What one participant may send and hear.
 class Gate {
  public:
   /// `lose_one_in`: for tests; 0: nothing is lost.
-  explicit Gate(int lose_one_in) : lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
+  Gate(int lose_one_in, Clock::duration lease)
+      : absence(lease, Clock::now()), lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
 
   void open() { open_ = true; }
-  /// Asked once for each datagram.
-  [[nodiscard]] bool lets_pass() {
-    if (!open_) return false;
+  /// Asked once for each datagram that is sent.
+  [[nodiscard]] bool lets_out() {
+    if (!open_ || absence.away(Clock::now())) return false;
     return lose_one_in_ == 0 || mixed(++sent_) % lose_one_in_ != 0;
   }
+  /// Asked once for each datagram that has come.
+  [[nodiscard]] bool lets_in() const { return !absence.away(Clock::now()); }
+
+  Absence absence;
 
  private:
   /// Losing every n-th would lose the same message of a periodic protocol again and again. [Steele14]

@@ -48,12 +48,19 @@ Numbers& numbers() {
   return all;
 }
 
+/// Once a participant is found its endpoints are within this.
+constexpr std::chrono::milliseconds kMatching{50};
+
+std::chrono::milliseconds announcement_period(const ParticipantOptions& options) {
+  return options.lease / 4;
+}
+
 dds::DomainParticipantQos participant_qos(const std::string& name, const ParticipantOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name(name);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = duration(options.lease);
-  discovery.leaseDuration_announcementperiod = duration(options.lease / 4);
+  discovery.leaseDuration_announcementperiod = duration(announcement_period(options));
   discovery.initial_announcements.count = 8;
   discovery.initial_announcements.period = duration(std::chrono::milliseconds(5));
   return qos;
@@ -87,7 +94,9 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   }
   use_network_inside_process();
   auto qos = participant_qos(name, options);
-  const auto gate = add_transports(qos, options);
+  gate_ = add_transports(qos, options);
+  // After an absence others are found with the next announcement; who is not found with the second is gone.
+  search_ = 2 * announcement_period(options);
   number_ = numbers().take();
   qos.wire_protocol().participant_id = number_;
   auto* factory = dds::DomainParticipantFactory::get_instance();
@@ -97,7 +106,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
     numbers().give_back(number_);
     throw std::runtime_error(who + "cannot join domain " + std::to_string(domain));
   }
-  gate->open();
+  gate_->open();
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
   if (!options.partition.empty()) {
@@ -110,6 +119,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
     leave();
     throw std::runtime_error(who + "cannot create its publisher and subscriber");
   }
+  watcher_ = std::thread([this] { look_for_stalls(); });
 }
 
 Participant::Impl::~Impl() {
@@ -117,6 +127,12 @@ Participant::Impl::~Impl() {
 }
 
 void Participant::Impl::leave() {
+  {
+    const std::scoped_lock lock(peers_mutex_);
+    ending_ = true;
+  }
+  ending_told_.notify_all();
+  if (watcher_.joinable()) watcher_.join();
   participant->set_listener(nullptr, dds::StatusMask::none());
   participant->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
@@ -137,18 +153,48 @@ dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSuppo
   return topic;
 }
 
-void Participant::Impl::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
-  if (mailbox_ == nullptr) return;
-  Event event{EventKind::kParticipantLost,
-              {},
-              info.info.m_participantName.to_string(),
-              endpoint_id(info.info.m_guid),
-              Clock::now()};
-  if (info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT) return;
-  if (info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) {
-    event.kind = EventKind::kParticipantFound;
+void Participant::Impl::look_for_stalls() {
+  std::unique_lock lock(peers_mutex_);
+  while (!ending_) {
+    const auto now = Clock::now();
+    if (gate_->absence.look(now)) {
+      missed_.insert(peers_.begin(), peers_.end());
+      settled_ = now + gate_->absence.quarantine() + search_;
+    }
+    ending_told_.wait_for(lock, Absence::kLook);
   }
-  mailbox_->post(std::move(event));
+}
+
+bool Participant::Impl::away() const {
+  const auto now = Clock::now();
+  const std::scoped_lock lock(peers_mutex_);
+  return gate_->absence.overslept(now) || now < settled_;
+}
+
+void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
+  const auto now = Clock::now();
+  const std::scoped_lock lock(peers_mutex_);
+  if (!found) {
+    peers_.erase(peer);
+    if (gate_->absence.away(now)) missed_.insert(peer);  // also before the watcher has seen the stall
+    return;
+  }
+  peers_.insert(peer);
+  missed_.erase(peer);
+  if (missed_.empty()) settled_ = std::min(settled_, now + kMatching);
+}
+
+void Participant::Impl::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
+  if (info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT) return;
+  const bool found = info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT;
+  const EndpointId peer = endpoint_id(info.info.m_guid);
+  note_peer(peer, found);
+  if (mailbox_ == nullptr) return;
+  mailbox_->post({found ? EventKind::kParticipantFound : EventKind::kParticipantLost,
+                  {},
+                  info.info.m_participantName.to_string(),
+                  peer,
+                  Clock::now()});
 }
 
 Participant::Participant(int domain, const std::string& name, const ParticipantOptions& options)
@@ -156,6 +202,10 @@ Participant::Participant(int domain, const std::string& name, const ParticipantO
 Participant::~Participant() = default;
 Participant::Participant(Participant&&) noexcept = default;
 Participant& Participant::operator=(Participant&&) noexcept = default;
+
+bool Participant::away() const {
+  return impl_->away();
+}
 
 }  // namespace hecaton::bus
 

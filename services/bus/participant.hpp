@@ -38,6 +38,11 @@ class Participant {
   Participant(Participant&&) noexcept;
   Participant& operator=(Participant&&) noexcept;
 
+  /// This process was stopped for so long (half the lease or more) that others may have dropped us: nothing is sent
+  /// and nothing received until the lease is over on both sides and the others are found again. Who judges or
+  /// simulates by what it hears should do neither meanwhile.
+  [[nodiscard]] bool away() const;
+
   struct Impl;
   [[nodiscard]] const std::shared_ptr<Impl>& impl() const { return impl_; }
 

@@ -1,9 +1,13 @@
 #pragma once
 /// The Fast DDS side of Participant. Private to services/bus.
 
+#include <condition_variable>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <set>
 #include <string>
+#include <thread>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -11,6 +15,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "services/bus/gate_transport.hpp"
 #include "services/bus/participant.hpp"
 #include "services/bus/topics.hpp"
 
@@ -29,6 +34,10 @@ struct Participant::Impl : dds::DomainParticipantListener {
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
   void on_participant_discovery(dds::DomainParticipant* self, rtps::ParticipantDiscoveryInfo&& info) override;
 
+  [[nodiscard]] bool away() const;
+  /// When what a reader takes now arrived, see Absence.
+  [[nodiscard]] Clock::time_point arrival() const { return gate_->absence.arrival(Clock::now()); }
+
   dds::DomainParticipant* participant = nullptr;
   dds::Publisher* publisher = nullptr;
   dds::Subscriber* subscriber = nullptr;
@@ -38,11 +47,23 @@ struct Participant::Impl : dds::DomainParticipantListener {
 
  private:
   void leave();
+  void look_for_stalls();
+  void note_peer(const EndpointId& peer, bool found);
 
   Mailbox* mailbox_;
-  int number_ = 0;  ///< of this participant in this process
+  std::shared_ptr<Gate> gate_;
+  Clock::duration search_{};  ///< for others after an absence
+  int number_ = 0;            ///< of this participant in this process
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
+
+  mutable std::mutex peers_mutex_;
+  std::set<EndpointId> peers_;           ///< participants that are known
+  std::set<EndpointId> missed_;          ///< known before the absence and not found again yet
+  Clock::time_point settled_{};          ///< an absence ends, for services
+  std::condition_variable ending_told_;  ///< with peers_mutex_
+  bool ending_ = false;
+  std::thread watcher_;
 };
 
 [[nodiscard]] EndpointId endpoint_id(const rtps::GUID_t& guid);

@@ -39,6 +39,8 @@ class ReaderBase : public dds::DataReaderListener {
   /// Takes all samples out of the middleware. Never runs twice at one time.
   virtual void drain(dds::DataReader& reader) = 0;
 
+  /// When what is drained now arrived; not later than this process is known to have run before a stall.
+  [[nodiscard]] Clock::time_point arrival() const { return participant_->arrival(); }
   /// Remembers the key of a living sample, so that later events can name it.
   void note_alive(const dds::SampleInfo& info, const std::string& key);
   /// Forgets the key of a withdrawn one; empty when it was never known.

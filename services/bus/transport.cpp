@@ -54,7 +54,7 @@ std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQo
                                      const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
-  auto gate = std::make_shared<Gate>(options.lose_one_in);
+  auto gate = std::make_shared<Gate>(options.lose_one_in, options.lease);
   qos.transport().user_transports.push_back(std::make_shared<GateDescriptor>(udp(options), gate));
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());

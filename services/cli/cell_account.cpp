@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::uint64_t kWindow = 512;  // ticks; windows of one planner that were taken are this far apart
 
+/// A world that goes on where another died may begin this much before the other's last report [s].
+constexpr double kRecalled = 1.0;
+
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -19,7 +22,7 @@ double now() {
 }  // namespace
 
 void RefereeAccount::update(const msg::RefereeReport& report) {
-  if (report.time() < time_) {
+  if (report.time() < time_ - kRecalled || report.contacts() < contacts_) {
     before_ += contacts_;
     contacts_ = 0;
   }

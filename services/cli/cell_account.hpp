@@ -15,7 +15,7 @@
 
 namespace hecaton::services::cli {
 
-/// The referee's account, also across a restart of the world, which begins a new one.
+/// The referee's account, also across a restart of the world that could not go on with the old one.
 class RefereeAccount {
  public:
   void update(const msg::RefereeReport& report);

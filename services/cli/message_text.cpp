@@ -92,6 +92,8 @@ std::string text(msg::NodeState state) {
       return "standby";
     case msg::NODE_STOPPING:
       return "stopping";
+    case msg::NODE_FAILED:
+      return "failed";
   }
   return "unknown";
 }

@@ -101,6 +101,7 @@ std::string nodes_text(const msg::CellStatus& status, const Palette& palette) {
     if (node.alive() && beat.state() == msg::NODE_DEGRADED) {
       state = palette.yellow(state.append(": ").append(beat.detail()));
     }
+    if (node.alive() && beat.state() == msg::NODE_FAILED) state = palette.red(state.append(": ").append(beat.detail()));
     std::string input = beat.oldest_input();
     if (!input.empty()) input.append(", ").append(duration_text(beat.oldest_input_age()));
     table.add({beat.node(), beat.host(), std::to_string(beat.pid()), state, decimal_text(beat.tick_p50_us(), 0),

@@ -38,7 +38,8 @@ std::string CellModeView::why(std::string_view arm) const {
   const auto because = [this] { return mode_.reason().empty() ? std::string() : ": " + mode_.reason(); };
   switch (order(arm)) {
     case ArmOrder::kUnheard:
-      return "no supervisor was heard yet";
+      return mode_.term() == 0 ? "no supervisor was heard yet"
+                               : "no supervisor was heard since this process was stopped and away";
     case ArmOrder::kStop:
       return (mode_.mode() == msg::Mode::MODE_STOP ? "the cell is stopped" : "the arm is stopped") + because();
     case ArmOrder::kHold:
@@ -50,7 +51,8 @@ std::string CellModeView::why(std::string_view arm) const {
 }
 
 struct CellModeListener::Impl {
-  Impl(bus::Participant& participant, bus::Mailbox* mailbox) : reader(participant, mailbox) {}
+  Impl(bus::Participant& joined, bus::Mailbox* mailbox) : participant(joined), reader(joined, mailbox) {}
+  const bus::Participant& participant;
   bus::Reader<msg::CellMode> reader;
   CellModeView view;
 };
@@ -64,6 +66,7 @@ bool CellModeListener::update() {
   for (const auto& sample : impl_->reader.take()) {
     if (!sample.disposed) changed = impl_->view.apply(sample.value) || changed;
   }
+  if (impl_->participant.away()) impl_->view.forget_order();
   return changed;
 }
 

@@ -26,6 +26,8 @@ class CellModeView {
   bool apply(const msg::CellMode& mode);
   /// Some other message (a command) proved that this term exists; cell modes of older ones are ignored from now on.
   void saw_term(std::uint64_t term);
+  /// The order may have changed unheard: kUnheard until the next cell mode. Terms stay what they were.
+  void forget_order() { heard_ = false; }
 
   [[nodiscard]] bool heard() const { return heard_; }
   [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
@@ -41,9 +43,10 @@ class CellModeView {
   msg::CellMode mode_;
 };
 
-/// A CellModeView that is fed from the bus.
+/// A CellModeView that is fed from the bus, and forgets the order while its participant is away.
 class CellModeListener {
  public:
+  /// The participant must outlive it.
   explicit CellModeListener(bus::Participant& participant, bus::Mailbox* mailbox = nullptr);
   ~CellModeListener();
 

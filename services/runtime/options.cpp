@@ -61,6 +61,8 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
   if (subject == Subject::kArm) {
     app.add_option("--arm", options.arm, "the arm of the cell that it serves")->required();
+  } else {
+    app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
   }
   add_common_options(app, options);
   return parse_or_explain(app, argc, argv);

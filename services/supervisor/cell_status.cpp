@@ -146,7 +146,7 @@ class StatusBuilder {
   void add_faults() {
     const auto& faults = source_.watch.faults();
     const auto add = [&](const FaultRecord& record) {
-      status_.faults().push_back(fault_message(record, source_.life, clocks_));
+      status_.faults().push_back(fault_message(record, clocks_));
       status_.faults().back().term(source_.mode.term());
     };
     for (const FaultRecord& record : faults.open()) add(record);
@@ -218,9 +218,9 @@ msg::CellMode mode_message(const ModeDecision& decision, const std::string& node
   return message;
 }
 
-msg::Fault fault_message(const FaultRecord& record, std::uint64_t life, const Clocks& clocks) {
+msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks) {
   msg::Fault message;
-  message.id("f" + std::to_string(life) + "-" + std::to_string(record.number));
+  message.id("f" + std::to_string(record.life) + "-" + std::to_string(record.number));
   message.severity(severity_of(record.severity));
   message.kind(std::string(fault_kind_name(record.kind)));
   message.subject(record.subject);

@@ -22,16 +22,14 @@ struct Clocks {
 
 /// Term, sequence number and stamp are left to the caller.
 [[nodiscard]] msg::CellMode mode_message(const ModeDecision& decision, const std::string& node);
-/// Term, sequence number and stamp are left to the caller. `life`: the term with which this supervisor began, which no
-/// other ever has.
-[[nodiscard]] msg::Fault fault_message(const FaultRecord& record, std::uint64_t life, const Clocks& clocks);
+/// Term, sequence number and stamp are left to the caller.
+[[nodiscard]] msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks);
 
 struct StatusSource {
   const config::CellFile& file;
   const CellWatch& watch;
   const Picture& picture;
   const msg::CellMode& mode;  ///< as last published
-  std::uint64_t life = 0;     ///< see fault_message
 };
 /// `supervisor`, `standby` and `uptime` are left to the caller.
 [[nodiscard]] msg::CellStatus cell_status(const StatusSource& source, const Clocks& clocks);

@@ -58,7 +58,7 @@ void CellWatch::advance(Time now) {
   stalled_ = clock_.advance(now);
 }
 
-void CellWatch::heard(std::string_view node, std::int64_t pid, Time at) {
+void CellWatch::heard(std::string_view node, std::int64_t pid, Time at, const std::string& failure) {
   const auto found = states_.find(node);
   if (found == states_.end()) return;
   State& state = found->second;
@@ -67,6 +67,7 @@ void CellWatch::heard(std::string_view node, std::int64_t pid, Time at) {
   state.died.reset();
   state.stopped = false;
   state.pid = pid;
+  state.failure = failure;
   liveness_.heard(node, at);
 }
 
@@ -136,6 +137,7 @@ bool CellWatch::alive(std::string_view node) const {
 bool CellWatch::sound(const ExpectedNode& node) const {
   const State& state = *find(node.name);
   if (state.stopped) return true;
+  if (!state.failure.empty()) return false;
   return alive(node.name) && (!state.has_stream || liveness_.presence(stream_name(node.name)) == Presence::kAlive);
 }
 
@@ -194,6 +196,9 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
                       node.name + ": " + end_text(*state.died)};
   }
   if (state.stopped) return std::nullopt;
+  if (!state.failure.empty()) {
+    return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure};
+  }
   const Presence presence = presence_of(node);
   if (presence == Presence::kMissing) {
     const ExpectedNode* agent = agent_of(node.host);

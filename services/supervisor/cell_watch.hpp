@@ -53,8 +53,9 @@ class CellWatch {
   CellWatch& operator=(const CellWatch&) = delete;
 
   void advance(Time now);
-  /// A heartbeat; `at`: when it arrived. Unknown nodes are ignored, here and below.
-  void heard(std::string_view node, std::int64_t pid, Time at);
+  /// A heartbeat; `at`: when it arrived; `failure`: why the node cannot do its work, as it says itself. Unknown nodes
+  /// are ignored, here and below.
+  void heard(std::string_view node, std::int64_t pid, Time at, const std::string& failure = {});
   /// ArmState from a driver, ObstacleStates from the world: signs of life of the loop, too.
   void stream_heard(std::string_view node, Time at);
   void process_started(std::string_view node, std::int64_t pid);
@@ -80,6 +81,7 @@ class CellWatch {
     std::optional<ProcessExit> died;  // and nothing was heard of a successor
     bool stopped = false;             // was told to end, and did
     bool has_stream = false;
+    std::string failure{};  // in its own words
   };
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;

@@ -21,6 +21,12 @@ Time arrival(const bus::Sample<T>& sample) {
   return sample.received.time_since_epoch();
 }
 
+/// After an absence, of ours or of the agent's, its last events come once more.
+bool heard_before(const Picture& picture, const bus::Sample<msg::ProcessEvent>& event) {
+  const auto* known = find(picture.processes, event.value.process());
+  return known && known->writer == event.writer && event.value.sequence_number() <= known->value.sequence_number();
+}
+
 ProcessExit exit_of(const msg::ProcessEvent& event) {
   return {event.pid(), event.exit_code(), event.signal_number(), event.wanted()};
 }
@@ -53,7 +59,9 @@ void Ears::hear_nodes(Picture& picture, CellWatch& watch, Leadership& leadership
   for (const auto& sample : heartbeats_.take()) {
     if (sample.disposed) continue;
     if (sample.value.kind() != msg::NODE_SUPERVISOR) leadership.heard_term(sample.value.term());
-    watch.heard(sample.value.node(), sample.value.pid(), arrival(sample));
+    const bool failed = sample.value.state() == msg::NODE_FAILED;
+    watch.heard(sample.value.node(), sample.value.pid(), arrival(sample),
+                failed ? sample.value.detail() : std::string());
     picture.heartbeats.insert_or_assign(sample.value.node(), heard(sample));
   }
   for (const auto& sample : arms_.take()) {
@@ -69,6 +77,7 @@ void Ears::hear_processes(Picture& picture, CellWatch& watch) {
   for (const auto& sample : processes_.take()) {
     if (sample.disposed) continue;
     const msg::ProcessEvent& event = sample.value;
+    if (heard_before(picture, sample)) continue;
     picture.processes.insert_or_assign(event.process(), heard(sample));
     const bool exited = event.kind() == msg::PROCESS_EXITED;
     if (exited) {
@@ -96,7 +105,7 @@ void Ears::hear_world(Picture& picture, CellWatch& watch) {
   for (const auto& sample : states_.take()) {
     if (sample.disposed) continue;
     watch.stream_heard(world_node(), arrival(sample));
-    picture.states = heard(sample);
+    picture.take_states(sample);
   }
   for (const auto& sample : referee_.take()) {
     if (!sample.disposed) picture.referee = heard(sample);

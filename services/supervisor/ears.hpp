@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <idl/supervisor.h>
@@ -26,8 +27,8 @@ class Ears {
 
   /// How our own predecessor ended, once our agent has told that it started us in its place.
   [[nodiscard]] std::optional<ProcessExit> take_predecessor();
-  /// The last cell mode of another supervisor.
-  [[nodiscard]] const std::optional<msg::CellMode>& other_mode() const { return other_mode_; }
+  /// The last cell mode of another supervisor that led since the last call.
+  [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
 
  private:
   void hear_nodes(Picture& picture, CellWatch& watch, Leadership& leadership);

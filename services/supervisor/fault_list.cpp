@@ -1,6 +1,7 @@
 #include "services/supervisor/fault_list.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace hecaton::services {
@@ -17,16 +18,34 @@ std::string_view fault_kind_name(FaultKind kind) {
       return "node_silent";
     case FaultKind::kProcessDied:
       return "process_died";
+    case FaultKind::kNodeFailed:
+      return "node_failed";
     case FaultKind::kAgentLost:
       return "agent_lost";
   }
   return "unknown";
 }
 
+std::optional<FaultKind> fault_kind(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(FaultKind::kAgentLost); ++i) {
+    const auto kind = static_cast<FaultKind>(i);
+    if (fault_kind_name(kind) == name) return kind;
+  }
+  return std::nullopt;
+}
+
+void FaultList::recall(FaultHistory history) {
+  open_ = std::move(history.open);
+  over_ = std::move(history.over);
+  changes_.assign(over_.rbegin(), over_.rend());
+  for (const FaultRecord& record : open()) changes_.push_back(record);
+}
+
 void FaultList::raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now) {
   const auto [entry, opened] = open_.try_emplace(cause);
   FaultRecord& record = entry->second;
   if (opened) {
+    record.life = life_;
     record.number = ++last_number_;
     record.since = now;
   } else if (sight.kind < record.kind || (sight.kind == record.kind && sight.severity <= record.severity)) {
@@ -58,8 +77,9 @@ const FaultRecord* FaultList::open(std::string_view cause) const {
 std::vector<FaultRecord> FaultList::open() const {
   std::vector<FaultRecord> records;
   for (const auto& [cause, record] : open_) records.push_back(record);
-  std::sort(records.begin(), records.end(),
-            [](const FaultRecord& a, const FaultRecord& b) { return a.number < b.number; });
+  std::sort(records.begin(), records.end(), [](const FaultRecord& a, const FaultRecord& b) {
+    return std::tie(a.life, a.number) < std::tie(b.life, b.number);
+  });
   return records;
 }
 

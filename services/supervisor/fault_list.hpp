@@ -21,22 +21,33 @@ enum class FaultKind : std::uint8_t {
   kNodeMissing,   ///< never appeared
   kNodeSilent,    ///< no sign of its working loop
   kProcessDied,   ///< its agent saw it end
+  kNodeFailed,    ///< it says itself that it cannot do its work
   kAgentLost,     ///< no sign of a host's agent: and of all that is silent on this host
 };
 
 /// "driver_silent", …: as in messages.
 [[nodiscard]] std::string_view fault_kind_name(FaultKind kind);
+[[nodiscard]] std::optional<FaultKind> fault_kind(std::string_view name);
 
 enum class FaultSeverity : std::uint8_t { kInfo, kWarning, kError, kCritical };
 
 struct FaultRecord {
-  std::uint64_t number = 0;  ///< unique in the list, from 1
+  std::uint64_t life = 0;    ///< of the supervisor that opened it
+  std::uint64_t number = 0;  ///< unique in that life, from 1
   FaultKind kind{};
   FaultSeverity severity{};
   std::string subject;  ///< node, host or arm
   std::string seen;     ///< a sentence
   std::chrono::nanoseconds since{0};
   std::optional<std::chrono::nanoseconds> cleared;
+  bool operator==(const FaultRecord&) const = default;
+};
+
+/// Faults as they outlive their supervisor.
+struct FaultHistory {
+  std::map<std::string, FaultRecord, std::less<>> open;  ///< by cause
+  std::deque<FaultRecord> over;                          ///< newest first
+  bool operator==(const FaultHistory&) const = default;
 };
 
 /// What is wrong, as somebody sees it now.
@@ -50,6 +61,12 @@ struct FaultSight {
 class FaultList {
  public:
   static constexpr std::size_t kRemembered = 64;  ///< faults that are over
+
+  /// From now on faults are opened in this life, see FaultRecord.
+  void begin_life(std::uint64_t life) { life_ = life; }
+  /// Goes on with the faults of an earlier supervisor; all count as changed.
+  void recall(FaultHistory history);
+  [[nodiscard]] FaultHistory history() const { return {open_, over_}; }
 
   /// Opens a fault for `cause`, or corrects the open one where `sight` explains it better or makes it more severe.
   void raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now);
@@ -68,6 +85,7 @@ class FaultList {
   std::map<std::string, FaultRecord, std::less<>> open_;  // by cause
   std::deque<FaultRecord> over_;
   std::vector<FaultRecord> changes_;
+  std::uint64_t life_ = 0;
   std::uint64_t last_number_ = 0;
 };
 

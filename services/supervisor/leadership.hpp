@@ -3,7 +3,7 @@
 ///
 /// A supervisor begins by listening. When nobody leads it takes a term above every term that it has heard or remembers;
 /// when somebody does it stands by, and takes over when the leader has been silent for `silence`. Whoever hears a
-/// leader of a higher term (having been asleep or cut off) stands back at once.
+/// leader of a higher term stands back at once; who was itself absent begins anew, with a term of its own.
 
 #include <algorithm>
 #include <chrono>
@@ -36,6 +36,12 @@ class Leadership {
     leader_at_ = at;
     leader_heard_ = true;
     role_ = role_ == Role::kListening ? role_ : Role::kStandingBy;
+  }
+  /// We were asleep or cut off until now: somebody else may lead.
+  void absent(Time now) {
+    role_ = Role::kListening;
+    began_ = now;
+    leader_heard_ = false;
   }
   /// Once in each turn, after what was heard. `stalled`: time of this turn in which we ourselves heard nothing.
   /// True when we have just begun to lead.

@@ -15,10 +15,48 @@ std::optional<MoveMode> parse_mode(const std::string& name) {
   return std::nullopt;
 }
 
+/// `cause`: of an open fault.
+void append_fault(std::ostream& text, const FaultRecord& record, const std::string& cause) {
+  text << "fault " << record.life << ' ' << record.number << ' ' << fault_kind_name(record.kind) << ' '
+       << static_cast<int>(record.severity) << ' ' << record.since.count() << ' ';
+  if (record.cleared) {
+    text << record.cleared->count() << " - ";
+  } else {
+    text << "open " << cause << ' ';
+  }
+  text << record.subject << ' ' << record.seen << '\n';
+}
+
+bool parse_fault(std::istream& words, FaultHistory& faults) {
+  FaultRecord record;
+  std::string kind;
+  std::string cleared;
+  std::string cause;
+  int severity = -1;
+  std::chrono::nanoseconds::rep since = 0;
+  words >> record.life >> record.number >> kind >> severity >> since >> cleared >> cause >> record.subject >> std::ws;
+  std::getline(words, record.seen);
+  const auto known = fault_kind(kind);
+  if (!words || !known || severity < 0 || severity > static_cast<int>(FaultSeverity::kCritical)) return false;
+  record.kind = *known;
+  record.severity = static_cast<FaultSeverity>(severity);
+  record.since = std::chrono::nanoseconds(since);
+  if (cleared == "open") {
+    faults.open[cause] = record;
+    return true;
+  }
+  std::chrono::nanoseconds::rep end = 0;
+  if (!(std::istringstream(cleared) >> end)) return false;
+  record.cleared = std::chrono::nanoseconds(end);
+  faults.over.push_back(record);
+  return true;
+}
+
 bool parse_line(const std::string& line, Memory& memory) {
   std::istringstream words(line);
   std::string kind;
   words >> kind;
+  if (kind == "fault") return parse_fault(words, memory.faults);
   if (kind == "term") return static_cast<bool>(words >> memory.term);
   std::string arm;
   std::string mode;
@@ -36,6 +74,8 @@ std::string memory_text(const Memory& memory) {
   std::ostringstream text;
   text << "term " << memory.term << "\ncell " << mode_name(memory.orders.cell) << '\n';
   for (const auto& [arm, mode] : memory.orders.arms) text << "arm " << arm << ' ' << mode_name(mode) << '\n';
+  for (const auto& [cause, record] : memory.faults.open) append_fault(text, record, cause);
+  for (const FaultRecord& record : memory.faults.over) append_fault(text, record, {});
   return text.str();
 }
 

@@ -1,22 +1,26 @@
 #pragma once
-/// What a supervisor that was killed must still know when it starts again: its term and people's orders. A text file,
-/// replaced as a whole, so that a crash leaves either the old or the new one.
+/// What a supervisor that was killed must still know when it starts again: its term, people's orders and the faults. A
+/// text file, replaced as a whole, so that a crash leaves either the old or the new one.
 
 #include <cstdint>
 #include <optional>
 #include <string>
 
 #include "services/supervisor/cell_mode.hpp"
+#include "services/supervisor/fault_list.hpp"
 
 namespace hecaton::services {
 
 struct Memory {
   std::uint64_t term = 0;
   Orders orders;
+  FaultHistory faults;
   bool operator==(const Memory&) const = default;
 };
 
-/// Lines "term N", "cell MODE", "arm NAME MODE".
+/// Lines "term N", "cell MODE", "arm NAME MODE", and for each fault
+/// "fault LIFE NUMBER KIND SEVERITY SINCE CLEARED|open CAUSE|- SUBJECT SEEN…" (times in nanoseconds of the steady
+/// clock).
 [[nodiscard]] std::string memory_text(const Memory& memory);
 /// Empty when it is no such text.
 [[nodiscard]] std::optional<Memory> parse_memory(const std::string& text);

@@ -1,5 +1,6 @@
 #include "services/supervisor/picture.hpp"
 
+#include <algorithm>
 #include <tuple>
 
 namespace hecaton::services {
@@ -20,6 +21,17 @@ void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
   if (known == goals.end() || newer(sample, known->second)) {
     goals.insert_or_assign(sample.value.arm(), heard(sample));
   }
+}
+
+void Picture::take_states(const bus::Sample<msg::ObstacleStates>& sample) {
+  const auto& named = sample.value.states();
+  if (states && states->writer != sample.writer) {
+    std::erase_if(obstacles, [&](const auto& entry) {
+      return !entry.second.writer.same_participant(sample.writer) &&
+             std::none_of(named.begin(), named.end(), [&](const auto& state) { return state.name() == entry.first; });
+    });
+  }
+  states = heard(sample);
 }
 
 }  // namespace hecaton::services

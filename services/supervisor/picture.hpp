@@ -52,6 +52,8 @@ struct Picture {
 
   /// Keeps the newest goal of the arm: late joiners get several in any order.
   void take_goal(const bus::Sample<msg::GoalStatus>& sample);
+  /// The first of another world end what only its predecessor knew: who dies withdraws nothing.
+  void take_states(const bus::Sample<msg::ObstacleStates>& sample);
 };
 
 }  // namespace hecaton::services

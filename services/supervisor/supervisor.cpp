@@ -51,15 +51,15 @@ void log_fault(const msg::Fault& fault) {
 
 }  // namespace
 
-Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& options, std::string memory,
-                       ShutdownSignal& shutdown)
+Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& options, ShutdownSignal& shutdown)
     : file_(file),
-      memory_path_(std::move(memory)),
+      memory_path_(options.memory),
       shutdown_(shutdown),
       began_(bus::Clock::now()),
       watch_(expected_nodes(file), arm_names(file), watch_limits(file, kTurn), since_epoch(began_)),
       remembered_(recall(memory_path_)),
       leadership_({}, remembered_.term, since_epoch(began_)),
+      turned_(began_),
       participant_(make_participant(file, options, supervisor_node(), &quiet_)),
       ears_(participant_, urgent_, quiet_),
       modes_(participant_),
@@ -69,6 +69,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
              {supervisor_node(), msg::NODE_SUPERVISOR, {}, options.host.empty() ? file.supervision.host : options.host},
              pulse_timing(file)) {
   watch_.mode().restore(remembered_.orders);
+  watch_.faults().recall(remembered_.faults);
   shutdown_.wake(&urgent_);
 }
 
@@ -94,6 +95,12 @@ void Supervisor::run() {
 }
 
 void Supervisor::turn(bus::Clock::time_point now) {
+  if (participant_.away()) {
+    if (!absent_since_) absent_since_ = turned_;
+    return;
+  }
+  if (absent_since_) come_back(now);
+  turned_ = now;
   // Before listening, so that nobody is accused of a silence that ends with what is already here.
   watch_.advance(since_epoch(now));
   static_cast<void>(quiet_.take_events());
@@ -118,10 +125,26 @@ void Supervisor::turn(bus::Clock::time_point now) {
   if (pulse_.due(now)) beat(now);
 }
 
+// Who was stopped accuses nobody of the silence. It listens again before it leads, with a new term.
+void Supervisor::come_back(bus::Clock::time_point now) {
+  leadership_.absent(since_epoch(now));
+  const auto absence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *absent_since_);
+  const Time since = since_epoch(*absent_since_);
+  absent_since_.reset();
+  watch_.faults().raise(supervisor_node(),
+                        {FaultKind::kNodeSilent, FaultSeverity::kError, supervisor_node(),
+                         supervisor_node() + ": was itself stopped and away for " + std::to_string(absence.count()) +
+                             " ms; faults of that time were not seen"},
+                        since);
+  watch_.faults().clear(supervisor_node(), since_epoch(now));
+  log_warning("supervisor was away", {{"ms", absence.count()}});
+}
+
 void Supervisor::begin_to_lead() {
   // After another leader its orders hold; after our own earlier life those that we remember.
-  if (life_ != 0 && ears_.other_mode()) watch_.mode().restore(orders_in(*ears_.other_mode()));
-  life_ = leadership_.term();
+  const auto other = ears_.take_other_mode();
+  if (std::exchange(led_before_, true) && other) watch_.mode().restore(orders_in(*other));
+  watch_.faults().begin_life(leadership_.term());
   constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
   modes_.set_strength(static_cast<int>(std::min(leadership_.term(), kStrongest)));
   log_info("supervisor leads", {{"term", leadership_.term()}});
@@ -167,7 +190,7 @@ void Supervisor::answer(const msg::SupervisorRequest& request) {
   reply.request_id(request.request_id());
   reply.done(refusal.empty());
   reply.reason(refusal);
-  reply.status(cell_status({file_, watch_, picture_, mode_, life_}, read_clocks()));
+  reply.status(cell_status({file_, watch_, picture_, mode_}, read_clocks()));
   reply.status().supervisor(supervisor_node());
   reply.status().uptime(std::chrono::duration<double>(now - began_).count());
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
@@ -191,22 +214,24 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
 }
 
 void Supervisor::remember() {
-  Memory memory{leadership_.term(), watch_.mode().orders()};
+  Memory memory{leadership_.term(), watch_.mode().orders(), watch_.faults().history()};
   if (memory_path_.empty() || memory == remembered_) return;
   if (!write_memory(memory_path_, memory)) log_error("orders cannot be remembered", {{"file", memory_path_}});
   remembered_ = std::move(memory);
 }
 
 void Supervisor::publish_faults() {
-  if (leadership_.role() != Leadership::Role::kLeading) {
+  if (leadership_.role() == Leadership::Role::kListening) return;  // they wait until we lead
+  if (leadership_.role() == Leadership::Role::kStandingBy) {
     static_cast<void>(watch_.faults().take_changes());
     return;
   }
   const auto changes = watch_.faults().take_changes();
   if (changes.empty()) return;
+  remember();
   const Clocks clocks = read_clocks();
   for (const FaultRecord& record : changes) {
-    msg::Fault fault = fault_message(record, life_, clocks);
+    msg::Fault fault = fault_message(record, clocks);
     fault.term(leadership_.term());
     fault.sequence_number(++fault_sequence_);
     fault.stamp_ns(stamp_now());

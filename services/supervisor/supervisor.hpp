@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,8 @@ class Supervisor {
   /// The mode is repeated this often, well within the deadline and the lease of its topic.
   static constexpr std::chrono::milliseconds kRepeat{25};
 
-  /// `memory`: file in which term and orders survive; empty: they do not. Throws std::runtime_error with a sentence.
-  Supervisor(const config::CellFile& file, const ServiceOptions& options, std::string memory, ShutdownSignal& shutdown);
+  /// Term, orders and faults survive in the options' memory. Throws std::runtime_error with a sentence.
+  Supervisor(const config::CellFile& file, const ServiceOptions& options, ShutdownSignal& shutdown);
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
@@ -39,6 +40,7 @@ class Supervisor {
 
  private:
   void turn(bus::Clock::time_point now);
+  void come_back(bus::Clock::time_point now);
   void begin_to_lead();
   void tell_predecessor(Time now);
   void answer(const msg::SupervisorRequest& request);
@@ -57,9 +59,11 @@ class Supervisor {
   Picture picture_;
   Memory remembered_;
   Leadership leadership_;
-  std::uint64_t life_ = 0;  ///< the term with which we began to lead
-  Time stalled_{0};         ///< by the watch's clock at the last turn
-  msg::CellMode mode_;      ///< as last published
+  bool led_before_ = false;
+  std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
+  bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
+  Time stalled_{0};                                     ///< by the watch's clock at the last turn
+  msg::CellMode mode_;                                  ///< as last published
   bus::Clock::time_point mode_at_{};
   std::uint64_t fault_sequence_ = 0;
   bus::Mailbox urgent_, quiet_;

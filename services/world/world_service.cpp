@@ -4,6 +4,7 @@
 
 #include "planner/simulation/arm_bodies.hpp"
 #include "services/bus/convert.hpp"
+#include "services/bus/message_file.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -32,6 +33,21 @@ std::vector<world::ArmBodies> bodies_of(const planner::Cell& cell) {
   return bodies;
 }
 
+/// What a world that died has left. `lost` gets a sentence when there is something that cannot be used.
+std::optional<Continuation> recall(const config::CellFile& file, const std::string& path, std::string& lost) {
+  if (path.empty()) return std::nullopt;
+  const bus::ReadMessage read = bus::read_message(path);
+  if (!read.error.empty()) lost = read.error;
+  if (!read.message) return std::nullopt;
+  if (read.message->cell() != file.cell.name) {
+    lost = path + " is of cell " + read.message->cell();
+    return std::nullopt;
+  }
+  auto before = continuation(*read.message, file.cell.scene);
+  if (!before) lost = path + ": " + before.error;
+  return before.value;
+}
+
 }  // namespace
 
 WorldService::WorldService(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
@@ -48,26 +64,51 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
       pulse_(participant_, {world_node(), msg::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},
              pulse_timing(file)),
       loop_(nanoseconds(period_), shutdown),
-      world_(file.cell.scene, bodies_of(file.cell)),
+      before_(recall(file, options.memory, lost_)),
+      world_(before_ ? before_->scene : file.cell.scene, bodies_of(file.cell)),
+      memory_(lost_.empty() ? options.memory : std::string()),
       measured_(file.cell.arms.size()),
       q_(file.cell.arms.size()) {}
 
 void WorldService::run() {
   log_info("world started", {{"obstacles", world_.obstacles().size()}, {"period_ms", period_ * 1e3}});
-  for (const world::Obstacle& obstacle : world_.obstacles()) publish_shapes(obstacle.name);
+  if (lost_.empty()) {
+    go_on();
+  } else {
+    lost_ = "what was edited in the world before it died cannot be recovered (" + lost_ +
+            "): end the cell and start it again";
+    log_error("world forgot", {{"reason", lost_}});
+  }
   while (loop_.next()) {
     (void)mailbox_.take_events();
     modes_.update();
+    if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
+    // Who was cut off knows neither where the arms are nor who sees its obstacles: no time passes in its world.
+    if (participant_.away()) continue;
     set_arms();
     edit();
+    reply();
+    if (!lost_.empty()) continue;  // planners stand still without a world, and the supervisor says why
     world_.step(std::min(period_ * static_cast<double>(1 + loop_.skipped()), kLongestStep));
     publish_states();
     judge();
-    if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
   }
   publish_report(world_.referee().report(), false);
   (void)reports_.wait_acknowledged(kFarewell);
   log_info("world ends", {{"contacts", world_.referee().report().contacts}});
+}
+
+// Between the last memory and the end of the world that died lies at most a report's period; a longer gap costs the
+// world time instead of making obstacles jump, as a stall does.
+void WorldService::go_on() {
+  if (before_) {
+    const double since = 1e-9 * static_cast<double>(stamp_now() - before_->stamp_ns);
+    world_.go_on(before_->time + std::clamp(since, 0.0, kLongestStep), before_->edition, before_->account);
+    contacts_told_ = world_.referee().report().contacts;
+    log_info("world goes on", {{"time", world_.time()}, {"contacts", contacts_told_}});
+    before_.reset();
+  }
+  for (const world::Obstacle& obstacle : world_.obstacles()) publish_shapes(obstacle.name);
 }
 
 void WorldService::set_arms() {
@@ -93,7 +134,8 @@ void WorldService::edit() {
   for (const auto& sample : requests_.take()) {
     if (sample.disposed) continue;
     const msg::WorldEditRequest& request = sample.value;
-    const world::EditResult result = apply_edit(world_, {file_.cell.arms, q_}, request);
+    const world::EditResult result =
+        lost_.empty() ? apply_edit(world_, {file_.cell.arms, q_}, request) : world::EditResult{false, lost_};
     if (result.done) publish_shapes(edited_name(request));
     msg::WorldEditReply reply;
     reply.client(request.client());
@@ -101,12 +143,27 @@ void WorldService::edit() {
     reply.done(result.done);
     reply.reason(result.reason);
     reply.edition(world_.snapshot().edition);
-    (void)replies_.write(reply);
+    replies_due_.emplace_back(result.done ? remember() : 0, std::move(reply));
     log_info("world edit", {{"client", request.client()},
                             {"obstacle", edited_name(request)},
                             {"done", result.done},
                             {"reason", result.reason}});
   }
+}
+
+// An edit that its client was told of is never forgotten.
+void WorldService::reply() {
+  while (!replies_due_.empty() && memory_.kept(replies_due_.front().first)) {
+    (void)replies_.write(replies_due_.front().second);
+    replies_due_.pop_front();
+  }
+}
+
+std::uint64_t WorldService::remember() {
+  msg::WorldMemory memory = memory_of(world_);
+  memory.cell(file_.cell.name);
+  memory.stamp_ns(stamp_now());
+  return memory_.keep(std::move(memory));
 }
 
 // Also right for an obstacle that is no longer there: it is withdrawn.
@@ -146,6 +203,7 @@ void WorldService::judge() {
   }
   if (due) report_due_ = loop_.now() + kReportPeriod;
   contacts_told_ = report.contacts;
+  remember();
   publish_report(report, true);
 }
 
@@ -171,6 +229,14 @@ void WorldService::beat() {
     if (age <= vital.oldest_input_age) continue;
     vital.oldest_input_age = age;
     vital.oldest_input = "ArmState/" + name;
+  }
+  if (const std::string failure = memory_.failure(); !failure.empty()) {
+    vital.state = msg::NODE_DEGRADED;
+    vital.detail = "edits of the world would not survive its death: " + failure;
+  }
+  if (!lost_.empty()) {
+    vital.state = msg::NODE_FAILED;
+    vital.detail = lost_;
   }
   pulse_.beat(loop_.now(), vital, loop_.statistics());
 }

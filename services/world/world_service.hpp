@@ -3,7 +3,10 @@
 /// as they were measured.
 
 #include <chrono>
+#include <deque>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <idl/arm.h>
@@ -16,12 +19,15 @@
 #include "services/runtime/options.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/pulse.hpp"
+#include "services/world/memory_keeper.hpp"
+#include "services/world/world_memory.hpp"
 #include "world/sim/bullet_world.hpp"
 
 namespace hecaton::services {
 
 class WorldService {
  public:
+  /// Goes on where the last one died that had the same file for its memory.
   /// Throws std::runtime_error or std::invalid_argument with a sentence when the bus cannot be joined or the scene is
   /// impossible. `file` must outlive it.
   WorldService(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown);
@@ -32,8 +38,11 @@ class WorldService {
  private:
   using Clock = std::chrono::steady_clock;
 
+  void go_on();
   void set_arms();
   void edit();
+  void reply();
+  std::uint64_t remember();
   void publish_shapes(const std::string& name);
   void publish_states();
   void judge();
@@ -53,10 +62,14 @@ class WorldService {
   bus::Writer<msg::RefereeReport> reports_;
   Pulse pulse_;
   PeriodicLoop loop_;
+  std::string lost_;  ///< why what was before cannot be recovered, a sentence; empty: it can, or there was nothing
+  std::optional<Continuation> before_;  ///< of a world that died
   world::BulletWorld world_;
-  planner::Kinematics kinematics_;                          ///< scratch
-  std::vector<std::optional<Clock::time_point>> measured_;  ///< when each arm's last state came
-  std::vector<std::optional<planner::JointVector>> q_;      ///< what it said
+  MemoryKeeper memory_;
+  std::deque<std::pair<std::uint64_t, msg::WorldEditReply>> replies_due_;  ///< once that memory is kept
+  planner::Kinematics kinematics_;                                         ///< scratch
+  std::vector<std::optional<Clock::time_point>> measured_;                 ///< when each arm's last state came
+  std::vector<std::optional<planner::JointVector>> q_;                     ///< what it said
   std::uint64_t contacts_told_ = 0;
   Clock::time_point report_due_{};
   std::uint64_t report_sequence_ = 0;

@@ -179,6 +179,23 @@ void BulletWorld::set_time(double seconds) {
   }
 }
 
+std::vector<Obstacle> BulletWorld::obstacles_now() const {
+  std::vector<Obstacle> now = impl_->scene.obstacles;
+  const ObstacleSnapshot at = snapshot();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (!now[i].attachment && !is_free(now[i])) continue;
+    now[i].X_WO = at.states[i].X_WO;
+    if (auto* dynamic = std::get_if<DynamicMotion>(&now[i].motion)) dynamic->initial_velocity = at.states[i].velocity;
+  }
+  return now;
+}
+
+void BulletWorld::go_on(double seconds, std::uint64_t edition, const RefereeMemory& account) {
+  set_time(seconds);
+  impl_->edition = edition;
+  impl_->referee.recall(account);
+}
+
 const std::vector<Obstacle>& BulletWorld::obstacles() const {
   return impl_->scene.obstacles;
 }

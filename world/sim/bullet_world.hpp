@@ -48,6 +48,13 @@ class BulletWorld {
   /// Throws std::invalid_argument when it is not finite.
   void set_time(double seconds);
 
+  /// What a new world must begin with to go on where this one is: obstacles that are carried or left to physics begin
+  /// where they are now, at their velocity.
+  [[nodiscard]] std::vector<Obstacle> obstacles_now() const;
+  /// To be called before the first step of a world that begins with another's obstacles_now(): goes on at its time
+  /// and edition and with its referee's account. Throws as set_time() does.
+  void go_on(double seconds, std::uint64_t edition, const RefereeMemory& account);
+
   /// Current obstacles; attachments and motions as edited. Index order = snapshot order. X_WO is where a scripted
   /// motion starts from or where the obstacle was last put; where it is now, the snapshot says.
   [[nodiscard]] const std::vector<Obstacle>& obstacles() const;

@@ -52,6 +52,11 @@ struct ContactReferee::Impl {
     return {distance, pair.kind, bodies.part(pair.a).name, bodies.part(pair.b).name, time};
   }
 
+  Found indexed(const Separation& separation) {
+    return {separation.distance, separation.kind, bodies.name_index(separation.a), bodies.name_index(separation.b),
+            separation.time};
+  }
+
   void count_touching() {
     group_touching.assign(bodies.group_count(), 0);
     for (const JudgedPair& pair : bodies.pairs()) group_touching[pair.group] += pair.state.touching ? 1 : 0;
@@ -156,6 +161,38 @@ RefereeReport ContactReferee::report() const {
   }
   for (const Found& event : impl_->events) report.events.push_back(impl_->named(event));
   return report;
+}
+
+RefereeMemory ContactReferee::remember() const {
+  RefereeMemory memory{report(), {}};
+  for (const JudgedPair& pair : impl_->bodies.pairs()) {
+    const PairState& state = pair.state;
+    if (!state.touching && !state.fresh && !state.excused) continue;
+    const auto& names = impl_->bodies.names();
+    memory.lasting.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
+                              pair.identity.second, state.touching, state.fresh, state.excused, state.excused_at});
+  }
+  return memory;
+}
+
+void ContactReferee::recall(const RefereeMemory& memory) {
+  for (std::size_t i = 0; i < kContactKinds; ++i) {
+    const KindReport& kind = memory.report.kinds[i];
+    impl_->tallies[i] = {kind.contacts, kind.judged, kind.judged ? impl_->indexed(kind.smallest) : Found{}};
+  }
+  impl_->events.clear();
+  for (const Separation& event : memory.report.events) impl_->events.push_back(impl_->indexed(event));
+  for (JudgedPair& pair : impl_->bodies.pairs()) {
+    const auto& names = impl_->bodies.names();
+    const std::string& a = names[impl_->bodies.part(pair.a).name];
+    const std::string& b = names[impl_->bodies.part(pair.b).name];
+    pair.state = {};
+    for (const LastingPair& lasting : memory.lasting) {
+      if (lasting.which != pair.identity.second || lasting.a != a || lasting.b != b) continue;
+      pair.state = {lasting.touching, lasting.fresh, lasting.excused, lasting.excused_at};
+    }
+  }
+  impl_->count_touching();
 }
 
 void ContactReferee::reset() {

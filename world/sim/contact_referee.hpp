@@ -48,6 +48,23 @@ struct RefereeReport {
   std::vector<Separation> events;               ///< the first 100 contacts, as they began
 };
 
+/// Two bodies that are not simply apart.
+struct LastingPair {
+  std::string a;  ///< as in Separation
+  std::string b;
+  int which = 0;            ///< of the pairs with these two names
+  bool touching = false;    ///< counted, and not parted since
+  bool fresh = false;       ///< arose by attaching or detaching and was not yet compared
+  bool excused = false;     ///< touched at that moment and has not parted since
+  double excused_at = 0.0;  ///< distance then [m]
+};
+
+/// All that a referee must know to go on with the account of another.
+struct RefereeMemory {
+  RefereeReport report;
+  std::vector<LastingPair> lasting;
+};
+
 /// Where an arm is. Until it is `known`, nothing of it and nothing it carries is judged.
 struct MeasuredArm {
   bool known = false;
@@ -84,6 +101,9 @@ class ContactReferee {
   void judge(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time);
 
   [[nodiscard]] RefereeReport report() const;
+  [[nodiscard]] RefereeMemory remember() const;
+  /// Goes on with that account instead of its own. Pairs are matched by name; those that do not exist are forgotten.
+  void recall(const RefereeMemory& memory);
   /// Begins a new account. A contact that lasts counts again.
   void reset();
 

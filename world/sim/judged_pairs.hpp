@@ -69,6 +69,8 @@ class JudgedPairs {
   [[nodiscard]] int group_count() const { return group_count_; }
   /// Grows only: an index stays valid through edits.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  /// Where a name is among them, from now on.
+  int name_index(const std::string& name);
 
   [[nodiscard]] bool placed(const JudgedPair& pair) const {
     return carriers_[parts_[pair.a].carrier].placed && carriers_[parts_[pair.b].carrier].placed;
@@ -89,7 +91,6 @@ class JudgedPairs {
     std::vector<int> parts;
   };
 
-  int name_index(const std::string& name);
   void add_part(JudgedPart part, const PlacedShape& placed);
   void move(Carrier& carrier, const Pose& X_WC);
   [[nodiscard]] btTransform X_WS(const JudgedPart& part) const;

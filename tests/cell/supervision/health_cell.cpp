@@ -63,7 +63,11 @@ HealthCell::HealthCell(const std::vector<std::string>& agent_options)
       replies_(participant_, &mailbox_),
       modes_(participant_, &mailbox_),
       faults_(participant_, &mailbox_),
-      goals_(participant_) {}
+      goals_(participant_),
+      goal_news_(participant_, &mailbox_),
+      edits_(participant_),
+      edit_replies_(participant_, &mailbox_),
+      states_(participant_, &mailbox_) {}
 
 std::optional<msg::SupervisorReply> HealthCell::ask(msg::RequestKind kind, const std::vector<std::string>& arms) {
   const auto until = bus::Clock::now() + kPatience;
@@ -133,6 +137,54 @@ msg::Fault HealthCell::await_fault(const std::string& what, const std::function<
     static_cast<void>(faults_.wait_for_data(1s));
   }
   ADD_FAILURE() << "no such fault was told: " << what;
+  return {};
+}
+
+void HealthCell::await_dropped(const std::string& node) {
+  const auto until = bus::Clock::now() + kPatience;
+  while (bus::Clock::now() < until) {
+    for (const bus::Event& event : mailbox_.take_events()) {
+      if (event.kind == bus::EventKind::kParticipantLost && event.key == node) return;
+    }
+    static_cast<void>(mailbox_.wait(1s));
+  }
+  ADD_FAILURE() << node << " was never dropped";
+}
+
+msg::WorldEditReply HealthCell::edit(msg::WorldEditRequest request) {
+  request.client("test-" + std::to_string(getpid()));
+  request.request_id(++request_);
+  const auto answer = bus::ask(edits_, edit_replies_, request, kPatience);
+  EXPECT_TRUE(answer.reply);
+  return answer.reply.value_or(msg::WorldEditReply());
+}
+
+msg::GoalStatus HealthCell::await_goal(const std::string& goal,
+                                       const std::function<bool(const msg::GoalStatus&)>& condition) {
+  const auto until = bus::Clock::now() + kPatience;
+  msg::GoalStatus last;
+  while (bus::Clock::now() < until) {
+    for (const auto& sample : goal_news_.take()) {
+      if (sample.disposed || sample.value.goal() != goal) continue;
+      last = sample.value;
+      if (condition(last)) return last;
+    }
+    static_cast<void>(goal_news_.wait_for_data(1s));
+  }
+  ADD_FAILURE() << "no such news of goal " << goal << "; last: " << last.state() << ' ' << last.reason();
+  return last;
+}
+
+msg::ArmState HealthCell::next_state(const std::string& arm) {
+  static_cast<void>(states_.take());
+  const auto until = bus::Clock::now() + kPatience;
+  while (bus::Clock::now() < until) {
+    for (const auto& sample : states_.take()) {
+      if (!sample.disposed && sample.value.arm() == arm) return sample.value;
+    }
+    static_cast<void>(states_.wait_for_data(1s));
+  }
+  ADD_FAILURE() << "nothing is heard of arm " << arm;
   return {};
 }
 

@@ -45,11 +45,21 @@ class HealthCell {
   msg::CellMode await_mode(const std::string& what, const std::function<bool(const msg::CellMode&)>& condition);
   /// Until the fault topic has told one as wanted.
   msg::Fault await_fault(const std::string& what, const std::function<bool(const msg::Fault&)>& condition);
+  /// Until the others' lease of `node`'s participant is over.
+  void await_dropped(const std::string& node);
+  /// The world's reply to an edit.
+  msg::WorldEditReply edit(msg::WorldEditRequest request);
   /// How the agent ended.
   std::optional<ChildEnd> await_end();
 
+  /// The newest word on a goal.
+  msg::GoalStatus await_goal(const std::string& goal, const std::function<bool(const msg::GoalStatus&)>& condition);
+  /// The next state of the arm that arrives.
+  msg::ArmState next_state(const std::string& arm);
+
   void send_goal(const std::string& arm, const std::string& goal, const std::string& named);
   [[nodiscard]] ChildProcess& agent() { return agent_; }
+  [[nodiscard]] const config::CellFile& file() const { return file_; }
   [[nodiscard]] int domain() const { return domain_; }
 
  private:
@@ -64,6 +74,10 @@ class HealthCell {
   bus::Reader<msg::CellMode> modes_;
   bus::Reader<msg::Fault> faults_;
   bus::Writer<msg::Goal> goals_;
+  bus::Reader<msg::GoalStatus> goal_news_;
+  bus::Writer<msg::WorldEditRequest> edits_;
+  bus::Reader<msg::WorldEditReply> edit_replies_;
+  bus::Reader<msg::ArmState> states_;
   std::vector<msg::Fault> told_;
   std::uint64_t request_ = 0;
 };

@@ -1,5 +1,6 @@
 // People's orders to a real cell, and what of them outlives the supervisor.
 
+#include <algorithm>
 #include <csignal>
 
 #include <gtest/gtest.h>
@@ -122,7 +123,27 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
       cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
   EXPECT_EQ(mode.mode(), msg::MODE_STOP);
   EXPECT_EQ(mode.stopped_arms(), std::vector<std::string>{"right"});
-  EXPECT_EQ(order(msg::REQUEST_RESUME).status().mode().mode(), msg::MODE_RUN);
+  const auto resumed = order(msg::REQUEST_RESUME).status().mode();
+  EXPECT_EQ(resumed.mode(), msg::MODE_RUN);
+  EXPECT_EQ(resumed.stopped_arms(), std::vector<std::string>{"right"}) << "it was stopped by name";
+  EXPECT_TRUE(order(msg::REQUEST_RESUME, {"right"}).status().mode().stopped_arms().empty());
+}
+
+TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
+  const auto before = cell_.await_healthy();
+  ASSERT_EQ(kill(process_of(before, "planner-left")->pid(), SIGKILL), 0);
+  const auto died = cell_.await_fault("death of planner/left", [](const msg::Fault& told) {
+    return told.subject() == "planner/left" && told.kind() == "process_died" && told.cleared();
+  });
+  ASSERT_EQ(kill(process_of(before, "supervisor")->pid(), SIGKILL), 0);
+  cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
+  const auto after = cell_.await_healthy();
+  const auto kept = std::find_if(after.faults().begin(), after.faults().end(),
+                                 [&](const msg::Fault& fault) { return fault.id() == died.id(); });
+  ASSERT_NE(kept, after.faults().end());
+  EXPECT_EQ(kept->seen(), died.seen());
+  EXPECT_EQ(kept->since_ns(), died.since_ns());
+  EXPECT_EQ(kept->cleared_ns(), died.cleared_ns());
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ TEST(RefereeAccount, KeepsWhatAnEarlierWorldSaw) {
   account.update(report_at(1.0, 1, 0.02));
   account.update(report_at(2.0, 2, 0.01));
   EXPECT_EQ(account.contacts(), 2U);
+  account.update(report_at(1.95, 2, 0.01));  // another world goes on with the account
+  EXPECT_EQ(account.contacts(), 2U);
   account.update(report_at(0.5, 0, 0.3));  // a new world began to count
   EXPECT_EQ(account.contacts(), 2U);
   account.update(report_at(0.7, 3, 0.3));

@@ -47,6 +47,18 @@ TEST(CellModeView, AnOlderTermIsIgnoredAndTheSameTermIsNot) {
   EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
 }
 
+TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
+  CellModeView view;
+  ASSERT_TRUE(view.apply(mode(msg::MODE_RUN, 5)));
+  view.forget_order();
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
+  EXPECT_EQ(view.why("arm1"), "no supervisor was heard since this process was stopped and away");
+  EXPECT_FALSE(view.apply(mode(msg::MODE_RUN, 4)));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
+  ASSERT_TRUE(view.apply(mode(msg::MODE_STOP, 5)));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+}
+
 TEST(CellModeView, ATermSeenElsewhereOutdatesModesToo) {
   CellModeView view;
   view.saw_term(3);

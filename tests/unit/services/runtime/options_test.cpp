@@ -28,6 +28,13 @@ TEST(Options, AllOfThem) {
   EXPECT_EQ(options.log_file, "x.log");
 }
 
+TEST(Options, ServicesOfTheWholeCellMayHaveAMemory) {
+  ServiceOptions options;
+  ASSERT_EQ(parse({"cell.yaml", "--memory", "run/world"}, options, Subject::kCell), std::nullopt);
+  EXPECT_EQ(options.memory, "run/world");
+  EXPECT_EQ(parse({"cell.yaml", "--arm", "north", "--memory", "x"}, options), ExitCode::kUsage);
+}
+
 TEST(Options, TellsWrongUsageFromBadValues) {
   ServiceOptions options;
   EXPECT_EQ(parse({}, options), ExitCode::kUsage);

@@ -20,6 +20,7 @@ const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervi
 class CellStatusTest : public ::testing::Test {
  protected:
   CellStatusTest() {
+    watch_.faults().begin_life(3);
     turn(10ms);
     for (const ExpectedNode& node : watch_.nodes()) beat(node.name, msg::NODE_RUNNING, {});
     for (const auto* arm : {"left", "right"}) state(arm, msg::ARM_RUNNING, 0.0, {});
@@ -60,7 +61,7 @@ class CellStatusTest : public ::testing::Test {
     sample.received = at();
     return sample;
   }
-  msg::CellStatus status() { return cell_status({file_, watch_, picture_, mode_, 3}, {now_, 1'000'000}); }
+  msg::CellStatus status() { return cell_status({file_, watch_, picture_, mode_}, {now_, 1'000'000}); }
   std::string waits() { return waiting_for("left", watch_, picture_); }
 
   config::CellFile file_ = config::load_cell_file(kCell);

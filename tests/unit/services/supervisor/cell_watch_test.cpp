@@ -42,6 +42,24 @@ TEST_F(CellWatchTest, DeathIsToldAtOnceAndHoldsTheArm) {
   EXPECT_FALSE(watch.alive("planner/arm2"));
 }
 
+TEST_F(CellWatchTest, WhoSaysThatItCannotWorkIsAFaultInItsOwnWords) {
+  kill("world", 9);
+  watch.judge(now);
+  start("world");
+  mute.insert("world");
+  turn();
+  watch.heard("world", pids["world"], now, "cannot be recovered");
+  watch.judge(now);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeFailed);
+  EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().decide().reason, "world: cannot be recovered");
+  mute.clear();
+  run_for(200ms);
+  EXPECT_TRUE(watch.faults().open().empty()) << "its beats do not say so any more";
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+}
+
 TEST_F(CellWatchTest, DeathIsOneFaultHoweverLongItLasts) {
   kill("driver/arm1", 11);
   run_for(5s);

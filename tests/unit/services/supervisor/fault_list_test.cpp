@@ -19,6 +19,37 @@ TEST(FaultList, OneRecordForOneOccurrence) {
   EXPECT_EQ(faults.take_changes().size(), 1U);
 }
 
+TEST(FaultList, GoesOnWithTheFaultsOfAnEarlierLife) {
+  FaultList first;
+  first.begin_life(3);
+  first.raise("planner/a", kSilent, 10ms);
+  first.clear("planner/a", 20ms);
+  first.raise("planner/a", kDied, 30ms);
+
+  FaultList second;
+  second.recall(first.history());
+  second.begin_life(4);
+  ASSERT_EQ(second.take_changes().size(), 2U) << "all are told again";
+  second.raise("planner/a", kSilentLong, 40ms);
+  ASSERT_EQ(second.open().size(), 1U) << "the same occurrence";
+  EXPECT_EQ(second.open().front().since, 30ms);
+  second.clear("planner/a", 50ms);
+  second.raise("planner/a", kSilent, 60ms);
+  EXPECT_EQ(second.open().front().life, 4U);
+  ASSERT_EQ(second.over().size(), 2U);
+  EXPECT_EQ(second.over().front().life, 3U);
+  EXPECT_EQ(second.over().front().number, 2U);
+  EXPECT_EQ(second.over().front().cleared, 50ms);
+}
+
+TEST(FaultList, EveryKindHasANameOfItsOwn) {
+  for (int i = 0; i <= static_cast<int>(FaultKind::kAgentLost); ++i) {
+    const auto kind = static_cast<FaultKind>(i);
+    EXPECT_EQ(fault_kind(fault_kind_name(kind)), kind);
+  }
+  EXPECT_FALSE(fault_kind("unknown"));
+}
+
 TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
   FaultList faults;
   faults.raise("planner/a", kSilent, 10ms);

@@ -28,6 +28,25 @@ TEST(Leadership, LeadsAboveItsEarlierLife) {
   EXPECT_EQ(own.term(), 42U);
 }
 
+TEST(Leadership, ListensAgainAfterAnAbsenceAndLeadsWithANewTerm) {
+  Leadership own(kLimits, 0, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.absent(5s);
+  EXPECT_EQ(own.role(), Role::kListening);
+  EXPECT_FALSE(own.decide(5199ms, 0ms));
+  EXPECT_TRUE(own.decide(5200ms, 0ms));
+  EXPECT_EQ(own.term(), 2U);
+}
+
+TEST(Leadership, StandsByAfterAnAbsenceInWhichAnotherTookOver) {
+  Leadership own(kLimits, 0, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.absent(5s);
+  own.heard_leader(2, 5190ms);
+  EXPECT_FALSE(own.decide(5200ms, 0ms));
+  EXPECT_EQ(own.role(), Role::kStandingBy);
+}
+
 TEST(Leadership, FollowsATermThatAPlannerProves) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 0ms));

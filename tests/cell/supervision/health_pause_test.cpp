@@ -1,0 +1,122 @@
+// A process is stopped for longer than its participant's lease and then goes on: it meets the others anew, nothing old
+// moves an arm, and every fault ends.
+
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+#include "tests/cell/supervision/health_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+class HealthPause : public ::testing::Test {
+ protected:
+  /// Until all others have dropped it; what then happens to the cell is the test's matter.
+  int stop(const std::string& process, const std::string& node) {
+    const auto found = process_of(cell_.await_healthy(), process);
+    EXPECT_TRUE(found);
+    if (!found) return 0;
+    EXPECT_EQ(kill(found->pid(), SIGSTOP), 0);
+    cell_.await_dropped(node);
+    return found->pid();
+  }
+  void send_left_on_its_way() {
+    cell_.await_healthy();
+    cell_.send_goal("left", "way", "away");
+    cell_.await("left moves", [](const msg::CellStatus& status) {
+      return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
+    });
+  }
+  void expect_arrival() {
+    cell_.await_goal("way", [](const msg::GoalStatus& status) { return status.state() == msg::GOAL_REACHED; });
+  }
+  /// The fault, once the cell is healthy again.
+  msg::Fault fault_that_is_over(const std::string& kind, const std::string& subject) {
+    const auto status = cell_.await_healthy();
+    for (const msg::Fault& fault : status.faults()) {
+      if (fault.kind() == kind && fault.subject() == subject && fault.cleared()) return fault;
+    }
+    ADD_FAILURE() << "no " << kind << " of " << subject << " was told:\n" << text_of(status);
+    return {};
+  }
+  HealthCell cell_;
+};
+
+TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
+  send_left_on_its_way();
+  const int pid = stop("planner-left", "planner/left");
+  const auto held = cell_.next_state("left");
+  EXPECT_EQ(held.mode(), msg::ARM_STOPPED);
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  expect_arrival();
+  const msg::Fault fault = fault_that_is_over("node_silent", "planner/left");
+  EXPECT_TRUE(fault.seen().starts_with("planner/left: no heartbeat for more than ")) << fault.seen();
+  EXPECT_EQ(process_of(cell_.await_healthy(), "planner-left")->pid(), pid);
+}
+
+TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
+  send_left_on_its_way();
+  const int pid = stop("driver-left", "driver/left");
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  // Its simulated arm went on as an arm does whose commands cease, and what lay in its sockets did not move it.
+  const auto first = cell_.next_state("left");
+  EXPECT_EQ(first.mode(), msg::ARM_STOPPED) << first.reason();
+  for (const double speed : first.qd()) EXPECT_EQ(speed, 0.0);
+  expect_arrival();
+  static_cast<void>(fault_that_is_over("node_silent", "driver/left"));
+  EXPECT_EQ(process_of(cell_.await_healthy(), "driver-left")->pid(), pid);
+}
+
+TEST_F(HealthPause, WorldGoesOnWhereItWas) {
+  const auto before = cell_.await("a report", [](const msg::CellStatus& seen) { return seen.has_referee(); });
+  const int pid = stop("world", "world");
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  static_cast<void>(fault_that_is_over("node_silent", "world"));
+  const auto after = cell_.await("another report", [&](const msg::CellStatus& seen) {
+    return seen.referee().time() > before.referee().time() && seen.referee_age() < 1.0;
+  });
+  EXPECT_EQ(process_of(after, "world")->pid(), pid);
+  ASSERT_EQ(after.obstacles().size(), 1U);
+  EXPECT_LT(after.obstacles()[0].age(), 1.0);
+  cell_.send_goal("left", "way", "away");
+  expect_arrival();
+}
+
+TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
+  const auto before = cell_.await_healthy();
+  cell_.send_goal("left", "way", "away");
+  const int pid = stop("supervisor", "supervisor");
+  expect_arrival();  // arms go on without it
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  cell_.await_mode("a new term", [&](const msg::CellMode& mode) { return mode.term() > before.mode().term(); });
+  const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
+  EXPECT_TRUE(own.seen().starts_with("supervisor: was itself stopped and away for ")) << own.seen();
+  const auto after = cell_.await_healthy();
+  for (const msg::Fault& fault : after.faults()) {
+    const bool of_that_time = fault.since_ns() >= own.since_ns() && fault.since_ns() <= own.cleared_ns();
+    EXPECT_TRUE(fault.id() == own.id() || !of_that_time) << fault.seen();
+  }
+  EXPECT_EQ(process_of(after, "supervisor")->pid(), pid);
+  cell_.send_goal("right", "way", "away");
+  cell_.await_goal("way", [](const msg::GoalStatus& status) {
+    return status.arm() == "right" && status.state() == msg::GOAL_REACHED;
+  });
+}
+
+TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
+  const auto before = cell_.await_healthy();
+  ASSERT_EQ(kill(cell_.agent().pid(), SIGSTOP), 0);
+  cell_.await_dropped("agent/localhost");
+  cell_.await("agent/localhost is a fault",
+              [](const msg::CellStatus& status) { return open_faults(status, "agent_lost", "localhost") == 1; });
+  ASSERT_EQ(kill(cell_.agent().pid(), SIGCONT), 0);
+  static_cast<void>(fault_that_is_over("agent_lost", "localhost"));
+  const auto after = cell_.await_healthy();
+  for (const auto& process : before.hosts()[0].processes()) {
+    EXPECT_EQ(process_of(after, process.name())->pid(), process.pid());
+  }
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

@@ -1,0 +1,139 @@
+// The world dies: its successor goes on with what people have edited and with the referee's account.
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "planner/model/kinematics.hpp"
+#include "services/bus/convert.hpp"
+#include "tests/cell/supervision/health_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+msg::WorldEditRequest request(msg::EditKind kind, const std::string& name) {
+  msg::WorldEditRequest message;
+  message.kind(kind);
+  message.name(name);
+  message.X_WO().qw(1.0);
+  return message;
+}
+
+msg::WorldEditRequest add_ball(const std::string& name, double radius, const Eigen::Vector3d& place) {
+  world::Obstacle obstacle;
+  obstacle.name = name;
+  obstacle.shapes.push_back({world::Sphere{radius}});
+  obstacle.X_WO.translation() = place;
+  msg::WorldEditRequest message = request(msg::EDIT_ADD, name);
+  message.obstacle(bus::to_message(obstacle));
+  return message;
+}
+
+/// Where the tool of the arm "left" is in its pose `named` [m].
+Eigen::Vector3d tool_at(const HealthCell& cell, const std::string& named) {
+  const planner::Arm& arm = cell.file().cell.arms[0].arm;
+  planner::Kinematics kinematics;
+  planner::forward_kinematics(*arm.model, arm.X_WB, arm.named.at(named), kinematics);
+  return kinematics.X_WT.translation();
+}
+
+const msg::ObstacleStatus* obstacle(const msg::CellStatus& status, const std::string& name) {
+  for (const msg::ObstacleStatus& known : status.obstacles()) {
+    if (known.name() == name) return &known;
+  }
+  return nullptr;
+}
+
+class HealthWorld : public ::testing::Test {
+ protected:
+  int pid_of_world() {
+    const auto process = process_of(cell_.await_healthy(), "world");
+    EXPECT_TRUE(process);
+    return process ? process->pid() : 0;
+  }
+  void kill_world_and_await_its_successor() {
+    const int pid = pid_of_world();
+    ASSERT_GT(pid, 0);
+    ASSERT_EQ(kill(pid, SIGKILL), 0);
+    cell_.await("another world", [&](const msg::CellStatus& status) {
+      const auto process = process_of(status, "world");
+      return process && process->kind() == msg::PROCESS_STARTED && process->pid() != pid;
+    });
+    cell_.await_healthy();
+  }
+  HealthCell cell_;
+};
+
+TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
+  cell_.await_healthy();
+  ASSERT_TRUE(cell_.edit(add_ball("crate", 0.1, tool_at(cell_, "away"))).done());
+  ASSERT_TRUE(cell_.edit(add_ball("far", 0.1, {3.0, 0.0, 0.5})).done());
+  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "far");
+  move.X_WO().position().x(4.0);
+  ASSERT_TRUE(cell_.edit(move).done());
+  ASSERT_TRUE(cell_.edit(request(msg::EDIT_REMOVE, "ball")).done());
+  // The arm stands and has no goal; its shoulder is above (0, 2) at about 0.66 m, and a ball rolls through it.
+  msg::WorldEditRequest runner = add_ball("runner", 0.1, {-1.5, 2.0, 0.66});
+  runner.obstacle().motion().kind(msg::MOTION_CONVEYOR);
+  runner.obstacle().motion().direction_W().x(1.0);
+  runner.obstacle().motion().speed(1.0);
+  runner.obstacle().motion().length(10.0);
+  const auto rolls = cell_.edit(runner);
+  ASSERT_TRUE(rolls.done()) << rolls.reason();
+  cell_.await("a contact", [](const msg::CellStatus& status) { return status.referee().contacts() > 0; });
+  ASSERT_TRUE(cell_.edit(request(msg::EDIT_REMOVE, "runner")).done());
+  const auto gone = cell_.await("no runner", [](const msg::CellStatus& status) { return !obstacle(status, "runner"); });
+  const auto before = cell_.await("the whole account", [&](const msg::CellStatus& status) {
+    return status.referee().time() > gone.referee().time();
+  });
+
+  for (int deaths = 0; deaths < 2; ++deaths) {
+    kill_world_and_await_its_successor();
+    const auto after = cell_.await("a report of the successor", [&](const msg::CellStatus& status) {
+      return status.referee().time() > before.referee().time();
+    });
+    EXPECT_EQ(after.referee().contacts(), before.referee().contacts());
+    EXPECT_EQ(after.referee().smallest(), before.referee().smallest());
+    ASSERT_EQ(after.obstacles().size(), 2U) << "what was removed stays removed";
+    ASSERT_TRUE(obstacle(after, "crate"));
+    ASSERT_TRUE(obstacle(after, "far"));
+    EXPECT_EQ(obstacle(after, "far")->X_WO().position().x(), 4.0);
+  }
+  // The planners know the crate, too.
+  cell_.send_goal("left", "into the crate", "away");
+  const auto refused = cell_.await_goal("into the crate", [](const msg::GoalStatus& status) {
+    return status.state() == msg::GOAL_REJECTED || status.state() == msg::GOAL_BLOCKED;
+  });
+  EXPECT_NE((refused.reason() + refused.binding_other()).find("crate"), std::string::npos) << refused.reason();
+}
+
+/// The file that a service was told to keep its memory in.
+std::string memory_of(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/cmdline");
+  for (std::string word; std::getline(file, word, '\0');) {
+    if (word == "--memory" && std::getline(file, word, '\0')) return word;
+  }
+  return {};
+}
+
+TEST_F(HealthWorld, WhatCannotBeRecoveredHoldsTheCellAndIsTold) {
+  const int pid = pid_of_world();
+  const std::string memory = memory_of(pid);
+  cell_.await("the memory " + memory, [&](const msg::CellStatus&) { return std::filesystem::exists(memory); });
+  ASSERT_EQ(kill(pid, SIGSTOP), 0);  // so that it does not write any more
+  std::ofstream(memory, std::ios::trunc) << "not a memory";
+  ASSERT_EQ(kill(pid, SIGKILL), 0);
+  const auto status = cell_.await("the failure", [](const msg::CellStatus& seen) {
+    return open_faults(seen, "node_failed", "world") == 1 && seen.mode().mode() == msg::MODE_HOLD;
+  });
+  EXPECT_EQ(status.mode().reason(), "world: what was edited in the world before it died cannot be recovered (" +
+                                        memory + " is damaged): end the cell and start it again");
+  const auto refused = cell_.edit(add_ball("crate", 0.1, {3.0, 0.0, 0.5}));
+  EXPECT_FALSE(refused.done());
+  EXPECT_EQ("world: " + refused.reason(), status.mode().reason());
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing
