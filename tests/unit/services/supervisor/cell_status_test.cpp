@@ -160,7 +160,7 @@ TEST_F(CellStatusTest, AgesAreSinceArrival) {
 TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
   picture_.heartbeats.erase("planner/left");
   CellWatch fresh(expected_nodes(file_), arm_names(file_), watch_limits(file_, 5ms), now_);
-  const auto told = cell_status({file_, fresh, picture_, mode_, 3}, {now_, 0});
+  const auto told = cell_status({file_, fresh, picture_, mode_}, {now_, 0});
   const auto& nodes = told.nodes();
   const auto found = std::find_if(nodes.begin(), nodes.end(),
                                   [](const auto& node) { return node.heartbeat().node() == "planner/left"; });
