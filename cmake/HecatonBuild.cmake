@@ -43,6 +43,22 @@ function(hecaton_library name)
   endif()
 endfunction()
 
+# hecaton_lane_sources(library a.cpp …): sources that compute in lanes, added to the library once for each instruction set
+# (planner/simd). Lanes never cross a call that is not inlined: it does not matter how a call would pass them (psabi).
+function(hecaton_lane_sources library)
+  foreach(isa baseline avx2)
+    add_library(${library}_${isa} OBJECT ${ARGN})
+    target_include_directories(${library}_${isa} PRIVATE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${library}_${isa} PRIVATE hecaton_warnings)
+    target_compile_definitions(${library}_${isa} PRIVATE HECATON_ISA=${isa})
+    target_compile_options(${library}_${isa} PRIVATE -fno-math-errno -Wno-psabi)
+    target_sources(${library} PRIVATE $<TARGET_OBJECTS:${library}_${isa}>)
+  endforeach()
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    target_compile_options(${library}_avx2 PRIVATE -mavx2)
+  endif()
+endfunction()
+
 # hecaton_executable(name SOURCES … LIBS …)
 function(hecaton_executable name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})

@@ -10,8 +10,9 @@ import sys
 ALLOWED = {
     "world/model": [],
     "world/sim": ["world/model"],
-    "planner/model": ["world/model"],
-    "planner/collision": ["planner/model", "world/model"],
+    "planner/simd": [],
+    "planner/model": ["planner/simd", "world/model"],
+    "planner/collision": ["planner/model", "planner/simd", "world/model"],
     "planner/trajectory": ["planner/model"],
     "planner/qp": ["planner/model"],
     "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],

@@ -88,7 +88,64 @@ PlacedCapsule capsule_along(const Eigen::Vector3d& axis, std::span<const Eigen::
   return result;
 }
 
+/// Of the points' scatter, the longest last.
+Eigen::Matrix3d principal_axes(std::span<const Eigen::Vector3d> points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const auto& p : points) scatter += (p - mean) * (p - mean).transpose();
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors();
+}
+
+/// The smallest capsule along z around two rims of `radius` at z = ±half_length: its caps bulge over the rims by
+/// √(R² − radius²), so that a wider one is shorter.
+world::Capsule capsule_around_rims(double radius, double half_length) {
+  const auto bulging = [&](double bulge) {
+    return world::Capsule{std::hypot(radius, bulge), std::max(0.0, half_length - bulge)};
+  };
+  double low = 0.0;
+  double high = half_length;
+  constexpr int kRounds = 60;  // of thirds: down to 3·10⁻¹¹ of the length
+  for (int round = 0; round < kRounds; ++round) {
+    const double third = (high - low) / 3.0;
+    if (volume(bulging(low + third)) < volume(bulging(high - third))) {
+      high -= third;
+    } else {
+      low += third;
+    }
+  }
+  return bulging(low);
+}
+
+/// The capsule's axis along coordinate axis `k`.
+PlacedCapsule along_axis(const world::Capsule& capsule, int k) {
+  PlacedCapsule placed{capsule, world::Pose::Identity()};
+  for (int i = 0; i < 3; ++i) placed.X_FS.linear().col(i) = Eigen::Vector3d::Unit((k + 1 + i) % 3);
+  return placed;
+}
+
 }  // namespace
+
+PlacedCapsule bounding_capsule(const world::Shape& shape) {
+  struct Visitor {
+    PlacedCapsule operator()(const world::Sphere& sphere) const { return {world::Capsule{sphere.radius, 0.0}}; }
+    PlacedCapsule operator()(const world::Capsule& capsule) const { return {capsule}; }
+    PlacedCapsule operator()(const world::Cylinder& cylinder) const {
+      return {capsule_around_rims(cylinder.radius, cylinder.half_length)};
+    }
+    PlacedCapsule operator()(const world::Box& box) const {
+      Eigen::Index longest = 0;
+      const double half_length = box.half_extents.maxCoeff(&longest);
+      const double rim = std::hypot(box.half_extents[(longest + 1) % 3], box.half_extents[(longest + 2) % 3]);
+      return along_axis(capsule_around_rims(rim, half_length), static_cast<int>(longest));
+    }
+    PlacedCapsule operator()(const world::Convex& convex) const {
+      const auto& vertices = convex.hull->vertices;
+      return capsule_along(principal_axes(vertices).col(2).normalized(), vertices);
+    }
+  };
+  return std::visit(Visitor{}, shape);
+}
 
 double volume(const world::Capsule& capsule) {
   const double area = std::numbers::pi * capsule.radius * capsule.radius;
@@ -98,12 +155,7 @@ double volume(const world::Capsule& capsule) {
 PlacedCapsule enclosing_capsule(std::span<const Eigen::Vector3d> given) {
   std::vector<Eigen::Vector3d> points(given.begin(), given.end());
   std::shuffle(points.begin(), points.end(), std::mt19937(1));  // for smallest_circle; the seed keeps it repeatable
-
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& p : points) mean += p / static_cast<double>(points.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const auto& p : points) scatter += (p - mean) * (p - mean).transpose();
-  const Eigen::Matrix3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors();
+  const Eigen::Matrix3d principal = principal_axes(points);
 
   Eigen::Vector3d best_axis = Eigen::Vector3d::UnitZ();
   PlacedCapsule best = capsule_along(best_axis, points);

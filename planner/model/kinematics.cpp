@@ -2,27 +2,58 @@
 
 #include <cassert>
 
+#include "planner/model/chain_kernel.hpp"
+#include "planner/simd/instruction_set.hpp"
+#include "planner/simd/sine_cosine.hpp"
+
 namespace hecaton::planner {
+namespace {
+
+void set_motion(Kinematics& out, int joint, bool prismatic, const ChainStep& step) {
+  const Eigen::Vector3d axis_W(step.axis_W[0], step.axis_W[1], step.axis_W[2]);
+  const Eigen::Vector3d origin_W(step.origin_W[0], step.origin_W[1], step.origin_W[2]);
+  out.axis_W[joint] = axis_W;
+  out.origin_W[joint] = origin_W;
+  out.prismatic[joint] = prismatic;
+  const Eigen::Vector3d angular_W = prismatic ? Eigen::Vector3d::Zero().eval() : axis_W;
+  const Eigen::Vector3d linear_W = prismatic ? axis_W : origin_W.cross(axis_W).eval();
+  for (int k = 0; k < 3; ++k) {
+    out.angular_W[k][joint] = angular_W[k];
+    out.linear_W[k][joint] = linear_W[k];
+  }
+}
+
+}  // namespace
 
 void forward_kinematics(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out) {
   assert(q.size() == model.joints());
   out.links = static_cast<int>(model.links.size());
   out.joints = model.joints();
+  std::array<double, kMaxJoints> angle{};
+  std::array<double, kMaxJoints> sine;
+  std::array<double, kMaxJoints> cosine;
+  for (int j = 0; j < out.joints; ++j) angle[j] = q[j];
+  sine_cosine(angle.data(), out.joints, sine.data(), cosine.data());
+
+  std::array<ChainStep, kMaxLinks> steps;
   for (int i = 0; i < out.links; ++i) {
     const Link& link = model.links[i];
-    Pose X_WJ = (link.parent < 0 ? X_WB : out.X_WL[link.parent]) * link.X_PJ;
-    if (link.joint >= 0) {
-      const Eigen::Vector3d axis_W = X_WJ.linear() * link.axis;
-      out.axis_W[link.joint] = axis_W;
-      out.origin_W[link.joint] = X_WJ.translation();
-      out.prismatic[link.joint] = link.joint_type == JointType::kPrismatic;
-      if (link.joint_type == JointType::kPrismatic) {
-        X_WJ.translation() += axis_W * q[link.joint];
-      } else {
-        X_WJ.linear() = X_WJ.linear() * Eigen::AngleAxisd(q[link.joint], link.axis).toRotationMatrix();
-      }
-    }
-    out.X_WL[i] = X_WJ;
+    const bool shifts = link.joint >= 0 && link.joint_type == JointType::kPrismatic;
+    const bool turns = link.joint >= 0 && !shifts;
+    ChainStep& step = steps[i];
+    step.X_WP = (link.parent < 0 ? X_WB : out.X_WL[link.parent]).data();
+    step.X_PJ = link.X_PJ.data();
+    step.axis = link.axis.data();
+    step.sine = turns ? sine[link.joint] : 0.0;
+    step.cosine = turns ? cosine[link.joint] : 1.0;
+    step.shift = shifts ? q[link.joint] : 0.0;
+    step.X_WL = out.X_WL[i].data();
+  }
+  static const ChainKernel place_chain = fastest(baseline::place_chain, avx2::place_chain);
+  place_chain(steps.data(), out.links);
+  for (int i = 0; i < out.links; ++i) {
+    const Link& link = model.links[i];
+    if (link.joint >= 0) set_motion(out, link.joint, link.joint_type == JointType::kPrismatic, steps[i]);
   }
   out.X_WT = out.X_WL[model.tool_link] * model.X_LT;
 }
@@ -46,11 +77,15 @@ void point_jacobian(const RobotModel& model, const Kinematics& kinematics, int l
 
 void directional_jacobian(const RobotModel& model, const Kinematics& kinematics, int link, const Eigen::Vector3d& p_W,
                           const Eigen::Vector3d& n_W, JointVector& row) {
+  // n · (ω × p + v) = ω · (p × n) + v · n
+  const Eigen::Vector3d moment = p_W.cross(n_W);
+  const auto& w = kinematics.angular_W;
+  const auto& v = kinematics.linear_W;
   row.setZero(kinematics.joints);
   const int n = joints_before(model, link);
   for (int j = 0; j < n; ++j) {
-    const Eigen::Vector3d& axis = kinematics.axis_W[j];
-    row[j] = kinematics.prismatic[j] ? n_W.dot(axis) : n_W.dot(axis.cross(p_W - kinematics.origin_W[j]));
+    row[j] = w[0][j] * moment.x() + w[1][j] * moment.y() + w[2][j] * moment.z() +
+             (v[0][j] * n_W.x() + v[1][j] * n_W.y() + v[2][j] * n_W.z());
   }
 }
 

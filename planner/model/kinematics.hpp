@@ -19,6 +19,10 @@ struct Kinematics {
   std::array<Eigen::Vector3d, kMaxJoints> origin_W;  ///< a point on each joint axis in W [m]
   std::array<bool, kMaxJoints> prismatic{};
   Pose X_WT = Pose::Identity();  ///< tool frame
+  /// What joint j's rate does to the point that is at p_W: it moves with ω × p_W + v, v that of W's origin. A component
+  /// after the other, so that a Jacobian's row is computed for several joints at once.
+  std::array<std::array<double, kMaxJoints>, 3> angular_W{};  ///< ω, per joint [1]
+  std::array<std::array<double, kMaxJoints>, 3> linear_W{};   ///< v, per joint [m/rad | 1]
 };
 
 /// Fills `out` for the base at X_WB and joints q (size model.joints()). Does not check limits; does not allocate.

@@ -2,6 +2,7 @@
 /// An arm as its URDF describes it, constant after loading and shared between threads.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "planner/model/limits.hpp"
+#include "planner/model/link_capsule.hpp"
 #include "world/model/shape.hpp"
 
 namespace hecaton::planner {
@@ -35,6 +37,7 @@ struct LinkGeometry {
   world::Shape shape;
   Pose X_LS = Pose::Identity();  ///< shape in the link's frame
   double excess_volume = 0.0;  ///< volume(shape) / volume(mesh hull) − 1 when the shape was fitted to a mesh, else 0
+  std::optional<LinkCapsule> capsule = {};  ///< what stands for the shape in cells of fast geometry; none: it itself
 };
 
 /// A serial chain of actuated joints with whatever is fixed to it. Joints of the URDF outside the chain from the root

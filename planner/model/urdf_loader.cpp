@@ -202,7 +202,7 @@ class ModelBuilder {
       }
     }
     for (const world::PlacedShape& placed : merge_capsules(primitives)) {
-      model_->geometry.push_back({index, placed.shape, placed.X_BS, 0.0});
+      model_->geometry.push_back({index, placed.shape, placed.X_BS, 0.0, link_capsule(placed.shape)});
     }
   }
 
@@ -211,6 +211,7 @@ class ModelBuilder {
     const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
     MeshShape shape = mesh_shape(file, scale, options_.meshes, where);
     shape.geometry.link = index;
+    shape.geometry.capsule = link_capsule(shape.geometry.shape);
     shape.geometry.X_LS = X_LC * shape.geometry.X_LS;
     model_->geometry.push_back(std::move(shape.geometry));
     if (!shape.note.empty()) model_->notes.push_back(std::move(shape.note));

@@ -168,5 +168,34 @@ TEST_P(Jacobian, EqualsCentralDifferences) {
 
 INSTANTIATE_TEST_SUITE_P(Arms, Jacobian, testing::Values("puma", "mixed"));
 
+TEST(Kinematics, AboutAnyAxisAndAlongIt) {
+  // Two joints about and along an axis of no particular direction, on a base of no particular pose.
+  const Eigen::Vector3d axis = Eigen::Vector3d(1.0, -2.0, 2.0) / 3.0;
+  RobotModel model;
+  model.joint_names = {"turns", "shifts"};
+  for (int j = 0; j < 2; ++j) {
+    Link link;
+    link.parent = j - 1;
+    link.joint = j;
+    link.joint_type = j == 0 ? JointType::kRevolute : JointType::kPrismatic;
+    link.axis = axis;
+    link.X_PJ = world::pose_from_xyz_rpy({0.1, 0.2, 0.3}, {0.4, -0.5, 0.6});
+    model.links.push_back(link);
+  }
+  model.tool_link = 1;
+  const Pose X_WB = world::pose_from_xyz_rpy({1.0, 2.0, 3.0}, {0.7, 0.8, -0.9});
+  JointVector q(2);
+  q << 1.3, 0.25;
+  Kinematics kinematics;
+  forward_kinematics(model, X_WB, q, kinematics);
+  const Pose X_WJ = X_WB * model.links[0].X_PJ;
+  const Pose turned = X_WJ * Eigen::AngleAxisd(1.3, axis);
+  const Pose shifted = turned * model.links[1].X_PJ * Eigen::Translation3d(0.25 * axis);
+  EXPECT_TRUE(kinematics.X_WL[0].isApprox(turned, 1e-14));
+  EXPECT_TRUE(kinematics.X_WL[1].isApprox(shifted, 1e-14));
+  EXPECT_TRUE(kinematics.axis_W[0].isApprox(X_WJ.linear() * axis, 1e-14));
+  EXPECT_TRUE(kinematics.origin_W[0].isApprox(X_WJ.translation(), 1e-14));
+}
+
 }  // namespace
 }  // namespace hecaton::planner
