@@ -17,6 +17,17 @@ struct TickScratch::Storage {
   void rebuild(const CellGeometry& geometry) {
     distance.rebuild(geometry);
     own_speed.assign(geometry.own_bodies().size(), 0.0);
+    gap_to_arm.clear();
+    longest_lever = 1.0;
+    fastest_other = 0.0;
+    for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
+      gap_to_arm.push_back(geometry.gap_to_arm(i));
+      const double lever = std::max(1.0, 2.0 * geometry.arm_reach(i).radius);
+      longest_lever = std::max(longest_lever, lever);
+      fastest_other = std::max(fastest_other, geometry.arms()[i].limits.velocity.sum() * lever);
+    }
+    own_balls_W.resize(geometry.own_bodies().size());
+    near_arms.reserve(geometry.arms().size());
     margins.assign(geometry.arms().size(), 0.0);
     reach_of_arm.assign(geometry.arms().size(), {});
     reach_of_obstacle.assign(geometry.obstacle_count(), {});
@@ -26,10 +37,16 @@ struct TickScratch::Storage {
   ExactDistance distance;
   Kinematics own;
   std::vector<Kinematics> arms;
-  std::vector<double> own_speed;         ///< of each own body's fastest point in the next period, at most [m/s]
-  std::vector<double> margins;           ///< against each arm, for the age of its state [m]
-  std::vector<Reach> reach_of_arm;       ///< how near each arm must be to matter
-  std::vector<Reach> reach_of_obstacle;  ///< and each obstacle
+  std::vector<double> own_speed;   ///< of each own body's fastest point in the next period, at most [m/s]
+  std::vector<double> gap_to_arm;  ///< the least distance to each arm, whatever both do [m]
+  double longest_lever = 0.0;      ///< of any joint of any arm, at most [m]
+  double fastest_other = 0.0;      ///< no point of any arm moves faster [m/s]
+  double out_of_sight = 0.0;       ///< arms whose gap is larger cannot matter now [m]
+  std::vector<world::BoundingSphere> own_balls_W;  ///< of each own body
+  std::vector<int> near_arms;                      ///< those that can matter now
+  std::vector<double> margins;                     ///< against each arm, for the age of its state [m]
+  std::vector<Reach> reach_of_arm;                 ///< how near each arm must be to matter
+  std::vector<Reach> reach_of_obstacle;            ///< and each obstacle
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
 };
@@ -59,19 +76,24 @@ int find_stale(const CellGeometry& geometry, const LocalParameters& parameters, 
   return kNobody;
 }
 
-/// How far the body reaches from joint j's axis, at most [m]; 1 for a joint that shifts it.
-double lever(const Kinematics& kinematics, int j, const Body& body) {
+world::BoundingSphere ball_in_W(const Kinematics& kinematics, const Body& body) {
+  return {kinematics.X_WL[body.link] * body.bound.centre, body.bound.radius};
+}
+
+/// How far a body's ball reaches from joint j's axis, at most [m]; 1 for a joint that shifts it.
+double lever(const Kinematics& kinematics, int j, const world::BoundingSphere& ball_W) {
   if (kinematics.prismatic[j]) return 1.0;
-  const Eigen::Vector3d centre_W = kinematics.X_WL[body.link] * body.bound.centre;
-  return (centre_W - kinematics.origin_W[j]).norm() + body.bound.radius;
+  return (ball_W.centre - kinematics.origin_W[j]).norm() + ball_W.radius;
 }
 
 /// A bound on the speed of every point of a body [m/s], and so on how fast any row of it can make it approach:
 /// Σⱼ |q̇ⱼ| times the farthest point from axis j, over the joints that move it.
 double fastest_point(const RobotModel& model, const Kinematics& kinematics, const Body& body,
                      const JointVector& speed) {
+  const world::BoundingSphere ball_W = ball_in_W(kinematics, body);
+  const int joints = joints_before(model, body.link);
   double fastest = 0.0;
-  for (int j = 0; j < joints_before(model, body.link); ++j) fastest += speed[j] * lever(kinematics, j, body);
+  for (int j = 0; j < joints; ++j) fastest += speed[j] * lever(kinematics, j, ball_W);
   return fastest;
 }
 
@@ -95,7 +117,7 @@ double mean_lever(const RobotModel& model, const Kinematics& kinematics, const s
   for (int j = 0; j < model.joints(); ++j) {
     double longest = kinematics.prismatic[j] ? 1.0 : 0.0;
     for (const Body& body : bodies) {
-      if (body.moves) longest = std::max(longest, lever(kinematics, j, body));
+      if (body.moves) longest = std::max(longest, lever(kinematics, j, ball_in_W(kinematics, body)));
     }
     sum += longest;
   }
@@ -114,13 +136,42 @@ Reach reach_of_self(const DamperParameters& damper) {
   return {damper.self_influence_distance, damper.self_security_distance, seconds};
 }
 
-/// Extrapolates every other arm to now at constant velocity and widens the margins for what it may have done instead:
-/// with acceleration a for its age τ a joint strays by ½aτ².
+/// Whether an arm may be near enough to matter, wherever its joints are: without its kinematics, so that a tick's cost
+/// depends on an arm's neighbours and not on the cell.
+bool may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm, const ArmObservation& other,
+                double own_speed, const TickScratch::Storage& s) {
+  if (s.gap_to_arm[arm] > s.out_of_sight) return false;
+  const world::BoundingSphere& reach = geometry.arm_reach(arm);
+  const double lever = std::max(1.0, 2.0 * reach.radius);
+  const double margin = 0.5 * parameters.acceleration_of_others * other.age * other.age * lever;
+  const Reach farthest = other.plans ? reach_of(parameters.damper, margin, 0.0, 2.0)
+                                     : reach_of(parameters.damper, margin, other.qd.lpNorm<1>() * lever, 1.0);
+  const double distance = InfluenceDistances::distance(farthest, own_speed) + reach.radius;
+  return std::any_of(s.own_balls_W.begin(), s.own_balls_W.end(), [&](const world::BoundingSphere& ball_W) {
+    const double sum = distance + ball_W.radius;
+    return !((ball_W.centre - reach.centre).squaredNorm() > sum * sum);
+  });
+}
+
+/// The same for all arms at once, whatever their states, as long as those are not too old to move at all.
+double out_of_sight(const LocalParameters& parameters, double own_speed, const TickScratch::Storage& s) {
+  const double age = parameters.state_age_limit;
+  const double margin = 0.5 * parameters.acceleration_of_others * age * age * s.longest_lever;
+  return InfluenceDistances::distance(reach_of(parameters.damper, margin, s.fastest_other, 2.0), own_speed);
+}
+
+/// Extrapolates every other arm in reach to now at constant velocity and widens the margins for what it may have done
+/// instead: with acceleration a for its age τ a joint strays by ½aτ².
 void look_around(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                  TickScratch::Storage& s) {
+  const double own_speed = s.own_speed.empty() ? 0.0 : *std::max_element(s.own_speed.begin(), s.own_speed.end());
+  s.out_of_sight = out_of_sight(parameters, own_speed, s);
+  s.near_arms.clear();
   for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
     if (i == geometry.self()) continue;
     const ArmObservation& other = input.arms[i];
+    if (!may_matter(geometry, parameters, i, other, own_speed, s)) continue;
+    s.near_arms.push_back(i);
     const Arm& arm = geometry.arms()[i];
     const std::vector<Body>& bodies = geometry.arm_bodies(i);
     forward_kinematics(*arm.model, arm.X_WB, other.q + other.qd * other.age, s.arms[i]);
@@ -176,14 +227,17 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   forward_kinematics(*arm.model, arm.X_WB, input.q, s.own);
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
   for (std::size_t i = 0; i < s.own_speed.size(); ++i) {
-    s.own_speed[i] = fastest_point(*arm.model, s.own, geometry.own_bodies()[i], fastest);
+    const Body& body = geometry.own_bodies()[i];
+    s.own_balls_W[i] = ball_in_W(s.own, body);
+    s.own_speed[i] = fastest_point(*arm.model, s.own, body, fastest);
   }
   look_around(geometry, parameters, input, s);
   const int near = s.distance.clearances({&s.own, s.arms, input.obstacles},
                                          {.own_speed = s.own_speed,
                                           .of_arm = s.reach_of_arm,
                                           .of_obstacle = s.reach_of_obstacle,
-                                          .of_self = reach_of_self(parameters.damper)},
+                                          .of_self = reach_of_self(parameters.damper),
+                                          .near_arms = std::span<const int>(s.near_arms)},
                                          s.clearances);
   const DamperScene scene{geometry, s.own, s.arms, input.arms, input.obstacles, s.margins, parameters.damper};
   const int rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);

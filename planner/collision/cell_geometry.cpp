@@ -8,7 +8,7 @@ namespace hecaton::planner {
 namespace {
 
 Body make_body(int link, int obstacle, bool moves, const world::Shape& shape, const Pose& X_CS) {
-  Body body{link, obstacle, moves, shape, X_CS, world::bounding_sphere(shape)};
+  Body body{link, obstacle, moves, shape, X_CS, {}, world::bounding_sphere(shape)};
   body.bound.centre = X_CS * body.bound.centre;
   return body;
 }
@@ -37,13 +37,42 @@ std::vector<world::PlacedShape> pieces(const world::PlacedShape& whole) {
   return cut;
 }
 
-std::vector<Body> link_bodies(const RobotModel& model) {
+std::vector<Body> link_bodies(const Arm& arm) {
   std::vector<Body> bodies;
-  for (const LinkGeometry& geometry : model.geometry) {
-    bodies.push_back(
-        make_body(geometry.link, -1, joints_before(model, geometry.link) > 0, geometry.shape, geometry.X_LS));
+  for (const LinkGeometry& geometry : arm.model->geometry) {
+    Body& body = bodies.emplace_back(
+        make_body(geometry.link, -1, joints_before(*arm.model, geometry.link) > 0, geometry.shape, geometry.X_LS));
+    if (arm.shapes == LinkShapes::kExact || !geometry.capsule) continue;
+    const PlacedCapsule& placed = geometry.capsule->placed;
+    body.capsule = {placed.capsule, geometry.X_LS * placed.X_FS};
+    body.bound = {body.capsule->X_FS.translation(), placed.capsule.radius + placed.capsule.half_length};
   }
   return bodies;
+}
+
+/// Around the first joint's origin, which never moves: every joint turned so that the links' lengths add up.
+world::BoundingSphere reach_of(const Arm& arm, const std::vector<Body>& bodies) {
+  const RobotModel& model = *arm.model;
+  Kinematics at_zero;
+  forward_kinematics(model, arm.X_WB, JointVector::Zero(model.joints()), at_zero);
+  world::BoundingSphere ball;
+  ball.centre = model.joints() > 0 ? at_zero.origin_W[0] : arm.X_WB.translation();
+  std::vector<double> stretched(model.links.size(), 0.0);  // from the ball's centre to each link's frame, at most [m]
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Link& link = model.links[i];
+    if (joints_before(model, static_cast<int>(i)) == 0) {
+      stretched[i] = (at_zero.X_WL[i].translation() - ball.centre).norm();
+      continue;
+    }
+    stretched[i] = link.joint == 0 ? 0.0 : stretched[link.parent] + link.X_PJ.translation().norm();
+    if (link.joint >= 0 && link.joint_type == JointType::kPrismatic) {
+      stretched[i] += std::max(std::abs(arm.limits.lower[link.joint]), std::abs(arm.limits.upper[link.joint]));
+    }
+  }
+  for (const Body& body : bodies) {
+    ball.radius = std::max(ball.radius, stretched[body.link] + body.bound.centre.norm() + body.bound.radius);
+  }
+  return ball;
 }
 
 }  // namespace
@@ -71,7 +100,7 @@ CellGeometry::CellGeometry(std::vector<Arm> arms, int self) : arms_(std::move(ar
 
 void CellGeometry::set_obstacles(std::span<const world::Obstacle> obstacles) {
   arm_bodies_.clear();
-  for (const Arm& arm : arms_) arm_bodies_.push_back(link_bodies(*arm.model));
+  for (const Arm& arm : arms_) arm_bodies_.push_back(link_bodies(arm));
   self_pairs_ = own_arm().model->self_pairs;
   obstacle_names_.clear();
   obstacle_bodies_.clear();
@@ -113,12 +142,21 @@ void CellGeometry::set_obstacles(std::span<const world::Obstacle> obstacles) {
       }
     }
   }
+  arm_reach_.clear();
+  for (std::size_t i = 0; i < arms_.size(); ++i) arm_reach_.push_back(reach_of(arms_[i], arm_bodies_[i]));
+}
+
+double CellGeometry::gap_to_arm(int arm) const {
+  const world::BoundingSphere& own = arm_reach_[self_];
+  const world::BoundingSphere& other = arm_reach_[arm];
+  return (own.centre - other.centre).norm() - own.radius - other.radius;
 }
 
 CellGeometry CellGeometry::without_other_arms() const {
   CellGeometry alone = *this;
   alone.arms_ = {own_arm()};
   alone.arm_bodies_ = {own_bodies()};
+  alone.arm_reach_ = {arm_reach_[self_]};
   alone.self_ = 0;
   return alone;
 }

@@ -3,6 +3,7 @@
 /// Built and edited outside the tick (it allocates); the tick only reads it.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -22,8 +23,9 @@ struct Body {
   int obstacle = -1;  ///< the obstacle it belongs to, also while that is carried by an arm; −1: part of a link
   bool moves = true;  ///< some joint of its arm moves it (always true for obstacles)
   world::Shape shape;
-  Pose X_CS = Pose::Identity();  ///< shape in the carrier's frame
-  world::BoundingSphere bound;   ///< in the carrier's frame C
+  Pose X_CS = Pose::Identity();               ///< shape in the carrier's frame
+  std::optional<PlacedCapsule> capsule = {};  ///< stands for the shape, in C, but between bodies of one arm
+  world::BoundingSphere bound = {};           ///< of shape and capsule, in C
 };
 
 class CellGeometry {
@@ -48,6 +50,11 @@ class CellGeometry {
   /// Pairs of own bodies that are checked against each other.
   [[nodiscard]] const std::vector<std::pair<int, int>>& self_pairs() const { return self_pairs_; }
 
+  /// No body of arm i ever reaches out of this ball, in W, whatever its joints do (within limits, if they shift it).
+  [[nodiscard]] const world::BoundingSphere& arm_reach(int arm) const { return arm_reach_[arm]; }
+  /// The own arm and arm i never come nearer to each other than this [m]; negative: they may touch.
+  [[nodiscard]] double gap_to_arm(int arm) const;
+
   [[nodiscard]] int obstacle_count() const { return static_cast<int>(obstacle_names_.size()); }
   /// Bodies of obstacle i in its own frame; empty while an arm carries it.
   [[nodiscard]] const std::vector<Body>& obstacle_bodies(int obstacle) const { return obstacle_bodies_[obstacle]; }
@@ -62,6 +69,7 @@ class CellGeometry {
   std::vector<Arm> arms_;
   int self_;
   std::vector<std::vector<Body>> arm_bodies_;
+  std::vector<world::BoundingSphere> arm_reach_;
   std::vector<std::pair<int, int>> self_pairs_;
   std::vector<std::string> obstacle_names_;
   std::vector<std::vector<Body>> obstacle_bodies_;

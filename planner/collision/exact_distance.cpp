@@ -4,8 +4,11 @@
 #include <vector>
 
 #include "planner/collision/convex_distance.hpp"
+#include "planner/collision/pass_kernels.hpp"
 #include "planner/collision/primitive_distance.hpp"
 #include "planner/collision/swept_core.hpp"
+#include "planner/model/enclosing_capsule.hpp"
+#include "planner/simd/instruction_set.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -40,46 +43,252 @@ bool drop_farthest(std::span<Clearance> full, double distance) {
   return true;
 }
 
+/// The core of a shape or of the capsule that stands for it.
+struct PlacedCore {
+  SweptCore core;
+  Pose X_CS = Pose::Identity();  ///< in its carrier (link or obstacle) C
+};
+
+/// Who a body of the pass is.
+struct PassBody {
+  Counterpart counterpart = Counterpart::kObstacle;  ///< what the body is to the own arm; kSelf: its own
+  int owner = 0;                                     ///< arm or obstacle index
+  int index = 0;                                     ///< among the owner's bodies
+  int link = -1;                                     ///< −1: obstacle
+  PlacedCore placed;                                 ///< what is measured
+  PlacedCore own_shape;                              ///< and between bodies of the own arm
+};
+
+Quad quad(const Eigen::Vector3d& v, double w) {
+  return {v.x(), v.y(), v.z(), w};
+}
+
+bool is_thin(const world::Shape& shape) {
+  return std::holds_alternative<world::Sphere>(shape) || std::holds_alternative<world::Capsule>(shape);
+}
+
+/// In the carrier's frame.
+PlacedCapsule capsule_around(const Body& body) {
+  if (body.capsule) return *body.capsule;
+  PlacedCapsule around = bounding_capsule(body.shape);
+  around.X_FS = body.X_CS * around.X_FS;
+  return around;
+}
+
+LaneBody lane_body(const Body& body, bool own) {
+  LaneBody lane;
+  lane.ball_C = quad(body.bound.centre, body.bound.radius);
+  lane.kind = body.capsule || is_thin(body.shape) ? BodyKind::kThin : BodyKind::kOther;
+  const PlacedCapsule around = capsule_around(body);
+  lane.middle_C = quad(around.X_FS.translation(), around.capsule.radius);
+  lane.axis_C = quad(around.X_FS.linear().col(2), around.capsule.half_length);
+  if (const auto* box = std::get_if<world::Box>(&body.shape); box != nullptr && !own && !body.capsule) {
+    lane.kind = BodyKind::kBox;
+    for (int i = 0; i < 3; ++i) lane.box_C[i] = quad(body.X_CS.linear().col(i), box->half_extents[i]);
+  }
+  return lane;
+}
+
+constexpr std::size_t whole_groups(std::size_t count) {
+  return (count + kPassLanes - 1) / kPassLanes * kPassLanes;
+}
+
+const Pose kNowhere = Pose::Identity();
+
 }  // namespace
 
 struct ExactDistance::Storage {
-  explicit Storage(const CellGeometry& geometry) : near(geometry) {
-    for (const CellBody& body : near.bodies()) {
-      const auto& bodies = body.counterpart == Counterpart::kObstacle ? geometry.obstacle_bodies(body.owner)
-                                                                      : geometry.arm_bodies(body.owner);
-      cores.push_back(make_swept_core(bodies[body.index].shape));
+  Storage(const CellGeometry& geometry, PassKernel pass_kernel)
+      : self_pairs(geometry.self_pairs()), kernel(pass_kernel) {
+    add(Counterpart::kSelf, geometry.self(), geometry.own_bodies());
+    own_count = static_cast<int>(geometry.own_bodies().size());
+    fill_group();
+    range_of_arm.resize(geometry.arms().size());
+    for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
+      if (arm == geometry.self()) continue;
+      range_of_arm[arm].first = static_cast<int>(bodies.size());
+      add(Counterpart::kArm, arm, geometry.arm_bodies(arm));
+      fill_group();
+      range_of_arm[arm].end = static_cast<int>(bodies.size());
+      other_arms.push_back(arm);
+    }
+    obstacles.first = static_cast<int>(bodies.size());
+    for (int obstacle = 0; obstacle < geometry.obstacle_count(); ++obstacle) {
+      add(Counterpart::kObstacle, obstacle, geometry.obstacle_bodies(obstacle));
+    }
+    obstacles_end = static_cast<int>(bodies.size());
+    fill_group();
+    obstacles.end = static_cast<int>(bodies.size());
+
+    places.resize(bodies.size());
+    carrier.assign(bodies.size(), kNowhere.data());
+    for (const LaneBody& body : lane_bodies) radius.push_back(body.ball_C.w);
+    at_rest.resize(bodies.size());
+    moving.resize(bodies.size());
+    per_speed.resize(bodies.size());
+    still.assign(own_count, 0.0);
+    hits.resize(own_count);
+    const std::size_t possible = self_pairs.size() + own_count * bodies.size();
+    pairs.resize(possible);
+    thin_pairs.resize(possible);
+    box_pairs.resize(possible);
+    ranges.reserve(geometry.arms().size() + 1);
+  }
+
+  void add(Counterpart counterpart, int owner, const std::vector<Body>& added) {
+    for (int i = 0; i < static_cast<int>(added.size()); ++i) {
+      const Body& body = added[i];
+      const PlacedCore own_shape{make_swept_core(body.shape), body.X_CS};
+      const PlacedCore placed =
+          body.capsule ? PlacedCore{make_swept_core(body.capsule->capsule), body.capsule->X_FS} : own_shape;
+      bodies.push_back({counterpart, owner, i, body.link, placed, own_shape});
+      capsules_bound_only.push_back(!is_thin(body.shape));
+      lane_bodies.push_back(lane_body(body, counterpart == Counterpart::kSelf));
+      moves.push_back(body.moves ? 1 : 0);
+      pairs_with_fixed.push_back(counterpart == Counterpart::kArm && body.moves ? 1 : 0);
     }
   }
 
-  NearPairs near;
-  std::vector<SweptCore> cores;  ///< one per body of `near`
+  /// Bodies that are nowhere near anything, up to a whole group of lanes. Not at infinity, whose differences are NaN.
+  void fill_group() {
+    const std::size_t size = whole_groups(bodies.size());
+    LaneBody nothing;
+    nothing.ball_C.x = 1e100;
+    bodies.resize(size);
+    capsules_bound_only.resize(size, false);
+    lane_bodies.resize(size, nothing);
+    moves.resize(size, 0);
+    pairs_with_fixed.resize(size, 0);
+  }
+
+  void set_reach(int body, const Reach& reach) {
+    at_rest[body] = reach.at_rest;
+    moving[body] = reach.moving;
+    per_speed[body] = reach.per_speed;
+  }
+
+  void place(const CellPoses& poses, const InfluenceDistances& influence) {
+    for (int i = 0; i < own_count; ++i) carrier[i] = poses.own->X_WL[bodies[i].link].data();
+    ranges.clear();
+    for (const int arm : influence.near_arms.value_or(std::span<const int>(other_arms))) {
+      const Reach reach_of_it = influence.against_arm(arm);
+      const LaneRange& range = range_of_arm[arm];
+      for (int i = range.first; i < range.end && bodies[i].link >= 0; ++i) {
+        carrier[i] = poses.arms[arm].X_WL[bodies[i].link].data();
+        set_reach(i, reach_of_it);
+      }
+      ranges.push_back(range);
+    }
+    for (int i = obstacles.first; i < obstacles_end; ++i) {
+      carrier[i] = poses.obstacles[bodies[i].owner].X_WO.data();
+      set_reach(i, influence.against_obstacle(bodies[i].owner));
+    }
+    ranges.push_back(obstacles);
+  }
+
+  std::span<const LanePair> find(const CellPoses& poses, const InfluenceDistances& influence) {
+    place(poses, influence);
+    LanePass pass;
+    pass.bodies = lane_bodies.data();
+    pass.carrier = carrier.data();
+    pass.places = places.data();
+    pass.own_count = own_count;
+    pass.own_speed = influence.own_speed.empty() ? still.data() : influence.own_speed.data();
+    pass.own_moves = moves.data();
+    pass.pairs_with_fixed = pairs_with_fixed.data();
+    pass.radius = radius.data();
+    pass.at_rest = at_rest.data();
+    pass.moving = moving.data();
+    pass.per_speed = per_speed.data();
+    pass.ranges = ranges.data();
+    pass.range_count = static_cast<int>(ranges.size());
+    pass.hits = hits.data();
+    pass.thin_pairs = thin_pairs.data();
+    pass.box_pairs = box_pairs.data();
+    pass.pairs = pairs.data();
+    for (const auto& [first, second] : self_pairs) {
+      LanePair& pair = pairs[pass.pair_count++];
+      pair.own = first;
+      pair.other = second;
+      pair.limit = influence.against_self(first, second);
+      pair.cull = capsules_bound_only[first] || capsules_bound_only[second];
+    }
+    kernel(pass);
+    return std::span(pairs).first(pass.pair_count);
+  }
+
+  /// What lanes left open, one at a time.
+  [[nodiscard]] ShapeDistance measure(const LanePair& pair) const {
+    const auto side = [&](int body) -> const PlacedCore& {
+      return pair.other < own_count ? bodies[body].own_shape : bodies[body].placed;
+    };
+    const auto pose = [&](int body) {
+      return Pose(Eigen::Map<const Eigen::Matrix4d>(carrier[body])) * side(body).X_CS;
+    };
+    return distance(side(pair.own).core, pose(pair.own), side(pair.other).core, pose(pair.other));
+  }
+
+  std::vector<PassBody> bodies;
+  std::vector<LaneBody> lane_bodies;
+  std::vector<bool> capsules_bound_only;  ///< between bodies of the own arm: their capsules are not their shapes
+  std::vector<std::uint8_t> moves;
+  std::vector<std::uint8_t> pairs_with_fixed;
+  int own_count = 0;
+  std::vector<std::pair<int, int>> self_pairs;
+  std::vector<int> other_arms;
+  std::vector<LaneRange> range_of_arm;
+  LaneRange obstacles;
+  int obstacles_end = 0;
+
+  std::vector<LanePlace> places;
+  std::vector<const double*> carrier;
+  std::vector<double> radius;   ///< of bounding balls [m]
+  std::vector<double> at_rest;  ///< Reach of each body
+  std::vector<double> moving;
+  std::vector<double> per_speed;
+  std::vector<double> still;  ///< speeds of own bodies when none are given
+  std::vector<LaneRange> ranges;
+  std::vector<unsigned> hits;
+  std::vector<int> thin_pairs;
+  std::vector<int> box_pairs;
+  std::vector<LanePair> pairs;
+  PassKernel kernel;
 };
 
-ExactDistance::ExactDistance(const CellGeometry& geometry) : storage_(std::make_unique<Storage>(geometry)) {}
+PassKernel fastest_pass() {
+  return fastest(baseline::run_pass, avx2::run_pass);
+}
+
+ExactDistance::ExactDistance(const CellGeometry& geometry, PassKernel kernel)
+    : storage_(std::make_unique<Storage>(geometry, kernel)) {}
 ExactDistance::~ExactDistance() = default;
 ExactDistance::ExactDistance(ExactDistance&&) noexcept = default;
 ExactDistance& ExactDistance::operator=(ExactDistance&&) noexcept = default;
 
 void ExactDistance::rebuild(const CellGeometry& geometry) {
-  storage_ = std::make_unique<Storage>(geometry);
+  storage_ = std::make_unique<Storage>(geometry, storage_->kernel);
 }
 
 int ExactDistance::clearances(const CellPoses& poses, const InfluenceDistances& influence, std::span<Clearance> out) {
-  NearPairs& near = storage_->near;
-  const auto& cores = storage_->cores;
   int count = 0;
-  for (const NearPair& pair : near.find(poses, influence)) {
-    const ShapeDistance exact =
-        distance(cores[pair.own], near.pose(pair.own), cores[pair.other], near.pose(pair.other));
-    if (exact.distance >= pair.limit) continue;
+  for (const LanePair& pair : storage_->find(poses, influence)) {
+    if (pair.state == PairState::kFar) continue;
+    ShapeDistance found;
+    if (pair.state == PairState::kMeasured) {
+      const auto vector = [](const Quad& q) { return Eigen::Vector3d(q.x, q.y, q.z); };
+      found = {pair.n_W.w, vector(pair.p_own_W), vector(pair.p_other_W), vector(pair.n_W)};
+    } else {
+      found = storage_->measure(pair);
+      if (found.distance >= pair.limit) continue;
+    }
     if (count == static_cast<int>(out.size())) {
-      if (!drop_farthest(out, exact.distance)) continue;
+      if (!drop_farthest(out, found.distance)) continue;
       --count;
     }
-    const CellBody& own = near.bodies()[pair.own];
-    const CellBody& other = near.bodies()[pair.other];
+    const PassBody& own = storage_->bodies[pair.own];
+    const PassBody& other = storage_->bodies[pair.other];
     out[count++] = {own.index,  own.link,       other.counterpart, other.owner, other.index,
-                    other.link, exact.distance, exact.p_a_W,       exact.p_b_W, exact.n_W};
+                    other.link, found.distance, found.p_a_W,       found.p_b_W, found.n_W};
   }
   return count;
 }

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "planner/collision/cell_geometry.hpp"
-#include "planner/collision/near_pairs.hpp"
+#include "planner/collision/pass_input.hpp"
 #include "planner/collision/shape_distance.hpp"
 
 namespace hecaton::planner {
@@ -18,7 +18,8 @@ namespace hecaton::planner {
 /// the shapes within 1e-6 m, with a cylinder within 1e-4 m.
 class ExactDistance {
  public:
-  explicit ExactDistance(const CellGeometry& geometry);
+  /// `kernel`: one of the compilations in pass_kernels.hpp, to compare them.
+  explicit ExactDistance(const CellGeometry& geometry, PassKernel kernel = fastest_pass());
   ~ExactDistance();
   ExactDistance(ExactDistance&&) noexcept;
   ExactDistance& operator=(ExactDistance&&) noexcept;

@@ -59,15 +59,26 @@ std::string joint_table(const planner::RobotModel& model, const planner::JointLi
   return table.text(palette);
 }
 
+/// What planners take for the shape in cells of fast geometry.
+std::string fast_text(const planner::LinkGeometry& geometry) {
+  if (!geometry.capsule) return "itself";
+  return shape_text(geometry.capsule->placed.capsule) + ", +" + percent_text(geometry.capsule->excess_volume, 1.0);
+}
+
 std::string geometry_table(const planner::RobotModel& model, const Palette& palette) {
-  Table table({{"link"}, {"collision shape"}, {"at xyz [m], rpy [rad]"}, {"excess volume", Align::kRight}});
+  Table table({{"link"},
+               {"collision shape"},
+               {"at xyz [m], rpy [rad]"},
+               {"excess volume", Align::kRight},
+               {"as fast geometry"}});
   for (const planner::LinkGeometry& geometry : model.geometry) {
     std::string place;
     for (const double number : xyz_rpy_of(geometry.X_LS)) {
       place += (place.empty() ? "" : " ") + number_text(std::abs(number) < 1e-9 ? 0.0 : number);
     }
     table.add({model.links[geometry.link].name, shape_text(geometry.shape), place,
-               geometry.excess_volume > 0.0 ? "+" + percent_text(geometry.excess_volume, 1.0) : ""});
+               geometry.excess_volume > 0.0 ? "+" + percent_text(geometry.excess_volume, 1.0) : "",
+               fast_text(geometry)});
   }
   return table.text(palette);
 }
@@ -110,6 +121,15 @@ std::string motion_text(const world::Motion& motion) {
   return std::visit(Visitor{}, motion);
 }
 
+namespace {
+
+Json fast_json(const planner::LinkGeometry& geometry) {
+  if (!geometry.capsule) return {{"shape", "itself"}, {"excess_volume", 0.0}};
+  return {{"shape", shape_text(geometry.capsule->placed.capsule)}, {"excess_volume", geometry.capsule->excess_volume}};
+}
+
+}  // namespace
+
 Json model_json(const planner::RobotModel& model, const planner::JointLimits& limits) {
   Json json{{"name", model.name}, {"links", model.links.size()}, {"tool_link", model.links[model.tool_link].name}};
   json["joints"] = Json::array();
@@ -128,7 +148,8 @@ Json model_json(const planner::RobotModel& model, const planner::JointLimits& li
     json["geometry"].push_back({{"link", model.links[geometry.link].name},
                                 {"shape", shape_text(geometry.shape)},
                                 {"xyz_rpy", xyz_rpy_of(geometry.X_LS)},
-                                {"excess_volume", geometry.excess_volume}});
+                                {"excess_volume", geometry.excess_volume},
+                                {"fast", fast_json(geometry)}});
   }
   json["self_pairs"] = {{"all", all_pairs(model)},
                         {"checked", model.self_pairs.size()},

@@ -1,6 +1,7 @@
 #include "services/config/read_arm.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "services/config/arm_models.hpp"
 #include "services/config/fields.hpp"
@@ -12,8 +13,10 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::size_t kMostArms = 32;
+constexpr std::size_t kMostArms = 128;
 constexpr std::size_t kMostPoses = 256;
+constexpr std::array<std::string_view, 2> kShapeNames = {"fast", "exact"};
+constexpr std::array<planner::LinkShapes, 2> kShapes = {planner::LinkShapes::kFast, planner::LinkShapes::kExact};
 
 void read_poses(const ArmView& view, planner::Arm& arm) {
   const auto add = [&](const MapView& map) {
@@ -88,10 +91,13 @@ void read_arms(const MapView& root, CellFile& file) {
   ArmModels models;
   std::optional<MapView> defaults;
   if (const auto view = root.find("defaults")) defaults = view->map(section::kDefaults);
+  const auto geometry = root.find("geometry");
+  const planner::LinkShapes shapes = geometry ? kShapes[geometry->choice(kShapeNames)] : planner::LinkShapes::kFast;
   for (const YamlView& view : root.at("arms").items(1, kMostArms, "arms")) {
     const ArmView arm{view.map(section::kArm), defaults};
     require_unique_name(arm.own.at("name"), file.cell.arms);
     file.cell.arms.push_back(read_arm(arm, file.cell.timing, models));
+    file.cell.arms.back().arm.shapes = shapes;
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }

@@ -7,9 +7,9 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array kRootKeys = {Words("name"),        Words("network"),  Words("hosts"), Words("world"),
-                                  Words("supervision"), Words("timing"),   Words("tasks"), Words("defaults"),
-                                  Words("arms"),        Words("obstacles")};
+constexpr std::array kRootKeys = {Words("name"),     Words("network"),     Words("hosts"),    Words("world"),
+                                  Words("geometry"), Words("supervision"), Words("timing"),   Words("tasks"),
+                                  Words("defaults"), Words("arms"),        Words("obstacles")};
 constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words("interface"), Words("peers")};
 constexpr std::array kWorldKeys = {Words("host"), Words("floor_z"), Words("gravity")};
 constexpr std::array kSupervisionKeys = {

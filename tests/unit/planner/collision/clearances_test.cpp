@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/simd/instruction_set.hpp"
 #include "random_cell.hpp"
 
 namespace hecaton::planner {
@@ -39,6 +40,9 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
     found.push_back({own.index, own.body->link, other.counterpart, other.owner, other.index, other.body->link,
                      d.distance, d.p_a_W, d.p_b_W, d.n_W});
   };
+  const auto at_speed_of = [&](const PlacedBody& mine, const Reach& reach) {
+    return InfluenceDistances::distance(reach, influence.own_speed.empty() ? 0.0 : influence.own_speed[mine.index]);
+  };
   const auto own = bodies_of_arm(geometry, *poses.own, geometry.self());
   for (const auto& [first, second] : geometry.self_pairs())
     check(own[first], own[second], influence.against_self(first, second));
@@ -46,7 +50,7 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
     if (arm == geometry.self()) continue;
     for (const PlacedBody& other : bodies_of_arm(geometry, poses.arms[arm], arm)) {
       for (const PlacedBody& mine : own) {
-        if (mine.body->moves || other.body->moves) check(mine, other, influence.against_arm(mine.index, arm));
+        if (mine.body->moves || other.body->moves) check(mine, other, at_speed_of(mine, influence.against_arm(arm)));
       }
     }
   }
@@ -56,7 +60,7 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
       const PlacedBody other{&body, Counterpart::kObstacle, obstacle, index++,
                              poses.obstacles[obstacle].X_WO * body.X_CS};
       for (const PlacedBody& mine : own) {
-        if (mine.body->moves) check(mine, other, influence.against_obstacle(mine.index, obstacle));
+        if (mine.body->moves) check(mine, other, at_speed_of(mine, influence.against_obstacle(obstacle)));
       }
     }
   }
@@ -111,6 +115,31 @@ TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
     }
   }
   for (const int found : found_of_kind) EXPECT_GT(found, 100);
+}
+
+TEST(Clearances, AreTheSameBitsForEveryInstructionSet) {
+  if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2 to compare with";
+  long compared = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    test::RandomCell cell(seed);
+    ExactDistance scalar(cell.geometry(), baseline::run_pass);
+    ExactDistance lanes(cell.geometry(), avx2::run_pass);
+    std::vector<Clearance> a(kRoom);
+    std::vector<Clearance> b(kRoom);
+    for (int pose = 0; pose < 10; ++pose) {
+      cell.shuffle();
+      const int count = scalar.clearances(cell.poses(), {0.3, 0.1, {}}, a);
+      ASSERT_EQ(lanes.clearances(cell.poses(), {0.3, 0.1, {}}, b), count);
+      for (int i = 0; i < count; ++i) {
+        EXPECT_EQ(a[i].distance, b[i].distance);
+        EXPECT_EQ(a[i].n_W, b[i].n_W);
+        EXPECT_EQ(a[i].p_own_W, b[i].p_own_W);
+        EXPECT_EQ(a[i].p_other_W, b[i].p_other_W);
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GT(compared, 1000);
 }
 
 TEST(Clearances, KeepTheNearestInOrderWhenThereIsTooLittleRoom) {

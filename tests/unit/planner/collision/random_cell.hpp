@@ -3,7 +3,8 @@
 
 #include <vector>
 
-#include "planner/collision/near_pairs.hpp"
+#include "planner/collision/cell_geometry.hpp"
+#include "planner/collision/pass_input.hpp"
 #include "random_shapes.hpp"
 
 namespace hecaton::test {
@@ -17,7 +18,8 @@ inline planner::Arm random_arm(const std::string& name, int joints, Random& rand
   const auto add_shape = [&](int link) {
     const auto kind = static_cast<Kind>(std::uniform_int_distribution<int>(0, kKinds - 1)(random));
     world::Shape shape = random_shape(kind, random);
-    model->geometry.push_back({link, std::move(shape), random_pose(random, 0.1), 0.0});
+    const auto capsule = planner::link_capsule(shape);
+    model->geometry.push_back({link, std::move(shape), random_pose(random, 0.1), 0.0, capsule});
   };
   model->links.emplace_back().name = "root";
   add_shape(0);
@@ -57,7 +59,9 @@ inline planner::Arm random_arm(const std::string& name, int joints, Random& rand
 
 class RandomCell {
  public:
-  explicit RandomCell(std::uint64_t seed, int arms = 3, int obstacles = 6) : random_(seed), geometry_(make(arms)) {
+  explicit RandomCell(std::uint64_t seed, planner::LinkShapes shapes = planner::LinkShapes::kExact, int arms = 3,
+                      int obstacles = 6)
+      : random_(seed), geometry_(make(arms, shapes)) {
     std::vector<world::Obstacle> things(obstacles);
     for (int i = 0; i < obstacles; ++i) {
       things[i].name = "thing" + std::to_string(i);
@@ -90,10 +94,13 @@ class RandomCell {
   [[nodiscard]] planner::CellPoses poses() const { return {&kinematics_[geometry_.self()], kinematics_, states_}; }
 
  private:
-  planner::CellGeometry make(int arms) {
+  planner::CellGeometry make(int arms, planner::LinkShapes shapes) {
     std::vector<planner::Arm> all;
     all.reserve(arms);
-    for (int i = 0; i < arms; ++i) all.push_back(random_arm("arm" + std::to_string(i + 1), 5 + i % 3, random_));
+    for (int i = 0; i < arms; ++i) {
+      all.push_back(random_arm("arm" + std::to_string(i + 1), 5 + i % 3, random_));
+      all.back().shapes = shapes;
+    }
     return {std::move(all), arms / 2};
   }
 

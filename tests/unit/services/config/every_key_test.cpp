@@ -25,6 +25,7 @@ world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s,
               takeover_lease: 30000us}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
+geometry: exact
 tasks: {centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
         time_limit: 0.5min}
 defaults:
@@ -111,6 +112,12 @@ TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
       if (key == "route") continue;  // excludes the other keys of `tasks`; see RouteTest
       EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
     }
+  }
+}
+
+TEST_F(EveryKeyTest, Geometry) {
+  for (const planner::PlannedArm& planned : file_.cell.arms) {
+    EXPECT_EQ(planned.arm.shapes, planner::LinkShapes::kExact);
   }
 }
 

@@ -1,0 +1,46 @@
+#pragma once
+/// What a distance pass is asked: where everything is, and how near is near.
+
+#include <algorithm>
+#include <optional>
+#include <span>
+
+#include "planner/collision/pass_kernels.hpp"
+#include "planner/model/kinematics.hpp"
+#include "world/model/snapshot.hpp"
+
+namespace hecaton::planner {
+
+/// Where everything is during one distance pass. Foreign arms by cell index; the entry of the own arm is ignored.
+struct CellPoses {
+  const Kinematics* own = nullptr;
+  std::span<const Kinematics> arms;                 ///< one per arm of the cell
+  std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the CellGeometry
+};
+
+/// The influence distances of a pass. Without own speeds: `others` and `self`, whatever moves.
+struct InfluenceDistances {
+  double others = 0.0;                   ///< against obstacles and other arms [m]
+  double self = 0.0;                     ///< between bodies of the own arm [m]
+  std::span<const double> own_speed{};   ///< no point of own body i moves faster [m/s]; empty, or one per own body and:
+  std::span<const Reach> of_arm{};       ///< one per arm of the cell
+  std::span<const Reach> of_obstacle{};  ///< one per obstacle
+  Reach of_self{};                       ///< of the sum of both bodies' speeds
+  std::optional<std::span<const int>> near_arms{};  ///< the only other arms to look at, ascending; else all
+
+  [[nodiscard]] Reach against_arm(int arm) const {
+    return own_speed.empty() ? Reach{others, others, 0.0} : of_arm[arm];
+  }
+  [[nodiscard]] Reach against_obstacle(int obstacle) const {
+    return own_speed.empty() ? Reach{others, others, 0.0} : of_obstacle[obstacle];
+  }
+  [[nodiscard]] double against_self(int first, int second) const {
+    return own_speed.empty() ? self : distance(of_self, own_speed[first] + own_speed[second]);
+  }
+  /// The influence distance [m] of a pair whose own body moves no faster than `speed` [m/s].
+  [[nodiscard]] static double distance(const Reach& reach, double speed) {
+    return std::max(reach.at_rest, reach.moving + reach.per_speed * speed);
+  }
+};
+
+}  // namespace hecaton::planner

@@ -1,0 +1,112 @@
+#pragma once
+/// The part of a distance pass that is done in lanes: placing bodies, culling pairs by bounding volumes, nearest points
+/// of segments and boxes. Plain arrays in and out, because these functions are compiled once for each instruction set.
+
+#include <cstdint>
+
+namespace hecaton::planner {
+
+/// Bodies are handled in groups of this many.
+inline constexpr int kPassLanes = 4;
+
+/// A vector in space and one more number, as lanes load it.
+struct alignas(32) Quad {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  double w = 0.0;
+};
+
+/// How a pair's nearest points are found.
+enum class BodyKind : std::uint8_t {
+  kThin,   ///< a point or segment and a ball swept along it: in lanes
+  kBox,    ///< in lanes, against thin ones
+  kOther,  ///< one at a time, if the capsule around it is near
+};
+
+/// One body as lanes see it. "Segment": of a thin body itself, or of a capsule that encloses another one.
+struct LaneBody {
+  Quad ball_C;    ///< centre of the bounding ball in the carrier's frame C [m]; w: its radius [m]
+  Quad middle_C;  ///< of the segment [m]; w: radius of the capsule [m]
+  Quad axis_C;    ///< unit; w: half length of the segment [m]
+  Quad box_C[3];  ///< a box' axes, unit; w: half extents [m]
+  BodyKind kind = BodyKind::kThin;
+};
+
+/// Where it is in this pass. The w of points are rubbish.
+struct LanePlace {
+  Quad ball_W;    ///< [m]
+  Quad p_W;       ///< one end of the segment [m]
+  Quad q_W;       ///< the other [m]
+  Quad box_W[3];  ///< a box' axes, unit
+};
+
+/// How near is near, max(at_rest, moving + per_speed · v) [m], for an own body none of whose points moves faster than
+/// v: what may soon collide matters farther away.
+struct Reach {
+  double at_rest = 0.0;    ///< [m]
+  double moving = 0.0;     ///< [m]
+  double per_speed = 0.0;  ///< [s]
+};
+
+/// Other bodies that are looked at, whole groups of four; what fills the last group is infinitely far away.
+struct LaneRange {
+  int first = 0;
+  int end = 0;  ///< first + a multiple of four
+};
+
+enum class PairState : std::uint8_t {
+  kFar,       ///< not nearer than its limit
+  kMeasured,  ///< see n_W, p_own_W, p_other_W
+  kOpen,      ///< may be nearer: to be measured otherwise
+};
+
+struct LanePair {
+  std::int32_t own = 0;
+  std::int32_t other = 0;
+  double limit = 0.0;  ///< influence distance [m]
+  bool cull = false;   ///< segments and boxes only bound the distance of this pair: it ends kFar or kOpen
+  PairState state = PairState::kOpen;
+  Quad n_W;        ///< unit, own → other; w: distance [m]
+  Quad p_own_W;    ///< [m]
+  Quad p_other_W;  ///< [m]
+};
+
+/// One pass. Own bodies are 0 … own_count − 1, the others follow from the next multiple of four on.
+struct LanePass {
+  const LaneBody* bodies = nullptr;
+  const double* const* carrier = nullptr;  ///< X_WC of each body, 4 × 4, column by column
+  LanePlace* places = nullptr;
+  int own_count = 0;
+  const double* own_speed = nullptr;               ///< of each own body [m/s]
+  const std::uint8_t* own_moves = nullptr;         ///< per own body: some joint moves it
+  const std::uint8_t* pairs_with_fixed = nullptr;  ///< per body: matters to own bodies that no joint moves, too
+  const double* radius = nullptr;                  ///< of each bounding ball [m]
+  const double* at_rest = nullptr;                 ///< Reach of each body, as structure of arrays
+  const double* moving = nullptr;
+  const double* per_speed = nullptr;
+  const LaneRange* ranges = nullptr;  ///< of the other bodies that are looked at
+  int range_count = 0;
+  unsigned* hits = nullptr;   ///< scratch, own_count
+  int* thin_pairs = nullptr;  ///< scratch, one per possible pair
+  int* box_pairs = nullptr;   ///< scratch, one per possible pair
+  LanePair* pairs = nullptr;  ///< room for every possible pair; self pairs are there already
+  int pair_count = 0;         ///< in: self pairs; out: all candidates
+};
+
+/// Fills places, pairs and pair_count: every pair nearer than its limit is there and not kFar; the others follow the
+/// self pairs in the order of `ranges`, each with own bodies in order.
+using PassKernel = void (*)(LanePass&);
+
+/// The one for this machine.
+[[nodiscard]] PassKernel fastest_pass();
+
+/// Both give the same result to the last bit.
+namespace baseline {
+void run_pass(LanePass& pass);
+}
+namespace avx2 {
+void run_pass(LanePass& pass);
+}
+
+}  // namespace hecaton::planner
