@@ -46,6 +46,7 @@ TickResult ArmController::step(const MeasuredState& measured, std::span<const Ar
   input.dt = dt_;
   input.q = setpoint_->q;
   input.qd = setpoint_->qd;
+  input.tracking_error = measured.q - setpoint_->q;
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
   input.hold = hold;

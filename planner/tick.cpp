@@ -1,9 +1,11 @@
 #include "planner/tick.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/local/old_news.hpp"
 #include "planner/local/velocity_damper.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -18,17 +20,23 @@ struct TickScratch::Storage {
     distance.rebuild(geometry);
     own_speed.assign(geometry.own_bodies().size(), 0.0);
     gap_to_arm.clear();
-    longest_lever = 1.0;
     fastest_other = 0.0;
+    strongest_other = 0.0;
+    longest_stop = 0.0;
+    stop_times.clear();
     for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
       gap_to_arm.push_back(geometry.gap_to_arm(i));
       const double lever = std::max(1.0, 2.0 * geometry.arm_reach(i).radius);
-      longest_lever = std::max(longest_lever, lever);
-      fastest_other = std::max(fastest_other, geometry.arms()[i].limits.velocity.sum() * lever);
+      const JointLimits& limits = geometry.arms()[i].limits;
+      fastest_other = std::max(fastest_other, limits.velocity.sum() * lever);
+      strongest_other = std::max(strongest_other, limits.acceleration.sum() * lever);
+      stop_times.push_back(std::max(longest_stop_time(geometry.own_arm().limits), longest_stop_time(limits)));
+      longest_stop = std::max(longest_stop, stop_times.back());
     }
     own_balls_W.resize(geometry.own_bodies().size());
     near_arms.reserve(geometry.arms().size());
-    margins.assign(geometry.arms().size(), 0.0);
+    observations.resize(geometry.arms().size());
+    obstacles.resize(geometry.obstacle_count());
     reach_of_arm.assign(geometry.arms().size(), {});
     reach_of_obstacle.assign(geometry.obstacle_count(), {});
     clearances.resize(kMaxRows);
@@ -39,12 +47,15 @@ struct TickScratch::Storage {
   std::vector<Kinematics> arms;
   std::vector<double> own_speed;   ///< of each own body's fastest point in the next period, at most [m/s]
   std::vector<double> gap_to_arm;  ///< the least distance to each arm, whatever both do [m]
-  double longest_lever = 0.0;      ///< of any joint of any arm, at most [m]
   double fastest_other = 0.0;      ///< no point of any arm moves faster [m/s]
+  double strongest_other = 0.0;    ///< nor gets faster in a second [m/s²]
+  double longest_stop = 0.0;       ///< of any arm [s]
   double out_of_sight = 0.0;       ///< arms whose gap is larger cannot matter now [m]
   std::vector<world::BoundingSphere> own_balls_W;  ///< of each own body
   std::vector<int> near_arms;                      ///< those that can matter now
-  std::vector<double> margins;                     ///< against each arm, for the age of its state [m]
+  std::vector<ArmObservation> observations;        ///< extrapolated to now
+  std::vector<world::ObstacleState> obstacles;     ///< extrapolated to now
+  std::vector<double> stop_times;                  ///< against each arm: the longer of both arms' longest stop [s]
   std::vector<Reach> reach_of_arm;                 ///< how near each arm must be to matter
   std::vector<Reach> reach_of_obstacle;            ///< and each obstacle
   std::vector<Clearance> clearances;
@@ -111,41 +122,31 @@ double fastest_point(const std::vector<Body>& bodies, const world::Twist& veloci
   return velocity.linear.norm() + velocity.angular.norm() * reach;
 }
 
-/// The mean over the joints of how far any body reaches from their axes [m].
-double mean_lever(const RobotModel& model, const Kinematics& kinematics, const std::vector<Body>& bodies) {
-  double sum = 0.0;
-  for (int j = 0; j < model.joints(); ++j) {
-    double longest = kinematics.prismatic[j] ? 1.0 : 0.0;
-    for (const Body& body : bodies) {
-      if (body.moves) longest = std::max(longest, lever(kinematics, j, ball_in_W(kinematics, body)));
-    }
-    sum += longest;
-  }
-  return sum / model.joints();
-}
-
 /// A row matters while its bound can be reached: from where the damper allows just the speed at which the own body and
-/// the counterpart approach each other at most. `shares`: 2 when both give way, each with half of ξ, else 1.
-Reach reach_of(const DamperParameters& damper, double margin, double speed_of_other, double shares) {
-  const double seconds = (damper.influence_distance - damper.security_distance) / damper.convergence_speed;
-  return {margin + damper.influence_distance, margin + damper.distance_of(speed_of_other), shares * seconds};
+/// the counterpart approach each other at most; and while it limits how long a stop may take. `shares`: 2 when both
+/// give way, each with half of the damper, else 1. `margin`: how much nearer than expected the counterpart may be.
+Reach reach_of(const Damper& damper, double margin, double speed_of_other, double shares) {
+  const double nearest = margin + damper.security_distance;
+  const double seconds = damper.longest();
+  return {nearest + damper.convergence_speed * seconds, nearest + speed_of_other * seconds, shares * seconds};
 }
 
-Reach reach_of_self(const DamperParameters& damper) {
-  const double seconds = (damper.self_influence_distance - damper.self_security_distance) / damper.convergence_speed;
-  return {damper.self_influence_distance, damper.self_security_distance, seconds};
+/// How far a point strays within `age` [s] from where it would be at constant velocity [m].
+double stray(double acceleration, double age) {
+  return 0.5 * acceleration * age * age;
 }
 
 /// Whether an arm may be near enough to matter, wherever its joints are: without its kinematics, so that a tick's cost
 /// depends on an arm's neighbours and not on the cell.
 bool may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm, const ArmObservation& other,
-                double own_speed, const TickScratch::Storage& s) {
+                double dt, double own_speed, const TickScratch::Storage& s) {
   if (s.gap_to_arm[arm] > s.out_of_sight) return false;
   const world::BoundingSphere& reach = geometry.arm_reach(arm);
   const double lever = std::max(1.0, 2.0 * reach.radius);
-  const double margin = 0.5 * parameters.acceleration_of_others * other.age * other.age * lever;
-  const Reach farthest = other.plans ? reach_of(parameters.damper, margin, 0.0, 2.0)
-                                     : reach_of(parameters.damper, margin, other.qd.lpNorm<1>() * lever, 1.0);
+  const Damper damper = parameters.damper.against_others(s.stop_times[arm] + dt);
+  const double margin = stray(geometry.arms()[arm].limits.acceleration.sum() * lever, other.age);
+  const Reach farthest =
+      other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, other.qd.lpNorm<1>() * lever, 1.0);
   const double distance = InfluenceDistances::distance(farthest, own_speed) + reach.radius;
   return std::any_of(s.own_balls_W.begin(), s.own_balls_W.end(), [&](const world::BoundingSphere& ball_W) {
     const double sum = distance + ball_W.radius;
@@ -154,53 +155,71 @@ bool may_matter(const CellGeometry& geometry, const LocalParameters& parameters,
 }
 
 /// The same for all arms at once, whatever their states, as long as those are not too old to move at all.
-double out_of_sight(const LocalParameters& parameters, double own_speed, const TickScratch::Storage& s) {
-  const double age = parameters.state_age_limit;
-  const double margin = 0.5 * parameters.acceleration_of_others * age * age * s.longest_lever;
-  return InfluenceDistances::distance(reach_of(parameters.damper, margin, s.fastest_other, 2.0), own_speed);
+double out_of_sight(const LocalParameters& parameters, double dt, double own_speed, const TickScratch::Storage& s) {
+  const Damper damper = parameters.damper.against_others(s.longest_stop + dt);
+  const double margin = stray(s.strongest_other, parameters.state_age_limit);
+  return InfluenceDistances::distance(reach_of(damper, margin, s.fastest_other, 2.0), own_speed);
 }
 
-/// Extrapolates every other arm in reach to now at constant velocity and widens the margins for what it may have done
-/// instead: with acceleration a for its age τ a joint strays by ½aτ².
+/// Brings every other arm in reach and every obstacle forward to now and finds how near each must be to matter.
 void look_around(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                  TickScratch::Storage& s) {
   const double own_speed = s.own_speed.empty() ? 0.0 : *std::max_element(s.own_speed.begin(), s.own_speed.end());
-  s.out_of_sight = out_of_sight(parameters, own_speed, s);
+  s.out_of_sight = out_of_sight(parameters, input.dt, own_speed, s);
   s.near_arms.clear();
   for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
     if (i == geometry.self()) continue;
-    const ArmObservation& other = input.arms[i];
-    if (!may_matter(geometry, parameters, i, other, own_speed, s)) continue;
+    if (!may_matter(geometry, parameters, i, input.arms[i], input.dt, own_speed, s)) continue;
     s.near_arms.push_back(i);
     const Arm& arm = geometry.arms()[i];
-    const std::vector<Body>& bodies = geometry.arm_bodies(i);
-    forward_kinematics(*arm.model, arm.X_WB, other.q + other.qd * other.age, s.arms[i]);
-    s.margins[i] = other.age > 0.0 ? 0.5 * parameters.acceleration_of_others * other.age * other.age *
-                                         mean_lever(*arm.model, s.arms[i], bodies)
-                                   : 0.0;
-    s.reach_of_arm[i] = other.plans ? reach_of(parameters.damper, s.margins[i], 0.0, 2.0)
-                                    : reach_of(parameters.damper, s.margins[i],
-                                               fastest_point(*arm.model, s.arms[i], bodies, other.qd.cwiseAbs()), 1.0);
+    const ArmObservation& other = s.observations[i] = extrapolated(arm.limits, input.arms[i]);
+    forward_kinematics(*arm.model, arm.X_WB, other.q, s.arms[i]);
+    const auto fastest = [&](const JointVector& speed) {
+      return fastest_point(*arm.model, s.arms[i], geometry.arm_bodies(i), speed);
+    };
+    const Damper damper = parameters.damper.against_others(s.stop_times[i] + input.dt);
+    const double margin = other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age) : 0.0;
+    s.reach_of_arm[i] =
+        other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, fastest(other.qd.cwiseAbs()), 1.0);
   }
+  const Damper damper = parameters.damper.against_others(s.stop_times[geometry.self()] + input.dt);
   for (int i = 0; i < geometry.obstacle_count(); ++i) {
-    s.reach_of_obstacle[i] =
-        reach_of(parameters.damper, 0.0, fastest_point(geometry.obstacle_bodies(i), input.obstacles[i].velocity), 1.0);
+    const world::ObstacleState& obstacle = s.obstacles[i] = extrapolated(input.obstacles[i]);
+    s.reach_of_obstacle[i] = reach_of(damper, stray(parameters.acceleration_of_obstacles, obstacle.age),
+                                      fastest_point(geometry.obstacle_bodies(i), obstacle.velocity), 1.0);
   }
 }
 
-int build_rows(const DamperScene& scene, const JointVector& fastest, std::span<const Clearance> clearances,
-               std::span<Row> rows) {
+/// Near things an arm goes no faster than lets it stop within what the dampers count on.
+JointLimits limits_near(const JointLimits& limits, double stop_time) {
+  JointLimits near = limits;
+  near.velocity = near.velocity.cwiseMin(near.acceleration * stop_time);
+  return near;
+}
+
+struct BuiltRows {
   int count = 0;
-  for (int i = 0; i < static_cast<int>(clearances.size()) && count < static_cast<int>(rows.size()); ++i) {
-    Row& row = rows[count];
+  double stop_time = std::numeric_limits<double>::infinity();  ///< no longer than this while these things are near [s]
+};
+
+BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::span<const Clearance> clearances,
+                     std::span<Row> rows) {
+  BuiltRows built;
+  bool flees = false;
+  for (int i = 0; i < static_cast<int>(clearances.size()) && built.count < static_cast<int>(rows.size()); ++i) {
+    Row& row = rows[built.count];
     row = velocity_damper(scene, clearances[i]);
     row.clearance = i;
     // What no joint moves cannot be helped by moving: such a row would only make the others infeasible.
     const double reach = row.g.cwiseAbs().dot(fastest);
+    if (reach > 0.0) built.stop_time = std::min(built.stop_time, row.stop_time);
+    flees = flees || (reach > 0.0 && row.h < 0.0);
     const bool can_bind = reach > row.h;
-    if (reach > 0.0 && (row.influences || can_bind)) ++count;
+    if (reach > 0.0 && (row.influences || can_bind)) ++built.count;
   }
-  return count;
+  // What must be fled is fled as fast as the arm can.
+  if (flees) built.stop_time = std::numeric_limits<double>::infinity();
+  return built;
 }
 
 TickResult brake(const CellGeometry& geometry, const TickInput& input, TickStatus status) {
@@ -232,24 +251,27 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
     s.own_speed[i] = fastest_point(*arm.model, s.own, body, fastest);
   }
   look_around(geometry, parameters, input, s);
-  const int near = s.distance.clearances({&s.own, s.arms, input.obstacles},
-                                         {.own_speed = s.own_speed,
-                                          .of_arm = s.reach_of_arm,
-                                          .of_obstacle = s.reach_of_obstacle,
-                                          .of_self = reach_of_self(parameters.damper),
-                                          .near_arms = std::span<const int>(s.near_arms)},
-                                         s.clearances);
-  const DamperScene scene{geometry, s.own, s.arms, input.arms, input.obstacles, s.margins, parameters.damper};
-  const int rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
+  const int near = s.distance.clearances(
+      {&s.own, s.arms, s.obstacles},
+      {.own_speed = s.own_speed,
+       .of_arm = s.reach_of_arm,
+       .of_obstacle = s.reach_of_obstacle,
+       .of_self = reach_of(parameters.damper.against_self(s.stop_times[geometry.self()] + input.dt), 0.0, 0.0, 1.0),
+       .near_arms = std::span<const int>(s.near_arms)},
+      s.clearances);
+  const DamperScene scene{geometry,    s.own,    input.qd,  input.tracking_error, s.arms, s.observations, s.stop_times,
+                          s.obstacles, input.dt, parameters};
+  const BuiltRows rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
+  const JointLimits limits = limits_near(arm.limits, rows.stop_time);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
   const LocalResult local = plan_locally(
-      {arm.limits, parameters, input.q, input.qd, q_goal, input.dt, std::span(s.rows).first(rows)}, memory.local);
+      {limits, parameters, input.q, input.qd, q_goal, input.dt, std::span(s.rows).first(rows.count)}, memory.local);
 
   TickResult result;
   result.qd = local.qd;
   result.q = input.q + 0.5 * (input.qd + local.qd) * input.dt;
-  result.rows = rows;
+  result.rows = rows.count;
   result.relaxed = local.relaxed;
   result.redraws = memory.local.follower.redraws;
   if (local.binding_row >= 0) {

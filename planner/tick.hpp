@@ -14,12 +14,13 @@
 namespace hecaton::planner {
 
 struct TickInput {
-  double dt = 0.010;      ///< control period [s]
-  JointVector q;          ///< own reference position: where the last commands lead [rad | m]
-  JointVector qd;         ///< own reference velocity [rad/s | m/s]
-  JointVector q_goal;     ///< [rad | m]; ignored without goal
-  bool has_goal = false;  ///< without: stay, but give way
-  bool hold = false;      ///< brake on the stop profile and stay, whatever comes
+  double dt = 0.010;           ///< control period [s]
+  JointVector q;               ///< own reference position: where the last commands lead [rad | m]
+  JointVector qd;              ///< own reference velocity [rad/s | m/s]
+  JointVector tracking_error;  ///< measured minus reference position [rad | m]; empty: none
+  JointVector q_goal;          ///< [rad | m]; ignored without goal
+  bool has_goal = false;       ///< without: stay, but give way
+  bool hold = false;           ///< brake on the stop profile and stay, whatever comes
   std::span<const ArmObservation> arms;
   std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the geometry
 };

@@ -37,7 +37,7 @@ std::string LocalParameters::validate() const {
                    {"damper.self_influence_distance", damper.self_influence_distance},
                    {"damper.self_security_distance", damper.self_security_distance},
                    {"goal_tolerance", goal_tolerance},
-                   {"acceleration_of_others", acceleration_of_others},
+                   {"acceleration_of_obstacles", acceleration_of_obstacles},
                    {"state_age_limit", state_age_limit}};
   for (const auto& entry : positives) {
     if (!positive(entry.value)) return sentence(entry.key, entry.value, "a finite number above 0");

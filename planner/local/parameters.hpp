@@ -13,6 +13,27 @@ enum class Method {
   kBoundaryFollowing,  ///< + boundary following, section 3
 };
 
+/// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
+/// arm that needs longer than S₀ to react and stop follows it only up to ξ, and a flatter one farther out:
+///   f(x) = x / S(x),   S(x) = clamp(x/ξ, S₀, response),   x = d − dₛ
+/// Braking can keep it where stops take no longer than S(x) − dt (docs/design/0001-braking.md).
+struct Damper {
+  double security_distance;  ///< dₛ [m]
+  double width;              ///< dᵢ − dₛ [m]
+  double convergence_speed;  ///< ξ [m/s]
+  double response;           ///< one period and the longest stop [s]
+
+  [[nodiscard]] double time_constant(double distance) const {
+    return std::clamp((distance - security_distance) / convergence_speed, width / convergence_speed, longest());
+  }
+  /// Allowed approach speed [m/s]: zero at dₛ, negative (retreat) below.
+  [[nodiscard]] double speed(double distance) const { return (distance - security_distance) / time_constant(distance); }
+  /// The steepest slope [1/s], next to dₛ.
+  [[nodiscard]] double slope() const { return convergence_speed / width; }
+  /// The largest time constant [s], far away.
+  [[nodiscard]] double longest() const { return std::max(width / convergence_speed, response); }
+};
+
 struct DamperParameters {
   double influence_distance = 0.12;       ///< dᵢ [m], > security_distance
   double security_distance = 0.02;        ///< dₛ [m], > 0
@@ -20,13 +41,12 @@ struct DamperParameters {
   double self_influence_distance = 0.11;  ///< dᵢ between links of the same arm [m]
   double self_security_distance = 0.01;   ///< dₛ between links of the same arm [m]
 
-  /// The distance [m] at which the damper allows just this approach speed [m/s].
-  [[nodiscard]] double distance_of(double approach_speed) const {
-    return security_distance + approach_speed * (influence_distance - security_distance) / convergence_speed;
+  /// The damper [m/s] against obstacles and arms, and between links of the same arm.
+  [[nodiscard]] Damper against_others(double response) const {
+    return {security_distance, influence_distance - security_distance, convergence_speed, response};
   }
-  [[nodiscard]] double self_distance_of(double approach_speed) const {
-    return self_security_distance +
-           approach_speed * (self_influence_distance - self_security_distance) / convergence_speed;
+  [[nodiscard]] Damper against_self(double response) const {
+    return {self_security_distance, self_influence_distance - self_security_distance, convergence_speed, response};
   }
 };
 
@@ -59,9 +79,9 @@ struct LocalParameters {
   DamperParameters damper;
   FollowerParameters follower;
   RolloutParameters rollout;
-  double goal_tolerance = 2e-3;        ///< every joint within this of the goal counts as reached [rad | m]
-  double acceleration_of_others = 10;  ///< assumed bound for margins against aged state [rad/s²]
-  double state_age_limit = 0.1;        ///< older news of an arm or obstacle stops this arm [s]
+  double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
+  double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
+  double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]
 
   /// Empty when consistent; otherwise one sentence: key, value, what is allowed.
   [[nodiscard]] std::string validate() const;

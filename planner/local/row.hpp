@@ -13,6 +13,7 @@ struct Row {
   std::uint32_t key = 0;    ///< names the pair of bodies from tick to tick
   bool influences = false;  ///< the pair is nearer than dᵢ: boundary following looks at it
   int clearance = -1;       ///< index of the clearance it came from
+  double stop_time = 0.0;   ///< the damper can be kept while stops take no longer than this [s]
 };
 
 }  // namespace hecaton::planner

@@ -1,5 +1,9 @@
 #include "planner/local/velocity_damper.hpp"
 
+#include <algorithm>
+
+#include "planner/local/old_news.hpp"
+
 namespace hecaton::planner {
 namespace {
 
@@ -8,62 +12,84 @@ std::uint32_t pair_key(const Clearance& c) {
          (static_cast<std::uint32_t>(c.other_body) & 0x1FF) << 9 | (static_cast<std::uint32_t>(c.own_body) & 0x1FF);
 }
 
-}  // namespace
-
-// [Lahouar06] eq. 4, after [Faverjon87]:   ḋ ≥ −ξ (d − dₛ)/(dᵢ − dₛ)
-// differs from paper: eq. 4–9 are printed with dᵢ and dₛ exchanged, which would let bodies pass through each other.
-double damper_speed(double d, double security_distance, double influence_distance, double xi) {
-  return xi * (d - security_distance) / (influence_distance - security_distance);
+/// Where the drive lags behind its reference the own body may be nearer than the reference says [m].
+double lag(const DamperScene& scene, const Row& row) {
+  return scene.tracking_error.size() == 0 ? 0.0 : std::max(0.0, row.g.dot(scene.tracking_error));
 }
 
+void keep(const DamperScene& scene, const Damper& damper, double distance, double share, double approach, Row& row) {
+  row.h = share * damper.speed(distance) - approach;
+  row.stop_time = damper.time_constant(distance) - scene.dt;
+  row.influences = distance < damper.security_distance + damper.width;
+}
+
+void against_self(const DamperScene& scene, const Clearance& clearance, Row& row) {
+  const Damper damper = scene.parameters.damper.against_self(scene.response(scene.geometry.self()));
+  JointVector other;
+  directional_jacobian(*scene.geometry.own_arm().model, scene.own, clearance.other_link, clearance.p_other_W,
+                       clearance.n_W, other);
+  row.g -= other;
+  keep(scene, damper, clearance.distance - lag(scene, row), 1.0, 0.0, row);
+}
+
+void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
+  const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
+  const ArmObservation& other = scene.observations[clearance.other];
+  const Arm& arm = scene.geometry.arms()[clearance.other];
+  JointVector g_other;
+  directional_jacobian(*arm.model, scene.arms[clearance.other], clearance.other_link, clearance.p_other_W,
+                       -clearance.n_W, g_other);
+  const double approach = g_other.dot(other.qd);
+  const double distance = least_distance({.distance = clearance.distance - lag(scene, row),
+                                          .age = other.age,
+                                          .own_speed = row.g.dot(scene.own_qd),
+                                          .other_speed = approach,
+                                          .other_acceleration = g_other.cwiseAbs().dot(arm.limits.acceleration)},
+                                         damper.security_distance, 0.5 * damper.slope());
+  if (other.plans) {
+    keep(scene, damper, distance, 0.5, 0.0, row);
+  } else {
+    keep(scene, damper, distance, 1.0, approach, row);
+  }
+}
+
+void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row& row) {
+  const Damper damper = scene.parameters.damper.against_others(scene.response(scene.geometry.self()));
+  const world::ObstacleState& state = scene.obstacles[clearance.other];
+  const double approach = -clearance.n_W.dot(state.velocity.at(clearance.p_other_W, state.X_WO.translation()));
+  const double distance = least_distance({.distance = clearance.distance - lag(scene, row),
+                                          .age = state.age,
+                                          .other_acceleration = scene.parameters.acceleration_of_obstacles});
+  keep(scene, damper, distance, 1.0, approach, row);
+}
+
+}  // namespace
+
+// [Lahouar06] eq. 4, after [Faverjon87]:   ḋ ≥ −f(d − dₛ),   f(x) = ξ x/(dᵢ − dₛ) within dᵢ
+// differs from paper: eq. 4–9 are printed with dᵢ and dₛ exchanged, which would let bodies pass through each other.
 // With n from the own body towards the other and v the velocities of the two nearest points:
-//   own arm     [Lahouar06] eq. 6    nᵀJ q̇            ≤ ξ (d − dₛ)/(dᵢ − dₛ) + n·v_other
-//   planned arm [Lahouar06] eq. 8    nᵀJ q̇            ≤ ξ/2 (d − dₛ)/(dᵢ − dₛ)          the other does its half
-//   own link                         nᵀ(J_a − J_b) q̇  ≤ ξ (d − dₛ)/(dᵢ − dₛ)
+//   own arm     [Lahouar06] eq. 6    nᵀJ q̇            ≤ f(d − dₛ) + n·v_other
+//   planned arm [Lahouar06] eq. 8    nᵀJ q̇            ≤ ½ f(d − dₛ)          the other does its half
+//   own link                         nᵀ(J_a − J_b) q̇  ≤ f(d − dₛ)
 // differs from paper: the rows are not dropped beyond dᵢ but hold as long as the arm can reach their bound within one
-// period. An arm with bounded acceleration must begin to brake earlier than dᵢ, and the same line tells when: with
-// k = ξ/(dᵢ − dₛ) ≤ 1/T it can be kept by braking alone (docs/design/0001-braking.md).
+// period. An arm with bounded acceleration must begin to brake earlier than dᵢ, and f, which goes on, tells when: it
+// can be kept by braking alone (docs/design/0001-braking.md). differs from paper: d is the least distance that old news
+// allows (docs/design/0004-old-news.md).
 Row velocity_damper(const DamperScene& scene, const Clearance& clearance) {
-  const RobotModel& model = *scene.geometry.own_arm().model;
-  const DamperParameters& p = scene.parameters;
   Row row;
   row.key = pair_key(clearance);
-  directional_jacobian(model, scene.own, clearance.own_link, clearance.p_own_W, clearance.n_W, row.g);
-
+  directional_jacobian(*scene.geometry.own_arm().model, scene.own, clearance.own_link, clearance.p_own_W, clearance.n_W,
+                       row.g);
   switch (clearance.counterpart) {
-    case Counterpart::kSelf: {
-      JointVector other;
-      directional_jacobian(model, scene.own, clearance.other_link, clearance.p_other_W, clearance.n_W, other);
-      row.g -= other;
-      row.h =
-          damper_speed(clearance.distance, p.self_security_distance, p.self_influence_distance, p.convergence_speed);
-      row.influences = clearance.distance < p.self_influence_distance;
-      return row;
-    }
-    case Counterpart::kArm: {
-      const ArmObservation& other = scene.observations[clearance.other];
-      const double margin = scene.arm_margins[clearance.other];
-      const double security = p.security_distance + margin;
-      const double influence = p.influence_distance + margin;
-      row.influences = clearance.distance < influence;
-      if (other.plans) {
-        row.h = damper_speed(clearance.distance, security, influence, 0.5 * p.convergence_speed);
-      } else {
-        const Eigen::Vector3d v_W =
-            point_velocity(*scene.geometry.arms()[clearance.other].model, scene.arms[clearance.other],
-                           clearance.other_link, clearance.p_other_W, other.qd);
-        row.h = damper_speed(clearance.distance, security, influence, p.convergence_speed) + clearance.n_W.dot(v_W);
-      }
-      return row;
-    }
-    case Counterpart::kObstacle: {
-      const world::ObstacleState& state = scene.obstacles[clearance.other];
-      const Eigen::Vector3d v_W = state.velocity.at(clearance.p_other_W, state.X_WO.translation());
-      row.h = damper_speed(clearance.distance, p.security_distance, p.influence_distance, p.convergence_speed) +
-              clearance.n_W.dot(v_W);
-      row.influences = clearance.distance < p.influence_distance;
-      return row;
-    }
+    case Counterpart::kSelf:
+      against_self(scene, clearance, row);
+      break;
+    case Counterpart::kArm:
+      against_arm(scene, clearance, row);
+      break;
+    case Counterpart::kObstacle:
+      against_obstacle(scene, clearance, row);
+      break;
   }
   return row;
 }

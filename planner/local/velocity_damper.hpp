@@ -10,18 +10,21 @@
 
 namespace hecaton::planner {
 
-/// Allowed approach speed [m/s] at distance d: ξ (d − dₛ)/(dᵢ − dₛ); zero at dₛ, negative (retreat) below.
-[[nodiscard]] double damper_speed(double d, double security_distance, double influence_distance, double xi);
-
 /// What a clearance's row depends on besides the clearance itself.
 struct DamperScene {
   const CellGeometry& geometry;
-  const Kinematics& own;                         ///< of the own arm at its reference position
-  std::span<const Kinematics> arms;              ///< of every arm of the cell, extrapolated to now
-  std::span<const ArmObservation> observations;  ///< of every arm of the cell
-  std::span<const world::ObstacleState> obstacles;
-  std::span<const double> arm_margins;  ///< added to dₛ and dᵢ against arm i [m]
-  const DamperParameters& parameters;
+  const Kinematics& own;                            ///< of the own arm at its reference position
+  const JointVector& own_qd;                        ///< its reference velocity [rad/s | m/s]
+  const JointVector& tracking_error;                ///< measured minus reference position [rad | m]; empty: none
+  std::span<const Kinematics> arms;                 ///< of every arm of the cell, extrapolated to now
+  std::span<const ArmObservation> observations;     ///< of every arm of the cell, extrapolated to now
+  std::span<const double> stop_times;               ///< the longer of the own arm's and arm i's longest stop [s]
+  std::span<const world::ObstacleState> obstacles;  ///< extrapolated to now
+  double dt;                                        ///< control period [s]
+  const LocalParameters& parameters;
+
+  /// Of the own arm together with arm i: one period until they react, then the stop [s].
+  [[nodiscard]] double response(int arm) const { return dt + stop_times[arm]; }
 };
 
 [[nodiscard]] Row velocity_damper(const DamperScene& scene, const Clearance& clearance);

@@ -13,6 +13,8 @@ namespace {
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
 constexpr double kHopeless = 10.0;
 
+using ObstacleStates = std::vector<world::ObstacleState>;
+
 class Episode {
  public:
   Episode(const Cell& cell, const CellConfiguration& starts, const EpisodeOptions& options)
@@ -36,6 +38,7 @@ class Episode {
       drives_.emplace_back(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout);
       auto& row = channels_.emplace_back();
       for (int from = 0; from < n; ++from) row.emplace_back(options.network, random.next());
+      obstacle_channels_.emplace_back(options.network, random.next());
     }
     outcome_.arms.resize(n);
     results_.resize(n);
@@ -76,26 +79,27 @@ class Episode {
     return bodies;
   }
 
-  /// Every arm publishes, then every planner ticks on what has reached it: nobody sees the others' next move.
+  /// Every arm and the world publish, then every planner ticks on what has reached it: nobody sees the others' next
+  /// move. A planner runs beside its own arm's driver: between these two there is no network.
   void plan(double now) {
     const int n = static_cast<int>(controllers_.size());
+    const world::ObstacleSnapshot snapshot = world_.snapshot();
     for (int to = 0; to < n; ++to) {
       for (int from = 0; from < n; ++from) {
         if (from != to) channels_[to][from].send(now, own_state(from));
       }
+      obstacle_channels_[to].send(now, snapshot.states);
     }
-    const world::ObstacleSnapshot snapshot = world_.snapshot();
     for (int i = 0; i < n; ++i) {
-      for (int from = 0; from < n; ++from) {
-        if (from != i) observations_[from] = channels_[i][from].receive(now);
-      }
+      listen(i, now);
       const auto before = std::chrono::steady_clock::now();
-      results_[i] = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, observations_, snapshot.states, false);
+      results_[i] = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
+                                         !obstacle_channels_[i].known());
       if (options_.tick_us != nullptr) {
         const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
         options_.tick_us->push_back(spent.count());
       }
-      think(i, snapshot.states);
+      think(i, obstacles_);
       drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
       ++outcome_.ticks;
     }
@@ -119,6 +123,21 @@ class Episode {
         ++outcome_.arms[i].rollouts;
       }
     }
+  }
+
+  /// What planner `to` knows now, with the ages that it can tell: from the senders' spacing and its own clock.
+  void listen(int to, double now) {
+    for (int from = 0; from < static_cast<int>(controllers_.size()); ++from) {
+      StateChannel<ArmObservation>& channel = channels_[to][from];
+      if (from == to) continue;
+      channel.receive(now);
+      observations_[from] = channel.newest();
+      if (channel.known()) observations_[from].age = channel.age(now);
+    }
+    StateChannel<ObstacleStates>& channel = obstacle_channels_[to];
+    channel.receive(now);
+    obstacles_ = channel.known() ? channel.newest() : ObstacleStates(cell_.scene.obstacles.size());
+    for (world::ObstacleState& obstacle : obstacles_) obstacle.age = channel.known() ? channel.age(now) : 0.0;
   }
 
   void move(double dt) {
@@ -174,8 +193,10 @@ class Episode {
   std::vector<RolloutPolicy> policies_;
   std::vector<RolloutSearch> searches_;
   std::vector<ArmModel> drives_;
-  std::vector<std::vector<StateChannel>> channels_;  ///< [receiver][sender]
+  std::vector<std::vector<StateChannel<ArmObservation>>> channels_;  ///< [receiver][sender]
+  std::vector<StateChannel<ObstacleStates>> obstacle_channels_;      ///< [receiver]
   std::vector<ArmObservation> observations_;
+  ObstacleStates obstacles_;
   std::vector<TickResult> results_;
   Kinematics kinematics_;
   EpisodeOutcome outcome_;

@@ -1,29 +1,18 @@
 #include "planner/simulation/network_model.hpp"
 
-#include <algorithm>
-
 namespace hecaton::planner {
 
-StateChannel::StateChannel(const NetworkParameters& parameters, std::uint64_t seed)
-    : parameters_(parameters), random_(seed) {}
-
-void StateChannel::send(double now, const ArmObservation& state) {
-  const double delay = std::max(0.0, parameters_.age + random_.uniform(-1.0, 1.0) * parameters_.jitter);
-  const bool lost = random_.uniform() < parameters_.loss;
-  if (lost) return;
-  under_way_.push_back({now, now + delay, state});
+// Stationary share of the bad state: p/(p + 1/burst) = loss  ⇒  p = loss/(burst (1 − loss)).
+LossModel::LossModel(const NetworkParameters& parameters)
+    : after_arrival_(parameters.loss), after_loss_(parameters.loss) {
+  if (parameters.burst <= 0.0) return;
+  after_arrival_ = parameters.loss / (parameters.burst * (1.0 - parameters.loss));
+  after_loss_ = 1.0 - 1.0 / parameters.burst;
 }
 
-ArmObservation StateChannel::receive(double now) {
-  // A late sample never replaces a newer one, as sequence numbers ensure on the wire.
-  std::erase_if(under_way_, [&](const Sample& sample) {
-    const bool arrived = sample.arrives <= now + 1e-9;
-    if (arrived && (!newest_.state.known || sample.sent > newest_.sent)) newest_ = sample;
-    return arrived;
-  });
-  ArmObservation observation = newest_.state;
-  observation.age = observation.known ? now - newest_.sent : 0.0;
-  return observation;
+bool LossModel::lost(Random& random) {
+  losing_ = random.uniform() < (losing_ ? after_loss_ : after_arrival_);
+  return losing_;
 }
 
 }  // namespace hecaton::planner

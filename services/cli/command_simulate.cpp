@@ -15,6 +15,7 @@
 #include "services/cli/report.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -24,8 +25,20 @@ struct Options {
   std::string method;
   int rollouts = -1;  ///< −1: as the cell file says
   std::string report;
+  double speed = 0.0;  ///< [rad/s]; 0: the cell's limits
   planner::BatchOptions batch;
 };
+
+/// The same limit for every joint that turns, whatever cell file and URDF say.
+void limit_speed(planner::Cell& cell, double speed) {
+  for (planner::PlannedArm& planned : cell.arms) {
+    for (const planner::Link& link : planned.arm.model->links) {
+      if (link.joint >= 0 && link.joint_type != planner::JointType::kPrismatic) {
+        planned.arm.limits.velocity[link.joint] = speed;
+      }
+    }
+  }
+}
 
 Report make_report(const planner::Cell& cell, const Options& options, planner::BatchReport batch) {
   Report report;
@@ -45,7 +58,8 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
     report.arms.push_back({arm.name, arm.tasks, arm.reached, arm.blocked, arm.timed_out});
   }
   const planner::NetworkParameters& network = options.batch.network;
-  report.extra["network"] = {{"age_s", network.age}, {"jitter_s", network.jitter}, {"loss", network.loss}};
+  report.extra["network"] = {
+      {"age_s", network.age}, {"jitter_s", network.jitter}, {"loss", network.loss}, {"burst", network.burst}};
   report.extra["ticks"] = batch.ticks;
   report.extra["relaxed_ticks"] = batch.relaxed_ticks;
   report.extra["subspaces_drawn"] = batch.redraws;
@@ -63,6 +77,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   if (!options.method.empty()) {
     for (planner::PlannedArm& planned : cell.arms) planned.parameters.method = method_of(options.method);
   }
+  if (options.speed > 0.0) limit_speed(cell, options.speed);
   const auto began = std::chrono::steady_clock::now();
   planner::BatchReport batch = planner::simulate_tasks(cell, options.batch);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
@@ -97,14 +112,22 @@ void add_simulate(CLI::App& app, Session& session) {
                    "0: none")
       ->check(CLI::Range(0, 1000).description(""))
       ->type_name("N");
-  add_duration(*command, "--age", batch.network.age, "mean age of the states that arms see of each other (0ms)", 0.0,
-               10.0);
+  add_duration(*command, "--age", batch.network.age,
+               "mean age of the states that arms see of each other and of obstacles (0ms)", 0.0, 10.0);
   add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",
                0.0, 10.0);
   constexpr config::Bounds kLoss{0.0, 0.999999, ""};
   add_number(
       *command, "--loss", [&batch](double loss) { batch.network.loss = loss; },
       "probability that a state is lost, below 1 (0)", kLoss);
+  constexpr config::Bounds kBurst{1.0, 1e6, "states"};
+  add_number(
+      *command, "--burst", [&batch](double burst) { batch.network.burst = burst; },
+      "mean number of states lost in a row (losses are independent)", kBurst);
+  constexpr config::Bounds kSpeed{0.0, 100.0, "rad/s", true};
+  add_number(
+      *command, "--speed", [options](double speed) { options->speed = speed; },
+      "speed limit of every joint that turns, instead of the cell's and the URDF's", kSpeed);
   add_whole_number(
       *command, "--threads", [&batch](std::uint64_t n) { batch.threads = static_cast<int>(n); },
       "episodes simulated at the same time; the report does not depend on it (1)", 1, 1024);
@@ -119,6 +142,13 @@ void add_simulate(CLI::App& app, Session& session) {
     if (options->batch.network.jitter > options->batch.network.age) {
       throw Failure(ExitCode::kBadInput, "--jitter = " + duration_text(options->batch.network.jitter) +
                                              " must be at most --age = " + duration_text(options->batch.network.age));
+    }
+    const double loss = options->batch.network.loss;
+    const double burst = options->batch.network.burst;
+    if (burst > 0.0 && burst < loss / (1.0 - loss)) {
+      throw Failure(ExitCode::kBadInput,
+                    "--burst = " + config::number_text(burst) + " must be at least loss/(1 − loss) = " +
+                        config::number_text(loss / (1.0 - loss)) + " for --loss = " + config::number_text(loss));
     }
     session.action = [&session, options] { return run(session.settings, *options); };
   });

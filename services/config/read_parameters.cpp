@@ -46,7 +46,7 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
-  read_number(map, "acceleration_of_others", {0.0, 1e4, "rad/s²", true}, parameters.acceleration_of_others);
+  read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);
 }
 

@@ -40,7 +40,7 @@ constexpr std::array kArmKeys = {
     Words("follower"),
     Words("rollout"),
     Words("goal_tolerance"),
-    Words("acceleration_of_others"),
+    Words("acceleration_of_obstacles"),
     Words("state_age_limit")};
 constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};

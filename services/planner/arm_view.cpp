@@ -26,6 +26,8 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
   if (!q) return q.error;
   const auto qd = bus::joints_from_message(state.qd(), what + ": qd", joints_[index]);
   if (!qd) return qd.error;
+  SenderClock clock = heard && heard->writer == writer ? heard->clock : SenderClock();
+  const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
   heard = Heard{*q,
                 *qd,
                 state.mode(),
@@ -34,7 +36,8 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
                 state.command_sequence_number(),
                 state.sequence_number(),
                 writer,
-                received};
+                sent,
+                clock};
   return {};
 }
 

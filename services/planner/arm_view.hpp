@@ -13,6 +13,7 @@
 #include "planner/cell.hpp"
 #include "planner/local/observation.hpp"
 #include "services/bus/mailbox.hpp"
+#include "services/planner/sender_clock.hpp"
 #include "services/runtime/cell_mode.hpp"
 
 namespace hecaton::services {
@@ -30,7 +31,8 @@ class ArmView {
     std::uint64_t command_sequence = 0;
     std::uint64_t sequence = 0;
     bus::EndpointId writer;
-    Clock::time_point at;
+    Clock::time_point at;  ///< when it was true, on this process's clock
+    SenderClock clock;     ///< of its writer
   };
 
   explicit ArmView(const planner::Cell& cell);
@@ -42,7 +44,7 @@ class ArmView {
   std::string apply(const msg::GoalStatus& status);
 
   [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
-  /// Since its last state arrived [s]; infinite before the first.
+  /// Of its last state [s]: since it arrived and what it was delayed; infinite before the first.
   [[nodiscard]] double age(int index, Clock::time_point now) const;
   /// One per arm. An arm takes its share of avoiding (`plans`) while its drive follows commands and nobody holds it.
   [[nodiscard]] std::span<const planner::ArmObservation> observe(Clock::time_point now, const CellModeView& mode);

@@ -28,7 +28,9 @@ std::string ObstacleView::apply(const msg::ObstacleStates& states, const bus::En
   if (overtaken) return {};
   auto snapshot = bus::from_message(states, 0.0);
   if (!snapshot) return snapshot.error;
-  newest_ = Arrived{std::move(snapshot.value->snapshot), std::move(snapshot.value->names), writer, received};
+  SenderClock clock = newest_ && newest_->writer == writer ? newest_->clock : SenderClock();
+  const Clock::time_point sent = clock.sent(states.stamp_ns(), received);
+  newest_ = Arrived{std::move(snapshot.value->snapshot), std::move(snapshot.value->names), writer, sent, clock};
   waiting_ = true;
   return {};
 }

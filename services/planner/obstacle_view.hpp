@@ -13,6 +13,7 @@
 #include <idl/world.h>
 
 #include "services/bus/mailbox.hpp"
+#include "services/planner/sender_clock.hpp"
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -40,7 +41,7 @@ class ObstacleView {
   [[nodiscard]] bool known() const { return joined_at_.has_value(); }
   /// In the order of states().
   [[nodiscard]] const Obstacles& obstacles() const { return obstacles_; }
-  /// As they were when they arrived, with their ages at `now`. Valid until the next call.
+  /// As they were when they were sent, with their ages at `now`. Valid until the next call.
   [[nodiscard]] std::span<const world::ObstacleState> states(Clock::time_point now);
   /// Of the states in use [s]; 0 before any.
   [[nodiscard]] double age(Clock::time_point now) const;
@@ -56,7 +57,8 @@ class ObstacleView {
     world::ObstacleSnapshot snapshot;
     std::vector<std::string> names;
     bus::EndpointId writer;
-    Clock::time_point at;
+    Clock::time_point at;  ///< when they were true, on this process's clock
+    SenderClock clock;     ///< of their writer
   };
 
   void forget_withdrawn();

@@ -9,6 +9,7 @@
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/limit_rows.hpp"
 #include "planner/local/velocity_damper.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 #include "tests/bench/benches.hpp"
 #include "tests/bench/pairs_cell.hpp"
 
@@ -50,7 +51,9 @@ Instant draw_start(PairsCell& cell, ExactDistance& distance) {
 class Parts {
  public:
   explicit Parts(const CellGeometry& geometry)
-      : geometry_(geometry), distance_(geometry), kinematics_(geometry.arms().size()), margins_(kinematics_.size()) {}
+      : geometry_(geometry), distance_(geometry), kinematics_(geometry.arms().size()) {
+    for (const Arm& arm : geometry.arms()) stop_times_.push_back(longest_stop_time(arm.limits));
+  }
 
   void measure(const TickInput& input, const LocalParameters& parameters) {
     placing.measure([&] { place(input); });
@@ -58,8 +61,9 @@ class Parts {
     pass.measure([&] {
       near = distance_.clearances({kinematics_.data(), kinematics_, input.obstacles}, {kInfluence, 0.0, {}}, near_);
     });
-    const DamperScene scene{geometry_,       kinematics_[0], kinematics_,      input.arms,
-                            input.obstacles, margins_,       parameters.damper};
+    const DamperScene scene{geometry_,   kinematics_[0], input.qd,    input.tracking_error,
+                            kinematics_, input.arms,     stop_times_, input.obstacles,
+                            input.dt,    parameters};
     dampers.measure([&] {
       for (int k = 0; k < near; ++k) rows_[k] = velocity_damper(scene, near_[k]);
     });
@@ -94,7 +98,7 @@ class Parts {
   const CellGeometry& geometry_;
   ExactDistance distance_;
   std::vector<Kinematics> kinematics_;
-  std::vector<double> margins_;
+  std::vector<double> stop_times_;
   std::array<Clearance, kMaxRows> near_;
   std::array<planner::Row, kMaxRows> rows_;
   QpProblem problem_;

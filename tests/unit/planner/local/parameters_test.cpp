@@ -27,10 +27,24 @@ TEST(LocalParameters, RefusalsNameKeyValueAndRule) {
   EXPECT_EQ(p.validate(), "follower.redraw_after = -1 must be 0 (never) or a time in seconds");
 }
 
-TEST(LocalParameters, DistanceOfInvertsTheDamper) {
-  const DamperParameters p;
-  EXPECT_NEAR(p.distance_of(1.0), p.influence_distance, 1e-12);
-  EXPECT_NEAR(p.distance_of(0.0), p.security_distance, 1e-12);
+TEST(Damper, IsThePapersLineWhereStopsAreShort) {
+  const Damper damper{.security_distance = 0.02, .width = 0.1, .convergence_speed = 1.0, .response = 0.05};
+  EXPECT_DOUBLE_EQ(damper.speed(0.02), 0.0);
+  EXPECT_DOUBLE_EQ(damper.speed(0.12), 1.0);
+  EXPECT_DOUBLE_EQ(damper.speed(0.07), 0.5);
+  EXPECT_DOUBLE_EQ(damper.speed(0.52), 5.0);
+  // Inside the security distance it asks for retreat: the corrected sign. As printed (dᵢ, dₛ exchanged) this is +1.2.
+  EXPECT_DOUBLE_EQ(damper.speed(0.0), -0.2);
+}
+
+TEST(Damper, LeavesTheLineAtXiWhereStopsAreLong) {
+  const Damper damper{.security_distance = 0.02, .width = 0.1, .convergence_speed = 1.0, .response = 0.25};
+  EXPECT_DOUBLE_EQ(damper.speed(0.07), 0.5);  // within dᵢ the line; stops may take S₀ = 0.1 s
+  EXPECT_DOUBLE_EQ(damper.time_constant(0.07), 0.1);
+  EXPECT_DOUBLE_EQ(damper.speed(0.17), 1.0);  // then ξ; stops may take 0.15 s/1
+  EXPECT_DOUBLE_EQ(damper.time_constant(0.17), 0.15);
+  EXPECT_DOUBLE_EQ(damper.speed(0.52), 2.0);  // from 0.02 + 0.25 on 1/response
+  EXPECT_DOUBLE_EQ(damper.time_constant(0.52), 0.25);
 }
 
 }  // namespace

@@ -152,7 +152,7 @@ TEST(Tick, BrakesWhenAnArmWasNeverHeardOfOrIsSilent) {
   EXPECT_NEAR(result.qd[0], 0.36, 1e-12);
   arms[1] = {joints({2, 0}), joints({0, 0}), 0.05, true, true};
   EXPECT_EQ(tick(geometry, parameters, input, memory, scratch).status, TickStatus::kMoving);
-  arms[1].age = 0.2;
+  arms[1].age = 0.3;  // the limit is 0.25
   EXPECT_EQ(tick(geometry, parameters, input, memory, scratch).status, TickStatus::kStaleInput);
 }
 

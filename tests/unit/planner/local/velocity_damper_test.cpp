@@ -2,6 +2,7 @@
 #include "planner/local/velocity_damper.hpp"
 
 #include <array>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -11,14 +12,6 @@ namespace hecaton::planner {
 namespace {
 
 using test::joints;
-
-TEST(DamperSpeed, IsZeroAtTheSecurityDistanceAndXiAtTheInfluenceDistance) {
-  EXPECT_DOUBLE_EQ(damper_speed(0.02, 0.02, 0.12, 1.0), 0.0);
-  EXPECT_DOUBLE_EQ(damper_speed(0.12, 0.02, 0.12, 1.0), 1.0);
-  EXPECT_DOUBLE_EQ(damper_speed(0.07, 0.02, 0.12, 1.0), 0.5);
-  // Inside the security distance it asks for retreat: the corrected sign. As printed (dᵢ, dₛ exchanged) this is +1.2.
-  EXPECT_DOUBLE_EQ(damper_speed(0.0, 0.02, 0.12, 1.0), -0.2);
-}
 
 struct VelocityDamper : ::testing::Test {
   VelocityDamper() : geometry({test::planar_point("own"), test::planar_point("other")}, 0) {
@@ -39,7 +32,9 @@ struct VelocityDamper : ::testing::Test {
   Row row(Counterpart counterpart, int other) {
     clearance.counterpart = counterpart;
     clearance.other = other;
-    return velocity_damper({geometry, own, arms, observations, obstacles, margins, parameters}, clearance);
+    return velocity_damper(
+        {geometry, own, own_qd, tracking_error, arms, observations, stop_times, obstacles, 0.01, parameters},
+        clearance);
   }
 
   CellGeometry geometry;
@@ -47,8 +42,10 @@ struct VelocityDamper : ::testing::Test {
   std::array<Kinematics, 2> arms;
   std::array<ArmObservation, 2> observations;
   std::array<world::ObstacleState, 1> obstacles;
-  std::array<double, 2> margins{};
-  DamperParameters parameters;  // dᵢ 0.12, dₛ 0.02, ξ 1
+  JointVector own_qd = joints({0, 0});
+  JointVector tracking_error;
+  std::array<double, 2> stop_times{0.05, 0.05};  // [s]
+  LocalParameters parameters;                    // dᵢ 0.12, dₛ 0.02, ξ 1: k = 10/s
   Clearance clearance;
 };
 
@@ -68,11 +65,41 @@ TEST_F(VelocityDamper, AnArmThatDoesNotPlanIsAnObstacle) {
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.8 - 0.3, 1e-12);
 }
 
-TEST_F(VelocityDamper, OldNewsWidenBothDistances) {
-  margins[1] = 0.03;
-  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.5 * (0.1 - 0.05) / 0.1, 1e-12);
-  clearance.distance = 0.14;
-  EXPECT_TRUE(row(Counterpart::kArm, 1).influences);
+TEST_F(VelocityDamper, OldNewsOfAnArmCountTheLeastDistance) {
+  // It was at rest 0.2 s ago and may have come with k/2 x since: 0.08 e^(−1) are left before dₛ. 4 m/s² alone would
+  // have brought it there.
+  observations[1].qd.setZero();
+  observations[1].age = 0.2;
+  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * 0.08 * std::exp(-1.0), 1e-12);
+  // It came at 0.3 m/s: then it was 0.08 + 0.06 before dₛ.
+  observations[1].qd = joints({-0.3, 0.1});
+  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * 0.14 * std::exp(-1.0), 1e-12);
+  // After 10 ms acceleration is the tighter bound: ½·4·0.01² = 0.0002.
+  observations[1].age = 0.01;
+  observations[1].qd.setZero();
+  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * (0.08 - 0.0002), 1e-12);
+}
+
+TEST_F(VelocityDamper, OldNewsOfAnObstacleCountWhatItsAccelerationMayHaveDone) {
+  obstacles[0].age = 0.1;
+  parameters.acceleration_of_obstacles = 2.0;
+  EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 10.0 * (0.08 - 0.01) - 0.3, 1e-12);
+}
+
+TEST_F(VelocityDamper, LongStopsAreForFarAway) {
+  stop_times = {0.19, 0.24};
+  EXPECT_NEAR(row(Counterpart::kObstacle, 0).stop_time, 0.1 - 0.01, 1e-12);  // within dᵢ
+  clearance.distance = 0.62;
+  EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 0.6 / 0.2 - 0.3, 1e-12);
+  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.5 * 0.6 / 0.25, 1e-12);  // the slower of both
+  EXPECT_NEAR(row(Counterpart::kArm, 1).stop_time, 0.24, 1e-12);
+}
+
+TEST_F(VelocityDamper, AnArmThatLagsBehindItsReferenceIsWhereItIsMeasured) {
+  tracking_error = joints({0.01, 0.05});
+  EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 0.7 - 0.3, 1e-12);
+  tracking_error = joints({-0.01, 0.05});  // farther away: the reference counts
+  EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 0.8 - 0.3, 1e-12);
 }
 
 TEST_F(VelocityDamper, RowsHaveStableDistinctNames) {

@@ -2,49 +2,67 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/planar_point.hpp"
-
 namespace hecaton::planner {
 namespace {
 
-using test::joints;
-
 TEST(StateChannel, NothingIsKnownBeforeTheFirstArrival) {
-  StateChannel channel({.age = 0.02}, 1);
-  EXPECT_FALSE(channel.receive(0.0).known);
-  channel.send(0.0, {joints({1}), joints({2}), 0.0, true, true});
-  EXPECT_FALSE(channel.receive(0.01).known);
-  const ArmObservation state = channel.receive(0.02);
-  EXPECT_TRUE(state.known && state.plans);
-  EXPECT_DOUBLE_EQ(state.age, 0.02);
-  EXPECT_EQ(state.q, joints({1}));
-  EXPECT_DOUBLE_EQ(channel.receive(0.05).age, 0.05);  // it grows while nothing newer comes
+  StateChannel<int> channel({.age = 0.02}, 1);
+  channel.receive(0.0);
+  EXPECT_FALSE(channel.known());
+  channel.send(0.0, 7);
+  channel.receive(0.01);
+  EXPECT_FALSE(channel.known());
+  channel.receive(0.02);
+  EXPECT_TRUE(channel.known());
+  EXPECT_EQ(channel.newest(), 7);
+  EXPECT_DOUBLE_EQ(channel.age(0.02), 0.02);
+  EXPECT_DOUBLE_EQ(channel.age(0.05), 0.05);  // it grows while nothing newer comes
 }
 
-TEST(StateChannel, JitterNeverBringsOlderNewsAfterNewer) {
-  StateChannel channel({.age = 0.05, .jitter = 0.05}, 7);
+TEST(StateChannel, SamplesOvertakeEachOtherButOlderNewsNeverReplaceNewer) {
+  StateChannel<double> channel({.age = 0.05, .jitter = 0.05}, 7);
   double last = -1.0;
+  int skipped = 0;
   for (int k = 0; k < 5000; ++k) {
     const double now = 0.01 * k;
-    channel.send(now, {joints({now}), joints({0}), 0.0, true, true});
-    const ArmObservation state = channel.receive(now);
-    if (!state.known) continue;
-    ASSERT_GE(state.q[0], last);
-    ASSERT_NEAR(state.age, now - state.q[0], 1e-12);
-    ASSERT_LE(state.age, 0.12);
-    last = state.q[0];
+    channel.send(now, now);
+    channel.receive(now);
+    if (!channel.known()) continue;
+    ASSERT_GE(channel.newest(), last);
+    ASSERT_NEAR(channel.age(now), now - channel.newest(), 1e-12);
+    ASSERT_LE(channel.age(now), 0.12);
+    if (channel.newest() > last + 0.015) ++skipped;
+    last = channel.newest();
   }
+  EXPECT_GT(skipped, 500);
 }
 
-TEST(StateChannel, LosesTheShareItWasTold) {
-  StateChannel channel({.loss = 0.2}, 3);
-  int fresh = 0;
-  for (int k = 0; k < 20'000; ++k) {
-    const double now = 0.01 * k;
-    channel.send(now, {joints({now}), joints({0}), 0.0, true, true});
-    if (channel.receive(now).age == 0.0) ++fresh;
+/// Lost samples and losses that follow a loss, of 100,000.
+std::pair<int, int> count_losses(const NetworkParameters& parameters) {
+  LossModel model(parameters);
+  Random random(3);
+  int losses = 0;
+  int repeated = 0;
+  bool before = false;
+  for (int k = 0; k < 100'000; ++k) {
+    const bool lost = model.lost(random);
+    losses += lost ? 1 : 0;
+    repeated += lost && before ? 1 : 0;
+    before = lost;
   }
-  EXPECT_NEAR(fresh, 16'000, 300);  // binomial: σ = 57; the very first sample may be unknown
+  return {losses, repeated};
+}
+
+TEST(LossModel, IndependentLossesByDefault) {
+  const auto [losses, repeated] = count_losses({.loss = 0.2});
+  EXPECT_NEAR(losses, 20'000, 700);   // binomial: σ = 126
+  EXPECT_NEAR(repeated, 4'000, 400);  // 0.2² of all
+}
+
+TEST(LossModel, BurstsKeepTheShareAndComeInRows) {
+  const auto [losses, repeated] = count_losses({.loss = 0.2, .burst = 5.0});
+  EXPECT_NEAR(losses, 20'000, 2'000);          // runs of 5 vary more: σ ≈ 380
+  EXPECT_NEAR(repeated, 0.8 * losses, 1'000);  // all of a run but its first: 1 − 1/5
 }
 
 }  // namespace

@@ -49,6 +49,20 @@ TEST(Simulate, MeasuresTicksWhenAsked) {
   EXPECT_LE(report["tick_us"]["p99"].get<double>(), report["tick_us"]["max"].get<double>());
 }
 
+TEST(Simulate, FasterJointsTakeLessTime) {
+  const Json slow = Json::parse(run_line(simulate({"--speed", "0.5"})).out);
+  const Json fast = Json::parse(run_line(simulate({"--speed", "3"})).out);
+  EXPECT_LT(fast["task_s"]["p50"].get<double>(), slow["task_s"]["p50"].get<double>());
+}
+
+TEST(Simulate, BurstsMustAllowForTheLoss) {
+  const Ran ran = run_line(simulate({"--loss", "0.75", "--burst", "2"}));
+  EXPECT_EQ(ran.code, ExitCode::kBadInput);
+  EXPECT_NE(ran.err.find("--burst = 2 must be at least loss/(1 − loss) = 3 for --loss = 0.75"), std::string::npos)
+      << ran.err;
+  EXPECT_EQ(Json::parse(run_line(simulate({"--loss", "0.2", "--burst", "2"})).out)["network"]["burst"], 2.0);
+}
+
 TEST(Simulate, WritesTheReportThatItPrints) {
   const std::string path = testing::TempDir() + "hecaton_simulate_test.json";
   const Ran ran = run_line(simulate({"--report", path}));
@@ -64,7 +78,7 @@ TEST(Simulate, ChangesTheMethodAndTheNetwork) {
       Json::parse(run_line(simulate({"--method", "local", "--age", "20ms", "--jitter", "5ms", "--loss", "0.1"})).out);
   EXPECT_EQ(report["method"], "local");
   EXPECT_EQ(report["subspaces_drawn"], 0) << "the local planner follows no boundary";
-  EXPECT_EQ(report["network"], (Json{{"age_s", 0.02}, {"jitter_s", 0.005}, {"loss", 0.1}}));
+  EXPECT_EQ(report["network"], (Json{{"age_s", 0.02}, {"jitter_s", 0.005}, {"loss", 0.1}, {"burst", 0.0}}));
 }
 
 TEST(Simulate, SaysWithItsExitCodeThatTasksWereMissed) {

@@ -53,7 +53,7 @@ arms:
     rollout: {candidates: 5, horizon: 1.5s, horizon_growth: 1.2, longest_horizon: 6s, interval: 300ms,
               ticks_per_period: 250}
     goal_tolerance: 0.01
-    acceleration_of_others: 6
+    acceleration_of_obstacles: 6
     state_age_limit: 150ms
   - name: right
     host: beta
@@ -191,7 +191,7 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_DOUBLE_EQ(parameters.rollout.interval, 0.3);
   EXPECT_EQ(parameters.rollout.ticks_per_period, 250);
   EXPECT_DOUBLE_EQ(parameters.goal_tolerance, 0.01);
-  EXPECT_DOUBLE_EQ(parameters.acceleration_of_others, 6.0);
+  EXPECT_DOUBLE_EQ(parameters.acceleration_of_obstacles, 6.0);
   EXPECT_DOUBLE_EQ(parameters.state_age_limit, 0.15);
 }
 

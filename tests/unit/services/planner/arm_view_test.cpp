@@ -54,6 +54,17 @@ TEST_F(Arms, AgesAreOfTheArrival) {
   EXPECT_FALSE(seen[0].known);
 }
 
+TEST_F(Arms, WhatAStateWasDelayedIsPartOfItsAge) {
+  const auto hear = [this](std::uint64_t sequence, std::int64_t stamp_ms, ArmView::Clock::time_point received) {
+    msg::ArmState message = state("arm2", sequence);
+    message.stamp_ns(stamp_ms * 1'000'000);
+    EXPECT_EQ(view_.apply(message, {}, received), "");
+  };
+  hear(1, 0, now_);
+  hear(2, 10, now_ + 50ms);  // 40 ms later than the first
+  EXPECT_DOUBLE_EQ(view_.age(1, now_ + 50ms), 0.04);
+}
+
 TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
   EXPECT_EQ(view_.apply(state("arm2", 1), {}, now_), "");
   EXPECT_TRUE(view_.observe(now_, mode())[1].plans);

@@ -23,6 +23,7 @@ msg::ObstacleShapes shapes(const std::string& name, double radius = 0.1, const s
 msg::ObstacleStates states(std::uint64_t sequence, const std::vector<std::string>& names, double x = 0.0) {
   msg::ObstacleStates message;
   message.sequence_number(sequence);
+  message.stamp_ns(static_cast<std::int64_t>(sequence) * 20'000'000);  // one every 20 ms
   for (const std::string& name : names) {
     msg::ObstacleState& state = message.states().emplace_back();
     state.name(name);
