@@ -26,7 +26,7 @@ struct AgedPair {
 [[nodiscard]] double least_distance(const AgedPair& pair);
 
 /// The same when the other has kept its damper, too: approached by at most `slope` · (d − `security_distance`).
-/// docs/design/0004-old-news.md
+/// docs/design/0006-old-news.md
 [[nodiscard]] double least_distance(const AgedPair& pair, double security_distance, double slope);
 
 }  // namespace hecaton::planner

@@ -74,7 +74,7 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
 // differs from paper: the rows are not dropped beyond dᵢ but hold as long as the arm can reach their bound within one
 // period. An arm with bounded acceleration must begin to brake earlier than dᵢ, and f, which goes on, tells when: it
 // can be kept by braking alone (docs/design/0001-braking.md). differs from paper: d is the least distance that old news
-// allows (docs/design/0004-old-news.md).
+// allows (docs/design/0006-old-news.md).
 Row velocity_damper(const DamperScene& scene, const Clearance& clearance) {
   Row row;
   row.key = pair_key(clearance);

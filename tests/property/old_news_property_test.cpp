@@ -1,4 +1,4 @@
-// Old news never lead to a contact: docs/design/0004-old-news.md against adversaries.
+// Old news never lead to a contact: docs/design/0006-old-news.md against adversaries.
 #include <gtest/gtest.h>
 
 #include "planner/arm_controller.hpp"
