@@ -80,7 +80,7 @@ struct ReaderCounters {
   std::uint64_t received = 0;
   std::uint64_t overflowed = 0;        ///< dropped because nobody took them
   std::uint64_t unreadable = 0;        ///< malformed or of another schema version: dropped
-  std::uint64_t deadlines_missed = 0;  ///< by living keys
+  std::uint64_t deadlines_missed = 0;  ///< silences of living keys
   std::uint64_t liveliness_lost = 0;
 };
 

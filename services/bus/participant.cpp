@@ -119,7 +119,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
     leave();
     throw std::runtime_error(who + "cannot create its publisher and subscriber");
   }
-  watcher_ = std::thread([this] { look_for_stalls(); });
+  listening_since_ = next_look_ = Clock::now();
+  watcher_ = std::thread([this] { look_around(); });
 }
 
 Participant::Impl::~Impl() {
@@ -128,10 +129,10 @@ Participant::Impl::~Impl() {
 
 void Participant::Impl::leave() {
   {
-    const std::scoped_lock lock(peers_mutex_);
+    const std::scoped_lock lock(alarm_mutex_);
     ending_ = true;
   }
-  ending_told_.notify_all();
+  alarm_.notify_all();
   if (watcher_.joinable()) watcher_.join();
   participant->set_listener(nullptr, dds::StatusMask::none());
   participant->delete_contained_entities();
@@ -153,16 +154,53 @@ dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSuppo
   return topic;
 }
 
-void Participant::Impl::look_for_stalls() {
-  std::unique_lock lock(peers_mutex_);
+void Participant::Impl::look_around() {
+  std::unique_lock lock(alarm_mutex_);
   while (!ending_) {
     const auto now = Clock::now();
-    if (gate_->absence.look(now)) {
-      missed_.insert(peers_.begin(), peers_.end());
-      settled_ = now + gate_->absence.quarantine() + search_;
-    }
-    ending_told_.wait_for(lock, Absence::kLook);
+    // Woken late, this process did not listen either: what its sockets hold may have come in time.
+    if (now - next_look_ > Absence::kBacklog) listening_since_ = now;
+    next_look_ = now + Absence::kLook;
+    lock.unlock();
+    look_for_stalls(now);
+    const auto next = look_for_silence(now);
+    lock.lock();
+    next_look_ = std::min(next_look_, next);
+    while (!ending_ && Clock::now() < next_look_) alarm_.wait_until(lock, next_look_);
   }
+}
+
+void Participant::Impl::look_for_stalls(Clock::time_point now) {
+  const std::scoped_lock lock(peers_mutex_);
+  if (!gate_->absence.look(now)) return;
+  missed_.insert(peers_.begin(), peers_.end());
+  settled_ = now + gate_->absence.quarantine() + search_;
+}
+
+Clock::time_point Participant::Impl::look_for_silence(Clock::time_point now) {
+  const std::scoped_lock lock(watched_mutex_);
+  auto next = Clock::time_point::max();
+  for (auto* watched : watched_) next = std::min(next, watched->look(now, listening_since_));
+  return next;
+}
+
+void Participant::Impl::watch(Watched& watched) {
+  const std::scoped_lock lock(watched_mutex_);
+  watched_.insert(&watched);
+}
+
+void Participant::Impl::unwatch(Watched& watched) {
+  const std::scoped_lock lock(watched_mutex_);
+  watched_.erase(&watched);
+}
+
+void Participant::Impl::look_by(Clock::time_point at) {
+  {
+    const std::scoped_lock lock(alarm_mutex_);
+    if (next_look_ <= at) return;
+    next_look_ = at;
+  }
+  alarm_.notify_one();
 }
 
 bool Participant::Impl::away() const {

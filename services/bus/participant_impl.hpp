@@ -24,6 +24,17 @@ namespace hecaton::bus {
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
+/// Something that may fall silent, and is looked at when that could have happened.
+class Watched {
+ public:
+  /// Tells what has fallen silent, and returns when to look again. `since`: silence before this is not held against
+  /// anybody, because this process did not listen itself.
+  virtual Clock::time_point look(Clock::time_point now, Clock::time_point since) = 0;
+
+ protected:
+  ~Watched() = default;
+};
+
 struct Participant::Impl : dds::DomainParticipantListener {
   Impl(int domain, const std::string& name, const ParticipantOptions& options);
   ~Impl() override;
@@ -33,6 +44,12 @@ struct Participant::Impl : dds::DomainParticipantListener {
   /// The topic of a row, made on first use.
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
   void on_participant_discovery(dds::DomainParticipant* self, rtps::ParticipantDiscoveryInfo&& info) override;
+
+  /// From now on it is looked at; after unwatch() it is not being looked at either.
+  void watch(Watched& watched);
+  void unwatch(Watched& watched);
+  /// The watched are to be looked at no later than `at`. May be called while a watched one's lock is held.
+  void look_by(Clock::time_point at);
 
   [[nodiscard]] bool away() const;
   /// When what a reader takes now arrived, see Absence.
@@ -47,7 +64,9 @@ struct Participant::Impl : dds::DomainParticipantListener {
 
  private:
   void leave();
-  void look_for_stalls();
+  void look_around();
+  void look_for_stalls(Clock::time_point now);
+  [[nodiscard]] Clock::time_point look_for_silence(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
 
   Mailbox* mailbox_;
@@ -57,11 +76,18 @@ struct Participant::Impl : dds::DomainParticipantListener {
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
 
+  std::mutex watched_mutex_;
+  std::set<Watched*> watched_;
+  Clock::time_point listening_since_{};  ///< of the watcher alone
+
   mutable std::mutex peers_mutex_;
-  std::set<EndpointId> peers_;           ///< participants that are known
-  std::set<EndpointId> missed_;          ///< known before the absence and not found again yet
-  Clock::time_point settled_{};          ///< an absence ends, for services
-  std::condition_variable ending_told_;  ///< with peers_mutex_
+  std::set<EndpointId> peers_;   ///< participants that are known
+  std::set<EndpointId> missed_;  ///< known before the absence and not found again yet
+  Clock::time_point settled_{};  ///< an absence ends, for services
+
+  std::mutex alarm_mutex_;  ///< nothing else is locked while it is held
+  std::condition_variable alarm_;
+  Clock::time_point next_look_{};
   bool ending_ = false;
   std::thread watcher_;
 };

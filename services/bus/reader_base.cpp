@@ -1,5 +1,6 @@
 #include "services/bus/reader_base.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -20,14 +21,17 @@ void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options
   type_ = type;
   Qos qos = info_.qos;
   qos.deadline = options.deadline.value_or(qos.deadline);
+  deadline_ = qos.deadline;
   auto* topic = participant_->topic(info_, type_);
   const std::scoped_lock lock(participant_->endpoints_mutex);
   reader_ = participant_->subscriber->create_datareader(topic, reader_qos(qos, type_->m_isGetKeyDefined), this);
   if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
+  if (deadline_ > Clock::duration::zero()) participant_->watch(*this);
 }
 
 void ReaderBase::close() {
   if (reader_ == nullptr) return;
+  participant_->unwatch(*this);
   const std::scoped_lock lock(participant_->endpoints_mutex);
   reader_->set_listener(nullptr, dds::StatusMask::none());
   participant_->subscriber->delete_datareader(reader_);
@@ -53,7 +57,10 @@ void ReaderBase::note_alive(const dds::SampleInfo& info, const std::string& key)
   auto& known = keys_[info.instance_handle];
   if (known.text != key) known.text = key;
   known.writer = endpoint_id(info.publication_handle);
-  known.missing = false;
+  known.heard = Clock::now();
+  if (std::exchange(known.missing, false) && deadline_ > Clock::duration::zero()) {
+    participant_->look_by(known.heard + deadline_);
+  }
   if (silent_.erase(known.writer) > 0) {
     mailbox_->post({EventKind::kLivelinessGained, info_.name, key, known.writer, Clock::now()});
   }
@@ -86,7 +93,7 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
   {
     const std::scoped_lock lock(mutex_);
     matched_ = status.current_count;
-    // Deadlines of keys without a writer keep firing: forget the keys, and so the deadlines.
+    // Who has left is told as lost, and his keys do not miss their deadlines, too.
     if (!found) {
       last_key = last_key_of(peer);
       silent_.erase(peer);
@@ -97,19 +104,21 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
   mailbox_->post({found ? EventKind::kPeerMatched : EventKind::kPeerLost, info_.name, last_key, peer, Clock::now()});
 }
 
-void ReaderBase::on_requested_deadline_missed(dds::DataReader*,
-                                              const eprosima::fastrtps::RequestedDeadlineMissedStatus& status) {
-  Event event{EventKind::kDeadlineMissed, info_.name, {}, {}, Clock::now()};
-  {
-    const std::scoped_lock lock(mutex_);
-    const auto known = keys_.find(status.last_instance_handle);
-    if (known == keys_.end()) return;
+Clock::time_point ReaderBase::look(Clock::time_point now, Clock::time_point since) {
+  const std::scoped_lock lock(mutex_);
+  auto next = Clock::time_point::max();
+  for (auto& [handle, key] : keys_) {
+    if (key.missing) continue;
+    const auto due = std::max(key.heard, since) + deadline_;
+    if (due > now) {
+      next = std::min(next, due);
+      continue;
+    }
+    key.missing = true;
     ++counters_.deadlines_missed;
-    if (std::exchange(known->second.missing, true)) return;
-    event.key = known->second.text;
-    event.peer = known->second.writer;
+    mailbox_->post({EventKind::kDeadlineMissed, info_.name, key.text, key.writer, now});
   }
-  mailbox_->post(std::move(event));
+  return next;
 }
 
 // The status is not to be trusted further than this: what changes while another callback runs is counted in the totals

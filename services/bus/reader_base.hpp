@@ -18,7 +18,7 @@
 
 namespace hecaton::bus {
 
-class ReaderBase : public dds::DataReaderListener {
+class ReaderBase : public dds::DataReaderListener, private Watched {
  public:
   ReaderBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info, Mailbox* mailbox);
   ~ReaderBase() override;
@@ -52,12 +52,14 @@ class ReaderBase : public dds::DataReaderListener {
  private:
   void on_data_available(dds::DataReader* reader) override;
   void on_subscription_matched(dds::DataReader* reader, const dds::SubscriptionMatchedStatus& status) override;
-  void on_requested_deadline_missed(dds::DataReader* reader,
-                                    const eprosima::fastrtps::RequestedDeadlineMissedStatus& status) override;
   void on_liveliness_changed(dds::DataReader* reader,
                              const eprosima::fastrtps::LivelinessChangedStatus& status) override;
   void on_requested_incompatible_qos(dds::DataReader* reader,
                                      const dds::RequestedIncompatibleQosStatus& status) override;
+
+  /// Missed deadlines. Fast DDS tells them, too, but accuses writers of the silence while this process itself was
+  /// stopped, and goes on with keys whose writer has left.
+  Clock::time_point look(Clock::time_point now, Clock::time_point since) override;
 
   /// Of the key that it wrote, "" when unknown.
   [[nodiscard]] std::string last_key_of(const EndpointId& writer) const;
@@ -65,7 +67,8 @@ class ReaderBase : public dds::DataReaderListener {
   struct Key {
     std::string text;
     EndpointId writer;
-    bool missing = false;  ///< its deadline has passed and this was told
+    Clock::time_point heard;
+    bool missing = true;  ///< its deadline has passed and this was told, or it is new
   };
 
   std::shared_ptr<Participant::Impl> participant_;
@@ -74,6 +77,7 @@ class ReaderBase : public dds::DataReaderListener {
   Mailbox* mailbox_;
   dds::TypeSupport type_;
   dds::DataReader* reader_ = nullptr;
+  Clock::duration deadline_{};  ///< zero: none
   std::atomic<int> matched_ = 0;
   std::atomic<int> announcements_ = 0;
   mutable std::condition_variable changed_;

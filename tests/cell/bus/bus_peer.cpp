@@ -4,6 +4,7 @@
 // process:   writes ProcessEvents NAME/0 … NAME/29 once, then stays.
 // command:   writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
 // measure:   joins, waits until it has found the writer of ProcessEvents, prints how long that took, leaves.
+// listen:    says "at N" at every hundredth ArmState it hears, and "silent" when one missed its deadline of 1 s.
 // Says "ready" on stdout once its endpoints exist. Ends at the end of its stdin, so it never outlives its test.
 #include <cstdio>
 #include <cstdlib>
@@ -80,6 +81,27 @@ int command(bus::Participant& participant, const std::string& name) {
   return 0;
 }
 
+int listen(bus::Participant& participant) {
+  bus::ReaderOptions options;
+  options.deadline = 1s;
+  bus::Reader<msg::ArmState> states(participant, nullptr, options);
+  say_ready();
+  std::uint64_t told = 0;
+  while (pause_for(0)) {
+    [[maybe_unused]] const bool arrived = states.wait_for_data(50ms);
+    for (const auto& event : states.mailbox().take_events()) {
+      if (event.kind == bus::EventKind::kDeadlineMissed) std::puts("silent");
+    }
+    for (const auto& sample : states.take()) {
+      const auto hundred = sample.value.sequence_number() / 100;
+      if (hundred > told) std::printf("at %llu\n", static_cast<unsigned long long>(100 * hundred));
+      told = hundred;
+    }
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
 int measure(bus::Participant& participant, bus::Clock::time_point start) {
   bus::Reader<msg::ProcessEvent> reader(participant);
   const auto until = bus::Clock::now() + 20s;
@@ -106,6 +128,7 @@ int main(int argc, char** argv) {
   if (role == "heartbeat") return heartbeat(participant, name);
   if (role == "process") return process(participant, name);
   if (role == "command") return command(participant, name);
+  if (role == "listen") return listen(participant);
   if (role == "measure") return measure(participant, start);
   return 2;
 }

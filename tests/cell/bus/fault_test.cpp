@@ -95,6 +95,27 @@ TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
   }
 }
 
+// Who was stopped himself heard nothing for longer than the deadline, and that is nobody else's fault.
+TEST_F(Faults, StoppedListenerAccusesNobody) {
+  PeerProcess speaker("heartbeat", domain_.id(), "speaker", patient_peer());
+  PeerProcess listener("listen", domain_.id(), "listener", patient_peer());
+  Reader<msg::ArmState> reader(here_);
+  expect_heard(reader, {"speaker"});
+  std::string line = listener.line();
+  while (line.find("at ") != 0) line = listener.line();
+  listener.send(SIGSTOP);
+  const auto stopped_at = reader.latest("speaker")->value.sequence_number();
+  ASSERT_TRUE(wait_until(reader, [&] {  // 2 s of its states
+    return reader.latest("speaker")->value.sequence_number() > stopped_at + 400;
+  }));
+  listener.send(SIGCONT);
+  while (line.find("at ") != 0 || std::stoull(line.substr(3)) < stopped_at + 600) {
+    line = listener.line();
+    ASSERT_NE(line, "silent");
+    ASSERT_FALSE(line.empty()) << "the listener has ended";
+  }
+}
+
 TEST_F(Faults, StandbyIsHeardWhenThePrimaryIsKilled) {
   Reader<msg::ArmCommand> reader(here_);
   PeerProcess standby("command", domain_.id(), "standby", patient_peer());

@@ -1,9 +1,6 @@
 #include "tests/cell/supervision/health_cell.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <random>
-#include <set>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -33,31 +30,10 @@ ServiceOptions client_options(int domain) {
 
 }  // namespace
 
-// Every participant of a domain listens to its multicast port, 7400 + 250 × domain (DDSI-RTPS 9.6.2.2).
-int free_domain() {
-  std::set<int> used;
-  std::ifstream sockets("/proc/net/udp");
-  std::string line;
-  std::getline(sockets, line);
-  while (std::getline(sockets, line)) {
-    std::istringstream words(line);
-    std::string index;
-    std::string address;
-    words >> index >> address;
-    used.insert(std::stoi(address.substr(address.find(':') + 1), nullptr, 16));
-  }
-  std::random_device seed;
-  std::uniform_int_distribution<int> any(100, 199);
-  int domain = any(seed);
-  while (used.contains(7400 + 250 * domain)) domain = any(seed);
-  return domain;
-}
-
 HealthCell::HealthCell(const std::vector<std::string>& agent_options)
     : file_(config::load_cell_file(kCell)),
-      domain_(free_domain()),
-      agent_(agent_command(domain_, agent_options)),
-      options_(client_options(domain_)),
+      agent_(agent_command(domain_.number(), agent_options)),
+      options_(client_options(domain_.number())),
       participant_(make_participant(file_, options_, "test", &mailbox_)),
       requests_(participant_),
       replies_(participant_, &mailbox_),
@@ -103,7 +79,7 @@ msg::CellStatus HealthCell::await_healthy() {
     const auto& nodes = status.nodes();
     const auto& faults = status.faults();
     // World, supervisor, agent, and of each of the two arms a driver and a planner.
-    return nodes.size() == 7 &&
+    return nodes.size() == 7 && status.processes().size() == 6 &&
            std::all_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.alive(); }) &&
            std::all_of(faults.begin(), faults.end(), [](const auto& fault) { return fault.cleared(); }) &&
            status.mode().mode() == msg::MODE_RUN && status.mode().held_arms().empty();

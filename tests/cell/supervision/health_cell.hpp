@@ -17,6 +17,7 @@
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/options.hpp"
+#include "tests/support/free_domain.hpp"
 
 namespace hecaton::services::testing {
 
@@ -24,9 +25,6 @@ using namespace std::chrono_literals;
 
 /// Long enough for a loaded machine under a sanitizer; no test waits so long when all is well.
 constexpr auto kPatience = 60s;
-
-/// A domain that no process of this machine uses now.
-int free_domain();
 
 class HealthCell {
  public:
@@ -39,7 +37,7 @@ class HealthCell {
   /// Asks for the status again and again until it is as wanted. Fails the test (and returns the last status) when it
   /// never is.
   msg::CellStatus await(const std::string& what, const Condition& condition);
-  /// Until every node is alive, no fault is open and the cell is on run.
+  /// Until every node is alive, every process is known, no fault is open and the cell is on run.
   msg::CellStatus await_healthy();
   /// Until a mode on the bus is as wanted.
   msg::CellMode await_mode(const std::string& what, const std::function<bool(const msg::CellMode&)>& condition);
@@ -60,11 +58,11 @@ class HealthCell {
   void send_goal(const std::string& arm, const std::string& goal, const std::string& named);
   [[nodiscard]] ChildProcess& agent() { return agent_; }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
-  [[nodiscard]] int domain() const { return domain_; }
+  [[nodiscard]] int domain() const { return domain_.number(); }
 
  private:
   config::CellFile file_;
-  int domain_;
+  test::FreeDomain domain_;
   ChildProcess agent_;
   ServiceOptions options_;
   bus::Mailbox mailbox_;

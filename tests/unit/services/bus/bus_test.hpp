@@ -1,6 +1,7 @@
 #pragma once
 /// What the tests of the bus share: a domain of their own and patience.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -18,6 +19,8 @@ namespace hecaton::bus {
 
 /// Long enough for any machine; tests wait for events and fail only when one never comes.
 inline constexpr auto kPatience = std::chrono::seconds(20);
+
+inline constexpr auto kOnceMore = std::chrono::milliseconds(50);
 
 /// A DDS domain that no other test process uses while this object lives. Domains below 100 only: the ports of later
 /// ones lie among those that the kernel gives to anybody.
@@ -56,14 +59,15 @@ inline ParticipantOptions one_host() {
   return options;
 }
 
-/// Waits on the reader's mailbox until `done()` holds.
+/// Waits on the reader's mailbox until `done()` holds. It is asked at every event, and again after a while without one:
+/// what it writes may be a best-effort sample that gets lost.
 template <class T, class Condition>
 [[nodiscard]] bool wait_until(Reader<T>& reader, Condition done) {
   const auto until = Clock::now() + kPatience;
   while (!done()) {
     const auto left = until - Clock::now();
     if (left <= Clock::duration::zero()) return false;
-    [[maybe_unused]] const bool arrived = reader.wait_for_data(left);
+    [[maybe_unused]] const bool arrived = reader.wait_for_data(std::min<Clock::duration>(left, kOnceMore));
   }
   return true;
 }
