@@ -79,7 +79,8 @@ msg::CellStatus HealthCell::await_healthy() {
     const auto& nodes = status.nodes();
     const auto& faults = status.faults();
     // World, supervisor, agent, and of each of the two arms a driver and a planner.
-    return nodes.size() == 7 && status.processes().size() == 6 &&
+    const auto& hosts = status.hosts();
+    return nodes.size() == 7 && hosts.size() == 1 && hosts[0].processes().size() == 6 &&
            std::all_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.alive(); }) &&
            std::all_of(faults.begin(), faults.end(), [](const auto& fault) { return fault.cleared(); }) &&
            status.mode().mode() == msg::MODE_RUN && status.mode().held_arms().empty();
