@@ -7,9 +7,35 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/old_news.hpp"
 #include "planner/local/velocity_damper.hpp"
+#include "planner/model/speed_kernel.hpp"
+#include "planner/simd/instruction_set.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
+namespace {
+
+/// The bounding balls of an arm's bodies, placed anew in every tick.
+std::vector<CarriedBall> carried_balls(const RobotModel& model, const Kinematics& kinematics,
+                                       const std::vector<Body>& bodies) {
+  std::vector<CarriedBall> balls;
+  for (const Body& body : bodies) {
+    CarriedBall& ball = balls.emplace_back();
+    ball.X_WL = kinematics.X_WL[body.link].data();
+    for (int i = 0; i < 3; ++i) ball.centre_L[i] = body.bound.centre[i];
+    ball.radius = body.bound.radius;
+    ball.joints = joints_before(model, body.link);
+  }
+  return balls;
+}
+
+/// No point of an obstacle is farther from its origin than this [m].
+double radius_of(const std::vector<Body>& bodies) {
+  double reach = 0.0;
+  for (const Body& body : bodies) reach = std::max(reach, body.bound.centre.norm() + body.bound.radius);
+  return reach;
+}
+
+}  // namespace
 
 struct TickScratch::Storage {
   explicit Storage(const CellGeometry& geometry) : distance(geometry), arms(geometry.arms().size()) {
@@ -33,7 +59,15 @@ struct TickScratch::Storage {
       stop_times.push_back(std::max(longest_stop_time(geometry.own_arm().limits), longest_stop_time(limits)));
       longest_stop = std::max(longest_stop, stop_times.back());
     }
-    own_balls_W.resize(geometry.own_bodies().size());
+    balls_of_arm.clear();
+    for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
+      const Kinematics& kinematics = i == geometry.self() ? own : arms[i];
+      balls_of_arm.push_back(carried_balls(*geometry.arms()[i].model, kinematics, geometry.arm_bodies(i)));
+    }
+    radius_of_obstacle.clear();
+    for (int i = 0; i < geometry.obstacle_count(); ++i) {
+      radius_of_obstacle.push_back(radius_of(geometry.obstacle_bodies(i)));
+    }
     near_arms.reserve(geometry.arms().size());
     observations.resize(geometry.arms().size());
     obstacles.resize(geometry.obstacle_count());
@@ -51,13 +85,14 @@ struct TickScratch::Storage {
   double strongest_other = 0.0;    ///< nor gets faster in a second [m/s²]
   double longest_stop = 0.0;       ///< of any arm [s]
   double out_of_sight = 0.0;       ///< arms whose gap is larger cannot matter now [m]
-  std::vector<world::BoundingSphere> own_balls_W;  ///< of each own body
-  std::vector<int> near_arms;                      ///< those that can matter now
-  std::vector<ArmObservation> observations;        ///< extrapolated to now
-  std::vector<world::ObstacleState> obstacles;     ///< extrapolated to now
-  std::vector<double> stop_times;                  ///< against each arm: the longer of both arms' longest stop [s]
-  std::vector<Reach> reach_of_arm;                 ///< how near each arm must be to matter
-  std::vector<Reach> reach_of_obstacle;            ///< and each obstacle
+  std::vector<std::vector<CarriedBall>> balls_of_arm;  ///< around each body of each arm, the own one included
+  std::vector<double> radius_of_obstacle;              ///< no point is farther from its origin [m]
+  std::vector<int> near_arms;                          ///< those that can matter now
+  std::vector<ArmObservation> observations;            ///< extrapolated to now
+  std::vector<world::ObstacleState> obstacles;         ///< extrapolated to now, if any is old
+  std::vector<double> stop_times;                      ///< against each arm: the longer of both arms' longest stop [s]
+  std::vector<Reach> reach_of_arm;                     ///< how near each arm must be to matter
+  std::vector<Reach> reach_of_obstacle;                ///< and each obstacle
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
 };
@@ -87,39 +122,29 @@ int find_stale(const CellGeometry& geometry, const LocalParameters& parameters, 
   return kNobody;
 }
 
-world::BoundingSphere ball_in_W(const Kinematics& kinematics, const Body& body) {
-  return {kinematics.X_WL[body.link] * body.bound.centre, body.bound.radius};
+/// Places an arm's balls and bounds how fast any point of each moves, and so how fast any row of it can make it
+/// approach, for joints no faster than `speed`.
+void bound_speeds(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
+  static const SpeedKernel kernel = fastest(baseline::bound_speeds, avx2::bound_speeds);
+  const auto& w = kinematics.angular_W;
+  const auto& v = kinematics.linear_W;
+  std::array<double, kMaxJoints> padded;
+  for (Eigen::Index j = 0; j < speed.size(); ++j) padded[j] = speed[j];
+  std::fill(padded.begin() + speed.size(), padded.end(), 0.0);
+  kernel({{w[0].data(), w[1].data(), w[2].data()}, {v[0].data(), v[1].data(), v[2].data()}}, padded.data(),
+         balls.data(), static_cast<int>(balls.size()));
 }
 
-/// How far a body's ball reaches from joint j's axis, at most [m]; 1 for a joint that shifts it.
-double lever(const Kinematics& kinematics, int j, const world::BoundingSphere& ball_W) {
-  if (kinematics.prismatic[j]) return 1.0;
-  return (ball_W.centre - kinematics.origin_W[j]).norm() + ball_W.radius;
-}
-
-/// A bound on the speed of every point of a body [m/s], and so on how fast any row of it can make it approach:
-/// Σⱼ |q̇ⱼ| times the farthest point from axis j, over the joints that move it.
-double fastest_point(const RobotModel& model, const Kinematics& kinematics, const Body& body,
-                     const JointVector& speed) {
-  const world::BoundingSphere ball_W = ball_in_W(kinematics, body);
-  const int joints = joints_before(model, body.link);
+double fastest_point(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
+  bound_speeds(kinematics, speed, balls);
   double fastest = 0.0;
-  for (int j = 0; j < joints; ++j) fastest += speed[j] * lever(kinematics, j, ball_W);
+  for (const CarriedBall& ball : balls) fastest = std::max(fastest, ball.fastest);
   return fastest;
 }
 
-double fastest_point(const RobotModel& model, const Kinematics& kinematics, const std::vector<Body>& bodies,
-                     const JointVector& speed) {
-  double fastest = 0.0;
-  for (const Body& body : bodies) fastest = std::max(fastest, fastest_point(model, kinematics, body, speed));
-  return fastest;
-}
-
-/// The same for an obstacle.
-double fastest_point(const std::vector<Body>& bodies, const world::Twist& velocity) {
-  double reach = 0.0;
-  for (const Body& body : bodies) reach = std::max(reach, body.bound.centre.norm() + body.bound.radius);
-  return velocity.linear.norm() + velocity.angular.norm() * reach;
+/// The same for an obstacle that reaches `radius` [m] from its origin.
+double fastest_point(double radius, const world::Twist& velocity) {
+  return velocity.linear.norm() + velocity.angular.norm() * radius;
 }
 
 /// A row matters while its bound can be reached: from where the damper allows just the speed at which the own body and
@@ -148,9 +173,10 @@ bool may_matter(const CellGeometry& geometry, const LocalParameters& parameters,
   const Reach farthest =
       other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, other.qd.lpNorm<1>() * lever, 1.0);
   const double distance = InfluenceDistances::distance(farthest, own_speed) + reach.radius;
-  return std::any_of(s.own_balls_W.begin(), s.own_balls_W.end(), [&](const world::BoundingSphere& ball_W) {
-    const double sum = distance + ball_W.radius;
-    return !((ball_W.centre - reach.centre).squaredNorm() > sum * sum);
+  const std::vector<CarriedBall>& own = s.balls_of_arm[geometry.self()];
+  return std::any_of(own.begin(), own.end(), [&](const CarriedBall& ball) {
+    const double sum = distance + ball.radius;
+    return !((Eigen::Map<const Eigen::Vector3d>(ball.centre_W) - reach.centre).squaredNorm() > sum * sum);
   });
 }
 
@@ -161,9 +187,9 @@ double out_of_sight(const LocalParameters& parameters, double dt, double own_spe
   return InfluenceDistances::distance(reach_of(damper, margin, s.fastest_other, 2.0), own_speed);
 }
 
-/// Brings every other arm in reach and every obstacle forward to now and finds how near each must be to matter.
-void look_around(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
-                 TickScratch::Storage& s) {
+/// Brings every other arm in reach forward to now and finds how near each must be to matter.
+void look_at_arms(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                  TickScratch::Storage& s) {
   const double own_speed = s.own_speed.empty() ? 0.0 : *std::max_element(s.own_speed.begin(), s.own_speed.end());
   s.out_of_sight = out_of_sight(parameters, input.dt, own_speed, s);
   s.near_arms.clear();
@@ -174,27 +200,38 @@ void look_around(const CellGeometry& geometry, const LocalParameters& parameters
     const Arm& arm = geometry.arms()[i];
     const ArmObservation& other = s.observations[i] = extrapolated(arm.limits, input.arms[i]);
     forward_kinematics(*arm.model, arm.X_WB, other.q, s.arms[i]);
-    const auto fastest = [&](const JointVector& speed) {
-      return fastest_point(*arm.model, s.arms[i], geometry.arm_bodies(i), speed);
-    };
+    const auto fastest = [&](const JointVector& speed) { return fastest_point(s.arms[i], speed, s.balls_of_arm[i]); };
     const Damper damper = parameters.damper.against_others(s.stop_times[i] + input.dt);
     const double margin = other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age) : 0.0;
     s.reach_of_arm[i] =
         other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, fastest(other.qd.cwiseAbs()), 1.0);
   }
-  const Damper damper = parameters.damper.against_others(s.stop_times[geometry.self()] + input.dt);
-  for (int i = 0; i < geometry.obstacle_count(); ++i) {
-    const world::ObstacleState& obstacle = s.obstacles[i] = extrapolated(input.obstacles[i]);
-    s.reach_of_obstacle[i] = reach_of(damper, stray(parameters.acceleration_of_obstacles, obstacle.age),
-                                      fastest_point(geometry.obstacle_bodies(i), obstacle.velocity), 1.0);
-  }
 }
 
-/// Near things an arm goes no faster than lets it stop within what the dampers count on.
-JointLimits limits_near(const JointLimits& limits, double stop_time) {
-  JointLimits near = limits;
-  near.velocity = near.velocity.cwiseMin(near.acceleration * stop_time);
-  return near;
+/// The obstacles as they should be now, and how near each must be to matter.
+std::span<const world::ObstacleState> look_at_obstacles(const CellGeometry& geometry, const LocalParameters& parameters,
+                                                        const TickInput& input, TickScratch::Storage& s) {
+  const auto count = static_cast<std::size_t>(geometry.obstacle_count());
+  std::span<const world::ObstacleState> now = input.obstacles.first(count);
+  if (std::any_of(now.begin(), now.end(), [](const world::ObstacleState& state) { return state.age > 0.0; })) {
+    std::transform(now.begin(), now.end(), s.obstacles.begin(),
+                   [](const world::ObstacleState& then) { return extrapolated(then); });
+    now = s.obstacles;
+  }
+  const Damper damper = parameters.damper.against_others(s.stop_times[geometry.self()] + input.dt);
+  for (std::size_t i = 0; i < count; ++i) {
+    s.reach_of_obstacle[i] = reach_of(damper, stray(parameters.acceleration_of_obstacles, now[i].age),
+                                      fastest_point(s.radius_of_obstacle[i], now[i].velocity), 1.0);
+  }
+  return now;
+}
+
+/// Near things an arm goes no faster than lets it stop within what the dampers count on. Fills `slower` only if needed.
+const JointLimits& limits_near(const JointLimits& limits, double stop_time, JointLimits& slower) {
+  if (longest_stop_time(limits) <= stop_time) return limits;
+  slower = limits;
+  slower.velocity = limits.velocity.cwiseMin(limits.acceleration * stop_time);
+  return slower;
 }
 
 struct BuiltRows {
@@ -245,24 +282,24 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
 
   forward_kinematics(*arm.model, arm.X_WB, input.q, s.own);
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
-  for (std::size_t i = 0; i < s.own_speed.size(); ++i) {
-    const Body& body = geometry.own_bodies()[i];
-    s.own_balls_W[i] = ball_in_W(s.own, body);
-    s.own_speed[i] = fastest_point(*arm.model, s.own, body, fastest);
-  }
-  look_around(geometry, parameters, input, s);
+  std::vector<CarriedBall>& own_balls = s.balls_of_arm[geometry.self()];
+  bound_speeds(s.own, fastest, own_balls);
+  for (std::size_t i = 0; i < s.own_speed.size(); ++i) s.own_speed[i] = own_balls[i].fastest;
+  look_at_arms(geometry, parameters, input, s);
+  const std::span<const world::ObstacleState> obstacles = look_at_obstacles(geometry, parameters, input, s);
   const int near = s.distance.clearances(
-      {&s.own, s.arms, s.obstacles},
+      {&s.own, s.arms, obstacles},
       {.own_speed = s.own_speed,
        .of_arm = s.reach_of_arm,
        .of_obstacle = s.reach_of_obstacle,
        .of_self = reach_of(parameters.damper.against_self(s.stop_times[geometry.self()] + input.dt), 0.0, 0.0, 1.0),
        .near_arms = std::span<const int>(s.near_arms)},
       s.clearances);
-  const DamperScene scene{geometry,    s.own,    input.qd,  input.tracking_error, s.arms, s.observations, s.stop_times,
-                          s.obstacles, input.dt, parameters};
+  const DamperScene scene{geometry,  s.own,    input.qd,  input.tracking_error, s.arms, s.observations, s.stop_times,
+                          obstacles, input.dt, parameters};
   const BuiltRows rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
-  const JointLimits limits = limits_near(arm.limits, rows.stop_time);
+  JointLimits slower;
+  const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
   const LocalResult local = plan_locally(

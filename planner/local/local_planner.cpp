@@ -16,18 +16,17 @@ constexpr double kBlockedAfter = 0.5;
 /// A detour need not end exactly at its way-point [rad | m].
 constexpr double kDetourTolerance = 0.1;
 
-/// The velocity nearest to `target` within bounds and rows. Relaxed rows are never stricter than `allowed`, a velocity
-/// that is always possible: standing still, or the stop profile.
-QpSolution project(const LocalInput& input, const JointVector& target, const VelocityBounds& bounds,
+/// The velocity nearest to `target` within bounds and the rows of `problem`. Relaxed rows are never stricter than
+/// `allowed`, a velocity that is always possible: standing still, or the stop profile.
+QpSolution project(QpProblem& problem, const JointVector& target, const VelocityBounds& bounds,
                    const JointVector& allowed, QpWarmStart& warm, bool& relaxed) {
-  QpProblem problem;
   problem.target = target;
   problem.lower = bounds.lower;
   problem.upper = bounds.upper;
-  for (const Row& row : input.rows) problem.add_row(row.g, row.h, row.key);
   QpSolution solution = solve(problem, warm);
   relaxed = solution.status != QpStatus::kOptimal;
   if (!relaxed) return solution;
+  const auto h = problem.h;
   for (int i = 0; i < problem.rows; ++i) {
     problem.h[i] = std::max(problem.h[i], problem.G.row(i).head(allowed.size()).dot(allowed));
   }
@@ -36,6 +35,7 @@ QpSolution project(const LocalInput& input, const JointVector& target, const Vel
   warm = {};
   solution = solve(problem, warm);
   if (solution.status != QpStatus::kOptimal) solution.x = allowed;
+  problem.h = h;
   return solution;
 }
 
@@ -127,8 +127,10 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const JointVector wanted = goal_velocity(input.limits, input.q, target, input.dt);
   const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
 
+  QpProblem problem;
+  for (const Row& row : input.rows) problem.add_row(row.g, row.h, row.key);
   bool intention_relaxed = false;
-  QpSolution intended = project(input, wanted, bounds, still, memory.intended, intention_relaxed);
+  QpSolution intended = project(problem, wanted, bounds, still, memory.intended, intention_relaxed);
   const bool at_goal = way.cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
   result.detouring = memory.detour.active;
   if (memory.detour.active) {
@@ -139,7 +141,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
       // differs from paper: when no constraint is left to follow, the local planner takes over again.
       const auto along = follow_boundary(memory.follower, bounds, input.rows);
       memory.follower.following = along.has_value();
-      if (along) intended = project(input, *along, bounds, still, memory.followed, intention_relaxed);
+      if (along) intended = project(problem, *along, bounds, still, memory.followed, intention_relaxed);
     }
   }
   result.following = memory.follower.following;
@@ -150,7 +152,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   if (!intention_relaxed && inside(reachable, intended.x)) {
     result.qd = intended.x;
   } else {
-    result.qd = project(input, intended.x, reachable, braking, memory.commanded, result.relaxed).x;
+    result.qd = project(problem, intended.x, reachable, braking, memory.commanded, result.relaxed).x;
   }
 
   const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();

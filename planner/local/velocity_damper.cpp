@@ -35,6 +35,10 @@ void against_self(const DamperScene& scene, const Clearance& clearance, Row& row
 void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
   const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
   const ArmObservation& other = scene.observations[clearance.other];
+  if (other.plans && other.age <= 0.0) {  // then nothing depends on how the other one moves
+    keep(scene, damper, clearance.distance - lag(scene, row), 0.5, 0.0, row);
+    return;
+  }
   const Arm& arm = scene.geometry.arms()[clearance.other];
   JointVector g_other;
   directional_jacobian(*arm.model, scene.arms[clearance.other], clearance.other_link, clearance.p_other_W,

@@ -19,15 +19,18 @@ constexpr std::uint32_t kBoundKey = 0x8000'0000U;
 class Solver {
  public:
   Solver(const QpProblem& problem, QpSolution& solution)
-      : problem_(problem), n_(static_cast<int>(problem.target.size())), solution_(solution) {
-    for (int i = 0; i < problem.rows; ++i) {
-      scale_[i] = problem.G.row(i).head(n_).norm();
-    }
-    x_ = problem.target;
-    reset_factors();
-  }
+      : problem_(problem),
+        scale_(problem.norm),
+        n_(static_cast<int>(problem.target.size())),
+        solution_(solution),
+        x_(problem.target) {}
 
   void run(QpWarmStart& warm) {
+    if (target_is_feasible()) {
+      publish(warm);
+      return;
+    }
+    reset_factors();
     solution_.status = feasible_rows() ? QpStatus::kOptimal : QpStatus::kInfeasible;
     if (solution_.status == QpStatus::kOptimal) {
       start_from(warm);
@@ -49,14 +52,25 @@ class Solver {
     return true;
   }
 
+  /// Then it is the solution, as in most ticks.
+  [[nodiscard]] bool target_is_feasible() const {
+    for (int j = 0; j < n_; ++j) {
+      if (!(x_[j] >= problem_.lower[j] && x_[j] <= problem_.upper[j])) return false;
+    }
+    for (int i = 0; i < problem_.rows; ++i) {
+      if (!(problem_.G.row(i).head(n_).dot(x_) <= problem_.h[i])) return false;
+    }
+    return true;
+  }
+
   /// How far x is beyond the constraint [its unit]; ≤ 0: satisfied.
   [[nodiscard]] double violation(int c) const {
     if (c < problem_.rows) {
       if (scale_[c] < kDependent) return -kInfinity;
       return (problem_.G.row(c).head(n_).dot(x_) - problem_.h[c]) / scale_[c];
     }
-    const int j = (c - problem_.rows) % n_;
-    return c < problem_.rows + n_ ? problem_.lower[j] - x_[j] : x_[j] - problem_.upper[j];
+    const int j = c - problem_.rows;
+    return j < n_ ? problem_.lower[j] - x_[j] : x_[j - n_] - problem_.upper[j - n_];
   }
 
   /// d = Jᵀ a for the constraint's unit normal a (outward: aᵀx ≤ b).
@@ -66,8 +80,12 @@ class Solver {
       d /= scale_[c];
       return;
     }
-    const int j = (c - problem_.rows) % n_;
-    d = (c < problem_.rows + n_ ? -1.0 : 1.0) * J_.row(j).head(n_).transpose();
+    const int j = c - problem_.rows;
+    if (j < n_) {
+      d = -J_.row(j).head(n_).transpose();
+    } else {
+      d = J_.row(j - n_).head(n_).transpose();
+    }
   }
 
   void reset_factors() {
@@ -249,9 +267,9 @@ class Solver {
   }
 
   const QpProblem& problem_;
+  const std::array<double, kMaxRows>& scale_;  ///< ‖g‖ of each row
   int n_;
   QpSolution& solution_;
-  std::array<double, kMaxRows> scale_{};  ///< ‖g‖ of each row
   JointVector x_;
   Square J_;  ///< orthogonal; its first `active_` columns span the active normals
   Square R_;  ///< upper triangular: N = J₁ R

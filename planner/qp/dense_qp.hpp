@@ -16,20 +16,23 @@ namespace hecaton::planner {
 /// The most rows of G. A tick that has more near pairs keeps the nearest ones.
 inline constexpr int kMaxRows = 64;
 
+/// Arrays are filled up to `rows`, the rest is left as it is: a problem is made in every tick.
 struct QpProblem {
   JointVector target;  ///< n
   JointVector lower;   ///< n, −infinity allowed
   JointVector upper;   ///< n, ≥ lower; +infinity allowed
   int rows = 0;
   Eigen::Matrix<double, kMaxRows, kMaxJoints, Eigen::RowMajor> G;  ///< rows × n in its top left corner
-  std::array<double, kMaxRows> h{};
-  std::array<std::uint32_t, kMaxRows> key{};  ///< names a row from solve to solve, for the warm start
+  std::array<double, kMaxRows> h;
+  std::array<double, kMaxRows> norm;        ///< of each row of G
+  std::array<std::uint32_t, kMaxRows> key;  ///< names a row from solve to solve, for the warm start
 
   /// Appends g · x ≤ bound. False when the problem is full.
   bool add_row(const JointVector& g, double bound, std::uint32_t name) {
     if (rows == kMaxRows) return false;
     G.row(rows).head(g.size()) = g.transpose();
     h[rows] = bound;
+    norm[rows] = g.norm();
     key[rows] = name;
     ++rows;
     return true;
