@@ -7,6 +7,7 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/old_news.hpp"
 #include "planner/local/velocity_damper.hpp"
+#include "planner/model/link_poses.hpp"
 #include "planner/model/speed_kernel.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "planner/trajectory/stop_profile.hpp"
@@ -199,7 +200,8 @@ void look_at_arms(const CellGeometry& geometry, const LocalParameters& parameter
     s.near_arms.push_back(i);
     const Arm& arm = geometry.arms()[i];
     const ArmObservation& other = s.observations[i] = extrapolated(arm.limits, input.arms[i]);
-    forward_kinematics(*arm.model, arm.X_WB, other.q, s.arms[i]);
+    const bool counts_on_its_part = other.plans && other.age <= 0.0;  // then nobody asks how it moves
+    (counts_on_its_part ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, s.arms[i]);
     const auto fastest = [&](const JointVector& speed) { return fastest_point(s.arms[i], speed, s.balls_of_arm[i]); };
     const Damper damper = parameters.damper.against_others(s.stop_times[i] + input.dt);
     const double margin = other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age) : 0.0;
@@ -208,22 +210,36 @@ void look_at_arms(const CellGeometry& geometry, const LocalParameters& parameter
   }
 }
 
-/// The obstacles as they should be now, and how near each must be to matter.
-std::span<const world::ObstacleState> look_at_obstacles(const CellGeometry& geometry, const LocalParameters& parameters,
-                                                        const TickInput& input, TickScratch::Storage& s) {
+/// The obstacles as they should be now, and how near each must be to matter, or once for all that are equal.
+struct Obstacles {
+  std::span<const world::ObstacleState> now;
+  std::span<const Reach> reach;
+};
+
+bool alike(const world::ObstacleState& a, const world::ObstacleState& b) {
+  return a.age == b.age && a.velocity.linear == b.velocity.linear && a.velocity.angular.isZero(0.0) &&
+         b.velocity.angular.isZero(0.0);
+}
+
+Obstacles look_at_obstacles(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                            TickScratch::Storage& s) {
   const auto count = static_cast<std::size_t>(geometry.obstacle_count());
-  std::span<const world::ObstacleState> now = input.obstacles.first(count);
-  if (std::any_of(now.begin(), now.end(), [](const world::ObstacleState& state) { return state.age > 0.0; })) {
-    std::transform(now.begin(), now.end(), s.obstacles.begin(),
+  Obstacles obstacles{input.obstacles.first(count), s.reach_of_obstacle};
+  if (std::any_of(obstacles.now.begin(), obstacles.now.end(), [](const auto& state) { return state.age > 0.0; })) {
+    std::transform(obstacles.now.begin(), obstacles.now.end(), s.obstacles.begin(),
                    [](const world::ObstacleState& then) { return extrapolated(then); });
-    now = s.obstacles;
+    obstacles.now = s.obstacles;
   }
+  const bool all_alike = std::all_of(obstacles.now.begin(), obstacles.now.end(),
+                                     [&](const auto& state) { return alike(state, obstacles.now.front()); });
+  if (all_alike) obstacles.reach = obstacles.reach.first(std::min<std::size_t>(count, 1));
   const Damper damper = parameters.damper.against_others(s.stop_times[geometry.self()] + input.dt);
-  for (std::size_t i = 0; i < count; ++i) {
-    s.reach_of_obstacle[i] = reach_of(damper, stray(parameters.acceleration_of_obstacles, now[i].age),
-                                      fastest_point(s.radius_of_obstacle[i], now[i].velocity), 1.0);
+  for (std::size_t i = 0; i < obstacles.reach.size(); ++i) {
+    const world::ObstacleState& state = obstacles.now[i];
+    s.reach_of_obstacle[i] = reach_of(damper, stray(parameters.acceleration_of_obstacles, state.age),
+                                      fastest_point(s.radius_of_obstacle[i], state.velocity), 1.0);
   }
-  return now;
+  return obstacles;
 }
 
 /// Near things an arm goes no faster than lets it stop within what the dampers count on. Fills `slower` only if needed.
@@ -286,17 +302,18 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   bound_speeds(s.own, fastest, own_balls);
   for (std::size_t i = 0; i < s.own_speed.size(); ++i) s.own_speed[i] = own_balls[i].fastest;
   look_at_arms(geometry, parameters, input, s);
-  const std::span<const world::ObstacleState> obstacles = look_at_obstacles(geometry, parameters, input, s);
+  const Obstacles obstacles = look_at_obstacles(geometry, parameters, input, s);
   const int near = s.distance.clearances(
-      {&s.own, s.arms, obstacles},
+      {&s.own, s.arms, obstacles.now},
       {.own_speed = s.own_speed,
        .of_arm = s.reach_of_arm,
-       .of_obstacle = s.reach_of_obstacle,
+       .of_obstacle = obstacles.reach,
        .of_self = reach_of(parameters.damper.against_self(s.stop_times[geometry.self()] + input.dt), 0.0, 0.0, 1.0),
        .near_arms = std::span<const int>(s.near_arms)},
       s.clearances);
-  const DamperScene scene{geometry,  s.own,    input.qd,  input.tracking_error, s.arms, s.observations, s.stop_times,
-                          obstacles, input.dt, parameters};
+  const DamperScene scene{geometry, s.own,          input.qd,     input.tracking_error,
+                          s.arms,   s.observations, s.stop_times, obstacles.now,
+                          input.dt, parameters};
   const BuiltRows rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
   JointLimits slower;
   const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);

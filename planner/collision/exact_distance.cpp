@@ -85,15 +85,10 @@ LaneBody lane_body(const Body& body, bool own) {
   if (const auto* box = std::get_if<world::Box>(&body.shape); box != nullptr && !own && !body.capsule) {
     lane.kind = BodyKind::kBox;
     for (int i = 0; i < 3; ++i) lane.box_C[i] = quad(body.X_CS.linear().col(i), box->half_extents[i]);
+    lane.in_place = body.X_CS.matrix().isIdentity(0.0) && body.bound.centre.isZero(0.0);
   }
   return lane;
 }
-
-constexpr std::size_t whole_groups(std::size_t count) {
-  return (count + kPassLanes - 1) / kPassLanes * kPassLanes;
-}
-
-const Pose kNowhere = Pose::Identity();
 
 }  // namespace
 
@@ -102,13 +97,11 @@ struct ExactDistance::Storage {
       : self_pairs(geometry.self_pairs()), kernel(pass_kernel) {
     add(Counterpart::kSelf, geometry.self(), geometry.own_bodies());
     own_count = static_cast<int>(geometry.own_bodies().size());
-    fill_group();
     range_of_arm.resize(geometry.arms().size());
     for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
       if (arm == geometry.self()) continue;
       range_of_arm[arm].first = static_cast<int>(bodies.size());
       add(Counterpart::kArm, arm, geometry.arm_bodies(arm));
-      fill_group();
       range_of_arm[arm].end = static_cast<int>(bodies.size());
       other_arms.push_back(arm);
     }
@@ -116,18 +109,15 @@ struct ExactDistance::Storage {
     for (int obstacle = 0; obstacle < geometry.obstacle_count(); ++obstacle) {
       add(Counterpart::kObstacle, obstacle, geometry.obstacle_bodies(obstacle));
     }
-    obstacles_end = static_cast<int>(bodies.size());
-    fill_group();
     obstacles.end = static_cast<int>(bodies.size());
 
     places.resize(bodies.size());
-    carrier.assign(bodies.size(), kNowhere.data());
-    for (const LaneBody& body : lane_bodies) radius.push_back(body.ball_C.w);
-    at_rest.resize(bodies.size());
-    moving.resize(bodies.size());
-    per_speed.resize(bodies.size());
+    balls.resize(4 * bodies.size());
+    carrier.resize(bodies.size());
+    reach_of_arm.resize(geometry.arms().size());
+    reach_of_body.resize(obstacles.end - obstacles.first + 1);
     still.assign(own_count, 0.0);
-    hits.resize(own_count);
+    group_own_bodies(geometry.own_bodies());
     const std::size_t possible = self_pairs.size() + own_count * bodies.size();
     pairs.resize(possible);
     thin_pairs.resize(possible);
@@ -144,45 +134,43 @@ struct ExactDistance::Storage {
       bodies.push_back({counterpart, owner, i, body.link, placed, own_shape});
       capsules_bound_only.push_back(!is_thin(body.shape));
       lane_bodies.push_back(lane_body(body, counterpart == Counterpart::kSelf));
-      moves.push_back(body.moves ? 1 : 0);
+      carried_by.push_back(counterpart == Counterpart::kObstacle ? owner : body.link);
+      radius.push_back(static_cast<float>(body.bound.radius) * (1.0F + kOutwards));
       pairs_with_fixed.push_back(counterpart == Counterpart::kArm && body.moves ? 1 : 0);
     }
   }
 
-  /// Bodies that are nowhere near anything, up to a whole group of lanes. Not at infinity, whose differences are NaN.
-  void fill_group() {
-    const std::size_t size = whole_groups(bodies.size());
-    LaneBody nothing;
-    nothing.ball_C.x = 1e100;
-    bodies.resize(size);
-    capsules_bound_only.resize(size, false);
-    lane_bodies.resize(size, nothing);
-    moves.resize(size, 0);
-    pairs_with_fixed.resize(size, 0);
-  }
-
-  void set_reach(int body, const Reach& reach) {
-    at_rest[body] = reach.at_rest;
-    moving[body] = reach.moving;
-    per_speed[body] = reach.per_speed;
+  /// Groups of eight; what fills the last one is nowhere near anything, but near enough for its square to be a float.
+  void group_own_bodies(const std::vector<Body>& own) {
+    own_groups.resize((own.size() + OwnGroup::kBodies - 1) / OwnGroup::kBodies);
+    for (OwnGroup& group : own_groups) std::fill(std::begin(group.ball_x), std::end(group.ball_x), 1e18F);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      OwnGroup& group = own_groups[i / OwnGroup::kBodies];
+      const std::size_t lane = i % OwnGroup::kBodies;
+      group.ball_radius[lane] = radius[i];
+      group.capsule_radius[lane] = static_cast<float>(lane_bodies[i].middle_C.w) * (1.0F + kOutwards);
+      group.bodies |= 1U << lane;
+      if (own[i].moves) group.moving |= 1U << lane;
+    }
   }
 
   void place(const CellPoses& poses, const InfluenceDistances& influence) {
-    for (int i = 0; i < own_count; ++i) carrier[i] = poses.own->X_WL[bodies[i].link].data();
+    for (int i = 0; i < own_count; ++i) carrier[i] = poses.own->X_WL[carried_by[i]].data();
     ranges.clear();
     for (const int arm : influence.near_arms.value_or(std::span<const int>(other_arms))) {
-      const Reach reach_of_it = influence.against_arm(arm);
-      const LaneRange& range = range_of_arm[arm];
-      for (int i = range.first; i < range.end && bodies[i].link >= 0; ++i) {
-        carrier[i] = poses.arms[arm].X_WL[bodies[i].link].data();
-        set_reach(i, reach_of_it);
-      }
+      LaneRange range = range_of_arm[arm];
+      for (int i = range.first; i < range.end; ++i) carrier[i] = poses.arms[arm].X_WL[carried_by[i]].data();
+      reach_of_arm[arm] = influence.against_arm(arm);
+      range.reach = &reach_of_arm[arm];
       ranges.push_back(range);
     }
-    for (int i = obstacles.first; i < obstacles_end; ++i) {
-      carrier[i] = poses.obstacles[bodies[i].owner].X_WO.data();
-      set_reach(i, influence.against_obstacle(bodies[i].owner));
+    obstacles.reach_of_each = influence.of_obstacle.size() > 1;
+    for (int i = obstacles.first; i < obstacles.end; ++i) {
+      carrier[i] = poses.obstacles[carried_by[i]].X_WO.data();
+      if (obstacles.reach_of_each) reach_of_body[i - obstacles.first] = influence.of_obstacle[carried_by[i]];
     }
+    if (obstacles.first < obstacles.end && !obstacles.reach_of_each) reach_of_body[0] = influence.against_obstacle(0);
+    obstacles.reach = reach_of_body.data();
     ranges.push_back(obstacles);
   }
 
@@ -194,15 +182,12 @@ struct ExactDistance::Storage {
     pass.places = places.data();
     pass.own_count = own_count;
     pass.own_speed = influence.own_speed.empty() ? still.data() : influence.own_speed.data();
-    pass.own_moves = moves.data();
-    pass.pairs_with_fixed = pairs_with_fixed.data();
+    pass.own_groups = own_groups.data();
     pass.radius = radius.data();
-    pass.at_rest = at_rest.data();
-    pass.moving = moving.data();
-    pass.per_speed = per_speed.data();
+    pass.ball = balls.data();
+    pass.pairs_with_fixed = pairs_with_fixed.data();
     pass.ranges = ranges.data();
     pass.range_count = static_cast<int>(ranges.size());
-    pass.hits = hits.data();
     pass.thin_pairs = thin_pairs.data();
     pass.box_pairs = box_pairs.data();
     pass.pairs = pairs.data();
@@ -231,24 +216,23 @@ struct ExactDistance::Storage {
   std::vector<PassBody> bodies;
   std::vector<LaneBody> lane_bodies;
   std::vector<bool> capsules_bound_only;  ///< between bodies of the own arm: their capsules are not their shapes
-  std::vector<std::uint8_t> moves;
+  std::vector<int> carried_by;            ///< of each body: its link or obstacle
+  std::vector<float> radius;              ///< of each bounding ball, rounded outwards [m]
+  std::vector<float> balls;
   std::vector<std::uint8_t> pairs_with_fixed;
   int own_count = 0;
   std::vector<std::pair<int, int>> self_pairs;
   std::vector<int> other_arms;
   std::vector<LaneRange> range_of_arm;
   LaneRange obstacles;
-  int obstacles_end = 0;
 
   std::vector<LanePlace> places;
   std::vector<const double*> carrier;
-  std::vector<double> radius;   ///< of bounding balls [m]
-  std::vector<double> at_rest;  ///< Reach of each body
-  std::vector<double> moving;
-  std::vector<double> per_speed;
+  std::vector<Reach> reach_of_arm;
+  std::vector<Reach> reach_of_body;  ///< of each obstacle's bodies
+  std::vector<OwnGroup> own_groups;
   std::vector<double> still;  ///< speeds of own bodies when none are given
   std::vector<LaneRange> ranges;
-  std::vector<unsigned> hits;
   std::vector<int> thin_pairs;
   std::vector<int> box_pairs;
   std::vector<LanePair> pairs;

@@ -24,7 +24,7 @@ struct InfluenceDistances {
   double self = 0.0;                     ///< between bodies of the own arm [m]
   std::span<const double> own_speed{};   ///< no point of own body i moves faster [m/s]; empty, or one per own body and:
   std::span<const Reach> of_arm{};       ///< one per arm of the cell
-  std::span<const Reach> of_obstacle{};  ///< one per obstacle
+  std::span<const Reach> of_obstacle{};  ///< one per obstacle, or one for all of them
   Reach of_self{};                       ///< of the sum of both bodies' speeds
   std::optional<std::span<const int>> near_arms{};  ///< the only other arms to look at, ascending; else all
 
@@ -32,7 +32,7 @@ struct InfluenceDistances {
     return own_speed.empty() ? Reach{others, others, 0.0} : of_arm[arm];
   }
   [[nodiscard]] Reach against_obstacle(int obstacle) const {
-    return own_speed.empty() ? Reach{others, others, 0.0} : of_obstacle[obstacle];
+    return own_speed.empty() ? Reach{others, others, 0.0} : of_obstacle[of_obstacle.size() == 1 ? 0 : obstacle];
   }
   [[nodiscard]] double against_self(int first, int second) const {
     return own_speed.empty() ? self : distance(of_self, own_speed[first] + own_speed[second]);

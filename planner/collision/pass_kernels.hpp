@@ -6,9 +6,6 @@
 
 namespace hecaton::planner {
 
-/// Bodies are handled in groups of this many.
-inline constexpr int kPassLanes = 4;
-
 /// A vector in space and one more number, as lanes load it.
 struct alignas(32) Quad {
   double x = 0.0;
@@ -31,11 +28,12 @@ struct LaneBody {
   Quad axis_C;    ///< unit; w: half length of the segment [m]
   Quad box_C[3];  ///< a box' axes, unit; w: half extents [m]
   BodyKind kind = BodyKind::kThin;
+  bool in_place = false;  ///< ball and box need no placing: centred on C, axes along C's
 };
 
 /// Where it is in this pass. The w of points are rubbish.
 struct LanePlace {
-  Quad ball_W;    ///< [m]
+  Quad centre_W;  ///< of a box [m]
   Quad p_W;       ///< one end of the segment [m]
   Quad q_W;       ///< the other [m]
   Quad box_W[3];  ///< a box' axes, unit
@@ -49,10 +47,31 @@ struct Reach {
   double per_speed = 0.0;  ///< [s]
 };
 
-/// Other bodies that are looked at, whole groups of four; what fills the last group is infinitely far away.
+/// Lengths in floats are stretched by this share: some twenty times what rounding can amount to.
+inline constexpr float kOutwards = 1e-5F;
+
+/// Eight own bodies in floats, for culling; what fills the last group is far away. Points from the pass' origin on.
+struct alignas(32) OwnGroup {
+  static constexpr int kBodies = 8;
+  float ball_x[kBodies], ball_y[kBodies], ball_z[kBodies];  ///< centres of bounding balls [m]
+  float ball_radius[kBodies];                               ///< [m]
+  float p_x[kBodies], p_y[kBodies], p_z[kBodies];           ///< one end of the segments [m]
+  float d_x[kBodies], d_y[kBodies], d_z[kBodies];           ///< from there to the other [m]
+  float per_length2[kBodies];                               ///< 1/|d|², 0 for a point [1/m²]
+  float capsule_radius[kBodies];                            ///< [m]
+  float speed[kBodies];                                     ///< [m/s]
+  float near[kBodies];                                      ///< of the range that is looked at: influence distance [m]
+  float near_ball[kBodies];                                 ///< that and ball_radius [m]
+  unsigned bodies = 0;                                      ///< bit i: there is a body i
+  unsigned moving = 0;                                      ///< bit i: some joint moves body i
+};
+
+/// Other bodies that are looked at.
 struct LaneRange {
   int first = 0;
-  int end = 0;  ///< first + a multiple of four
+  int end = 0;
+  const Reach* reach = nullptr;  ///< how near they must be: of all of them, or
+  bool reach_of_each = false;    ///< one for each
 };
 
 enum class PairState : std::uint8_t {
@@ -72,22 +91,19 @@ struct LanePair {
   Quad p_other_W;  ///< [m]
 };
 
-/// One pass. Own bodies are 0 … own_count − 1, the others follow from the next multiple of four on.
+/// One pass. Own bodies are 0 … own_count − 1, the others follow.
 struct LanePass {
   const LaneBody* bodies = nullptr;
   const double* const* carrier = nullptr;  ///< X_WC of each body, 4 × 4, column by column
   LanePlace* places = nullptr;
   int own_count = 0;
+  OwnGroup* own_groups = nullptr;                  ///< scratch; capsule_radius, ball_radius and moving are given
   const double* own_speed = nullptr;               ///< of each own body [m/s]
-  const std::uint8_t* own_moves = nullptr;         ///< per own body: some joint moves it
   const std::uint8_t* pairs_with_fixed = nullptr;  ///< per body: matters to own bodies that no joint moves, too
-  const double* radius = nullptr;                  ///< of each bounding ball [m]
-  const double* at_rest = nullptr;                 ///< Reach of each body, as structure of arrays
-  const double* moving = nullptr;
-  const double* per_speed = nullptr;
-  const LaneRange* ranges = nullptr;  ///< of the other bodies that are looked at
+  const float* radius = nullptr;                   ///< of each bounding ball, rounded outwards [m]
+  float* ball = nullptr;                           ///< scratch, four per body: where its bounding ball is
+  const LaneRange* ranges = nullptr;               ///< of the other bodies that are looked at
   int range_count = 0;
-  unsigned* hits = nullptr;   ///< scratch, own_count
   int* thin_pairs = nullptr;  ///< scratch, one per possible pair
   int* box_pairs = nullptr;   ///< scratch, one per possible pair
   LanePair* pairs = nullptr;  ///< room for every possible pair; self pairs are there already

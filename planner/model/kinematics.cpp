@@ -1,8 +1,10 @@
 #include "planner/model/kinematics.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 #include "planner/model/chain_kernel.hpp"
+#include "planner/model/link_poses.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "planner/simd/sine_cosine.hpp"
 
@@ -23,19 +25,19 @@ void set_motion(Kinematics& out, int joint, bool prismatic, const ChainStep& ste
   }
 }
 
-}  // namespace
+using ChainSteps = std::array<ChainStep, kMaxLinks>;
 
-void forward_kinematics(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out) {
+void place_links(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out, ChainSteps& steps) {
   assert(q.size() == model.joints());
   out.links = static_cast<int>(model.links.size());
   out.joints = model.joints();
-  std::array<double, kMaxJoints> angle{};
+  std::array<double, kMaxJoints> angle;
   std::array<double, kMaxJoints> sine;
   std::array<double, kMaxJoints> cosine;
-  for (int j = 0; j < out.joints; ++j) angle[j] = q[j];
+  std::copy(q.begin(), q.end(), angle.begin());
+  std::fill(angle.begin() + out.joints, angle.end(), 0.0);
   sine_cosine(angle.data(), out.joints, sine.data(), cosine.data());
 
-  std::array<ChainStep, kMaxLinks> steps;
   for (int i = 0; i < out.links; ++i) {
     const Link& link = model.links[i];
     const bool shifts = link.joint >= 0 && link.joint_type == JointType::kPrismatic;
@@ -51,6 +53,18 @@ void forward_kinematics(const RobotModel& model, const Pose& X_WB, const JointVe
   }
   static const ChainKernel place_chain = fastest(baseline::place_chain, avx2::place_chain);
   place_chain(steps.data(), out.links);
+}
+
+}  // namespace
+
+void place_links(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out) {
+  ChainSteps steps;
+  place_links(model, X_WB, q, out, steps);
+}
+
+void forward_kinematics(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out) {
+  ChainSteps steps;
+  place_links(model, X_WB, q, out, steps);
   for (int i = 0; i < out.links; ++i) {
     const Link& link = model.links[i];
     if (link.joint >= 0) set_motion(out, link.joint, link.joint_type == JointType::kPrismatic, steps[i]);

@@ -38,7 +38,11 @@ inline void store(double* to, Lanes lanes) {
 /// The same value in every lane, or the scalar itself.
 template <typename T>
 inline T all(double value) {
-  return T{} + value;
+  if constexpr (sizeof(T) == sizeof(double)) {
+    return value;
+  } else {
+    return T{value, value, value, value};
+  }
 }
 
 inline double select(bool mask, double yes, double no) {
@@ -92,6 +96,54 @@ inline Lanes sqrt(Lanes x) {
 inline unsigned bits(LaneMask mask) {
   unsigned result = 0;
   for (int i = 0; i < kLanes; ++i) result |= mask[i] != 0 ? 1U << i : 0U;
+  return result;
+}
+#endif
+
+/// Eight floats, for bounds that are rounded outwards and never decide more than whether to look closer.
+inline constexpr int kFloatLanes = 8;
+using FloatLanes = float __attribute__((vector_size(kFloatLanes * sizeof(float))));
+using FloatMask = decltype(FloatLanes{} < FloatLanes{});
+/// Four doubles, rounded.
+using FourFloats = float __attribute__((vector_size(kLanes * sizeof(float))));
+
+inline FourFloats rounded(Lanes lanes) {
+  return __builtin_convertvector(lanes, FourFloats);
+}
+inline FloatLanes load(const float* from) {
+  FloatLanes lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+inline void store(float* to, FloatLanes lanes) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+inline void store(float* to, FourFloats lanes) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+inline FloatLanes all_floats(float value) {
+  return FloatLanes{value, value, value, value, value, value, value, value};
+}
+#if defined(__AVX2__)
+inline FloatLanes min(FloatLanes a, FloatLanes b) {
+  return _mm256_min_ps(a, b);
+}
+inline FloatLanes max(FloatLanes a, FloatLanes b) {
+  return _mm256_max_ps(a, b);
+}
+inline unsigned bits(FloatMask mask) {
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+}
+#else
+inline FloatLanes min(FloatLanes a, FloatLanes b) {
+  return a < b ? a : b;
+}
+inline FloatLanes max(FloatLanes a, FloatLanes b) {
+  return a > b ? a : b;
+}
+inline unsigned bits(FloatMask mask) {
+  unsigned result = 0;
+  for (int i = 0; i < kFloatLanes; ++i) result |= mask[i] != 0 ? 1U << i : 0U;
   return result;
 }
 #endif

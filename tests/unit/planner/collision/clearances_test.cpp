@@ -98,10 +98,13 @@ TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
       const auto speeds = rising_speeds(cell.geometry().own_bodies().size());
       const std::array<Reach, 3> arms{{{0.1, 0.05, 0.1}, {}, {0.3, 0.1, 0.2}}};
       const std::vector<Reach> obstacles(cell.geometry().obstacle_count(), Reach{0.05, 0.0, 0.2});
+      const std::array<Reach, 1> one_for_all{{{0.1, 0.02, 0.1}}};
       for (const InfluenceDistances& influence :
            {InfluenceDistances{0.12, 0.06, {}},
             InfluenceDistances{
                 .own_speed = speeds, .of_arm = arms, .of_obstacle = obstacles, .of_self = {0.05, 0, 0.03}},
+            InfluenceDistances{
+                .own_speed = speeds, .of_arm = arms, .of_obstacle = one_for_all, .of_self = {0.05, 0, 0}},
             InfluenceDistances{0.0, 0.0, {}}}) {
         const int count = distance.clearances(cell.poses(), influence, room);
         const auto expected = by_brute_force(cell.geometry(), cell.poses(), influence);
