@@ -17,7 +17,7 @@ ALLOWED = {
     "planner/qp": ["planner/model"],
     "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
     # tick, arm_controller, goal_check, cell: what one arm's planner is
-    "planner": ["planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
+    "planner": ["planner/simd", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "world/model"],
     "planner/simulation": ["planner", "planner/rollout", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
