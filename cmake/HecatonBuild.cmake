@@ -28,6 +28,9 @@ add_library(hecaton_warnings INTERFACE)
 target_compile_options(hecaton_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wconversion -Wno-sign-conversion -Wno-restrict $<$<BOOL:${HECATON_WERROR}>:-Werror>)
 
+# Most of the time goes into headers (Fast DDS, CLI11, GoogleTest): parsed once for eight sources, not for each.
+set(HECATON_UNITY_TARGETS UNITY_BUILD ${HECATON_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+
 # hecaton_library(name SOURCES a.cpp … [PUBLIC libs…] [PRIVATE libs…]): a static library of ours; headers are included
 # from the project's root ("planner/qp/dense_qp.hpp").
 function(hecaton_library name)
@@ -36,6 +39,7 @@ function(hecaton_library name)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
     target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE hecaton_warnings ${ARG_PRIVATE})
+    set_target_properties(${name} PROPERTIES ${HECATON_UNITY_TARGETS})
   else()
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
@@ -67,15 +71,18 @@ function(hecaton_executable name)
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS})
 endfunction()
 
-# hecaton_test(name SOURCES … LIBS … [LABELS …] [TIMEOUT s]): one GoogleTest executable, one CTest entry a case.
-# HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs).
+# hecaton_test(name [UNITY] SOURCES … LIBS … [LABELS …] [TIMEOUT s]): one GoogleTest executable, one CTest entry a case.
+# HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own.
 function(hecaton_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "UNITY" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS} GTest::gtest GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE HECATON_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                              HECATON_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  if(ARG_UNITY)
+    set_target_properties(${name} PROPERTIES ${HECATON_UNITY_TARGETS})
+  endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()

@@ -26,11 +26,11 @@ class SrdfReader {
   void apply() {
     const XMLElement* robot = document_.RootElement();
     if (robot == nullptr || std::string_view(robot->Name()) != "robot") {
-      throw ModelError(path_ + ": the root element is " + quoted(robot == nullptr ? "" : robot->Name()) +
+      throw ModelError(path_ + ": the root element is " + in_quotes(robot == nullptr ? "" : robot->Name()) +
                        "; an SRDF's is <robot>");
     }
     if (const char* name = robot->Attribute("name"); name != nullptr && name != model_.name) {
-      note("it describes robot " + quoted(name) + ", the URDF robot " + quoted(model_.name));
+      note("it describes robot " + in_quotes(name) + ", the URDF robot " + in_quotes(model_.name));
     }
     for (const auto* e = robot->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       const std::string_view kind = e->Name();
@@ -53,7 +53,7 @@ class SrdfReader {
     const auto found =
         std::find_if(model_.links.begin(), model_.links.end(), [&](const Link& link) { return link.name == name; });
     if (found != model_.links.end()) return static_cast<int>(found - model_.links.begin());
-    if (unknown_.insert(name).second) note("link " + quoted(name) + " does not exist in the URDF and is skipped");
+    if (unknown_.insert(name).second) note("link " + in_quotes(name) + " does not exist in the URDF and is skipped");
     return -1;
   }
 
@@ -71,7 +71,7 @@ class SrdfReader {
 
   void add_group_state(const XMLElement& state) {
     const std::string name = text_attribute(state, "name", path_);
-    const std::string where = path_ + ": group_state " + quoted(name);
+    const std::string where = path_ + ": group_state " + in_quotes(name);
     JointVector q = JointVector::Zero(model_.joints());
     std::vector<bool> set(model_.joint_names.size(), false);
     for (const auto* joint = state.FirstChildElement("joint"); joint != nullptr;
@@ -83,16 +83,17 @@ class SrdfReader {
       q[index] = number_attribute(*joint, "value", 1, where)[0];
       set[index] = true;
       if (!(q[index] >= model_.limits.lower[index] && q[index] <= model_.limits.upper[index])) {
-        note("group_state " + quoted(name) + " is skipped: joint " + quoted(joint_name) + " = " +
+        note("group_state " + in_quotes(name) + " is skipped: joint " + in_quotes(joint_name) + " = " +
              std::to_string(q[index]) + " is outside its limits");
         return;
       }
     }
     if (std::find(set.begin(), set.end(), false) != set.end()) {
-      note("group_state " + quoted(name) + " is skipped: it does not set every joint that moves the tool");
+      note("group_state " + in_quotes(name) + " is skipped: it does not set every joint that moves the tool");
       return;
     }
-    if (!model_.named.emplace(name, q).second) note("group_state " + quoted(name) + " exists twice; the first counts");
+    if (!model_.named.emplace(name, q).second)
+      note("group_state " + in_quotes(name) + " exists twice; the first counts");
   }
 
   const std::string& path_;

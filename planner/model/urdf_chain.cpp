@@ -71,12 +71,12 @@ double held_position(const std::vector<TreeLink>& tree, int i, int mimic_depth =
 }
 
 std::string coupling(const TreeLink& follower, const TreeLink& source) {
-  return "joint " + quoted(follower.link.joint_name) + " follows joint " + quoted(source.link.joint_name) +
+  return "joint " + in_quotes(follower.link.joint_name) + " follows joint " + in_quotes(source.link.joint_name) +
          ", which moves the tool";
 }
 
 std::string bareness(const TreeLink& entry) {
-  return "link " + quoted(entry.link.name) + ", which joint " + quoted(entry.link.joint_name) +
+  return "link " + in_quotes(entry.link.name) + ", which joint " + in_quotes(entry.link.joint_name) +
          " moves, has no collision geometry";
 }
 
@@ -112,7 +112,7 @@ int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted,
       if (tree[i].link.name == wanted) return i;
       names += (i == 0 ? "" : ", ") + tree[i].link.name;
     }
-    throw ModelError(path + ": tool link " + quoted(wanted) + " must be one of its links: " + names);
+    throw ModelError(path + ": tool link " + in_quotes(wanted) + " must be one of its links: " + names);
   }
   int most = 0;
   for (int i = 0; i < links; ++i) most = std::max(most, moving_joints(tree, i));
@@ -121,12 +121,12 @@ int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted,
     if (moves(tree[i]) && moving_joints(tree, i) == most) bodies.push_back(i);
   }
   if (bodies.size() > 1) {
-    throw ModelError(path + ": the chains to links " + quoted(tree[bodies[0]].link.name) + " and " +
-                     quoted(tree[bodies[1]].link.name) + " both have " + std::to_string(most) +
+    throw ModelError(path + ": the chains to links " + in_quotes(tree[bodies[0]].link.name) + " and " +
+                     in_quotes(tree[bodies[1]].link.name) + " both have " + std::to_string(most) +
                      " joints; say which link is the tool (tool_link)");
   }
   const int tool = tip_of_body(tree, bodies.empty() ? 0 : bodies[0]);
-  notes.push_back("link " + quoted(tree[tool].link.name) + " is taken as the tool, the tip of the longest chain");
+  notes.push_back("link " + in_quotes(tree[tool].link.name) + " is taken as the tool, the tip of the longest chain");
   return tool;
 }
 
@@ -140,7 +140,7 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
     chain.insert(chain.begin(), i);
   }
   if (chain.empty()) {
-    throw ModelError(path + ": no joint between the root and tool link " + quoted(tree[tool].link.name) +
+    throw ModelError(path + ": no joint between the root and tool link " + in_quotes(tree[tool].link.name) +
                      " moves; an arm needs at least one revolute, continuous or prismatic joint");
   }
   if (static_cast<int>(chain.size()) > kMaxJoints) {
@@ -149,8 +149,8 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
   }
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (in_chain[i] && tree[i].mimic) {
-      throw ModelError(path + ": joint " + quoted(tree[i].link.joint_name) + " moves the tool but mimics joint " +
-                       quoted(tree[i].mimic->joint) + "; every joint of the chain must move freely");
+      throw ModelError(path + ": joint " + in_quotes(tree[i].link.joint_name) + " moves the tool but mimics joint " +
+                       in_quotes(tree[i].mimic->joint) + "; every joint of the chain must move freely");
     }
     if (!in_chain[i] && moves(tree[i])) refuse_if_coupled(tree, i, in_chain, path, notes);
   }
@@ -161,7 +161,7 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     Link& link = tree[i].link;
     if (in_chain[i] || link.joint_type == JointType::kFixed) continue;
-    notes.push_back("joint " + quoted(link.joint_name) + " is outside the chain to the tool and held at " +
+    notes.push_back("joint " + in_quotes(link.joint_name) + " is outside the chain to the tool and held at " +
                     std::to_string(held[i]));
     if (link.joint_type == JointType::kPrismatic) {
       link.X_PJ.translate(held[i] * link.axis);
@@ -180,7 +180,7 @@ void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::
   for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
     if (tree[i].has_collision) covered[moved_link(tree, i)] = true;
   }
-  if (!covered[0]) notes.push_back("the base, link " + quoted(tree[0].link.name) + ", has no collision geometry");
+  if (!covered[0]) notes.push_back("the base, link " + in_quotes(tree[0].link.name) + ", has no collision geometry");
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (!moves(tree[i]) || covered[i]) continue;
     const std::string sentence = bareness(tree[i]);

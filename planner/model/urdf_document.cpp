@@ -30,7 +30,7 @@ class UrdfChecker {
   std::string checked_text() {
     XMLElement* robot = document_.RootElement();
     if (robot == nullptr || std::string_view(robot->Name()) != "robot") {
-      fail("the root element is " + quoted(robot == nullptr ? "" : robot->Name()) + "; a URDF's is <robot>");
+      fail("the root element is " + in_quotes(robot == nullptr ? "" : robot->Name()) + "; a URDF's is <robot>");
     }
     refuse_xacro(*robot);
     if (robot->Attribute("name") == nullptr || *robot->Attribute("name") == '\0') {
@@ -56,7 +56,7 @@ class UrdfChecker {
     for (const auto* attribute = element.FirstAttribute(); attribute != nullptr; attribute = attribute->Next()) {
       const std::string_view value = attribute->Value();
       if (value.find("${") != value.npos || value.find("$(") != value.npos) {
-        refuse(std::string(attribute->Name()) + " = " + quoted(attribute->Value()));
+        refuse(std::string(attribute->Name()) + " = " + in_quotes(attribute->Value()));
       }
     }
     for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
@@ -97,7 +97,7 @@ class UrdfChecker {
     if (origin == nullptr || origin->Attribute("xyz") == nullptr) return;
     for (const double value : number_attribute(*origin, "xyz", 3, where)) {
       if (std::abs(value) > kFurthest) {
-        throw ModelError(where + ": origin xyz = " + quoted(origin->Attribute("xyz")) + " must lie within 1000 m");
+        throw ModelError(where + ": origin xyz = " + in_quotes(origin->Attribute("xyz")) + " must lie within 1000 m");
       }
     }
   }
@@ -105,7 +105,7 @@ class UrdfChecker {
   static void check_sizes(const XMLElement& shape, const char* name, int count, const std::string& where) {
     for (const double value : number_attribute(shape, name, count, where)) {
       if (value > 0.0 && value <= kFurthest) continue;
-      throw ModelError(where + ": " + shape.Name() + " " + name + " = " + quoted(shape.Attribute(name)) +
+      throw ModelError(where + ": " + shape.Name() + " " + name + " = " + in_quotes(shape.Attribute(name)) +
                        " must be above 0 and at most 1000 m");
     }
   }
@@ -128,11 +128,11 @@ class UrdfChecker {
       if (shape->Attribute("scale") == nullptr) return;
       for (const double factor : number_attribute(*shape, "scale", 3, where)) {
         if (factor == 0.0) {
-          throw ModelError(where + ": mesh scale = " + quoted(shape->Attribute("scale")) + " must not hold a 0");
+          throw ModelError(where + ": mesh scale = " + in_quotes(shape->Attribute("scale")) + " must not hold a 0");
         }
       }
     } else {
-      throw ModelError(where + ": shape " + quoted(shape->Name()) +
+      throw ModelError(where + ": shape " + in_quotes(shape->Name()) +
                        " is unknown; box, cylinder, sphere and mesh are allowed");
     }
   }
@@ -140,7 +140,7 @@ class UrdfChecker {
   void check_links(XMLElement& robot) {
     for (XMLElement* link = robot.FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
       const std::string name = text_attribute(*link, "name", path_);
-      const std::string where = path_ + ": link " + quoted(name);
+      const std::string where = path_ + ": link " + in_quotes(name);
       if (!links_.insert(name).second) throw ModelError(where + " exists twice; link names must be unique");
       check_numbers(*link, where);
       keep(*link, {"collision"});
@@ -158,7 +158,7 @@ class UrdfChecker {
     if (element == nullptr) throw ModelError(where + " has no <" + role + " link=…>");
     std::string link = text_attribute(*element, "link", where);
     if (!links_.contains(link)) {
-      throw ModelError(where + ": its " + role + " link " + quoted(link) + " does not exist in this file");
+      throw ModelError(where + ": its " + role + " link " + in_quotes(link) + " does not exist in this file");
     }
     return link;
   }
@@ -169,7 +169,7 @@ class UrdfChecker {
     const std::vector<double> xyz = number_attribute(*axis, "xyz", 3, where);
     const double length = std::hypot(xyz[0], xyz[1], xyz[2]);
     if (!(length > 1e-6) || length > 1e6) {
-      throw ModelError(where + ": axis xyz = " + quoted(axis->Attribute("xyz")) +
+      throw ModelError(where + ": axis xyz = " + in_quotes(axis->Attribute("xyz")) +
                        " must be a direction, best a unit vector");
     }
   }
@@ -185,15 +185,15 @@ class UrdfChecker {
         if (limit->Attribute(name) == nullptr) limit->SetAttribute(name, "0");  // URDF's default
       }
       if (!(number_attribute(*limit, "lower", 1, where)[0] < number_attribute(*limit, "upper", 1, where)[0])) {
-        throw ModelError(where + ": limit lower = " + quoted(limit->Attribute("lower")) +
-                         " must be below upper = " + quoted(limit->Attribute("upper")));
+        throw ModelError(where + ": limit lower = " + in_quotes(limit->Attribute("lower")) +
+                         " must be below upper = " + in_quotes(limit->Attribute("upper")));
       }
     }
     for (const char* name : {"effort", "velocity"}) {
       if (limit->Attribute(name) == nullptr) limit->SetAttribute(name, "0");
     }
     if (number_attribute(*limit, "velocity", 1, where)[0] < 0.0) {
-      throw ModelError(where + ": limit velocity = " + quoted(limit->Attribute("velocity")) + " must be above 0");
+      throw ModelError(where + ": limit velocity = " + in_quotes(limit->Attribute("velocity")) + " must be above 0");
     }
   }
 
@@ -211,8 +211,8 @@ class UrdfChecker {
     const double upper = std::min(soft_upper, number_attribute(*limit, "upper", 1, where)[0]);
     if (!(lower < upper)) {
       throw ModelError(where +
-                       ": safety_controller soft_lower_limit = " + quoted(safety->Attribute("soft_lower_limit")) +
-                       " and soft_upper_limit = " + quoted(safety->Attribute("soft_upper_limit")) +
+                       ": safety_controller soft_lower_limit = " + in_quotes(safety->Attribute("soft_lower_limit")) +
+                       " and soft_upper_limit = " + in_quotes(safety->Attribute("soft_upper_limit")) +
                        " must leave a part of the joint's range");
     }
     if (soft_lower == lower) limit->SetAttribute("lower", safety->Attribute("soft_lower_limit"));
@@ -220,17 +220,17 @@ class UrdfChecker {
   }
 
   void check_joint(XMLElement& joint, const std::string& name) {
-    const std::string where = path_ + ": joint " + quoted(name);
+    const std::string where = path_ + ": joint " + in_quotes(name);
     const std::string type = text_attribute(joint, "type", where);
     if (type != "revolute" && type != "continuous" && type != "prismatic" && type != "fixed") {
-      throw ModelError(where + ": type = " + quoted(type) + " must be revolute, continuous, prismatic or fixed");
+      throw ModelError(where + ": type = " + in_quotes(type) + " must be revolute, continuous, prismatic or fixed");
     }
     const std::string parent = link_reference(joint, "parent", where);
     const std::string child = link_reference(joint, "child", where);
     const auto [other, is_first] = carried_by_.try_emplace(child, name);
     if (!is_first) {
-      throw ModelError(where + ": its child link " + quoted(child) + " is already the child of joint " +
-                       quoted(other->second) + "; a link has one parent");
+      throw ModelError(where + ": its child link " + in_quotes(child) + " is already the child of joint " +
+                       in_quotes(other->second) + "; a link has one parent");
     }
     children_[parent].push_back(child);
     check_numbers(joint, where);
@@ -252,12 +252,12 @@ class UrdfChecker {
     for (XMLElement* joint = robot.FirstChildElement("joint"); joint != nullptr;
          joint = joint->NextSiblingElement("joint")) {
       const std::string name = text_attribute(*joint, "name", path_);
-      if (!joints_.insert(name).second) fail("joint " + quoted(name) + " exists twice; joint names must be unique");
+      if (!joints_.insert(name).second) fail("joint " + in_quotes(name) + " exists twice; joint names must be unique");
       check_joint(*joint, name);
     }
     for (const auto& [where, mimicked] : mimics_) {
       if (!joints_.contains(mimicked)) {
-        throw ModelError(where + ": it mimics joint " + quoted(mimicked) + ", which does not exist in this file");
+        throw ModelError(where + ": it mimics joint " + in_quotes(mimicked) + ", which does not exist in this file");
       }
     }
   }
@@ -268,7 +268,7 @@ class UrdfChecker {
       if (!carried_by_.contains(link)) reached.push_back(link);
     }
     if (reached.size() > 1) {
-      fail("links " + quoted(reached[0]) + " and " + quoted(reached[1]) +
+      fail("links " + in_quotes(reached[0]) + " and " + in_quotes(reached[1]) +
            " both have no parent; a robot has one root link, from which joints lead to all others");
     }
     for (std::size_t i = 0; i < reached.size(); ++i) {
@@ -277,7 +277,8 @@ class UrdfChecker {
     }
     const std::set<std::string> tree(reached.begin(), reached.end());
     for (const std::string& link : links_) {
-      if (!tree.contains(link)) fail("link " + quoted(link) + " is part of a loop of joints; joints must form a tree");
+      if (!tree.contains(link))
+        fail("link " + in_quotes(link) + " is part of a loop of joints; joints must form a tree");
     }
   }
 

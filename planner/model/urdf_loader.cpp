@@ -57,7 +57,7 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& path) {
     reason = error.what();
   }
   if (model == nullptr || model->getRoot() == nullptr) {
-    throw ModelError(path + ": urdfdom refuses this URDF: " + quoted(messages.text() + reason));
+    throw ModelError(path + ": urdfdom refuses this URDF: " + in_quotes(messages.text() + reason));
   }
   return model;
 }
@@ -174,7 +174,7 @@ class ModelBuilder {
 
   double velocity_limit(const TreeLink& entry) {
     if (entry.velocity > 0.0) return entry.velocity;
-    const std::string joint = "joint " + quoted(entry.link.joint_name);
+    const std::string joint = "joint " + in_quotes(entry.link.joint_name);
     if (!options_.default_velocity) {
       const std::string& option = options_.name_of_default_velocity;
       throw ModelError(path_ + ": " + joint + ": limit velocity is 0 or missing; it must be above 0" +
@@ -186,7 +186,7 @@ class ModelBuilder {
   }
 
   void add_geometry(int index, const urdf::Link& link) {
-    const std::string where = path_ + ": link " + quoted(link.name);
+    const std::string where = path_ + ": link " + in_quotes(link.name);
     std::vector<world::PlacedShape> primitives;
     for (const urdf::CollisionSharedPtr& collision : link.collision_array) {
       const urdf::Geometry& geometry = *collision->geometry;

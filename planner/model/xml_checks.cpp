@@ -45,7 +45,7 @@ void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDoc
                    tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()) + "); a " + kind + " must be well-formed");
 }
 
-std::string quoted(const std::string& text) {
+std::string in_quotes(const std::string& text) {
   constexpr std::size_t kLongest = 120;
   std::string result = "'";
   for (const char c : text.substr(0, kLongest)) result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
@@ -72,7 +72,7 @@ std::vector<double> number_attribute(const tinyxml2::XMLElement& element, const 
     numbers.push_back(value.value_or(0.0));
   }
   if (good && static_cast<int>(numbers.size()) == count) return numbers;
-  throw ModelError(where + ": " + element.Name() + " " + name + " = " + quoted(text) + " must be " +
+  throw ModelError(where + ": " + element.Name() + " " + name + " = " + in_quotes(text) + " must be " +
                    (count == 1 ? "a finite number" : std::to_string(count) + " finite numbers"));
 }
 

@@ -16,7 +16,7 @@ namespace hecaton::planner {
 void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document);
 
 /// 'text' for a sentence: without control characters, cut when long.
-[[nodiscard]] std::string quoted(const std::string& text);
+[[nodiscard]] std::string in_quotes(const std::string& text);
 
 /// The attribute's text; throws when it is missing or empty.
 [[nodiscard]] std::string text_attribute(const tinyxml2::XMLElement& element, const char* name,

@@ -4,7 +4,7 @@ namespace hecaton::bus {
 namespace {
 
 namespace fast = eprosima::fastdds::rtps;
-namespace rtps = eprosima::fastrtps::rtps;
+namespace wire = eprosima::fastrtps::rtps;
 
 class GateTransport : public fast::ChainingTransport {
  public:
@@ -13,13 +13,13 @@ class GateTransport : public fast::ChainingTransport {
 
   [[nodiscard]] fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
-  bool send(rtps::SenderResource* behind, const rtps::octet* data, std::uint32_t size, rtps::LocatorsIterator* begin,
-            rtps::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) override {
+  bool send(wire::SenderResource* behind, const wire::octet* data, std::uint32_t size, wire::LocatorsIterator* begin,
+            wire::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) override {
     return !gate_->lets_out() || behind->send(data, size, begin, end, until);
   }
 
-  void receive(fast::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
-               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+  void receive(fast::TransportReceiverInterface* next, const wire::octet* data, std::uint32_t size,
+               const wire::Locator_t& local, const wire::Locator_t& remote) override {
     if (gate_->lets_in()) next->OnDataReceived(data, size, local, remote);
   }
 

@@ -13,7 +13,7 @@
 namespace hecaton::bus {
 namespace {
 
-namespace rtps = eprosima::fastdds::rtps;
+namespace transports = eprosima::fastdds::rtps;
 
 std::vector<std::string> local_addresses() {
   std::vector<std::string> addresses;
@@ -41,8 +41,8 @@ void require_interfaces(const std::vector<std::string>& wanted) {
   }
 }
 
-std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
-  auto descriptor = std::make_shared<rtps::UDPv4TransportDescriptor>();
+std::shared_ptr<transports::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
+  auto descriptor = std::make_shared<transports::UDPv4TransportDescriptor>();
   descriptor->interfaceWhiteList = options.interfaces;
   descriptor->maxInitialPeersRange = static_cast<std::uint32_t>(options.participants_per_peer);
   return descriptor;
@@ -57,7 +57,7 @@ std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQo
   auto gate = std::make_shared<Gate>(options.lose_one_in, options.lease);
   qos.transport().user_transports.push_back(std::make_shared<GateDescriptor>(udp(options), gate));
   if (options.shared_memory) {
-    qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());
+    qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
   }
   for (const auto& peer : options.peers) {
     in_addr address{};

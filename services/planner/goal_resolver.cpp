@@ -6,17 +6,9 @@
 #include <thread>
 #include <utility>
 
-#include <sys/resource.h>
-#include <unistd.h>
+#include "services/planner/background_thread.hpp"
 
 namespace hecaton::services {
-namespace {
-
-/// The control loop goes first when processors are short.
-constexpr int kNiceness = 10;
-
-}  // namespace
-
 struct GoalResolver::Impl {
   Impl(std::vector<planner::Arm> arms, int self) : geometry(std::move(arms), self), thread([this] { work(); }) {}
   ~Impl() {
@@ -31,7 +23,7 @@ struct GoalResolver::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void work() {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+    give_way_to_control_loop();
     while (true) {
       std::unique_lock lock(mutex);
       asked.wait(lock, [this] { return ending || !questions.empty(); });

@@ -5,17 +5,9 @@
 #include <thread>
 #include <utility>
 
-#include <sys/resource.h>
-#include <unistd.h>
+#include "services/planner/background_thread.hpp"
 
 namespace hecaton::services {
-namespace {
-
-/// The control loop goes first when processors are short.
-constexpr int kNiceness = 10;
-
-}  // namespace
-
 struct RolloutWorker::Impl {
   Impl(const std::vector<planner::Arm>& arms, std::vector<planner::LocalParameters> parameters, int self, int ticks)
       : search(arms, std::move(parameters), self), share(ticks), thread([this] { work(); }) {}
@@ -31,7 +23,7 @@ struct RolloutWorker::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void work() {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+    give_way_to_control_loop();
     std::unique_lock lock(mutex);
     while (true) {
       wake.wait(lock, [this] { return ending || question || (granted && search.busy()); });
