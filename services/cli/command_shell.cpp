@@ -15,7 +15,8 @@ void add_completion(CLI::App& app, Session& session) {
   auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash")->required()->check(CLI::IsMember({"bash"}).description(""));
   command->footer("Try it: source <(hecaton completion bash)");
-  command->callback([&app, &session] {
+  // The callback keeps `shell` alive, which the option writes to.
+  command->callback([&app, &session, shell] {
     session.action = [&app] {
       std::fputs(bash_completion(app).c_str(), stdout);
       return ExitCode::kDone;
