@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "planner/model/reach.hpp"
+
 namespace hecaton::planner {
 namespace {
 
@@ -50,27 +52,11 @@ std::vector<Body> link_bodies(const Arm& arm) {
   return bodies;
 }
 
-/// Around the first joint's origin, which never moves: every joint turned so that the links' lengths add up.
 world::BoundingSphere reach_of(const Arm& arm, const std::vector<Body>& bodies) {
-  const RobotModel& model = *arm.model;
-  Kinematics at_zero;
-  forward_kinematics(model, arm.X_WB, JointVector::Zero(model.joints()), at_zero);
-  world::BoundingSphere ball;
-  ball.centre = model.joints() > 0 ? at_zero.origin_W[0] : arm.X_WB.translation();
-  std::vector<double> stretched(model.links.size(), 0.0);  // from the ball's centre to each link's frame, at most [m]
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    const Link& link = model.links[i];
-    if (joints_before(model, static_cast<int>(i)) == 0) {
-      stretched[i] = (at_zero.X_WL[i].translation() - ball.centre).norm();
-      continue;
-    }
-    stretched[i] = link.joint == 0 ? 0.0 : stretched[link.parent] + link.X_PJ.translation().norm();
-    if (link.joint >= 0 && link.joint_type == JointType::kPrismatic) {
-      stretched[i] += std::max(std::abs(arm.limits.lower[link.joint]), std::abs(arm.limits.upper[link.joint]));
-    }
-  }
+  const ArmReach reach = arm_reach(arm);
+  world::BoundingSphere ball{reach.centre, 0.0};
   for (const Body& body : bodies) {
-    ball.radius = std::max(ball.radius, stretched[body.link] + body.bound.centre.norm() + body.bound.radius);
+    ball.radius = std::max(ball.radius, reach.links[body.link] + body.bound.centre.norm() + body.bound.radius);
   }
   return ball;
 }

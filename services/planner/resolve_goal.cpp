@@ -5,6 +5,7 @@
 
 #include "planner/goal_check.hpp"
 #include "planner/model/inverse_kinematics.hpp"
+#include "planner/model/reach.hpp"
 #include "services/bus/convert.hpp"
 
 namespace hecaton::services {
@@ -63,6 +64,14 @@ GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goa
   const planner::Arm& arm = geometry.own_arm();
   const auto X_WT = bus::from_message(goal.X_WT(), "goal: pose");
   if (!X_WT) return rejected(goal, X_WT.error);
+  const Eigen::Vector3d p_WT = X_WT->translation();
+  std::ostringstream out;
+  out << "the tool of arm " << arm.name << " cannot be at (" << p_WT.x() << ", " << p_WT.y() << ", " << p_WT.z() << ")";
+  const planner::ArmReach reach = planner::arm_reach(arm);
+  if (const double away = (p_WT - reach.centre).norm(); away > reach.tool) {
+    out << ": that is " << away << " m from its first joint, and it reaches no farther than " << reach.tool << " m";
+    return rejected(goal, out.str());
+  }
 
   std::string last_reason;
   int reaching = 0;
@@ -75,9 +84,6 @@ GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goa
   };
   const auto solution = planner::inverse_kinematics(arm, *X_WT, q_now, options);
   if (solution) return checked(geometry, goal, *solution, obstacles);
-  std::ostringstream out;
-  const Eigen::Vector3d p_WT = X_WT->translation();
-  out << "the tool of arm " << arm.name << " cannot be at (" << p_WT.x() << ", " << p_WT.y() << ", " << p_WT.z() << ")";
   if (reaching == 0) {
     out << " in that orientation: " << options.seeds + 1 << " starts found no joint positions within the limits";
   } else {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/model/reach.hpp"
 #include "random_cell.hpp"
 
 namespace hecaton::planner {
@@ -26,6 +27,25 @@ TEST(ArmReach, HoldsEveryBodyInEveryConfiguration) {
     }
   }
   EXPECT_GT(fullest, 0.5) << "the balls are far too large to cull anything";
+}
+
+TEST(ArmReach, HoldsTheTool) {
+  double fullest = 0.0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    test::RandomCell cell(seed);
+    for (int pose = 0; pose < 200; ++pose) {
+      cell.shuffle();
+      for (std::size_t i = 0; i < cell.geometry().arms().size(); ++i) {
+        const Arm& arm = cell.geometry().arms()[i];
+        const ArmReach reach = arm_reach(arm);
+        const Pose X_WT = cell.poses().arms[i].X_WL[arm.model->tool_link] * arm.model->X_LT;
+        const double out = (X_WT.translation() - reach.centre).norm();
+        EXPECT_LE(out, reach.tool + 1e-12);
+        fullest = std::max(fullest, out / reach.tool);
+      }
+    }
+  }
+  EXPECT_GT(fullest, 0.5);
 }
 
 TEST(ArmReach, GapsAreNeverLargerThanTheDistance) {

@@ -113,7 +113,15 @@ TEST_F(Resolve, PosesThatItCannot) {
   far.translation().x() = 3.0;
   const GoalAnswer answer = resolve(pose(far));
   EXPECT_FALSE(answer.accepted);
-  EXPECT_NE(answer.reason.find("the tool of arm arm1 cannot be at (3, 0, 0)"), std::string::npos) << answer.reason;
+  EXPECT_NE(answer.reason.find("the tool of arm arm1 cannot be at (3, 0, 0): that is "), std::string::npos)
+      << answer.reason;
+  EXPECT_NE(answer.reason.find("it reaches no farther than "), std::string::npos) << answer.reason;
+
+  world::Pose inside_itself = world::Pose::Identity();
+  inside_itself.translation().z() = 0.67;  // the first joint's origin
+  const GoalAnswer near = resolve(pose(inside_itself));
+  EXPECT_FALSE(near.accepted);
+  EXPECT_NE(near.reason.find("starts found no joint positions"), std::string::npos) << near.reason;
 }
 
 TEST_F(Resolve, PosesWhereEverySolutionTouchesSomethingSayWhat) {

@@ -1,0 +1,33 @@
+#include "planner/model/reach.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/model/kinematics.hpp"
+
+namespace hecaton::planner {
+
+// Around the first joint's origin, which never moves: every joint turned so that the links' lengths add up.
+ArmReach arm_reach(const Arm& arm) {
+  const RobotModel& model = *arm.model;
+  Kinematics at_zero;
+  forward_kinematics(model, arm.X_WB, JointVector::Zero(model.joints()), at_zero);
+  ArmReach reach;
+  reach.centre = model.joints() > 0 ? at_zero.origin_W[0] : arm.X_WB.translation();
+  reach.links.assign(model.links.size(), 0.0);
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Link& link = model.links[i];
+    if (joints_before(model, static_cast<int>(i)) == 0) {
+      reach.links[i] = (at_zero.X_WL[i].translation() - reach.centre).norm();
+      continue;
+    }
+    reach.links[i] = link.joint == 0 ? 0.0 : reach.links[link.parent] + link.X_PJ.translation().norm();
+    if (link.joint >= 0 && link.joint_type == JointType::kPrismatic) {
+      reach.links[i] += std::max(std::abs(arm.limits.lower[link.joint]), std::abs(arm.limits.upper[link.joint]));
+    }
+  }
+  reach.tool = reach.links[model.tool_link] + model.X_LT.translation().norm();
+  return reach;
+}
+
+}  // namespace hecaton::planner
