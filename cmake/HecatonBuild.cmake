@@ -27,6 +27,8 @@ add_library(hecaton_warnings INTERFACE)
 # -Wrestrict: g++ 12 invents overlaps in "text" + std::string (its bug 105651).
 target_compile_options(hecaton_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wconversion -Wno-sign-conversion -Wno-restrict $<$<BOOL:${HECATON_WERROR}>:-Werror>)
+# What is anonymous in a source stays so when sources are compiled together.
+target_compile_options(hecaton_warnings INTERFACE $<$<BOOL:${HECATON_UNITY}>:-Wno-subobject-linkage>)
 
 # Most of the time goes into headers (Fast DDS, CLI11, GoogleTest): parsed once for eight sources, not for each.
 set(HECATON_UNITY_TARGETS UNITY_BUILD ${HECATON_UNITY} UNITY_BUILD_BATCH_SIZE 8)
