@@ -31,6 +31,8 @@ std::string ArmController::reject_goal(const JointVector& q_goal, std::span<cons
 
 void ArmController::set_goal(const JointVector& q_goal) {
   goal_ = q_goal;
+  // The same goal again, after the arm had been there and stepped aside, is a new one.
+  if (!under_way()) memory_.local.q_goal = {};
 }
 
 void ArmController::cancel_goal() {

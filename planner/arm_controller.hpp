@@ -42,6 +42,11 @@ class ArmController {
   /// From the next period on the arm tries this.
   void begin(const Manoeuvre& manoeuvre) { planner::begin(manoeuvre, memory_.local); }
 
+  /// Has a goal and has not been there yet; as of the last period.
+  [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
+  /// The arm's claim to the right of way, to be published.
+  [[nodiscard]] std::uint32_t claim() const { return memory_.local.right_of_way.claim; }
+
   [[nodiscard]] const std::optional<JointVector>& goal() const { return goal_; }
   /// Where the last period's command leads; after the first step.
   [[nodiscard]] const MeasuredState& setpoint() const { return *setpoint_; }

@@ -319,14 +319,18 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
-  const LocalResult local = plan_locally(
-      {limits, parameters, input.q, input.qd, q_goal, input.dt, std::span(s.rows).first(rows.count)}, memory.local);
+  const LocalResult local =
+      plan_locally({limits, parameters, input.q, input.qd, q_goal, input.dt, std::span(s.rows).first(rows.count),
+                    input.arms, geometry.self(), input.has_goal},
+                   memory.local);
 
   TickResult result;
   result.qd = local.qd;
   result.q = input.q + 0.5 * (input.qd + local.qd) * input.dt;
   result.rows = rows.count;
   result.relaxed = local.relaxed;
+  result.near = std::any_of(s.rows.begin(), s.rows.begin() + rows.count, [](const Row& row) { return row.influences; });
+  result.yields_to = local.yields_to;
   result.redraws = memory.local.follower.redraws;
   if (local.binding_row >= 0) {
     result.has_binding = true;
@@ -334,12 +338,13 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   }
   const bool at_goal = input.has_goal && (input.q_goal - input.q).cwiseAbs().maxCoeff() < parameters.goal_tolerance &&
                        input.qd.cwiseAbs().maxCoeff() < 10.0 * parameters.goal_tolerance;
-  result.status = !input.has_goal   ? TickStatus::kIdle
-                  : at_goal         ? TickStatus::kReached
-                  : local.blocked   ? TickStatus::kBlocked
-                  : local.following ? TickStatus::kFollowing
-                  : local.detouring ? TickStatus::kDetouring
-                                    : TickStatus::kMoving;
+  result.status = !input.has_goal        ? TickStatus::kIdle
+                  : at_goal              ? TickStatus::kReached
+                  : local.yields_to >= 0 ? TickStatus::kYielding
+                  : local.blocked        ? TickStatus::kBlocked
+                  : local.following      ? TickStatus::kFollowing
+                  : local.detouring      ? TickStatus::kDetouring
+                                         : TickStatus::kMoving;
   return result;
 }
 

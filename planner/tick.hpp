@@ -30,6 +30,7 @@ enum class TickStatus : std::uint8_t {
   kMoving,      ///< the local planner makes progress
   kFollowing,   ///< follows a boundary
   kDetouring,   ///< goes by a way-point
+  kYielding,    ///< makes room for an arm that has the right of way: see `yields_to`
   kBlocked,     ///< no progress for now: see `binding`
   kReached,     ///< within tolerance of the goal and at rest
   kHolding,     ///< told to
@@ -43,6 +44,8 @@ struct TickResult {
   bool has_binding = false;
   Clearance binding;     ///< nearest clearance that shapes the motion, if any
   int stale_arm = -1;    ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
+  int yields_to = -1;    ///< arm that this one makes room for, −1: none
+  bool near = false;     ///< some pair is within its influence distance
   int rows = 0;          ///< constraints on the motion
   bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
   int redraws = 0;       ///< subspaces drawn for this goal

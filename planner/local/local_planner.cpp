@@ -16,6 +16,9 @@ constexpr double kBlockedAfter = 0.5;
 /// A detour need not end exactly at its way-point [rad | m].
 constexpr double kDetourTolerance = 0.1;
 
+/// An arm with the right of way is slow while the others make room; that is no deadlock yet above this share of it.
+constexpr double kPushFraction = 0.3;
+
 /// The velocity nearest to `target` within bounds and the rows of `problem`. Relaxed rows are never stricter than
 /// `allowed`, a velocity that is always possible: standing still, or the stop profile.
 QpSolution project(QpProblem& problem, const JointVector& target, const VelocityBounds& bounds,
@@ -56,11 +59,13 @@ bool inside(const VelocityBounds& bounds, const JointVector& qd) {
 }
 
 void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
+  if (!input.has_goal) memory.right_of_way.under_way = false;
   if (memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal) return;
   memory.q_goal = input.q_goal;
   memory.follower = {};
   memory.without_progress = 0.0;
   memory.detour.active = false;
+  memory.right_of_way.under_way = input.has_goal;
   memory.subspace_wanted = false;
 }
 
@@ -73,11 +78,25 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
   if (there || blocked || detour.time_left <= 0.0) detour.active = false;
 }
 
+/// Another arm's claim is followed at once, except during a detour, which ends soon. Whoever got the right of way goes
+/// straight, as the others retreat.
+void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
+  RightOfWay& right = memory.right_of_way;
+  if (input.parameters.method != Method::kBoundaryFollowing || memory.detour.active) {
+    right.yields_to = -1;
+    return;
+  }
+  const std::uint32_t claim = right.claim;
+  update(input, memory.random, right);
+  if (right.yields_to >= 0 || right.claim != claim) memory.follower.following = false;
+}
+
 /// The subspace has been followed long enough, or so many constraints have taken turns that the walk in the plane must
 /// have closed: [Lahouar06] section 3.1 concludes then that there is no way; we conclude that there is none in this
 /// plane.
-bool exhausted(const FollowerMemory& follower, const FollowerParameters& p) {
-  return p.redraw_after > 0.0 &&
+bool exhausted(const FollowerMemory& follower, const LocalParameters& parameters) {
+  const FollowerParameters& p = parameters.follower;
+  return parameters.method != Method::kSingleSubspace && p.redraw_after > 0.0 &&
          (follower.time_in_subspace > p.patience(follower.redraws) || follower.switches_in_subspace > p.most_switches);
 }
 
@@ -91,11 +110,13 @@ void update_follower(const LocalInput& input, const JointVector& way, const Join
     const bool nearer = way.norm() < p.exit_fraction * follower.d_lock;
     if (nearer) {
       follower.following = false;
-    } else if (exhausted(follower, p) || memory.subspace_wanted) {
+    } else if (exhausted(follower, input.parameters) || memory.subspace_wanted) {
       redraw_subspace(follower, memory.random, way, input.rows);
     }
   }
-  if (!follower.following && deadlocked(intended.x, wanted, p.deadlock_fraction)) {
+  const double fraction = memory.right_of_way.leads ? kPushFraction * p.deadlock_fraction : p.deadlock_fraction;
+  if (!follower.following && deadlocked(intended.x, wanted, fraction)) {
+    if (input.parameters.method == Method::kSingleSubspace) follower.redraws = 0;
     const int blocking = strongest_row(intended);
     if (blocking >= 0) {
       start_following(follower, memory.random, input.limits, input.q, way, input.rows[blocking]);
@@ -124,18 +145,27 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const JointVector braking = braking_velocity(input.limits, input.qd, input.dt);
   const JointVector& target = memory.detour.active ? memory.detour.q : input.q_goal;
   const JointVector way = joint_difference(input.limits, input.q, input.q_goal);
-  const JointVector wanted = goal_velocity(input.limits, input.q, target, input.dt);
+  const bool at_goal = way.cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
+  const bool at_rest = input.qd.cwiseAbs().maxCoeff() < 10.0 * input.parameters.goal_tolerance;
+  memory.right_of_way.under_way = memory.right_of_way.under_way && !(at_goal && at_rest);
+  const RightOfWayInput others{input.parameters, input.arms,
+                               input.self,       input.rows,
+                               input.dt,         memory.follower.following || memory.without_progress > 0.0};
+  update_right_of_way(others, memory);
+  result.yields_to = memory.right_of_way.yields_to;
+  const bool yields = result.yields_to >= 0;
+  const JointVector wanted = yields ? retreat_velocity(others, memory.right_of_way, input.limits)
+                                    : goal_velocity(input.limits, input.q, target, input.dt);
   const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
 
   QpProblem problem;
   for (const Row& row : input.rows) problem.add_row(row.g, row.h, row.key);
   bool intention_relaxed = false;
   QpSolution intended = project(problem, wanted, bounds, still, memory.intended, intention_relaxed);
-  const bool at_goal = way.cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
   result.detouring = memory.detour.active;
   if (memory.detour.active) {
     update_detour(input, intended.x, wanted, memory.detour);
-  } else if (input.parameters.method == Method::kBoundaryFollowing && !at_goal) {
+  } else if (input.parameters.method != Method::kLocal && !at_goal && !yields) {
     update_follower(input, way, wanted, intended, memory);
     if (memory.follower.following) {
       // differs from paper: when no constraint is left to follow, the local planner takes over again.

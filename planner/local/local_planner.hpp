@@ -6,6 +6,7 @@
 #include "planner/local/boundary_follower.hpp"
 #include "planner/local/manoeuvre.hpp"
 #include "planner/local/parameters.hpp"
+#include "planner/local/right_of_way.hpp"
 #include "planner/local/row.hpp"
 #include "planner/qp/dense_qp.hpp"
 
@@ -19,6 +20,9 @@ struct LocalInput {
   const JointVector& q_goal;  ///< [rad | m]; q itself to keep the place
   double dt;                  ///< control period [s]
   std::span<const Row> rows;
+  std::span<const ArmObservation> arms = {};  ///< of every arm of the cell; empty: there are no others
+  int self = 0;                               ///< index of the own arm
+  bool has_goal = true;                       ///< q_goal is one
 };
 
 /// What the planner remembers between periods; a plain value.
@@ -33,6 +37,7 @@ struct LocalMemory {
   JointVector q_goal;           ///< of the last period: a new goal starts afresh
   double without_progress = 0;  ///< since the arm last moved noticeably [s]
   Detour detour;
+  RightOfWay right_of_way;
   bool subspace_wanted = false;  ///< a fresh one is to be drawn in the next period, if the arm follows a boundary
 };
 
@@ -43,6 +48,7 @@ struct LocalResult {
   JointVector qd;  ///< for the next period [rad/s | m/s]
   bool following = false;
   bool detouring = false;
+  int yields_to = -1;    ///< index of the arm that this one makes room for; −1: none
   bool blocked = false;  ///< no noticeable motion for a while although the goal is not reached
   bool relaxed = false;  ///< the rows asked for more than acceleration limits can give; braked as hard as allowed
   int binding_row = -1;  ///< the row with the largest multiplier, −1: none holds the arm back

@@ -1,6 +1,8 @@
 #pragma once
 /// What a planner knows of the other arms.
 
+#include <cstdint>
+
 #include "planner/model/limits.hpp"
 
 namespace hecaton::planner {
@@ -12,8 +14,9 @@ struct ArmObservation {
   double age = 0.0;         ///< since it was true, on this planner's clock [s], ≥ 0
   bool known = false;       ///< ever heard of; an arm that was never heard of stops this one
   bool plans = false;       ///< takes its half of the damper (eq. 8); false: held, stopped or without planner
-  bool has_goal = false;    ///< known to be under way to q_goal
+  bool has_goal = false;    ///< known to be under way to q_goal, where it has not been yet
   JointVector q_goal = {};  ///< [rad | m]
+  std::uint32_t claim = 0;  ///< to the right of way (planner/local/right_of_way.hpp)
 };
 
 }  // namespace hecaton::planner

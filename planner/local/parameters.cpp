@@ -65,6 +65,9 @@ std::string LocalParameters::validate() const {
   if (!std::isfinite(follower.redraw_longest) || follower.redraw_longest < follower.redraw_after) {
     return sentence("follower.redraw_longest", follower.redraw_longest, "no shorter than redraw_after");
   }
+  if (!std::isfinite(yielding.patience) || yielding.patience < 0.0) {
+    return sentence("yielding.patience", yielding.patience, "0 (never) or a time in seconds");
+  }
   if (!positive(rollout.horizon)) return sentence("rollout.horizon", rollout.horizon, "a time in seconds above 0");
   if (!std::isfinite(rollout.horizon_growth) || rollout.horizon_growth < 1.0) {
     return sentence("rollout.horizon_growth", rollout.horizon_growth, "1 or more");

@@ -10,7 +10,8 @@ namespace hecaton::planner {
 /// What decides a tick.
 enum class Method {
   kLocal,              ///< constraints alone: the baseline of [Lahouar06] section 2
-  kBoundaryFollowing,  ///< + boundary following, section 3
+  kBoundaryFollowing,  ///< + boundary following, section 3, in ever fresh subspaces; right of way; rollouts
+  kSingleSubspace,     ///< boundary following as the paper has it: in one subspace as long as it takes, nothing else
 };
 
 /// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
@@ -64,6 +65,12 @@ struct FollowerParameters {
   }
 };
 
+/// When an arm asks the others to make room, and makes room itself (planner/local/right_of_way.hpp).
+struct YieldingParameters {
+  double patience = 2.0;  ///< held back for about this long, an arm asks [s]; 0: it neither asks nor makes room
+  bool at_rest = true;    ///< it makes room also when it rests at its goal, or has none
+};
+
 /// How an arm that is held back looks ahead (planner/rollout).
 struct RolloutParameters {
   int candidates = 8;             ///< manoeuvres played through at a time; 0: none, boundary following alone decides
@@ -78,6 +85,7 @@ struct LocalParameters {
   Method method = Method::kBoundaryFollowing;
   DamperParameters damper;
   FollowerParameters follower;
+  YieldingParameters yielding;
   RolloutParameters rollout;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]

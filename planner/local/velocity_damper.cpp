@@ -89,6 +89,7 @@ Row velocity_damper(const DamperScene& scene, const Clearance& clearance) {
       against_self(scene, clearance, row);
       break;
     case Counterpart::kArm:
+      row.arm = clearance.other;
       against_arm(scene, clearance, row);
       break;
     case Counterpart::kObstacle:

@@ -28,7 +28,14 @@ void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::O
 
 void PlayedCell::step() {
   for (int i = 0; i < arms(); ++i)
-    seen_[i] = {arms_[i].q, arms_[i].qd, 0.0, true, arms_[i].plans, arms_[i].has_goal, arms_[i].q_goal};
+    seen_[i] = {arms_[i].q,
+                arms_[i].qd,
+                0.0,
+                true,
+                arms_[i].plans,
+                is_under_way(i),
+                arms_[i].q_goal,
+                arms_[i].memory.right_of_way.claim};
   time_ += dt_;
   for (int i = 0; i < arms(); ++i) {
     PlayedArm& arm = arms_[i];

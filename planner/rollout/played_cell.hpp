@@ -42,6 +42,9 @@ class PlayedCell {
   [[nodiscard]] double reached(int i) const { return reached_[i]; }
 
  private:
+  /// As its planner tells the others: whoever has arrived needs no room any more.
+  [[nodiscard]] bool is_under_way(int i) const { return arms_[i].has_goal && reached_[i] < 0.0; }
+
   std::vector<CellGeometry> geometries_;  ///< one per arm as the own arm
   std::vector<LocalParameters> parameters_;
   std::vector<TickScratch> scratch_;

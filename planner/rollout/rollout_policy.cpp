@@ -32,6 +32,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     arm.plans = seen.plans;
     // How the other chooses its subspaces is not known; that each is somebody else is.
     arm.memory = LocalMemory(static_cast<std::uint64_t>(i) + 1);
+    arm.memory.right_of_way.claim = seen.claim;
   }
   for (const world::ObstacleState& obstacle : obstacles) {
     question.obstacles.push_back(obstacle);
@@ -47,7 +48,7 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
       random_(seed),
       since_answer_(parameters.rollout.interval),
       horizon_(parameters.rollout.horizon) {
-  if (parameters.method == Method::kLocal) parameters_.candidates = 0;
+  if (parameters.method != Method::kBoundaryFollowing) parameters_.candidates = 0;
 }
 
 std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controller, const TickResult& result,
@@ -56,7 +57,8 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   const double dt = controller.control_period();
   since_answer_ += dt;
   const bool trouble = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
-                       result.status == TickStatus::kBlocked;
+                       result.status == TickStatus::kBlocked ||
+                       (result.status == TickStatus::kYielding && controller.under_way());
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   if (!trouble || open_ || parameters_.candidates == 0 || since_answer_ < parameters_.interval) return std::nullopt;

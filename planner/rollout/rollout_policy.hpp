@@ -10,7 +10,7 @@ namespace hecaton::planner {
 
 class RolloutPolicy {
  public:
-  /// `seed` of the candidates that will be drawn. Constraints alone (Method::kLocal) never ask.
+  /// `seed` of the candidates that will be drawn. Only Method::kBoundaryFollowing ever asks.
   RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed);
 
   /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
@@ -20,6 +20,8 @@ class RolloutPolicy {
                                                     std::span<const world::ObstacleState> obstacles);
   /// The answer has come; its manoeuvre is to be begun.
   void answered();
+  /// A question is open.
+  [[nodiscard]] bool looks_ahead() const { return open_; }
 
  private:
   RolloutParameters parameters_;

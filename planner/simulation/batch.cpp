@@ -53,6 +53,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
     ++report.tasks;
     ++tally.tasks;
     report.relaxed_ticks += static_cast<std::uint64_t>(arm.relaxed_ticks);
+    report.yielding_ticks += static_cast<std::uint64_t>(arm.yielding_ticks);
     report.redraws += static_cast<std::uint64_t>(arm.redraws);
     switch (arm.outcome) {
       case TaskOutcome::kReached:

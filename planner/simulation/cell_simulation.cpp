@@ -107,7 +107,14 @@ class Episode {
 
   [[nodiscard]] ArmObservation own_state(int arm) const {
     const auto& goal = controllers_[arm].goal();
-    return {drives_[arm].q(), drives_[arm].qd(), 0.0, true, true, goal.has_value(), goal.value_or(JointVector())};
+    return {drives_[arm].q(),
+            drives_[arm].qd(),
+            0.0,
+            true,
+            true,
+            controllers_[arm].under_way(),
+            goal.value_or(JointVector()),
+            controllers_[arm].claim()};
   }
 
   /// A period's share of the rollouts that a planner runs beside its ticks.
@@ -160,6 +167,7 @@ class Episode {
       ArmOutcome& arm = outcome_.arms[i];
       arm.redraws = results_[i].redraws;
       arm.relaxed_ticks += results_[i].relaxed ? 1 : 0;
+      arm.yielding_ticks += results_[i].yields_to >= 0 ? 1 : 0;
       const bool reached = results_[i].status == TickStatus::kReached;
       if (reached && arm.outcome != TaskOutcome::kReached) {
         arm.outcome = TaskOutcome::kReached;

@@ -18,10 +18,11 @@ enum class TaskOutcome : std::uint8_t { kReached, kBlocked, kTimedOut };
 
 struct ArmOutcome {
   TaskOutcome outcome = TaskOutcome::kTimedOut;
-  double time = 0.0;      ///< until reached, or the time limit [s]
-  int redraws = 0;        ///< subspaces drawn
-  int rollouts = 0;       ///< answers of the rollout search
-  int relaxed_ticks = 0;  ///< ticks that braked because the rows asked for more
+  double time = 0.0;       ///< until reached, or the time limit [s]
+  int redraws = 0;         ///< subspaces drawn
+  int rollouts = 0;        ///< answers of the rollout search
+  int relaxed_ticks = 0;   ///< ticks that braked because the rows asked for more
+  int yielding_ticks = 0;  ///< ticks in which it made room for another arm
 };
 
 struct EpisodeOutcome {

@@ -63,6 +63,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.extra["ticks"] = batch.ticks;
   report.extra["relaxed_ticks"] = batch.relaxed_ticks;
   report.extra["subspaces_drawn"] = batch.redraws;
+  report.extra["yielding_ticks"] = batch.yielding_ticks;
   return report;
 }
 
@@ -106,12 +107,10 @@ void add_simulate(CLI::App& app, Session& session) {
       "goals for single arms, in total (100)", 1, kMostTasks);
   add_seed(*command, batch.seed, "of all random choices: the same seed gives the same report, to the last bit (1)");
   add_method(*command, options->method);
-  command
-      ->add_option("--rollouts", options->rollouts,
-                   "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; "
-                   "0: none")
-      ->check(CLI::Range(0, 1000).description(""))
-      ->type_name("N");
+  add_whole_number(
+      *command, "--rollouts", [options](std::uint64_t n) { options->rollouts = static_cast<int>(n); },
+      "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; 0: none", 0,
+      1000);
   add_duration(*command, "--age", batch.network.age,
                "mean age of the states that arms see of each other and of obstacles (0ms)", 0.0, 10.0);
   add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",

@@ -11,8 +11,9 @@ namespace hecaton::services::cli {
 namespace {
 
 using Entry = std::pair<const char*, planner::Method>;
-constexpr std::array<Entry, 2> kMethods{
-    {{"local", planner::Method::kLocal}, {"boundary_following", planner::Method::kBoundaryFollowing}}};
+constexpr std::array<Entry, 3> kMethods{{{"local", planner::Method::kLocal},
+                                         {"single_subspace", planner::Method::kSingleSubspace},
+                                         {"boundary_following", planner::Method::kBoundaryFollowing}}};
 
 }  // namespace
 

@@ -14,7 +14,7 @@ namespace hecaton::services::cli {
 /// --method, one of the names that method_of knows; empty: as the cell file says.
 void add_method(CLI::App& app, std::string& name);
 
-/// "local", "boundary_following"
+/// "local", "single_subspace", "boundary_following"
 [[nodiscard]] planner::Method method_of(const std::string& name);
 
 /// The reverse.

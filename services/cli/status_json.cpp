@@ -45,6 +45,7 @@ Json to_json(const msg::GoalStatus& goal) {
         {"own", goal.binding_own()}, {"other", goal.binding_other()}, {"distance_m", goal.binding_distance()}};
   }
   json["trying"] = goal.trying();
+  json["held_for_s"] = goal.held_for();
   json["distance_to_goal"] = goal.distance_to_goal();
   json["elapsed_s"] = goal.elapsed();
   json["planner"] = goal.node();

@@ -7,8 +7,9 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::array<std::string_view, 2> kMethodNames = {"local", "boundary_following"};
-constexpr std::array<planner::Method, 2> kMethods = {planner::Method::kLocal, planner::Method::kBoundaryFollowing};
+constexpr std::array<std::string_view, 3> kMethodNames = {"local", "single_subspace", "boundary_following"};
+constexpr std::array<planner::Method, 3> kMethods = {planner::Method::kLocal, planner::Method::kSingleSubspace,
+                                                     planner::Method::kBoundaryFollowing};
 
 constexpr Bounds kDistance{0.0, 10.0, "m", true};
 constexpr Bounds kFraction{0.0, 1.0, "", true};
@@ -29,6 +30,11 @@ void read_follower(const MapView& map, planner::FollowerParameters& follower) {
   read_seconds(map, "redraw_longest", {0.0, 3600.0, "s"}, follower.redraw_longest);
 }
 
+void read_yielding(const MapView& map, planner::YieldingParameters& yielding) {
+  read_seconds(map, "patience", {0.0, 3600.0, "s"}, yielding.patience);
+  read_boolean(map, "at_rest", yielding.at_rest);
+}
+
 void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
   if (const auto count = map.find("candidates")) rollout.candidates = count->integer(0, 1000);
   read_seconds(map, "horizon", {0.0, 60.0, "s", true}, rollout.horizon);
@@ -44,6 +50,7 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto method = map.find("method")) parameters.method = kMethods[method->choice(kMethodNames)];
   if (const auto damper = map.find("damper")) read_damper(damper->map(section::kDamper), parameters.damper);
   if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
+  if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);

@@ -22,25 +22,11 @@ constexpr std::array kTaskKeys = {Words("route"),   Words("centre"),      Words(
 constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
 constexpr std::array kArmKeys = {
     // What one arm alone can have first, then what `defaults` may say for all of them.
-    Words("name"),
-    Words("base"),
-    Words("host"),
-    Words("standby_host"),
-    Words("urdf"),
-    Words("srdf"),
-    Words("packages"),
-    Words("meshes"),
-    Words("tool_link"),
-    Words("tool"),
-    Words("limits"),
-    Words("poses"),
-    Words("start"),
-    Words("method"),
-    Words("damper"),
-    Words("follower"),
-    Words("rollout"),
-    Words("goal_tolerance"),
-    Words("acceleration_of_obstacles"),
+    Words("name"),           Words("base"),    Words("host"),           Words("standby_host"),
+    Words("urdf"),           Words("srdf"),    Words("packages"),       Words("meshes"),
+    Words("tool_link"),      Words("tool"),    Words("limits"),         Words("poses"),
+    Words("start"),          Words("method"),  Words("damper"),         Words("follower"),
+    Words("yielding"),       Words("rollout"), Words("goal_tolerance"), Words("acceleration_of_obstacles"),
     Words("state_age_limit")};
 constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
@@ -48,6 +34,7 @@ constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security
                                     Words("self_influence_distance"), Words("self_security_distance")};
 constexpr std::array kFollowerKeys = {Words("deadlock_fraction"), Words("exit_fraction"), Words("redraw_after"),
                                       Words("redraw_growth"), Words("redraw_longest")};
+constexpr std::array kYieldingKeys = {Words("patience"), Words("at_rest")};
 constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
                                      Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
 constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
@@ -91,6 +78,7 @@ constexpr Section kArmPoses{"arms[].poses", {}, true};
 constexpr Section kPackages{"arms[].packages", {}, true};
 constexpr Section kDamper{"arms[].damper", kDamperKeys};
 constexpr Section kFollower{"arms[].follower", kFollowerKeys};
+constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
 constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
 constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
 constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
@@ -109,11 +97,11 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 
 std::span<const Section* const> all_sections() {
   using namespace section;
-  static constexpr std::array kAll = {&kRoot,      &kNetwork, &kHosts,    &kWorld,    &kSupervision, &kTiming,
-                                      &kTasks,     &kPose,    &kDefaults, &kArm,      &kArmLimits,   &kArmPoses,
-                                      &kPackages,  &kDamper,  &kFollower, &kRollout,  &kObstacle,    &kAttachment,
-                                      &kBox,       &kSphere,  &kCapsule,  &kCylinder, &kMesh,        &kStatic,
-                                      &kWaypoints, &kCircle,  &kSine,     &kConveyor, &kDynamic};
+  static constexpr std::array kAll = {&kRoot,       &kNetwork,   &kHosts,    &kWorld,    &kSupervision, &kTiming,
+                                      &kTasks,      &kPose,      &kDefaults, &kArm,      &kArmLimits,   &kArmPoses,
+                                      &kPackages,   &kDamper,    &kFollower, &kYielding, &kRollout,     &kObstacle,
+                                      &kAttachment, &kBox,       &kSphere,   &kCapsule,  &kCylinder,    &kMesh,
+                                      &kStatic,     &kWaypoints, &kCircle,   &kSine,     &kConveyor,    &kDynamic};
   return kAll;
 }
 

@@ -30,6 +30,7 @@ extern const Section kArmPoses;
 extern const Section kPackages;
 extern const Section kDamper;
 extern const Section kFollower;
+extern const Section kYielding;
 extern const Section kRollout;
 extern const Section kObstacle;
 extern const Section kAttachment;

@@ -58,6 +58,7 @@ std::string ArmView::apply(const msg::GoalStatus& status) {
   goals_[index] = status.goal();
   seen.q_goal = *q_goal;
   seen.has_goal = true;
+  seen.claim = status.claim();
   return {};
 }
 

@@ -26,7 +26,7 @@ std::string stale(const planner::TickResult& result, const planner::CellGeometry
 }
 
 std::string subspaces(int redraws) {
-  return redraws <= 0 ? "" : ", in subspace " + std::to_string(redraws + 1);
+  return redraws <= 0 ? "" : ", in subspace " + std::to_string(redraws);
 }
 
 }  // namespace
@@ -35,6 +35,7 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
                  std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
                  const std::string& hold_reason) {
   Progress progress;
+  progress.held_back = true;
   if (result.has_binding) {
     progress.has_binding = true;
     progress.binding_own = geometry.own_name(result.binding);
@@ -58,6 +59,9 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
     case planner::TickStatus::kDetouring:
       progress.trying = "makes a detour";
       break;
+    case planner::TickStatus::kYielding:
+      progress.trying = "makes room for arm " + geometry.arms()[result.yields_to].name;
+      break;
     case planner::TickStatus::kHolding:
       progress.reason = hold_reason;
       progress.trying = "waits";
@@ -69,7 +73,9 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
     case planner::TickStatus::kIdle:
     case planner::TickStatus::kMoving:
     case planner::TickStatus::kReached:
-      progress.trying = "moves towards the goal";
+      progress.held_back = false;
+      progress.trying =
+          result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
       break;
   }
   return progress;

@@ -11,6 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kRepeat = 100ms;            // of an active goal's status
+constexpr auto kFree = 500ms;              // without a break, until an arm is no longer held back
 constexpr std::size_t kRemembered = 1024;  // goals handled before, for repetitions
 
 double seconds(std::chrono::steady_clock::duration duration) {
@@ -84,7 +85,9 @@ bool GoalDesk::answer(const GoalAnswer& answer, Clock::time_point now) {
 void GoalDesk::progress(const Progress& progress, Clock::time_point now) {
   if (!active_) return;
   Active& active = *active_;
+  const bool asks = progress.claim != active.last.claim;
   active.last = progress;
+  note_hold(progress.held_back, now);
   if (progress.state == msg::GOAL_REACHED) {
     end_active(msg::GOAL_REACHED, {}, now);
     forget_ = false;  // the arm keeps the place that it was sent to
@@ -96,7 +99,19 @@ void GoalDesk::progress(const Progress& progress, Clock::time_point now) {
     end_active(msg::GOAL_TIMED_OUT, progress.reason.empty() ? text : text + (": " + progress.reason), now);
     return;
   }
-  if (progress.state != active.state || now - active.told >= kRepeat) tell_active(progress.state, progress.reason, now);
+  if (progress.state != active.state || asks || now - active.told >= kRepeat)
+    tell_active(progress.state, progress.reason, now);
+}
+
+void GoalDesk::note_hold(bool held_back, Clock::time_point now) {
+  Active& active = *active_;
+  if (held_back) {
+    if (!active.held_since) active.held_since = now;
+    active.free_since.reset();
+  } else if (active.held_since) {
+    if (!active.free_since) active.free_since = now;
+    if (now - *active.free_since >= kFree) active.held_since.reset();
+  }
 }
 
 void GoalDesk::tell(const msg::Goal& goal, msg::GoalState state, const std::string& reason) {
@@ -120,6 +135,8 @@ void GoalDesk::tell_active(msg::GoalState state, const std::string& reason, Cloc
   status.binding_other(active.last.binding_other);
   status.binding_distance(active.last.binding_distance);
   status.trying(active.last.trying);
+  status.held_for(active.held_since ? seconds(now - *active.held_since) : 0.0);
+  status.claim(active.last.claim);
   status.distance_to_goal(active.last.distance);
   status.elapsed(seconds(now - active.since));
   status.q_goal(bus::to_message(active.q_goal));

@@ -24,7 +24,9 @@ struct Progress {
   std::string binding_other;
   double binding_distance = 0.0;  ///< [m]
   std::string trying;
-  double distance = 0.0;  ///< ‖q_goal − q‖ [rad | m]
+  bool held_back = false;   ///< does not go freely to the goal
+  std::uint32_t claim = 0;  ///< to the right of way
+  double distance = 0.0;    ///< ‖q_goal − q‖ [rad | m]
 };
 
 class GoalDesk {
@@ -67,10 +69,14 @@ class GoalDesk {
     Clock::time_point told;
     msg::GoalState state = msg::GOAL_ACCEPTED;
     Progress last;
+    std::optional<Clock::time_point> held_since = {};
+    std::optional<Clock::time_point> free_since = {};
   };
 
   [[nodiscard]] bool handled_before(const msg::Goal& goal);
   void cancel(const std::string& goal, Clock::time_point now);
+  /// Since when the arm is held back; a moment of freedom does not end it.
+  void note_hold(bool held_back, Clock::time_point now);
   void tell(const msg::Goal& goal, msg::GoalState state, const std::string& reason);
   void tell_active(msg::GoalState state, const std::string& reason, Clock::time_point now);
   void end_active(msg::GoalState state, const std::string& reason, Clock::time_point now);

@@ -197,6 +197,8 @@ void PlannerService::plan() {
     Progress progress;
     progress.reason = hold_reason_;
     progress.trying = "waits for the driver";
+    progress.held_back = true;
+    progress.claim = controller_.claim();
     answer_clients(std::move(progress));
     return;
   }
@@ -217,6 +219,8 @@ void PlannerService::plan() {
   const planner::Arm& arm = controller_.geometry().own_arm();
   const planner::JointVector to_go = planner::joint_difference(arm.limits, own.q, desk_.q_goal());
   progress.distance = to_go.norm();
+  progress.claim = controller_.claim();
+  if (rollout_policy_.looks_ahead()) progress.trying += ", looks ahead";
   const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller_.parameters().goal_tolerance;
   if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GOAL_REACHED;
   if (own.mode != msg::ARM_RUNNING && hold_reason_.empty() && !own.reason.empty() && !starved) {

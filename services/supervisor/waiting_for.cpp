@@ -28,6 +28,11 @@ std::string binding_text(const msg::GoalStatus& goal) {
          std::to_string(std::lround(goal.binding_distance() * 1e3)) + " mm)";
 }
 
+std::string held_text(const msg::GoalStatus& goal) {
+  if (goal.held_for() < 1.0) return {};
+  return ", for " + std::to_string(std::lround(goal.held_for())) + " s";
+}
+
 /// What the drive says of itself; empty while it follows commands.
 std::string drive_text(const msg::ArmState& state) {
   switch (state.mode()) {
@@ -59,9 +64,9 @@ std::string goal_text(const msg::GoalStatus& goal) {
     case msg::GOAL_ACCEPTED:
       return "goal " + goal.goal() + " accepted, not begun";
     case msg::GOAL_ACTIVE:
-      return with(goal.trying(), goal.reason()) + binding_text(goal);
+      return with(goal.trying(), goal.reason()) + binding_text(goal) + held_text(goal);
     case msg::GOAL_BLOCKED:
-      return with("blocked", goal.reason()) + binding_text(goal);
+      return with("blocked", goal.reason()) + binding_text(goal) + held_text(goal);
     case msg::GOAL_REACHED:
       return "a goal; the last was reached";
     case msg::GOAL_REJECTED:

@@ -25,6 +25,9 @@ TEST(LocalParameters, RefusalsNameKeyValueAndRule) {
   p = {};
   p.follower.redraw_after = -1.0;
   EXPECT_EQ(p.validate(), "follower.redraw_after = -1 must be 0 (never) or a time in seconds");
+  p = {};
+  p.yielding.patience = -2.0;
+  EXPECT_EQ(p.validate(), "yielding.patience = -2 must be 0 (never) or a time in seconds");
 }
 
 TEST(Damper, IsThePapersLineWhereStopsAreShort) {

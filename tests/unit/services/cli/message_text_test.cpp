@@ -28,6 +28,13 @@ TEST(GoalText, TellsWhatBindsWithoutReason) {
   EXPECT_EQ(goal_text(goal), "blocked: arm2/forearm – pallet, 18 mm");
 }
 
+TEST(GoalText, TellsSinceWhen) {
+  msg::GoalStatus goal = blocked();
+  goal.held_for(3.2);
+  EXPECT_EQ(goal_text(goal),
+            "blocked: no way for now (arm2/forearm – pallet, 18 mm), for 3.2 s; draws another subspace");
+}
+
 TEST(GoalText, TriesNothingAnyMoreAtTheEnd) {
   msg::GoalStatus goal = blocked();
   goal.state(msg::GOAL_TIMED_OUT);

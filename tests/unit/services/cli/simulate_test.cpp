@@ -55,6 +55,25 @@ TEST(Simulate, FasterJointsTakeLessTime) {
   EXPECT_LT(fast["task_s"]["p50"].get<double>(), slow["task_s"]["p50"].get<double>());
 }
 
+TEST(Simulate, RolloutsAreAWholeNumber) {
+  for (const char* bad : {"x", "-1", "1.5", "1001"}) {
+    const Ran ran = run_line(simulate({std::string("--rollouts=") + bad}));
+    EXPECT_EQ(ran.code, ExitCode::kBadInput) << bad;
+    EXPECT_NE(ran.err.find(std::string("--rollouts = ") + bad + " must be a whole number from 0 to 1000"),
+              std::string::npos)
+        << ran.err;
+  }
+}
+
+TEST(Simulate, RunsEveryMethod) {
+  for (const char* method : {"local", "single_subspace", "boundary_following"}) {
+    const Ran ran = run_line(simulate({"--rollouts", "0", "--method", method}));
+    const Json report = Json::parse(ran.out);
+    EXPECT_EQ(report["method"], method);
+    if (std::string(method) == "local") EXPECT_EQ(report["subspaces_drawn"], 0);
+  }
+}
+
 TEST(Simulate, BurstsMustAllowForTheLoss) {
   const Ran ran = run_line(simulate({"--loss", "0.75", "--burst", "2"}));
   EXPECT_EQ(ran.code, ExitCode::kBadInput);

@@ -50,6 +50,7 @@ arms:
     damper: {security_distance: 0.06, convergence_speed: 0.7, self_influence_distance: 0.3, self_security_distance: 0.02}
     follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, redraw_after: 2s, redraw_growth: 1.5,
                redraw_longest: 9s}
+    yielding: {patience: 3s, at_rest: false}
     rollout: {candidates: 5, horizon: 1.5s, horizon_growth: 1.2, longest_horizon: 6s, interval: 300ms,
               ticks_per_period: 250}
     goal_tolerance: 0.01
@@ -184,6 +185,8 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_DOUBLE_EQ(parameters.follower.redraw_after, 2.0);
   EXPECT_DOUBLE_EQ(parameters.follower.redraw_growth, 1.5);
   EXPECT_DOUBLE_EQ(parameters.follower.redraw_longest, 9.0);
+  EXPECT_DOUBLE_EQ(parameters.yielding.patience, 3.0);
+  EXPECT_FALSE(parameters.yielding.at_rest);
   EXPECT_EQ(parameters.rollout.candidates, 5);
   EXPECT_DOUBLE_EQ(parameters.rollout.horizon, 1.5);
   EXPECT_DOUBLE_EQ(parameters.rollout.horizon_growth, 1.2);

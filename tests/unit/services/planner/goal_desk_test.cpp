@@ -48,6 +48,40 @@ class Desk : public testing::Test {
   std::vector<msg::GoalStatus> statuses_;
 };
 
+TEST_F(Desk, TellsHowLongAnArmHasBeenHeldBack) {
+  send_and_accept(goal("a"));
+  (void)told();
+  const auto held_for = [this](bool held_back, GoalDesk::Clock::duration later) {
+    now_ += later;
+    Progress progress = in(msg::GOAL_ACTIVE);
+    progress.held_back = held_back;
+    desk_.progress(progress, now_);
+    (void)told();
+    return statuses_.back().held_for();
+  };
+  EXPECT_EQ(held_for(false, 1s), 0.0);
+  EXPECT_EQ(held_for(true, 1s), 0.0);
+  EXPECT_DOUBLE_EQ(held_for(true, 2s), 2.0);
+  EXPECT_DOUBLE_EQ(held_for(false, 300ms), 2.3) << "a moment of freedom does not count";
+  EXPECT_DOUBLE_EQ(held_for(true, 300ms), 2.6);
+  EXPECT_DOUBLE_EQ(held_for(false, 300ms), 2.9);
+  EXPECT_DOUBLE_EQ(held_for(false, 600ms), 0.0);
+}
+
+TEST_F(Desk, AClaimIsToldAtOnce) {
+  send_and_accept(goal("a"));
+  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  (void)told();
+  now_ += 10ms;
+  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  EXPECT_TRUE(told().empty());
+  Progress asking = in(msg::GOAL_ACTIVE);
+  asking.claim = 3;
+  desk_.progress(asking, now_);
+  ASSERT_EQ(told().size(), 1U);
+  EXPECT_EQ(statuses_.back().claim(), 3U);
+}
+
 TEST_F(Desk, AcceptedActiveReached) {
   send_and_accept(goal("a"));
   EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACCEPTED}}));

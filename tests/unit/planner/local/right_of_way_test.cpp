@@ -1,0 +1,159 @@
+#include "planner/local/right_of_way.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/planar_point.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::joints;
+
+constexpr double kPeriod = 0.01;  // [s]
+
+/// Arm 1 of three; arm 0 is near it.
+class RightOfWayTest : public testing::Test {
+ protected:
+  RightOfWayTest() : arms_(3) {
+    for (ArmObservation& arm : arms_) {
+      arm.known = arm.plans = arm.has_goal = true;
+      arm.q = arm.qd = arm.q_goal = joints({0.0, 0.0});
+    }
+    Row row;
+    row.g = joints({1.0, 0.0});  // arm 0 is on the right
+    row.h = 0.0;
+    row.arm = 0;
+    row.influences = true;
+    rows_.push_back(row);
+    right_.under_way = true;
+  }
+
+  [[nodiscard]] RightOfWayInput input(bool held_back = false) const {
+    return {parameters_, arms_, 1, rows_, kPeriod, held_back};
+  }
+  void pass(double seconds, bool held_back) {
+    for (double t = 0.0; t < seconds; t += kPeriod) update(input(held_back), random_, right_);
+  }
+
+  LocalParameters parameters_;
+  std::vector<ArmObservation> arms_;
+  std::vector<Row> rows_;
+  Random random_{5};
+  RightOfWay right_;
+};
+
+TEST(Claims, AreATotalOrder) {
+  Random random(1);
+  const auto draw = [&random] { return Claim{static_cast<std::uint32_t>(random.next() % 4), int(random.next() % 4)}; };
+  for (int trial = 0; trial < 10'000; ++trial) {
+    const Claim a = draw();
+    const Claim b = draw();
+    const Claim c = draw();
+    const bool same = a.number == b.number && a.arm == b.arm;
+    EXPECT_EQ(int(a.precedes(b)) + int(b.precedes(a)), same ? 0 : 1);
+    EXPECT_TRUE(!a.precedes(b) || !b.precedes(c) || a.precedes(c));
+  }
+}
+
+TEST_F(RightOfWayTest, NobodyMakesRoomUnasked) {
+  pass(5.0, false);
+  EXPECT_EQ(right_.yields_to, -1);
+  EXPECT_EQ(right_.claim, 0U);
+}
+
+TEST_F(RightOfWayTest, WhoIsHeldBackAsksOnceItsPatienceIsOver) {
+  pass(0.7 * parameters_.yielding.patience, true);
+  EXPECT_EQ(right_.claim, 0U);
+  pass(0.6 * parameters_.yielding.patience, true);
+  EXPECT_EQ(right_.claim, 1U);
+  EXPECT_TRUE(right_.leads);
+}
+
+TEST_F(RightOfWayTest, FreedomEndsTheWait) {
+  for (int k = 0; k < 5; ++k) {
+    pass(0.7 * parameters_.yielding.patience, true);
+    pass(1.0, false);
+  }
+  EXPECT_EQ(right_.claim, 0U);
+}
+
+TEST_F(RightOfWayTest, MakesRoomForANearArmThatAskedAndThenAsksItself) {
+  arms_[0].claim = 1;
+  pass(0.1, false);
+  EXPECT_EQ(right_.yields_to, 0);
+  EXPECT_FALSE(right_.leads);
+  pass(1.3 * parameters_.yielding.patience, false);
+  EXPECT_EQ(right_.claim, 2U);
+  EXPECT_EQ(right_.yields_to, -1);
+}
+
+TEST_F(RightOfWayTest, EveryNewClaimGetsItsTime) {
+  for (std::uint32_t claim = 1; claim <= 5; ++claim) {
+    arms_[0].claim = claim;
+    pass(0.7 * parameters_.yielding.patience, false);
+    EXPECT_EQ(right_.yields_to, 0);
+  }
+  EXPECT_EQ(right_.claim, 0U);
+}
+
+TEST_F(RightOfWayTest, WhoIsFarAwayNeedsNoRoom) {
+  arms_[2].claim = 1;
+  pass(0.1, false);
+  EXPECT_EQ(right_.yields_to, -1);
+}
+
+TEST_F(RightOfWayTest, GoesOnSoonAfterTheOtherHasPassed) {
+  arms_[0].claim = 1;
+  pass(0.1, false);
+  rows_.clear();
+  pass(0.2, false);
+  EXPECT_EQ(right_.yields_to, 0);
+  pass(0.2, false);
+  EXPECT_EQ(right_.yields_to, -1);
+}
+
+TEST_F(RightOfWayTest, WhoHasArrivedOrDoesNotPlanNeedsNoRoom) {
+  arms_[0].claim = 1;
+  arms_[0].has_goal = false;
+  pass(0.1, false);
+  EXPECT_EQ(right_.yields_to, -1);
+  arms_[0].has_goal = true;
+  arms_[0].plans = false;
+  pass(0.1, false);
+  EXPECT_EQ(right_.yields_to, -1);
+}
+
+TEST_F(RightOfWayTest, AnArmAtRestMakesRoomUnlessTold) {
+  right_.under_way = false;
+  right_.claim = 7;  // of an earlier goal
+  arms_[0].claim = 1;
+  pass(0.1, false);
+  EXPECT_EQ(right_.yields_to, 0);
+  pass(10.0, false);
+  EXPECT_EQ(right_.claim, 7U) << "it has no business to ask";
+  parameters_.yielding.at_rest = false;
+  pass(0.1, false);
+  EXPECT_EQ(right_.yields_to, -1);
+}
+
+TEST_F(RightOfWayTest, WithoutPatienceItNeitherAsksNorMakesRoom) {
+  parameters_.yielding.patience = 0.0;
+  arms_[0].claim = 1;
+  pass(10.0, true);
+  EXPECT_EQ(right_.yields_to, -1);
+  EXPECT_EQ(right_.claim, 0U);
+}
+
+// h = 0 at dₛ: as fast as the limits allow, straight away; h = ½ ξ at dᵢ: at rest.
+TEST_F(RightOfWayTest, RetreatsTheFasterTheNearer) {
+  arms_[0].claim = 1;
+  const JointLimits limits = test::planar_point().limits;
+  EXPECT_EQ(retreat_velocity(input(), right_, limits), joints({-0.5, 0.0}));
+  rows_[0].h = 0.25 * parameters_.damper.convergence_speed;
+  EXPECT_EQ(retreat_velocity(input(), right_, limits), joints({-0.25, 0.0}));
+  rows_[0].h = 0.5 * parameters_.damper.convergence_speed;
+  EXPECT_EQ(retreat_velocity(input(), right_, limits), joints({0.0, 0.0}));
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,58 @@
+#include "services/planner/explain.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/planar_point.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using planner::TickStatus;
+
+class ExplainTest : public testing::Test {
+ protected:
+  Progress told(TickStatus status) {
+    result_.status = status;
+    return explain(result_, geometry_, seen_, {}, "the cell is on hold");
+  }
+
+  planner::CellGeometry geometry_{{test::planar_point("left"), test::planar_point("right")}, 0};
+  std::array<planner::ArmObservation, 2> seen_;
+  planner::TickResult result_;
+};
+
+TEST_F(ExplainTest, WhatIsTriedHasAName) {
+  EXPECT_EQ(told(TickStatus::kMoving).trying, "goes straight to the goal");
+  EXPECT_EQ(told(TickStatus::kDetouring).trying, "makes a detour");
+  result_.redraws = 2;
+  EXPECT_EQ(told(TickStatus::kFollowing).trying, "follows the boundary, in subspace 2");
+  result_.yields_to = 1;
+  EXPECT_EQ(told(TickStatus::kYielding).trying, "makes room for arm right");
+}
+
+TEST_F(ExplainTest, OnlyWhoGoesFreelyIsNotHeldBack) {
+  result_.yields_to = 1;
+  EXPECT_FALSE(told(TickStatus::kMoving).held_back);
+  EXPECT_FALSE(told(TickStatus::kReached).held_back);
+  for (const TickStatus status : {TickStatus::kFollowing, TickStatus::kDetouring, TickStatus::kYielding,
+                                  TickStatus::kBlocked, TickStatus::kHolding}) {
+    EXPECT_TRUE(told(status).held_back) << static_cast<int>(status);
+  }
+}
+
+TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
+  result_.has_binding = true;
+  result_.binding.counterpart = planner::Counterpart::kArm;
+  result_.binding.other = 1;
+  result_.binding.own_link = result_.binding.other_link = 2;
+  result_.binding.distance = 0.018;
+  const Progress progress = told(TickStatus::kBlocked);
+  EXPECT_EQ(progress.state, msg::GOAL_BLOCKED);
+  EXPECT_EQ(progress.binding_own, "left/ball");
+  EXPECT_EQ(progress.binding_other, "right/ball");
+  EXPECT_EQ(progress.binding_distance, 0.018);
+  EXPECT_EQ(progress.reason, "no progress: left/ball – right/ball, 18 mm");
+}
+
+}  // namespace
+}  // namespace hecaton::services
