@@ -54,6 +54,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
     ++tally.tasks;
     report.relaxed_ticks += static_cast<std::uint64_t>(arm.relaxed_ticks);
     report.yielding_ticks += static_cast<std::uint64_t>(arm.yielding_ticks);
+    report.chatter += arm.chatter;
     report.redraws += static_cast<std::uint64_t>(arm.redraws);
     switch (arm.outcome) {
       case TaskOutcome::kReached:

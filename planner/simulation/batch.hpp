@@ -38,6 +38,7 @@ struct BatchReport {
   std::uint64_t relaxed_ticks = 0;
   std::uint64_t redraws = 0;
   std::uint64_t yielding_ticks = 0;
+  Chatter chatter;              ///< of all arms
   std::vector<double> times;    ///< of the tasks that were reached, in task order [s]
   std::vector<double> tick_us;  ///< when measured
   std::vector<ArmTally> arms;

@@ -42,6 +42,7 @@ class Episode {
     }
     outcome_.arms.resize(n);
     results_.resize(n);
+    chatter_.resize(n);
     observations_.resize(n);
     publish_measured();
   }
@@ -168,6 +169,8 @@ class Episode {
       arm.redraws = results_[i].redraws;
       arm.relaxed_ticks += results_[i].relaxed ? 1 : 0;
       arm.yielding_ticks += results_[i].yields_to >= 0 ? 1 : 0;
+      chatter_[i].add(results_[i].qd, cell_.arms[i].arm.limits, results_[i].near, cell_.timing.control_period);
+      arm.chatter = chatter_[i].total();
       const bool reached = results_[i].status == TickStatus::kReached;
       if (reached && arm.outcome != TaskOutcome::kReached) {
         arm.outcome = TaskOutcome::kReached;
@@ -206,6 +209,7 @@ class Episode {
   std::vector<ArmObservation> observations_;
   ObstacleStates obstacles_;
   std::vector<TickResult> results_;
+  std::vector<ChatterCounter> chatter_;
   Kinematics kinematics_;
   EpisodeOutcome outcome_;
 };

@@ -8,6 +8,7 @@
 #include "planner/arm_controller.hpp"
 #include "planner/cell.hpp"
 #include "planner/simulation/arm_model.hpp"
+#include "planner/simulation/chatter.hpp"
 #include "planner/simulation/network_model.hpp"
 #include "planner/simulation/tasks.hpp"
 #include "world/sim/bullet_world.hpp"
@@ -23,6 +24,7 @@ struct ArmOutcome {
   int rollouts = 0;        ///< answers of the rollout search
   int relaxed_ticks = 0;   ///< ticks that braked because the rows asked for more
   int yielding_ticks = 0;  ///< ticks in which it made room for another arm
+  Chatter chatter;
 };
 
 struct EpisodeOutcome {

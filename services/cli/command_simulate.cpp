@@ -64,6 +64,8 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.extra["relaxed_ticks"] = batch.relaxed_ticks;
   report.extra["subspaces_drawn"] = batch.redraws;
   report.extra["yielding_ticks"] = batch.yielding_ticks;
+  const planner::Chatter& chatter = batch.chatter;
+  report.chatter = ChatterReport{chatter.turns_per_second(), chatter.quick_per_second(), chatter.joint_time};
   return report;
 }
 

@@ -81,6 +81,11 @@ Json to_json(const Report& report) {
   json["seed"] = report.seed;
   json["closest_pair"] = separation_json(report.smallest);
   json["task_s"] = time_json(report.times);
+  if (report.chatter) {
+    json["chatter"] = {{"turns_per_joint_s", report.chatter->turns_per_second},
+                       {"quick_turns_per_joint_s", report.chatter->quick_per_second},
+                       {"joint_s_near", report.chatter->joint_seconds}};
+  }
   json.update(report.extra);
   return json;
 }
@@ -115,6 +120,10 @@ std::string table_text(const Report& report, const Palette& palette) {
     std::sort(times.begin(), times.end());
     line("time to goal", "p50 " + duration_text(quantile(times, 0.5)) + ", p95 " +
                              duration_text(quantile(times, 0.95)) + ", max " + duration_text(times.back()));
+  }
+  if (report.chatter) {
+    line("turns near things", decimal_text(report.chatter->turns_per_second, 2) + " per second and joint, " +
+                                  decimal_text(report.chatter->quick_per_second, 2) + " of them within 0.1 s");
   }
   line("duration", duration_text(report.duration));
   if (report.tick_us) {

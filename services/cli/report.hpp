@@ -32,6 +32,13 @@ struct ArmReport {
   int timed_out = 0;
 };
 
+/// How often joints turned back while some pair was within its influence distance (planner/simulation/chatter.hpp).
+struct ChatterReport {
+  double turns_per_second = 0.0;  ///< and joint
+  double quick_per_second = 0.0;  ///< of these: within 0.1 s after the joint's last turn
+  double joint_seconds = 0.0;     ///< near constraints, summed over the joints [s]
+};
+
 struct Report {
   std::string cell;
   std::string method;  ///< of all arms, or "as configured"
@@ -45,6 +52,7 @@ struct Report {
   double duration = 0.0;                      ///< [s], of the cell's own time
   std::optional<Quantiles> tick_us;
   std::vector<double> times;  ///< of the tasks that were reached [s]
+  std::optional<ChatterReport> chatter;
   std::vector<ArmReport> arms;
   Json faults = Json::array();
   Json extra = Json::object();  ///< more keys, behind those that every report has

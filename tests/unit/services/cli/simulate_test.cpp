@@ -65,11 +65,14 @@ TEST(Simulate, RolloutsAreAWholeNumber) {
   }
 }
 
-TEST(Simulate, RunsEveryMethod) {
+TEST(Simulate, RunsEveryMethodOnTheSameTasksAndTellsHowOftenJointsTurn) {
   for (const char* method : {"local", "single_subspace", "boundary_following"}) {
     const Ran ran = run_line(simulate({"--rollouts", "0", "--method", method}));
     const Json report = Json::parse(ran.out);
     EXPECT_EQ(report["method"], method);
+    EXPECT_GT(report["chatter"]["joint_s_near"].get<double>(), 0.0);
+    EXPECT_GE(report["chatter"]["turns_per_joint_s"].get<double>(),
+              report["chatter"]["quick_turns_per_joint_s"].get<double>());
     if (std::string(method) == "local") EXPECT_EQ(report["subspaces_drawn"], 0);
   }
 }
