@@ -12,4 +12,7 @@ void run_distance(Output output);
 /// Ticks of cells of 3 to 100 arms.
 void run_growth(Output output);
 
+/// Cells played forward, as rollouts and simulations do: ticks a second of one core.
+void run_plays(Output output);
+
 }  // namespace hecaton::bench

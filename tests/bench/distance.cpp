@@ -53,7 +53,7 @@ void run_distance(Output output) {
     fcl_pass.measure([&] { fcl.distances(instant, theirs); });
     disagreement.compare(room, theirs);
   }
-  print(output, {{near_pass, &fcl_pass}, {full_pass, &fcl_pass}});
+  print(output, {{near_pass, &fcl_pass}, {full_pass, &fcl_pass}, {readings_of_the_clock(), nullptr}});
   std::fprintf(stderr, "pairs within %.2f m: %.1f a pass\n", kInfluence, static_cast<double>(near) / kInstants);
   std::fprintf(stderr, "FCL differs by more than 0.1 mm on %ld of %d pairs; at most %.2g m above ours, %.2g m below\n",
                disagreement.differing, kPairs * kInstants, disagreement.most_above, disagreement.most_below);

@@ -11,11 +11,12 @@ namespace {
 using hecaton::bench::Output;
 
 constexpr const char* kUsage =
-    "usage: hecaton-bench tick|distance|growth [-o table|json]\n"
+    "usage: hecaton-bench tick|distance|growth|plays [-o table|json]\n"
     "\n"
     "  tick      one control period of an arm, 192 pairs of bodies, and where its time goes\n"
     "  distance  its distance pass alone, beside FCL's pairwise distances\n"
     "  growth    ticks of generated cells of 3, 10, 30 and 100 arms\n"
+    "  plays     ticks a second when cells are played forward, as in rollouts\n"
     "\n"
     "Each figure is the fastest of three calls on the same input; median, 99th percentile and maximum are over "
     "inputs.\n"
@@ -53,8 +54,10 @@ int main(int count, char** arguments) {
     hecaton::bench::run_distance(output);
   } else if (what == "growth") {
     hecaton::bench::run_growth(output);
+  } else if (what == "plays") {
+    hecaton::bench::run_plays(output);
   } else {
-    return usage_error(what.empty() ? "say what to measure" : "'" + what + "' must be tick, distance or growth");
+    return usage_error(what.empty() ? "say what to measure" : "'" + what + "' must be tick, distance, growth or plays");
   }
   return 0;
 }

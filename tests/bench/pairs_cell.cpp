@@ -22,16 +22,25 @@ std::vector<world::Obstacle> boxes(std::mt19937_64& random) {
   return obstacles;
 }
 
-CellGeometry make_geometry(std::mt19937_64& random) {
-  CellGeometry geometry(
-      {puma_like("arm1", {0, -0.7, 0}), puma_like("arm2", {0.6, 0.35, 0}), puma_like("arm3", {-0.6, 0.35, 0})}, 0);
-  geometry.set_obstacles(boxes(random));
+CellGeometry make_geometry(std::span<const world::Obstacle> obstacles, LinkShapes shapes) {
+  CellGeometry geometry({puma_like("arm1", {0, -0.7, 0}, shapes), puma_like("arm2", {0.6, 0.35, 0}, shapes),
+                         puma_like("arm3", {-0.6, 0.35, 0}, shapes)},
+                        0);
+  geometry.set_obstacles(obstacles);
   return geometry;
+}
+
+std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const world::Shape& shape) {
+  if (const auto* capsule = std::get_if<world::Capsule>(&shape)) {
+    return std::make_shared<fcl::Capsuled>(capsule->radius, 2.0 * capsule->half_length);
+  }
+  const auto& cylinder = std::get<world::Cylinder>(shape);
+  return std::make_shared<fcl::Cylinderd>(cylinder.radius, 2.0 * cylinder.half_length);
 }
 
 }  // namespace
 
-Arm puma_like(const std::string& name, const Eigen::Vector3d& base) {
+Arm puma_like(const std::string& name, const Eigen::Vector3d& base, LinkShapes shapes) {
   struct Row {
     Eigen::Vector3d offset;  // of the joint in the parent's frame [m]
     Eigen::Vector3d axis;
@@ -58,7 +67,10 @@ Arm puma_like(const std::string& name, const Eigen::Vector3d& base) {
     link.axis = rows[i].axis;
     Pose X_LS = Pose::Identity();
     X_LS.translation().z() = 0.5 * rows[i].length;
-    model->geometry.push_back({i + 1, world::Capsule{rows[i].radius, 0.5 * rows[i].length}, X_LS, 0.0});
+    const double half_length = 0.5 * rows[i].length;
+    const world::Shape shape = shapes == LinkShapes::kFast ? world::Shape(world::Capsule{rows[i].radius, half_length})
+                                                           : world::Shape(world::Cylinder{rows[i].radius, half_length});
+    model->geometry.push_back({i + 1, shape, X_LS, 0.0});
     model->joint_names.push_back(link.joint_name);
   }
   model->tool_link = 6;
@@ -68,6 +80,7 @@ Arm puma_like(const std::string& name, const Eigen::Vector3d& base) {
   arm.name = name;
   arm.model = model;
   arm.limits = model->limits;
+  arm.shapes = shapes;
   arm.named["home"] = all(0.0);
   arm.X_WB.translation() = base;
   return arm;
@@ -77,7 +90,8 @@ double uniform(std::mt19937_64& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-PairsCell::PairsCell(std::uint64_t seed) : random_(seed), geometry_(make_geometry(random_)) {}
+PairsCell::PairsCell(std::uint64_t seed, LinkShapes shapes)
+    : random_(seed), obstacles_(boxes(random_)), geometry_(make_geometry(obstacles_, shapes)) {}
 
 Instant PairsCell::draw() {
   Instant instant;
@@ -104,8 +118,7 @@ struct FclPairs::Objects {
 FclPairs::FclPairs(const CellGeometry& geometry) : geometry_(geometry), objects_(std::make_unique<Objects>()) {
   for (int arm = 0; arm < 3; ++arm) {
     for (const Body& body : geometry.arm_bodies(arm)) {
-      const auto& capsule = std::get<world::Capsule>(body.shape);
-      objects_->arms[arm].emplace_back(std::make_shared<fcl::Capsuled>(capsule.radius, 2.0 * capsule.half_length));
+      objects_->arms[arm].emplace_back(fcl_shape(body.shape));
     }
   }
   for (int i = 0; i < geometry.obstacle_count(); ++i) {

@@ -15,8 +15,9 @@ inline constexpr int kPairs = 192;
 
 [[nodiscard]] double uniform(std::mt19937_64& random, double low, double high);
 
-/// Six revolute joints with the PUMA 560's link lengths; a capsule along every link.
-[[nodiscard]] planner::Arm puma_like(const std::string& name, const Eigen::Vector3d& base);
+/// Six revolute joints with the PUMA 560's link lengths; along every link a capsule, or the cylinder in it.
+[[nodiscard]] planner::Arm puma_like(const std::string& name, const Eigen::Vector3d& base,
+                                     planner::LinkShapes shapes = planner::LinkShapes::kFast);
 
 /// One configuration of the whole cell.
 struct Instant {
@@ -27,15 +28,18 @@ struct Instant {
 
 class PairsCell {
  public:
-  explicit PairsCell(std::uint64_t seed);
+  /// With capsules, which `geometry: fast` would make of the links, or cylinders measured as such.
+  explicit PairsCell(std::uint64_t seed, planner::LinkShapes shapes = planner::LinkShapes::kFast);
 
   /// Arms and boxes anywhere, through each other too.
   [[nodiscard]] Instant draw();
   [[nodiscard]] std::mt19937_64& random() { return random_; }
   [[nodiscard]] const planner::CellGeometry& geometry() const { return geometry_; }
+  [[nodiscard]] const std::vector<world::Obstacle>& obstacles() const { return obstacles_; }
 
  private:
   std::mt19937_64 random_;
+  std::vector<world::Obstacle> obstacles_;
   planner::CellGeometry geometry_;
 };
 

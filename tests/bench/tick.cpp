@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <optional>
+#include <string>
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
@@ -20,6 +20,7 @@ using namespace planner;
 
 constexpr double kPeriod = 0.010;  // [s]
 constexpr int kJourneys = 20;
+constexpr int kExactJourneys = 5;
 constexpr int kTicksAJourney = 250;
 
 /// The two other arms swing about where they were drawn, out of step.
@@ -50,8 +51,14 @@ Instant draw_start(PairsCell& cell, ExactDistance& distance) {
 /// What a tick consists of, timed one by one on the tick's own input.
 class Parts {
  public:
-  explicit Parts(const CellGeometry& geometry)
-      : geometry_(geometry), distance_(geometry), kinematics_(geometry.arms().size()) {
+  Parts(const CellGeometry& geometry, const std::string& geometry_name)
+      : placing(geometry_name + "kinematics of three arms"),
+        pass(geometry_name + "distances, 0.12 m"),
+        dampers(geometry_name + "rows of its pairs"),
+        programme(geometry_name + "one quadratic programme with them"),
+        geometry_(geometry),
+        distance_(geometry),
+        kinematics_(geometry.arms().size()) {
     for (const Arm& arm : geometry.arms()) stop_times_.push_back(longest_stop_time(arm.limits));
   }
 
@@ -71,10 +78,10 @@ class Parts {
   }
 
   static constexpr double kInfluence = 0.12;  // [m]
-  Timings placing{"  kinematics of three arms"};
-  Timings pass{"  distance pass, 0.12 m"};
-  Timings dampers{"  rows of its pairs"};
-  Timings programme{"  one quadratic programme with them"};
+  Timings placing;
+  Timings pass;
+  Timings dampers;
+  Timings programme;
 
  private:
   void place(const TickInput& input) {
@@ -106,22 +113,21 @@ class Parts {
   QpSolution solution_;
 };
 
-}  // namespace
-
-void run_tick(Output output) {
-  PairsCell cell(20060521);
+/// Journeys of one arm among the others and the boxes; `name`: of the geometry that is measured.
+void measure_journeys(LinkShapes shapes, const std::string& name, int journeys, Output output) {
+  PairsCell cell(20060521, shapes);
   const CellGeometry& geometry = cell.geometry();
   ExactDistance distance(geometry);
   FclPairs fcl(geometry);
   TickScratch scratch(geometry);
-  Parts parts(geometry);
+  Parts parts(geometry, "  " + name + ", ");
   LocalParameters parameters;
-  Timings whole("whole tick, 192 pairs");
-  Timings fcl_pass("fcl::distance, all 192 pairs, nearest points");
+  Timings whole("whole tick, " + name + ", 192 pairs");
+  Timings fcl_pass("fcl::distance, " + name + ", all 192 pairs, nearest points");
   std::vector<double> theirs;
   double rows = 0.0;
   int most_rows = 0;
-  for (int journey = 0; journey < kJourneys; ++journey) {
+  for (int journey = 0; journey < journeys; ++journey) {
     Instant instant = draw_start(cell, distance);
     const Instant start = instant;
     std::vector<ArmObservation> arms(geometry.arms().size());
@@ -153,11 +159,20 @@ void run_tick(Output output) {
     }
   }
   print(output, {{whole, &fcl_pass},
-                 {parts.placing, nullptr},
+                 {parts.placing, &fcl_pass},
                  {parts.pass, &fcl_pass},
-                 {parts.dampers, nullptr},
-                 {parts.programme, nullptr}});
-  std::fprintf(stderr, "rows a tick: %.1f, at most %d\n", rows / (kJourneys * kTicksAJourney), most_rows);
+                 {parts.dampers, &fcl_pass},
+                 {parts.programme, &fcl_pass},
+                 {readings_of_the_clock(), nullptr}});
+  std::fprintf(stderr, "%s: rows a tick: %.1f, at most %d\n", name.c_str(), rows / (journeys * kTicksAJourney),
+               most_rows);
+}
+
+}  // namespace
+
+void run_tick(Output output) {
+  measure_journeys(LinkShapes::kFast, "capsules", kJourneys, output);
+  measure_journeys(LinkShapes::kExact, "cylinders", kExactJourneys, output);
 }
 
 }  // namespace hecaton::bench

@@ -42,6 +42,9 @@ class Timings {
   std::vector<double> microseconds_;
 };
 
+/// What timing costs and every figure includes: two readings of the clock.
+[[nodiscard]] Timings readings_of_the_clock();
+
 /// One line of a report: ours, and the peer that was timed alternately with it, if there is one.
 struct Row {
   Timings ours;
