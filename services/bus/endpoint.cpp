@@ -1,6 +1,7 @@
 #include "services/bus/endpoint.hpp"
 
 #include <deque>
+#include <mutex>
 #include <utility>
 
 #include "services/bus/reader_base.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 template <class T>
 dds::TypeSupport type_support() {
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   return dds::TypeSupport(new GuardedType<T>());
 }
 

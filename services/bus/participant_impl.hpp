@@ -58,9 +58,10 @@ struct Participant::Impl : dds::DomainParticipantListener {
   dds::DomainParticipant* participant = nullptr;
   dds::Publisher* publisher = nullptr;
   dds::Subscriber* subscriber = nullptr;
-  /// Held while an endpoint is made or destroyed: with two threads at it, Fast DDS 2.9.1 may lock its discovery and its
-  /// list of endpoints in both orders.
-  std::mutex endpoints_mutex;
+  /// Held while a type, topic or endpoint is made or destroyed, of whatever participant: with two threads at it, Fast
+  /// DDS 2.9.1 may lock its discovery and its list of endpoints in both orders, and its registry of types is one for
+  /// all participants and not guarded.
+  inline static std::mutex endpoints_mutex;
 
  private:
   void leave();

@@ -22,8 +22,8 @@ void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options
   Qos qos = info_.qos;
   qos.deadline = options.deadline.value_or(qos.deadline);
   deadline_ = qos.deadline;
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info_, type_);
-  const std::scoped_lock lock(participant_->endpoints_mutex);
   reader_ = participant_->subscriber->create_datareader(topic, reader_qos(qos, type_->m_isGetKeyDefined), this);
   if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
   if (deadline_ > Clock::duration::zero()) participant_->watch(*this);
@@ -32,7 +32,7 @@ void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options
 void ReaderBase::close() {
   if (reader_ == nullptr) return;
   participant_->unwatch(*this);
-  const std::scoped_lock lock(participant_->endpoints_mutex);
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   reader_->set_listener(nullptr, dds::StatusMask::none());
   participant_->subscriber->delete_datareader(reader_);
   reader_ = nullptr;

@@ -36,14 +36,14 @@ WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const Top
   Qos qos = info.qos;
   qos.deadline = options.deadline.value_or(qos.deadline);
   qos.lease = options.lease.value_or(qos.lease);
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info, type_);
-  const std::scoped_lock lock(participant_->endpoints_mutex);
   writer_ = participant_->publisher->create_datawriter(topic, writer_qos(qos, keyed_, options.strength), this);
   if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + std::string(info.name));
 }
 
 WriterBase::~WriterBase() {
-  const std::scoped_lock lock(participant_->endpoints_mutex);
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   writer_->set_listener(nullptr, dds::StatusMask::none());
   participant_->publisher->delete_datawriter(writer_);
 }

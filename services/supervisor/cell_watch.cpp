@@ -23,6 +23,10 @@ FaultSeverity silence_severity(Presence presence) {
   return presence == Presence::kSuspected ? FaultSeverity::kWarning : FaultSeverity::kError;
 }
 
+FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit) {
+  return {FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit)};
+}
+
 }  // namespace
 
 std::string end_text(const ProcessExit& exit) {
@@ -84,7 +88,7 @@ void CellWatch::process_started(std::string_view node, std::int64_t pid) {
   if (found == states_.end()) return;
   State& state = found->second;
   if (state.pid == pid) return;  // its heartbeat came first
-  state = {pid, std::nullopt, false, state.has_stream};
+  state = {pid, std::nullopt, false, state.has_stream, {}, state.unjudged};
   liveness_.restarted(node);
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
@@ -98,6 +102,7 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
   state.pid = exit.pid;
   state.stopped = exit.wanted;
   state.died = exit.wanted ? std::nullopt : std::optional(exit);
+  state.unjudged = state.died;
   liveness_.restarted(node);
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
@@ -110,7 +115,11 @@ void CellWatch::judge(Time now) {
     }
   }
   for (const ExpectedNode& node : nodes_) {
-    if (const auto seen = sight(node)) {
+    const auto exit = std::exchange(states_.find(node.name)->second.unjudged, std::nullopt);
+    if (exit) {
+      // Told even when its successor was heard of in the same instant; over with the next judgement then.
+      faults_.raise(node.name, death_sight(node, *exit), now);
+    } else if (const auto seen = sight(node)) {
       faults_.raise(node.name, *seen, now);
     } else if (sound(node)) {
       faults_.clear(node.name, now);
@@ -191,10 +200,7 @@ bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
 
 std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
   const State& state = *find(node.name);
-  if (state.died) {
-    return FaultSight{FaultKind::kProcessDied, FaultSeverity::kError, node.name,
-                      node.name + ": " + end_text(*state.died)};
-  }
+  if (state.died) return death_sight(node, *state.died);
   if (state.stopped) return std::nullopt;
   if (!state.failure.empty()) {
     return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure};

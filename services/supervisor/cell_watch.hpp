@@ -81,7 +81,8 @@ class CellWatch {
     std::optional<ProcessExit> died;  // and nothing was heard of a successor
     bool stopped = false;             // was told to end, and did
     bool has_stream = false;
-    std::string failure{};  // in its own words
+    std::string failure{};                  // in its own words
+    std::optional<ProcessExit> unjudged{};  // an end that no judgement has seen, whoever came after it
   };
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;

@@ -153,7 +153,15 @@ TEST_F(LiveCell, EditsTheWorld) {
 TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
   const pid_t planner = processes().at("planner/north");
   const auto waiting = start({"wait", "north", "--for", "fault", "--timeout", "60s"});
-  ASSERT_EQ(kill(planner, SIGKILL), 0);
+  // Again until the client, which may not listen yet, has seen it.
+  const test::Watched client(waiting->pid());
+  pid_t victim = planner;
+  do {
+    ASSERT_EQ(kill(victim, SIGKILL), 0);
+    while (!client.wait_for_end(1s) && processes().at("planner/north") == victim) {
+    }
+    victim = processes().at("planner/north");
+  } while (!client.wait_for_end(0s));
   EXPECT_EQ(waiting->wait(), 0) << waiting->err();
   const auto limit = std::chrono::steady_clock::now() + kPatience;
   Json fault;

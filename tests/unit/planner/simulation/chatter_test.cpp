@@ -32,7 +32,7 @@ TEST_F(ChatterTest, CountsEachJointsTurns) {
   add(-0.3, -0.3, true, 10);  // y turns, long after anything else
   EXPECT_EQ(counter_.total().turns, 2U);
   EXPECT_EQ(counter_.total().quick, 0U);
-  EXPECT_DOUBLE_EQ(counter_.total().turns_per_second(), 2.0);  // in 0.5 s of two joints
+  EXPECT_NEAR(counter_.total().turns_per_second(), 2.0, 1e-9);  // in 0.5 s of two joints
 }
 
 TEST_F(ChatterTest, ToAndFroIsQuick) {

@@ -32,7 +32,7 @@ TEST(GoalText, TellsSinceWhen) {
   msg::GoalStatus goal = blocked();
   goal.held_for(3.2);
   EXPECT_EQ(goal_text(goal),
-            "blocked: no way for now (arm2/forearm – pallet, 18 mm), for 3.2 s; draws another subspace");
+            "blocked: no way for now (arm2/forearm – pallet, 18 mm), for 3.20 s; draws another subspace");
 }
 
 TEST(GoalText, TriesNothingAnyMoreAtTheEnd) {

@@ -59,7 +59,7 @@ TEST(Simulate, RolloutsAreAWholeNumber) {
   for (const char* bad : {"x", "-1", "1.5", "1001"}) {
     const Ran ran = run_line(simulate({std::string("--rollouts=") + bad}));
     EXPECT_EQ(ran.code, ExitCode::kBadInput) << bad;
-    EXPECT_NE(ran.err.find(std::string("--rollouts = ") + bad + " must be a whole number from 0 to 1000"),
+    EXPECT_NE(ran.err.find(std::string("--rollouts = '") + bad + "' must be a whole number from 0 to 1000"),
               std::string::npos)
         << ran.err;
   }
@@ -73,7 +73,9 @@ TEST(Simulate, RunsEveryMethodOnTheSameTasksAndTellsHowOftenJointsTurn) {
     EXPECT_GT(report["chatter"]["joint_s_near"].get<double>(), 0.0);
     EXPECT_GE(report["chatter"]["turns_per_joint_s"].get<double>(),
               report["chatter"]["quick_turns_per_joint_s"].get<double>());
-    if (std::string(method) == "local") EXPECT_EQ(report["subspaces_drawn"], 0);
+    if (std::string(method) == "local") {
+      EXPECT_EQ(report["subspaces_drawn"], 0);
+    }
   }
 }
 

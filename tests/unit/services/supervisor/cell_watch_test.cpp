@@ -103,6 +103,19 @@ TEST_F(CellWatchTest, OldNewsOfAPredecessorIsNoFault) {
   EXPECT_TRUE(watch.faults().over().empty());
 }
 
+// A supervisor that was kept from running for a moment hears of both at once.
+TEST_F(CellWatchTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
+  watch.process_exited("planner/arm1", {pids["planner/arm1"], -1, 9, false});
+  watch.process_started("planner/arm1", ++pids["planner/arm1"]);
+  watch.heard("planner/arm1", pids["planner/arm1"], now);
+  watch.judge(now);
+  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  run_for(5s);
+  EXPECT_TRUE(watch.faults().open().empty());
+  ASSERT_EQ(watch.faults().over().size(), 1U);
+  EXPECT_EQ(watch.faults().over().front().kind, FaultKind::kProcessDied);
+}
+
 TEST_F(CellWatchTest, WantedEndIsNoFault) {
   dead.insert("planner/arm1");
   watch.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
