@@ -11,14 +11,16 @@ namespace {
 
 TEST(AllocationCounter, SeesEveryWay) {
 #ifdef __SANITIZE_THREAD__
-  GTEST_SKIP() << "ThreadSanitizer's operator new does not call malloc";
+  constexpr long kSeen = 2;  // its hook is not told of aligned_alloc; other builds count that
+#else
+  constexpr long kSeen = 3;
 #endif
   // Volatile, or the compiler may see that nothing comes of them and leave them out.
   const long before = test::allocations();
   void* volatile one = std::malloc(8);
   void* volatile two = std::aligned_alloc(64, 128);
   int* volatile three = new int(1);
-  EXPECT_EQ(test::allocations() - before, 3);
+  EXPECT_EQ(test::allocations() - before, kSeen);
   std::free(one);
   std::free(two);
   delete three;
