@@ -1,12 +1,9 @@
-#include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <memory>
 
 #include "planner/tick.hpp"
-#include "tests/bench/benches.hpp"
 #include "tests/bench/grid_cell.hpp"
 #include "tests/bench/pairs_cell.hpp"
+#include "tests/bench/timings.hpp"
 
 namespace hecaton::bench {
 namespace {
@@ -16,7 +13,7 @@ using namespace planner;
 constexpr double kPeriod = 0.002;  // 500 Hz [s]
 constexpr int kPeriods = 1000;
 constexpr int kMeasuredAlone = 20;  // every so many periods
-constexpr double kWarmUp = 0.2;     // of the periods
+constexpr int kWarmUp = 200;        // periods
 
 /// One arm that always goes somewhere.
 struct Planner {
@@ -41,12 +38,14 @@ struct Planner {
   }
 
   /// The tick that comes next, timed as on a core of its own: with its data in that core's cache.
-  void measure_alone(std::span<const ArmObservation> arms, Timings& timings) {
+  double measure_alone(std::span<const ArmObservation> arms, Timings& timings) {
     input.arms = arms;
     const TickMemory before = memory;
     TickResult result;
-    timings.measure([&] { memory = before; }, [&] { result = tick(geometry, parameters, input, memory, scratch); });
+    const double fastest =
+        timings.measure([&] { memory = before; }, [&] { result = tick(geometry, parameters, input, memory, scratch); });
     memory = before;
+    return fastest;
   }
 
   void step(std::span<const ArmObservation> arms) {
@@ -78,15 +77,18 @@ class Cell {
 
   /// One control period; the time that a tick took on average [µs].
   double period() {
-    const auto start = std::chrono::steady_clock::now();
-    for (auto& planner : planners_) planner->step(observations_);
-    const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
+    const double spent = time_once([&] {
+      for (auto& planner : planners_) planner->step(observations_);
+    });
     publish();
-    return spent.count() / static_cast<double>(planners_.size());
+    return spent / static_cast<double>(planners_.size());
   }
 
-  void measure_alone(Timings& timings) {
-    for (auto& planner : planners_) planner->measure_alone(observations_, timings);
+  /// The mean of all arms' next ticks [µs].
+  double measure_alone(Timings& timings) {
+    double sum = 0.0;
+    for (auto& planner : planners_) sum += planner->measure_alone(observations_, timings);
+    return sum / static_cast<double>(planners_.size());
   }
 
   [[nodiscard]] double rows() const {
@@ -106,27 +108,43 @@ class Cell {
   std::vector<std::unique_ptr<Planner>> planners_;
 };
 
-}  // namespace
-
-void run_growth(Output output) {
-  std::vector<Row> rows;
-  for (const int count : {3, 10, 30, 100}) {
-    Cell cell(count);
-    Row alone{Timings("tick of one of " + std::to_string(count) + " arms, on a core of its own"), nullptr};
-    Row row{Timings("tick of one of " + std::to_string(count) + " arms, all on one core, mean of a period"), nullptr};
-    double total = 0.0;
-    for (int k = 0; k < kPeriods; ++k) {
-      const double mean = cell.period();
-      total += mean * count;
-      if (k >= kWarmUp * kPeriods) row.ours.add(mean);
-      if (k % kMeasuredAlone == 0) cell.measure_alone(alone.ours);
-    }
-    std::fprintf(stderr, "%3d arms: %.1f rows a tick, ticks of 1 s at %.0f Hz in %.3f s of one core\n", count,
-                 cell.rows() / kPeriods, 1.0 / kPeriod, total * 1e-6 / (kPeriods * kPeriod));
-    rows.push_back(std::move(alone));
-    rows.push_back(std::move(row));
+/// All ticks of a period on one core, mean of the period; and how much of that core one second at 500 Hz takes.
+void all_on_one_core(benchmark::State& state) {
+  const int count = static_cast<int>(state.range(0));
+  Cell cell(count);
+  for (int k = 0; k < kWarmUp; ++k) cell.period();
+  Timings ticks;
+  for (auto _ : state) {
+    const double mean = cell.period();
+    ticks.add(mean);
+    set_iteration_time(state, mean);
   }
-  print(output, rows);
+  report(state, ticks);
+  const auto periods = static_cast<double>(state.iterations());
+  state.counters["rows"] = cell.rows() / (periods + kWarmUp);
+  state.counters["core_use"] = ticks.total() * 1e-6 * count / (periods * kPeriod);
 }
 
+/// One arm's tick with its data in the cache of a core of its own, every so many periods.
+void on_a_core_of_its_own(benchmark::State& state) {
+  Cell cell(static_cast<int>(state.range(0)));
+  Timings ticks;
+  for (auto _ : state) {
+    for (int k = 0; k < kMeasuredAlone; ++k) cell.period();
+    set_iteration_time(state, cell.measure_alone(ticks));
+  }
+  report(state, ticks);
+}
+
+void cells(benchmark::internal::Benchmark* benchmark) {
+  benchmark->ArgName("arms")->Arg(3)->Arg(10)->Arg(30)->Arg(100)->UseManualTime()->Unit(benchmark::kMicrosecond);
+}
+
+BENCHMARK(on_a_core_of_its_own)
+    ->Name("growth/on_a_core_of_its_own")
+    ->Iterations(kPeriods / kMeasuredAlone)
+    ->Apply(cells);
+BENCHMARK(all_on_one_core)->Name("growth/all_on_one_core")->Iterations(kPeriods)->Apply(cells);
+
+}  // namespace
 }  // namespace hecaton::bench

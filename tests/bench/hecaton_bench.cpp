@@ -1,63 +1,53 @@
-/// hecaton-bench: how fast, beside the peers, in one run.
+/// hecaton-bench: how fast, beside the peers, in one run. Google Benchmark's command line, and a short form of it:
+/// `hecaton-bench tick` is `--benchmark_filter=^tick/ --benchmark_counters_tabular=true`.
 
 #include <cstdio>
-#include <cstring>
 #include <string>
+#include <vector>
 
-#include "tests/bench/benches.hpp"
+#include "tests/bench/timings.hpp"
 
 namespace {
 
-using hecaton::bench::Output;
-
 constexpr const char* kUsage =
-    "usage: hecaton-bench tick|distance|growth|plays [-o table|json]\n"
+    "usage: hecaton-bench [tick|distance|growth|plays] [Google Benchmark's options]\n"
     "\n"
     "  tick      one control period of an arm, 192 pairs of bodies, and where its time goes\n"
     "  distance  its distance pass alone, beside FCL's pairwise distances\n"
     "  growth    ticks of generated cells of 3, 10, 30 and 100 arms\n"
     "  plays     ticks a second when cells are played forward, as in rollouts\n"
     "\n"
-    "Each figure is the fastest of three calls on the same input; median, 99th percentile and maximum are over "
-    "inputs.\n"
-    "The peer is timed alternately with ours. Exit codes: 0 done, 2 usage.\n";
+    "Times are in microseconds: Time is the mean, p50, p99 and max are over inputs, each the fastest of three calls "
+    "on\n"
+    "the same input. The peer (fcl::distance with nearest points, all 192 pairs) is timed in turns with ours; ratio "
+    "is\n"
+    "that of the medians. Every figure includes two readings of the clock (benchmark `tick/clock`).\n"
+    "JSON: --benchmark_format=json. Exit codes: 0 done, 2 usage.\n\n";
 
-int usage_error(const std::string& complaint) {
-  std::fprintf(stderr, "hecaton-bench: %s\n%s", complaint.c_str(), kUsage);
-  return 2;
+bool is_group(const std::string& word) {
+  return word == "tick" || word == "distance" || word == "growth" || word == "plays";
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  std::string what;
-  Output output = Output::kTable;
-  for (int i = 1; i < count; ++i) {
-    const std::string word = arguments[i];
-    if (word == "-h" || word == "--help") {
-      std::fputs(kUsage, stdout);
-      return 0;
+  std::vector<std::string> words(arguments, arguments + count);
+  words.insert(words.begin() + 1, "--benchmark_counters_tabular=true");
+  for (std::size_t i = 2; i < words.size(); ++i) {
+    if (words[i] == "-h" || words[i] == "--help") std::fputs(kUsage, stdout);
+    if (words[i].starts_with("-")) continue;
+    if (!is_group(words[i])) {
+      std::fprintf(stderr, "hecaton-bench: '%s' must be tick, distance, growth or plays\n%s", words[i].c_str(), kUsage);
+      return 2;
     }
-    if (word == "-o" || word == "--output") {
-      const std::string format = ++i < count ? arguments[i] : "";
-      if (format != "table" && format != "json") return usage_error(word + " must be table or json");
-      output = format == "json" ? Output::kJson : Output::kTable;
-    } else if (what.empty()) {
-      what = word;
-    } else {
-      return usage_error("'" + word + "' is one argument too many");
-    }
+    words[i] = "--benchmark_filter=^" + words[i] + "/";
   }
-  if (what == "tick") {
-    hecaton::bench::run_tick(output);
-  } else if (what == "distance") {
-    hecaton::bench::run_distance(output);
-  } else if (what == "growth") {
-    hecaton::bench::run_growth(output);
-  } else if (what == "plays") {
-    hecaton::bench::run_plays(output);
-  } else {
-    return usage_error(what.empty() ? "say what to measure" : "'" + what + "' must be tick, distance, growth or plays");
-  }
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  int left = static_cast<int>(pointers.size());
+  benchmark::Initialize(&left, pointers.data());
+  if (benchmark::ReportUnrecognizedArguments(left, pointers.data())) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
   return 0;
 }

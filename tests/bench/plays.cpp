@@ -1,10 +1,8 @@
 #include <array>
-#include <chrono>
-#include <cstdio>
 
 #include "planner/rollout/played_cell.hpp"
-#include "tests/bench/benches.hpp"
 #include "tests/bench/pairs_cell.hpp"
+#include "tests/bench/timings.hpp"
 
 namespace hecaton::bench {
 namespace {
@@ -30,33 +28,33 @@ std::array<PlayedArm, 3> draw_arms(PairsCell& cell) {
   return arms;
 }
 
-/// The mean tick of each play, one after the other on one core.
-Timings measure_plays(const std::string& name, PairsCell& cell, std::span<const world::Obstacle> obstacles) {
+/// The mean tick of plays of three arms, one after the other on one core.
+void plays(benchmark::State& state, bool among_boxes) {
+  PairsCell cell(20060521);
   PlayedCell played(cell.geometry().arms(), std::vector<LocalParameters>(3), kPeriod);
-  played.set_obstacles(obstacles);
-  Timings timings(name);
-  double total = 0.0;
-  for (int play = -kWarmUp; play < kPlays; ++play) {
+  const std::size_t boxes = among_boxes ? cell.obstacles().size() : 0;
+  played.set_obstacles(std::span(cell.obstacles()).first(boxes));
+  const auto play = [&] {
     const std::vector<world::ObstacleState> states = cell.draw().obstacles;
-    played.begin(draw_arms(cell), std::span(states).first(obstacles.size()));
-    const auto start = std::chrono::steady_clock::now();
-    for (int k = 0; k < kSteps; ++k) played.step();
-    const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
-    if (play < 0) continue;
-    timings.add(spent.count() / (3.0 * kSteps));
-    total += spent.count();
+    played.begin(draw_arms(cell), std::span(states).first(boxes));
+    return time_once([&] {
+             for (int k = 0; k < kSteps; ++k) played.step();
+           }) /
+           (3.0 * kSteps);
+  };
+  for (int k = 0; k < kWarmUp; ++k) play();
+  Timings ticks;
+  for (auto _ : state) {
+    const double tick = play();
+    ticks.add(tick);
+    set_iteration_time(state, tick);
   }
-  std::fprintf(stderr, "%s: %.2f million ticks a second of one core\n", name.c_str(), 3.0 * kSteps * kPlays / total);
-  return timings;
+  report(state, ticks);
+  state.counters["ticks_per_s"] = 1e6 * static_cast<double>(state.iterations()) / ticks.total();
 }
+
+BENCHMARK_CAPTURE(plays, alone, false)->Iterations(kPlays)->UseManualTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(plays, among_20_boxes, true)->Iterations(kPlays)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-
-void run_plays(Output output) {
-  PairsCell cell(20060521);
-  const Timings alone = measure_plays("tick in a play of three arms", cell, {});
-  const Timings boxes = measure_plays("tick in a play of three arms among 20 boxes", cell, cell.obstacles());
-  print(output, {{alone, nullptr}, {boxes, nullptr}});
-}
-
 }  // namespace hecaton::bench
