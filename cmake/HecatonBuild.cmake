@@ -73,10 +73,12 @@ function(hecaton_executable name)
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS})
 endfunction()
 
-# hecaton_test(name [UNITY] SOURCES … LIBS … [LABELS …] [TIMEOUT s]): one GoogleTest executable, one CTest entry a case.
-# HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own.
+# hecaton_test(name [UNITY] [THREADS] SOURCES … LIBS … [LABEL l] [TIMEOUT s]): one GoogleTest executable, one CTest entry a
+# case. HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own.
+# THREADS: it, or what it starts, has several threads; ThreadSanitizer runs these (target threaded_tests, label threads).
+add_custom_target(threaded_tests)
 function(hecaton_test name)
-  cmake_parse_arguments(ARG "UNITY" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "UNITY;THREADS" "TIMEOUT;LABEL" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS} GTest::gtest GTest::gtest_main)
@@ -85,8 +87,12 @@ function(hecaton_test name)
   if(ARG_UNITY)
     set_target_properties(${name} PROPERTIES ${HECATON_UNITY_TARGETS})
   endif()
+  if(ARG_THREADS)
+    set(ARG_LABEL threads)
+    add_dependencies(threaded_tests ${name})
+  endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABEL}")
 endfunction()

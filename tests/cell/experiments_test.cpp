@@ -1,23 +1,15 @@
 // The three experiments of [Lahouar06, section 4] on our cells: the local planner alone fails where the paper says so,
-// boundary following succeeds, the referee sees no contact; in virtual time and with every part a process on DDS.
+// boundary following succeeds, the referee sees no contact; in virtual time.
 #include <algorithm>
-#include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "planner/simulation/batch.hpp"
 #include "services/config/cell_file.hpp"
-#include "tests/support/child_process.hpp"
-#include "tests/support/free_domain.hpp"
 
 namespace hecaton {
 namespace {
-
-using namespace std::chrono_literals;
 
 std::string cell_path(const std::string& name) {
   return HECATON_SOURCE_DIR "/deploy/cells/" + name + ".yaml";
@@ -76,52 +68,6 @@ TEST(Experiments, ThreeArmsExchangePlaces) {
 TEST(Experiments, WithRolloutsAllHardTasksAreReached) {
   EXPECT_LT(simulate("three_puma_dense", planner::Method::kLocal, 90).reached, 80);
   EXPECT_EQ(simulate("three_puma_dense", planner::Method::kBoundaryFollowing, 90, 8).reached, 90);
-}
-
-TEST(Experiments, SimulationIsTheSameForASeedWhateverTheThreads) {
-  const planner::Cell cell = config::load_cell_file(cell_path("two_puma_carry")).cell;
-  planner::BatchOptions options;
-  options.tasks = 12;
-  options.seed = 5;
-  const planner::BatchReport one = planner::simulate_tasks(cell, options);
-  options.threads = 3;
-  const planner::BatchReport three = planner::simulate_tasks(cell, options);
-  EXPECT_EQ(one.times, three.times);
-  EXPECT_EQ(one.duration, three.duration);
-  EXPECT_EQ(one.smallest.distance, three.smallest.distance);
-  options.seed = 6;
-  EXPECT_NE(planner::simulate_tasks(cell, options).times, one.times);
-}
-
-/// `hecaton up` on the real processes; the report it writes.
-nlohmann::json run_live(const std::string& name, int tasks) {
-  const test::FreeDomain domain;
-  const auto report =
-      std::filesystem::temp_directory_path() / ("hecaton_" + name + "_" + std::to_string(domain.number()) + ".json");
-  test::ChildProcess up("hecaton", {"--domain", std::to_string(domain.number()), "up", cell_path(name), "--tasks",
-                                    std::to_string(tasks), "--seed", "3", "--headless", "--report", report.string()});
-  const test::Exit exit = up.wait(std::chrono::duration_cast<std::chrono::milliseconds>(8min));
-  EXPECT_TRUE(exit.ended);
-  std::ifstream file(report);
-  nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
-  std::filesystem::remove(report);
-  EXPECT_FALSE(json.is_discarded());
-  EXPECT_EQ(json["tasks"], tasks);
-  EXPECT_EQ(json["contacts"], 0);
-  EXPECT_GT(json["min_separation_m"], 0.0);
-  return json;
-}
-
-TEST(LiveExperiments, TheBarPassesTheLadderOverDds) {
-  EXPECT_EQ(run_live("puma_ladder", 4)["reached"], 4);
-}
-
-TEST(LiveExperiments, CarriedObjectsChangeSidesOverDds) {
-  EXPECT_EQ(run_live("two_puma_carry", 4)["reached"], 4);
-}
-
-TEST(LiveExperiments, ThreeArmsExchangePlacesOverDds) {
-  EXPECT_EQ(run_live("three_puma", 9)["reached"], 9);
 }
 
 }  // namespace
