@@ -1,0 +1,217 @@
+#include "planner/surroundings.hpp"
+
+#include <algorithm>
+
+#include "planner/local/old_news.hpp"
+#include "planner/model/link_poses.hpp"
+#include "planner/simd/instruction_set.hpp"
+#include "planner/trajectory/stop_profile.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// The bounding balls of an arm's bodies, placed anew in every tick.
+std::vector<CarriedBall> carried_balls(const RobotModel& model, const Kinematics& kinematics,
+                                       const std::vector<Body>& bodies) {
+  std::vector<CarriedBall> balls;
+  for (const Body& body : bodies) {
+    CarriedBall& ball = balls.emplace_back();
+    ball.X_WL = kinematics.X_WL[body.link].data();
+    for (int i = 0; i < 3; ++i) ball.centre_L[i] = body.bound.centre[i];
+    ball.radius = body.bound.radius;
+    ball.joints = joints_before(model, body.link);
+  }
+  return balls;
+}
+
+/// No point of an obstacle is farther from its origin than this [m].
+double radius_of(const std::vector<Body>& bodies) {
+  double reach = 0.0;
+  for (const Body& body : bodies) reach = std::max(reach, body.bound.centre.norm() + body.bound.radius);
+  return reach;
+}
+
+/// No point of an arm is farther from any of its joints' axes than this, nor slower than a shifting joint: [m | 1].
+double longest_lever(const CellGeometry& geometry, int arm) {
+  return std::max(1.0, 2.0 * geometry.arm_reach(arm).radius);
+}
+
+/// Places an arm's balls and bounds how fast any point of each moves, and so how fast any row of it can make it
+/// approach, for joints no faster than `speed`.
+void bound_speeds(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
+  static const SpeedKernel kernel = fastest(baseline::bound_speeds, avx2::bound_speeds);
+  const auto& w = kinematics.angular_W;
+  const auto& v = kinematics.linear_W;
+  std::array<double, kMaxJoints> padded;
+  for (Eigen::Index j = 0; j < speed.size(); ++j) padded[j] = speed[j];
+  std::fill(padded.begin() + speed.size(), padded.end(), 0.0);
+  kernel({{w[0].data(), w[1].data(), w[2].data()}, {v[0].data(), v[1].data(), v[2].data()}}, padded.data(),
+         balls.data(), static_cast<int>(balls.size()));
+}
+
+double fastest_point(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
+  bound_speeds(kinematics, speed, balls);
+  double fastest = 0.0;
+  for (const CarriedBall& ball : balls) fastest = std::max(fastest, ball.fastest);
+  return fastest;
+}
+
+/// The same for an obstacle that reaches `radius` [m] from its origin.
+double fastest_point(double radius, const world::Twist& velocity) {
+  return velocity.linear.norm() + velocity.angular.norm() * radius;
+}
+
+/// A row matters while its bound can be reached: from where the damper allows just the speed at which the own body and
+/// the counterpart approach each other at most; and while it limits how long a stop may take. `shares`: 2 when both
+/// give way, each with half of the damper, else 1. `margin`: how much nearer than expected the counterpart may be.
+Reach reach_of(const Damper& damper, double margin, double speed_of_other, double shares) {
+  const double nearest = margin + damper.security_distance;
+  const double seconds = damper.longest();
+  return {nearest + damper.convergence_speed * seconds, nearest + speed_of_other * seconds, shares * seconds};
+}
+
+/// How far a point strays within `age` [s] from where it would be at constant velocity [m].
+double stray(double acceleration, double age) {
+  return 0.5 * acceleration * age * age;
+}
+
+bool alike(const world::ObstacleState& a, const world::ObstacleState& b) {
+  return a.age == b.age && a.velocity.linear == b.velocity.linear && a.velocity.angular.isZero(0.0) &&
+         b.velocity.angular.isZero(0.0);
+}
+
+}  // namespace
+
+Surroundings::Surroundings(const CellGeometry& geometry) : arms_(geometry.arms().size()) {
+  rebuild(geometry);
+}
+
+void Surroundings::rebuild(const CellGeometry& geometry) {
+  own_speed_.assign(geometry.own_bodies().size(), 0.0);
+  gap_to_arm_.clear();
+  stop_times_.clear();
+  balls_of_arm_.clear();
+  longest_stop_ = fastest_other_ = strongest_other_ = 0.0;
+  const double own_stop = longest_stop_time(geometry.own_arm().limits);
+  for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
+    const JointLimits& limits = geometry.arms()[i].limits;
+    const double lever = longest_lever(geometry, i);
+    fastest_other_ = std::max(fastest_other_, limits.velocity.sum() * lever);
+    strongest_other_ = std::max(strongest_other_, limits.acceleration.sum() * lever);
+    gap_to_arm_.push_back(geometry.gap_to_arm(i));
+    stop_times_.push_back(std::max(own_stop, longest_stop_time(limits)));
+    longest_stop_ = std::max(longest_stop_, stop_times_.back());
+    const Kinematics& kinematics = i == geometry.self() ? own_ : arms_[i];
+    balls_of_arm_.push_back(carried_balls(*geometry.arms()[i].model, kinematics, geometry.arm_bodies(i)));
+  }
+  radius_of_obstacle_.clear();
+  for (int i = 0; i < geometry.obstacle_count(); ++i) {
+    radius_of_obstacle_.push_back(radius_of(geometry.obstacle_bodies(i)));
+  }
+  near_arms_.reserve(geometry.arms().size());
+  observations_.resize(geometry.arms().size());
+  reach_of_arm_.assign(geometry.arms().size(), {});
+  extrapolated_.resize(geometry.obstacle_count());
+  reach_of_obstacle_.assign(geometry.obstacle_count(), {});
+}
+
+void Surroundings::look(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                        const JointVector& fastest) {
+  look_at_self(geometry, parameters, input, fastest);
+  look_at_arms(geometry, parameters, input);
+  look_at_obstacles(geometry, parameters, input);
+}
+
+InfluenceDistances Surroundings::influence() const {
+  return {.own_speed = own_speed_,
+          .of_arm = reach_of_arm_,
+          .of_obstacle = std::span(reach_of_obstacle_).first(obstacle_reaches_),
+          .of_self = reach_of_self_,
+          .near_arms = std::span<const int>(near_arms_)};
+}
+
+DamperScene Surroundings::scene(const CellGeometry& geometry, const LocalParameters& parameters,
+                                const TickInput& input) const {
+  return {geometry,       own_,     input.qd,  input.tracking_error, arms_, observations_, stop_times_,
+          obstacles_now_, input.dt, parameters};
+}
+
+void Surroundings::look_at_self(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                                const JointVector& fastest) {
+  const Arm& arm = geometry.own_arm();
+  std::vector<CarriedBall>& balls = balls_of_arm_[geometry.self()];
+  forward_kinematics(*arm.model, arm.X_WB, input.q, own_);
+  own_fastest_ = fastest_point(own_, fastest, balls);
+  for (std::size_t i = 0; i < own_speed_.size(); ++i) own_speed_[i] = balls[i].fastest;
+  reach_of_self_ = reach_of(parameters.damper.against_self(stop_times_[geometry.self()] + input.dt), 0.0, 0.0, 1.0);
+}
+
+/// Brings every other arm in reach forward to now and finds how near each must be to matter.
+void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParameters& parameters,
+                                const TickInput& input) {
+  const double sight = out_of_sight(parameters, input.dt);
+  near_arms_.clear();
+  for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
+    if (i == geometry.self() || gap_to_arm_[i] > sight) continue;
+    if (!may_matter(geometry, parameters, i, input.arms[i], input.dt)) continue;
+    near_arms_.push_back(i);
+    const Arm& arm = geometry.arms()[i];
+    const ArmObservation& other = observations_[i] = extrapolated(arm.limits, input.arms[i]);
+    const bool counts_on_its_part = other.plans && other.age <= 0.0;  // then nobody asks how it moves
+    (counts_on_its_part ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
+    const auto fastest = [&](const JointVector& speed) { return fastest_point(arms_[i], speed, balls_of_arm_[i]); };
+    const Damper damper = parameters.damper.against_others(stop_times_[i] + input.dt);
+    const double margin = other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age) : 0.0;
+    reach_of_arm_[i] =
+        other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, fastest(other.qd.cwiseAbs()), 1.0);
+  }
+}
+
+/// Whether an arm may be near enough to matter, wherever its joints are: without its kinematics, so that a tick's cost
+/// depends on an arm's neighbours and not on the cell.
+bool Surroundings::may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm,
+                              const ArmObservation& other, double dt) const {
+  const world::BoundingSphere& reach = geometry.arm_reach(arm);
+  const double lever = longest_lever(geometry, arm);
+  const Damper damper = parameters.damper.against_others(stop_times_[arm] + dt);
+  const double margin = stray(geometry.arms()[arm].limits.acceleration.sum() * lever, other.age);
+  const Reach farthest =
+      other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, other.qd.lpNorm<1>() * lever, 1.0);
+  const double distance = InfluenceDistances::distance(farthest, own_fastest_) + reach.radius;
+  const std::vector<CarriedBall>& own = balls_of_arm_[geometry.self()];
+  return std::any_of(own.begin(), own.end(), [&](const CarriedBall& ball) {
+    const double sum = distance + ball.radius;
+    return !((Eigen::Map<const Eigen::Vector3d>(ball.centre_W) - reach.centre).squaredNorm() > sum * sum);
+  });
+}
+
+/// The same for all arms at once, whatever their states, as long as those are not too old to move at all: arms whose
+/// gap is larger [m] cannot matter.
+double Surroundings::out_of_sight(const LocalParameters& parameters, double dt) const {
+  const Damper damper = parameters.damper.against_others(longest_stop_ + dt);
+  const double margin = stray(strongest_other_, parameters.state_age_limit);
+  return InfluenceDistances::distance(reach_of(damper, margin, fastest_other_, 2.0), own_fastest_);
+}
+
+void Surroundings::look_at_obstacles(const CellGeometry& geometry, const LocalParameters& parameters,
+                                     const TickInput& input) {
+  const auto count = static_cast<std::size_t>(geometry.obstacle_count());
+  obstacles_now_ = input.obstacles.first(count);
+  const auto is_old = [](const world::ObstacleState& state) { return state.age > 0.0; };
+  if (std::any_of(obstacles_now_.begin(), obstacles_now_.end(), is_old)) {
+    std::transform(obstacles_now_.begin(), obstacles_now_.end(), extrapolated_.begin(),
+                   [](const world::ObstacleState& then) { return extrapolated(then); });
+    obstacles_now_ = extrapolated_;
+  }
+  const bool all_alike = std::all_of(obstacles_now_.begin(), obstacles_now_.end(),
+                                     [&](const auto& state) { return alike(state, obstacles_now_.front()); });
+  obstacle_reaches_ = all_alike ? std::min<std::size_t>(count, 1) : count;
+  const Damper damper = parameters.damper.against_others(stop_times_[geometry.self()] + input.dt);
+  for (std::size_t i = 0; i < obstacle_reaches_; ++i) {
+    const world::ObstacleState& state = obstacles_now_[i];
+    reach_of_obstacle_[i] = reach_of(damper, stray(parameters.acceleration_of_obstacles, state.age),
+                                     fastest_point(radius_of_obstacle_[i], state.velocity), 1.0);
+  }
+}
+
+}  // namespace hecaton::planner
