@@ -1,5 +1,6 @@
 #include "planner/goal_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <vector>
@@ -9,6 +10,9 @@
 namespace hecaton::planner {
 namespace {
 
+/// Of joints without limits: beyond, an angle says less and less of where in its turn the joint is [rad].
+constexpr double kFarthest = 1e4;
+
 std::string outside_limits(const Arm& arm, const JointVector& q) {
   for (int j = 0; j < arm.model->joints(); ++j) {
     std::ostringstream out;
@@ -16,9 +20,10 @@ std::string outside_limits(const Arm& arm, const JointVector& q) {
       out << "joint " << arm.model->joint_names[j] << " = " << q[j] << " must be a finite number";
       return out.str();
     }
-    if (q[j] < arm.limits.lower[j] || q[j] > arm.limits.upper[j]) {
-      out << "joint " << arm.model->joint_names[j] << " = " << q[j] << " must be within " << arm.limits.lower[j]
-          << " … " << arm.limits.upper[j];
+    const double lower = std::max(arm.limits.lower[j], -kFarthest);
+    const double upper = std::min(arm.limits.upper[j], kFarthest);
+    if (q[j] < lower || q[j] > upper) {
+      out << "joint " << arm.model->joint_names[j] << " = " << q[j] << " must be within " << lower << " … " << upper;
       return out.str();
     }
   }

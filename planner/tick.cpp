@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/local/goal_objective.hpp"
 #include "planner/surroundings.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -125,7 +126,8 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
     result.has_binding = true;
     result.binding = s.clearances[s.rows[local.binding_row].clearance];
   }
-  const bool at_goal = input.has_goal && (input.q_goal - input.q).cwiseAbs().maxCoeff() < parameters.goal_tolerance &&
+  const bool at_goal = input.has_goal &&
+                       joint_difference(limits, input.q, q_goal).cwiseAbs().maxCoeff() < parameters.goal_tolerance &&
                        input.qd.cwiseAbs().maxCoeff() < 10.0 * parameters.goal_tolerance;
   result.status = !input.has_goal        ? TickStatus::kIdle
                   : at_goal              ? TickStatus::kReached

@@ -18,6 +18,12 @@ std::string below(const char* name, double value) {
   return out.str();
 }
 
+std::string no_shorter(const char* name, double seconds) {
+  std::ostringstream out;
+  out << "a time in seconds, no shorter than " << name << " = " << seconds;
+  return out.str();
+}
+
 bool positive(double value) {
   return std::isfinite(value) && value > 0.0;
 }
@@ -63,7 +69,8 @@ std::string LocalParameters::validate() const {
     return sentence("follower.redraw_growth", follower.redraw_growth, "1 or more");
   }
   if (!std::isfinite(follower.redraw_longest) || follower.redraw_longest < follower.redraw_after) {
-    return sentence("follower.redraw_longest", follower.redraw_longest, "no shorter than redraw_after");
+    return sentence("follower.redraw_longest", follower.redraw_longest,
+                    no_shorter("redraw_after", follower.redraw_after));
   }
   if (!std::isfinite(yielding.patience) || yielding.patience < 0.0) {
     return sentence("yielding.patience", yielding.patience, "0 (never) or a time in seconds");
@@ -73,7 +80,7 @@ std::string LocalParameters::validate() const {
     return sentence("rollout.horizon_growth", rollout.horizon_growth, "1 or more");
   }
   if (!std::isfinite(rollout.longest_horizon) || rollout.longest_horizon < rollout.horizon) {
-    return sentence("rollout.longest_horizon", rollout.longest_horizon, "no shorter than horizon");
+    return sentence("rollout.longest_horizon", rollout.longest_horizon, no_shorter("horizon", rollout.horizon));
   }
   if (!positive(rollout.interval)) return sentence("rollout.interval", rollout.interval, "a time in seconds above 0");
   if (rollout.candidates < 0) return sentence("rollout.candidates", rollout.candidates, "0 (none) or more");

@@ -35,7 +35,9 @@ std::chrono::nanoseconds nanoseconds(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
 }
 
-const planner::JointVector& start_of(const planner::PlannedArm& planned) {
+/// Where its predecessor left the arm, or else where the cell begins.
+planner::JointVector start_of(const planner::PlannedArm& planned, const PoseMemory& memory) {
+  if (planner::JointVector q = memory.recall(); q.size() > 0) return q;
   return planned.start.size() > 0 ? planned.start : planned.arm.home();
 }
 
@@ -56,7 +58,8 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
           {driver_node(name_), msg::NODE_DRIVER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
           pulse_timing(file)),
       loop_(nanoseconds(period_), shutdown),
-      drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm]), file.cell.timing.command_timeout) {
+      pose_(options.memory, file.cell.arms[arm].arm.model->joints()),
+      drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm], pose_), file.cell.timing.command_timeout) {
   state_.arm(name_);
 }
 
@@ -67,6 +70,7 @@ void ArmDriver::run() {
     for (auto k = std::min(loop_.skipped(), kMostPeriodsAtOnce); k > 0; --k) drive_.step(period_);
     listen();
     drive_.step(period_);
+    pose_.remember(drive_.arm().q());
     publish();
     if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
   }

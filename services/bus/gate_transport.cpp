@@ -20,7 +20,10 @@ class GateTransport : public fast::ChainingTransport {
 
   void receive(fast::TransportReceiverInterface* next, const wire::octet* data, std::uint32_t size,
                const wire::Locator_t& local, const wire::Locator_t& remote) override {
-    if (gate_->lets_in()) next->OnDataReceived(data, size, local, remote);
+    if (!gate_->lets_in()) return;
+    const std::size_t place = gate_->receivers.enter(Clock::now());
+    next->OnDataReceived(data, size, local, remote);
+    gate_->receivers.leave(place);
   }
 
  private:

@@ -15,6 +15,7 @@
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
 #include "services/bus/absence.hpp"
+#include "services/bus/receivers.hpp"
 
 namespace hecaton::bus {
 
@@ -35,6 +36,7 @@ class Gate {
   [[nodiscard]] bool lets_in() const { return !absence.away(Clock::now()); }
 
   Absence absence;
+  Receivers receivers;
 
  private:
   /// Losing every n-th would lose the same message of a periodic protocol again and again. [Steele14]

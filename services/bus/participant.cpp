@@ -1,6 +1,8 @@
 #include "services/bus/participant.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -134,6 +136,7 @@ void Participant::Impl::leave() {
   }
   alarm_.notify_all();
   if (watcher_.joinable()) watcher_.join();
+  end_if_locked_up(Clock::now(), std::chrono::seconds(2));  // it would wait for that thread for good
   participant->set_listener(nullptr, dds::StatusMask::none());
   participant->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
@@ -163,6 +166,7 @@ void Participant::Impl::look_around() {
     next_look_ = now + Absence::kLook;
     lock.unlock();
     look_for_stalls(now);
+    end_if_locked_up(now, Receivers::kHung);
     const auto next = look_for_silence(now);
     lock.lock();
     next_look_ = std::min(next_look_, next);
@@ -175,6 +179,12 @@ void Participant::Impl::look_for_stalls(Clock::time_point now) {
   if (!gate_->absence.look(now)) return;
   missed_.insert(peers_.begin(), peers_.end());
   settled_ = now + gate_->absence.quarantine() + search_;
+}
+
+void Participant::Impl::end_if_locked_up(Clock::time_point now, Clock::duration patience) const {
+  if (gate_->receivers.longest(now, listening_since_) < patience) return;
+  std::fprintf(stderr, "bus: a receiving thread has not come back; Fast DDS has locked itself up, the process ends\n");
+  std::abort();
 }
 
 Clock::time_point Participant::Impl::look_for_silence(Clock::time_point now) {

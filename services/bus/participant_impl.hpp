@@ -67,6 +67,8 @@ struct Participant::Impl : dds::DomainParticipantListener {
   void leave();
   void look_around();
   void look_for_stalls(Clock::time_point now);
+  /// Ends the process when it can never hear anything again, so that its agent starts it anew.
+  void end_if_locked_up(Clock::time_point now, Clock::duration patience) const;
   [[nodiscard]] Clock::time_point look_for_silence(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
 

@@ -69,7 +69,10 @@ class Follower {
         status_ = status;
         answered_ = true;
         if (is_final(status.state()) || !options_.wait) return status_;
-        tell(goal_text(status));
+        if (status.state() != told_state_ || bus::Clock::now() > told_at_ + kLook) {
+          told_state_ = status.state();
+          tell(goal_text(status));
+        }
       }
       const auto now = bus::Clock::now();
       if (!answered_ && now > sent + kAnswer) {
@@ -88,6 +91,7 @@ class Follower {
   void tell(const std::string& text) {
     if (text == told_) return;
     told_ = text;
+    told_at_ = bus::Clock::now();
     std::fprintf(stderr, "%s: %s\n", options_.arm.c_str(), text.c_str());
   }
 
@@ -98,7 +102,8 @@ class Follower {
     if (client_.poll_status(cell, 500ms)) {
       last_answer_ = now;
       for (const msg::ArmStatus& arm : cell.arms()) {
-        if (arm.arm() == options_.arm && !arm.waiting_for().empty()) tell(arm.waiting_for());
+        const bool of_goal = goal_text(status_).ends_with(arm.waiting_for());  // which its planner has told itself
+        if (arm.arm() == options_.arm && !of_goal) tell(arm.waiting_for());
       }
     } else if (now > last_answer_ + kGone) {
       throw Failure(ExitCode::kUnreachable, "the cell no longer answers");
@@ -112,6 +117,8 @@ class Follower {
   msg::GoalStatus status_;
   bool answered_ = false;
   std::string told_;
+  msg::GoalState told_state_ = msg::GOAL_ACCEPTED;
+  bus::Clock::time_point told_at_;
   bus::Clock::time_point last_look_, last_answer_;
 };
 

@@ -146,6 +146,9 @@ void add_simulate(CLI::App& app, Session& session) {
     }
     const double loss = options->batch.network.loss;
     const double burst = options->batch.network.burst;
+    if (burst > 0.0 && !(loss > 0.0)) {
+      throw Failure(ExitCode::kBadInput, "--burst = " + config::number_text(burst) + " needs a --loss above 0");
+    }
     if (burst > 0.0 && burst < loss / (1.0 - loss)) {
       throw Failure(ExitCode::kBadInput,
                     "--burst = " + config::number_text(burst) + " must be at least loss/(1 − loss) = " +

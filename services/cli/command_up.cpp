@@ -184,6 +184,7 @@ class Run {
   }
 
   ExitCode conclude() {
+    report_.extra["tasks_asked"] = options_.tasks.tasks;
     report_.extra["wall_s"] = since(began_);
     std::string text = table_text(report_, Palette::for_stream(stdout));
     text += "wall time            " + duration_text(since(began_)) + ", start-up " + duration_text(start_up_) + "\n";
@@ -196,6 +197,10 @@ class Run {
     }
     for (const Json& missed : report_.extra.value("missed", Json::array())) {
       text += "missed: " + missed.at("arm").get<std::string>() + " " + missed.at("why").get<std::string>() + "\n";
+    }
+    if (report_.tasks < options_.tasks.tasks) {
+      text += "interrupted: only " + std::to_string(report_.tasks) + " of " + std::to_string(options_.tasks.tasks) +
+              " tasks ended\n";
     }
     print(settings_, to_json(report_), text);
     if (!options_.report.empty()) write_report(options_.report, report_);

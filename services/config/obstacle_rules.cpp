@@ -123,7 +123,7 @@ struct MotionRules {
     const double radius = (arm - arm.dot(motion.axis_W) * motion.axis_W).norm();
     if (radius >= kSamePlace || motion.turn_with_motion) return std::nullopt;
     return Complaint{"motion.centre", vector_text(motion.centre_W),
-                     "away from the obstacle's own pose, or turn_with_motion be true"};
+                     "off the line along the axis through the obstacle's own position, or turn_with_motion be true"};
   }
   Answer operator()(const world::SineMotion& motion) const {
     return first_of({unless_unit("motion.direction", motion.direction_W),

@@ -63,6 +63,7 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
       progress.trying = "makes room for arm " + geometry.arms()[result.yields_to].name;
       break;
     case planner::TickStatus::kHolding:
+      progress.held_back = false;  // by people or a fault, not by what is in its way
       progress.reason = hold_reason;
       progress.trying = "waits";
       break;

@@ -59,9 +59,10 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   CLI::App app(description);
   app.set_version_flag("--version", std::string(kVersion));
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
-  if (subject == Subject::kArm) {
+  if (subject != Subject::kCell) {
     app.add_option("--arm", options.arm, "the arm of the cell that it serves")->required();
-  } else {
+  }
+  if (subject != Subject::kArm) {
     app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
   }
   add_common_options(app, options);

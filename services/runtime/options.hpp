@@ -21,7 +21,7 @@ struct ServiceOptions {
   std::string arm;            ///< which arm it serves; empty for services of the whole cell
   std::optional<int> domain;  ///< DDS domain 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's
   std::string host;           ///< the cell's host it runs on; empty: where the cell file places it
-  std::string memory;         ///< file in which survives what must, of services of the whole cell; empty: nothing does
+  std::string memory;         ///< file in which survives what must; empty: nothing does
   LogLevel log_level = LogLevel::kInfo;
   std::string log_file;  ///< empty: stderr
 };
@@ -33,9 +33,13 @@ void add_common_options(CLI::App& app, ServiceOptions& options);
 /// explained on stderr.
 [[nodiscard]] std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv);
 
-enum class Subject { kCell, kArm };
+enum class Subject {
+  kCell,           ///< the whole cell, with a memory
+  kArm,            ///< one arm
+  kArmWithMemory,  ///< one arm, with a memory
+};
 
-/// CELL [--arm NAME | --memory FILE] and the common options, as parse_or_explain does it.
+/// CELL [--arm NAME] [--memory FILE] and the common options, as parse_or_explain does it.
 [[nodiscard]] std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
                                                     Subject subject, ServiceOptions& options);
 

@@ -116,8 +116,9 @@ void CellWatch::judge(Time now) {
   }
   for (const ExpectedNode& node : nodes_) {
     const auto exit = std::exchange(states_.find(node.name)->second.unjudged, std::nullopt);
-    if (exit) {
-      // Told even when its successor was heard of in the same instant; over with the next judgement then.
+    if (exit && !faults_.knows(death_sight(node, *exit))) {
+      // Told even when its successor was heard of in the same instant; over with the next judgement then. What an
+      // earlier supervisor has told already is history.
       faults_.raise(node.name, death_sight(node, *exit), now);
     } else if (const auto seen = sight(node)) {
       faults_.raise(node.name, *seen, now);

@@ -62,7 +62,7 @@ void Ears::hear_nodes(Picture& picture, CellWatch& watch, Leadership& leadership
     const bool failed = sample.value.state() == msg::NODE_FAILED;
     watch.heard(sample.value.node(), sample.value.pid(), arrival(sample),
                 failed ? sample.value.detail() : std::string());
-    picture.heartbeats.insert_or_assign(sample.value.node(), heard(sample));
+    picture.take_heartbeat(sample);
   }
   for (const auto& sample : arms_.take()) {
     if (sample.disposed) continue;

@@ -58,6 +58,12 @@ void FaultList::raise(const std::string& cause, const FaultSight& sight, std::ch
   changes_.push_back(record);
 }
 
+bool FaultList::knows(const FaultSight& sight) const {
+  const auto same = [&](const FaultRecord& record) { return record.kind == sight.kind && record.seen == sight.seen; };
+  return std::any_of(over_.begin(), over_.end(), same) ||
+         std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });
+}
+
 void FaultList::clear(std::string_view cause, std::chrono::nanoseconds now) {
   const auto entry = open_.find(cause);
   if (entry == open_.end()) return;

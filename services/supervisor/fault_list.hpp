@@ -73,6 +73,8 @@ class FaultList {
   /// Ends the open fault of `cause`; nothing happens without.
   void clear(std::string_view cause, std::chrono::nanoseconds now);
 
+  /// The same was seen before, and is remembered.
+  [[nodiscard]] bool knows(const FaultSight& sight) const;
   /// The open fault of `cause`, or null.
   [[nodiscard]] const FaultRecord* open(std::string_view cause) const;
   [[nodiscard]] std::vector<FaultRecord> open() const;  ///< oldest first

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "services/runtime/goal_state.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -20,7 +22,19 @@ void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
   const auto known = goals.find(sample.value.arm());
   if (known == goals.end() || newer(sample, known->second)) {
     goals.insert_or_assign(sample.value.arm(), heard(sample));
+    lost_goals.erase(sample.value.arm());
   }
+}
+
+void Picture::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
+  const msg::Heartbeat& heartbeat = sample.value;
+  const auto* before = find(heartbeats, heartbeat.node());
+  if (heartbeat.kind() == msg::NODE_PLANNER && before && before->value.pid() != heartbeat.pid()) {
+    const auto goal = goals.find(heartbeat.subject());
+    // Should the new one have told of a goal before its first heartbeat came: it repeats that.
+    if (goal != goals.end() && !is_over(goal->second.value.state())) lost_goals.insert(goals.extract(goal));
+  }
+  heartbeats.insert_or_assign(heartbeat.node(), heard(sample));
 }
 
 void Picture::take_states(const bus::Sample<msg::ObstacleStates>& sample) {

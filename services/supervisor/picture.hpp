@@ -46,12 +46,15 @@ struct Picture {
   HeardByName<msg::ProcessEvent> processes;    ///< by process, newest
   HeardByName<msg::ArmState> arms;             ///< by arm
   HeardByName<msg::GoalStatus> goals;          ///< by arm, newest
+  HeardByName<msg::GoalStatus> lost_goals;     ///< by arm: was not over when the planner that had it was replaced
   HeardByName<msg::ObstacleShapes> obstacles;  ///< by obstacle
   std::optional<Heard<msg::ObstacleStates>> states;
   std::optional<Heard<msg::RefereeReport>> referee;
 
   /// Keeps the newest goal of the arm: late joiners get several in any order.
   void take_goal(const bus::Sample<msg::GoalStatus>& sample);
+  /// A planner of another process than before has lost what was under way, unless it tells otherwise.
+  void take_heartbeat(const bus::Sample<msg::Heartbeat>& sample);
   /// The first of another world end what only its predecessor knew: who dies withdraws nothing.
   void take_states(const bus::Sample<msg::ObstacleStates>& sample);
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "services/runtime/goal_state.hpp"
 #include "services/runtime/node_name.hpp"
 
 namespace hecaton::services {
@@ -12,10 +13,6 @@ constexpr double kMoving = 1e-3;  // of any joint [rad/s | m/s]
 
 bool moves(const msg::ArmState& state) {
   return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
-}
-
-bool is_over(msg::GoalState state) {
-  return state != msg::GOAL_ACCEPTED && state != msg::GOAL_ACTIVE && state != msg::GOAL_BLOCKED;
 }
 
 std::string with(const std::string& head, const std::string& tail) {
@@ -95,7 +92,9 @@ std::string waiting_for(const std::string& arm, const CellWatch& watch, const Pi
   if (state) {
     if (std::string drive = drive_text(state->value); !drive.empty()) return drive;
   }
-  return goal ? goal_text(goal->value) : "a goal";
+  if (goal) return goal_text(goal->value);
+  const auto* lost = find(picture.lost_goals, arm);
+  return lost ? "a goal; " + lost->value.goal() + " was lost with the process of " + lost->value.node() : "a goal";
 }
 
 }  // namespace hecaton::services

@@ -49,7 +49,7 @@ MotionState at(const WaypointMotion& motion, double time) {
   };
   double round = 0.0;
   for (std::size_t i = 0; i < lines; ++i) round += length_of(line_at(motion, i));
-  if (round <= 0.0) return {motion.poses_W.front(), {}};
+  if (lines == 0 || round <= 0.0) return {motion.poses_W.front(), {}};
 
   double left = wrap(motion.speed * time, round);
   for (std::size_t i = 0;; i = (i + 1) % lines) {

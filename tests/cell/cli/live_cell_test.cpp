@@ -177,6 +177,24 @@ TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
   EXPECT_NE(processes().at("planner/north"), planner);
 }
 
+TEST_F(LiveCell, AnArmStaysWhereItIsWhenItsDriverIsKilled) {
+  ASSERT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "60s"}).code, 0);
+  const auto state = [&] { return entry(json({"arms"}), "name", "north")["state"]; };
+  const Json before = state();
+  const pid_t driver = processes().at("driver/north");
+  ASSERT_EQ(kill(driver, SIGKILL), 0);
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  Json after;
+  do {
+    after = state();
+  } while ((processes().at("driver/north") == driver || after["mode"] != "running") &&
+           std::chrono::steady_clock::now() < limit);
+  ASSERT_EQ(after["mode"], "running") << after;
+  for (std::size_t j = 0; j < before["q"].size(); ++j) {
+    EXPECT_NEAR(after["q"][j].get<double>(), before["q"][j].get<double>(), 0.01) << "joint " << j;
+  }
+}
+
 TEST_F(LiveCell, IsNotDisturbedByAnotherUp) {
   const auto before = processes();
   const Ran second = run_hecaton({"up", kThreePuma, "--domain", domain(), "--headless"});

@@ -79,6 +79,30 @@ TEST(Tick, ReachesAFreeGoalStraightAndFast) {
   EXPECT_LT(run.ticks, 500);
 }
 
+TEST(Tick, AContinuousJointReachesItsGoalTheShortWayRound) {
+  Arm arm = test::planar_point();
+  arm.limits.upper[0] = std::numeric_limits<double>::infinity();
+  arm.limits.lower[0] = -arm.limits.upper[0];
+  const CellGeometry geometry({arm}, 0);
+  TickScratch scratch(geometry);
+  TickMemory memory{LocalMemory(1)};
+  const std::array<ArmObservation, 1> nobody;
+  TickInput input;
+  input.q = joints({3.1, 0});
+  input.qd = joints({0, 0});
+  input.q_goal = joints({-3.1, 0});
+  input.has_goal = true;
+  input.arms = nobody;
+  TickResult result;
+  for (int k = 0; k < 300 && result.status != TickStatus::kReached; ++k) {
+    result = tick(geometry, {}, input, memory, scratch);
+    input.q = result.q;
+    input.qd = result.qd;
+  }
+  EXPECT_EQ(result.status, TickStatus::kReached);
+  EXPECT_NEAR(input.q[0], 2.0 * 3.14159265358979 - 3.1, 1e-2) << "not back by six radians";
+}
+
 TEST(Tick, TheLocalPlannerAloneStopsBeforeAWall) {
   Journey run(kWall, Method::kLocal);
   EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 3000), TickStatus::kBlocked);

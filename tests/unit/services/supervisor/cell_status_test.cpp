@@ -146,6 +146,31 @@ TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
   EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
 }
 
+TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) {
+  bus::Sample<msg::Heartbeat> beat;
+  beat.value.node(planner_node("left"));
+  beat.value.kind(msg::NODE_PLANNER);
+  beat.value.subject("left");
+  beat.value.pid(1);
+  picture_.take_heartbeat(beat);
+  auto active = goal(800, "g1", msg::GOAL_ACTIVE);
+  active.value.node(planner_node("left"));
+  picture_.take_goal(active);
+  picture_.take_heartbeat(beat);
+  EXPECT_TRUE(status().arms()[0].has_goal());
+  beat.value.pid(2);
+  picture_.take_heartbeat(beat);
+  EXPECT_FALSE(status().arms()[0].has_goal());
+  EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
+  picture_.take_goal(goal(1, "g1", msg::GOAL_ACTIVE));
+  EXPECT_TRUE(status().arms()[0].has_goal());
+  // What is over stays true.
+  picture_.take_goal(goal(2, "g1", msg::GOAL_REACHED));
+  beat.value.pid(3);
+  picture_.take_heartbeat(beat);
+  EXPECT_EQ(waits(), "a goal; the last was reached");
+}
+
 TEST_F(CellStatusTest, AgesAreSinceArrival) {
   turn(40ms);
   const auto told = status();

@@ -116,6 +116,27 @@ TEST_F(CellWatchTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
   EXPECT_EQ(watch.faults().over().front().kind, FaultKind::kProcessDied);
 }
 
+TEST_F(CellWatchTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
+  kill("driver/arm1", 9);
+  watch.judge(now);
+  start("driver/arm1");
+  run_for(1s);
+  CellWatch successor(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
+  successor.faults().recall(watch.faults().history());
+  const std::int64_t killed = pids["driver/arm1"] - 1000;
+  successor.process_exited("driver/arm1", {killed, -1, 9, false});
+  successor.process_started("driver/arm1", pids["driver/arm1"]);
+  successor.heard("driver/arm1", pids["driver/arm1"], now);
+  successor.judge(now);
+  EXPECT_TRUE(successor.faults().open().empty());
+  EXPECT_EQ(successor.faults().over().size(), 1U);
+  // What nobody has told is told.
+  successor.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false});
+  successor.process_started("driver/arm2", pids["driver/arm2"] + 1000);
+  successor.judge(now);
+  EXPECT_EQ(successor.faults().open().size(), 1U);
+}
+
 TEST_F(CellWatchTest, WantedEndIsNoFault) {
   dead.insert("planner/arm1");
   watch.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
