@@ -3,6 +3,7 @@
 /// doubles, so that no distance depends on them.
 
 #include <bit>
+#include <cstddef>
 
 #include "planner/collision/pass_places.hpp"
 
@@ -50,14 +51,14 @@ class Cull {
 
   void look_at(const LaneRange& range) {
     for (int other = range.first; other < range.end; ++other) {
-      HECATON_ISA::store(pass_.ball + 4 * other, rounded(place_ball(pass_, other) - origin_));
+      HECATON_ISA::store(ball_of(other), rounded(place_ball(pass_, other) - origin_));
     }
     if (!range.reach_of_each) set_reach(*range.reach);
     const OwnGroup* const groups_end = pass_.own_groups + groups_;
     for (int other = range.first; other < range.end; ++other) {
       const Reach& reach = range.reach_of_each ? range.reach[other - range.first] : *range.reach;
       if (range.reach_of_each) set_reach(reach);
-      const float* const ball = pass_.ball + 4 * other;
+      const float* const ball = ball_of(other);
       const float radius = pass_.radius[other];
       for (const OwnGroup* own = pass_.own_groups; own != groups_end; ++own) {
         if (const unsigned near = near_balls(*own, ball, radius); near != 0) look_closer(other, *own, near, reach);
@@ -95,10 +96,12 @@ class Cull {
     if (near != 0) add_pairs(other, static_cast<int>(&own - pass_.own_groups) * kFloatLanes, near, reach);
   }
 
+  [[nodiscard]] float* ball_of(int other) const { return pass_.ball + std::ptrdiff_t{4} * other; }
+
   /// Own bounding balls against a box.
   [[nodiscard]] FloatMask near_box(int other, const OwnGroup& own) const {
     const LanePlace& place = pass_.places[other];
-    const float* const ball = pass_.ball + 4 * other;
+    const float* const ball = ball_of(other);
     const FloatLanes x = all_floats(ball[0]) - HECATON_ISA::load(own.ball_x);
     const FloatLanes y = all_floats(ball[1]) - HECATON_ISA::load(own.ball_y);
     const FloatLanes z = all_floats(ball[2]) - HECATON_ISA::load(own.ball_z);
@@ -118,7 +121,7 @@ class Cull {
   [[nodiscard]] FloatMask near_capsule(int other, const OwnGroup& own) {
     if (!segments_placed_) place_segments();
     const Vector<FloatLanes> d = loaded(own.d_x, own.d_y, own.d_z);
-    const float* const ball = pass_.ball + 4 * other;
+    const float* const ball = ball_of(other);
     const Vector<FloatLanes> centre{all_floats(ball[0]), all_floats(ball[1]), all_floats(ball[2])};
     const Vector<FloatLanes> way = centre - loaded(own.p_x, own.p_y, own.p_z);
     const FloatLanes t = min(max(dot(way, d) * HECATON_ISA::load(own.per_length2), FloatLanes{}), all_floats(1.0F));

@@ -52,7 +52,7 @@ std::string write_message(const std::string& path, const msg::WorldMemory& messa
   std::string reason = path + " cannot be written: " + std::strerror(errno);
   std::error_code ignored;
   std::filesystem::remove(next, ignored);
-  std::ofstream(path, std::ios::trunc);  // emptying works on a full disk, too
+  const std::ofstream emptied(path, std::ios::trunc);  // works on a full disk, too
   return reason;
 }
 

@@ -15,7 +15,8 @@ std::vector<planner::Arm> grid_of_arms(int count) {
     arm.name = "arm" + std::to_string(i);
     arm.model = model;
     arm.limits = model->limits;
-    arm.X_WB.translation() = Eigen::Vector3d(kGridSpacing * (i % columns), kGridSpacing * (i / columns), 0.0);
+    const int row = i / columns;
+    arm.X_WB.translation() = kGridSpacing * Eigen::Vector3d(i % columns, row, 0.0);
     arm.named["home"] = planner::JointVector::Zero(model->joints());
   }
   return arms;

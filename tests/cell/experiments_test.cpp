@@ -26,7 +26,7 @@ planner::BatchReport simulate(const std::string& name, planner::Method method, i
   options.tasks = tasks;
   options.seed = 11;
   options.threads = 2;
-  const planner::BatchReport report = planner::simulate_tasks(cell, options);
+  planner::BatchReport report = planner::simulate_tasks(cell, options);
   EXPECT_EQ(report.failure, "");
   EXPECT_EQ(report.tasks, tasks);
   EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;

@@ -94,7 +94,7 @@ int listen(bus::Participant& participant) {
     }
     for (const auto& sample : states.take()) {
       const auto hundred = sample.value.sequence_number() / 100;
-      if (hundred > told) std::printf("at %llu\n", static_cast<unsigned long long>(100 * hundred));
+      if (hundred > told) std::printf("at %llu\n", 100ULL * hundred);
       told = hundred;
     }
     std::fflush(stdout);

@@ -28,8 +28,8 @@ class PeerProcess {
     if (::pipe2(input.data(), O_CLOEXEC) != 0 || ::pipe2(output.data(), O_CLOEXEC) != 0) {
       throw std::runtime_error("no pipe for bus_peer");
     }
-    std::vector<std::string> words{HECATON_BIN_DIR "/bus_peer", role, std::to_string(domain), name,
-                                   std::to_string(options.lease_ms)};
+    const std::string program = HECATON_BIN_DIR "/bus_peer";
+    std::vector<std::string> words{program, role, std::to_string(domain), name, std::to_string(options.lease_ms)};
     if (options.unicast) words.emplace_back("unicast");
     std::vector<char*> arguments;
     for (auto& word : words) arguments.push_back(word.data());

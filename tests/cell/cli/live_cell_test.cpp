@@ -143,7 +143,7 @@ TEST_F(LiveCell, EditsTheWorld) {
   EXPECT_EQ(run({"obstacle", "remove", "lid"}).code, 0);
   EXPECT_EQ(run({"detach", "west", "crate"}).code, 3) << "another arm carries it";
   EXPECT_EQ(run({"detach", "north", "crate"}).code, 0);
-  until([](const Json& now) { return now["attached_to"] == ""; });
+  until([](const Json& now) { return now["attached_to"].get<std::string>().empty(); });
   EXPECT_EQ(run({"obstacle", "remove", "crate"}).code, 0);
   until([](const Json& now) { return now.is_null(); });
   EXPECT_EQ(run({"obstacle", "remove", "crate"}).code, 3);

@@ -29,7 +29,7 @@ struct Journey {
   }
 
   TickResult step() {
-    const TickResult result = tick(geometry, parameters, input, memory, scratch);
+    TickResult result = tick(geometry, parameters, input, memory, scratch);
     input.q = result.q;
     input.qd = result.qd;
     for (const auto& box : obstacles) {

@@ -3,8 +3,9 @@
 #include "planner/simd/sine_cosine.hpp"
 
 #include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <numbers>
 #include <random>
 
@@ -63,7 +64,9 @@ TEST(SineCosine, EveryInstructionSetGivesTheSameBits) {
     std::array<Padded, 4> result;
     baseline::sine_cosine(angle.data(), 8, result[0].data(), result[1].data());
     avx2::sine_cosine(angle.data(), 8, result[2].data(), result[3].data());
-    ASSERT_EQ(std::memcmp(result[0].data(), result[2].data(), sizeof(Padded) * 2), 0);
+    using Bits = std::array<std::uint64_t, std::tuple_size_v<Padded>>;
+    ASSERT_EQ(std::bit_cast<Bits>(result[0]), std::bit_cast<Bits>(result[2]));
+    ASSERT_EQ(std::bit_cast<Bits>(result[1]), std::bit_cast<Bits>(result[3]));
   }
 }
 
