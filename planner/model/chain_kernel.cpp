@@ -1,5 +1,7 @@
 #include "planner/model/chain_kernel.hpp"
 
+#include <cstddef>
+
 #include "planner/simd/lanes.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
@@ -12,7 +14,7 @@ void place_chain(ChainStep* steps, int count) {
     const Lanes px = load(step.X_WP);
     const Lanes py = load(step.X_WP + 4);
     const Lanes pz = load(step.X_WP + 8);
-    const auto column = [&](int k) {
+    const auto column = [&](std::ptrdiff_t k) {
       return px * step.X_PJ[4 * k] + py * step.X_PJ[4 * k + 1] + pz * step.X_PJ[4 * k + 2];
     };
     const Lanes x = column(0);
