@@ -4,6 +4,8 @@
 
 #include <fstream>
 
+#include "tests/support/signal_process.hpp"
+
 namespace hecaton::test {
 namespace {
 
@@ -97,7 +99,7 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
 
 TEST_F(LiveCell, UpTellsOfTheSupervisorsDeathAndReturn) {
   const pid_t supervisor = processes().at("supervisor");
-  ASSERT_EQ(kill(supervisor, SIGKILL), 0);
+  ASSERT_TRUE(signal_process(supervisor, SIGKILL));
   EXPECT_TRUE(up_->wait_for_message("the supervisor died (process " + std::to_string(supervisor) + ", signal 9)"));
   EXPECT_TRUE(up_->wait_for_message("the supervisor is back"));
   EXPECT_NE(processes().at("supervisor"), supervisor);
@@ -157,7 +159,7 @@ TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
   const test::Watched client(waiting->pid());
   pid_t victim = planner;
   do {
-    ASSERT_EQ(kill(victim, SIGKILL), 0);
+    ASSERT_TRUE(signal_process(victim, SIGKILL));
     while (!client.wait_for_end(1s) && processes().at("planner/north") == victim) {
     }
     victim = processes().at("planner/north");
@@ -182,7 +184,7 @@ TEST_F(LiveCell, AnArmStaysWhereItIsWhenItsDriverIsKilled) {
   const auto state = [&] { return entry(json({"arms"}), "name", "north")["state"]; };
   const Json before = state();
   const pid_t driver = processes().at("driver/north");
-  ASSERT_EQ(kill(driver, SIGKILL), 0);
+  ASSERT_TRUE(signal_process(driver, SIGKILL));
   const auto limit = std::chrono::steady_clock::now() + kPatience;
   Json after;
   do {

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "tests/cell/cli/live_cell.hpp"
+#include "tests/support/signal_process.hpp"
 
 namespace hecaton::test {
 namespace {
@@ -66,7 +67,7 @@ TEST_F(UpEnds, KilledAtOnce) {
 
 TEST_F(UpEnds, WhenItsAgentIsKilled) {
   const auto watched = watch();
-  ASSERT_EQ(kill(processes().at("agent/localhost"), SIGKILL), 0);
+  ASSERT_TRUE(signal_process(processes().at("agent/localhost"), SIGKILL));
   EXPECT_EQ(up_->wait(), 1) << up_->err();
   EXPECT_NE(up_->err().find("agent was ended by signal 9"), std::string::npos) << up_->err();
   expect_gone(watched);

@@ -34,8 +34,8 @@ class HealthCell {
 
   /// The supervisor's reply, or nothing when it did not answer within kPatience.
   std::optional<msg::SupervisorReply> ask(msg::RequestKind kind, const std::vector<std::string>& arms = {});
-  /// Asks for the status again and again until it is as wanted. Fails the test (and returns the last status) when it
-  /// never is.
+  // What is awaited and never comes ends the test by an exception.
+  /// Asks for the status again and again until it is as wanted.
   msg::CellStatus await(const std::string& what, const Condition& condition);
   /// Until every node is alive, every process is known, no fault is open and the cell is on run.
   msg::CellStatus await_healthy();

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cell/supervision/health_cell.hpp"
+#include "tests/support/signal_process.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -26,7 +27,7 @@ TEST(HealthEnd, StoppedServiceDoesNotKeepTheAgentFromEnding) {
   HealthCell cell;
   const auto status = cell.await_healthy();
   const Witnesses witnesses(status);
-  ASSERT_EQ(kill(process_of(status, "driver-left")->pid(), SIGSTOP), 0);
+  ASSERT_TRUE(test::signal_process(process_of(status, "driver-left")->pid(), SIGSTOP));
   cell.agent().signal(SIGINT);
   const auto end = cell.await_end();
   ASSERT_TRUE(end);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cell/supervision/health_cell.hpp"
+#include "tests/support/signal_process.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -24,7 +25,7 @@ TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
   const auto before = cell.await_healthy();
   const int pid = pid_of(before, "planner-left");
   ASSERT_GT(pid, 0);
-  ASSERT_EQ(kill(pid, SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGKILL));
 
   const auto fault = cell.await_fault("death of planner/left", [](const msg::Fault& told) {
     return fault_is(told, "process_died", "planner/left", false);
@@ -49,7 +50,7 @@ TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
   HealthCell cell;
   const int pid = pid_of(cell.await_healthy(), "planner-right");
   ASSERT_GT(pid, 0);
-  ASSERT_EQ(kill(pid, SIGSTOP), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGSTOP));
   const auto fault = cell.await_fault("silence of planner/right", [](const msg::Fault& told) {
     return fault_is(told, "node_silent", "planner/right", false);
   });
@@ -61,7 +62,7 @@ TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
   EXPECT_EQ(arm_of(held, "left").mode(), msg::MODE_RUN);
   EXPECT_EQ(open_faults(held, "node_silent", "planner/right"), 1);
 
-  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   const auto cleared = cell.await_fault("end of the silence", [](const msg::Fault& told) {
     return fault_is(told, "node_silent", "planner/right", true);
   });
@@ -73,14 +74,14 @@ TEST(HealthFaults, StoppedDriverIsOneFault) {
   HealthCell cell;
   const int pid = pid_of(cell.await_healthy(), "driver-left");
   ASSERT_GT(pid, 0);
-  ASSERT_EQ(kill(pid, SIGSTOP), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGSTOP));
   const auto status = cell.await("driver/left is lost", [](const msg::CellStatus& seen) {
     return open_faults(seen, "node_silent", "driver/left") == 1 &&
            seen.faults().front().severity() == msg::SEVERITY_ERROR;
   });
   EXPECT_EQ(open_faults(status, "driver_silent", "left"), 0);
   EXPECT_TRUE(contains(status.mode().held_arms(), "left"));
-  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   cell.await_healthy();
 }
 
@@ -88,7 +89,7 @@ TEST(HealthFaults, KilledWorldHoldsTheCellUntilItIsBack) {
   HealthCell cell;
   const int pid = pid_of(cell.await_healthy(), "world");
   ASSERT_GT(pid, 0);
-  ASSERT_EQ(kill(pid, SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   cell.await_mode("the cell is held", [](const msg::CellMode& mode) {
     return mode.mode() == msg::MODE_HOLD && mode.reason().starts_with("world: process ");
   });
@@ -102,7 +103,7 @@ TEST(HealthFaults, WithoutRestartTheFaultStays) {
   HealthCell cell({"--no-restart"});
   const int pid = pid_of(cell.await_healthy(), "driver-right");
   ASSERT_GT(pid, 0);
-  ASSERT_EQ(kill(pid, SIGTERM), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGTERM));
   cell.await("the agent says that it is given up", [](const msg::CellStatus& status) {
     for (const auto& node : status.nodes()) {
       if (node.heartbeat().kind() == msg::NODE_AGENT && node.heartbeat().state() == msg::NODE_DEGRADED) {

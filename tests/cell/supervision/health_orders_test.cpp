@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cell/supervision/health_cell.hpp"
+#include "tests/support/signal_process.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -90,7 +91,7 @@ TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
   cell_.await("left moves", [](const msg::CellStatus& status) {
     return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
   });
-  ASSERT_EQ(kill(supervisor->pid(), SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(supervisor->pid(), SIGKILL));
 
   const auto mode =
       cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
@@ -118,7 +119,7 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
   ASSERT_TRUE(supervisor);
   EXPECT_TRUE(order(msg::REQUEST_STOP).done());
   EXPECT_TRUE(order(msg::REQUEST_STOP, {"right"}).done());
-  ASSERT_EQ(kill(supervisor->pid(), SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(supervisor->pid(), SIGKILL));
   const auto mode =
       cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
   EXPECT_EQ(mode.mode(), msg::MODE_STOP);
@@ -131,11 +132,11 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
 
 TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
   const auto before = cell_.await_healthy();
-  ASSERT_EQ(kill(process_of(before, "planner-left")->pid(), SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(process_of(before, "planner-left")->pid(), SIGKILL));
   const auto died = cell_.await_fault("death of planner/left", [](const msg::Fault& told) {
     return told.subject() == "planner/left" && told.kind() == "process_died" && told.cleared();
   });
-  ASSERT_EQ(kill(process_of(before, "supervisor")->pid(), SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(process_of(before, "supervisor")->pid(), SIGKILL));
   cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
   const auto after = cell_.await_healthy();
   const auto kept = std::find_if(after.faults().begin(), after.faults().end(),

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cell/supervision/health_cell.hpp"
+#include "tests/support/signal_process.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -17,7 +18,7 @@ class HealthPause : public ::testing::Test {
     const auto found = process_of(cell_.await_healthy(), process);
     EXPECT_TRUE(found);
     if (!found) return 0;
-    EXPECT_EQ(kill(found->pid(), SIGSTOP), 0);
+    EXPECT_TRUE(test::signal_process(found->pid(), SIGSTOP));
     cell_.await_dropped(node);
     return found->pid();
   }
@@ -48,7 +49,7 @@ TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
   const int pid = stop("planner-left", "planner/left");
   const auto held = cell_.next_state("left");
   EXPECT_EQ(held.mode(), msg::ARM_STOPPED);
-  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   expect_arrival();
   const msg::Fault fault = fault_that_is_over("node_silent", "planner/left");
   EXPECT_TRUE(fault.seen().starts_with("planner/left: no heartbeat for more than ")) << fault.seen();
@@ -58,7 +59,7 @@ TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
 TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
   send_left_on_its_way();
   const int pid = stop("driver-left", "driver/left");
-  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   // Its simulated arm went on as an arm does whose commands cease, and what lay in its sockets did not move it.
   const auto first = cell_.next_state("left");
   EXPECT_EQ(first.mode(), msg::ARM_STOPPED) << first.reason();
@@ -71,7 +72,7 @@ TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
 TEST_F(HealthPause, WorldGoesOnWhereItWas) {
   const auto before = cell_.await("a report", [](const msg::CellStatus& seen) { return seen.has_referee(); });
   const int pid = stop("world", "world");
-  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   static_cast<void>(fault_that_is_over("node_silent", "world"));
   const auto after = cell_.await("another report", [&](const msg::CellStatus& seen) {
     return seen.referee().time() > before.referee().time() && seen.referee_age() < 1.0;
@@ -88,7 +89,7 @@ TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
   cell_.send_goal("left", "way", "away");
   const int pid = stop("supervisor", "supervisor");
   expect_arrival();  // arms go on without it
-  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   cell_.await_mode("a new term", [&](const msg::CellMode& mode) { return mode.term() > before.mode().term(); });
   const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
   EXPECT_TRUE(own.seen().starts_with("supervisor: was itself stopped and away for ")) << own.seen();
@@ -106,11 +107,11 @@ TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
 
 TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
   const auto before = cell_.await_healthy();
-  ASSERT_EQ(kill(cell_.agent().pid(), SIGSTOP), 0);
+  ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGSTOP));
   cell_.await_dropped("agent/localhost");
   cell_.await("agent/localhost is a fault",
               [](const msg::CellStatus& status) { return open_faults(status, "agent_lost", "localhost") == 1; });
-  ASSERT_EQ(kill(cell_.agent().pid(), SIGCONT), 0);
+  ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGCONT));
   static_cast<void>(fault_that_is_over("agent_lost", "localhost"));
   const auto after = cell_.await_healthy();
   for (const auto& process : before.hosts()[0].processes()) {

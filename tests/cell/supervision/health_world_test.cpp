@@ -9,6 +9,7 @@
 #include "planner/model/kinematics.hpp"
 #include "services/bus/convert.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
+#include "tests/support/signal_process.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -56,7 +57,7 @@ class HealthWorld : public ::testing::Test {
   void kill_world_and_await_its_successor() {
     const int pid = pid_of_world();
     ASSERT_GT(pid, 0);
-    ASSERT_EQ(kill(pid, SIGKILL), 0);
+    ASSERT_TRUE(test::signal_process(pid, SIGKILL));
     cell_.await("another world", [&](const msg::CellStatus& status) {
       const auto process = process_of(status, "world");
       return process && process->kind() == msg::PROCESS_STARTED && process->pid() != pid;
@@ -122,9 +123,9 @@ TEST_F(HealthWorld, WhatCannotBeRecoveredHoldsTheCellAndIsTold) {
   const int pid = pid_of_world();
   const std::string memory = memory_of(pid);
   cell_.await("the memory " + memory, [&](const msg::CellStatus&) { return std::filesystem::exists(memory); });
-  ASSERT_EQ(kill(pid, SIGSTOP), 0);  // so that it does not write any more
+  ASSERT_TRUE(test::signal_process(pid, SIGSTOP));  // so that it does not write any more
   std::ofstream(memory, std::ios::trunc) << "not a memory";
-  ASSERT_EQ(kill(pid, SIGKILL), 0);
+  ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto status = cell_.await("the failure", [](const msg::CellStatus& seen) {
     return open_faults(seen, "node_failed", "world") == 1 && seen.mode().mode() == msg::MODE_HOLD;
   });
