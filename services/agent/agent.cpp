@@ -35,7 +35,7 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
   for (PlannedService& service : services) {
     service.arguments.insert(service.arguments.end(),
                              {"--domain", domain, "--log-level", level_name(options.log_level)});
-    if (service.program != "hecaton-planner") {
+    if (has_memory(service)) {
       service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
     }
   }

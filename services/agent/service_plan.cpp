@@ -3,9 +3,27 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/node_name.hpp"
 
 namespace hecaton::services {
+namespace {
+
+constexpr const char* kSupervisor = "hecaton-supervisor";
+constexpr const char* kWorld = "hecaton-world";
+constexpr const char* kPlanner = "hecaton-planner";
+
+/// "planner/arm1" → "planner-arm1"
+std::string process_name(std::string node) {
+  std::replace(node.begin(), node.end(), '/', '-');
+  return node;
+}
+
+}  // namespace
+
+bool has_memory(const PlannedService& service) {
+  return service.program != kPlanner;
+}
 
 std::vector<std::string> planned_hosts(const config::CellFile& file, const std::string& host) {
   std::vector<std::string> hosts;
@@ -20,14 +38,18 @@ std::vector<std::string> planned_hosts(const config::CellFile& file, const std::
 
 std::vector<PlannedService> plan_services(const config::CellFile& file, const std::string& host) {
   std::vector<PlannedService> services;
-  services.push_back({"world", world_node(), file.world_host, "hecaton-world", {file.path}});
-  services.push_back({"supervisor", supervisor_node(), file.supervision.host, "hecaton-supervisor", {file.path}});
+  services.push_back({"world", world_node(), file.world_host, kWorld, {file.path}});
+  for (const PlacedNode& supervisor : supervisors_of(file)) {
+    services.push_back({process_name(supervisor.node), supervisor.node, supervisor.host, kSupervisor, {file.path}});
+  }
   for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
     const std::string& arm = file.cell.arms[i].arm.name;
-    const std::string& arm_host = file.arm_hosts[i].host;
     const std::vector<std::string> arguments{file.path, "--arm", arm};
-    services.push_back({"driver-" + arm, driver_node(arm), arm_host, "hecaton-arm-driver", arguments});
-    services.push_back({"planner-" + arm, planner_node(arm), arm_host, "hecaton-planner", arguments});
+    const std::string driver = driver_node(arm);
+    services.push_back({process_name(driver), driver, file.arm_hosts[i].host, "hecaton-arm-driver", arguments});
+    for (const PlacedNode& planner : planners_of(file, i)) {
+      services.push_back({process_name(planner.node), planner.node, planner.host, kPlanner, arguments});
+    }
   }
   const auto hosts = planned_hosts(file, host);
   std::erase_if(services, [&](const PlannedService& service) {

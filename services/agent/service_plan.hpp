@@ -9,14 +9,17 @@
 namespace hecaton::services {
 
 struct PlannedService {
-  std::string name;                    ///< "planner-arm1": of its log, and with its host of its process
-  std::string node;                    ///< as in its heartbeat
-  std::string host;                    ///< of the cell file
-  std::string program;                 ///< file name of its executable
+  std::string name;     ///< "planner-arm1", "planner-arm1@host2": of its log, and with its host of its process
+  std::string node;     ///< as in its heartbeat
+  std::string host;     ///< of the cell file
+  std::string program;  ///< file name of its executable
   std::vector<std::string> arguments;  ///< without the program's own name
 };
 
-/// In the order in which they are started: world, supervisor, then each arm's driver and planner.
+/// It is given a file in which survives what it must not forget.
+[[nodiscard]] bool has_memory(const PlannedService& service);
+
+/// In the order in which they are started: world, supervisors, then each arm's driver and planners.
 /// `host`: the host of the cell file to start for; empty: all of them.
 /// Throws std::runtime_error with a sentence when the cell has no such host.
 [[nodiscard]] std::vector<PlannedService> plan_services(const config::CellFile& file, const std::string& host);

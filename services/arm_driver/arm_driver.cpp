@@ -80,19 +80,34 @@ void ArmDriver::run() {
 void ArmDriver::listen() {
   (void)mailbox_.take_events();
   modes_.update();
-  drive_.saw_term(modes_.view().term());
+  drive_.saw(modes_.view().mandate(name_));
   drive_.order(modes_.view().order(name_), modes_.view().why(name_));
   for (const auto& sample : commands_.take()) {
     // What lay here while this process was stopped is no command any more.
     const bool current = sample.age(loop_.now()) <= command_timeout_;
-    if (!sample.disposed && sample.value.arm() == name_ && current) note(drive_.command(sample.value), sample.value);
+    if (!sample.disposed && sample.value.arm() == name_ && current) take(sample);
   }
   look_at_tool();
 }
 
+void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
+  const msg::ArmCommand& command = sample.value;
+  const Verdict verdict = drive_.command(command);
+  if (verdict == Verdict::kStaleTerm || verdict == Verdict::kUnusable) note_refusal(command);
+  if (verdict != Verdict::kAccepted) return;
+  if (command.node() != followed_) {
+    const std::chrono::duration<double, std::milli> gap = sample.received - accepted_at_;
+    log_info("follows", {{"planner", command.node()},
+                         {"term", command.term()},
+                         {"instead_of", followed_},
+                         {"gap_ms", followed_.empty() ? 0.0 : gap.count()}});
+    followed_ = command.node();
+  }
+  accepted_at_ = sample.received;
+}
+
 // The 1st, 2nd, 4th, 8th … refusal is logged: a stale sender repeats itself a hundred times a second.
-void ArmDriver::note(Verdict verdict, const msg::ArmCommand& command) {
-  if (verdict == Verdict::kAccepted || verdict == Verdict::kRepeated) return;
+void ArmDriver::note_refusal(const msg::ArmCommand& command) const {
   const std::uint64_t refusals = drive_.gate().stale_rejected() + drive_.gate().unusable();
   if (std::has_single_bit(refusals)) {
     log_warning("command refused", {{"from", command.node()},
@@ -120,6 +135,8 @@ void ArmDriver::publish() {
   state_.qd(bus::to_message(drive_.arm().qd()));
   state_.command_sequence_number(drive_.gate().sequence());
   state_.command_age(drive_.command_age());
+  state_.newest_term(drive_.gate().mandate().term);
+  state_.planner(drive_.gate().mandate().planner);
   state_.stale_rejected(drive_.gate().stale_rejected());
   state_.reason(drive_.reason());
   (void)states_.write(state_);  // best effort, and the bus has logged a refusal
@@ -130,7 +147,7 @@ void ArmDriver::publish() {
 
 void ArmDriver::beat() {
   Vital vital;
-  vital.term = drive_.gate().newest_term();
+  vital.term = modes_.view().term();
   vital.detail = state_.reason();
   const bool as_told = drive_.mode() == msg::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
   vital.state = as_told && modes_.view().heard() ? msg::NODE_RUNNING : msg::NODE_DEGRADED;

@@ -28,7 +28,8 @@ class ArmDriver {
 
  private:
   void listen();
-  void note(Verdict verdict, const msg::ArmCommand& command);
+  void take(const bus::Sample<msg::ArmCommand>& sample);
+  void note_refusal(const msg::ArmCommand& command) const;
   void look_at_tool();
   void publish();
   void beat();
@@ -48,6 +49,8 @@ class ArmDriver {
   SimulatedDrive drive_;
   msg::ArmState state_;  ///< reused every period
   msg::ArmMode logged_mode_ = msg::ARM_STARTING;
+  std::string followed_;                  ///< the planner whose command was accepted last
+  bus::Clock::time_point accepted_at_{};  ///< when that arrived
 };
 
 }  // namespace hecaton::services

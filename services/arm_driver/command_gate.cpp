@@ -1,7 +1,7 @@
 #include "services/arm_driver/command_gate.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "services/bus/convert.hpp"
 
@@ -9,16 +9,20 @@ namespace hecaton::services {
 
 CommandGate::CommandGate(int joints) : joints_(joints) {}
 
-void CommandGate::saw_term(std::uint64_t term) {
-  newest_term_ = std::max(newest_term_, term);
+// Why its sender is not, or no longer, the one to command; empty when it is.
+std::string CommandGate::fence(const msg::ArmCommand& command) const {
+  const Mandate& newest = mandate_.newest();
+  const auto claim = [&] { return "commands of " + command.node() + " carry term " + std::to_string(command.term()); };
+  if (command.term() < newest.term) return claim() + ", which is older than " + std::to_string(newest.term);
+  const bool taken = command.term() == newest.term && !newest.planner.empty() && newest.planner != command.node();
+  return taken ? claim() + ", which is that of " + newest.planner : std::string();
 }
 
 // The contents are judged before the term counts as seen: a broken sender must not fence off a sound one.
 Verdict CommandGate::judge(const msg::ArmCommand& command) {
-  if (command.term() < newest_term_) {
+  if (std::string stale = fence(command); !stale.empty()) {
     ++stale_rejected_;
-    complaint_ = "commands of " + command.node() + " carry term " + std::to_string(command.term()) +
-                 ", which is older than " + std::to_string(newest_term_);
+    complaint_ = std::move(stale);
     return Verdict::kStaleTerm;
   }
   const auto q = bus::joints_from_message(command.q(), "command of " + command.node() + ": q", joints_);
@@ -33,7 +37,7 @@ Verdict CommandGate::judge(const msg::ArmCommand& command) {
     return Verdict::kUnusable;
   }
   if (command.term() == term_ && command.sequence_number() <= sequence_) return Verdict::kRepeated;
-  newest_term_ = command.term();
+  mandate_.hear({command.node(), command.term()});
   term_ = command.term();
   sequence_ = command.sequence_number();
   q_ = *q;

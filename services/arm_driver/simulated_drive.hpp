@@ -20,8 +20,8 @@ class SimulatedDrive {
 
   /// The order in force, from the cell mode. Anything but kRun stops the arm; `why` is told meanwhile.
   void order(ArmOrder order, const std::string& why);
-  /// A term that exists, see CommandGate.
-  void saw_term(std::uint64_t term) { gate_.saw_term(term); }
+  /// A mandate that exists, see CommandGate.
+  void saw(const Mandate& mandate) { gate_.saw(mandate); }
   /// Follows the command when it is acceptable and the order lets it.
   Verdict command(const msg::ArmCommand& command);
   /// Advances by dt [s].

@@ -32,14 +32,15 @@ struct TopicInfo {
   Qos qos;
 };
 
-// Replies are transient-local because the replying side may discover the asker's reader only after its request.
-// They are unkeyed and everybody picks his own by client and request number.
+// Commands are not exclusive: the strongest writer that wakes up would own them again, and the driver would never learn
+// of the others. Their terms decide, and the driver counts what it refuses. Replies are transient-local because the
+// replying side may discover the asker's reader only after its request. They are unkeyed and everybody picks his own by
+// client and request number.
 // clang-format off: a table
 #define HECATON_TOPICS(TOPIC)                                                                                          \
   /*    type               key                                   writers           readers                     QoS */  \
   TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 20ms)                                \
-  TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .exclusive = true, .lease = 20ms,             \
-        .heartbeat = 5ms)                                                                                              \
+  TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .lease = 20ms, .heartbeat = 5ms)              \
   TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \
   TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms)                                                          \
   TOPIC(WorldEditRequest, "", "cli perception", "world", .reliable = true, .depth = 32)                                \

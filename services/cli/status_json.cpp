@@ -60,6 +60,7 @@ Json to_json(const msg::ArmStatus& arm) {
             {"planner_alive", arm.planner_alive()},
             {"planner", arm.planner()},
             {"standby", arm.standby()},
+            {"term", arm.term()},
             {"waiting_for", arm.waiting_for()}};
   json["state"] = {{"mode", text(state.mode())},
                    {"q", state.q()},
@@ -68,6 +69,8 @@ Json to_json(const msg::ArmStatus& arm) {
                    {"reason", state.reason()},
                    {"term", state.term()},
                    {"command_age_s", age(state.command_age())},
+                   {"newest_term", state.newest_term()},
+                   {"planner", state.planner()},
                    {"stale_rejected", state.stale_rejected()},
                    {"age_s", age(arm.state_age())}};
   json["goal"] = nullptr;

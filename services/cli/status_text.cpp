@@ -46,6 +46,11 @@ std::string drive_text(const msg::ArmStatus& arm, const Palette& palette) {
   return arm.state().mode() == msg::ARM_FAILED ? palette.red(word) : word;
 }
 
+std::string planner_text(const msg::ArmStatus& arm, const Palette& palette) {
+  std::string text = arm.planner() + ", " + std::to_string(arm.term());
+  return arm.standby().empty() ? text + palette.yellow(" (no standby)") : text;
+}
+
 std::string position_text(const msg::Pose& pose) {
   const msg::Vec3& p = pose.position();
   return decimal_text(p.x(), 3) + " " + decimal_text(p.y(), 3) + " " + decimal_text(p.z(), 3);
@@ -61,15 +66,19 @@ std::string process_text(const msg::ProcessEvent& process, const Palette& palett
 }  // namespace
 
 std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
-  Table table({{"arm"},
-               {"mode"},
-               {"drive"},
-               {"goal"},
-               {"to go", Align::kRight},
-               {"for", Align::kRight},
-               {"carries"},
-               {"age", Align::kRight},
-               {"waits for, or is bound by"}});
+  // Who is in charge is worth a column only where it can change.
+  const bool has_standbys = !status.mode().grants().empty();
+  std::vector<Table::Column> columns{{"arm"},
+                                     {"mode"},
+                                     {"drive"},
+                                     {"goal"},
+                                     {"to go", Align::kRight},
+                                     {"for", Align::kRight},
+                                     {"carries"},
+                                     {"age", Align::kRight}};
+  if (has_standbys) columns.push_back({"planner, term"});
+  columns.push_back({"waits for, or is bound by"});
+  Table table(columns);
   for (const msg::ArmStatus& arm : status.arms()) {
     std::string goal = "–";
     std::string distance;
@@ -79,8 +88,12 @@ std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
       if (!is_final(arm.goal().state())) distance = decimal_text(arm.goal().distance_to_goal(), 3);
       if (arm.goal().elapsed() > 0.0) elapsed = duration_text(arm.goal().elapsed());
     }
-    table.add({arm.arm(), coloured(arm.mode(), palette), drive_text(arm, palette), goal, distance, elapsed,
-               arm.state().carried(), duration_text(arm.state_age()), waiting_text(arm)});
+    std::vector<std::string> cells{
+        arm.arm(), coloured(arm.mode(), palette), drive_text(arm, palette),      goal, distance,
+        elapsed,   arm.state().carried(),         duration_text(arm.state_age())};
+    if (has_standbys) cells.push_back(planner_text(arm, palette));
+    cells.push_back(waiting_text(arm));
+    table.add(cells);
   }
   return table.text(palette);
 }

@@ -34,6 +34,7 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
                 state.reason(),
                 state.term(),
                 state.command_sequence_number(),
+                {state.planner(), state.newest_term()},
                 state.sequence_number(),
                 writer,
                 sent,

@@ -29,6 +29,7 @@ class ArmView {
     std::string reason;
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
+    Mandate mandate;  ///< that its driver goes by
     std::uint64_t sequence = 0;
     bus::EndpointId writer;
     Clock::time_point at;  ///< when it was true, on this process's clock

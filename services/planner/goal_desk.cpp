@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "services/bus/convert.hpp"
+#include "services/runtime/goal_state.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -33,6 +34,11 @@ bool GoalDesk::handled_before(const msg::Goal& goal) {
 
 void GoalDesk::receive(const msg::Goal& goal, Clock::time_point now) {
   if (goal.arm() != arm_ || handled_before(goal)) return;
+  if (active_ && active_->followed && active_->goal.goal() == goal.goal() && !goal.cancel()) {
+    active_->goal = goal;  // now its client is known, too
+    active_->followed = false;
+    return;
+  }
   if (goal.cancel()) {
     cancel(goal.goal(), now);
   } else {
@@ -77,9 +83,38 @@ bool GoalDesk::answer(const GoalAnswer& answer, Clock::time_point now) {
   }
   if (active_) end_active(msg::GOAL_REPLACED, "goal " + answer.goal.goal() + " came later", now);
   forget_ = false;
-  active_ = Active{answer.goal, answer.q_goal, now, now, msg::GOAL_ACCEPTED, {}};
+  begin(Active{answer.goal, answer.q_goal, now, now, msg::GOAL_ACCEPTED, {}});
   tell_active(msg::GOAL_ACCEPTED, {}, now);
   return true;
+}
+
+bool GoalDesk::follow(const msg::GoalStatus& status, Clock::time_point now) {
+  if (is_over(status.state())) {
+    if (!active_ || active_->goal.goal() != status.goal()) return false;
+    active_.reset();
+    forget_ = status.state() != msg::GOAL_REACHED;  // the arm keeps the place that it was sent to
+    return false;
+  }
+  if (status.q_goal().empty() || knows(status.goal())) return false;
+  const auto q_goal = Eigen::Map<const Eigen::VectorXd>(status.q_goal().data(), std::ssize(status.q_goal()));
+  msg::Goal goal;
+  goal.arm(arm_);
+  goal.goal(status.goal());
+  const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(status.elapsed()));
+  forget_ = false;
+  begin(Active{goal, q_goal, now - elapsed, now, status.state(), {}, true});
+  return true;
+}
+
+bool GoalDesk::knows(const std::string& goal) const {
+  return std::find(begun_.begin(), begun_.end(), goal) != begun_.end() || (asked_ && asked_->goal() == goal) ||
+         std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) { return w.goal.goal() == goal; });
+}
+
+void GoalDesk::begin(Active active) {
+  begun_.push_back(active.goal.goal());
+  if (begun_.size() > kRemembered) begun_.pop_front();
+  active_ = std::move(active);
 }
 
 void GoalDesk::progress(const Progress& progress, Clock::time_point now) {

@@ -46,6 +46,10 @@ class GoalDesk {
   /// True when the goal is now active.
   bool answer(const GoalAnswer& answer, Clock::time_point now);
 
+  /// Another planner of the arm is in charge and told this: its active goal becomes ours where we never heard of it,
+  /// and what it says has ended ends here, too, without a word. True when the goal is now active.
+  bool follow(const msg::GoalStatus& status, Clock::time_point now);
+
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
 
@@ -69,11 +73,14 @@ class GoalDesk {
     Clock::time_point told;
     msg::GoalState state = msg::GOAL_ACCEPTED;
     Progress last;
+    bool followed = false;  // known from the planner in charge, not from its client
     std::optional<Clock::time_point> held_since = {};
     std::optional<Clock::time_point> free_since = {};
   };
 
   [[nodiscard]] bool handled_before(const msg::Goal& goal);
+  [[nodiscard]] bool knows(const std::string& goal) const;
+  void begin(Active active);
   void cancel(const std::string& goal, Clock::time_point now);
   /// Since when the arm is held back; a moment of freedom does not end it.
   void note_hold(bool held_back, Clock::time_point now);
@@ -84,6 +91,7 @@ class GoalDesk {
   std::string arm_;
   std::string node_;
   std::deque<std::pair<std::string, std::uint64_t>> handled_;  ///< (client/goal, sequence), the oldest first
+  std::deque<std::string> begun_;                              ///< goals that were active, the oldest first
   std::deque<Waiting> waiting_;
   std::optional<msg::Goal> asked_;
   bool asked_cancelled_ = false;

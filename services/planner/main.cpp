@@ -1,7 +1,7 @@
 #include "services/planner/planner_service.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
 
 int main(int argc, char** argv) {
@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
       services::Subject::kArm, [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
         const config::CellFile file = config::load_cell_file(options.cell);
         const int arm = services::find_arm(file, options.arm);
-        const services::LogScope log(services::planner_node(options.arm), options);
+        const auto planners = services::planners_of(file, static_cast<std::size_t>(arm));
+        const services::LogScope log(planners[services::index_on(planners, options.host)].node, options);
         services::PlannerService(file, arm, options, shutdown).run();
       });
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "planner/local/goal_objective.hpp"
 #include "services/bus/convert.hpp"
@@ -79,11 +80,13 @@ const char* state_name(msg::GoalState state) {
 PlannerService::PlannerService(const config::CellFile& file, int arm, const ServiceOptions& options,
                                const ShutdownSignal& shutdown)
     : name_(file.cell.arms[arm].arm.name),
-      node_(planner_node(name_)),
+      planners_(planners_of(file, static_cast<std::size_t>(arm))),
+      place_(index_on(planners_, options.host)),
+      node_(planners_[place_].node),
       self_(arm),
       state_age_limit_(file.cell.arms[arm].parameters.state_age_limit),
       participant_(make_participant(file, options, node_, &mailbox_)),
-      modes_(participant_, &mailbox_),
+      modes_(participant_, &modes_mailbox_),
       arm_states_(participant_, &mailbox_),
       obstacle_shapes_(participant_, &mailbox_),
       obstacle_states_(participant_, &mailbox_),
@@ -92,9 +95,11 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       commands_(participant_),
       statuses_(participant_),
       pulse_(participant_,
-             {node_, msg::NODE_PLANNER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
+             {node_, msg::NODE_PLANNER, name_, options.host.empty() ? planners_[place_].host : options.host},
              pulse_timing(file)),
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
+      duty_(node_, place_ == 0),
+      in_charge_(planners_.size() == 1),
       arms_(file.cell),
       obstacles_(names_of(file.cell)),
       desk_(name_, node_),
@@ -111,11 +116,13 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
 
 void PlannerService::run() {
   log_info("planner started", {{"arm", name_}, {"period_ms", controller_.control_period() * 1e3}});
-  while (loop_.next()) {
+  const auto put_in_charge = [this] { return hear_mandate(); };
+  while (in_charge_ ? loop_.next() : loop_.next(modes_mailbox_, put_in_charge)) {
     now_ = Clock::now();
     // The drive began to stop when commands were missing: plan from where it is, not from where it was to be.
     if (loop_.skipped() > 0) controller_.forget_setpoint();
     listen();
+    note_duty();
     handle_goals();
     plan();
     publish_statuses();
@@ -126,7 +133,6 @@ void PlannerService::run() {
 
 void PlannerService::listen() {
   (void)mailbox_.take_events();
-  modes_.update();
   const auto complain = [this](const std::string& sentence) {
     if (sentence.empty() || sentence == complaint_) return;
     complaint_ = sentence;
@@ -136,7 +142,10 @@ void PlannerService::listen() {
     if (!sample.disposed) complain(arms_.apply(sample.value, sample.writer, sample.received));
   }
   for (const auto& sample : goals_of_others_.take()) {
-    if (!sample.disposed) complain(arms_.apply(sample.value));
+    if (sample.disposed) continue;
+    const std::string unusable = arms_.apply(sample.value);
+    complain(unusable);
+    if (unusable.empty()) follow_goals_of_the_other(sample.value);
   }
   for (const auto& sample : obstacle_shapes_.take()) {
     if (sample.disposed) {
@@ -149,6 +158,29 @@ void PlannerService::listen() {
     complain(obstacles_.apply(sample.value, sample.writer, sample.received));
   }
   if (obstacles_.join()) controller_.set_obstacles(*obstacles_.obstacles());
+}
+
+bool PlannerService::hear_mandate() {
+  (void)modes_mailbox_.take_events();
+  modes_.update();
+  duty_.hear(modes_.view().mandate(name_));
+  return planners_.size() == 1 || duty_.in_charge();
+}
+
+void PlannerService::note_duty() {
+  if (const auto& own = arms_.arm(self_)) duty_.hear_driver(own->mandate);
+  const bool in_charge = hear_mandate();
+  // While the drive follows the other's set-points, ours begin where it is.
+  if (!in_charge || !in_charge_) controller_.forget_setpoint();
+  if (in_charge == in_charge_) return;
+  in_charge_ = in_charge;
+  log_info(in_charge ? "is in charge" : "stands by", {{"arm", name_}, {"term", duty_.term()}});
+}
+
+void PlannerService::follow_goals_of_the_other(const msg::GoalStatus& status) {
+  if (in_charge_ || status.arm() != name_ || status.node() == node_) return;
+  unsaid_.heard(status);
+  if (desk_.follow(status, now_)) controller_.set_goal(desk_.q_goal());
 }
 
 bool PlannerService::hears_own_arm() const {
@@ -209,7 +241,7 @@ void PlannerService::plan() {
   const planner::MeasuredState measured{own.q + own.qd * arms_.age(self_, now_), own.qd};  // it has moved on since
   const planner::TickResult result = controller_.step(measured, observed, obstacles, !hold_reason_.empty());
   command(result);
-  if (desk_.has_active()) look_ahead(result, observed, obstacles);
+  if (in_charge_ && desk_.has_active()) look_ahead(result, observed, obstacles);
 
   const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
@@ -243,9 +275,9 @@ void PlannerService::look_ahead(const planner::TickResult& result, std::span<con
 }
 
 void PlannerService::command(const planner::TickResult& result) {
-  if (!modes_.view().heard()) return;  // without a term nobody would listen
+  if (!in_charge_ || !modes_.view().heard()) return;
   const ArmView::Heard& own = *arms_.arm(self_);
-  const std::uint64_t term = modes_.view().term();
+  const std::uint64_t term = duty_.term();
   // A planner that was restarted within its term goes on counting where the driver stands.
   if (own.term == term) sequence_ = std::max(sequence_, own.command_sequence);
   command_.term(term);
@@ -263,8 +295,14 @@ void PlannerService::answer_clients(Progress progress) {
 }
 
 void PlannerService::publish_statuses() {
-  for (msg::GoalStatus& status : desk_.take_statuses()) {
-    status.term(modes_.view().term());
+  std::vector<msg::GoalStatus> statuses = unsaid_.take();
+  for (msg::GoalStatus& status : desk_.take_statuses()) statuses.push_back(std::move(status));
+  if (!in_charge_) {
+    unsaid_.keep(std::move(statuses));
+    return;
+  }
+  for (msg::GoalStatus& status : statuses) {
+    status.term(duty_.term());
     status.stamp_ns(stamp_now());
     (void)statuses_.write(status);
     const bool passing = status.state() == msg::GOAL_ACTIVE || status.state() == msg::GOAL_BLOCKED;
@@ -279,6 +317,7 @@ void PlannerService::publish_statuses() {
 void PlannerService::beat() {
   Vital vital;
   vital.term = modes_.view().term();
+  vital.mandate = duty_.mandate();
   const auto consider = [&vital](double age, const std::string& input) {
     if (age <= vital.oldest_input_age) return;
     vital.oldest_input_age = std::isfinite(age) ? age : 1e9;
@@ -289,7 +328,7 @@ void PlannerService::beat() {
   }
   consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
-  vital.state = starved ? msg::NODE_DEGRADED : msg::NODE_RUNNING;
+  vital.state = starved ? msg::NODE_DEGRADED : in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
   if (starved) vital.detail = hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
   pulse_.beat(now_, vital, loop_.statistics());
 }

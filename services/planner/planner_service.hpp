@@ -1,8 +1,10 @@
 #pragma once
-/// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal.
+/// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
+/// standby host it does the same without commanding and answering, until it is put in charge.
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include <idl/arm.h>
 #include <idl/goal.h>
@@ -13,11 +15,14 @@
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/arm_view.hpp"
+#include "services/planner/duty.hpp"
 #include "services/planner/goal_desk.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
 #include "services/planner/rollout_worker.hpp"
+#include "services/planner/unsaid_statuses.hpp"
 #include "services/runtime/cell_mode.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/pulse.hpp"
@@ -36,6 +41,10 @@ class PlannerService {
   using Clock = std::chrono::steady_clock;
 
   void listen();
+  /// Takes in who is in charge now; true: this planner is.
+  bool hear_mandate();
+  void note_duty();
+  void follow_goals_of_the_other(const msg::GoalStatus& status);
   void handle_goals();
   void plan();
   void look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
@@ -50,10 +59,12 @@ class PlannerService {
   [[nodiscard]] std::string hold_reason() const;
 
   std::string name_;
+  std::vector<PlacedNode> planners_;  ///< of this arm
+  std::size_t place_;                 ///< ours among them
   std::string node_;
   int self_;
   double state_age_limit_;  ///< [s]
-  bus::Mailbox mailbox_;
+  bus::Mailbox mailbox_, modes_mailbox_;
   bus::Participant participant_;
   CellModeListener modes_;
   bus::Reader<msg::ArmState> arm_states_;
@@ -66,6 +77,9 @@ class PlannerService {
   Pulse pulse_;
   PeriodicLoop loop_;
 
+  Duty duty_;
+  bool in_charge_;  ///< else it stands by
+  UnsaidStatuses unsaid_;
   ArmView arms_;
   ObstacleView obstacles_;
   GoalDesk desk_;

@@ -23,8 +23,11 @@ bool CellModeView::apply(const msg::CellMode& mode) {
   return true;
 }
 
-void CellModeView::saw_term(std::uint64_t term) {
-  term_ = std::max(term_, term);
+Mandate CellModeView::mandate(std::string_view arm) const {
+  for (const msg::Grant& grant : mode_.grants()) {
+    if (grant.arm() == arm) return {grant.planner(), grant.term()};
+  }
+  return {{}, term_};
 }
 
 ArmOrder CellModeView::order(std::string_view arm) const {

@@ -9,6 +9,7 @@
 #include <idl/health.h>
 
 #include "services/bus/participant.hpp"
+#include "services/runtime/mandate.hpp"
 
 namespace hecaton::services {
 
@@ -24,14 +25,14 @@ class CellModeView {
  public:
   /// False when it was ignored because its term is older than one already seen.
   bool apply(const msg::CellMode& mode);
-  /// Some other message (a command) proved that this term exists; cell modes of older ones are ignored from now on.
-  void saw_term(std::uint64_t term);
   /// The order may have changed unheard: kUnheard until the next cell mode. Terms stay what they were.
   void forget_order() { heard_ = false; }
 
   [[nodiscard]] bool heard() const { return heard_; }
   [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
   [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
+  /// Who commands the arm. An arm without a standby is not listed: its planner commands under the cell's term.
+  [[nodiscard]] Mandate mandate(std::string_view arm) const;
   /// The stricter of the cell's order and the arm's own.
   [[nodiscard]] ArmOrder order(std::string_view arm) const;
   /// Why it is not kRun, a sentence; empty for kRun.

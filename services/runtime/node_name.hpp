@@ -9,6 +9,10 @@ namespace hecaton::services {
 [[nodiscard]] inline std::string planner_node(std::string_view arm) {
   return "planner/" + std::string(arm);
 }
+/// Of the same duty on its standby host.
+[[nodiscard]] inline std::string standby_node(const std::string& node, std::string_view host) {
+  return node + "@" + std::string(host);
+}
 [[nodiscard]] inline std::string driver_node(std::string_view arm) {
   return "driver/" + std::string(arm);
 }

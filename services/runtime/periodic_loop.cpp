@@ -32,6 +32,20 @@ PeriodicLoop::PeriodicLoop(std::chrono::nanoseconds period, const ShutdownSignal
     : period_(period), shutdown_(shutdown) {}
 
 bool PeriodicLoop::next() {
+  plan_next();
+  while (!shutdown_.requested() && Clock::now() < deadline_) sleep_until(deadline_);
+  return begin();
+}
+
+bool PeriodicLoop::next(bus::Mailbox& mailbox, const std::function<bool()>& due) {
+  plan_next();
+  while (!shutdown_.requested() && Clock::now() < deadline_) {
+    if (mailbox.wait(deadline_ - Clock::now()) && due()) deadline_ = std::min(deadline_, Clock::now());
+  }
+  return begin();
+}
+
+void PeriodicLoop::plan_next() {
   const auto finished = Clock::now();
   skipped_ = 0;
   if (running_) {
@@ -44,7 +58,9 @@ bool PeriodicLoop::next() {
     deadline_ = finished;
     running_ = true;
   }
-  while (!shutdown_.requested() && Clock::now() < deadline_) sleep_until(deadline_);
+}
+
+bool PeriodicLoop::begin() {
   began_ = Clock::now();
   // A stall of the machine while asleep shows here, one in the work in the tick's own time.
   statistics_.record_lateness(std::max(began_ - deadline_, Clock::duration::zero()), skipped_);

@@ -2,7 +2,9 @@
 /// Runs a service's work once a period, on absolute deadlines of the monotonic clock.
 
 #include <chrono>
+#include <functional>
 
+#include "services/bus/mailbox.hpp"
 #include "services/runtime/loop_statistics.hpp"
 #include "services/runtime/shutdown.hpp"
 
@@ -19,6 +21,9 @@ class PeriodicLoop {
   /// Sleeps until the next deadline. After a stall the deadlines that have passed are skipped, never caught up in a
   /// burst. False when the process is to end.
   [[nodiscard]] bool next();
+  /// Likewise; but when something arrives in `mailbox` and `due()` then says so, the period begins at once, and the
+  /// deadlines after it are counted from there.
+  [[nodiscard]] bool next(bus::Mailbox& mailbox, const std::function<bool()>& due);
 
   /// When the running period began, and how long after its deadline.
   [[nodiscard]] Clock::time_point now() const { return began_; }
@@ -28,6 +33,9 @@ class PeriodicLoop {
   [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
 
  private:
+  void plan_next();
+  bool begin();
+
   std::chrono::nanoseconds period_;
   const ShutdownSignal& shutdown_;
   Clock::time_point deadline_{};

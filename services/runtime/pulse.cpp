@@ -68,6 +68,8 @@ void Pulse::beat(Clock::time_point now, const Vital& vital, const LoopStatistics
   sample.state(vital.state);
   sample.detail(vital.detail);
   sample.term(vital.term);
+  sample.mandate().planner(vital.mandate.planner);
+  sample.mandate().term(vital.mandate.term);
   sample.sequence_number(sample.sequence_number() + 1);
   sample.stamp_ns(stamp_now());
   sample.ticks(loop.ticks());

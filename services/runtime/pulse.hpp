@@ -9,6 +9,7 @@
 
 #include "services/bus/participant.hpp"
 #include "services/runtime/loop_statistics.hpp"
+#include "services/runtime/mandate.hpp"
 
 namespace hecaton::services {
 
@@ -30,6 +31,7 @@ struct Vital {
   msg::NodeState state = msg::NodeState::NODE_RUNNING;
   std::string detail;  ///< why degraded
   std::uint64_t term = 0;
+  Mandate mandate;                ///< a planner's: the newest for its arm that it has heard of
   double oldest_input_age = 0.0;  ///< [s]
   std::string oldest_input;       ///< topic/key
 };

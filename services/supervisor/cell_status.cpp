@@ -6,6 +6,7 @@
 #include "services/bus/convert.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/supervisor/expected_nodes.hpp"
+#include "services/supervisor/messages.hpp"
 #include "services/supervisor/waiting_for.hpp"
 
 namespace hecaton::services {
@@ -13,32 +14,6 @@ namespace {
 
 constexpr double kNever = -1.0;            // age of what was never heard [s]
 constexpr std::size_t kClearedShown = 32;  // faults that are over, in a reply
-
-msg::Mode mode_of(MoveMode mode) {
-  switch (mode) {
-    case MoveMode::kHold:
-      return msg::MODE_HOLD;
-    case MoveMode::kStop:
-      return msg::MODE_STOP;
-    case MoveMode::kRun:
-      break;
-  }
-  return msg::MODE_RUN;
-}
-
-msg::Severity severity_of(FaultSeverity severity) {
-  switch (severity) {
-    case FaultSeverity::kInfo:
-      return msg::SEVERITY_INFO;
-    case FaultSeverity::kWarning:
-      return msg::SEVERITY_WARNING;
-    case FaultSeverity::kError:
-      return msg::SEVERITY_ERROR;
-    case FaultSeverity::kCritical:
-      break;
-  }
-  return msg::SEVERITY_CRITICAL;
-}
 
 msg::NodeKind kind_of(NodeRole role) {
   switch (role) {
@@ -48,6 +23,8 @@ msg::NodeKind kind_of(NodeRole role) {
       return msg::NODE_DRIVER;
     case NodeRole::kWorld:
       return msg::NODE_WORLD;
+    case NodeRole::kSupervisor:
+      return msg::NODE_SUPERVISOR;
     case NodeRole::kAgent:
       break;
   }
@@ -62,6 +39,10 @@ class StatusBuilder {
   msg::CellStatus build() {
     status_.cell(source_.file.cell.name);
     status_.mode(source_.mode);
+    status_.supervisor(source_.mode.node());
+    for (const ExpectedNode& node : source_.watch.nodes()) {
+      if (node.role == NodeRole::kSupervisor && stands_by(node.name)) status_.standby(node.name);
+    }
     for (const std::string& arm : arm_names(source_.file)) add_arm(arm);
     add_nodes();
     for (const config::Host& host : source_.file.hosts) add_host(host.name);
@@ -83,8 +64,16 @@ class StatusBuilder {
     arm.arm(name);
     arm.mode(mode_of(watch.mode().mode_of(name)));
     arm.driver_alive(watch.alive(driver_node(name)));
-    arm.planner_alive(watch.alive(planner_node(name)));
-    if (find(source_.picture.heartbeats, planner_node(name))) arm.planner(planner_node(name));
+    const std::string planner = watch.in_charge(name);
+    arm.planner_alive(watch.alive(planner));
+    if (find(source_.picture.heartbeats, planner)) arm.planner(planner);
+    arm.term(source_.mode.term());
+    if (const ArmPlanners* planners = source_.succession.planners_of(name)) {
+      arm.term(source_.succession.mandate_of(name).term);
+      for (const std::string& other : planners->planners) {
+        if (other != planner && stands_by(other)) arm.standby(other);
+      }
+    }
     arm.state().arm(name);
     arm.state_age(kNever);
     arm.goal_age(kNever);
@@ -99,6 +88,11 @@ class StatusBuilder {
     }
     arm.waiting_for(waiting_for(name, watch, source_.picture));
     status_.arms().push_back(std::move(arm));
+  }
+
+  [[nodiscard]] bool stands_by(const std::string& node) const {
+    const auto* heartbeat = find(source_.picture.heartbeats, node);
+    return heartbeat && heartbeat->value.state() == msg::NODE_STANDBY && source_.watch.alive(node);
   }
 
   [[nodiscard]] bool alive(const Heard<msg::Heartbeat>& heartbeat) const {
@@ -202,36 +196,6 @@ class StatusBuilder {
 };
 
 }  // namespace
-
-Clocks read_clocks() {
-  const auto wall = std::chrono::system_clock::now().time_since_epoch();
-  return {bus::Clock::now().time_since_epoch(), std::chrono::duration_cast<std::chrono::milliseconds>(wall).count()};
-}
-
-msg::CellMode mode_message(const ModeDecision& decision, const std::string& node) {
-  msg::CellMode message;
-  message.node(node);
-  message.mode(mode_of(decision.cell));
-  message.held_arms(decision.held_arms);
-  message.stopped_arms(decision.stopped_arms);
-  message.reason(decision.reason);
-  return message;
-}
-
-msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks) {
-  msg::Fault message;
-  message.id("f" + std::to_string(record.life) + "-" + std::to_string(record.number));
-  message.severity(severity_of(record.severity));
-  message.kind(std::string(fault_kind_name(record.kind)));
-  message.subject(record.subject);
-  message.seen(record.seen);
-  message.since_ns(record.since.count());
-  message.since_unix_ms(clocks.now_unix_ms -
-                        std::chrono::duration_cast<std::chrono::milliseconds>(clocks.now - record.since).count());
-  message.cleared(record.cleared.has_value());
-  message.cleared_ns(record.cleared.value_or(Time(0)).count());
-  return message;
-}
 
 msg::CellStatus cell_status(const StatusSource& source, const Clocks& clocks) {
   return StatusBuilder(source, clocks).build();

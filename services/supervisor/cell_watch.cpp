@@ -4,6 +4,8 @@
 #include <cstring>
 #include <utility>
 
+#include "services/runtime/node_name.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -143,6 +145,21 @@ bool CellWatch::alive(std::string_view node) const {
   return state && !state->died && !state->stopped && liveness_.presence(node) == Presence::kAlive;
 }
 
+bool CellWatch::ended(std::string_view node) const {
+  const State* state = find(node);
+  return state && (state->died || state->stopped || liveness_.presence(node) == Presence::kMissing);
+}
+
+std::optional<Time> CellWatch::silence(std::string_view node) const {
+  if (!find(node) || !liveness_.last_heard(node)) return std::nullopt;
+  return liveness_.silence(node);
+}
+
+std::string CellWatch::in_charge(std::string_view arm) const {
+  const auto found = in_charge_.find(arm);
+  return found == in_charge_.end() || found->second.empty() ? planner_node(arm) : found->second;
+}
+
 // No reason is left to complain of it.
 bool CellWatch::sound(const ExpectedNode& node) const {
   const State& state = *find(node.name);
@@ -257,10 +274,16 @@ std::string CellWatch::hold_reason(const ExpectedNode& node) const {
   return fault ? fault->seen : std::string();
 }
 
+// What an agent started works without it, everything without the other supervisor, an arm without who stands by for it.
+bool CellWatch::holds_arms(const ExpectedNode& node) const {
+  if (node.role == NodeRole::kPlanner) return node.name == in_charge(node.arm);
+  return node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+}
+
 AutomaticHolds CellWatch::holds() const {
   AutomaticHolds holds;
   for (const ExpectedNode& node : nodes_) {
-    if (node.role == NodeRole::kAgent) continue;  // its nodes work without it
+    if (!holds_arms(node)) continue;
     const std::string reason = hold_reason(node);
     if (reason.empty()) continue;
     std::string& place = node.role == NodeRole::kWorld ? holds.cell : holds.arms[node.arm];

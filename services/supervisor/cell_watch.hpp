@@ -17,7 +17,7 @@
 
 namespace hecaton::services {
 
-enum class NodeRole : std::uint8_t { kPlanner, kDriver, kWorld, kAgent };
+enum class NodeRole : std::uint8_t { kPlanner, kDriver, kWorld, kAgent, kSupervisor };
 
 struct ExpectedNode {
   std::string name;
@@ -60,6 +60,8 @@ class CellWatch {
   void stream_heard(std::string_view node, Time at);
   void process_started(std::string_view node, std::int64_t pid);
   void process_exited(std::string_view node, const ProcessExit& exit);
+  /// Of an arm with a standby: only the faults of this planner hold the arm.
+  void put_in_charge(const std::string& arm, const std::string& planner) { in_charge_[arm] = planner; }
   void judge(Time now);
 
   [[nodiscard]] FaultList& faults() { return faults_; }
@@ -72,6 +74,12 @@ class CellWatch {
   [[nodiscard]] bool expects(std::string_view node) const { return find(node) != nullptr; }
   /// Heard, not for the first time after a fault, and its process is not known to be dead.
   [[nodiscard]] bool alive(std::string_view node) const;
+  /// Its process has ended and no successor was heard of, or it never appeared.
+  [[nodiscard]] bool ended(std::string_view node) const;
+  /// Of its loop, in punctual time; empty: not heard yet.
+  [[nodiscard]] std::optional<Time> silence(std::string_view node) const;
+  /// The planner that commands the arm, or is to.
+  [[nodiscard]] std::string in_charge(std::string_view arm) const;
   /// What a node is being waited for: "planner/arm1 has not appeared yet"; empty when it is there.
   [[nodiscard]] std::string awaited(std::string_view node) const;
 
@@ -96,13 +104,15 @@ class CellWatch {
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
   [[nodiscard]] AutomaticHolds holds() const;
   [[nodiscard]] std::string hold_reason(const ExpectedNode& node) const;
+  [[nodiscard]] bool holds_arms(const ExpectedNode& node) const;
 
   WatchLimits limits_;
   std::vector<ExpectedNode> nodes_;
   std::map<std::string, State, std::less<>> states_;
   PunctualClock clock_;
   Liveness liveness_;
-  std::map<std::string, Time, std::less<>> host_silences_;  // punctual time when a whole host was last silent
+  std::map<std::string, Time, std::less<>> host_silences_;     // punctual time when a whole host was last silent
+  std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;
   bool stalled_ = false;

@@ -33,8 +33,9 @@ ProcessExit exit_of(const msg::ProcessEvent& event) {
 
 }  // namespace
 
-Ears::Ears(bus::Participant& participant, bus::Mailbox& urgent, bus::Mailbox& quiet)
-    : requests_(participant, &urgent),
+Ears::Ears(bus::Participant& participant, std::string node, bus::Mailbox& urgent, bus::Mailbox& quiet)
+    : node_(std::move(node)),
+      requests_(participant, &urgent),
       processes_(participant, &urgent),
       heartbeats_(participant, &quiet, without_deadline()),
       arms_(participant, &quiet, without_deadline()),
@@ -42,50 +43,81 @@ Ears::Ears(bus::Participant& participant, bus::Mailbox& urgent, bus::Mailbox& qu
       shapes_(participant, &quiet),
       states_(participant, &quiet, without_deadline()),
       referee_(participant, &quiet),
-      modes_(participant, &quiet, without_deadline()) {}
+      modes_(participant, &quiet, without_deadline()),
+      faults_(participant, &quiet) {}
 
-void Ears::listen(const bus::EndpointId& self, Picture& picture, CellWatch& watch, Leadership& leadership) {
+void Ears::listen(const bus::EndpointId& self, const Listeners& to) {
+  hear_leaders(self, to);
+  hear_processes(to);
+  hear_nodes(to);
+  hear_drivers(to);
+  hear_world(to);
+}
+
+void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
   for (const auto& sample : modes_.take()) {
+    const msg::CellMode& mode = sample.value;
     if (sample.disposed || sample.writer.same_participant(self)) continue;
-    leadership.heard_leader(sample.value.term(), arrival(sample));
-    other_mode_ = sample.value;
+    to.leadership.heard_leader(mode.term(), arrival(sample));
+    if (other_mode_ && mode.term() < other_mode_->term()) continue;
+    for (const msg::Grant& grant : mode.grants()) to.succession.hear(grant.arm(), {grant.planner(), grant.term()});
+    leader_ = mode.node();
+    other_mode_ = mode;
   }
-  hear_processes(picture, watch);
-  hear_nodes(picture, watch, leadership);
-  hear_world(picture, watch);
+  for (const auto& sample : faults_.take()) {
+    if (sample.writer.same_participant(self)) continue;
+    if (sample.disposed) {
+      other_faults_.erase(sample.key);
+    } else {
+      other_faults_[sample.value.id()] = sample.value;
+    }
+  }
 }
 
-void Ears::hear_nodes(Picture& picture, CellWatch& watch, Leadership& leadership) {
+void Ears::hear_nodes(const Listeners& to) {
   for (const auto& sample : heartbeats_.take()) {
+    const msg::Heartbeat& beat = sample.value;
     if (sample.disposed) continue;
-    if (sample.value.kind() != msg::NODE_SUPERVISOR) leadership.heard_term(sample.value.term());
-    const bool failed = sample.value.state() == msg::NODE_FAILED;
-    watch.heard(sample.value.node(), sample.value.pid(), arrival(sample),
-                failed ? sample.value.detail() : std::string());
-    picture.take_heartbeat(sample);
+    if (beat.kind() != msg::NODE_SUPERVISOR) to.leadership.heard_term(beat.term(), arrival(sample));
+    // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
+    to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
+    const bool failed = beat.state() == msg::NODE_FAILED;
+    to.watch.heard(beat.node(), beat.pid(), arrival(sample), failed ? beat.detail() : std::string());
+    to.picture.take_heartbeat(sample);
   }
-  for (const auto& sample : arms_.take()) {
-    if (sample.disposed) continue;
-    leadership.heard_term(sample.value.term());
-    watch.stream_heard(driver_node(sample.value.arm()), arrival(sample));
-    picture.arms.insert_or_assign(sample.value.arm(), heard(sample));
-  }
-  for (const auto& sample : goals_.take()) picture.take_goal(sample);
 }
 
-void Ears::hear_processes(Picture& picture, CellWatch& watch) {
+void Ears::hear_drivers(const Listeners& to) {
+  for (const auto& sample : arms_.take()) {
+    const msg::ArmState& state = sample.value;
+    if (sample.disposed) continue;
+    if (to.succession.planners_of(state.arm())) {
+      to.succession.hear_driver(state.arm(), {state.planner(), state.newest_term()});
+    } else {
+      to.leadership.heard_term(state.newest_term(), arrival(sample));  // the only planner uses the cell's term
+    }
+    to.watch.stream_heard(driver_node(state.arm()), arrival(sample));
+    to.picture.arms.insert_or_assign(state.arm(), heard(sample));
+  }
+  for (const auto& sample : goals_.take()) to.picture.take_goal(sample);
+}
+
+void Ears::hear_processes(const Listeners& to) {
   for (const auto& sample : processes_.take()) {
     if (sample.disposed) continue;
     const msg::ProcessEvent& event = sample.value;
-    if (heard_before(picture, sample)) continue;
-    picture.processes.insert_or_assign(event.process(), heard(sample));
+    if (heard_before(to.picture, sample)) continue;
+    to.picture.processes.insert_or_assign(event.process(), heard(sample));
     const bool exited = event.kind() == msg::PROCESS_EXITED;
     if (exited) {
-      watch.process_exited(event.node(), exit_of(event));
+      to.watch.process_exited(event.node(), exit_of(event));
     } else {
-      watch.process_started(event.node(), event.pid());
+      to.watch.process_started(event.node(), event.pid());
     }
-    if (event.node() != supervisor_node()) continue;
+    const auto* leader = find(to.picture.heartbeats, leader_);
+    const bool led = leader && event.node() == leader_ && event.pid() == leader->value.pid();
+    if (exited && led) to.leadership.leader_died();
+    if (event.node() != node_) continue;
     if (exited) {
       own_exit_ = exit_of(event);
     } else if (event.pid() == getpid() && own_exit_ && !own_exit_->wanted) {
@@ -94,21 +126,21 @@ void Ears::hear_processes(Picture& picture, CellWatch& watch) {
   }
 }
 
-void Ears::hear_world(Picture& picture, CellWatch& watch) {
+void Ears::hear_world(const Listeners& to) {
   for (const auto& sample : shapes_.take()) {
     if (sample.disposed) {
-      picture.obstacles.erase(sample.key);
+      to.picture.obstacles.erase(sample.key);
     } else {
-      picture.obstacles.insert_or_assign(sample.value.name(), heard(sample));
+      to.picture.obstacles.insert_or_assign(sample.value.name(), heard(sample));
     }
   }
   for (const auto& sample : states_.take()) {
     if (sample.disposed) continue;
-    watch.stream_heard(world_node(), arrival(sample));
-    picture.take_states(sample);
+    to.watch.stream_heard(world_node(), arrival(sample));
+    to.picture.take_states(sample);
   }
   for (const auto& sample : referee_.take()) {
-    if (!sample.disposed) picture.referee = heard(sample);
+    if (!sample.disposed) to.picture.referee = heard(sample);
   }
 }
 

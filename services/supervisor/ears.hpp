@@ -2,6 +2,7 @@
 /// Everything that the supervisor hears, brought from the bus into its picture and its watch.
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,28 +14,41 @@
 #include "services/supervisor/cell_watch.hpp"
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/picture.hpp"
+#include "services/supervisor/succession.hpp"
 
 namespace hecaton::services {
 
 class Ears {
  public:
-  /// Requests and process events are announced in `urgent`, all the rest in `quiet`.
-  Ears(bus::Participant& participant, bus::Mailbox& urgent, bus::Mailbox& quiet);
+  struct Listeners {
+    Picture& picture;
+    CellWatch& watch;
+    Leadership& leadership;
+    Succession& succession;
+  };
+
+  /// Requests and process events are announced in `urgent`, all the rest in `quiet`. `node`: our own.
+  Ears(bus::Participant& participant, std::string node, bus::Mailbox& urgent, bus::Mailbox& quiet);
 
   /// Brings in what has arrived. `self`: any endpoint of ours.
-  void listen(const bus::EndpointId& self, Picture& picture, CellWatch& watch, Leadership& leadership);
+  void listen(const bus::EndpointId& self, const Listeners& to);
   [[nodiscard]] std::vector<bus::Sample<msg::SupervisorRequest>> requests() { return requests_.take(); }
 
   /// How our own predecessor ended, once our agent has told that it started us in its place.
   [[nodiscard]] std::optional<ProcessExit> take_predecessor();
-  /// The last cell mode of another supervisor that led since the last call.
+  /// The newest cell mode of another supervisor that led since the last call.
   [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
+  /// What others told of faults, by id.
+  [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return other_faults_; }
 
  private:
-  void hear_nodes(Picture& picture, CellWatch& watch, Leadership& leadership);
-  void hear_processes(Picture& picture, CellWatch& watch);
-  void hear_world(Picture& picture, CellWatch& watch);
+  void hear_leaders(const bus::EndpointId& self, const Listeners& to);
+  void hear_nodes(const Listeners& to);
+  void hear_drivers(const Listeners& to);
+  void hear_processes(const Listeners& to);
+  void hear_world(const Listeners& to);
 
+  std::string node_;
   bus::Reader<msg::SupervisorRequest> requests_;
   bus::Reader<msg::ProcessEvent> processes_;
   bus::Reader<msg::Heartbeat> heartbeats_;
@@ -44,8 +58,11 @@ class Ears {
   bus::Reader<msg::ObstacleStates> states_;
   bus::Reader<msg::RefereeReport> referee_;
   bus::Reader<msg::CellMode> modes_;
+  bus::Reader<msg::Fault> faults_;
   std::optional<ProcessExit> own_exit_, predecessor_;
   std::optional<msg::CellMode> other_mode_;
+  std::string leader_;  // who told it
+  std::map<std::string, msg::Fault> other_faults_;
 };
 
 }  // namespace hecaton::services

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <set>
 
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/node_name.hpp"
 
 namespace hecaton::services {
@@ -29,19 +30,38 @@ std::vector<std::string> arm_names(const config::CellFile& file) {
   return names;
 }
 
-std::vector<ExpectedNode> expected_nodes(const config::CellFile& file) {
+std::vector<ExpectedNode> expected_nodes(const config::CellFile& file, const std::string& self) {
   std::vector<ExpectedNode> nodes;
-  std::set<std::string> hosts{file.world_host, file.supervision.host};
+  std::set<std::string> hosts{file.world_host};
+  for (const PlacedNode& supervisor : supervisors_of(file)) {
+    hosts.insert(supervisor.host);
+    if (supervisor.node != self) nodes.push_back({supervisor.node, NodeRole::kSupervisor, {}, supervisor.host});
+  }
   nodes.push_back({world_node(), NodeRole::kWorld, {}, file.world_host});
   const std::vector<std::string> arms = arm_names(file);
   for (std::size_t i = 0; i < arms.size(); ++i) {
     const std::string& host = file.arm_hosts[i].host;
     nodes.push_back({driver_node(arms[i]), NodeRole::kDriver, arms[i], host});
-    nodes.push_back({planner_node(arms[i]), NodeRole::kPlanner, arms[i], host});
     hosts.insert(host);
+    for (const PlacedNode& planner : planners_of(file, i)) {
+      nodes.push_back({planner.node, NodeRole::kPlanner, arms[i], planner.host});
+      hosts.insert(planner.host);
+    }
   }
   for (const std::string& host : hosts) nodes.push_back({agent_node(host), NodeRole::kAgent, {}, host});
   return nodes;
+}
+
+std::vector<ArmPlanners> arms_with_standby(const config::CellFile& file) {
+  std::vector<ArmPlanners> arms;
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+    const auto planners = planners_of(file, i);
+    if (planners.size() == 1) continue;
+    ArmPlanners& arm = arms.emplace_back();
+    arm.arm = file.cell.arms[i].arm.name;
+    for (const PlacedNode& planner : planners) arm.planners.push_back(planner.node);
+  }
+  return arms;
 }
 
 WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {

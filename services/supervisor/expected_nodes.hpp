@@ -6,13 +6,17 @@
 
 #include "services/config/cell_file.hpp"
 #include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/succession.hpp"
 
 namespace hecaton::services {
 
 [[nodiscard]] std::vector<std::string> arm_names(const config::CellFile& file);
 
-/// Agents of all hosts that have work, the world, and of each arm its driver and planner.
-[[nodiscard]] std::vector<ExpectedNode> expected_nodes(const config::CellFile& file);
+/// Agents of all hosts that have work, the world, of each arm its driver and planners, and the supervisors but `self`.
+[[nodiscard]] std::vector<ExpectedNode> expected_nodes(const config::CellFile& file, const std::string& self);
+
+/// The arms that have a standby.
+[[nodiscard]] std::vector<ArmPlanners> arms_with_standby(const config::CellFile& file);
 
 /// `loop_period`: of the supervisor.
 [[nodiscard]] WatchLimits watch_limits(const config::CellFile& file, Time loop_period);

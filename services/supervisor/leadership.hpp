@@ -2,8 +2,9 @@
 /// Which supervisor leads, and under which term. Standard library only: time is an argument.
 ///
 /// A supervisor begins by listening. When nobody leads it takes a term above every term that it has heard or remembers;
-/// when somebody does it stands by, and takes over when the leader has been silent for `silence`. Whoever hears a
-/// leader of a higher term stands back at once; who was itself absent begins anew, with a term of its own.
+/// when somebody does it stands by, and takes over when the leader has died or been silent for `silence`. Whoever hears
+/// a leader of a higher term stands back at once; who was itself absent, or hears that the cell has followed a higher
+/// term, begins anew, with a new term of its own.
 
 #include <algorithm>
 #include <chrono>
@@ -21,14 +22,23 @@ class Leadership {
     Time silence{std::chrono::milliseconds(300)};  ///< of a leader, after which another takes over
   };
 
-  Leadership(const Limits& limits, std::uint64_t remembered, Time now)
-      : limits_(limits), highest_(remembered), began_(now) {}
+  /// The supervisors of a cell share the terms out: each takes only those that leave `index` when divided by `of`, so
+  /// that two never take the same one.
+  struct Seat {
+    std::uint64_t index = 0;
+    std::uint64_t of = 1;
+  };
 
-  /// Any message that carries a term, but a cell mode. One above ours was proved by a planner: ours follows it.
-  void heard_term(std::uint64_t term) {
+  Leadership(const Limits& limits, std::uint64_t remembered, Time now, Seat seat = {0, 1})
+      : limits_(limits), seat_(seat), highest_(remembered), began_(now) {}
+
+  /// A cell mode of this term was heard by somebody. Above ours: another supervisor led without our hearing it.
+  void heard_term(std::uint64_t term, Time at) {
     highest_ = std::max(highest_, term);
-    if (role_ == Role::kLeading) term_ = highest_;
+    if (role_ == Role::kLeading && term > term_) absent(at);
   }
+  /// A planner's mandate of this term exists.
+  void heard_mandate(std::uint64_t term) { highest_ = std::max(highest_, term); }
   /// A cell mode of another supervisor.
   void heard_leader(std::uint64_t term, Time at) {
     if (role_ == Role::kLeading && term < term_) return;  // it will hear of us
@@ -37,6 +47,8 @@ class Leadership {
     leader_heard_ = true;
     role_ = role_ == Role::kListening ? role_ : Role::kStandingBy;
   }
+  /// The process of the supervisor that we hear has ended.
+  void leader_died() { leader_heard_ = false; }
   /// We were asleep or cut off until now: somebody else may lead.
   void absent(Time now) {
     role_ = Role::kListening;
@@ -52,16 +64,26 @@ class Leadership {
     if (now - began_ < limits_.listen) return false;
     role_ = leader ? Role::kStandingBy : Role::kLeading;
     if (leader) return false;
-    term_ = ++highest_;
+    term_ = take_term();
     leader_heard_ = false;
     return true;
   }
+  /// A term of ours above every one that was ever heard of.
+  [[nodiscard]] std::uint64_t take_term() {
+    do {
+      ++highest_;
+    } while (highest_ % seat_.of != seat_.index);
+    return highest_;
+  }
 
   [[nodiscard]] Role role() const { return role_; }
-  [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before we ever led
+  [[nodiscard]] std::uint64_t term() const { return term_; }         ///< 0 before we ever led
+  [[nodiscard]] std::uint64_t highest() const { return highest_; }   ///< heard of or taken
+  [[nodiscard]] bool hears_leader() const { return leader_heard_; }  ///< has heard one since it last began
 
  private:
   Limits limits_;
+  Seat seat_;
   std::uint64_t highest_;
   Time began_;
   Time leader_at_{0};

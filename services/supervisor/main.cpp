@@ -1,6 +1,5 @@
-#include "services/runtime/join.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
 #include "services/supervisor/supervisor.hpp"
 
@@ -10,7 +9,8 @@ int main(int argc, char** argv) {
       argc, argv, "Watches a cell: tells its faults, holds what they affect, answers what is going on",
       services::Subject::kCell, [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
         const config::CellFile file = config::load_cell_file(options.cell);
-        const services::LogScope log(services::supervisor_node(), options);
+        const auto supervisors = services::supervisors_of(file);
+        const services::LogScope log(supervisors[services::index_on(supervisors, options.host)].node, options);
         services::Supervisor(file, options, shutdown).run();
       });
 }

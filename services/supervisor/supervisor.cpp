@@ -6,11 +6,11 @@
 
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/node_name.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/process_info.hpp"
 #include "services/supervisor/cell_status.hpp"
 #include "services/supervisor/expected_nodes.hpp"
+#include "services/supervisor/messages.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -26,17 +26,17 @@ Memory recall(const std::string& path) {
   return read_memory(path).value_or(Memory{});
 }
 
-/// What another leader's mode tells of people's orders: only people stop.
-Orders orders_in(const msg::CellMode& mode) {
-  Orders orders;
-  if (mode.mode() == msg::MODE_STOP) orders.cell = MoveMode::kStop;
-  for (const std::string& arm : mode.stopped_arms()) orders.arms[arm] = MoveMode::kStop;
-  return orders;
-}
-
 bool same_decision(const msg::CellMode& a, const msg::CellMode& b) {
   return a.term() == b.term() && a.mode() == b.mode() && a.held_arms() == b.held_arms() &&
-         a.stopped_arms() == b.stopped_arms() && a.reason() == b.reason();
+         a.stopped_arms() == b.stopped_arms() && a.reason() == b.reason() && a.ordered() == b.ordered() &&
+         a.arms_ordered_to_hold() == b.arms_ordered_to_hold() && a.grants() == b.grants();
+}
+
+/// Who is to stand by when the cell comes up listens longer, so that the other leads.
+Leadership::Limits patience_of(std::size_t place) {
+  Leadership::Limits limits;
+  limits.listen *= static_cast<int>(place) + 1;
+  return limits;
 }
 
 void log_fault(const msg::Fault& fault) {
@@ -53,20 +53,25 @@ void log_fault(const msg::Fault& fault) {
 
 Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& options, ShutdownSignal& shutdown)
     : file_(file),
+      supervisors_(supervisors_of(file)),
+      place_(index_on(supervisors_, options.host)),
+      node_(supervisors_[place_].node),
       memory_path_(options.memory),
       shutdown_(shutdown),
       began_(bus::Clock::now()),
-      watch_(expected_nodes(file), arm_names(file), watch_limits(file, kTurn), since_epoch(began_)),
+      watch_(expected_nodes(file, node_), arm_names(file), watch_limits(file, kTurn), since_epoch(began_)),
       remembered_(recall(memory_path_)),
-      leadership_({}, remembered_.term, since_epoch(began_)),
+      leadership_(patience_of(place_), remembered_.term, since_epoch(began_), {place_, supervisors_.size()}),
+      succession_(arms_with_standby(file)),
+      led_under_(remembered_.term),
       turned_(began_),
-      participant_(make_participant(file, options, supervisor_node(), &quiet_)),
-      ears_(participant_, urgent_, quiet_),
+      participant_(make_participant(file, options, node_, &quiet_)),
+      ears_(participant_, node_, urgent_, quiet_),
       modes_(participant_),
       faults_(participant_),
       replies_(participant_),
       pulse_(participant_,
-             {supervisor_node(), msg::NODE_SUPERVISOR, {}, options.host.empty() ? file.supervision.host : options.host},
+             {node_, msg::NODE_SUPERVISOR, {}, options.host.empty() ? supervisors_[place_].host : options.host},
              pulse_timing(file)) {
   watch_.mode().restore(remembered_.orders);
   watch_.faults().recall(remembered_.faults);
@@ -81,9 +86,10 @@ void Supervisor::run() {
   log_info("supervisor started", {{"cell", file_.cell.name}, {"remembered_term", remembered_.term}});
   auto deadline = bus::Clock::now();
   while (!shutdown_.requested()) {
-    const bool woken = urgent_.wait(std::max(deadline - bus::Clock::now(), bus::Clock::duration::zero()));
+    const auto until = std::min(deadline, takeover_due_);
+    static_cast<void>(urgent_.wait(std::max(until - bus::Clock::now(), bus::Clock::duration::zero())));
     const auto now = bus::Clock::now();
-    if (!woken || now >= deadline) {
+    if (now >= deadline) {
       const NextDeadline next = next_deadline(deadline, now, kTurn);
       loop_.record_lateness(std::max(now - deadline, bus::Clock::duration::zero()), next.skipped);
       deadline = next.at;
@@ -105,12 +111,14 @@ void Supervisor::turn(bus::Clock::time_point now) {
   watch_.advance(since_epoch(now));
   static_cast<void>(quiet_.take_events());
   static_cast<void>(urgent_.take_events());
-  ears_.listen(modes_.id(), picture_, watch_, leadership_);
+  ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});
   const Time stalled = watch_.clock().stalled() - std::exchange(stalled_, watch_.clock().stalled());
   const bool led = leadership_.role() == Leadership::Role::kLeading;
   if (leadership_.decide(since_epoch(now), stalled)) begin_to_lead();
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
   if (led && !leads) log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
+  if (settle_succession()) publish_mode(now);  // at once: all the rest can wait
+  takeover_due_ = takeover_due(now);
   // What is told while we listen is history: it is judged once it is complete.
   if (leadership_.role() != Leadership::Role::kListening) {
     tell_predecessor(since_epoch(now));
@@ -119,10 +127,16 @@ void Supervisor::turn(bus::Clock::time_point now) {
   if (leads) publish_mode(now);
   publish_faults();
   for (const auto& sample : ears_.requests()) {
-    if (leadership_.role() != Leadership::Role::kStandingBy && !sample.disposed) answer(sample.value);
+    if (answers() && !sample.disposed) answer(sample.value);
   }
   forget_strangers(now);
   if (pulse_.due(now)) beat(now);
+}
+
+// Who listens before it leads answers, too, unless another may lead meanwhile.
+bool Supervisor::answers() const {
+  const bool listens = leadership_.role() == Leadership::Role::kListening && supervisors_.size() == 1;
+  return listens || leadership_.role() == Leadership::Role::kLeading;
 }
 
 // Who was stopped accuses nobody of the silence. It listens again before it leads, with a new term.
@@ -131,33 +145,82 @@ void Supervisor::come_back(bus::Clock::time_point now) {
   const auto absence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *absent_since_);
   const Time since = since_epoch(*absent_since_);
   absent_since_.reset();
-  watch_.faults().raise(supervisor_node(),
-                        {FaultKind::kNodeSilent, FaultSeverity::kError, supervisor_node(),
-                         supervisor_node() + ": was itself stopped and away for " + std::to_string(absence.count()) +
+  watch_.faults().raise(node_,
+                        {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
+                         node_ + ": was itself stopped and away for " + std::to_string(absence.count()) +
                              " ms; faults of that time were not seen"},
                         since);
-  watch_.faults().clear(supervisor_node(), since_epoch(now));
+  watch_.faults().clear(node_, since_epoch(now));
   log_warning("supervisor was away", {{"ms", absence.count()}});
 }
 
 void Supervisor::begin_to_lead() {
-  // After another leader its orders hold; after our own earlier life those that we remember.
+  // After another leader its orders and faults hold; after our own earlier life those that we remember.
   const auto other = ears_.take_other_mode();
-  if (std::exchange(led_before_, true) && other) watch_.mode().restore(orders_in(*other));
+  if (other && other->term() > led_under_) {
+    watch_.mode().restore(orders_in(*other));
+    watch_.faults().recall(faults_in(ears_.faults_of_others(), read_clocks()));
+  }
+  led_under_ = leadership_.term();
   watch_.faults().begin_life(leadership_.term());
   constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
   modes_.set_strength(static_cast<int>(std::min(leadership_.term(), kStrongest)));
   log_info("supervisor leads", {{"term", leadership_.term()}});
 }
 
+bool Supervisor::settle_succession() {
+  const bool leads = leadership_.role() == Leadership::Role::kLeading;
+  const FitnessLimits limits{file_.supervision.takeover_lease, file_.supervision.host_lease};
+  const auto fitness = [&](const std::string& arm, const std::string& planner) {
+    return fitness_of(signs_of(arm, planner), limits);
+  };
+  const bool granted = leads && succession_.decide(fitness, leadership_);
+  for (const ArmPlanners& arm : succession_.arms()) {
+    const Mandate mandate = succession_.mandate_of(arm.arm);
+    if (mandate.planner.empty() || mandate.planner == watch_.in_charge(arm.arm)) continue;
+    watch_.put_in_charge(arm.arm, mandate.planner);
+    in_charge_since_[arm.arm] = turned_;
+    log_info("planner in charge", {{"arm", arm.arm}, {"planner", mandate.planner}, {"term", mandate.term}});
+  }
+  return granted;
+}
+
+PlannerSigns Supervisor::signs_of(const std::string& arm, const std::string& planner) const {
+  const auto* beat = find(picture_.heartbeats, planner);
+  PlannerSigns signs;
+  signs.ended = watch_.ended(planner);
+  signs.silence = watch_.silence(planner);
+  signs.stands_by = beat && beat->value.state() == msg::NODE_STANDBY;
+  if (planner != watch_.in_charge(arm)) return signs;
+  const auto since = in_charge_since_.find(arm);
+  signs.in_charge = turned_ - (since == in_charge_since_.end() ? began_ : since->second);
+  const auto* state = find(picture_.arms, arm);
+  if (!state || state->value.term() == 0 || turned_ - state->at >= file_.supervision.takeover_lease) return signs;
+  const std::chrono::duration<double> uncommanded(state->value.command_age() + state->age(turned_));
+  signs.uncommanded = std::chrono::duration_cast<Time>(uncommanded);
+  return signs;
+}
+
+bus::Clock::time_point Supervisor::takeover_due(bus::Clock::time_point now) const {
+  auto due = bus::Clock::time_point::max();
+  for (const ArmPlanners& arm : succession_.arms()) {
+    const PlannerSigns signs = signs_of(arm.arm, watch_.in_charge(arm.arm));
+    if (!signs.silence) continue;
+    const Time silence = std::min(*signs.silence, signs.uncommanded.value_or(*signs.silence));
+    const Time left = file_.supervision.takeover_lease - silence;
+    if (left > Time(0)) due = std::min(due, now + left);
+  }
+  return due;
+}
+
 void Supervisor::tell_predecessor(Time now) {
   const auto exit = ears_.take_predecessor();
   if (!exit) return;
-  watch_.faults().raise(supervisor_node(),
-                        {FaultKind::kProcessDied, FaultSeverity::kError, supervisor_node(),
-                         supervisor_node() + ": " + end_text(*exit) + "; this one took its place"},
+  watch_.faults().raise(node_,
+                        {FaultKind::kProcessDied, FaultSeverity::kError, node_,
+                         node_ + ": " + end_text(*exit) + "; this one took its place"},
                         now);
-  watch_.faults().clear(supervisor_node(), now);
+  watch_.faults().clear(node_, now);
 }
 
 std::string Supervisor::obey(const msg::SupervisorRequest& request) {
@@ -183,21 +246,20 @@ void Supervisor::answer(const msg::SupervisorRequest& request) {
   }
   // Before we lead nothing is published yet; what will be is answered all the same.
   if (leadership_.role() == Leadership::Role::kListening) {
-    mode_ = mode_message(watch_.mode().decide(), supervisor_node());
+    mode_ = mode_message(watch_.mode(), succession_, node_);
   }
   msg::SupervisorReply reply;
   reply.client(request.client());
   reply.request_id(request.request_id());
   reply.done(refusal.empty());
   reply.reason(refusal);
-  reply.status(cell_status({file_, watch_, picture_, mode_}, read_clocks()));
-  reply.status().supervisor(supervisor_node());
+  reply.status(cell_status({file_, watch_, picture_, succession_, mode_}, read_clocks()));
   reply.status().uptime(std::chrono::duration<double>(now - began_).count());
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
 }
 
 void Supervisor::publish_mode(bus::Clock::time_point now) {
-  msg::CellMode next = mode_message(watch_.mode().decide(), supervisor_node());
+  msg::CellMode next = mode_message(watch_.mode(), succession_, node_);
   next.term(leadership_.term());
   const bool changed = !same_decision(next, mode_);
   if (!changed && now - mode_at_ < kRepeat) return;

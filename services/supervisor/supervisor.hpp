@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/pulse.hpp"
 #include "services/runtime/shutdown.hpp"
@@ -20,6 +22,7 @@
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/memory.hpp"
 #include "services/supervisor/picture.hpp"
+#include "services/supervisor/succession.hpp"
 
 namespace hecaton::services {
 
@@ -42,7 +45,13 @@ class Supervisor {
   void turn(bus::Clock::time_point now);
   void come_back(bus::Clock::time_point now);
   void begin_to_lead();
+  /// While we lead: puts a planner that stands by in the place of one that is out. True when there was one.
+  bool settle_succession();
+  [[nodiscard]] PlannerSigns signs_of(const std::string& arm, const std::string& planner) const;
+  /// When a planner in charge will have been silent for too long, unless it is heard before.
+  [[nodiscard]] bus::Clock::time_point takeover_due(bus::Clock::time_point now) const;
   void tell_predecessor(Time now);
+  [[nodiscard]] bool answers() const;
   void answer(const msg::SupervisorRequest& request);
   [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
   void publish_mode(bus::Clock::time_point now);
@@ -52,6 +61,9 @@ class Supervisor {
   void beat(bus::Clock::time_point now);
 
   const config::CellFile& file_;
+  std::vector<PlacedNode> supervisors_;
+  std::size_t place_;  ///< ours among them
+  std::string node_;
   std::string memory_path_;
   ShutdownSignal& shutdown_;
   bus::Clock::time_point began_;
@@ -59,7 +71,10 @@ class Supervisor {
   Picture picture_;
   Memory remembered_;
   Leadership leadership_;
-  bool led_before_ = false;
+  Succession succession_;
+  std::uint64_t led_under_;  ///< the last term under which we led, in this life or an earlier one
+  std::map<std::string, bus::Clock::time_point> in_charge_since_;  ///< of the planner in charge, by arm
+  bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();
   std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
   bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
   Time stalled_{0};                                     ///< by the watch's clock at the last turn

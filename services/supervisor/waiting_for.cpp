@@ -48,7 +48,7 @@ std::string drive_text(const msg::ArmState& state) {
 }
 
 std::string first_awaited(const std::string& arm, const CellWatch& watch) {
-  for (const std::string& node : {driver_node(arm), planner_node(arm), world_node()}) {
+  for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
     if (std::string awaited = watch.awaited(node); !awaited.empty()) return awaited;
   }
   return {};
@@ -85,7 +85,7 @@ std::string waiting_for(const std::string& arm, const CellWatch& watch, const Pi
   const auto* goal = find(picture.goals, arm);
   // What comes to rest after its goal has ended waits for the next one already.
   if (state && moves(state->value) && !(goal && is_over(goal->value.state()))) return {};
-  const auto* planner = find(picture.heartbeats, planner_node(arm));
+  const auto* planner = find(picture.heartbeats, watch.in_charge(arm));
   if (planner && planner->value.state() == msg::NODE_DEGRADED && !planner->value.detail().empty()) {
     return planner->value.node() + ": " + planner->value.detail();
   }

@@ -14,13 +14,8 @@
 namespace hecaton::services::testing {
 namespace {
 
-const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervision/health_cell.yaml";
-
-ChildCommand agent_command(int domain, const std::vector<std::string>& options) {
-  ChildCommand command{
-      std::string(HECATON_BIN_DIR) + "/hecaton-agent", {kCell, "--domain", std::to_string(domain)}, {}};
-  command.arguments.insert(command.arguments.end(), options.begin(), options.end());
-  return command;
+std::string path_of(const std::string& cell) {
+  return std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervision/" + cell;
 }
 
 ServiceOptions client_options(int domain) {
@@ -36,9 +31,9 @@ ServiceOptions client_options(int domain) {
 
 }  // namespace
 
-HealthCell::HealthCell(const std::vector<std::string>& agent_options)
-    : file_(config::load_cell_file(kCell)),
-      agent_(agent_command(domain_.number(), agent_options)),
+HealthCell::HealthCell(const std::vector<std::string>& agent_options, const std::string& cell)
+    : file_(config::load_cell_file(path_of(cell))),
+      agent_(agent_command(agent_options)),
       options_(client_options(domain_.number())),
       participant_(make_participant(file_, options_, "test", &mailbox_)),
       requests_(participant_),
@@ -50,6 +45,13 @@ HealthCell::HealthCell(const std::vector<std::string>& agent_options)
       edits_(participant_),
       edit_replies_(participant_, &mailbox_),
       states_(participant_, &mailbox_) {}
+
+ChildCommand HealthCell::agent_command(const std::vector<std::string>& options) const {
+  ChildCommand command{
+      std::string(HECATON_BIN_DIR) + "/hecaton-agent", {file_.path, "--domain", std::to_string(domain())}, {}};
+  command.arguments.insert(command.arguments.end(), options.begin(), options.end());
+  return command;
+}
 
 std::optional<msg::SupervisorReply> HealthCell::ask(msg::RequestKind kind, const std::vector<std::string>& arms) {
   const auto until = bus::Clock::now() + kPatience;
@@ -202,6 +204,16 @@ std::optional<msg::ProcessEvent> process_of(const msg::CellStatus& status, const
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+int pid_of_node(const msg::CellStatus& status, const std::string& node) {
+  for (const msg::HostStatus& host : status.hosts()) {
+    for (const msg::ProcessEvent& process : host.processes()) {
+      if (process.node() == node) return process.pid();
+    }
+  }
+  ADD_FAILURE() << "no process is " << node;
+  return 0;
 }
 
 int open_faults(const msg::CellStatus& status, const std::string& kind, const std::string& subject) {

@@ -28,7 +28,8 @@ constexpr auto kPatience = 60s;
 
 class HealthCell {
  public:
-  explicit HealthCell(const std::vector<std::string>& agent_options = {});
+  /// `cell`: a file beside this one.
+  explicit HealthCell(const std::vector<std::string>& agent_options = {}, const std::string& cell = "health_cell.yaml");
 
   using Condition = std::function<bool(const msg::CellStatus&)>;
 
@@ -47,6 +48,8 @@ class HealthCell {
   void await_dropped(const std::string& node);
   /// The world's reply to an edit.
   msg::WorldEditReply edit(msg::WorldEditRequest request);
+  /// Another agent of the same cell.
+  [[nodiscard]] ChildCommand agent_command(const std::vector<std::string>& options) const;
   /// How the agent ended.
   std::optional<ChildEnd> await_end();
 
@@ -59,6 +62,8 @@ class HealthCell {
   [[nodiscard]] ChildProcess& agent() { return agent_; }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
   [[nodiscard]] int domain() const { return domain_.number(); }
+  [[nodiscard]] bus::Participant& participant() { return participant_; }
+  [[nodiscard]] bus::Mailbox& mailbox() { return mailbox_; }
 
  private:
   config::CellFile file_;
@@ -84,6 +89,8 @@ class HealthCell {
 msg::ArmStatus arm_of(const msg::CellStatus& status, const std::string& arm);
 std::optional<msg::ProcessEvent> process_of(const msg::CellStatus& status, const std::string& name);
 bool contains(const std::vector<std::string>& names, const std::string& name);
+/// The process that is this node; 0 and a failed test when there is none.
+int pid_of_node(const msg::CellStatus& status, const std::string& node);
 /// Open faults of a kind and subject.
 int open_faults(const msg::CellStatus& status, const std::string& kind, const std::string& subject);
 /// All processes that the cell has, by their pid; each is readable when it has ended.

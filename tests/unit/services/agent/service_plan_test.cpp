@@ -50,6 +50,20 @@ TEST(ServicePlan, ServicesAreToldTheirCellArmAndHost) {
   EXPECT_EQ(services[2].program, "hecaton-planner");
 }
 
+TEST(ServicePlan, StandbysRunOnTheirOwnHosts) {
+  config::CellFile file = cell_on_two_hosts();
+  file.arm_hosts[0].standby_host = "pc2";
+  file.supervision.standby_host = "pc2";
+  EXPECT_EQ(names(plan_services(file, "pc1")), (Names{"supervisor", "driver-a", "planner-a"}));
+  const auto services = plan_services(file, "pc2");
+  EXPECT_EQ(names(services), (Names{"world", "supervisor@pc2", "planner-a@pc2", "driver-b", "planner-b"}));
+  EXPECT_EQ(services[2].node, "planner/a@pc2");
+  EXPECT_EQ(services[2].arguments, (Names{"cell.yaml", "--arm", "a", "--host", "pc2"}));
+  EXPECT_TRUE(has_memory(services[0]));
+  EXPECT_TRUE(has_memory(services[1]));
+  EXPECT_FALSE(has_memory(services[2]));
+}
+
 TEST(ServicePlan, UnknownHostIsRefusedWithTheNamesThatAreAllowed) {
   try {
     static_cast<void>(plan_services(cell_on_two_hosts(), "pc3"));

@@ -34,12 +34,30 @@ TEST(CommandGate, NewestByTermThenSequence) {
 TEST(CommandGate, ATermSeenElsewhereOutdatesCommands) {
   CommandGate gate(2);
   ASSERT_EQ(gate.judge(command(3, 1)), Verdict::kAccepted);
-  gate.saw_term(4);
+  gate.saw({{}, 4});
   EXPECT_EQ(gate.judge(command(3, 2)), Verdict::kStaleTerm);
   EXPECT_EQ(gate.complaint(), "commands of planner/arm1 carry term 3, which is older than 4");
   EXPECT_EQ(gate.term(), 3U) << "that of the last accepted command";
   EXPECT_EQ(gate.judge(command(4, 1)), Verdict::kAccepted);
   EXPECT_EQ(gate.complaint(), "");
+}
+
+TEST(CommandGate, ATermIsThatOfOnePlanner) {
+  CommandGate gate(2);
+  ASSERT_EQ(gate.judge(command(3, 1)), Verdict::kAccepted);
+  msg::ArmCommand other = command(3, 2);
+  other.node("planner/arm1@beta");
+  EXPECT_EQ(gate.judge(other), Verdict::kStaleTerm) << "who commanded first has it";
+  EXPECT_EQ(gate.complaint(), "commands of planner/arm1@beta carry term 3, which is that of planner/arm1");
+  gate.saw({"planner/arm1@beta", 3});
+  EXPECT_EQ(gate.judge(command(3, 3)), Verdict::kAccepted) << "nor can a grant take it away";
+  gate.saw({"planner/arm1@beta", 4});
+  EXPECT_EQ(gate.judge(command(4, 1)), Verdict::kStaleTerm) << "it was granted to another";
+  other.term(4);
+  EXPECT_EQ(gate.judge(other), Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(3, 4)), Verdict::kStaleTerm);
+  EXPECT_EQ(gate.stale_rejected(), 3U);
+  EXPECT_EQ(gate.mandate(), (Mandate{"planner/arm1@beta", 4}));
 }
 
 TEST(CommandGate, UnusableOnesChangeNothing) {
@@ -57,7 +75,7 @@ TEST(CommandGate, UnusableOnesChangeNothing) {
     EXPECT_EQ(gate.judge(bad), Verdict::kUnusable) << period;
   }
   EXPECT_EQ(gate.unusable(), 8U);
-  EXPECT_EQ(gate.newest_term(), 1U) << "a broken sender must not fence off a sound one";
+  EXPECT_EQ(gate.mandate().term, 1U) << "a broken sender must not fence off a sound one";
   EXPECT_EQ(gate.q()[0], 0.5);
   EXPECT_EQ(gate.judge(command(1, 2)), Verdict::kAccepted);
 }

@@ -86,7 +86,7 @@ TEST_F(Drive, HoldStopsItAndCommandsDoNotMoveItMeanwhile) {
 TEST_F(Drive, AnOutdatedPlannerCannotKeepItMoving) {
   drive_.order(ArmOrder::kRun, "");
   for (int k = 0; k < 100; ++k) plan(1);
-  drive_.saw_term(2);
+  drive_.saw({{}, 2});
   for (int k = 0; k < 20; ++k) plan(1);
   EXPECT_EQ(drive_.mode(), msg::ARM_STOPPED);
   EXPECT_EQ(drive_.gate().stale_rejected(), 20U);

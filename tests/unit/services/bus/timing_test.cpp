@@ -225,14 +225,13 @@ TEST_F(Timing, LivelinessIsLostInSilenceAndRegainedByASample) {
   EXPECT_EQ(reader.alive_writers(), 1);
 }
 
-msg::ArmCommand command(const std::string& node) {
-  msg::ArmCommand command;
-  command.arm("arm1");
-  command.node(node);
-  return command;
+msg::CellMode mode_of(const std::string& node) {
+  msg::CellMode mode;
+  mode.node(node);
+  return mode;
 }
 
-/// Who is heard of two that both command arm1.
+/// Who is heard of two that both tell the cell's mode.
 class Ownership : public BusTest {
  protected:
   WriterOptions strength(int value) {
@@ -241,14 +240,14 @@ class Ownership : public BusTest {
     return options;
   }
 
-  [[nodiscard]] bool heard_until(Writer<msg::ArmCommand>* primary, Writer<msg::ArmCommand>* standby,
-                                 Reader<msg::ArmCommand>& reader, const std::string& node) {
+  [[nodiscard]] bool heard_until(Writer<msg::CellMode>* primary, Writer<msg::CellMode>* standby,
+                                 Reader<msg::CellMode>& reader, const std::string& node) {
     // The last one heard in a row of ten from one node is the owner.
     int in_row = 0;
     const auto until = Clock::now() + kPatience;
     while (in_row < 10 && Clock::now() < until) {
-      if (primary != nullptr && !primary->write(command("primary"))) return false;
-      if (standby != nullptr && !standby->write(command("standby"))) return false;
+      if (primary != nullptr && !primary->write(mode_of("primary"))) return false;
+      if (standby != nullptr && !standby->write(mode_of("standby"))) return false;
       [[maybe_unused]] const bool arrived = reader.wait_for_data(5ms);
       for (const auto& sample : reader.take()) in_row = sample.value.node() == node ? in_row + 1 : 0;
     }
@@ -258,16 +257,16 @@ class Ownership : public BusTest {
 
 TEST_F(Ownership, StrongestLivingWriterIsHeard) {
   Participant third(domain_.id(), "third", one_host());
-  auto primary = std::make_unique<Writer<msg::ArmCommand>>(here_, strength(10));
-  Writer<msg::ArmCommand> standby(third, strength(5));
-  Reader<msg::ArmCommand> reader(there_);
+  auto primary = std::make_unique<Writer<msg::CellMode>>(here_, strength(10));
+  Writer<msg::CellMode> standby(third, strength(5));
+  Reader<msg::CellMode> reader(there_);
   ASSERT_TRUE(reader.wait_matched(2, kPatience));
   ASSERT_TRUE(primary->wait_matched(1, kPatience));
   ASSERT_TRUE(standby.wait_matched(1, kPatience));
   EXPECT_TRUE(heard_until(primary.get(), &standby, reader, "primary"));
   // The primary falls silent without leaving: its lease ends its ownership.
   EXPECT_TRUE(heard_until(nullptr, &standby, reader, "standby"));
-  // It wakes up: without terms it would own the stream again (trap 6), which is why commands carry terms.
+  // It wakes up: without terms it would own the stream again (trap 6), which is why modes and commands carry terms.
   EXPECT_TRUE(heard_until(primary.get(), &standby, reader, "primary"));
   primary.reset();
   EXPECT_TRUE(heard_until(nullptr, &standby, reader, "standby"));
@@ -275,9 +274,9 @@ TEST_F(Ownership, StrongestLivingWriterIsHeard) {
 
 TEST_F(Ownership, StrengthCanBeChanged) {
   Participant third(domain_.id(), "third", one_host());
-  Writer<msg::ArmCommand> primary(here_, strength(10));
-  Writer<msg::ArmCommand> standby(third, strength(5));
-  Reader<msg::ArmCommand> reader(there_);
+  Writer<msg::CellMode> primary(here_, strength(10));
+  Writer<msg::CellMode> standby(third, strength(5));
+  Reader<msg::CellMode> reader(there_);
   ASSERT_TRUE(reader.wait_matched(2, kPatience));
   ASSERT_TRUE(primary.wait_matched(1, kPatience));
   ASSERT_TRUE(standby.wait_matched(1, kPatience));

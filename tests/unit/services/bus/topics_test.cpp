@@ -31,10 +31,10 @@ TEST(Topics, StateIsBestEffortWithoutHistory) {
   }
 }
 
-TEST(Topics, CommandsAreReliableTunedAndExclusive) {
+TEST(Topics, CommandsAreReliableTunedAndAllHeard) {
   const auto qos = Topic<msg::ArmCommand>::kInfo.qos;
   EXPECT_TRUE(qos.reliable);
-  EXPECT_TRUE(qos.exclusive);
+  EXPECT_FALSE(qos.exclusive) << "the driver must see, refuse and count a stale planner's";
   EXPECT_EQ(qos.depth, 1);
   EXPECT_LE(qos.heartbeat, 5ms);
 }

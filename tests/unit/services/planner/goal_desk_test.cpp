@@ -192,5 +192,47 @@ TEST_F(Desk, RepetitionsAndOtherArmsGoalsAreIgnored) {
   EXPECT_FALSE(desk_.next_question());
 }
 
+msg::GoalStatus told_by_the_other(const std::string& goal, msg::GoalState state) {
+  msg::GoalStatus status;
+  status.arm("arm1");
+  status.goal(goal);
+  status.state(state);
+  status.elapsed(2.0);
+  status.q_goal({0.5});
+  return status;
+}
+
+TEST_F(Desk, FollowsAGoalThatItNeverHeardOf) {
+  EXPECT_TRUE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_));
+  EXPECT_EQ(desk_.q_goal()[0], 0.5);
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_)) << "it is active already";
+  EXPECT_TRUE(told().empty()) << "the other tells";
+  desk_.progress(in(msg::GOAL_REACHED), now_);
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_REACHED}}));
+  EXPECT_GT(statuses_[0].elapsed(), 1.9);
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_)) << "it has ended here";
+}
+
+TEST_F(Desk, AFollowedGoalIsTheSameWhenItsClientIsHeard) {
+  ASSERT_TRUE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_));
+  desk_.receive(goal("a", 60.0), now_);
+  EXPECT_FALSE(desk_.next_question());
+  EXPECT_TRUE(desk_.has_active());
+  EXPECT_TRUE(told().empty());
+}
+
+TEST_F(Desk, EndsWhatThePlannerInChargeHasEnded) {
+  send_and_accept(goal("a"));
+  static_cast<void>(told());
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_CANCELLED), now_));
+  EXPECT_FALSE(desk_.has_active());
+  EXPECT_TRUE(desk_.take_forget());
+  send_and_accept(goal("b"));
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_REACHED), now_));
+  EXPECT_TRUE(desk_.has_active()) << "another goal's end";
+  EXPECT_FALSE(desk_.follow(told_by_the_other("b", msg::GOAL_REACHED), now_));
+  EXPECT_FALSE(desk_.take_forget()) << "the arm keeps the place that it was sent to";
+}
+
 }  // namespace
 }  // namespace hecaton::services

@@ -59,12 +59,17 @@ TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
   EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
 }
 
-TEST(CellModeView, ATermSeenElsewhereOutdatesModesToo) {
+TEST(CellModeView, AnArmIsCommandedByWhomTheGrantNamesOrUnderTheCellsTerm) {
   CellModeView view;
-  view.saw_term(3);
-  EXPECT_FALSE(view.apply(mode(msg::MODE_RUN, 2)));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
-  EXPECT_TRUE(view.apply(mode(msg::MODE_RUN, 3)));
+  EXPECT_EQ(view.mandate("arm1"), Mandate());
+  msg::CellMode message = mode(msg::MODE_RUN, 3);
+  msg::Grant& grant = message.grants().emplace_back();
+  grant.arm("arm1");
+  grant.planner("planner/arm1@beta");
+  grant.term(8);
+  ASSERT_TRUE(view.apply(message));
+  EXPECT_EQ(view.mandate("arm1"), (Mandate{"planner/arm1@beta", 8}));
+  EXPECT_EQ(view.mandate("arm2"), (Mandate{"", 3}));
 }
 
 }  // namespace

@@ -104,5 +104,22 @@ TEST(LoopStatistics, NothingYetIsZero) {
   EXPECT_EQ(LoopStatistics().lateness_max_us(), 0.0);
 }
 
+TEST(PeriodicLoop, BeginsAPeriodAtOnceWhenItIsDueBeforeItsTime) {
+  ShutdownSignal shutdown;
+  PeriodicLoop loop(1h, shutdown);
+  bus::Mailbox mailbox;
+  ASSERT_TRUE(loop.next());
+  const Time first = loop.now();
+  int asked = 0;
+  mailbox.notify();
+  ASSERT_TRUE(loop.next(mailbox, [&] {
+    if (++asked == 1) mailbox.notify();
+    return asked == 2;
+  }));
+  EXPECT_EQ(asked, 2) << "what arrives without being due does not begin it";
+  EXPECT_LT(loop.now(), first + 30min);
+  EXPECT_EQ(loop.skipped(), 0U);
+}
+
 }  // namespace
 }  // namespace hecaton::services

@@ -61,19 +61,20 @@ class CellStatusTest : public ::testing::Test {
     sample.received = at();
     return sample;
   }
-  msg::CellStatus status() { return cell_status({file_, watch_, picture_, mode_}, {now_, 1'000'000}); }
+  msg::CellStatus status() { return cell_status({file_, watch_, picture_, succession_, mode_}, {now_, 1'000'000}); }
   std::string waits() { return waiting_for("left", watch_, picture_); }
 
   config::CellFile file_ = config::load_cell_file(kCell);
   Time now_ = 100s;
-  CellWatch watch_{expected_nodes(file_), arm_names(file_), watch_limits(file_, 5ms), now_};
+  CellWatch watch_{expected_nodes(file_, "supervisor"), arm_names(file_), watch_limits(file_, 5ms), now_};
   Picture picture_;
+  Succession succession_{arms_with_standby(file_)};
   msg::CellMode mode_;
 };
 
 TEST_F(CellStatusTest, ExpectsWhatTheCellFilePromises) {
   std::vector<std::string> names;
-  for (const ExpectedNode& node : expected_nodes(file_)) names.push_back(node.name);
+  for (const ExpectedNode& node : expected_nodes(file_, "supervisor")) names.push_back(node.name);
   EXPECT_EQ(names, (std::vector<std::string>{"world", "driver/left", "planner/left", "driver/right", "planner/right",
                                              "agent/localhost"}));
   const WatchLimits limits = watch_limits(file_, 5ms);
@@ -184,8 +185,8 @@ TEST_F(CellStatusTest, AgesAreSinceArrival) {
 
 TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
   picture_.heartbeats.erase("planner/left");
-  CellWatch fresh(expected_nodes(file_), arm_names(file_), watch_limits(file_, 5ms), now_);
-  const auto told = cell_status({file_, fresh, picture_, mode_}, {now_, 0});
+  CellWatch fresh(expected_nodes(file_, "supervisor"), arm_names(file_), watch_limits(file_, 5ms), now_);
+  const auto told = cell_status({file_, fresh, picture_, succession_, mode_}, {now_, 0});
   const auto& nodes = told.nodes();
   const auto found = std::find_if(nodes.begin(), nodes.end(),
                                   [](const auto& node) { return node.heartbeat().node() == "planner/left"; });
@@ -212,12 +213,67 @@ TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
 
 TEST_F(CellStatusTest, ModeIsToldArmByArm) {
   EXPECT_EQ(watch_.mode().hold({"right"}), "");
-  const msg::CellMode message = mode_message(watch_.mode().decide(), "supervisor");
+  const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
   EXPECT_EQ(message.mode(), msg::MODE_RUN);
   EXPECT_EQ(message.held_arms(), std::vector<std::string>{"right"});
   EXPECT_EQ(message.reason(), "right: hold by operator");
+  EXPECT_TRUE(message.grants().empty()) << "no arm has a standby";
   EXPECT_EQ(status().arms()[0].mode(), msg::MODE_RUN);
   EXPECT_EQ(status().arms()[1].mode(), msg::MODE_HOLD);
+}
+
+TEST_F(CellStatusTest, OrdersAreToldApartFromWhatFaultsMakeOfThem) {
+  EXPECT_EQ(watch_.mode().hold({"right"}), "");
+  EXPECT_EQ(watch_.mode().stop({"left"}), "");
+  watch_.process_exited("world", {1, -1, 9, false});
+  watch_.judge(now_);
+  const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
+  EXPECT_EQ(message.mode(), msg::MODE_HOLD) << "for the world's sake";
+  EXPECT_EQ(orders_in(message), watch_.mode().orders());
+  EXPECT_EQ(orders_in(message).cell, MoveMode::kRun);
+}
+
+TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
+  watch_.process_exited("planner/left", {1, -1, 9, false});
+  watch_.judge(now_);
+  turn(500ms);
+  beat("planner/left", msg::NODE_RUNNING, {});
+  watch_.process_exited("driver/right", {1, -1, 9, false});
+  watch_.judge(now_);
+  const FaultHistory before = watch_.faults().history();
+  ASSERT_FALSE(before.open.empty());
+  std::map<std::string, msg::Fault> told;
+  for (const auto& [cause, record] : before.open) {
+    const msg::Fault fault = fault_message(record, {now_, 1'000'000});
+    told[fault.id()] = fault;
+  }
+  // On a host whose steady clock began 50 s later.
+  FaultHistory after = faults_in(told, {now_ - 50s, 1'000'000});
+  ASSERT_EQ(after.open.size(), before.open.size());
+  for (auto& [cause, record] : after.open) {
+    ASSERT_TRUE(before.open.contains(cause)) << cause;
+    record.since += 50s;
+    EXPECT_EQ(record, before.open.at(cause)) << cause;
+  }
+}
+
+class StandbyStatus : public CellStatusTest {
+ protected:
+  StandbyStatus() { succession_ = Succession({{"left", {"planner/left", "planner/left@beta"}}}); }
+};
+
+TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
+  succession_.hear("left", {"planner/left@beta", 6});
+  watch_.put_in_charge("left", "planner/left@beta");
+  beat("planner/left", msg::NODE_STANDBY, {});
+  beat("planner/left@beta", msg::NODE_RUNNING, {});
+  const msg::ArmStatus arm = status().arms()[0];
+  EXPECT_EQ(arm.planner(), "planner/left@beta");
+  EXPECT_EQ(arm.standby(), "planner/left");
+  EXPECT_EQ(arm.term(), 6U);
+  const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
+  ASSERT_EQ(message.grants().size(), 1U);
+  EXPECT_EQ(message.grants()[0].planner(), "planner/left@beta");
 }
 
 }  // namespace

@@ -317,5 +317,32 @@ TEST(CellWatchStart, HostThatNeverAppearsIsOneFault) {
   EXPECT_EQ(cell.watch.mode().decide().held_arms, Names{"arm3"});
 }
 
+TEST(CellWatchStandby, OnlyThePlannerInChargeHoldsItsArm) {
+  const std::vector<ExpectedNode> nodes{{"agent/h1", NodeRole::kAgent, "", "h1"},
+                                        {"planner/arm1", NodeRole::kPlanner, "arm1", "h1"},
+                                        {"planner/arm1@h2", NodeRole::kPlanner, "arm1", "h2"},
+                                        {"supervisor@h2", NodeRole::kSupervisor, "", "h2"}};
+  CellWatch watch(nodes, {"arm1"}, cell_limits(), 0ms);
+  watch.advance(5ms);
+  for (const ExpectedNode& node : nodes) watch.heard(node.name, 1, 5ms);
+  watch.put_in_charge("arm1", "planner/arm1");
+  watch.judge(5ms);
+  EXPECT_FALSE(watch.ended("planner/arm1"));
+  watch.process_exited("planner/arm1", {1, -1, 9, false});
+  watch.process_exited("supervisor@h2", {1, -1, 9, false});
+  EXPECT_TRUE(watch.ended("planner/arm1"));
+  watch.judge(5ms);
+  EXPECT_EQ(watch.mode().mode_of("arm1"), MoveMode::kHold);
+  watch.put_in_charge("arm1", "planner/arm1@h2");
+  watch.judge(5ms);
+  EXPECT_EQ(watch.mode().mode_of("arm1"), MoveMode::kRun) << "neither its standby nor a supervisor holds an arm";
+  EXPECT_NE(watch.faults().open("planner/arm1"), nullptr);
+  EXPECT_NE(watch.faults().open("supervisor@h2"), nullptr);
+  watch.advance(10ms);
+  watch.advance(15ms);
+  EXPECT_EQ(watch.silence("planner/arm1@h2"), 10ms);
+  EXPECT_EQ(watch.silence("planner/arm1@h3"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace hecaton::services::testing

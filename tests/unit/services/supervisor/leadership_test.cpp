@@ -12,8 +12,8 @@ constexpr Leadership::Limits kLimits{.listen = 200ms, .silence = 300ms};
 
 TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
   Leadership own(kLimits, 0, 0ms);
-  own.heard_term(7);
-  own.heard_term(3);
+  own.heard_term(7, 0ms);
+  own.heard_mandate(3);
   EXPECT_FALSE(own.decide(199ms, 0ms));
   EXPECT_EQ(own.role(), Role::kListening);
   EXPECT_TRUE(own.decide(200ms, 0ms));
@@ -47,13 +47,47 @@ TEST(Leadership, StandsByAfterAnAbsenceInWhichAnotherTookOver) {
   EXPECT_EQ(own.role(), Role::kStandingBy);
 }
 
-TEST(Leadership, FollowsATermThatAPlannerProves) {
+TEST(Leadership, ListensAnewWhenTheCellHasFollowedAHigherTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 0ms));
-  own.heard_term(5);
-  EXPECT_EQ(own.term(), 5U);
-  own.heard_term(4);
-  EXPECT_EQ(own.term(), 5U);
+  own.heard_term(1, 210ms);
+  EXPECT_EQ(own.role(), Role::kLeading) << "its own";
+  own.heard_term(5, 220ms);
+  EXPECT_EQ(own.role(), Role::kListening);
+  EXPECT_FALSE(own.decide(419ms, 0ms));
+  EXPECT_TRUE(own.decide(420ms, 0ms));
+  EXPECT_EQ(own.term(), 6U);
+}
+
+TEST(Leadership, AMandatesTermIsNoReasonToListenAnew) {
+  Leadership own(kLimits, 0, 0ms);
+  EXPECT_TRUE(own.decide(200ms, 0ms));
+  own.heard_mandate(9);
+  EXPECT_EQ(own.role(), Role::kLeading);
+  EXPECT_EQ(own.term(), 1U);
+  EXPECT_EQ(own.take_term(), 10U);
+}
+
+TEST(Leadership, TwoNeverTakeTheSameTerm) {
+  Leadership first(kLimits, 0, 0ms, {0, 2});
+  Leadership second(kLimits, 0, 0ms, {1, 2});
+  EXPECT_TRUE(first.decide(200ms, 0ms));
+  EXPECT_TRUE(second.decide(200ms, 0ms));
+  EXPECT_EQ(first.term(), 2U);
+  EXPECT_EQ(second.term(), 1U);
+  second.heard_mandate(4);
+  EXPECT_EQ(second.take_term(), 5U);
+  EXPECT_EQ(second.take_term(), 7U);
+  EXPECT_EQ(first.take_term(), 4U);
+}
+
+TEST(Leadership, TakesOverAtOnceFromALeaderWhoseProcessEnded) {
+  Leadership own(kLimits, 0, 0ms);
+  own.heard_leader(3, 190ms);
+  EXPECT_FALSE(own.decide(200ms, 0ms));
+  own.leader_died();
+  EXPECT_TRUE(own.decide(201ms, 0ms));
+  EXPECT_EQ(own.term(), 4U);
 }
 
 TEST(Leadership, StandsByWhileAnotherLeads) {
@@ -101,7 +135,7 @@ TEST(Leadership, IgnoresAnOldLeader) {
   EXPECT_EQ(own.term(), 5U);
 }
 
-// Both took the same term at the same time: the bus lets both hear only one of them, the other stands back.
+// Only when one of them lost its memory. Whoever leads again takes another.
 TEST(Leadership, StandsBackFromItsOwnTermInAnothersHands) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 0ms));

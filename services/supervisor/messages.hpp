@@ -1,0 +1,36 @@
+#pragma once
+/// Modes and faults as messages, and what another supervisor's messages tell of them.
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include <idl/health.h>
+
+#include "services/supervisor/cell_mode.hpp"
+#include "services/supervisor/fault_list.hpp"
+#include "services/supervisor/liveness.hpp"
+#include "services/supervisor/succession.hpp"
+
+namespace hecaton::services {
+
+/// Relates the watch's time (the steady clock since its epoch) to the wall clock, for people.
+struct Clocks {
+  Time now{0};
+  std::int64_t now_unix_ms = 0;
+};
+[[nodiscard]] Clocks read_clocks();
+
+[[nodiscard]] msg::Mode mode_of(MoveMode mode);
+/// Term, sequence number and stamp are left to the caller.
+[[nodiscard]] msg::CellMode mode_message(const CellModeState& mode, const Succession& succession,
+                                         const std::string& node);
+/// Term, sequence number and stamp are left to the caller.
+[[nodiscard]] msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks);
+
+/// What another leader's mode tells of people's orders.
+[[nodiscard]] Orders orders_in(const msg::CellMode& mode);
+/// The faults that another leader told, by id, on our clock. What cannot be understood is left out.
+[[nodiscard]] FaultHistory faults_in(const std::map<std::string, msg::Fault>& told, const Clocks& clocks);
+
+}  // namespace hecaton::services

@@ -1,0 +1,171 @@
+// Two hosts of one cell on this machine: planner and supervisor are killed and stopped, and their standbys take over.
+// Which of two is in charge when a test begins does not matter: a busy machine may have exchanged them before.
+
+#include <algorithm>
+#include <csignal>
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "tests/cell/supervision/health_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+bus::ReaderOptions every_sample() {
+  bus::ReaderOptions options;
+  options.conflate = false;
+  options.queue = 1'000'000;
+  return options;
+}
+
+class Standby : public ::testing::Test {
+ protected:
+  ~Standby() override { expect_one_planner_a_term(); }
+
+  /// Until somebody is in charge of the arm and of the cell, and somebody stands by for both.
+  msg::CellStatus await_ready() {
+    return cell_.await("standbys that are ready", [](const msg::CellStatus& status) {
+      return !status.standby().empty() && !arm_of(status, "left").standby().empty() &&
+             arm_of(status, "left").state().mode() == msg::ARM_RUNNING && status.mode().mode() == msg::MODE_RUN &&
+             status.mode().held_arms().empty();
+    });
+  }
+  msg::CellStatus send_left_on_its_way() {
+    await_ready();
+    cell_.send_goal("left", "way", "away");
+    cell_.await("left moves", [](const msg::CellStatus& status) {
+      return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
+    });
+    return await_ready();
+  }
+  void expect_arrival() {
+    cell_.await_goal("way", [](const msg::GoalStatus& status) { return status.state() == msg::GOAL_REACHED; });
+  }
+  msg::ArmStatus await_successor(const msg::ArmStatus& before) {
+    const auto status = cell_.await("a successor of " + before.planner(), [&](const msg::CellStatus& seen) {
+      return arm_of(seen, "left").planner() != before.planner() && arm_of(seen, "left").term() > before.term();
+    });
+    return arm_of(status, "left");
+  }
+  /// Until `node` stands by for the arm.
+  void await_standing_by(const std::string& node) {
+    cell_.await(node + " stands by", [&](const msg::CellStatus& status) {
+      return std::any_of(status.nodes().begin(), status.nodes().end(), [&](const msg::NodeStatus& seen) {
+        const bool up = seen.alive() && seen.heartbeat().node() == node;
+        return up && (seen.heartbeat().state() == msg::NODE_STANDBY || arm_of(status, "left").planner() == node);
+      });
+    });
+  }
+  /// What the driver told from the beginning: terms never go back, and each is that of one planner.
+  void expect_one_planner_a_term() {
+    std::uint64_t followed = 0;
+    std::uint64_t newest = 0;
+    std::map<std::uint64_t, std::string> planners;
+    for (const auto& sample : states_.take()) {
+      if (sample.disposed) continue;
+      EXPECT_GE(sample.value.term(), followed);
+      EXPECT_GE(sample.value.newest_term(), newest);
+      followed = sample.value.term();
+      newest = sample.value.newest_term();
+      if (sample.value.planner().empty()) continue;
+      const auto [known, first] = planners.try_emplace(newest, sample.value.planner());
+      EXPECT_EQ(known->second, sample.value.planner()) << "in term " << newest;
+    }
+    EXPECT_FALSE(planners.empty());
+  }
+
+  HealthCell cell_{{"--host", "alpha"}, "standby_cell.yaml"};
+  ChildProcess beta_{cell_.agent_command({"--host", "beta"})};
+  bus::Reader<msg::ArmState> states_{cell_.participant(), &cell_.mailbox(), every_sample()};
+};
+
+TEST_F(Standby, OfAKilledPlannerBringsTheArmToItsGoal) {
+  const auto status = send_left_on_its_way();
+  const msg::ArmStatus before = arm_of(status, "left");
+  ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
+  const msg::ArmStatus after = await_successor(before);
+  EXPECT_TRUE(after.mode() == msg::MODE_RUN) << "its fault holds nobody: " << after.waiting_for();
+  expect_arrival();
+  cell_.await_fault("the death", [&](const msg::Fault& fault) {
+    return fault.kind() == "process_died" && fault.subject() == before.planner();
+  });
+  await_standing_by(before.planner());
+}
+
+TEST_F(Standby, OfAStoppedPlannerGoesOnAlsoWhenThatComesBack) {
+  const auto status = send_left_on_its_way();
+  const msg::ArmStatus before = arm_of(status, "left");
+  const int pid = pid_of_node(status, before.planner());
+  ASSERT_EQ(kill(pid, SIGSTOP), 0);
+  await_successor(before);
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  expect_arrival();
+  await_standing_by(before.planner());
+}
+
+// What a planner sends that slept through its replacement, and does not know of it yet.
+TEST_F(Standby, CommandsOfAReplacedPlannerAreRefusedAndCounted) {
+  const auto status = await_ready();
+  const msg::ArmStatus before = arm_of(status, "left");
+  const int pid = pid_of_node(status, before.planner());
+  bus::Writer<msg::ArmCommand> commands(cell_.participant());
+  ASSERT_TRUE(commands.wait_matched(1, kPatience));
+  ASSERT_EQ(kill(pid, SIGSTOP), 0);
+  const msg::ArmStatus after = await_successor(before);
+  msg::ArmCommand command;
+  command.arm("left");
+  command.node(before.planner());
+  command.term(before.term());
+  command.sequence_number(1'000'000'000);
+  command.period(0.01);
+  command.q({1.0, -1.9, 2.6, 0, 0.6, 0});
+  command.qd(std::vector<double>(6, 0.0));
+  msg::ArmState state = cell_.next_state("left");
+  const std::uint64_t refused = state.stale_rejected();
+  for (const auto until = bus::Clock::now() + kPatience; state.stale_rejected() < refused + 20;) {
+    ASSERT_LT(bus::Clock::now(), until) << "nothing is refused";
+    ASSERT_TRUE(commands.write(command));
+    state = cell_.next_state("left");
+    EXPECT_GE(state.term(), after.term());
+    EXPECT_NEAR(state.q()[0], 0.0, 0.01) << "the arm must not move";
+  }
+  ASSERT_EQ(kill(pid, SIGCONT), 0);
+  await_standing_by(before.planner());
+}
+
+TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
+  const auto started = await_ready();
+  const msg::ArmStatus first = arm_of(started, "left");
+  ASSERT_EQ(kill(pid_of_node(started, first.planner()), SIGKILL), 0);
+  const msg::Fault died = cell_.await_fault("the planner's death", [&](const msg::Fault& fault) {
+    return fault.kind() == "process_died" && fault.subject() == first.planner() && fault.cleared();
+  });
+  ASSERT_TRUE(cell_.ask(msg::REQUEST_HOLD, {"left"})->done());
+  const auto before = cell_.await("a standby", [](const auto& status) { return !status.standby().empty(); });
+  const std::string leader = before.supervisor();
+  ASSERT_EQ(kill(pid_of_node(before, leader), SIGKILL), 0);
+
+  const msg::CellMode mode = cell_.await_mode("another leader's", [&](const msg::CellMode& seen) {
+    return seen.node() != leader && seen.term() > before.mode().term();
+  });
+  EXPECT_EQ(mode.mode(), msg::MODE_RUN);
+  EXPECT_EQ(mode.arms_ordered_to_hold(), std::vector<std::string>{"left"});
+  const auto after = cell_.await("an answer", [&](const msg::CellStatus& seen) { return seen.supervisor() != leader; });
+  EXPECT_TRUE(std::any_of(after.faults().begin(), after.faults().end(), [&](const msg::Fault& fault) {
+    return fault.id() == died.id() && fault.cleared() && fault.seen() == died.seen();
+  })) << text_of(after);
+  cell_.await_fault("the supervisor's death", [&](const msg::Fault& fault) {
+    return fault.kind() == "process_died" && fault.subject() == leader;
+  });
+
+  ASSERT_TRUE(cell_.ask(msg::REQUEST_RESUME)->done());
+  const auto way = send_left_on_its_way();
+  const msg::ArmStatus arm = arm_of(way, "left");
+  ASSERT_EQ(kill(pid_of_node(way, arm.planner()), SIGKILL), 0);
+  await_successor(arm);
+  expect_arrival();
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

@@ -1,0 +1,135 @@
+#include "services/supervisor/succession.hpp"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A leader of term 2 over one arm with planners p and q, and one without a standby.
+class SuccessionTest : public testing::Test {
+ protected:
+  SuccessionTest() { EXPECT_TRUE(leadership_.decide(1s, 0ms)); }
+
+  bool decide() {
+    return succession_.decide(
+        [this](const std::string&, const std::string& planner) {
+          return PlannerFitness{out_.contains(planner), ready_.contains(planner)};
+        },
+        leadership_);
+  }
+  [[nodiscard]] Mandate mandate() const { return succession_.mandate_of("arm1"); }
+
+  Leadership leadership_{{}, 0, 0ms, {0, 2}};
+  Succession succession_{{{"arm1", {"p", "q"}}}};
+  std::set<std::string> out_, ready_;
+};
+
+TEST_F(SuccessionTest, TheFirstIsInChargeAtTheBeginning) {
+  EXPECT_EQ(mandate(), Mandate());
+  EXPECT_TRUE(decide());
+  EXPECT_EQ(mandate(), (Mandate{"p", 4}));
+  EXPECT_FALSE(decide()) << "nothing is to change";
+  EXPECT_EQ(succession_.mandate_of("arm2"), Mandate());
+}
+
+TEST_F(SuccessionTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
+  EXPECT_TRUE(decide());
+  out_ = {"p"};
+  EXPECT_FALSE(decide()) << "nobody is ready";
+  ready_ = {"q"};
+  EXPECT_TRUE(decide());
+  EXPECT_EQ(mandate(), (Mandate{"q", 6}));
+  // The roles are exchanged: who comes back stands by.
+  out_ = {};
+  ready_ = {"p"};
+  EXPECT_FALSE(decide());
+  out_ = {"q"};
+  EXPECT_TRUE(decide());
+  EXPECT_EQ(mandate(), (Mandate{"p", 8}));
+}
+
+TEST_F(SuccessionTest, WhatAnotherLeaderGrantedStays) {
+  succession_.hear("arm1", {"q", 7});
+  EXPECT_FALSE(decide());
+  EXPECT_EQ(mandate(), (Mandate{"q", 7}));
+  out_ = {"q"};
+  ready_ = {"p"};
+  EXPECT_TRUE(decide());
+  EXPECT_EQ(mandate(), (Mandate{"p", 8})) << "above what it heard";
+  succession_.hear("arm1", {"q", 7});
+  EXPECT_EQ(mandate(), (Mandate{"p", 8})) << "old news";
+}
+
+TEST_F(SuccessionTest, TheDriverKnowsBetterWhoHasATerm) {
+  EXPECT_TRUE(decide());
+  succession_.hear_driver("arm1", {"q", 4});
+  EXPECT_EQ(mandate(), (Mandate{"q", 4})) << "our memory was lost, and the term given before";
+  succession_.hear_driver("arm1", {"p", 2});
+  EXPECT_EQ(mandate(), (Mandate{"q", 4}));
+  EXPECT_FALSE(decide());
+}
+
+TEST_F(SuccessionTest, AStrangerInChargeIsReplaced) {
+  succession_.hear_driver("arm1", {"somebody", 9});
+  EXPECT_TRUE(decide());
+  EXPECT_EQ(mandate(), (Mandate{"p", 10}));
+}
+
+// In charge for long, heard 10 ms ago, its last command accepted 10 ms ago.
+PlannerSigns at_work() {
+  PlannerSigns signs;
+  signs.silence = 10ms;
+  signs.in_charge = 10s;
+  signs.uncommanded = 10ms;
+  return signs;
+}
+
+TEST(Fitness, WhoWorksIsLeftInCharge) {
+  EXPECT_FALSE(fitness_of(at_work(), {}).out);
+  EXPECT_FALSE(fitness_of({}, {}).out) << "not heard yet";
+  PlannerSigns standby;
+  standby.silence = 10ms;
+  EXPECT_FALSE(fitness_of(standby, {}).ready);
+  standby.stands_by = true;
+  EXPECT_TRUE(fitness_of(standby, {}).ready);
+}
+
+TEST(Fitness, WhoDiedOrHangsIsOut) {
+  PlannerSigns signs = at_work();
+  signs.ended = true;
+  EXPECT_TRUE(fitness_of(signs, {}).out);
+  signs = at_work();
+  signs.silence = signs.uncommanded = 20ms;
+  EXPECT_TRUE(fitness_of(signs, {}).out);
+  signs.uncommanded.reset();
+  EXPECT_TRUE(fitness_of(signs, {}).out) << "the driver is silent, too";
+}
+
+TEST(Fitness, LostHeartbeatsAloneReplaceNobody) {
+  PlannerSigns signs = at_work();
+  signs.silence = 1s;
+  EXPECT_FALSE(fitness_of(signs, {}).out) << "its commands arrive";
+}
+
+TEST(Fitness, WhomTheDriverDoesNotHearIsOut) {
+  PlannerSigns signs = at_work();
+  signs.uncommanded = 100ms;
+  EXPECT_TRUE(fitness_of(signs, {}).out);
+  signs.in_charge = 50ms;
+  EXPECT_FALSE(fitness_of(signs, {}).out) << "it has just been put in charge";
+}
+
+TEST(Fitness, WhoIsSilentIsNotReady) {
+  PlannerSigns signs;
+  signs.stands_by = true;
+  signs.silence = 20ms;
+  signs.uncommanded = 1ms;
+  EXPECT_FALSE(fitness_of(signs, {}).ready) << "those commands are not its own";
+}
+
+}  // namespace
+}  // namespace hecaton::services
