@@ -138,6 +138,14 @@ double CellGeometry::gap_to_arm(int arm) const {
   return (own.centre - other.centre).norm() - own.radius - other.radius;
 }
 
+std::vector<int> CellGeometry::neighbourhood(double distance) const {
+  std::vector<int> near;
+  for (int arm = 0; arm < static_cast<int>(arms_.size()); ++arm) {
+    if (arm == self_ || gap_to_arm(arm) < distance) near.push_back(arm);
+  }
+  return near;
+}
+
 CellGeometry CellGeometry::without_other_arms() const {
   CellGeometry alone = *this;
   alone.arms_ = {own_arm()};

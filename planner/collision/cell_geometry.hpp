@@ -54,6 +54,8 @@ class CellGeometry {
   [[nodiscard]] const world::BoundingSphere& arm_reach(int arm) const { return arm_reach_[arm]; }
   /// The own arm and arm i never come nearer to each other than this [m]; negative: they may touch.
   [[nodiscard]] double gap_to_arm(int arm) const;
+  /// The own arm and all arms that may come nearer to it than `distance` [m] in some configurations, ascending.
+  [[nodiscard]] std::vector<int> neighbourhood(double distance) const;
 
   [[nodiscard]] int obstacle_count() const { return static_cast<int>(obstacle_names_.size()); }
   /// Bodies of obstacle i in its own frame; empty while an arm carries it.

@@ -1,6 +1,6 @@
 #pragma once
-/// A whole cell played forward by one planner, to see what comes of a manoeuvre: every arm ticks, every drive follows,
-/// every obstacle goes on as it moves now.
+/// A cell, or the part of one that matters to an arm, played forward by one planner to see what comes of a manoeuvre:
+/// every arm ticks, every drive follows, every obstacle goes on as it moves now.
 
 #include <memory>
 #include <span>

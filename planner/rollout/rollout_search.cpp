@@ -25,20 +25,53 @@ double straight_time(const JointLimits& limits, const PlayedArm& arm) {
   return joint_difference(limits, arm.q, arm.q_goal).cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff();
 }
 
+template <typename T>
+std::vector<T> picked(const std::vector<T>& all, const std::vector<int>& indices) {
+  std::vector<T> some;
+  for (const int i : indices) some.push_back(all[i]);
+  return some;
+}
+
+/// What an arm carries that is not played is nowhere: as far away as that arm.
+std::vector<world::Obstacle> near_obstacles(std::span<const world::Obstacle> obstacles,
+                                            const std::vector<Arm>& played) {
+  std::vector<world::Obstacle> near(obstacles.begin(), obstacles.end());
+  for (world::Obstacle& obstacle : near) {
+    if (!obstacle.attachment) continue;
+    const auto carries = [&](const Arm& arm) { return arm.name == obstacle.attachment->arm; };
+    if (std::any_of(played.begin(), played.end(), carries)) continue;
+    obstacle.attachment.reset();
+    obstacle.shapes.clear();
+  }
+  return near;
+}
+
 }  // namespace
 
-RolloutSearch::RolloutSearch(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, int self)
-    : cell_(arms, std::move(parameters), kStep), self_(self) {
+RolloutSearch::RolloutSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self)
+    : arms_(std::move(arms)), parameters_(std::move(parameters)), self_(self), cell_({}, {}, kStep) {
   question_.candidates = 0;
+  set_obstacles({});
 }
 
 void RolloutSearch::set_obstacles(std::span<const world::Obstacle> obstacles) {
-  cell_.set_obstacles(obstacles);
+  CellGeometry whole(arms_, self_);
+  whole.set_obstacles(obstacles);
+  double influence = 0.0;
+  for (const LocalParameters& parameters : parameters_) {
+    influence = std::max(influence, parameters.damper.influence_distance);
+  }
+  played_ = whole.neighbourhood(influence);
+  own_ = static_cast<int>(std::lower_bound(played_.begin(), played_.end(), self_) - played_.begin());
+  const std::vector<Arm> arms = picked(arms_, played_);
+  cell_ = PlayedCell(arms, picked(parameters_, played_), kStep);
+  cell_.set_obstacles(near_obstacles(obstacles, arms));
   candidate_ = question_.candidates + 1;
 }
 
 void RolloutSearch::begin(RolloutQuestion question) {
   question_ = std::move(question);
+  question_.arms = picked(question_.arms, played_);
   random_ = Random(question_.seed);
   candidate_ = 0;
   best_ = {};
@@ -57,8 +90,8 @@ Manoeuvre RolloutSearch::draw(int candidate) {
     manoeuvre.kind = ManoeuvreKind::kSubspace;
   } else {
     manoeuvre.kind = ManoeuvreKind::kDetour;
-    const JointLimits& limits = cell_.limits(self_);
-    manoeuvre.q = question_.arms[self_].q;
+    const JointLimits& limits = cell_.limits(own_);
+    manoeuvre.q = question_.arms[own_].q;
     for (auto& value : manoeuvre.q) {
       if (random_.uniform() < kMovedShare) value += kDetourReach * random_.normal();
     }
@@ -71,7 +104,7 @@ Manoeuvre RolloutSearch::draw(int candidate) {
 void RolloutSearch::start_candidate() {
   manoeuvre_ = draw(candidate_);
   cell_.begin(question_.arms, question_.obstacles);
-  hecaton::planner::begin(manoeuvre_, cell_.arm(self_).memory);
+  hecaton::planner::begin(manoeuvre_, cell_.arm(own_).memory);
 }
 
 bool RolloutSearch::finished() const {
@@ -104,7 +137,7 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
     if (cost < (candidate_ == 0 ? best_.cost : std::min(best_.cost, best_.cost_of_going_on - kWorthwhile))) {
       best_.manoeuvre = manoeuvre_;
       best_.cost = cost;
-      best_.arrives = cell_.reached(self_) >= 0.0;
+      best_.arrives = cell_.reached(own_) >= 0.0;
     }
     if (++candidate_ > question_.candidates) return best_;
     start_candidate();

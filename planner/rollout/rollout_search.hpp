@@ -1,7 +1,7 @@
 #pragma once
-/// Which manoeuvre to try: each candidate is played forward on the whole cell, and the one that brings all arms to
-/// their goals soonest wins. The search may be interrupted after any number of ticks, so that it fits into what a
-/// control period leaves over; the same question has the same answer on every machine.
+/// Which manoeuvre to try: each candidate is played forward on the own arm and its neighbours, and the one that brings
+/// all of them to their goals soonest wins. The search may be interrupted after any number of ticks, so that it fits
+/// into what a control period leaves over; the same question has the same answer on every machine.
 
 #include <cstdint>
 #include <optional>
@@ -14,26 +14,30 @@ namespace hecaton::planner {
 
 /// What the planner knows when it asks.
 struct RolloutQuestion {
-  std::vector<PlayedArm> arms;
-  std::vector<world::ObstacleState> obstacles;
-  double horizon = 2.0;    ///< [s]
-  int candidates = 8;      ///< besides going on
-  std::uint64_t seed = 0;  ///< of the candidates
+  std::vector<PlayedArm> arms;                  ///< of the whole cell
+  std::vector<world::ObstacleState> obstacles;  ///< of the whole cell
+  double horizon = 2.0;                         ///< [s]
+  int candidates = 8;                           ///< besides going on
+  std::uint64_t seed = 0;                       ///< of the candidates
 };
 
 struct RolloutAnswer {
   Manoeuvre manoeuvre;
-  double cost = 0.0;              ///< expected time until all arms are at their goals, summed over the arms [s]
+  double cost = 0.0;              ///< expected time until all played arms are at their goals, summed over them [s]
   double cost_of_going_on = 0.0;  ///< the same without a manoeuvre [s]
   bool arrives = false;           ///< the own arm reaches its goal within the horizon
 };
 
 class RolloutSearch {
  public:
-  /// `self`: index of the own arm.
-  RolloutSearch(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, int self);
+  /// `arms` and `parameters`: of the whole cell. `self`: index of the own arm.
+  RolloutSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self);
 
+  /// What arms carry lengthens their reach, so that others may become neighbours. Gives up an open question.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
+
+  /// The arms that are played, as indices in the cell, ascending: the own one and all that may come within dᵢ of it.
+  [[nodiscard]] const std::vector<int>& played() const { return played_; }
 
   void begin(RolloutQuestion question);
   /// Plays on until the answer is known or about `ticks` ticks of single arms are spent. The answer is given once.
@@ -46,10 +50,14 @@ class RolloutSearch {
   [[nodiscard]] double cost() const;
   [[nodiscard]] Manoeuvre draw(int candidate);
 
-  PlayedCell cell_;
+  std::vector<Arm> arms_;
+  std::vector<LocalParameters> parameters_;
   int self_;
-  RolloutQuestion question_;
-  int candidate_ = 1;  ///< being played; above `candidates`: idle
+  std::vector<int> played_;
+  int own_ = 0;               ///< index of the own arm among those
+  PlayedCell cell_;           ///< of those
+  RolloutQuestion question_;  ///< as asked, but only with their states
+  int candidate_ = 1;         ///< being played; above `candidates`: idle
   Random random_;
   Manoeuvre manoeuvre_;  ///< of the candidate being played
   RolloutAnswer best_;

@@ -1,6 +1,9 @@
 // Which manoeuvre wins, and that interruptions do not change it.
 #include "planner/rollout/rollout_search.hpp"
 
+#include <array>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/planar_point.hpp"
@@ -116,6 +119,82 @@ TEST(RolloutSearch, CountsTheTimeOfAllArms) {
   const auto one = search.advance(1'000'000);
   ASSERT_TRUE(one.has_value());
   EXPECT_NEAR(both->cost, 2.0 * one->cost, 1e-9);  // by symmetry
+}
+
+/// A point whose joints reach 3 m from x = `x` [m] either way, on its way in a cell of such points.
+Arm point_at(const std::string& name, double x) {
+  Arm arm = test::planar_point(name);
+  arm.X_WB.translation().x() = x;
+  return arm;
+}
+PlayedArm crossing(double from, double to) {
+  PlayedArm arm;
+  arm.q = joints({from, 0});
+  arm.qd = joints({0, 0});
+  arm.q_goal = joints({to, 0});
+  arm.has_goal = true;
+  arm.plans = true;
+  return arm;
+}
+
+/// The answer, and how many calls of advance() it took with room for one step each.
+std::pair<RolloutAnswer, int> answer_in_steps(RolloutSearch& search, const RolloutQuestion& question) {
+  search.begin(question);
+  for (int calls = 1; calls < 1'000'000; ++calls) {
+    if (const auto found = search.advance(1)) return {*found, calls};
+  }
+  ADD_FAILURE() << "no answer";
+  return {};
+}
+
+// The own arm is the second of the cell, between one that is near and one that never comes near.
+class Neighbours : public testing::Test {
+ protected:
+  Neighbours()
+      : search_({point_at("far", 30.0), point_at("own", 0.0), point_at("near", 4.0)}, std::vector<LocalParameters>(3),
+                1) {
+    question_.arms = {crossing(-1, 1), crossing(0, 2), crossing(0, -2)};  // own and near want to pass each other
+    question_.horizon = 6.0;
+    question_.candidates = 4;
+    question_.seed = 7;
+  }
+
+  RolloutSearch search_;
+  RolloutQuestion question_;
+};
+
+TEST_F(Neighbours, AreAllThatIsPlayed) {
+  EXPECT_EQ(search_.played(), (std::vector<int>{1, 2}));
+  RolloutSearch alone({point_at("own", 0.0), point_at("near", 4.0)}, std::vector<LocalParameters>(2), 0);
+  RolloutQuestion without_far = question_;
+  without_far.arms.erase(without_far.arms.begin());
+  const auto [expected, calls] = answer_in_steps(alone, without_far);
+  const auto [found, calls_in_the_cell] = answer_in_steps(search_, question_);
+  EXPECT_EQ(found.cost, expected.cost);
+  EXPECT_EQ(found.cost_of_going_on, expected.cost_of_going_on);
+  EXPECT_EQ(found.manoeuvre.seed, expected.manoeuvre.seed);
+  EXPECT_EQ(calls_in_the_cell, calls) << "a far arm costs no tick";
+}
+
+TEST_F(Neighbours, WhatAFarArmCarriesIsNotPlayed) {
+  world::Obstacle bar = box_obstacle("bar", {0, 0, 0}, {0.2, 0.05, 0.05});
+  bar.attachment = world::Attachment{"far", Pose::Identity()};
+  question_.obstacles = {world::ObstacleState{}};
+  search_.set_obstacles(std::array{bar});
+  EXPECT_EQ(search_.played(), (std::vector<int>{1, 2}));
+  const RolloutAnswer with_bar = answer_in_steps(search_, question_).first;
+  bar.attachment.reset();
+  bar.X_WO.translation().x() = 50.0;
+  question_.obstacles[0].X_WO = bar.X_WO;
+  search_.set_obstacles(std::array{bar});
+  EXPECT_EQ(with_bar.cost, answer_in_steps(search_, question_).first.cost);
+}
+
+TEST_F(Neighbours, AnArmThatCarriesSomethingLongBecomesOne) {
+  world::Obstacle pole = box_obstacle("pole", {0, 0, 0}, {25.0, 0.05, 0.05});
+  pole.attachment = world::Attachment{"far", Pose::Identity()};
+  search_.set_obstacles(std::array{pole});
+  EXPECT_EQ(search_.played(), (std::vector<int>{0, 1, 2}));
 }
 
 }  // namespace
