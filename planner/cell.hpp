@@ -17,16 +17,20 @@ struct PlannedArm {
   JointVector start = {};  ///< where it stands when the cell comes up, at rest [rad | m]; empty: home
 };
 
-/// Where goals come from: named poses that all arms visit together, or else tool positions drawn from an upright
-/// cylinder of the cell.
+/// Where goals come from: named poses that all arms visit together, or else tool positions drawn from a cylinder along
+/// z, of the cell or of each arm.
 struct TaskArea {
-  std::vector<std::string> route;                      ///< every arm has poses of these names; empty: drawn
-  Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();  ///< [m]
-  double radius = 0.35;                                ///< of the disc in the horizontal plane [m]
-  double half_height = 0.1;                            ///< above and below the centre [m]
-  std::string posture;                                 ///< named pose near which arms stay; empty: any posture
-  bool all_conflict = false;                           ///< every arm is in another's straight way, not just two
-  double time_limit = 30.0;                            ///< for one task [s]
+  std::vector<std::string> route;                    ///< every arm has poses of these names; empty: drawn
+  bool of_each_arm = false;                          ///< each has its own, in its base frame B; else all share one in W
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in W or B [m]
+  double radius = 0.35;                              ///< of the disc across the axis [m]
+  double half_height = 0.1;                          ///< above and below the centre [m]
+  std::string posture;                               ///< named pose near which arms stay; empty: any posture
+  bool all_conflict = false;                         ///< every arm is in another's straight way, not just two
+  double time_limit = 30.0;                          ///< for one task [s]
+
+  /// The frame in which the cylinder stands for an arm with its base at X_WB.
+  [[nodiscard]] Pose frame(const Pose& X_WB) const { return of_each_arm ? X_WB : Pose::Identity(); }
 };
 
 struct Timing {

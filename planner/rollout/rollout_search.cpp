@@ -130,6 +130,7 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
     while (!finished() && ticks > 0) {
       cell_.step();
       ticks -= cell_.arms();
+      ticks_ += static_cast<std::uint64_t>(cell_.arms());
     }
     if (!finished()) return std::nullopt;
     const double cost = this->cost();

@@ -43,6 +43,8 @@ class RolloutSearch {
   /// Plays on until the answer is known or about `ticks` ticks of single arms are spent. The answer is given once.
   std::optional<RolloutAnswer> advance(int ticks);
   [[nodiscard]] bool busy() const { return candidate_ <= question_.candidates; }
+  /// Ticks of single arms that were played, by all questions so far.
+  [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:
   void start_candidate();
@@ -61,6 +63,7 @@ class RolloutSearch {
   Random random_;
   Manoeuvre manoeuvre_;  ///< of the candidate being played
   RolloutAnswer best_;
+  std::uint64_t ticks_ = 0;
 };
 
 }  // namespace hecaton::planner

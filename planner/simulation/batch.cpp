@@ -15,7 +15,7 @@ constexpr double kScriptSpan = 60.0;
 struct EpisodeRecord {
   bool drawn = false;
   EpisodeOutcome outcome;
-  std::vector<double> tick_us;
+  ClockedTimes clocked;
 };
 
 EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode) {
@@ -26,7 +26,7 @@ EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const Batc
   episode_options.network = options.network;
   episode_options.world_time = random.uniform(0.0, kScriptSpan);
   episode_options.seed = random.next();
-  if (options.measure_ticks) episode_options.tick_us = &record.tick_us;
+  if (options.measure_ticks) episode_options.times = &record.clocked;
   const auto starts = generator.draw_configuration(random);
   if (!starts) return record;
   const auto goals = generator.draw_conflicting_goals(random, *starts);
@@ -46,7 +46,10 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
   }
   report.duration += outcome.duration;
   report.ticks += outcome.ticks;
-  report.tick_us.insert(report.tick_us.end(), record.tick_us.begin(), record.tick_us.end());
+  report.rollout_ticks += outcome.rollout_ticks;
+  std::vector<double>& tick_us = report.clocked.tick_us;
+  tick_us.insert(tick_us.end(), record.clocked.tick_us.begin(), record.clocked.tick_us.end());
+  report.clocked.rollout_us += record.clocked.rollout_us;
   for (int i = 0; i < std::min(tasks_left, static_cast<int>(outcome.arms.size())); ++i) {
     const ArmOutcome& arm = outcome.arms[i];
     ArmTally& tally = report.arms[i];
@@ -55,6 +58,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
     report.relaxed_ticks += static_cast<std::uint64_t>(arm.relaxed_ticks);
     report.yielding_ticks += static_cast<std::uint64_t>(arm.yielding_ticks);
     report.chatter += arm.chatter;
+    report.rollouts += static_cast<std::uint64_t>(arm.rollouts);
     report.redraws += static_cast<std::uint64_t>(arm.redraws);
     switch (arm.outcome) {
       case TaskOutcome::kReached:

@@ -14,7 +14,7 @@ struct BatchOptions {
   std::uint64_t seed = 1;
   int threads = 1;
   NetworkParameters network;
-  bool measure_ticks = false;  ///< fills tick_us with the machine's clock
+  bool measure_ticks = false;  ///< fills clocked with the machine's clock
 };
 
 struct ArmTally {
@@ -35,12 +35,14 @@ struct BatchReport {
   world::Separation smallest;  ///< the referee's, over all episodes
   double duration = 0.0;       ///< virtual [s]
   std::uint64_t ticks = 0;
+  std::uint64_t rollouts = 0;       ///< answers of the rollout search
+  std::uint64_t rollout_ticks = 0;  ///< played for them, of single arms
   std::uint64_t relaxed_ticks = 0;
   std::uint64_t redraws = 0;
   std::uint64_t yielding_ticks = 0;
-  Chatter chatter;              ///< of all arms
-  std::vector<double> times;    ///< of the tasks that were reached, in task order [s]
-  std::vector<double> tick_us;  ///< when measured
+  Chatter chatter;            ///< of all arms
+  std::vector<double> times;  ///< of the tasks that were reached, in task order [s]
+  ClockedTimes clocked;       ///< when measured
   std::vector<ArmTally> arms;
   std::string failure;  ///< not empty: the cell admits no such tasks; one sentence
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 
 #include "planner/rollout/rollout_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
@@ -12,6 +13,13 @@ namespace {
 
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
 constexpr double kHopeless = 10.0;
+
+/// What this thread has had of the processor so far [µs].
+double processor_us() {
+  timespec spent;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &spent);
+  return 1e6 * static_cast<double>(spent.tv_sec) + 1e-3 * static_cast<double>(spent.tv_nsec);
+}
 
 using ObstacleStates = std::vector<world::ObstacleState>;
 
@@ -69,6 +77,7 @@ class Episode {
         break;
       }
     }
+    for (const RolloutSearch& search : searches_) outcome_.rollout_ticks += search.ticks();
     outcome_.referee = world_.referee().report();
     return outcome_;
   }
@@ -96,11 +105,13 @@ class Episode {
       const auto before = std::chrono::steady_clock::now();
       results_[i] = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
                                          !obstacle_channels_[i].known());
-      if (options_.tick_us != nullptr) {
-        const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
-        options_.tick_us->push_back(spent.count());
+      const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
+      if (options_.times != nullptr) {
+        options_.times->tick_us.push_back(spent.count());
+        options_.times->rollout_us -= processor_us();
       }
       think(i, obstacles_);
+      if (options_.times != nullptr) options_.times->rollout_us += processor_us();
       drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
       ++outcome_.ticks;
     }

@@ -30,15 +30,22 @@ struct ArmOutcome {
 struct EpisodeOutcome {
   std::vector<ArmOutcome> arms;
   world::RefereeReport referee;
-  double duration = 0.0;    ///< virtual [s]
-  std::uint64_t ticks = 0;  ///< of all arms
+  double duration = 0.0;            ///< virtual [s]
+  std::uint64_t ticks = 0;          ///< of all arms
+  std::uint64_t rollout_ticks = 0;  ///< that all arms' rollouts played
+};
+
+/// What was spent [µs].
+struct ClockedTimes {
+  std::vector<double> tick_us;  ///< on each tick, on the machine's clock
+  double rollout_us = 0.0;      ///< on all rollouts together, of the processor
 };
 
 struct EpisodeOptions {
   NetworkParameters network;
   double world_time = 0.0;  ///< at which instant of their scripts the obstacles begin [s]
   std::uint64_t seed = 1;
-  std::vector<double>* tick_us = nullptr;  ///< collects each tick's time on the machine's clock [µs]; may be null
+  ClockedTimes* times = nullptr;  ///< to be added to; may be null
   /// Called after every period with the virtual time and the measured configurations; may be empty.
   std::function<void(double, const CellConfiguration&)> observe;
 };

@@ -22,6 +22,8 @@ constexpr int kStraightSamples = 60;
 /// A moving obstacle's sweep is sampled at this many instants over kSweepTime.
 constexpr int kSweepSamples = 48;
 constexpr double kSweepTime = 24.0;  // [s]
+/// No other arms.
+constexpr std::span<const int> kNone;
 
 }  // namespace
 
@@ -52,11 +54,11 @@ struct TaskGenerator::Impl {
     }
   }
 
-  /// Some pair that involves arm i, of the kinds wanted, is nearer than `distance` [m].
+  /// Some pair that involves arm i, of the kinds wanted, is nearer than `distance` [m]. `arms`: only these count.
   bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
-            bool (*counts)(const Clearance&)) {
+            bool (*counts)(const Clearance&), std::optional<std::span<const int>> arms = {}) {
     const int count = distances[i].clearances({&kinematics[i], kinematics, obstacles},
-                                              {.others = distance, .self = self_distance}, found);
+                                              {.others = distance, .self = self_distance, .near_arms = arms}, found);
     return std::any_of(found.begin(), found.begin() + count, counts);
   }
 
@@ -65,21 +67,24 @@ struct TaskGenerator::Impl {
     const Arm& arm = cell.arms[i].arm;
     forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
     const DamperParameters& damper = cell.arms[i].parameters.damper;
-    const double distance = damper.security_distance + kRestMargin;
+    const double distance = rest_distance(i);
     const double self_distance = damper.self_security_distance + 0.5 * kRestMargin;
     const auto alone = [](const Clearance& c) { return c.counterpart != Counterpart::kArm; };
     return std::none_of(sweep.begin(), sweep.end(),
-                        [&](const auto& states) { return near(i, distance, self_distance, states, alone); });
+                        [&](const auto& states) { return near(i, distance, self_distance, states, alone, kNone); });
   }
 
   bool apart(const CellConfiguration& q) {
     place(q);
     const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
     for (int i = 0; i < arms(); ++i) {
-      const double distance = cell.arms[i].parameters.damper.security_distance + kRestMargin;
-      if (near(i, distance, 0.0, sweep.front(), arm_arm)) return false;
+      if (near(i, rest_distance(i), 0.0, sweep.front(), arm_arm)) return false;
     }
     return true;
+  }
+
+  [[nodiscard]] double rest_distance(int i) const {
+    return cell.arms[i].parameters.damper.security_distance + kRestMargin;
   }
 
   [[nodiscard]] JointVector draw_posture(const Arm& arm, Random& random) const {
@@ -100,8 +105,9 @@ struct TaskGenerator::Impl {
     const double radius = area.radius * std::sqrt(random.uniform());
     const double angle = 2.0 * std::numbers::pi * random.uniform();
     Pose X_WT = Pose::Identity();
-    X_WT.translation() = area.centre_W + Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle),
-                                                         random.uniform(-1.0, 1.0) * area.half_height);
+    X_WT.translation() =
+        area.frame(arm.X_WB) * (area.centre + Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle),
+                                                              random.uniform(-1.0, 1.0) * area.half_height));
     const JointVector start = draw_posture(arm, random);
     IkOptions options;
     options.task = IkTask::kPosition;
@@ -110,6 +116,27 @@ struct TaskGenerator::Impl {
     options.random_seed = random.next();
     options.accept = [&](const JointVector& q) { return free_alone(i, q); };
     return inverse_kinematics(arm, X_WT, start, options);
+  }
+
+  /// All arms in areas of their own: one after the other, each drawn until it is clear of those before it, because many
+  /// arms drawn at once are never clear of each other.
+  std::optional<CellConfiguration> draw_each(Random& random, int attempts) {
+    const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
+    CellConfiguration q;
+    std::vector<int> placed;
+    for (int i = 0; i < arms(); ++i) {
+      const Arm& arm = cell.arms[i].arm;
+      const auto clear = [&](const JointVector& drawn) {
+        forward_kinematics(*arm.model, arm.X_WB, drawn, kinematics[i]);
+        return !near(i, rest_distance(i), 0.0, sweep.front(), arm_arm, placed);
+      };
+      std::optional<JointVector> drawn;
+      for (int attempt = 0; attempt < attempts && !(drawn && clear(*drawn)); ++attempt) drawn = draw_arm(i, random);
+      if (!drawn || !clear(*drawn)) return std::nullopt;
+      q.push_back(std::move(*drawn));
+      placed.push_back(i);
+    }
+    return q;
   }
 
   /// All arms at the k-th pose of the route.
@@ -149,6 +176,7 @@ TaskGenerator::TaskGenerator(TaskGenerator&&) noexcept = default;
 std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& random, int attempts) {
   const std::size_t stops = impl_->cell.tasks.route.size();
   if (stops > 0) return impl_->stop(random.next() % stops);
+  if (impl_->cell.tasks.of_each_arm) return impl_->draw_each(random, attempts);
   for (int attempt = 0; attempt < attempts; ++attempt) {
     CellConfiguration q;
     for (int i = 0; i < impl_->arms(); ++i) {

@@ -21,7 +21,7 @@ class TaskGenerator {
 
   /// A stop of the cell's route, if it has one. Otherwise: tools in the task area; all arms clear of each other, of
   /// themselves and of everything that obstacles ever sweep, by a margin above the dampers' security distance. Nothing
-  /// when `attempts` draws found none.
+  /// when `attempts` draws (of each arm, if each has an area of its own) found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
 
   /// Goals for arms that stand at `starts`: the next stop of the cell's route, if it has one. Otherwise a configuration

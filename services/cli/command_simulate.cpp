@@ -52,7 +52,10 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.contacts = batch.contacts;
   if (batch.judged) report.smallest = batch.smallest;
   report.duration = batch.duration;
-  report.tick_us = quantiles(std::move(batch.tick_us));
+  const bool measured = options.batch.measure_ticks;
+  report.tick_us = quantiles(std::move(batch.clocked.tick_us));
+  report.rollouts = RolloutReport{batch.rollouts, batch.rollout_ticks,
+                                  measured ? std::optional(batch.clocked.rollout_us) : std::nullopt};
   report.times = std::move(batch.times);
   for (const planner::ArmTally& arm : batch.arms) {
     report.arms.push_back({arm.name, arm.tasks, arm.reached, arm.blocked, arm.timed_out});
@@ -134,8 +137,9 @@ void add_simulate(CLI::App& app, Session& session) {
       "episodes simulated at the same time; the report does not depend on it (1)", 1, 1024);
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
   command->add_flag("--timing", batch.measure_ticks,
-                    "measure each tick on the machine's clock: fills tick_us, which is null otherwise, and which no "
-                    "seed makes repeatable");
+                    "measure ticks on the machine's clock and the processor time of rollouts: fills tick_us and "
+                    "rollouts.us, which are null "
+                    "otherwise, and which no seed makes repeatable");
   command->footer(
       "Exit code 1 when a task was missed or a contact seen. Figures of the machine's clock go to stderr, so that the "
       "report is the same on every run.");

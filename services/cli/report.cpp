@@ -36,6 +36,10 @@ Json separation_json(const std::optional<world::Separation>& separation) {
           {"distance_m", separation->distance}};
 }
 
+double ratio(std::uint64_t a, std::uint64_t b) {
+  return static_cast<double>(a) / static_cast<double>(b);
+}
+
 Json time_json(std::vector<double> times) {
   if (times.empty()) return nullptr;
   std::sort(times.begin(), times.end());
@@ -86,6 +90,10 @@ Json to_json(const Report& report) {
                        {"quick_turns_per_joint_s", report.chatter->quick_per_second},
                        {"joint_s_near", report.chatter->joint_seconds}};
   }
+  if (report.rollouts) {
+    json["rollouts"] = {{"answers", report.rollouts->answers}, {"ticks", report.rollouts->ticks}};
+    json["rollouts"]["us"] = report.rollouts->us ? Json(*report.rollouts->us) : Json(nullptr);
+  }
   json.update(report.extra);
   return json;
 }
@@ -129,6 +137,13 @@ std::string table_text(const Report& report, const Palette& palette) {
   if (report.tick_us) {
     line("tick", "p50 " + decimal_text(report.tick_us->p50, 0) + " µs, p99 " + decimal_text(report.tick_us->p99, 0) +
                      " µs, max " + decimal_text(report.tick_us->max, 0) + " µs");
+  }
+  if (report.rollouts && report.rollouts->answers > 0) {
+    const RolloutReport& rollouts = *report.rollouts;
+    std::string text = std::to_string(rollouts.answers) + " of " +
+                       decimal_text(ratio(rollouts.ticks, rollouts.answers), 0) + " ticks each";
+    if (rollouts.us) text += ", " + decimal_text(*rollouts.us / static_cast<double>(rollouts.ticks), 1) + " µs a tick";
+    line("rollouts", text);
   }
   return out;
 }

@@ -39,6 +39,13 @@ struct ChatterReport {
   double joint_seconds = 0.0;     ///< near constraints, summed over the joints [s]
 };
 
+/// What looking ahead cost.
+struct RolloutReport {
+  std::uint64_t answers = 0;
+  std::uint64_t ticks = 0;   ///< of single arms, played for them
+  std::optional<double> us;  ///< processor time for all of them [µs]; nothing: not measured
+};
+
 struct Report {
   std::string cell;
   std::string method;  ///< of all arms, or "as configured"
@@ -53,6 +60,7 @@ struct Report {
   std::optional<Quantiles> tick_us;
   std::vector<double> times;  ///< of the tasks that were reached [s]
   std::optional<ChatterReport> chatter;
+  std::optional<RolloutReport> rollouts;
   std::vector<ArmReport> arms;
   Json faults = Json::array();
   Json extra = Json::object();  ///< more keys, behind those that every report has

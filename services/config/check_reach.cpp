@@ -8,16 +8,17 @@
 namespace hecaton::config {
 namespace {
 
-// The centre and two rings of eight, at three heights.
-std::vector<Eigen::Vector3d> sample_points(const planner::TaskArea& area) {
+// The centre and two rings of eight, at three heights; in W, for an arm with its base at X_WB.
+std::vector<Eigen::Vector3d> sample_points(const planner::TaskArea& area, const planner::Pose& X_WB) {
+  const planner::Pose X_WA = area.frame(X_WB);
   std::vector<Eigen::Vector3d> points;
   for (const double height : {-area.half_height, 0.0, area.half_height}) {
-    const Eigen::Vector3d middle = area.centre_W + Eigen::Vector3d(0.0, 0.0, height);
-    points.push_back(middle);
+    const Eigen::Vector3d middle = area.centre + Eigen::Vector3d(0.0, 0.0, height);
+    points.push_back(X_WA * middle);
     for (const double radius : {0.5 * area.radius, area.radius}) {
       for (int k = 0; k < 8; ++k) {
         const double angle = std::numbers::pi / 4.0 * k;
-        points.push_back(middle + radius * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0));
+        points.push_back(X_WA * (middle + radius * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0)));
       }
     }
   }
@@ -43,8 +44,8 @@ void check_reach(const planner::Cell& cell, Findings& findings) {
     findings.push_back({Severity::kNote, "tasks is missing: no random goals can be drawn in this cell"});
     return;
   }
-  const auto points = sample_points(cell.tasks);
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    const auto points = sample_points(cell.tasks, cell.arms[arm].arm.X_WB);
     std::size_t reached = 0;
     for (const Eigen::Vector3d& point : points) reached += reaches(cell.arms[arm].arm, point) ? 1U : 0U;
     if (reached == points.size()) continue;

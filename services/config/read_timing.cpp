@@ -10,6 +10,7 @@ namespace {
 
 constexpr Bounds kPeriod{0.0005, 1.0, "s"};
 constexpr std::array<std::string_view, 2> kConflicting = {"some", "all"};
+constexpr std::array<std::string_view, 2> kFrame = {"world", "base"};
 
 std::string milliseconds_text(double seconds) {
   return number_text(seconds * 1e3) + "ms";
@@ -47,14 +48,15 @@ planner::TaskArea read_tasks(const MapView& root) {
   }
   const MapView map = view->map(section::kTasks);
   if (const auto route = map.find("route")) {
-    for (const char* key : {"centre", "radius", "half_height", "posture", "conflicting"}) {
+    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting"}) {
       if (const auto drawn = map.find(key)) drawn->fail("left out, because tasks.route says where the arms go");
     }
     for (const YamlView& pose : route->items(2, 64, "pose names")) tasks.route.push_back(pose.name());
     read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
     return tasks;
   }
-  tasks.centre_W = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
+  if (const auto frame = map.find("frame")) tasks.of_each_arm = frame->choice(kFrame) == 1;
+  tasks.centre = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
   read_number(map, "radius", kLength, tasks.radius);
   read_number(map, "half_height", {0.0, kFarthest, "m"}, tasks.half_height);
   if (const auto posture = map.find("posture")) tasks.posture = posture->name();

@@ -17,8 +17,8 @@ constexpr std::array kSupervisionKeys = {
     Words("host_lease"), Words("takeover_lease")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout")};
-constexpr std::array kTaskKeys = {Words("route"),   Words("centre"),      Words("radius"),    Words("half_height"),
-                                  Words("posture"), Words("conflicting"), Words("time_limit")};
+constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
+                                  Words("half_height"), Words("posture"), Words("conflicting"), Words("time_limit")};
 constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
 constexpr std::array kArmKeys = {
     // What one arm alone can have first, then what `defaults` may say for all of them.

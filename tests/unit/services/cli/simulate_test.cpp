@@ -11,6 +11,7 @@ namespace hecaton::services::cli {
 namespace {
 
 const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+const std::string kDense = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma_dense.yaml";
 
 std::vector<std::string> simulate(const std::vector<std::string>& more) {
   std::vector<std::string> words{"simulate", kCell, "--tasks", "7", "--seed", "7", "-o", "json"};
@@ -47,6 +48,20 @@ TEST(Simulate, MeasuresTicksWhenAsked) {
   EXPECT_GT(report["tick_us"]["p50"].get<double>(), 0.0);
   EXPECT_LE(report["tick_us"]["p50"].get<double>(), report["tick_us"]["p99"].get<double>());
   EXPECT_LE(report["tick_us"]["p99"].get<double>(), report["tick_us"]["max"].get<double>());
+}
+
+TEST(Simulate, TellsWhatLookingAheadCosts) {
+  const std::vector<std::string> words{"simulate", kDense, "--tasks", "9", "--seed", "7", "-o", "json"};
+  const Json report = Json::parse(run_line(words).out);
+  EXPECT_GT(report["rollouts"]["answers"].get<int>(), 0);
+  // Nine plays of three arms, each of at least one step.
+  EXPECT_GE(report["rollouts"]["ticks"].get<int>(), 27 * report["rollouts"]["answers"].get<int>());
+  EXPECT_TRUE(report["rollouts"]["us"].is_null());
+  std::vector<std::string> timed = words;
+  timed.emplace_back("--timing");
+  EXPECT_GT(Json::parse(run_line(timed).out)["rollouts"]["us"].get<double>(), 0.0);
+  timed.emplace_back("--rollouts=0");
+  EXPECT_EQ(Json::parse(run_line(timed).out)["rollouts"]["answers"], 0);
 }
 
 TEST(Simulate, FasterJointsTakeLessTime) {

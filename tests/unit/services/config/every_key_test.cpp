@@ -26,7 +26,7 @@ supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_
               takeover_lease: 30000us}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
 geometry: exact
-tasks: {centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
+tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
         time_limit: 0.5min}
 defaults:
   limits: {velocity: 1.25, acceleration: 7}
@@ -151,7 +151,8 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_DOUBLE_EQ(cell.timing.driver_period, 0.001);
   EXPECT_DOUBLE_EQ(cell.timing.world_period, 0.004);
   EXPECT_DOUBLE_EQ(cell.timing.command_timeout, 0.040);
-  EXPECT_EQ(cell.tasks.centre_W, Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(cell.tasks.of_each_arm);
+  EXPECT_EQ(cell.tasks.centre, Eigen::Vector3d(1, 2, 3));
   EXPECT_DOUBLE_EQ(cell.tasks.radius, 0.5);
   EXPECT_DOUBLE_EQ(cell.tasks.half_height, 0.25);
   EXPECT_EQ(cell.tasks.posture, "home");
