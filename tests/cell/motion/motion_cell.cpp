@@ -13,7 +13,7 @@ namespace {
 constexpr auto kSupervisorPeriod = 20ms;
 constexpr const char* kCellName = "motion_test";
 
-std::string write_cell(int arms, const std::string& obstacles) {
+std::string write_cell(int arms, const std::string& obstacles, const std::string& defaults) {
   const auto path = std::filesystem::temp_directory_path() / ("hecaton-motion-" + std::to_string(getpid()) + ".yaml");
   std::ofstream file(path);
   file << "name: " << kCellName << "\n"
@@ -24,7 +24,7 @@ std::string write_cell(int arms, const std::string& obstacles) {
        << "  poses:\n"
        << "    home: [0, -1.9, 2.6, 0, 0.6, 0]\n"
        << "    ready: [-0.3, -1.25, 3.5, 0, 0.89, 0]\n"
-       << "arms:\n";
+       << defaults << "arms:\n";
   for (int i = 1; i <= arms; ++i) {
     file << "  - {name: arm" << i << ", base: {xyz: [0, " << 1.2 * (i - 1) << ", 0]}}\n";
   }
@@ -51,8 +51,8 @@ bus::ReaderOptions every_sample() {
 const std::vector<double> MotionCell::kHome{0, -1.9, 2.6, 0, 0.6, 0};
 const std::vector<double> MotionCell::kReady{-0.3, -1.25, 3.5, 0, 0.89, 0};
 
-MotionCell::MotionCell(int arms, const std::string& obstacles)
-    : path_(write_cell(arms, obstacles)),
+MotionCell::MotionCell(int arms, const std::string& obstacles, const std::string& defaults)
+    : path_(write_cell(arms, obstacles, defaults)),
       participant_(domain_.number(), "test", local(&mailbox_)),
       modes_(participant_),
       goals_(participant_),
@@ -126,7 +126,7 @@ void MotionCell::read_all() {
     if (!sample.disposed) history_.push_back(std::move(sample.value));
   }
   for (const auto& sample : statuses_.take()) {
-    if (!sample.disposed) told_[sample.value.goal()].push_back(sample.value.state());
+    if (!sample.disposed) told_[sample.value.goal()].push_back(sample.value);
   }
   for (const auto& sample : heartbeats_.take()) {
     if (!sample.disposed) alive_[sample.key] = sample.value;
@@ -209,7 +209,8 @@ bool MotionCell::is(const std::string& goal, msg::GoalState state, const std::st
 
 bool MotionCell::ever(const std::string& goal, msg::GoalState state) const {
   const auto found = told_.find(goal);
-  return found != told_.end() && std::count(found->second.begin(), found->second.end(), state) > 0;
+  return found != told_.end() && std::any_of(found->second.begin(), found->second.end(),
+                                             [&](const msg::GoalStatus& status) { return status.state() == state; });
 }
 
 bool MotionCell::moves(const std::string& name) const {

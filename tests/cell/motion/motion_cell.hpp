@@ -27,8 +27,9 @@ constexpr auto kLimit = 60s;
 
 class MotionCell : public testing::Test {
  protected:
-  /// Writes a cell file with `arms` PUMAs (arm1, arm2, … 1.2 m apart) and the obstacles given as YAML list items.
-  explicit MotionCell(int arms = 1, const std::string& obstacles = "");
+  /// Writes a cell file with `arms` PUMAs (arm1, arm2, … 1.2 m apart), the obstacles given as YAML list items, and more
+  /// lines of the arms' defaults.
+  explicit MotionCell(int arms = 1, const std::string& obstacles = "", const std::string& defaults = "");
   ~MotionCell() override;
 
   ChildProcess& start_driver(const std::string& arm = "arm1");
@@ -69,8 +70,8 @@ class MotionCell : public testing::Test {
   bus::Reader<msg::RefereeReport> reports_;
   bus::Reader<msg::Heartbeat> heartbeats_;
 
-  std::vector<msg::ArmState> history_;  ///< every state since the test cleared it
-  std::map<std::string, std::vector<msg::GoalState>> told_;
+  std::vector<msg::ArmState> history_;                        ///< every state since the test cleared it
+  std::map<std::string, std::vector<msg::GoalStatus>> told_;  ///< of each goal, in order
   std::map<std::string, msg::Heartbeat> alive_;
   msg::CellMode mode_;
   std::vector<ChildProcess> processes_;

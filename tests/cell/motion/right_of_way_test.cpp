@@ -1,0 +1,61 @@
+// The right of way between two planners that know of each other only what goes over DDS
+// (docs/design/0007-right-of-way.md).
+#include <algorithm>
+
+#include "tests/cell/motion/motion_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+// Forearms stretched out level, pointing past each other: each must sweep through the place between the bases, and they
+// meet there head-on.
+const std::vector<double> kFrom1{0.6, -0.6, 2.6, 0, 0.6, 0};
+const std::vector<double> kTo1{2.5, -0.6, 2.6, 0, 0.6, 0};
+const std::vector<double> kFrom2{-2.5, -0.6, 2.6, 0, 0.6, 0};
+const std::vector<double> kTo2{-0.6, -0.6, 2.6, 0, 0.6, 0};
+
+class MotionRightOfWay : public MotionCell {
+ protected:
+  // Nobody looks ahead, and whoever is held back asks soon.
+  MotionRightOfWay() : MotionCell(2, "", "  rollout: {candidates: 0}\n  yielding: {patience: 1s}\n") {}
+
+  void go(const std::string& goal, const std::vector<double>& q, const std::string& arm) {
+    send(joint_goal(goal, q, arm));
+  }
+  [[nodiscard]] bool arrived(const std::string& goal, const std::string& arm) const {
+    return is(goal, msg::GOAL_REACHED, arm);
+  }
+  /// The arm made room for `other` on its way to `goal`, as it told everybody.
+  [[nodiscard]] bool yielded(const std::string& goal, const std::string& other) const {
+    return std::any_of(told(goal).begin(), told(goal).end(), [&](const msg::GoalStatus& status) {
+      return status.trying() == "makes room for arm " + other && status.held_for() > 0.0;
+    });
+  }
+  [[nodiscard]] bool asked(const std::string& goal) const {
+    return std::any_of(told(goal).begin(), told(goal).end(),
+                       [](const msg::GoalStatus& status) { return status.claim() > 0; });
+  }
+  [[nodiscard]] const std::vector<msg::GoalStatus>& told(const std::string& goal) const { return told_.at(goal); }
+};
+
+TEST_F(MotionRightOfWay, OneMakesRoomAndBothArriveWithoutTouching) {
+  start_all();
+  go("start2", kFrom2, "arm2");
+  ASSERT_TRUE(await([&] { return arrived("start2", "arm2"); }));
+  go("start1", kFrom1, "arm1");
+  ASSERT_TRUE(await([&] { return arrived("start1", "arm1"); }));
+
+  go("pass1", kTo1, "arm1");
+  go("pass2", kTo2, "arm2");
+  ASSERT_TRUE(await([&] { return arrived("pass1", "arm1") && arrived("pass2", "arm2"); }));
+  EXPECT_TRUE((yielded("pass1", "arm2") && asked("pass2")) || (yielded("pass2", "arm1") && asked("pass1")));
+
+  const auto reports = reports_.latest();
+  ASSERT_FALSE(reports.empty());
+  const msg::RefereeReport& report = reports.begin()->second.value;
+  EXPECT_TRUE(report.judged());
+  EXPECT_EQ(report.contacts(), 0U);
+}
+
+}  // namespace
+}  // namespace hecaton::test
