@@ -39,6 +39,8 @@ class ArmController {
   TickResult step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
 
+  /// An arm that finds its way blocked waits up to `time` [s] for a manoeuvre before it turns aside by itself.
+  void think_first(double time) { memory_.local.time_to_think = time; }
   /// From the next period on the arm tries this.
   void begin(const Manoeuvre& manoeuvre) { planner::begin(manoeuvre, memory_.local); }
 

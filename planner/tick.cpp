@@ -119,6 +119,7 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   result.q = input.q + 0.5 * (input.qd + local.qd) * input.dt;
   result.rows = rows.count;
   result.relaxed = local.relaxed;
+  result.thinks = local.thinks;
   result.near = std::any_of(s.rows.begin(), s.rows.begin() + rows.count, [](const Row& row) { return row.influences; });
   result.yields_to = local.yields_to;
   result.redraws = memory.local.follower.redraws;

@@ -45,6 +45,7 @@ struct TickResult {
   Clearance binding;     ///< nearest clearance that shapes the motion, if any
   int stale_arm = -1;    ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
   int yields_to = -1;    ///< arm that this one makes room for, −1: none
+  bool thinks = false;   ///< its straight way is blocked, and it waits for a manoeuvre before it turns aside
   bool near = false;     ///< some pair is within its influence distance
   int rows = 0;          ///< constraints on the motion
   bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed

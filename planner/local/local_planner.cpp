@@ -100,8 +100,9 @@ bool exhausted(const FollowerMemory& follower, const LocalParameters& parameters
          (follower.time_in_subspace > p.patience(follower.redraws) || follower.switches_in_subspace > p.most_switches);
 }
 
-/// Enters, keeps and leaves boundary following [Lahouar06, section 3.3 and 4].
-void update_follower(const LocalInput& input, const JointVector& way, const JointVector& wanted,
+/// Enters, keeps and leaves boundary following [Lahouar06, section 3.3 and 4]. True when the arm would enter, but
+/// waits for a manoeuvre first.
+bool update_follower(const LocalInput& input, const JointVector& way, const JointVector& wanted,
                      const QpSolution& intended, LocalMemory& memory) {
   FollowerMemory& follower = memory.follower;
   const FollowerParameters& p = input.parameters.follower;
@@ -115,19 +116,25 @@ void update_follower(const LocalInput& input, const JointVector& way, const Join
     }
   }
   const double fraction = memory.right_of_way.leads ? kPushFraction * p.deadlock_fraction : p.deadlock_fraction;
+  memory.subspace_wanted = false;
   if (!follower.following && deadlocked(intended.x, wanted, fraction)) {
+    if (memory.time_to_think > 0.0) {
+      memory.time_to_think -= input.dt;
+      return true;
+    }
     if (input.parameters.method == Method::kSingleSubspace) follower.redraws = 0;
     const int blocking = strongest_row(intended);
     if (blocking >= 0) {
       start_following(follower, memory.random, input.limits, input.q, way, input.rows[blocking]);
     }
   }
-  memory.subspace_wanted = false;
+  return false;
 }
 
 }  // namespace
 
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
+  memory.time_to_think = 0.0;
   if (manoeuvre.kind == ManoeuvreKind::kGoOn) return;
   memory.random = Random(manoeuvre.seed);
   memory.detour = {manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience};
@@ -166,7 +173,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   if (memory.detour.active) {
     update_detour(input, intended.x, wanted, memory.detour);
   } else if (input.parameters.method != Method::kLocal && !at_goal && !yields) {
-    update_follower(input, way, wanted, intended, memory);
+    result.thinks = update_follower(input, way, wanted, intended, memory);
     if (memory.follower.following) {
       // differs from paper: when no constraint is left to follow, the local planner takes over again.
       const auto along = follow_boundary(memory.follower, bounds, input.rows);

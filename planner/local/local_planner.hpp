@@ -39,6 +39,7 @@ struct LocalMemory {
   Detour detour;
   RightOfWay right_of_way;
   bool subspace_wanted = false;  ///< a fresh one is to be drawn in the next period, if the arm follows a boundary
+  double time_to_think = 0.0;    ///< a blocked arm waits so long for a manoeuvre before it follows a boundary [s]
 };
 
 /// From the next period on the arm tries this. Nothing changes for kGoOn.
@@ -48,6 +49,7 @@ struct LocalResult {
   JointVector qd;  ///< for the next period [rad/s | m/s]
   bool following = false;
   bool detouring = false;
+  bool thinks = false;   ///< its straight way is blocked, and it waits for a manoeuvre
   int yields_to = -1;    ///< index of the arm that this one makes room for; −1: none
   bool blocked = false;  ///< no noticeable motion for a while although the goal is not reached
   bool relaxed = false;  ///< the rows asked for more than acceleration limits can give; braked as hard as allowed

@@ -9,7 +9,7 @@
 namespace hecaton::planner {
 
 enum class ManoeuvreKind : std::uint8_t {
-  kGoOn,      ///< whatever is being done: follow the boundary in the present subspace, or go straight
+  kGoOn,      ///< whatever is being done: follow the boundary, or go straight as long as there is a way
   kLetGo,     ///< stop following, go straight to the goal
   kSubspace,  ///< follow in a fresh subspace, drawn with `seed`
   kDetour,    ///< visit `q` first, straight; then the goal

@@ -77,7 +77,7 @@ struct RolloutParameters {
   double horizon = 2.0;           ///< of the first look ahead [s]
   double horizon_growth = 1.3;    ///< each further one looks this many times farther, ≥ 1
   double longest_horizon = 10.0;  ///< but no farther than this [s]
-  double interval = 0.4;          ///< between an answer and the next question [s]
+  double interval = 0.2;          ///< between an answer and the next question [s]
   int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
 };
 

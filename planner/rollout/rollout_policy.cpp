@@ -7,6 +7,8 @@ namespace {
 
 /// An arm that went freely this long is out of its trouble [s].
 constexpr double kOutOfTrouble = 0.5;
+/// Nobody waits longer for an answer before turning aside [s].
+constexpr double kLongestThought = 0.15;
 
 RolloutQuestion make_question(const ArmController& controller, std::span<const ArmObservation> arms,
                               std::span<const world::ObstacleState> obstacles) {
@@ -21,6 +23,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
       arm.has_goal = true;
       arm.plans = true;
       arm.memory = controller.memory();
+      arm.memory.time_to_think = 0.0;  // who goes on turns aside now
       continue;
     }
     const ArmObservation& seen = arms[i];
@@ -51,6 +54,11 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
   if (parameters.method != Method::kBoundaryFollowing) parameters_.candidates = 0;
 }
 
+void RolloutPolicy::prepare(ArmController& controller) const {
+  const bool could_ask = !open_ && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
+  if (could_ask) controller.think_first(kLongestThought);
+}
+
 std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controller, const TickResult& result,
                                                    std::span<const ArmObservation> arms,
                                                    std::span<const world::ObstacleState> obstacles) {
@@ -58,7 +66,7 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   since_answer_ += dt;
   const bool trouble = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
                        result.status == TickStatus::kBlocked ||
-                       (result.status == TickStatus::kYielding && controller.under_way());
+                       (result.status == TickStatus::kYielding && controller.under_way()) || result.thinks;
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   if (!trouble || open_ || parameters_.candidates == 0 || since_answer_ < parameters_.interval) return std::nullopt;

@@ -102,6 +102,7 @@ class Episode {
     }
     for (int i = 0; i < n; ++i) {
       listen(i, now);
+      policies_[i].prepare(controllers_[i]);
       const auto before = std::chrono::steady_clock::now();
       results_[i] = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
                                          !obstacle_channels_[i].known());

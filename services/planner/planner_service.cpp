@@ -239,6 +239,7 @@ void PlannerService::plan() {
   const auto observed = arms_.observe(now_, modes_.view());
   const auto obstacles = obstacles_.states(now_);
   const planner::MeasuredState measured{own.q + own.qd * arms_.age(self_, now_), own.qd};  // it has moved on since
+  if (desk_.has_active()) rollout_policy_.prepare(controller_);
   const planner::TickResult result = controller_.step(measured, observed, obstacles, !hold_reason_.empty());
   command(result);
   if (in_charge_ && desk_.has_active()) look_ahead(result, observed, obstacles);

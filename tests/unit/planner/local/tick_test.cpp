@@ -125,6 +125,35 @@ TEST(Tick, BoundaryFollowingSwitchesWallsInACorner) {
   }
 }
 
+/// Drives at the wall until the arm would turn aside but waits for a manoeuvre, for up to 0.1 s.
+void drive_until_it_thinks(Journey& run) {
+  run.input.q = joints({-1, 0});
+  run.input.q_goal = joints({1, 0});
+  for (int k = 0; k < 1000; ++k) {
+    run.memory.local.time_to_think = 0.1;
+    const TickResult result = run.step();
+    ASSERT_NE(result.status, TickStatus::kFollowing);
+    if (result.thinks) return;
+  }
+  FAIL() << "the wall never blocked it";
+}
+
+TEST(Tick, ABlockedArmWaitsForAManoeuvreNoLongerThanItMay) {
+  Journey run(kWall, Method::kBoundaryFollowing);
+  drive_until_it_thinks(run);
+  int waited = 1;
+  while (run.step().thinks) ++waited;
+  EXPECT_NEAR(waited, 10, 1);  // 0.1 s of 10 ms
+  EXPECT_TRUE(run.memory.local.follower.following);
+}
+
+TEST(Tick, ABlockedArmTurnsAsideOnceItIsToldToGoOn) {
+  Journey run(kWall, Method::kBoundaryFollowing);
+  drive_until_it_thinks(run);
+  begin({}, run.memory.local);
+  EXPECT_EQ(run.step().status, TickStatus::kFollowing);
+}
+
 TEST(Tick, SaysWhatBinds) {
   Journey run(kWall, Method::kLocal);
   run.drive(joints({-1, 0}), joints({1, 0}), 2000);

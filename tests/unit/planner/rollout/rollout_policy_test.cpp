@@ -54,6 +54,26 @@ TEST_F(Policy, AsksOnlyWhenHeldBack) {
   EXPECT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
 }
 
+TEST_F(Policy, ABlockedArmWaitsForAnAnswerWhenOneCanCome) {
+  RolloutPolicy policy(parameters_, 1);
+  const auto wait = [&] { return controller_.memory().time_to_think; };
+  EXPECT_EQ(wait(), 0.0);
+  policy.prepare(controller_);
+  EXPECT_GT(wait(), 0.1);
+  TickResult thinking = status(TickStatus::kMoving);
+  thinking.thinks = true;
+  const auto asked = policy.next(controller_, thinking, arms_, {});
+  ASSERT_TRUE(asked.has_value());
+  EXPECT_EQ(asked->arms[0].memory.time_to_think, 0.0) << "to go on is to turn aside at once";
+  controller_.begin({});
+  EXPECT_EQ(wait(), 0.0);
+  policy.prepare(controller_);
+  EXPECT_EQ(wait(), 0.0) << "a question is open";
+  policy.answered();
+  policy.prepare(controller_);
+  EXPECT_EQ(wait(), 0.0) << "it is too soon for another one";
+}
+
 TEST_F(Policy, OneQuestionAtATimeThenItWaits) {
   RolloutPolicy policy(parameters_, 1);
   ASSERT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), 1);
