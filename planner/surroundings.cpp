@@ -75,9 +75,17 @@ double stray(double acceleration, double age) {
   return 0.5 * acceleration * age * age;
 }
 
-bool alike(const world::ObstacleState& a, const world::ObstacleState& b) {
-  return a.age == b.age && a.velocity.linear == b.velocity.linear && a.velocity.angular.isZero(0.0) &&
-         b.velocity.angular.isZero(0.0);
+/// Equally old and equally fast, and none turns: then it does not depend on its shape how fast one's points are.
+bool all_alike(std::span<const world::ObstacleState> states) {
+  if (states.empty()) return true;
+  const double age = states.front().age;
+  const Eigen::Vector3d& v = states.front().velocity.linear;
+  return std::all_of(states.begin(), states.end(), [&](const world::ObstacleState& state) {
+    const Eigen::Vector3d& linear = state.velocity.linear;
+    const Eigen::Vector3d& angular = state.velocity.angular;
+    return state.age == age && linear.x() == v.x() && linear.y() == v.y() && linear.z() == v.z() &&
+           angular.x() == 0.0 && angular.y() == 0.0 && angular.z() == 0.0;
+  });
 }
 
 }  // namespace
@@ -89,6 +97,8 @@ Surroundings::Surroundings(const CellGeometry& geometry) : arms_(geometry.arms()
 void Surroundings::rebuild(const CellGeometry& geometry) {
   own_speed_.assign(geometry.own_bodies().size(), 0.0);
   gap_to_arm_.clear();
+  lever_.clear();
+  acceleration_.clear();
   stop_times_.clear();
   balls_of_arm_.clear();
   longest_stop_ = fastest_other_ = strongest_other_ = 0.0;
@@ -96,8 +106,10 @@ void Surroundings::rebuild(const CellGeometry& geometry) {
   for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
     const JointLimits& limits = geometry.arms()[i].limits;
     const double lever = longest_lever(geometry, i);
+    lever_.push_back(lever);
+    acceleration_.push_back(limits.acceleration.sum() * lever);
     fastest_other_ = std::max(fastest_other_, limits.velocity.sum() * lever);
-    strongest_other_ = std::max(strongest_other_, limits.acceleration.sum() * lever);
+    strongest_other_ = std::max(strongest_other_, acceleration_.back());
     gap_to_arm_.push_back(geometry.gap_to_arm(i));
     stop_times_.push_back(std::max(own_stop, longest_stop_time(limits)));
     longest_stop_ = std::max(longest_stop_, stop_times_.back());
@@ -156,7 +168,8 @@ void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParamet
     if (!may_matter(geometry, parameters, i, input.arms[i], input.dt)) continue;
     near_arms_.push_back(i);
     const Arm& arm = geometry.arms()[i];
-    const ArmObservation& other = observations_[i] = extrapolated(arm.limits, input.arms[i]);
+    ArmObservation& other = observations_[i] = input.arms[i];
+    extrapolate(arm.limits, other);
     const bool counts_on_its_part = other.plans && other.age <= 0.0;  // then nobody asks how it moves
     (counts_on_its_part ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
     const auto fastest = [&](const JointVector& speed) { return fastest_point(arms_[i], speed, balls_of_arm_[i]); };
@@ -172,12 +185,13 @@ void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParamet
 bool Surroundings::may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm,
                               const ArmObservation& other, double dt) const {
   const world::BoundingSphere& reach = geometry.arm_reach(arm);
-  const double lever = longest_lever(geometry, arm);
   const Damper damper = parameters.damper.against_others(stop_times_[arm] + dt);
-  const double margin = stray(geometry.arms()[arm].limits.acceleration.sum() * lever, other.age);
-  const Reach farthest =
-      other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, other.qd.lpNorm<1>() * lever, 1.0);
-  const double distance = InfluenceDistances::distance(farthest, own_fastest_) + reach.radius;
+  const double margin = stray(acceleration_[arm], other.age);
+  const Reach farthest = other.plans ? reach_of(damper, margin, 0.0, 2.0)
+                                     : reach_of(damper, margin, other.qd.lpNorm<1>() * lever_[arm], 1.0);
+  const double influence = InfluenceDistances::distance(farthest, own_fastest_);
+  if (gap_to_arm_[arm] > influence) return false;
+  const double distance = influence + reach.radius;
   const std::vector<CarriedBall>& own = balls_of_arm_[geometry.self()];
   return std::any_of(own.begin(), own.end(), [&](const CarriedBall& ball) {
     const double sum = distance + ball.radius;
@@ -203,9 +217,7 @@ void Surroundings::look_at_obstacles(const CellGeometry& geometry, const LocalPa
                    [](const world::ObstacleState& then) { return extrapolated(then); });
     obstacles_now_ = extrapolated_;
   }
-  const bool all_alike = std::all_of(obstacles_now_.begin(), obstacles_now_.end(),
-                                     [&](const auto& state) { return alike(state, obstacles_now_.front()); });
-  obstacle_reaches_ = all_alike ? std::min<std::size_t>(count, 1) : count;
+  obstacle_reaches_ = all_alike(obstacles_now_) ? std::min<std::size_t>(count, 1) : count;
   const Damper damper = parameters.damper.against_others(stop_times_[geometry.self()] + input.dt);
   for (std::size_t i = 0; i < obstacle_reaches_; ++i) {
     const world::ObstacleState& state = obstacles_now_[i];

@@ -43,6 +43,8 @@ class Surroundings {
 
   // Of the cell, whatever its arms do.
   std::vector<double> gap_to_arm_;                      ///< the least distance to each arm, wherever both are [m]
+  std::vector<double> lever_;                           ///< no point of it is farther from a joint's axis [m]
+  std::vector<double> acceleration_;                    ///< nor gets faster than this in a second [m/s²]
   std::vector<double> stop_times_;                      ///< against each arm: the longer of both arms' longest stop [s]
   double longest_stop_ = 0.0;                           ///< of any arm [s]
   double fastest_other_ = 0.0;                          ///< no point of any arm moves faster [m/s]

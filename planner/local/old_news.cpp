@@ -8,18 +8,16 @@
 namespace hecaton::planner {
 
 // Constant velocity:  q + q̇ τ.   Stop profile:  q̇(t) = q̇ (1 − t/T), so  q + q̇ (t − t²/2T)  with t = min(τ, T).
-ArmObservation extrapolated(const JointLimits& limits, const ArmObservation& then) {
-  ArmObservation now = then;
-  if (then.plans) {
-    now.q += then.qd * then.age;
+void extrapolate(const JointLimits& limits, ArmObservation& arm) {
+  if (arm.plans) {
+    if (arm.age > 0.0) arm.q += arm.qd * arm.age;
   } else {
-    const double T = stop_time(limits, then.qd);
-    const double t = std::min(then.age, T);
-    if (T > 0.0) now.q += then.qd * (t - 0.5 * t * t / T);
-    now.qd = braking_velocity(limits, then.qd, then.age);
+    const double T = stop_time(limits, arm.qd);
+    const double t = std::min(arm.age, T);
+    if (T > 0.0) arm.q += arm.qd * (t - 0.5 * t * t / T);
+    arm.qd = braking_velocity(limits, arm.qd, arm.age);
   }
-  now.q = now.q.cwiseMax(limits.lower).cwiseMin(limits.upper);
-  return now;
+  arm.q = arm.q.cwiseMax(limits.lower).cwiseMin(limits.upper);
 }
 
 world::ObstacleState extrapolated(const world::ObstacleState& then) {

@@ -6,9 +6,9 @@
 
 namespace hecaton::planner {
 
-/// The arm as it should be now: an arm that plans has kept its velocity, as far as its joints go; another one has been
-/// on its stop profile. The age stays.
-[[nodiscard]] ArmObservation extrapolated(const JointLimits& limits, const ArmObservation& then);
+/// Brings the arm to where it should be now: an arm that plans has kept its velocity, as far as its joints go; another
+/// one has been on its stop profile. The age stays.
+void extrapolate(const JointLimits& limits, ArmObservation& arm);
 
 /// The obstacle as it should be now at constant velocity. The age stays.
 [[nodiscard]] world::ObstacleState extrapolated(const world::ObstacleState& then);

@@ -43,6 +43,7 @@ void place_links(const RobotModel& model, const Pose& X_WB, const JointVector& q
     const bool shifts = link.joint >= 0 && link.joint_type == JointType::kPrismatic;
     const bool turns = link.joint >= 0 && !shifts;
     ChainStep& step = steps[i];
+    step.motion = link.motion;
     step.X_WP = (link.parent < 0 ? X_WB : out.X_WL[link.parent]).data();
     step.X_PJ = link.X_PJ.data();
     step.axis = link.axis.data();

@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "planner/model/joint_motion.hpp"
 #include "planner/model/limits.hpp"
 #include "planner/model/link_capsule.hpp"
 #include "world/model/shape.hpp"
@@ -29,7 +30,18 @@ struct Link {
   Pose X_PJ = Pose::Identity();                     ///< joint frame in the parent link's frame
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint's frame
   int joint = -1;                                   ///< index into joint vectors; −1 when the joint does not move
+  JointMotion motion = JointMotion::kMoves;         ///< the short cut that kinematics may take: see short_cut()
 };
+
+/// The short cut for the link's joint: for who builds a model, once it is complete. Without it kinematics are slower.
+[[nodiscard]] inline JointMotion short_cut(const Link& link) {
+  if (link.joint < 0) return JointMotion::kFixed;
+  if (link.joint_type == JointType::kPrismatic) return JointMotion::kMoves;
+  if (link.axis == Eigen::Vector3d::UnitX()) return JointMotion::kTurnsAboutX;
+  if (link.axis == Eigen::Vector3d::UnitY()) return JointMotion::kTurnsAboutY;
+  if (link.axis == Eigen::Vector3d::UnitZ()) return JointMotion::kTurnsAboutZ;
+  return JointMotion::kMoves;
+}
 
 /// One collision shape of one link.
 struct LinkGeometry {

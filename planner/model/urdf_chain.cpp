@@ -171,6 +171,7 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
     link.joint_type = JointType::kFixed;
   }
   for (int joint = 0; joint < static_cast<int>(chain.size()); ++joint) tree[chain[joint]].link.joint = joint;
+  for (TreeLink& entry : tree) entry.link.motion = short_cut(entry.link);
   return chain;
 }
 

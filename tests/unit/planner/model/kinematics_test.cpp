@@ -2,6 +2,7 @@
 
 #include "planner/model/kinematics.hpp"
 
+#include <array>
 #include <numbers>
 
 #include "tests/unit/planner/model/support.hpp"
@@ -168,9 +169,12 @@ TEST_P(Jacobian, EqualsCentralDifferences) {
 
 INSTANTIATE_TEST_SUITE_P(Arms, Jacobian, testing::Values("puma", "mixed"));
 
-TEST(Kinematics, AboutAnyAxisAndAlongIt) {
-  // Two joints about and along an axis of no particular direction, on a base of no particular pose.
-  const Eigen::Vector3d axis = Eigen::Vector3d(1.0, -2.0, 2.0) / 3.0;
+/// Directions that kinematics take short cuts for, opposite ones, and one of no particular direction.
+class Axes : public testing::TestWithParam<std::array<double, 3>> {};
+
+TEST_P(Axes, AreTurnedAboutAndShiftedAlong) {
+  // Two joints about and along the axis, on a base of no particular pose.
+  const Eigen::Vector3d axis = Eigen::Map<const Eigen::Vector3d>(GetParam().data()).normalized();
   RobotModel model;
   model.joint_names = {"turns", "shifts"};
   for (int j = 0; j < 2; ++j) {
@@ -195,7 +199,25 @@ TEST(Kinematics, AboutAnyAxisAndAlongIt) {
   EXPECT_TRUE(kinematics.X_WL[1].isApprox(shifted, 1e-14));
   EXPECT_TRUE(kinematics.axis_W[0].isApprox(X_WJ.linear() * axis, 1e-14));
   EXPECT_TRUE(kinematics.origin_W[0].isApprox(X_WJ.translation(), 1e-14));
+
+  // The short cut, if there is one, changes nothing.
+  for (Link& link : model.links) link.motion = short_cut(link);
+  Kinematics shorter;
+  forward_kinematics(model, X_WB, q, shorter);
+  EXPECT_EQ(shorter.X_WL[1].matrix(), kinematics.X_WL[1].matrix());
+  EXPECT_EQ(shorter.axis_W[0], kinematics.axis_W[0]);
 }
+
+TEST_F(Puma, JointsTakeTheirShortCuts) {
+  for (const Link& link : model_->links) {
+    EXPECT_EQ(link.motion, link.joint < 0 ? JointMotion::kFixed : JointMotion::kTurnsAboutZ) << link.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinematics, Axes,
+                         testing::Values(std::array{1.0, 0.0, 0.0}, std::array{0.0, 1.0, 0.0},
+                                         std::array{0.0, 0.0, 1.0}, std::array{0.0, 0.0, -1.0},
+                                         std::array{0.0, -1.0, 0.0}, std::array{1.0, -2.0, 2.0}));
 
 }  // namespace
 }  // namespace hecaton::planner
