@@ -1,0 +1,142 @@
+"""A cell of several hosts, seen from outside: through `hecaton` on the operator's machine."""
+import json
+import signal
+import subprocess
+import threading
+import time
+
+PATIENCE = 120  # [s] far beyond what any machine needs; only ends a test that hangs
+
+
+def unix_ms():
+    return time.time_ns() // 1_000_000
+
+
+class LiveCell:
+    def __init__(self, hosts, hecaton, cell_file, logs):
+        self.hosts = hosts
+        self._hecaton = str(hecaton)
+        self._file = str(cell_file)
+        self._logs = logs
+        self._agents = {}
+        self._watch = None
+        self._status = None
+        self._changed = threading.Condition()
+
+    def start(self):
+        """Makes the cell file's hosts and starts an agent on each."""
+        for host in self.plan()["hosts"]:
+            self.hosts.add(host["name"], host["address"])
+        for host in self.plan()["hosts"]:
+            self.start_agent(host["name"])
+        self._watch = self._ask("status", "--watch", "--interval", "250ms", "-o", "json",
+                                "--connect-timeout", f"{PATIENCE}s")
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def plan(self):
+        return json.loads(subprocess.run([self._hecaton, "check", self._file, "-o", "json"], check=True,
+                                         capture_output=True, text=True).stdout)
+
+    def start_agent(self, host):
+        with open(self._logs / f"{host}.log", "a") as log:
+            self._agents[host] = self.hosts.start(host, ["agent", self._file, "--host", host], log)
+
+    def _ask(self, *words, **streams):
+        """hecaton, on the operator's machine."""
+        return subprocess.Popen([self._hecaton, *words, "--cell", self._file], text=True, stdout=subprocess.PIPE,
+                                **streams)
+
+    def _read(self):
+        for line in self._watch.stdout:
+            with self._changed:
+                self._status = json.loads(line)
+                self._changed.notify_all()
+
+    # What is.
+
+    def wait_for(self, what, condition, patience=PATIENCE):
+        """Until condition(status) gives something; returns that."""
+        until = time.monotonic() + patience
+        with self._changed:
+            while True:
+                found = condition(self._status) if self._status else None
+                if found:
+                    return found
+                if not self._changed.wait(until - time.monotonic()):
+                    raise AssertionError(f"{what}: not within {patience} s; the cell says\n{self.account()}")
+
+    def account(self):
+        """What `hecaton status` says to people."""
+        told = self._ask("status", stderr=subprocess.STDOUT)
+        return told.communicate()[0]
+
+    def status(self):
+        with self._changed:
+            return self._status
+
+    def wait_until_it_runs(self):
+        self.wait_for("the cell runs", runs)
+
+    def faults(self):
+        return {fault["id"]: fault for fault in self.status()["faults"]}
+
+    def wait_for_fault(self, kind, subject, known):
+        """The record of a fault that is not in `known`."""
+        return self.wait_for(f"fault {kind} of {subject}", lambda status: next(
+            (fault for fault in status["faults"]
+             if fault["kind"] == kind and fault["subject"] == subject and fault["id"] not in known), None))
+
+    def wait_until_over(self, fault):
+        """The same record once it is cleared."""
+        return self.wait_for(f"end of fault {fault['kind']} of {fault['subject']}", lambda status: next(
+            (now for now in status["faults"] if now["id"] == fault["id"] and now["cleared"]), None))
+
+    def contacts(self):
+        return self.status()["referee"]["contacts"]
+
+    def pid(self, node):
+        return next(entry["pid"] for entry in self.status()["nodes"] if entry["node"] == node)
+
+    # What people do.
+
+    def goal(self, arm, pose):
+        """Gives a goal; wait_for_goal() awaits its end."""
+        return self._ask("goal", arm, "--named", pose, "--wait", "--time-limit", f"{PATIENCE}s",
+                         "--connect-timeout", f"{PATIENCE}s", stderr=subprocess.STDOUT)
+
+    def wait_for_goal(self, goal):
+        """It must be reached."""
+        said = goal.communicate(timeout=2 * PATIENCE)[0]
+        if goal.returncode != 0:
+            raise AssertionError(f"goal not reached (exit code {goal.returncode}): {said}\n{self.account()}")
+
+    def wait_until_it_moves(self, arm):
+        self.wait_for(f"arm {arm} moves", lambda status: any(
+            abs(speed) > 0.1 for entry in status["arms"] if entry["name"] == arm for speed in entry["state"]["qd"]))
+
+    def wait_until_it_is_there_or_waits(self, arm, goal, lost):
+        """Its goal ends, or it stands and says that it does not know where the other arm is."""
+        def settled(status):
+            now = next(entry["goal"] for entry in status["arms"] if entry["name"] == arm)
+            waits = now and now["state"] == "blocked" and f"state of arm {lost}" in now["reason"]
+            return goal.poll() is not None or waits
+        self.wait_for(f"arm {arm} goes on or waits for news of {lost}", settled)
+
+    def stop(self):
+        """Ends the agents, which end all else; returns their exit codes by host."""
+        if self._watch:
+            self._watch.send_signal(signal.SIGTERM)
+            self._watch.wait()
+        for agent in self._agents.values():
+            agent.send_signal(signal.SIGTERM)
+        return {host: agent.wait(timeout=PATIENCE) for host, agent in self._agents.items()}
+
+
+def runs(status):
+    """Everybody is there and nobody is held."""
+    return (status["mode"] == "run"
+            and all(arm["mode"] == "run" and arm["driver_alive"] and arm["planner_alive"] for arm in status["arms"])
+            and all(node["alive"] for node in status["nodes"])
+            and all(host["agent_alive"] for host in status["hosts"])
+            and all(fault["cleared"] for fault in status["faults"])
+            and status["referee"] is not None)

@@ -1,0 +1,85 @@
+"""Hosts as network namespaces on a bridge: nothing but the network and the processes are apart."""
+import ipaddress
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+from hosts import CannotRun, Hosts, run
+
+INSIDE = "HECATON_TEST_IN_NAMESPACES"
+
+
+def enter():
+    """Starts this program again in namespaces of its own, which end, with all that is in them, when it ends.
+
+    Returns in there. Neither root's network nor other tests see any of it."""
+    if os.environ.get(INSIDE):
+        return
+    for tool, package in (("unshare", "util-linux"), ("ip", "iproute2"), ("nft", "nftables")):
+        if shutil.which(tool) is None:
+            raise CannotRun(f"{tool} is missing (Debian package {package})")
+    words = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    if os.geteuid() != 0:
+        words += ["--user", "--map-root-user"]
+    try:
+        run(*words, "true")
+    except RuntimeError as error:
+        raise CannotRun(f"namespaces are not allowed here: {error}") from error
+    os.execvpe(words[0], [*words, sys.executable, *sys.argv], {**os.environ, INSIDE: "yes"})
+
+
+class Namespaces(Hosts):
+    """The operator's machine is the bridge, so to say: the first namespace, with the network's first address."""
+
+    kind = "network namespaces"
+    BRIDGE = "cell"
+
+    def __init__(self, hecaton):
+        self._hecaton = str(hecaton)
+        run("mount", "-t", "tmpfs", "tmpfs", "/run")  # ip keeps its list of namespaces there
+        run("ip", "link", "add", self.BRIDGE, "type", "bridge")
+        run("ip", "link", "set", "lo", "up")
+        run("ip", "link", "set", self.BRIDGE, "up")
+        self._ports = {}  # the bridge's side of each host's cable
+
+    def add(self, name, address):
+        network = ipaddress.ip_interface(f"{address}/24").network
+        if not self._ports:
+            run("ip", "address", "add", f"{network[1]}/24", "dev", self.BRIDGE)
+        port = self._ports[name] = f"port{len(self._ports)}"
+        run("ip", "netns", "add", name)
+        run("ip", "link", "add", port, "type", "veth", "peer", "name", "eth0", "netns", name)
+        run("ip", "link", "set", port, "master", self.BRIDGE, "up")
+        self.inside(name, ["ip", "address", "add", f"{address}/24", "dev", "eth0"])
+        self.inside(name, ["ip", "link", "set", "eth0", "up"])
+        self.inside(name, ["ip", "link", "set", "lo", "up"])
+
+    def start(self, host, arguments, log):
+        return subprocess.Popen(["ip", "netns", "exec", host, self._hecaton, *arguments], stderr=log)
+
+    def inside(self, host, words):
+        return run("ip", "netns", "exec", host, *words)
+
+    def signal(self, host, pid, number):
+        os.kill(pid, number)
+
+    def _signal_all(self, host, number):
+        for pid in run("ip", "netns", "pids", host).split():
+            os.kill(int(pid), number)
+
+    def pause(self, host):
+        self._signal_all(host, signal.SIGSTOP)
+
+    def go_on(self, host):
+        self._signal_all(host, signal.SIGCONT)
+
+    def disconnect(self, host):
+        run("ip", "link", "set", self._ports[host], "down")
+
+    def connect(self, host):
+        run("ip", "link", "set", self._ports[host], "up")
+
+    def close(self):
+        pass  # all of it ends with the namespaces that enter() made
