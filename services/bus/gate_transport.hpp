@@ -27,6 +27,7 @@ class Gate {
       : absence(lease, Clock::now()), lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
 
   void open() { open_ = true; }
+  void close() { open_ = false; }
   /// Asked once for each datagram that is sent.
   [[nodiscard]] bool lets_out() {
     if (!open_ || absence.away(Clock::now())) return false;

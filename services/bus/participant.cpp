@@ -84,19 +84,17 @@ EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
 }
 
 Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
-    : mailbox_(options.mailbox) {
+    : mailbox_(options.mailbox), farewell_(options.farewell) {
   constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
   const std::string who = "bus: participant \"" + name + "\": ";
   if (domain < 0 || domain > kLastDomain) {
     throw std::runtime_error(who + "domain = " + std::to_string(domain) + " must be between 0 and 232");
   }
   if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(who + "lease must be at least 20 ms");
-  if (options.participants_per_peer < 1 || options.lose_one_in < 0) {
-    throw std::runtime_error(who + "participants_per_peer must be at least 1 and lose_one_in at least 0");
-  }
+  if (options.lose_one_in < 0) throw std::runtime_error(who + "lose_one_in must be at least 0");
   use_network_inside_process();
   auto qos = participant_qos(name, options);
-  gate_ = add_transports(qos, options);
+  gate_ = add_transports(qos, domain, options);
   // After an absence others are found with the next announcement; who is not found with the second is gone.
   search_ = 2 * announcement_period(options);
   number_ = numbers().take();
@@ -137,6 +135,7 @@ void Participant::Impl::leave() {
   alarm_.notify_all();
   if (watcher_.joinable()) watcher_.join();
   end_if_locked_up(Clock::now(), std::chrono::seconds(2));  // it would wait for that thread for good
+  if (!farewell_) gate_->close();
   participant->set_listener(nullptr, dds::StatusMask::none());
   participant->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant);

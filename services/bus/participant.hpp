@@ -10,19 +10,28 @@
 
 namespace hecaton::bus {
 
+/// A machine to announce ourselves to by unicast.
+struct Peer {
+  std::string address;  ///< IPv4
+  /// How many participants of the domain may be there: each has a port of its own, and as many are tried, for ever.
+  int participants = 64;
+};
+
 struct ParticipantOptions {
   /// Addresses of the interfaces to use, e.g. {"127.0.0.1"} for a cell on one host; empty: all.
   std::vector<std::string> interfaces;
-  /// Hosts to announce ourselves to by unicast ("10.0.0.2"), where multicast is not routed. Empty: multicast.
-  std::vector<std::string> peers;
-  /// How many participants of each peer host are tried. The default of Fast DDS, 4, would hide the fifth.
-  int participants_per_peer = 64;
+  /// Where multicast is not routed. Must include this machine when others on it are to be found. Empty: multicast.
+  std::vector<Peer> peers;
   /// Shared memory beside UDP. Off: it fails silently between containers and leaks when a process is killed.
   bool shared_memory = false;
   /// A participant that says nothing this long is taken for gone, with all its endpoints.
   std::chrono::milliseconds lease{2000};
   /// Cells that share a domain are kept apart by this name; empty: the default partition.
   std::string partition;
+  /// Others are told when we leave; otherwise they notice after the lease. For who comes and goes often: in Fast
+  /// DDS 2.9.1 a process aborts when it hears of a departure in the instant in which the leaver's lease is due to be
+  /// looked at.
+  bool farewell = true;
   /// Told when participants come and go; must outlive the participant.
   Mailbox* mailbox = nullptr;
   /// One in n datagrams of this participant is lost, at random, the same ones in every run; 0: none. For tests.

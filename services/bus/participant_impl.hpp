@@ -74,6 +74,7 @@ struct Participant::Impl : dds::DomainParticipantListener {
 
   Mailbox* mailbox_;
   std::shared_ptr<Gate> gate_;
+  bool farewell_;
   Clock::duration search_{};  ///< for others after an absence
   int number_ = 0;            ///< of this participant in this process
   std::mutex mutex_;

@@ -44,13 +44,35 @@ void require_interfaces(const std::vector<std::string>& wanted) {
 std::shared_ptr<transports::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
   auto descriptor = std::make_shared<transports::UDPv4TransportDescriptor>();
   descriptor->interfaceWhiteList = options.interfaces;
-  descriptor->maxInitialPeersRange = static_cast<std::uint32_t>(options.participants_per_peer);
   return descriptor;
+}
+
+/// One locator for each participant that may be there. Without ports Fast DDS would try the first 4, or as many of
+/// every peer as of the fullest.
+void add_peer(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
+  namespace rtps = eprosima::fastrtps::rtps;
+  constexpr int kMostParticipants = 119;  // the ports of the next ones belong to the next domain
+  in_addr address{};
+  if (::inet_pton(AF_INET, peer.address.c_str(), &address) != 1) {
+    throw std::runtime_error("bus: peers: \"" + peer.address + "\" must be an IPv4 address, e.g. \"10.0.0.2\"");
+  }
+  if (peer.participants < 1 || peer.participants > kMostParticipants) {
+    throw std::runtime_error("bus: peers: " + peer.address + ": participants = " + std::to_string(peer.participants) +
+                             " must be between 1 and 119");
+  }
+  for (int id = 0; id < peer.participants; ++id) {
+    rtps::Locator_t locator;
+    locator.kind = LOCATOR_KIND_UDPv4;
+    rtps::IPLocator::setIPv4(locator, peer.address);
+    locator.port =
+        qos.wire_protocol().port.getUnicastPort(static_cast<std::uint32_t>(domain), static_cast<std::uint32_t>(id));
+    qos.wire_protocol().builtin.initialPeersList.push_back(locator);
+  }
 }
 
 }  // namespace
 
-std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
+std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain,
                                      const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
@@ -59,16 +81,7 @@ std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQo
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
   }
-  for (const auto& peer : options.peers) {
-    in_addr address{};
-    if (::inet_pton(AF_INET, peer.c_str(), &address) != 1) {
-      throw std::runtime_error("bus: peers: \"" + peer + "\" must be an IPv4 address, e.g. \"10.0.0.2\"");
-    }
-    eprosima::fastrtps::rtps::Locator_t locator;  // port 0: those of the first `participants_per_peer` participants
-    locator.kind = LOCATOR_KIND_UDPv4;
-    eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, peer);
-    qos.wire_protocol().builtin.initialPeersList.push_back(locator);
-  }
+  for (const Peer& peer : options.peers) add_peer(qos, domain, peer);
   return gate;
 }
 

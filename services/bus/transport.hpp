@@ -11,8 +11,8 @@
 namespace hecaton::bus {
 
 /// The participant can send once the gate that this returns is opened. Throws std::runtime_error when an interface does
-/// not exist or a peer is no IPv4 address.
-[[nodiscard]] std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
+/// not exist or a peer is no IPv4 address with 1 to 119 participants.
+[[nodiscard]] std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain,
                                                    const ParticipantOptions& options);
 
 }  // namespace hecaton::bus

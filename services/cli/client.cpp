@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include "services/bus/ask.hpp"
-#include "services/config/cell_file.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/process_info.hpp"
 
@@ -46,19 +45,25 @@ std::string listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
+bus::Participant visit(const config::CellFile& file, int domain) {
+  bus::ParticipantOptions participant = participant_options(file);
+  participant.farewell = false;
+  return {domain, kNodeName, participant};
+}
+
 Membership join(const Settings& settings) {
   ServiceOptions options;
   options.domain = settings.domain;
   if (settings.cell_file.empty()) {
     bus::ParticipantOptions participant;
     participant.partition = kAnyCell;
+    participant.farewell = false;
     const int domain = choose_domain(options, kDefaultDomain);
     return {{domain, kNodeName, participant}, "DDS domain " + std::to_string(domain)};
   }
   const config::CellFile file = config::load_cell_file(settings.cell_file);
   const int domain = choose_domain(options, file.network.domain);
-  return {make_participant(file, options, kNodeName),
-          "DDS domain " + std::to_string(domain) + " under the name '" + file.cell.name + "'"};
+  return {visit(file, domain), "DDS domain " + std::to_string(domain) + " under the name '" + file.cell.name + "'"};
 }
 
 bus::Clock::duration seconds(double s) {

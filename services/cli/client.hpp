@@ -18,6 +18,7 @@
 #include "services/bus/participant.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/settings.hpp"
+#include "services/config/cell_file.hpp"
 
 namespace hecaton::services::cli {
 
@@ -28,6 +29,9 @@ struct Membership {
   bus::Participant participant;
   std::string where;
 };
+
+/// Joins a cell for the time of a command.
+[[nodiscard]] bus::Participant visit(const config::CellFile& file, int domain);
 
 /// Joins the domain that the settings name: as one of the cell of --cell, or to listen to any cell. Throws what reading
 /// a cell file throws, and std::runtime_error with a sentence.

@@ -5,7 +5,6 @@
 
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
-#include "services/runtime/join.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -16,18 +15,12 @@ using namespace std::chrono_literals;
 constexpr auto kProbe = 800ms;
 constexpr auto kAnswer = 500ms;
 
-ServiceOptions in_domain(int domain) {
-  ServiceOptions options;
-  options.domain = domain;
-  return options;
-}
-
 std::vector<std::string> agent_arguments(const config::CellFile& file, const RunningCell::Options& options) {
   return {file.path, "--domain", std::to_string(options.domain), "--log-dir", options.log_folder};
 }
 
 Membership join_as_member(const config::CellFile& file, int domain) {
-  return {make_participant(file, in_domain(domain), "hecaton"), "DDS domain " + std::to_string(domain)};
+  return {visit(file, domain), "DDS domain " + std::to_string(domain)};
 }
 
 }  // namespace

@@ -15,11 +15,18 @@ enum class Transport {
   kSharedMemory,  ///< one host with one /dev/shm only
 };
 
+/// How processes find each other.
+enum class Discovery {
+  kMulticast,
+  kUnicast,  ///< each announces itself to the hosts' addresses and to `peers`
+};
+
 struct Network {
   int domain = 42;  ///< DDS domain, 0 to 199
   Transport transport = Transport::kUdp;
-  std::string interface;           ///< address or name of the network interface to use; empty: all
-  std::vector<std::string> peers;  ///< IPv4 addresses to announce to; empty: multicast
+  std::string interface;  ///< address or name of the network interface to use; empty: all
+  Discovery discovery = Discovery::kMulticast;
+  std::vector<std::string> peers;  ///< IPv4 addresses of other machines to announce to; kUnicast only
 };
 
 struct Host {

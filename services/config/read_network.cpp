@@ -15,6 +15,7 @@ namespace {
 constexpr int kLastDomain = 199;
 constexpr std::size_t kMostHosts = 64;
 constexpr std::array<std::string_view, 2> kTransports = {"udp", "shm"};
+constexpr std::array<std::string_view, 2> kDiscoveries = {"multicast", "unicast"};
 
 // Addresses reach resolvers and messages: let nothing else through.
 std::string read_address(const YamlView& view) {
@@ -67,6 +68,19 @@ void require_above(const MapView& map, std::string_view key, std::chrono::nanose
   map.fail(key, milliseconds_text(value), "above " + std::string(other_key) + " = " + milliseconds_text(other));
 }
 
+void read_discovery(const MapView& map, Network& network) {
+  if (const auto peers = map.find("peers")) {
+    for (const YamlView& peer : peers->items(0, kMostHosts, "addresses")) network.peers.push_back(read_ipv4(peer));
+  }
+  if (!network.peers.empty()) network.discovery = Discovery::kUnicast;
+  const auto discovery = map.find("discovery");
+  if (!discovery) return;
+  network.discovery = discovery->choice(kDiscoveries) == 0 ? Discovery::kMulticast : Discovery::kUnicast;
+  if (network.discovery == Discovery::kMulticast && !network.peers.empty()) {
+    discovery->fail("unicast where there are peers");
+  }
+}
+
 }  // namespace
 
 Network read_network(const MapView& root) {
@@ -79,9 +93,7 @@ Network read_network(const MapView& root) {
     network.transport = transport->choice(kTransports) == 0 ? Transport::kUdp : Transport::kSharedMemory;
   }
   if (const auto interface = map.find("interface")) network.interface = read_address(*interface);
-  if (const auto peers = map.find("peers")) {
-    for (const YamlView& peer : peers->items(0, kMostHosts, "addresses")) network.peers.push_back(read_ipv4(peer));
-  }
+  read_discovery(map, network);
   return network;
 }
 

@@ -10,7 +10,8 @@ using Words = std::string_view;
 constexpr std::array kRootKeys = {Words("name"),     Words("network"),     Words("hosts"),    Words("world"),
                                   Words("geometry"), Words("supervision"), Words("timing"),   Words("tasks"),
                                   Words("defaults"), Words("arms"),        Words("obstacles")};
-constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words("interface"), Words("peers")};
+constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words("interface"), Words("discovery"),
+                                     Words("peers")};
 constexpr std::array kWorldKeys = {Words("host"), Words("floor_z"), Words("gravity")};
 constexpr std::array kSupervisionKeys = {
     Words("host"),       Words("standby_host"),  Words("heartbeat_period"), Words("heartbeat_deadline"),

@@ -9,6 +9,7 @@
 #include <netinet/in.h>
 
 #include "services/bus/topics.hpp"
+#include "services/runtime/peers.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -56,13 +57,18 @@ void require_interface(const config::CellFile& file) {
   static_cast<void>(wanted_interfaces(file));
 }
 
-bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
-                                  bus::Mailbox* mailbox) {
+bus::ParticipantOptions participant_options(const config::CellFile& file) {
   bus::ParticipantOptions participant;
   participant.interfaces = wanted_interfaces(file);
-  participant.peers = file.network.peers;
+  participant.peers = peers_of(file, participant.interfaces);
   participant.shared_memory = file.network.transport == config::Transport::kSharedMemory;
   participant.partition = file.cell.name;
+  return participant;
+}
+
+bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
+                                  bus::Mailbox* mailbox) {
+  bus::ParticipantOptions participant = participant_options(file);
   participant.mailbox = mailbox;
   return {choose_domain(options, file.network.domain), node, participant};
 }

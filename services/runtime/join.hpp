@@ -16,7 +16,10 @@ namespace hecaton::services {
 /// Throws std::runtime_error, naming those that exist, when the cell's network.interface is none of this machine's.
 void require_interface(const config::CellFile& file);
 
-/// What the cell file's network section says, overridden by the options. Throws std::runtime_error with a sentence:
+/// What the cell file's network section says. Throws std::runtime_error with a sentence: unknown interface.
+[[nodiscard]] bus::ParticipantOptions participant_options(const config::CellFile& file);
+
+/// The same, joined, in the domain that the options may override. Throws std::runtime_error with a sentence:
 /// unknown interface, domain out of range.
 [[nodiscard]] bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options,
                                                 const std::string& node, bus::Mailbox* mailbox = nullptr);

@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   bus::ParticipantOptions options;
   options.interfaces = {"127.0.0.1"};
   options.lease = std::chrono::milliseconds(std::atoi(argv[4]));
-  if (argc > 5) options.peers = {"127.0.0.1"};
+  if (argc > 5) options.peers = {{"127.0.0.1"}};
   bus::Participant participant(std::atoi(argv[2]), name, options);
   if (role == "heartbeat") return heartbeat(participant, name);
   if (role == "process") return process(participant, name);

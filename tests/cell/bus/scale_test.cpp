@@ -36,7 +36,7 @@ TEST_P(Scale, ThirtySixProcessesOnOneHostAllMatch) {
   const auto ready = Clock::now();
   // Last: its number on this host is the highest, where nobody looks who tries only the first few.
   auto options = one_host();
-  if (unicast) options.peers = {"127.0.0.1"};
+  if (unicast) options.peers = {{"127.0.0.1"}};
   Participant here(domain.id(), "here", options);
   Reader<msg::Heartbeat> reader(here);
   ASSERT_TRUE(reader.wait_matched(kProcesses, kPatience)) << reader.matched();

@@ -2,6 +2,10 @@
 
 #include "services/config/cell_file.hpp"
 
+#include <fstream>
+#include <set>
+#include <string>
+
 #include <gtest/gtest.h>
 
 namespace hecaton::config {
@@ -30,6 +34,34 @@ TEST(CellFileTest, ThreePumaIsWhatItsFileSays) {
   }
   // The same URDF with the same options: one model for all.
   EXPECT_EQ(file.cell.arms[0].arm.model, file.cell.arms[2].arm.model);
+}
+
+TEST(CellFileTest, ThreeHostsPutsEachArmOnAHostOfItsOwn) {
+  const CellFile file = load_cell_file(kCells + "three_hosts.yaml");
+  EXPECT_EQ(file.network.discovery, Discovery::kUnicast);
+  std::set<std::string> addresses;
+  for (const Host& host : file.hosts) addresses.insert(host.address);
+  EXPECT_EQ(addresses.size(), 5U);
+  std::set<std::string> used{file.world_host, file.supervision.host};
+  for (const ArmHosts& arm : file.arm_hosts) used.insert(arm.host);
+  EXPECT_EQ(used.size(), 5U);
+}
+
+// Whoever follows the guide must not find a mistake in its cell file.
+TEST(CellFileTest, TheGuidesCellCanStart) {
+  std::ifstream guide(std::string(HECATON_SOURCE_DIR) + "/docs/guide/three-machines.md");
+  std::string text;
+  bool inside = false;
+  for (std::string line; std::getline(guide, line);) {
+    if (line.starts_with("```")) {
+      inside = line == "```yaml";
+    } else if (inside) {
+      text += line + "\n";
+    }
+  }
+  const CellFile file = parse_cell_file(text, kCells + "guide.yaml");
+  EXPECT_EQ(file.hosts.size(), 3U);
+  EXPECT_EQ(file.arm_hosts[1].host, "right-pc");
 }
 
 }  // namespace

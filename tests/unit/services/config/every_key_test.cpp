@@ -19,7 +19,7 @@ const std::string kPath = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inl
 
 const std::string kText = R"(
 name: everything
-network: {domain: 7, transport: udp, interface: eth1, peers: [10.0.0.9, "10.0.0.8"]}
+network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"]}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s,
@@ -127,6 +127,7 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.network.domain, 7);
   EXPECT_EQ(file_.network.transport, Transport::kUdp);
   EXPECT_EQ(file_.network.interface, "eth1");
+  EXPECT_EQ(file_.network.discovery, Discovery::kUnicast);
   EXPECT_EQ(file_.network.peers, (std::vector<std::string>{"10.0.0.9", "10.0.0.8"}));
   ASSERT_EQ(file_.hosts.size(), 2U);
   EXPECT_EQ(file_.hosts[1].name, "beta");
