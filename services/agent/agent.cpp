@@ -75,11 +75,14 @@ Agent::~Agent() {
 void Agent::run() {
   auto deadline = bus::Clock::now();
   auto patience = bus::Clock::time_point::max();
+  turn();  // all are started
+  manager_.ready();
   while (!(ending_ && keeper_.all_ended())) {
     const auto now = bus::Clock::now();
     if (shutdown_.requested() && !ending_) {
       ending_ = true;
       log_info("agent ends its services");
+      manager_.stopping();
       keeper_.ask_to_end();
       patience = now + kPatience;
     }
@@ -95,6 +98,7 @@ void Agent::run() {
       beat(now);
     }
     turn();
+    manager_.turns(now);
     loop_.record_tick(bus::Clock::now() - now);
     wait(std::min({deadline, patience, keeper_.next_start().value_or(deadline)}));
   }

@@ -13,6 +13,7 @@
 
 #include "services/agent/keeper.hpp"
 #include "services/agent/run_folder.hpp"
+#include "services/agent/service_manager.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/options.hpp"
@@ -49,6 +50,7 @@ class Agent {
 
   std::chrono::nanoseconds period_;
   ShutdownSignal& shutdown_;
+  ServiceManager manager_;
   RunFolder folder_;
   bus::Mailbox mailbox_;
   bus::Participant participant_;
