@@ -1,0 +1,34 @@
+# What a package installs, and the Debian package itself (`./run package`).
+include(GNUInstallDirs)
+
+install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
+install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
+install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
+install(FILES README.md docs/cell-file.md docs/guide/three-machines.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
+install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
+
+# The program writes its own man page and completion.
+find_program(HECATON_GZIP gzip REQUIRED)
+install(CODE "
+  execute_process(COMMAND $<TARGET_FILE:hecaton> completion bash
+                  OUTPUT_FILE ${CMAKE_BINARY_DIR}/hecaton.bash COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND $<TARGET_FILE:hecaton> man COMMAND ${HECATON_GZIP} -9n
+                  OUTPUT_FILE ${CMAKE_BINARY_DIR}/hecaton.1.gz COMMAND_ERROR_IS_FATAL ANY)")
+install(FILES ${CMAKE_BINARY_DIR}/hecaton.bash RENAME hecaton
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES ${CMAKE_BINARY_DIR}/hecaton.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON) # a package does not wait for the tests to be built
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/package)
+set(CPACK_PACKAGE_CONTACT "The Hecaton authors")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/package/postinst
+                                       ${PROJECT_SOURCE_DIR}/deploy/package/postrm)
+include(CPack)
