@@ -4,7 +4,8 @@
 /// Fast DDS 2.9.1 announces a new participant before its receiving threads have anybody to give messages to
 /// (RTPSParticipantImpl::enable). On a fast network the answers arrive within that moment and are lost, and nobody
 /// answers twice: in one start of five the newcomer knew nobody until their next periodic announcement. Behind the gate
-/// nothing leaves before everything is in place. It is shut in both directions while the process is absent.
+/// nothing leaves before everything is in place. It is shut in both directions while the process is absent, and for
+/// peers that fell silent.
 
 #include <atomic>
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
 #include "services/bus/absence.hpp"
+#include "services/bus/hearing.hpp"
 #include "services/bus/receivers.hpp"
 
 namespace hecaton::bus {
@@ -24,7 +26,7 @@ class Gate {
  public:
   /// `lose_one_in`: for tests; 0: nothing is lost.
   Gate(int lose_one_in, Clock::duration lease)
-      : absence(lease, Clock::now()), lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
+      : absence(lease, Clock::now()), hearing(lease), lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
 
   void open() { open_ = true; }
   void close() { open_ = false; }
@@ -37,6 +39,7 @@ class Gate {
   [[nodiscard]] bool lets_in() const { return !absence.away(Clock::now()); }
 
   Absence absence;
+  Hearing hearing;
   Receivers receivers;
 
  private:
@@ -52,6 +55,9 @@ class Gate {
   std::atomic<bool> open_ = false;
   std::atomic<std::uint64_t> sent_ = 0;
 };
+
+/// Of a UDP locator; its logical port number is the UDP port.
+[[nodiscard]] Hearing::Address address_of(const eprosima::fastrtps::rtps::Locator_t& locator);
 
 struct GateDescriptor : eprosima::fastdds::rtps::ChainingTransportDescriptor {
   GateDescriptor(std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> behind,

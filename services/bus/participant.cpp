@@ -54,7 +54,7 @@ Numbers& numbers() {
 constexpr std::chrono::milliseconds kMatching{50};
 
 std::chrono::milliseconds announcement_period(const ParticipantOptions& options) {
-  return options.lease / 4;
+  return options.lease / 10;  // as many may be lost in a row
 }
 
 dds::DomainParticipantQos participant_qos(const std::string& name, const ParticipantOptions& options) {
@@ -95,8 +95,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   use_network_inside_process();
   auto qos = participant_qos(name, options);
   gate_ = add_transports(qos, domain, options);
-  // After an absence others are found with the next announcement; who is not found with the second is gone.
-  search_ = 2 * announcement_period(options);
+  // After an absence others are found with their next announcements; who is not found so long is gone.
+  search_ = options.lease / 2;
   number_ = numbers().take();
   qos.wire_protocol().participant_id = number_;
   auto* factory = dds::DomainParticipantFactory::get_instance();
@@ -165,6 +165,7 @@ void Participant::Impl::look_around() {
     next_look_ = now + Absence::kLook;
     lock.unlock();
     look_for_stalls(now);
+    gate_->hearing.look(now, listening_since_);
     end_if_locked_up(now, Receivers::kHung);
     const auto next = look_for_silence(now);
     lock.lock();
@@ -231,10 +232,22 @@ void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   if (missed_.empty()) settled_ = std::min(settled_, now + kMatching);
 }
 
+void Participant::Impl::note_addresses(const rtps::ParticipantProxyData& peer, bool found) {
+  Hearing::Prefix prefix{};
+  std::copy_n(peer.m_guid.guidPrefix.value, prefix.size(), prefix.begin());
+  if (!found) return gate_->hearing.lost(prefix, Clock::now());
+  std::vector<Hearing::Address> addresses;
+  for (const auto* locators : {&peer.metatraffic_locators, &peer.default_locators}) {
+    for (const auto& locator : locators->unicast) addresses.push_back(address_of(locator));
+  }
+  gate_->hearing.found(prefix, std::move(addresses), Clock::now());
+}
+
 void Participant::Impl::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
   if (info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT) return;
   const bool found = info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT;
   const EndpointId peer = endpoint_id(info.info.m_guid);
+  note_addresses(info.info, found);
   note_peer(peer, found);
   if (mailbox_ == nullptr) return;
   mailbox_->post({found ? EventKind::kParticipantFound : EventKind::kParticipantLost,

@@ -1,0 +1,84 @@
+#include "services/bus/hearing.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Clock::time_point kBegin{1h};
+constexpr Hearing::Prefix kPeer{1};
+constexpr Hearing::Prefix kOther{2};
+constexpr Hearing::Address kItsAddress = 11;
+constexpr Hearing::Address kOthersAddress = 22;
+
+/// Of two that were found at kBegin only the other goes on talking.
+struct Silence {
+  Hearing hearing{2s};
+  Clock::time_point now = kBegin;
+
+  Silence() {
+    hearing.found(kPeer, {kItsAddress}, now);
+    hearing.found(kOther, {kOthersAddress}, now);
+  }
+  void last(Clock::duration duration) {
+    for (const auto end = now + duration; now < end;) {
+      now += 50ms;
+      EXPECT_TRUE(hearing.hears(kOther, now));
+      hearing.look(now, kBegin);
+    }
+  }
+};
+
+TEST(Hearing, AnybodyIsHeardWhoTalks) {
+  Silence silence;
+  silence.last(1600ms);
+  EXPECT_FALSE(silence.hearing.shuns_anybody());
+  EXPECT_TRUE(silence.hearing.hears(kPeer, silence.now));
+  EXPECT_TRUE(silence.hearing.hears({3}, silence.now)) << "a stranger";
+  silence.last(1600ms);
+  EXPECT_FALSE(silence.hearing.shuns(kItsAddress));
+}
+
+TEST(Hearing, WhoIsSilentForMostOfTheLeaseIsShunnedForLongerThanIt) {
+  Silence silence;
+  silence.last(1650ms);
+  EXPECT_TRUE(silence.hearing.shuns(kItsAddress));
+  EXPECT_FALSE(silence.hearing.shuns(kOthersAddress));
+  EXPECT_FALSE(silence.hearing.hears(kPeer, silence.now)) << "the link is back, but the other side may drop us yet";
+  silence.hearing.lost(kPeer, silence.now + 400ms);  // our own lease
+  silence.last(2450ms);
+  EXPECT_TRUE(silence.hearing.shuns(kItsAddress));
+  silence.last(100ms);
+  EXPECT_FALSE(silence.hearing.shuns_anybody());
+  EXPECT_TRUE(silence.hearing.hears(kPeer, silence.now));
+}
+
+TEST(Hearing, SilenceWhileWeDidNotListenIsNobodysFault) {
+  Hearing hearing{2s};
+  hearing.found(kPeer, {kItsAddress}, kBegin);
+  hearing.look(kBegin + 3s, kBegin + 3s);
+  EXPECT_FALSE(hearing.shuns_anybody());
+  hearing.look(kBegin + 4700ms, kBegin + 3s);
+  EXPECT_TRUE(hearing.shuns(kItsAddress));
+}
+
+TEST(Hearing, ASuccessorAtTheSameAddressIsSpokenTo) {
+  Silence silence;
+  silence.last(1650ms);
+  ASSERT_TRUE(silence.hearing.shuns(kItsAddress));
+  silence.hearing.found({3}, {kItsAddress}, silence.now);
+  EXPECT_FALSE(silence.hearing.shuns(kItsAddress));
+  EXPECT_FALSE(silence.hearing.shuns_anybody());
+}
+
+TEST(Hearing, WhoLeftIsForgotten) {
+  Silence silence;
+  silence.hearing.lost(kPeer, silence.now);
+  silence.last(5s);
+  EXPECT_FALSE(silence.hearing.shuns_anybody());
+}
+
+}  // namespace
+}  // namespace hecaton::bus
