@@ -117,9 +117,8 @@ class LiveCell:
     def wait_until_it_is_there_or_waits(self, arm, goal, lost):
         """Its goal ends, or it stands and says that it does not know where the other arm is."""
         def settled(status):
-            now = next(entry["goal"] for entry in status["arms"] if entry["name"] == arm)
-            waits = now and now["state"] == "blocked" and f"state of arm {lost}" in now["reason"]
-            return goal.poll() is not None or waits
+            waits_for = next(entry["waiting_for"] or "" for entry in status["arms"] if entry["name"] == arm)
+            return goal.poll() is not None or f"ArmState/{lost}" in waits_for
         self.wait_for(f"arm {arm} goes on or waits for news of {lost}", settled)
 
     def stop(self):
