@@ -112,9 +112,11 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
 void CellWatch::judge(Time now) {
   liveness_.judge(stalled_);
   for (const ExpectedNode& node : nodes_) {
-    if (node.role == NodeRole::kAgent && host_silent_for(node.host, limits_.node.silence)) {
-      host_silences_[node.host] = clock_.now();
-    }
+    if (node.role != NodeRole::kAgent) continue;
+    if (host_silent_for(node.host, limits_.node.silence)) host_silences_[node.host] = clock_.now();
+    if (!liveness_.last_heard(node.name)) continue;  // who never came is not lost
+    const bool not_back = lost_hosts_.contains(node.host) && liveness_.presence(node.name) != Presence::kAlive;
+    if (not_back || host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = clock_.now();
   }
   for (const ExpectedNode& node : nodes_) {
     const auto exit = std::exchange(states_.find(node.name)->second.unjudged, std::nullopt);
@@ -211,7 +213,10 @@ bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
   const ExpectedNode* agent = agent_of(node.host);
   if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
   if (host_silent(node.host)) return true;
-  // It is back, and its nodes do not return in the same instant.
+  // One or the other may be heard for a moment before the network has come to terms with the loss, or return later.
+  const auto lost = lost_hosts_.find(node.host);
+  if (lost != lost_hosts_.end() && clock_.now() - lost->second <= limits_.host_return) return true;
+  // Nor do nodes return in the same instant from a silence that was too short for that.
   const auto last = host_silences_.find(node.host);
   return last != host_silences_.end() && clock_.now() - last->second <= limits_.node.recovery;
 }

@@ -32,6 +32,7 @@ struct WatchLimits {
   Time heartbeat_period = std::chrono::milliseconds(10);
   LivenessLimits node;                                ///< of heartbeats
   Time host_lease = std::chrono::milliseconds(100);   ///< silence of an agent
+  Time host_return = std::chrono::seconds(3);         ///< within which the nodes of a lost host return after its agent
   Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard
   Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
 };
@@ -112,6 +113,7 @@ class CellWatch {
   PunctualClock clock_;
   Liveness liveness_;
   std::map<std::string, Time, std::less<>> host_silences_;     // punctual time when a whole host was last silent
+  std::map<std::string, Time, std::less<>> lost_hosts_;        // when they were last away after a lease of silence
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;
