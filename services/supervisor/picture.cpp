@@ -33,7 +33,8 @@ void Picture::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
     const auto goal = goals.find(heartbeat.subject());
     const auto was_its_own = [&] { return goal->second.value.node() == heartbeat.node(); };  // not its standby's
     // Should the new one have told of a goal before its first heartbeat came: it repeats that.
-    if (goal != goals.end() && was_its_own() && !is_over(goal->second.value.state())) lost_goals.insert(goals.extract(goal));
+    if (goal != goals.end() && was_its_own() && !is_over(goal->second.value.state()))
+      lost_goals.insert(goals.extract(goal));
   }
   heartbeats.insert_or_assign(heartbeat.node(), heard(sample));
 }
