@@ -8,10 +8,10 @@
 /// Only death is an action of its own, for it loses memory.
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "services/arm_driver/command_gate.hpp"
@@ -44,7 +44,11 @@ struct Letter {
   std::uint8_t term = 0;     ///< of a mode: the cell's
   std::uint8_t granted = 0;  ///< term of the mandate that it tells, or commands under
   std::uint8_t planner = 0;  ///< whose mandate it is: 0, 1, or kNobody
-  auto operator<=>(const Letter&) const = default;
+
+  [[nodiscard]] auto fields() const { return std::make_tuple(kind, sender, term, granted, planner); }
+  bool operator==(const Letter& other) const { return fields() == other.fields(); }
+  bool operator<(const Letter& other) const { return fields() < other.fields(); }
+
   static constexpr std::uint8_t kNobody = 2;
 };
 
