@@ -123,7 +123,7 @@ TEST(TermsModel, AlsoWhenAnyOfThemDies) {
   expect_nothing_wrong({.highest_term = 5, .deaths = 1});
 }
 
-// Hours; docs/design/0008-terms.md has the command.
+// Too long for every run, and not run to its end yet; docs/design/0008-terms.md has the command.
 TEST(TermsModel, DISABLED_AlsoWithMoreTermsAndDeaths) {
   expect_nothing_wrong({.highest_term = 6, .deaths = 1});
 }
