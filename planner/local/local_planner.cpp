@@ -66,6 +66,7 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   memory.without_progress = 0.0;
   memory.detour.active = false;
   memory.right_of_way.under_way = input.has_goal;
+  memory.right_of_way.growth = 1.0;
   memory.subspace_wanted = false;
 }
 

@@ -11,10 +11,15 @@ constexpr double kFree = 0.5;
 constexpr double kApart = 0.3;
 /// Patience varies by this share from time to time, lest two arms ask in turns for ever.
 constexpr double kSpread = 0.25;
+/// After each own asking on the way to a goal it waits this many times longer: making room takes as long as the arms
+/// are slow and the way is long, and whoever asks back sooner only reverses it.
+constexpr double kGrowth = 1.25;
+/// But no more than this many times as long as at first.
+constexpr double kMostGrowth = 16.0;
 
 void begin_to_wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   right.waited = 0.0;
-  right.patience = input.parameters.yielding.patience * random.uniform(1.0 - kSpread, 1.0 + kSpread);
+  right.patience = right.growth * input.parameters.yielding.patience * random.uniform(1.0 - kSpread, 1.0 + kSpread);
 }
 
 Claim claim_of(const RightOfWayInput& input, int i) {
@@ -51,6 +56,7 @@ void ask(const RightOfWayInput& input, RightOfWay& right) {
     if (i != input.self && input.arms[i].known) most = std::max(most, input.arms[i].claim);
   }
   if (right.claim <= most) right.claim = most + 1;
+  right.growth = std::min(kMostGrowth, kGrowth * right.growth);
   right.yields_to = -1;
 }
 

@@ -32,6 +32,7 @@ struct RightOfWay {
   std::uint32_t answers = 0;  ///< the claim that it made room for last
   double waited = 0.0;        ///< since it was first held back or must wait for a new claim [s]
   double patience = 0.0;      ///< before it asks [s]; 0: not drawn yet
+  double growth = 1.0;        ///< of its patience, by what it has asked on the way to this goal
   double free = 0.0;          ///< since nothing held it back [s]
   double apart = 0.0;         ///< since it was last near the arm that it makes room for [s]
 };

@@ -11,13 +11,13 @@
 namespace hecaton {
 namespace {
 
-std::string cell_path(const std::string& name) {
-  return HECATON_SOURCE_DIR "/deploy/cells/" + name + ".yaml";
-}
+constexpr const char* kDeployed = HECATON_SOURCE_DIR "/deploy/cells/";
+constexpr const char* kOfTests = HECATON_SOURCE_DIR "/tests/data/cells/";
 
 /// `candidates`: of the rollouts; 0: as the paper plans.
-planner::BatchReport simulate(const std::string& name, planner::Method method, int tasks, int candidates = 0) {
-  planner::Cell cell = config::load_cell_file(cell_path(name)).cell;
+planner::BatchReport simulate(const std::string& name, planner::Method method, int tasks, int candidates = 0,
+                              const std::string& folder = kDeployed) {
+  planner::Cell cell = config::load_cell_file(folder + name + ".yaml").cell;
   for (auto& arm : cell.arms) {
     arm.parameters.method = method;
     arm.parameters.rollout.candidates = candidates;
@@ -68,6 +68,11 @@ TEST(Experiments, ThreeArmsExchangePlaces) {
 TEST(Experiments, WithRolloutsAllHardTasksAreReached) {
   EXPECT_LT(simulate("three_puma_dense", planner::Method::kLocal, 90).reached, 80);
   EXPECT_EQ(simulate("three_puma_dense", planner::Method::kBoundaryFollowing, 90, 8).reached, 90);
+}
+
+// Who asks back before the other could make room must become more patient, or both take turns until their time is over.
+TEST(Experiments, HastyArmsPassEachOtherHeadOn) {
+  EXPECT_EQ(simulate("two_puma_head_on", planner::Method::kBoundaryFollowing, 24, 0, kOfTests).reached, 24);
 }
 
 }  // namespace

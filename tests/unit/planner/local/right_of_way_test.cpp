@@ -69,6 +69,16 @@ TEST_F(RightOfWayTest, WhoIsHeldBackAsksOnceItsPatienceIsOver) {
   EXPECT_TRUE(right_.leads);
 }
 
+TEST_F(RightOfWayTest, WhoHasAskedBeforeWaitsLonger) {
+  pass(1.3 * parameters_.yielding.patience, true);
+  EXPECT_EQ(right_.claim, 1U);
+  arms_[0].claim = 2;  // asks back
+  pass(0.9 * parameters_.yielding.patience, true);
+  EXPECT_EQ(right_.claim, 1U) << "a quarter less than 1.25 times its patience";
+  pass(0.8 * parameters_.yielding.patience, true);
+  EXPECT_EQ(right_.claim, 3U);
+}
+
 TEST_F(RightOfWayTest, FreedomEndsTheWait) {
   for (int k = 0; k < 5; ++k) {
     pass(0.7 * parameters_.yielding.patience, true);
