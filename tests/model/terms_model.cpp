@@ -1,6 +1,7 @@
 #include "tests/model/terms_model.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 
 namespace hecaton::services::model {
@@ -10,6 +11,7 @@ using namespace std::chrono_literals;
 
 const std::string kArm = "arm";
 const std::array<std::string, 3> kPlanners{"p", "q", ""};
+constexpr std::size_t kNobody = 2;
 // Time stands still while anything may happen; whoever loses patience does so now.
 constexpr Leadership::Time kNow{0};
 constexpr Leadership::Time kPatienceIsOver = 1h;
@@ -21,7 +23,9 @@ std::uint8_t small(std::uint64_t term) {
 }
 
 std::uint8_t index_of(const std::string& planner) {
-  return static_cast<std::uint8_t>(std::find(kPlanners.begin(), kPlanners.end(), planner) - kPlanners.begin());
+  const auto found = std::find(kPlanners.begin(), kPlanners.end(), planner);
+  assert(found != kPlanners.end());
+  return static_cast<std::uint8_t>(found - kPlanners.begin());
 }
 
 Mandate mandate_of(const Letter& letter) {
@@ -138,7 +142,7 @@ void Cell::driver_hears(const Letter& letter) {
   }
   if (letter.kind != Letter::Kind::kCommand) return;
   msg::ArmCommand command;
-  command.node(rules_.binding ? kPlanners[letter.planner] : "anybody");
+  command.node(kPlanners[rules_.binding ? letter.planner : kNobody]);
   command.term(letter.granted);
   command.sequence_number(driver_.gate.sequence() + 1);  // the worst case: never refused for its number
   command.period(0.01);
