@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "planner/local/old_news.hpp"
+#include "planner/local/rest_region.hpp"
 #include "planner/model/link_poses.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "planner/trajectory/stop_profile.hpp"
@@ -101,6 +102,8 @@ void Surroundings::rebuild(const CellGeometry& geometry) {
   acceleration_.clear();
   stop_times_.clear();
   balls_of_arm_.clear();
+  levers_.clear();
+  strays_.clear();
   longest_stop_ = fastest_other_ = strongest_other_ = 0.0;
   const double own_stop = longest_stop_time(geometry.own_arm().limits);
   for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
@@ -115,6 +118,11 @@ void Surroundings::rebuild(const CellGeometry& geometry) {
     longest_stop_ = std::max(longest_stop_, stop_times_.back());
     const Kinematics& kinematics = i == geometry.self() ? own_ : arms_[i];
     balls_of_arm_.push_back(carried_balls(*geometry.arms()[i].model, kinematics, geometry.arm_bodies(i)));
+    std::vector<JointVector>& levers = levers_.emplace_back();
+    for (const Body& body : geometry.arm_bodies(i)) {
+      levers.push_back(longest_levers(geometry.arms()[i], body.link, body.bound.centre.norm() + body.bound.radius));
+    }
+    strays_.emplace_back(levers.size(), 0.0);
   }
   radius_of_obstacle_.clear();
   for (int i = 0; i < geometry.obstacle_count(); ++i) {
@@ -144,8 +152,8 @@ InfluenceDistances Surroundings::influence() const {
 
 DamperScene Surroundings::scene(const CellGeometry& geometry, const LocalParameters& parameters,
                                 const TickInput& input) const {
-  return {geometry,       own_,     input.qd,  input.tracking_error, arms_, observations_, stop_times_,
-          obstacles_now_, input.dt, parameters};
+  return {geometry,    own_,           input.qd, input.tracking_error, arms_,  observations_,
+          stop_times_, obstacles_now_, input.dt, parameters,           strays_};
 }
 
 void Surroundings::look_at_self(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
@@ -164,7 +172,7 @@ void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParamet
   const double sight = out_of_sight(parameters, input.dt);
   near_arms_.clear();
   for (int i = 0; i < static_cast<int>(geometry.arms().size()); ++i) {
-    if (i == geometry.self() || gap_to_arm_[i] > sight) continue;
+    if (i == geometry.self() || (gap_to_arm_[i] > sight && !input.arms[i].lost())) continue;
     if (!may_matter(geometry, parameters, i, input.arms[i], input.dt)) continue;
     near_arms_.push_back(i);
     const Arm& arm = geometry.arms()[i];
@@ -174,10 +182,23 @@ void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParamet
     (counts_on_its_part ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
     const auto fastest = [&](const JointVector& speed) { return fastest_point(arms_[i], speed, balls_of_arm_[i]); };
     const Damper damper = parameters.damper.against_others(stop_times_[i] + input.dt);
-    const double margin = other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age) : 0.0;
+    const double margin = other.lost()      ? place_lost_arm(i, other.stray)
+                          : other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age)
+                                            : 0.0;
     reach_of_arm_[i] =
         other.plans ? reach_of(damper, margin, 0.0, 2.0) : reach_of(damper, margin, fastest(other.qd.cwiseAbs()), 1.0);
   }
+}
+
+/// How far each of its bodies may be from where it is placed; returns the farthest [m]. The joints may be turned one
+/// after the other, from the tip to the base: each moves a body's points no farther than its longest lever.
+double Surroundings::place_lost_arm(int arm, const JointVector& stray) {
+  double farthest = 0.0;
+  for (std::size_t body = 0; body < strays_[arm].size(); ++body) {
+    strays_[arm][body] = levers_[arm][body].dot(stray);
+    farthest = std::max(farthest, strays_[arm][body]);
+  }
+  return farthest;
 }
 
 /// Whether an arm may be near enough to matter, wherever its joints are: without its kinematics, so that a tick's cost
@@ -186,7 +207,7 @@ bool Surroundings::may_matter(const CellGeometry& geometry, const LocalParameter
                               const ArmObservation& other, double dt) const {
   const world::BoundingSphere& reach = geometry.arm_reach(arm);
   const Damper damper = parameters.damper.against_others(stop_times_[arm] + dt);
-  const double margin = stray(acceleration_[arm], other.age);
+  const double margin = other.lost() ? other.stray.sum() * lever_[arm] : stray(acceleration_[arm], other.age);
   const Reach farthest = other.plans ? reach_of(damper, margin, 0.0, 2.0)
                                      : reach_of(damper, margin, other.qd.lpNorm<1>() * lever_[arm], 1.0);
   const double influence = InfluenceDistances::distance(farthest, own_fastest_);

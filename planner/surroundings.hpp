@@ -39,6 +39,7 @@ class Surroundings {
   void look_at_obstacles(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input);
   [[nodiscard]] bool may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm,
                                 const ArmObservation& other, double dt) const;
+  double place_lost_arm(int arm, const JointVector& stray);
   [[nodiscard]] double out_of_sight(const LocalParameters& parameters, double dt) const;
 
   // Of the cell, whatever its arms do.
@@ -50,6 +51,7 @@ class Surroundings {
   double fastest_other_ = 0.0;                          ///< no point of any arm moves faster [m/s]
   double strongest_other_ = 0.0;                        ///< nor gets faster in a second [m/s²]
   std::vector<std::vector<CarriedBall>> balls_of_arm_;  ///< around each body of each arm, the own one included
+  std::vector<std::vector<JointVector>> levers_;        ///< of each body of each arm: longest_levers()
   std::vector<double> radius_of_obstacle_;              ///< no point is farther from its origin [m]
 
   // Now.
@@ -61,6 +63,7 @@ class Surroundings {
   std::vector<int> near_arms_;                ///< those that can matter, ascending
   std::vector<ArmObservation> observations_;  ///< extrapolated
   std::vector<Reach> reach_of_arm_;           ///< how near each arm must be to matter
+  std::vector<std::vector<double>> strays_;   ///< of the bodies of lost arms, from where they are placed [m]
   std::vector<world::ObstacleState> extrapolated_;
   std::span<const world::ObstacleState> obstacles_now_;
   std::vector<Reach> reach_of_obstacle_;  ///< of each, or once for all that are alike

@@ -7,7 +7,8 @@
 
 namespace hecaton::planner {
 
-/// State of another arm. Index = index in the cell; the entry of the own arm is ignored.
+/// State of another arm. Index = index in the cell; the entry of the own arm is ignored. An arm that was lost is at
+/// rest, of age 0, and its state is a region (planner/local/rest_region.hpp).
 struct ArmObservation {
   JointVector q;            ///< [rad | m]
   JointVector qd;           ///< [rad/s | m/s]
@@ -17,6 +18,9 @@ struct ArmObservation {
   bool has_goal = false;    ///< known to be under way to q_goal, where it has not been yet
   JointVector q_goal = {};  ///< [rad | m]
   std::uint32_t claim = 0;  ///< to the right of way (planner/local/right_of_way.hpp)
+  JointVector stray = {};   ///< every joint is within this of q, either way; empty: q is exact [rad | m]
+
+  [[nodiscard]] bool lost() const { return stray.size() > 0; }
 };
 
 }  // namespace hecaton::planner

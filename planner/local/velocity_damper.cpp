@@ -32,9 +32,22 @@ void against_self(const DamperScene& scene, const Clearance& clearance, Row& row
   keep(scene, damper, clearance.distance - lag(scene, row), 1.0, 0.0, row);
 }
 
+/// Of an arm that was lost nobody knows where it stands, only from where it cannot have gone farther. To flee from all
+/// of that would drive the own arm through half of the cell: it may stay, and it may leave.
+void against_lost_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
+  const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
+  const double stray = scene.strays[clearance.other][clearance.other_body];
+  keep(scene, damper, clearance.distance - lag(scene, row) - stray, 1.0, 0.0, row);
+  row.h = std::max(row.h, 0.0);
+}
+
 void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
   const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
   const ArmObservation& other = scene.observations[clearance.other];
+  if (other.lost()) {
+    against_lost_arm(scene, clearance, row);
+    return;
+  }
   if (other.plans && other.age <= 0.0) {  // then nothing depends on how the other one moves
     keep(scene, damper, clearance.distance - lag(scene, row), 0.5, 0.0, row);
     return;

@@ -2,6 +2,7 @@
 /// The velocity damper: how fast a pair of bodies may approach, as a row g · q̇ ≤ h for the own arm.
 
 #include <span>
+#include <vector>
 
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/local/observation.hpp"
@@ -22,6 +23,8 @@ struct DamperScene {
   std::span<const world::ObstacleState> obstacles;  ///< extrapolated to now
   double dt;                                        ///< control period [s]
   const LocalParameters& parameters;
+  /// How far each body of each arm may be from where it is placed [m]; read for arms that were lost.
+  std::span<const std::vector<double>> strays = {};
 
   /// Of the own arm together with arm i: one period until they react, then the stop [s].
   [[nodiscard]] double response(int arm) const { return dt + stop_times[arm]; }

@@ -35,7 +35,8 @@ void PlayedCell::step() {
                 arms_[i].plans,
                 is_under_way(i),
                 arms_[i].q_goal,
-                arms_[i].memory.right_of_way.claim};
+                arms_[i].memory.right_of_way.claim,
+                arms_[i].stray};
   time_ += dt_;
   for (int i = 0; i < arms(); ++i) {
     PlayedArm& arm = arms_[i];

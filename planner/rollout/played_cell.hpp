@@ -17,6 +17,7 @@ struct PlayedArm {
   JointVector q_goal;     ///< [rad | m]; ignored without goal
   bool has_goal = false;  ///< without: it gives way
   bool plans = false;     ///< false: it stands still, whatever comes
+  JointVector stray;      ///< of an arm that was lost (ArmObservation)
   LocalMemory memory;     ///< what its planner remembers, as far as that is known
 };
 

@@ -33,6 +33,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     arm.q_goal = seen.q_goal;
     arm.has_goal = seen.has_goal;
     arm.plans = seen.plans;
+    arm.stray = seen.stray;
     // How the other chooses its subspaces is not known; that each is somebody else is.
     arm.memory = LocalMemory(static_cast<std::uint64_t>(i) + 1);
     arm.memory.right_of_way.claim = seen.claim;

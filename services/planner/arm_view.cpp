@@ -3,15 +3,21 @@
 #include <algorithm>
 #include <limits>
 
+#include "planner/local/rest_region.hpp"
 #include "services/bus/convert.hpp"
 
 namespace hecaton::services {
 
-ArmView::ArmView(const planner::Cell& cell)
-    : heard_(cell.arms.size()), observations_(cell.arms.size()), goals_(cell.arms.size()) {
+ArmView::ArmView(const planner::Cell& cell, int self)
+    : self_(self),
+      state_age_limit_(cell.arms[self].parameters.state_age_limit),
+      heard_(cell.arms.size()),
+      observations_(cell.arms.size()),
+      goals_(cell.arms.size()) {
   for (const planner::PlannedArm& planned : cell.arms) {
     names_.push_back(planned.arm.name);
     joints_.push_back(planned.arm.model->joints());
+    limits_.push_back(planned.arm.limits);
   }
 }
 
@@ -35,6 +41,7 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
                 state.term(),
                 state.command_sequence_number(),
                 {state.planner(), state.newest_term()},
+                state.stamp_ns(),
                 state.sequence_number(),
                 writer,
                 sent,
@@ -68,10 +75,40 @@ double ArmView::age(int index, Clock::time_point now) const {
   return std::max(0.0, std::chrono::duration<double>(now - heard_[index]->at).count());
 }
 
+bool ArmView::lost(int index, Clock::time_point now, const CellModeView& mode) const {
+  const bool current = std::chrono::duration<double>(now - mode.received()).count() <= state_age_limit_;
+  return index != self_ && current && age(index, now) > state_age_limit_ && mode.lost(names_[index]) != nullptr;
+}
+
+// The later the state, the smaller the region; but what the supervisor heard last may be later or earlier than what
+// this planner did, and only from the last that anybody heard does it count how long the arm moved on.
+void ArmView::observe_lost(int index, const msg::LostArm& lost) {
+  const std::string what = "LostArm " + lost.arm();
+  const std::optional<Heard>& heard = heard_[index];
+  const bool own_is_newer = heard && heard->stamp_ns >= lost.stamp_ns();
+  const auto q = bus::joints_from_message(lost.q(), what + ": q", joints_[index]);
+  const auto qd = bus::joints_from_message(lost.qd(), what + ": qd", joints_[index]);
+  planner::ArmObservation& seen = observations_[index];
+  seen.known = own_is_newer || (q && qd);
+  if (!seen.known) return;
+  const planner::RestRegion region = planner::rest_region(limits_[index], own_is_newer ? heard->q : *q,
+                                                          own_is_newer ? heard->qd : *qd, lost.moved_for());
+  seen.q = region.q;
+  seen.qd = planner::JointVector::Zero(joints_[index]);
+  seen.stray = region.stray;
+  seen.age = 0.0;
+  seen.plans = false;
+}
+
 std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now, const CellModeView& mode) {
   for (std::size_t i = 0; i < heard_.size(); ++i) {
-    if (!heard_[i]) continue;
     planner::ArmObservation& seen = observations_[i];
+    seen.stray.resize(0);
+    if (lost(static_cast<int>(i), now, mode)) {
+      observe_lost(static_cast<int>(i), *mode.lost(names_[i]));
+      continue;
+    }
+    if (!heard_[i]) continue;
     seen.q = heard_[i]->q;
     seen.qd = heard_[i]->qd;
     seen.age = age(static_cast<int>(i), now);

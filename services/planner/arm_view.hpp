@@ -29,14 +29,16 @@ class ArmView {
     std::string reason;
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
-    Mandate mandate;  ///< that its driver goes by
+    Mandate mandate;            ///< that its driver goes by
+    std::int64_t stamp_ns = 0;  ///< on its driver's clock
     std::uint64_t sequence = 0;
     bus::EndpointId writer;
     Clock::time_point at;  ///< when it was true, on this process's clock
     SenderClock clock;     ///< of its writer
   };
 
-  explicit ArmView(const planner::Cell& cell);
+  /// `self`: index of the own arm.
+  ArmView(const planner::Cell& cell, int self);
 
   /// A sentence when the message cannot be used, else nothing. Other cells' arms are unusable, too.
   std::string apply(const msg::ArmState& state, const bus::EndpointId& writer, Clock::time_point received);
@@ -47,12 +49,21 @@ class ArmView {
   [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
   /// Of its last state [s]: since it arrived and what it was delayed; infinite before the first.
   [[nodiscard]] double age(int index, Clock::time_point now) const;
-  /// One per arm. An arm takes its share of avoiding (`plans`) while its drive follows commands and nobody holds it.
+  /// The supervisor says that the arm was lost, and the arm itself says nothing else. Whoever does not hear the
+  /// supervisor either knows nothing: it may itself be who was lost.
+  [[nodiscard]] bool lost(int index, Clock::time_point now, const CellModeView& mode) const;
+  /// One per arm. An arm takes its share of avoiding (`plans`) while its drive follows commands and nobody holds it;
+  /// one that was lost stands somewhere in its rest region.
   [[nodiscard]] std::span<const planner::ArmObservation> observe(Clock::time_point now, const CellModeView& mode);
 
  private:
+  void observe_lost(int index, const msg::LostArm& lost);
+
+  int self_;
+  double state_age_limit_;  ///< [s]
   std::vector<std::string> names_;
   std::vector<int> joints_;
+  std::vector<planner::JointLimits> limits_;
   std::vector<std::optional<Heard>> heard_;
   std::vector<planner::ArmObservation> observations_;
   std::vector<std::string> goals_;  ///< the one that each arm is under way to; empty: none

@@ -50,6 +50,10 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
       progress.reason = result.has_binding
                             ? "no progress: " + progress.binding_own + " – " + progress.binding_other + ", " + distance
                             : "no progress within the joint limits";
+      if (result.has_binding && result.binding.counterpart == planner::Counterpart::kArm &&
+          arms[result.binding.other].lost()) {
+        progress.reason += " from where it was last heard; it was lost and may be nearer";
+      }
       progress.trying = "looks for a way along the boundary" + subspaces(result.redraws);
       break;
     }

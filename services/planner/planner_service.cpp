@@ -100,7 +100,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
       duty_(node_, place_ == 0),
       in_charge_(planners_.size() == 1),
-      arms_(file.cell),
+      arms_(file.cell, arm),
       obstacles_(names_of(file.cell)),
       desk_(name_, node_),
       controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
@@ -325,6 +325,7 @@ void PlannerService::beat() {
     vital.oldest_input = input;
   };
   for (int i = 0; i < static_cast<int>(controller_.geometry().arms().size()); ++i) {
+    if (arms_.lost(i, now_, modes_.view())) continue;  // is worked around
     consider(arms_.age(i, now_), "ArmState/" + controller_.geometry().arms()[i].name);
   }
   consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");

@@ -15,11 +15,12 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
 
 // Within a term the latest arrival counts, not the highest sequence number: a supervisor that restarted within its term
 // counts from one again.
-bool CellModeView::apply(const msg::CellMode& mode) {
+bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point received) {
   if (mode.term() < term_) return false;
   heard_ = true;
   term_ = mode.term();
   mode_ = mode;
+  received_ = received;
   return true;
 }
 
@@ -28,6 +29,13 @@ Mandate CellModeView::mandate(std::string_view arm) const {
     if (grant.arm() == arm) return {grant.planner(), grant.term()};
   }
   return {{}, term_};
+}
+
+const msg::LostArm* CellModeView::lost(std::string_view arm) const {
+  if (!heard_) return nullptr;
+  const auto& lost = mode_.lost_arms();
+  const auto found = std::find_if(lost.begin(), lost.end(), [&](const msg::LostArm& one) { return one.arm() == arm; });
+  return found == lost.end() ? nullptr : &*found;
 }
 
 ArmOrder CellModeView::order(std::string_view arm) const {
@@ -67,7 +75,7 @@ CellModeListener::~CellModeListener() = default;
 bool CellModeListener::update() {
   bool changed = false;
   for (const auto& sample : impl_->reader.take()) {
-    if (!sample.disposed) changed = impl_->view.apply(sample.value) || changed;
+    if (!sample.disposed) changed = impl_->view.apply(sample.value, sample.received) || changed;
   }
   if (impl_->participant.away()) impl_->view.forget_order();
   return changed;

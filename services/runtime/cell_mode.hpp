@@ -23,8 +23,8 @@ enum class ArmOrder {
 /// The newest cell mode of the highest term. Stays what it was while the supervisor is silent.
 class CellModeView {
  public:
-  /// False when it was ignored because its term is older than one already seen.
-  bool apply(const msg::CellMode& mode);
+  /// `received`: when it arrived. False when it was ignored because its term is older than one already seen.
+  bool apply(const msg::CellMode& mode, bus::Clock::time_point received = {});
   /// The order may have changed unheard: kUnheard until the next cell mode. Terms stay what they were.
   void forget_order() { heard_ = false; }
 
@@ -33,6 +33,10 @@ class CellModeView {
   [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
   /// Who commands the arm. An arm without a standby is not listed: its planner commands under the cell's term.
   [[nodiscard]] Mandate mandate(std::string_view arm) const;
+  /// When the last one that counted arrived.
+  [[nodiscard]] bus::Clock::time_point received() const { return received_; }
+  /// What is known of the arm if it was lost, else null. Valid until the next cell mode.
+  [[nodiscard]] const msg::LostArm* lost(std::string_view arm) const;
   /// The stricter of the cell's order and the arm's own.
   [[nodiscard]] ArmOrder order(std::string_view arm) const;
   /// Why it is not kRun, a sentence; empty for kRun.
@@ -42,6 +46,7 @@ class CellModeView {
   bool heard_ = false;
   std::uint64_t term_ = 0;
   msg::CellMode mode_;
+  bus::Clock::time_point received_;
 };
 
 /// A CellModeView that is fed from the bus, and forgets the order while its participant is away.

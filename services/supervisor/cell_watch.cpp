@@ -209,6 +209,29 @@ bool CellWatch::host_silent_for(const std::string& host, Time duration) const {
   });
 }
 
+bool CellWatch::most_hosts_are_heard() const {
+  int hosts = 0;
+  int heard = 0;
+  for (const ExpectedNode& node : nodes_) {
+    if (node.role != NodeRole::kAgent) continue;
+    ++hosts;
+    heard += liveness_.last_heard(node.name) && !host_silent_for(node.host, limits_.node.silence) ? 1 : 0;
+  }
+  return 2 * heard > hosts;
+}
+
+Loss CellWatch::loss_of(std::string_view arm) const {
+  const std::string driver = driver_node(std::string(arm));
+  const auto node =
+      std::find_if(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& one) { return one.name == driver; });
+  if (node == nodes_.end()) return Loss::kNone;
+  const State& state = *find(driver);
+  if (state.died || state.stopped) return Loss::kEnded;
+  const ExpectedNode* agent = agent_of(node->host);
+  const bool lost = agent && faults_.open(agent->name) && host_silent_for(node->host, limits_.host_lease);
+  return lost && most_hosts_are_heard() ? Loss::kHostSilent : Loss::kNone;
+}
+
 bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
   const ExpectedNode* agent = agent_of(node.host);
   if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
@@ -275,8 +298,10 @@ std::string CellWatch::hold_reason(const ExpectedNode& node) const {
   if (const FaultRecord* fault = faults_.open(node.name)) return fault->seen;
   if (alive(node.name)) return {};
   const ExpectedNode* agent = agent_of(node.host);
-  const FaultRecord* fault = agent ? faults_.open(agent->name) : nullptr;
-  return fault ? fault->seen : std::string();
+  if (const FaultRecord* fault = agent ? faults_.open(agent->name) : nullptr) return fault->seen;
+  // Whether the host is lost is not known yet, but who is not heard had better not move: it may hear us.
+  const bool silent = liveness_.last_heard(node.name) && host_silent_for(node.host, limits_.node.silence);
+  return silent ? "nothing is heard of host " + node.host : std::string();
 }
 
 // What an agent started works without it, everything without the other supervisor, an arm without who stands by for it.

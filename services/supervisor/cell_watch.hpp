@@ -47,6 +47,13 @@ struct ProcessExit {
 /// "process 123 was ended by signal 9 (Killed)"
 [[nodiscard]] std::string end_text(const ProcessExit& exit);
 
+/// Why nothing is heard of an arm's driver.
+enum class Loss : std::uint8_t {
+  kNone,       ///< it is heard, or may be heard again in a moment
+  kEnded,      ///< its process has ended, as its agent says
+  kHostSilent  ///< its host was lost, while most hosts of the cell are heard: so nobody else can conclude this of us
+};
+
 class CellWatch {
  public:
   CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> arms, const WatchLimits& limits, Time now);
@@ -81,6 +88,7 @@ class CellWatch {
   [[nodiscard]] std::optional<Time> silence(std::string_view node) const;
   /// The planner that commands the arm, or is to.
   [[nodiscard]] std::string in_charge(std::string_view arm) const;
+  [[nodiscard]] Loss loss_of(std::string_view arm) const;
   /// What a node is being waited for: "planner/arm1 has not appeared yet"; empty when it is there.
   [[nodiscard]] std::string awaited(std::string_view node) const;
 
@@ -98,6 +106,7 @@ class CellWatch {
   [[nodiscard]] bool sound(const ExpectedNode& node) const;
   [[nodiscard]] bool host_silent(const std::string& host) const;
   [[nodiscard]] bool host_silent_for(const std::string& host, Time duration) const;
+  [[nodiscard]] bool most_hosts_are_heard() const;
   [[nodiscard]] bool host_fault_explains(const ExpectedNode& node) const;
   [[nodiscard]] const ExpectedNode* agent_of(const std::string& host) const;
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;

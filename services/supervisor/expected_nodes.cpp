@@ -15,6 +15,8 @@ using namespace std::chrono_literals;
 /// Loading a cell with large meshes takes seconds on a busy machine.
 constexpr Time kGrace = 10s;
 constexpr Time kRecovery = 100ms;
+/// The last states of an arm may be lost on their way, the last orders come late [s].
+constexpr double kUnheard = 0.02;
 /// A stream is silent when this many of its samples are missing.
 constexpr int kMissingSamples = 5;
 
@@ -62,6 +64,20 @@ std::vector<ArmPlanners> arms_with_standby(const config::CellFile& file) {
     for (const PlacedNode& planner : planners) arm.planners.push_back(planner.node);
   }
   return arms;
+}
+
+// A drive follows its last command until it times out.
+double longest_motion_of_dead(const config::CellFile& file) {
+  return kUnheard + file.cell.timing.command_timeout;
+}
+
+// Its planner holds in the period after it knows: it hears the others no more, or the supervisor's order reaches it.
+double longest_motion_of_cut_off(const config::CellFile& file) {
+  double known_after = std::chrono::duration<double>(file.supervision.heartbeat_deadline).count();
+  for (const planner::PlannedArm& planned : file.cell.arms) {
+    known_after = std::max(known_after, planned.parameters.state_age_limit);
+  }
+  return known_after + 2.0 * file.cell.timing.control_period + longest_motion_of_dead(file);
 }
 
 WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {

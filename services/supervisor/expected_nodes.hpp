@@ -18,6 +18,11 @@ namespace hecaton::services {
 /// The arms that have a standby.
 [[nodiscard]] std::vector<ArmPlanners> arms_with_standby(const config::CellFile& file);
 
+/// How long an arm moves on at most after its last state was heard before it begins to brake [s]
+/// (docs/design/0009-lost-arms.md): when its driver has died, and when its host was cut off.
+[[nodiscard]] double longest_motion_of_dead(const config::CellFile& file);
+[[nodiscard]] double longest_motion_of_cut_off(const config::CellFile& file);
+
 /// `loop_period`: of the supervisor.
 [[nodiscard]] WatchLimits watch_limits(const config::CellFile& file, Time loop_period);
 

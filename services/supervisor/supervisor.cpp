@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "planner/trajectory/stop_profile.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/periodic_loop.hpp"
@@ -29,7 +30,8 @@ Memory recall(const std::string& path) {
 bool same_decision(const msg::CellMode& a, const msg::CellMode& b) {
   return a.term() == b.term() && a.mode() == b.mode() && a.held_arms() == b.held_arms() &&
          a.stopped_arms() == b.stopped_arms() && a.reason() == b.reason() && a.ordered() == b.ordered() &&
-         a.arms_ordered_to_hold() == b.arms_ordered_to_hold() && a.grants() == b.grants();
+         a.arms_ordered_to_hold() == b.arms_ordered_to_hold() && a.grants() == b.grants() &&
+         a.lost_arms() == b.lost_arms();
 }
 
 /// Who is to stand by when the cell comes up listens longer, so that the other leads.
@@ -258,9 +260,29 @@ void Supervisor::answer(const msg::SupervisorRequest& request) {
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
 }
 
+// Told only once they are at rest, so that nobody has to count how long ago they were lost.
+std::vector<msg::LostArm> Supervisor::lost_arms(bus::Clock::time_point now) const {
+  std::vector<msg::LostArm> lost;
+  for (const planner::PlannedArm& planned : file_.cell.arms) {
+    const Loss loss = watch_.loss_of(planned.arm.name);
+    const auto* last = find(picture_.arms, planned.arm.name);
+    if (loss == Loss::kNone || !last) continue;
+    const double moved_for = loss == Loss::kEnded ? longest_motion_of_dead(file_) : longest_motion_of_cut_off(file_);
+    if (last->age(now) < moved_for + planner::longest_stop_time(planned.arm.limits)) continue;
+    msg::LostArm& arm = lost.emplace_back();
+    arm.arm(planned.arm.name);
+    arm.stamp_ns(last->value.stamp_ns());
+    arm.q(last->value.q());
+    arm.qd(last->value.qd());
+    arm.moved_for(moved_for);
+  }
+  return lost;
+}
+
 void Supervisor::publish_mode(bus::Clock::time_point now) {
   msg::CellMode next = mode_message(watch_.mode(), succession_, node_);
   next.term(leadership_.term());
+  next.lost_arms(lost_arms(now));
   const bool changed = !same_decision(next, mode_);
   if (!changed && now - mode_at_ < kRepeat) return;
   // Remembered before it is published: an order that somebody has seen is never forgotten.

@@ -54,6 +54,7 @@ class Supervisor {
   [[nodiscard]] bool answers() const;
   void answer(const msg::SupervisorRequest& request);
   [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
+  [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
   void publish_mode(bus::Clock::time_point now);
   void publish_faults();
   void remember();

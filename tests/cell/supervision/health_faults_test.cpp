@@ -1,5 +1,6 @@
 // Real faults in a real cell: processes are killed and stopped, and the supervisor says what it sees.
 
+#include <algorithm>
 #include <csignal>
 
 #include <gtest/gtest.h>
@@ -113,6 +114,32 @@ TEST(HealthFaults, WithoutRestartTheFaultStays) {
     }
     return false;
   });
+}
+
+TEST(HealthFaults, OthersWorkAroundAnArmWhoseDriverDied) {
+  HealthCell cell({"--no-restart"}, "lost_arm_cell.yaml");
+  const int pid = pid_of(cell.await_healthy(), "driver-right");
+  ASSERT_GT(pid, 0);
+  cell.send_goal("right", "under way", "turned");
+  cell.await_goal("under way", [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_ACTIVE; });
+  ASSERT_TRUE(test::signal_process(pid, SIGKILL));
+  const auto mode = cell.await_mode("right is lost", [](const msg::CellMode& told) {
+    return told.lost_arms().size() == 1 && contains(told.held_arms(), "right");
+  });
+  EXPECT_EQ(mode.lost_arms().front().arm(), "right");
+  EXPECT_EQ(mode.lost_arms().front().q().size(), 6U);
+  EXPECT_NEAR(mode.lost_arms().front().moved_for(), 0.07, 1e-9) << "the command timeout, and what was not heard";
+
+  for (const char* named : {"turned", "home"}) {
+    cell.send_goal("left", named, named);
+    cell.await_goal(named, [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_REACHED; });
+  }
+  const auto status = cell.await("left's planner is well", [](const msg::CellStatus& seen) {
+    return seen.has_referee() && std::any_of(seen.nodes().begin(), seen.nodes().end(), [](const msg::NodeStatus& node) {
+             return node.heartbeat().node() == "planner/left" && node.heartbeat().state() == msg::NODE_RUNNING;
+           });
+  });
+  EXPECT_EQ(status.referee().contacts(), 0U);
 }
 
 }  // namespace

@@ -311,5 +311,60 @@ TEST(Manoeuvre, ANewGoalEndsIt) {
   EXPECT_EQ(journey.step().status, TickStatus::kMoving);
 }
 
+/// The point among one other arm that was lost: it rests within 0.2 m of (0, 0) along both axes, so nearer than 0.4 m.
+struct BesideALostArm {
+  BesideALostArm() : geometry({test::planar_point("own"), test::planar_point("lost")}, 0), scratch(geometry) {
+    observations[1].q = observations[1].qd = joints({0, 0});
+    observations[1].known = true;
+    observations[1].stray = joints({0.2, 0.2});
+    input.qd = joints({0, 0});
+    input.has_goal = true;
+    input.arms = observations;
+  }
+
+  TickStatus drive(const JointVector& from, const JointVector& to) {
+    input.q = from;
+    input.q_goal = to;
+    TickResult result;
+    for (int ticks = 0; ticks < 4000 && result.status != TickStatus::kReached; ++ticks) {
+      result = tick(geometry, parameters, input, memory, scratch);
+      input.q = result.q;
+      input.qd = result.qd;
+      nearest = std::min(nearest, input.q.norm());
+    }
+    return result.status;
+  }
+
+  CellGeometry geometry;
+  std::array<ArmObservation, 2> observations;
+  LocalParameters parameters;
+  TickMemory memory{LocalMemory(1)};
+  TickScratch scratch;
+  TickInput input;
+  double nearest = std::numeric_limits<double>::infinity();  ///< of the centres
+};
+
+TEST(Tick, GoesAroundEverywhereALostArmMayBe) {
+  BesideALostArm run;
+  EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0.1})), TickStatus::kReached);
+  EXPECT_GE(run.nearest, 0.4 + 2 * 0.05 + run.parameters.damper.security_distance - 1e-9);
+}
+
+TEST(Tick, LeavesWhereALostArmMayBeAndGoesNoDeeper) {
+  BesideALostArm run;
+  EXPECT_EQ(run.drive(joints({0.3, 0}), joints({1, 0})), TickStatus::kReached);
+  EXPECT_GE(run.nearest, 0.3 - 1e-9);
+  run.nearest = std::numeric_limits<double>::infinity();
+  EXPECT_NE(run.drive(joints({0.3, 0}), joints({0.1, 0})), TickStatus::kReached);
+  EXPECT_GE(run.nearest, 0.3 - 1e-9);
+}
+
+TEST(Tick, WithoutGoalNobodyFleesALostArm) {
+  BesideALostArm run;
+  run.input.has_goal = false;
+  run.drive(joints({0.3, 0}), joints({0.3, 0}));
+  EXPECT_EQ(run.input.q, joints({0.3, 0}));
+}
+
 }  // namespace
 }  // namespace hecaton::planner

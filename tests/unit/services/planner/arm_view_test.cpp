@@ -29,17 +29,28 @@ class Arms : public testing::Test {
     message.qd(std::vector<double>(6, 0.0));
     return message;
   }
-  static CellModeView mode(const std::vector<std::string>& held = {}) {
+  CellModeView mode(const std::vector<std::string>& held = {}, const std::vector<msg::LostArm>& lost = {}) const {
     msg::CellMode message;
     message.mode(msg::MODE_RUN);
     message.term(1);
     message.held_arms(held);
+    message.lost_arms(lost);
     CellModeView view;
-    EXPECT_TRUE(view.apply(message));
+    EXPECT_TRUE(view.apply(message, now_));
     return view;
   }
+  /// At rest in q = (q0, 0, …) when it was last heard, and 0.1 s more.
+  static msg::LostArm lost(std::int64_t stamp_ns, double q0) {
+    msg::LostArm arm;
+    arm.arm("arm2");
+    arm.stamp_ns(stamp_ns);
+    arm.q({q0, 0, 0, 0, 0, 0});
+    arm.qd(std::vector<double>(6, 0.0));
+    arm.moved_for(0.1);
+    return arm;
+  }
 
-  ArmView view_{cell()};
+  ArmView view_{cell(), 0};
   ArmView::Clock::time_point now_{10s};
 };
 
@@ -100,7 +111,7 @@ TEST_F(Arms, UnusableStatesAreRefusedWithASentence) {
 }
 
 TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
-  ArmView view(cell());
+  ArmView view(cell(), 0);
   msg::GoalStatus status;
   status.arm("arm2");
   status.goal("g1");
@@ -126,6 +137,55 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
   EXPECT_NE(view.apply(status), "");
   status.arm("arm9");
   EXPECT_EQ(view.apply(status), "GoalStatus of arm9: no such arm in this cell");
+}
+
+TEST_F(Arms, AnArmThatWasLostRestsSomewhereAroundItsNewestState) {
+  msg::ArmState last = state("arm2", 1, 0.5);
+  last.stamp_ns(1000);
+  EXPECT_EQ(view_.apply(last, {}, now_), "");
+  now_ += 1s;
+  EXPECT_FALSE(view_.observe(now_, mode({"arm2"}))[1].lost());
+  EXPECT_FALSE(view_.lost(1, now_, mode({"arm2"})));
+
+  const CellModeView older = mode({"arm2"}, {lost(900, 0.3)});
+  EXPECT_TRUE(view_.lost(1, now_, older));
+  planner::ArmObservation seen = view_.observe(now_, older)[1];
+  EXPECT_TRUE(seen.known);
+  EXPECT_TRUE(seen.lost());
+  EXPECT_FALSE(seen.plans);
+  EXPECT_EQ(seen.age, 0.0);
+  EXPECT_EQ(seen.q[0], 0.5) << "the planner heard later news itself";
+  EXPECT_GT(seen.stray[0], 0.0);
+  EXPECT_EQ(seen.qd.norm(), 0.0);
+
+  seen = view_.observe(now_, mode({"arm2"}, {lost(1100, 0.3)}))[1];
+  EXPECT_EQ(seen.q[0], 0.3) << "the supervisor did";
+  EXPECT_FALSE(view_.lost(0, now_, mode({}, {lost(1100, 0.3)})));
+}
+
+TEST_F(Arms, ALostArmThatWasNeverHeardHereIsKnownFromTheSupervisor) {
+  const planner::ArmObservation seen = view_.observe(now_, mode({"arm2"}, {lost(1, 0.3)}))[1];
+  EXPECT_TRUE(seen.known);
+  EXPECT_EQ(seen.q[0], 0.3);
+}
+
+TEST_F(Arms, NobodyIsLostWhoIsHeard) {
+  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), "");
+  EXPECT_FALSE(view_.observe(now_ + 10ms, mode({"arm2"}, {lost(1, 0.3)}))[1].lost());
+}
+
+// It may itself be who was lost: then the others work around it while it stands still.
+TEST_F(Arms, WithoutTheSupervisorNobodyKnowsWhoIsLost) {
+  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), "");
+  const CellModeView mode = this->mode({"arm2"}, {lost(1, 0.3)});
+  EXPECT_TRUE(view_.observe(now_ + 260ms, mode)[1].age > 0.25);
+  EXPECT_FALSE(view_.observe(now_ + 260ms, mode)[1].lost());
+}
+
+TEST_F(Arms, ALostArmOfUnusableWordsIsUnknown) {
+  msg::LostArm broken = lost(1, 0.3);
+  broken.q().pop_back();
+  EXPECT_FALSE(view_.observe(now_, mode({"arm2"}, {broken}))[1].known);
 }
 
 }  // namespace

@@ -53,6 +53,9 @@ TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
   EXPECT_EQ(progress.binding_other, "right/ball");
   EXPECT_EQ(progress.binding_distance, 0.018);
   EXPECT_EQ(progress.reason, "no progress: left/ball – right/ball, 18 mm");
+  seen_[1].stray = test::joints({0.1, 0.1});
+  EXPECT_EQ(told(TickStatus::kBlocked).reason,
+            "no progress: left/ball – right/ball, 18 mm from where it was last heard; it was lost and may be nearer");
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ inline WatchLimits cell_limits() {
 /// The processes that the watch is told of: each beats every 10 ms, drivers tell states every 5 ms.
 class VirtualCell {
  public:
-  VirtualCell() {
+  explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes())
+      : watch(std::move(nodes), {"arm1", "arm2", "arm3"}, cell_limits(), 0ms) {
     std::int64_t pid = 100;
     for (const ExpectedNode& node : watch.nodes()) pids[node.name] = ++pid;
   }
@@ -68,7 +69,7 @@ class VirtualCell {
     if (told) watch.process_started(node, pids[node]);
   }
 
-  CellWatch watch{cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), 0ms};
+  CellWatch watch;
   std::map<std::string, std::int64_t> pids;
   std::set<std::string> hung;  ///< alive, but their loops stand still
   std::set<std::string> dead;

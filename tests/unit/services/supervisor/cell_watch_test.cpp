@@ -207,7 +207,10 @@ TEST_F(CellWatchTest, SilentWorldHoldsTheCell) {
 
 TEST_F(CellWatchTest, LostHostIsOneFaultAndHoldsItsArms) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
-  run_for(90ms);
+  run_for(60ms);
+  EXPECT_EQ(held(), Names{"arm3"}) << "who is not heard may hear us, and had better not move";
+  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: nothing is heard of host h2");
+  run_for(30ms);
   EXPECT_TRUE(watch.faults().open().empty());  // it cannot be told yet who of them is at fault
   run_for(40ms);
   const FaultRecord fault = the_fault();
@@ -220,6 +223,43 @@ TEST_F(CellWatchTest, LostHostIsOneFaultAndHoldsItsArms) {
   EXPECT_TRUE(watch.faults().open().empty());
   EXPECT_TRUE(held().empty());
   EXPECT_EQ(watch.faults().over().size(), 1U);
+}
+
+TEST_F(CellWatchTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHeard) {
+  EXPECT_EQ(watch.loss_of("arm1"), Loss::kNone);
+  kill("planner/arm1", 9);
+  turn();
+  EXPECT_EQ(watch.loss_of("arm1"), Loss::kNone) << "its driver tells where it is";
+  kill("driver/arm1", 9);
+  turn();
+  EXPECT_EQ(watch.loss_of("arm1"), Loss::kEnded);
+  EXPECT_EQ(watch.loss_of("arm2"), Loss::kNone);
+  start("driver/arm1");
+  turn(10ms);
+  EXPECT_EQ(watch.loss_of("arm1"), Loss::kNone);
+  hung.insert("driver/arm2");
+  run_for(200ms);
+  EXPECT_EQ(watch.loss_of("arm2"), Loss::kNone) << "who hangs may go on at any moment";
+}
+
+// Were it not for the majority, each half of a cell that is cut in two would work around the other, which goes on.
+TEST(CellWatchHosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
+  for (const bool third_host_is_heard : {true, false}) {
+    std::vector<ExpectedNode> nodes = cell_nodes();
+    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    VirtualCell cell(nodes);
+    cell.run_for(200ms);
+    for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
+    if (!third_host_is_heard) cell.hung.insert("agent/h3");
+    cell.run_for(60ms);
+    EXPECT_EQ(cell.watch.loss_of("arm3"), Loss::kNone) << "it may be a stall";
+    cell.run_for(140ms);
+    EXPECT_EQ(cell.watch.loss_of("arm3"), third_host_is_heard ? Loss::kHostSilent : Loss::kNone);
+    EXPECT_EQ(cell.watch.loss_of("arm1"), Loss::kNone);
+    cell.hung.clear();
+    cell.run_for(10ms);
+    EXPECT_EQ(cell.watch.loss_of("arm3"), Loss::kNone);
+  }
 }
 
 TEST_F(CellWatchTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
