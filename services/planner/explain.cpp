@@ -25,6 +25,16 @@ std::string stale(const planner::TickResult& result, const planner::CellGeometry
   return "the last state of arm " + name + " is " + milliseconds(arm.age) + " old";
 }
 
+/// What is in the way, or may be: the lost arm that binds, or when no pair does, any that was lost; empty: none.
+std::string lost_arm(const planner::TickResult& result, const planner::CellGeometry& geometry,
+                     std::span<const planner::ArmObservation> arms) {
+  const bool of_an_arm = result.has_binding && result.binding.counterpart == planner::Counterpart::kArm;
+  if (of_an_arm && arms[result.binding.other].lost()) return geometry.arms()[result.binding.other].name;
+  if (result.has_binding || result.status != planner::TickStatus::kBlocked) return {};
+  const auto found = std::find_if(arms.begin(), arms.end(), [](const auto& arm) { return arm.lost(); });
+  return found == arms.end() ? std::string() : geometry.arms()[found - arms.begin()].name;
+}
+
 std::string subspaces(int redraws) {
   return redraws <= 0 ? "" : ", in subspace " + std::to_string(redraws);
 }
@@ -49,11 +59,7 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
       std::snprintf(distance, sizeof distance, "%.0f mm", result.binding.distance * 1e3);
       progress.reason = result.has_binding
                             ? "no progress: " + progress.binding_own + " – " + progress.binding_other + ", " + distance
-                            : "no progress within the joint limits";
-      if (result.has_binding && result.binding.counterpart == planner::Counterpart::kArm &&
-          arms[result.binding.other].lost()) {
-        progress.reason += " from where it was last heard; it was lost and may be nearer";
-      }
+                            : "no progress";
       progress.trying = "looks for a way along the boundary" + subspaces(result.redraws);
       break;
     }
@@ -82,6 +88,11 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
       progress.trying =
           result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
       break;
+  }
+  if (const std::string lost = lost_arm(result, geometry, arms); !lost.empty()) {
+    progress.reason += (progress.reason.empty() ? "" : "; ") + ("arm " + lost + " was lost and may be nearer");
+  } else if (result.status == planner::TickStatus::kBlocked && !result.has_binding) {
+    progress.reason += " within the joint limits";
   }
   return progress;
 }

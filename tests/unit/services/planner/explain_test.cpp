@@ -53,9 +53,21 @@ TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
   EXPECT_EQ(progress.binding_other, "right/ball");
   EXPECT_EQ(progress.binding_distance, 0.018);
   EXPECT_EQ(progress.reason, "no progress: left/ball – right/ball, 18 mm");
+}
+
+TEST_F(ExplainTest, ALostArmMayBeNearerThanItWasHeard) {
+  EXPECT_EQ(told(TickStatus::kBlocked).reason, "no progress within the joint limits");
   seen_[1].stray = test::joints({0.1, 0.1});
+  EXPECT_EQ(told(TickStatus::kMoving).reason, "");
+  EXPECT_EQ(told(TickStatus::kBlocked).reason, "no progress; arm right was lost and may be nearer");
+  result_.has_binding = true;
+  result_.binding.counterpart = planner::Counterpart::kArm;
+  result_.binding.other = 1;
+  result_.binding.own_link = result_.binding.other_link = 2;
+  result_.binding.distance = 0.018;
+  EXPECT_EQ(told(TickStatus::kMoving).reason, "arm right was lost and may be nearer");
   EXPECT_EQ(told(TickStatus::kBlocked).reason,
-            "no progress: left/ball – right/ball, 18 mm from where it was last heard; it was lost and may be nearer");
+            "no progress: left/ball – right/ball, 18 mm; arm right was lost and may be nearer");
 }
 
 }  // namespace
