@@ -19,6 +19,8 @@ using namespace std::chrono_literals;
 constexpr int kDefaultDomain = 42;
 constexpr const char* kAnyCell = "*";  // DDS partitions are matched as file names are
 constexpr const char* kNodeName = "hecaton";
+/// A supervisor that has just begun to lead may not have heard the question.
+constexpr auto kAskAgain = 250ms;
 /// More than one reader of requests was found: how long to listen for another cell's answer.
 constexpr auto kOtherCells = 50ms;
 
@@ -106,12 +108,16 @@ bool Client::poll_status(msg::CellStatus& status, bus::Clock::duration timeout) 
 }
 
 msg::SupervisorReply Client::order(msg::RequestKind kind, const std::vector<std::string>& arms) {
+  // An order is written once, when the supervisor that leads is known to hear it: written again it might undo what
+  // somebody else has ordered since.
+  const bool question = kind == msg::REQUEST_STATUS;
+  if (!question) static_cast<void>(order(msg::REQUEST_STATUS, {}));
   msg::SupervisorRequest request;
   request.client(name_);
   request.request_id(next_request_++);
   request.kind(kind);
   request.arms(arms);
-  auto answer = bus::ask(requests_, replies_, request, timeout_);
+  auto answer = bus::ask(requests_, replies_, request, timeout_, question ? kAskAgain : bus::Clock::duration::max());
   if (!answer.reply) throw unreachable();
   return std::move(*answer.reply);
 }

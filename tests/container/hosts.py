@@ -56,20 +56,21 @@ class Hosts(abc.ABC):
     def close(self):
         pass
 
-    def lose(self, host, per_cent):
-        """So many of the datagrams that reach the host are lost, at random."""
+    def drop(self, host, hook, per_cent):
+        """So many of the datagrams that reach (`hook`: input) or leave (output) the host are lost, at random."""
         # nftables, because kernels without netem have it, too.
+        table, interface = f"drop_{hook}", "iifname" if hook == "input" else "oifname"
         for words in (
-            "add table inet loss",
-            "add chain inet loss input { type filter hook input priority 0 ; }",
-            f"add rule inet loss input iifname != lo numgen random mod 100 < {per_cent} counter drop",
+            f"add table inet {table}",
+            f"add chain inet {table} every {{ type filter hook {hook} priority 0 ; }}",
+            f"add rule inet {table} every {interface} != lo numgen random mod 100 < {per_cent} counter drop",
         ):
             self.inside(host, ["nft", *words.split()])
 
-    def lost(self, host):
-        """Datagrams since lose()."""
-        words = self.inside(host, ["nft", "list", "table", "inet", "loss"]).split()
+    def dropped(self, host, hook):
+        """Datagrams since drop()."""
+        words = self.inside(host, ["nft", "list", "table", "inet", f"drop_{hook}"]).split()
         return int(words[words.index("packets") + 1])
 
-    def lose_no_more(self, host):
-        self.inside(host, ["nft", "delete", "table", "inet", "loss"])
+    def drop_no_more(self, host, hook):
+        self.inside(host, ["nft", "delete", "table", "inet", f"drop_{hook}"])

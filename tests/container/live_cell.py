@@ -21,6 +21,7 @@ class LiveCell:
         self._agents = {}
         self._watch = None
         self._status = None
+        self._faults = {}
         self._changed = threading.Condition()
 
     def start(self):
@@ -41,6 +42,11 @@ class LiveCell:
         with open(self._logs / f"{host}.log", "a") as log:
             self._agents[host] = self.hosts.start(host, ["agent", self._file, "--host", host], log)
 
+    def kill_agent(self, host):
+        """With it dies all that it has started."""
+        self._agents[host].kill()
+        self._agents[host].wait()
+
     def _ask(self, *words, **streams):
         """hecaton, on the operator's machine."""
         return subprocess.Popen([self._hecaton, *words, "--cell", self._file], text=True, stdout=subprocess.PIPE,
@@ -50,6 +56,7 @@ class LiveCell:
         for line in self._watch.stdout:
             with self._changed:
                 self._status = json.loads(line)
+                self._faults.update({fault["id"]: fault for fault in self._status["faults"]})
                 self._changed.notify_all()
 
     # What is.
@@ -78,7 +85,9 @@ class LiveCell:
         self.wait_for("the cell runs", runs)
 
     def faults(self):
-        return {fault["id"]: fault for fault in self.status()["faults"]}
+        """All that were ever told, by id, as they were told last."""
+        with self._changed:
+            return dict(self._faults)
 
     def wait_for_fault(self, kind, subject, known):
         """The record of a fault that is not in `known`."""
@@ -90,6 +99,12 @@ class LiveCell:
         """The same record once it is cleared."""
         return self.wait_for(f"end of fault {fault['kind']} of {fault['subject']}", lambda status: next(
             (now for now in status["faults"] if now["id"] == fault["id"] and now["cleared"]), None))
+
+    def log_lines(self):
+        """Of all hosts, host by host."""
+        for host in self._agents:
+            with open(self._logs / f"{host}.log") as log:
+                yield from log
 
     def contacts(self):
         return self.status()["referee"]["contacts"]

@@ -1,6 +1,8 @@
 """Hosts as network namespaces on a bridge: nothing but the network and the processes are apart."""
+import errno
 import ipaddress
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
@@ -35,6 +37,8 @@ class Namespaces(Hosts):
 
     kind = "network namespaces"
     BRIDGE = "cell"
+    DISKS = pathlib.Path("/run/disks")
+    DISK = "32m"  # of each host, for temporary files
 
     def __init__(self, hecaton):
         self._hecaton = str(hecaton)
@@ -55,9 +59,13 @@ class Namespaces(Hosts):
         self.inside(name, ["ip", "address", "add", f"{address}/24", "dev", "eth0"])
         self.inside(name, ["ip", "link", "set", "eth0", "up"])
         self.inside(name, ["ip", "link", "set", "lo", "up"])
+        disk = self.DISKS / name
+        disk.mkdir(parents=True)
+        run("mount", "-t", "tmpfs", "-o", f"size={self.DISK}", "tmpfs", str(disk))
 
     def start(self, host, arguments, log):
-        return subprocess.Popen(["ip", "netns", "exec", host, self._hecaton, *arguments], stderr=log)
+        return subprocess.Popen(["ip", "netns", "exec", host, self._hecaton, *arguments], stderr=log,
+                                env={**os.environ, "TMPDIR": str(self.DISKS / host)})
 
     def inside(self, host, words):
         return run("ip", "netns", "exec", host, *words)
@@ -80,6 +88,23 @@ class Namespaces(Hosts):
 
     def connect(self, host):
         run("ip", "link", "set", self._ports[host], "up")
+
+    def hog(self, host):
+        """One process for each processor that only computes; for the caller to end."""
+        return [subprocess.Popen(["ip", "netns", "exec", host, "sh", "-c", "while :; do :; done"])
+                for _ in range(os.cpu_count())]
+
+    def fill_disk(self, host):
+        with open(self.DISKS / host / "rubbish", "wb", buffering=0) as file:
+            try:
+                while file.write(bytes(1 << 16)):
+                    pass
+            except OSError as error:
+                if error.errno != errno.ENOSPC:
+                    raise
+
+    def free_disk(self, host):
+        (self.DISKS / host / "rubbish").unlink()
 
     def close(self):
         pass  # all of it ends with the namespaces that enter() made

@@ -114,12 +114,13 @@ class FaultTest(unittest.TestCase):
         self.lose_and_find("a pulled cable", "west-pc", "west", cell.hosts.disconnect, cell.hosts.connect)
 
     def test_a_fifth_of_a_hosts_datagrams_may_be_lost(self):
-        cell.hosts.lose("east-pc", per_cent=20)
-        self.addCleanup(cell.hosts.lose_no_more, "east-pc")
+        cell.hosts.drop("east-pc", "input", per_cent=20)
+        self.addCleanup(cell.hosts.drop_no_more, "east-pc", "input")
         self.visit("north", "west", "east")
         self.expect_all_well()
-        self.assertGreater(cell.hosts.lost("east-pc"), 100)
-        self.tell(f"20 % loss ({cell.hosts.lost('east-pc')} datagrams)")
+        dropped = cell.hosts.dropped("east-pc", "input")
+        self.assertGreater(dropped, 100)
+        self.tell(f"20 % loss ({dropped} datagrams)")
 
 
 def parse():

@@ -1,5 +1,6 @@
 #include "services/bus/ask.hpp"
 
+#include <atomic>
 #include <thread>
 
 #include <idl/world.h>
@@ -54,6 +55,32 @@ TEST_F(Ask, NobodyAndSilenceAreToldApart) {
   const Reader<msg::WorldEditRequest> deaf(there_);
   ASSERT_TRUE(requests.wait_matched(1, kPatience));
   EXPECT_EQ(ask(requests, replies, request(2), 50ms).outcome, AskOutcome::kTimeout);
+}
+
+// As who stands by and becomes the one to answer only now: what was asked before it never heard.
+TEST_F(Ask, WhoAnswersOnlyTheSecondTimeIsAskedAgain) {
+  Writer<msg::WorldEditRequest> requests(here_);
+  Reader<msg::WorldEditReply> replies(here_);
+  std::atomic<int> heard = 0;
+  std::jthread service([&](const std::stop_token& stop) {
+    ReaderOptions every;
+    every.conflate = false;
+    Reader<msg::WorldEditRequest> inbox(there_, nullptr, every);
+    Writer<msg::WorldEditReply> outbox(there_);
+    while (!stop.stop_requested()) {
+      [[maybe_unused]] const bool arrived = inbox.wait_for_data(10ms);
+      for (const auto& sample : inbox.take()) {
+        if (++heard < 2) continue;
+        msg::WorldEditReply reply;
+        reply.client(sample.value.client());
+        reply.request_id(sample.value.request_id());
+        EXPECT_TRUE(outbox.write(reply));
+      }
+    }
+  });
+  EXPECT_EQ(ask(requests, replies, request(1), 100ms).outcome, AskOutcome::kTimeout) << "asked once";
+  heard = 0;
+  EXPECT_EQ(ask(requests, replies, request(2), kPatience, 20ms).outcome, AskOutcome::kAnswered);
 }
 
 }  // namespace
