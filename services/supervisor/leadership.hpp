@@ -19,6 +19,7 @@ class Leadership {
 
   struct Limits {
     Time listen{std::chrono::milliseconds(200)};   ///< before the first decision
+    Time search{std::chrono::milliseconds(200)};   ///< for a leader, by who led or stood by before: somebody else may lead
     Time silence{std::chrono::milliseconds(300)};  ///< of a leader, after which another takes over
   };
 
@@ -30,7 +31,7 @@ class Leadership {
   };
 
   Leadership(const Limits& limits, std::uint64_t remembered, Time now, Seat seat = {0, 1})
-      : limits_(limits), seat_(seat), highest_(remembered), began_(now) {}
+      : limits_(limits), seat_(seat), highest_(remembered), began_(now), searches_(remembered > 0) {}
 
   /// A cell mode of this term was heard by somebody. Above ours: another supervisor led without our hearing it.
   void heard_term(std::uint64_t term, Time at) {
@@ -54,6 +55,7 @@ class Leadership {
     role_ = Role::kListening;
     began_ = now;
     leader_heard_ = false;
+    searches_ = true;
   }
   /// Once in each turn, after what was heard. `stalled`: time of this turn in which we ourselves heard nothing.
   /// True when we have just begun to lead.
@@ -62,6 +64,8 @@ class Leadership {
     if (role_ == Role::kLeading) return false;
     const bool leader = leader_heard_ && now - leader_at_ <= limits_.silence;
     if (now - began_ < limits_.listen) return false;
+    const bool searches = role_ == Role::kListening && searches_ && now - began_ < limits_.search;
+    if (searches && !leader) return false;
     role_ = leader ? Role::kStandingBy : Role::kLeading;
     if (leader) return false;
     term_ = take_term();
@@ -88,6 +92,7 @@ class Leadership {
   Time began_;
   Time leader_at_{0};
   bool leader_heard_ = false;
+  bool searches_;
   Role role_ = Role::kListening;
   std::uint64_t term_ = 0;
 };

@@ -34,10 +34,14 @@ bool same_decision(const msg::CellMode& a, const msg::CellMode& b) {
          a.lost_arms() == b.lost_arms();
 }
 
+/// Longer than two processes need to find each other on a busy machine.
+constexpr std::chrono::seconds kSearch{2};
+
 /// Who is to stand by when the cell comes up listens longer, so that the other leads.
-Leadership::Limits patience_of(std::size_t place) {
+Leadership::Limits patience_of(std::size_t place, std::size_t supervisors) {
   Leadership::Limits limits;
   limits.listen *= static_cast<int>(place) + 1;
+  limits.search = supervisors > 1 ? kSearch + limits.listen : limits.listen;
   return limits;
 }
 
@@ -63,7 +67,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       began_(bus::Clock::now()),
       watch_(expected_nodes(file, node_), arm_names(file), watch_limits(file, kTurn), since_epoch(began_)),
       remembered_(recall(memory_path_)),
-      leadership_(patience_of(place_), remembered_.term, since_epoch(began_), {place_, supervisors_.size()}),
+      leadership_(patience_of(place_, supervisors_.size()), remembered_.term, since_epoch(began_), {place_, supervisors_.size()}),
       succession_(arms_with_standby(file)),
       led_under_(remembered_.term),
       turned_(began_),

@@ -63,7 +63,7 @@ class Hosts(abc.ABC):
         for words in (
             f"add table inet {table}",
             f"add chain inet {table} every {{ type filter hook {hook} priority 0 ; }}",
-            f"add rule inet {table} every {interface} != lo numgen random mod 100 < {per_cent} counter drop",
+            f"add rule inet {table} every {interface} != lo numgen random mod 1000 <= {10 * per_cent - 1} counter drop",
         ):
             self.inside(host, ["nft", *words.split()])
 

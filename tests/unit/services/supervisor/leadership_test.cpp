@@ -8,7 +8,7 @@ namespace {
 using namespace std::chrono_literals;
 using Role = Leadership::Role;
 
-constexpr Leadership::Limits kLimits{.listen = 200ms, .silence = 300ms};
+constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence = 300ms};
 
 TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
   Leadership own(kLimits, 0, 0ms);
@@ -26,6 +26,26 @@ TEST(Leadership, LeadsAboveItsEarlierLife) {
   Leadership own(kLimits, 41, 0ms);
   EXPECT_TRUE(own.decide(200ms, 0ms));
   EXPECT_EQ(own.term(), 42U);
+}
+
+// Whoever led or stood by before has most likely been replaced; the cell had better have no supervisor for a while than two.
+TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
+  constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms};
+  Leadership fresh(kSearches, 0, 0ms);
+  EXPECT_TRUE(fresh.decide(200ms, 0ms)) << "nobody was before it";
+  fresh.absent(5s);
+  EXPECT_FALSE(fresh.decide(6999ms, 0ms));
+  EXPECT_TRUE(fresh.decide(7s, 0ms));
+
+  Leadership restarted(kSearches, 41, 0ms);
+  EXPECT_FALSE(restarted.decide(1999ms, 0ms));
+  EXPECT_TRUE(restarted.decide(2s, 0ms));
+
+  Leadership replaced(kSearches, 41, 0ms);
+  replaced.heard_leader(43, 100ms);
+  EXPECT_FALSE(replaced.decide(200ms, 0ms));
+  EXPECT_EQ(replaced.role(), Role::kStandingBy) << "found";
+  EXPECT_TRUE(replaced.decide(401ms, 0ms)) << "it has fallen silent: whoever stands by does not search";
 }
 
 TEST(Leadership, ListensAgainAfterAnAbsenceAndLeadsWithANewTerm) {
