@@ -6,18 +6,21 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/rest_region.hpp"
 #include "planner/surroundings.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
 
 struct TickScratch::Storage {
-  explicit Storage(const CellGeometry& geometry) : surroundings(geometry), distance(geometry), clearances(kMaxRows) {}
+  explicit Storage(const CellGeometry& geometry)
+      : surroundings(geometry), distance(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
 
   Surroundings surroundings;
   ExactDistance distance;
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
+  std::vector<ArmObservation> arms;  ///< of stand_aside()
 };
 
 TickScratch::TickScratch(const CellGeometry& geometry) : storage_(std::make_unique<Storage>(geometry)) {}
@@ -87,19 +90,10 @@ TickResult brake(const CellGeometry& geometry, const TickInput& input, TickStatu
   return result;
 }
 
-}  // namespace
-
-TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                 TickMemory& memory, TickScratch& scratch) {
   TickScratch::Storage& s = scratch.storage();
   const Arm& arm = geometry.own_arm();
-  if (input.hold) return brake(geometry, input, TickStatus::kHolding);
-  if (const int stale = find_stale(geometry, parameters, input); stale != kNobody) {
-    TickResult result = brake(geometry, input, TickStatus::kStaleInput);
-    result.stale_arm = stale;
-    return result;
-  }
-
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
   s.surroundings.look(geometry, parameters, input, fastest);
   const int near = s.distance.clearances(s.surroundings.poses(), s.surroundings.influence(), s.clearances);
@@ -137,6 +131,50 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
                   : local.following      ? TickStatus::kFollowing
                   : local.detouring      ? TickStatus::kDetouring
                                          : TickStatus::kMoving;
+  return result;
+}
+
+/// The arm does not go on while some arm's news is too old, but what comes its way and is seen it still avoids: it
+/// would otherwise be run over. It does so without coming nearer to where those arms may be. Its memory waits for fresh
+/// news.
+TickResult stand_aside(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                       const TickMemory& memory, TickScratch& scratch) {
+  std::vector<ArmObservation>& arms = scratch.storage().arms;
+  std::copy(input.arms.begin(), input.arms.end(), arms.begin());
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    ArmObservation& arm = arms[i];
+    if (i == geometry.self() || arm.age <= parameters.state_age_limit) continue;
+    const RestRegion region = rest_region(geometry.arms()[i].limits, arm.q, arm.qd, arm.age);
+    arm.q = region.q;
+    arm.stray = region.stray;
+    arm.qd.setZero();
+    arm.age = 0.0;
+    arm.plans = arm.has_goal = false;
+  }
+  TickInput staying = input;
+  staying.arms = arms;
+  staying.has_goal = false;
+  TickMemory aside = memory;
+  return plan(geometry, parameters, staying, aside, scratch);
+}
+
+}  // namespace
+
+TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                TickMemory& memory, TickScratch& scratch) {
+  if (input.hold) return brake(geometry, input, TickStatus::kHolding);
+  const int stale = find_stale(geometry, parameters, input);
+  if (stale == kNobody) return plan(geometry, parameters, input, memory, scratch);
+  const bool seen =
+      stale != kObstacles && std::all_of(input.obstacles.begin(), input.obstacles.end(),
+                                         [&](const auto& o) { return o.age <= parameters.state_age_limit; });
+  const bool known = std::all_of(input.arms.begin(), input.arms.end(), [&](const ArmObservation& other) {
+    return other.known || &other == &input.arms[geometry.self()];
+  });
+  TickResult result = seen && known ? stand_aside(geometry, parameters, input, memory, scratch)
+                                    : brake(geometry, input, TickStatus::kStaleInput);
+  result.status = TickStatus::kStaleInput;
+  result.stale_arm = stale;
   return result;
 }
 

@@ -125,6 +125,7 @@ void PlannerService::run() {
     note_duty();
     handle_goals();
     plan();
+    note_reaction(Clock::now() - now_);
     publish_statuses();
     if (pulse_.due(now_, loop_.period() / 2)) beat();
   }
@@ -236,8 +237,9 @@ void PlannerService::plan() {
   }
   const ArmView::Heard& own = *arms_.arm(self_);
   if (own.mode != msg::ARM_RUNNING) controller_.forget_setpoint();
-  const auto observed = arms_.observe(now_, modes_.view());
-  const auto obstacles = obstacles_.states(now_);
+  // By the time that the command is out all this will be older.
+  const auto observed = arms_.observe(now_ + reaction_, modes_.view());
+  const auto obstacles = obstacles_.states(now_ + reaction_);
   const planner::MeasuredState measured{own.q + own.qd * arms_.age(self_, now_), own.qd};  // it has moved on since
   if (desk_.has_active()) rollout_policy_.prepare(controller_);
   const planner::TickResult result = controller_.step(measured, observed, obstacles, !hold_reason_.empty());
@@ -260,6 +262,12 @@ void PlannerService::plan() {
     progress.reason = "the drive does not follow: " + own.reason;
   }
   answer_clients(std::move(progress));
+}
+
+// The longest of late: a machine that stalled will stall again.
+void PlannerService::note_reaction(Clock::duration taken) {
+  constexpr int kFadesIn = 64;  // periods
+  reaction_ = std::max(taken, reaction_ - reaction_ / kFadesIn);
 }
 
 void PlannerService::look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,

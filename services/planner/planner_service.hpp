@@ -47,6 +47,7 @@ class PlannerService {
   void follow_goals_of_the_other(const msg::GoalStatus& status);
   void handle_goals();
   void plan();
+  void note_reaction(Clock::duration taken);
   void look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles);
   void command(const planner::TickResult& result);
@@ -89,6 +90,7 @@ class PlannerService {
   RolloutWorker rollouts_;
 
   Clock::time_point now_{};
+  Clock::duration reaction_{};  ///< from hearing to commanding
   std::string hold_reason_ = "has just started";
   double waited_for_input_ = 0.0;  ///< the tick had to brake for want of fresh states this long [s]
   std::uint64_t sequence_ = 0;

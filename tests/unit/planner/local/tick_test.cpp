@@ -366,5 +366,43 @@ TEST(Tick, WithoutGoalNobodyFleesALostArm) {
   EXPECT_EQ(run.input.q, joints({0.3, 0}));
 }
 
+// It stands still for the other arm's sake; that is no reason to be run over.
+TEST(Tick, GivesWayWhileItWaitsForNewsOfAnArm) {
+  CellGeometry geometry({test::planar_point("own"), test::planar_point("silent")}, 0);
+  geometry.set_obstacles(std::vector{box_obstacle("cart", {-0.5, 0, 0}, {0.1, 0.5, 0.2})});
+  TickScratch scratch(geometry);
+  std::array<ArmObservation, 2> observations;
+  observations[1].q = joints({0, 2});
+  observations[1].qd = joints({0, 0});
+  observations[1].known = observations[1].plans = true;
+  observations[1].age = 0.5;
+  std::array<world::ObstacleState, 1> states;
+  states[0].X_WO.translation() = Eigen::Vector3d(-0.5, 0, 0);
+  states[0].velocity.linear = Eigen::Vector3d(0.1, 0, 0);
+  TickInput input;
+  input.q = joints({0, 0});
+  input.qd = joints({0, 0});
+  input.q_goal = joints({0, 1});
+  input.has_goal = true;
+  input.arms = observations;
+  input.obstacles = states;
+  TickMemory memory{LocalMemory(1)};
+  const LocalParameters parameters;
+  for (int k = 0; k < 1000; ++k) {
+    const TickResult result = tick(geometry, parameters, input, memory, scratch);
+    ASSERT_EQ(result.status, TickStatus::kStaleInput);
+    EXPECT_EQ(result.stale_arm, 1);
+    input.q = result.q;
+    input.qd = result.qd;
+    states[0].X_WO.translation().x() += 0.1 * input.dt;
+    ASSERT_GT(input.q[0] - 0.05 - (states[0].X_WO.translation().x() + 0.1), 0.0)
+        << "run over after " << k << " periods";
+    EXPECT_LE(input.q[1], 1e-9) << "towards where the other may be";
+  }
+  EXPECT_GT(input.q[0], 0.6);
+  states[0].age = 1.0;
+  EXPECT_LT(tick(geometry, parameters, input, memory, scratch).qd.norm(), input.qd.norm()) << "now it sees nothing";
+}
+
 }  // namespace
 }  // namespace hecaton::planner
