@@ -34,7 +34,7 @@ void TickScratch::rebuild(const CellGeometry& geometry) {
 
 namespace {
 
-/// Who is too old or unknown: the arm's index, `kObstacles`, or −1.
+/// Whose news is too old or missing: the arm's index, `kObstacles`, or −1.
 constexpr int kNobody = -1;
 constexpr int kObstacles = -2;
 
@@ -47,6 +47,15 @@ int find_stale(const CellGeometry& geometry, const LocalParameters& parameters, 
     if (obstacle.age > parameters.state_age_limit) return kObstacles;
   }
   return kNobody;
+}
+
+/// Whether it is known where everything was once, and where the obstacles are: enough to make way.
+bool sees_enough(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input) {
+  for (int i = 0; i < static_cast<int>(input.arms.size()); ++i) {
+    if (i != geometry.self() && !input.arms[i].known) return false;
+  }
+  return std::all_of(input.obstacles.begin(), input.obstacles.end(),
+                     [&](const auto& obstacle) { return obstacle.age <= parameters.state_age_limit; });
 }
 
 /// Near things an arm goes no faster than lets it stop within what the dampers count on. Fills `slower` only if needed.
@@ -165,14 +174,9 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   if (input.hold) return brake(geometry, input, TickStatus::kHolding);
   const int stale = find_stale(geometry, parameters, input);
   if (stale == kNobody) return plan(geometry, parameters, input, memory, scratch);
-  const bool seen =
-      stale != kObstacles && std::all_of(input.obstacles.begin(), input.obstacles.end(),
-                                         [&](const auto& o) { return o.age <= parameters.state_age_limit; });
-  const bool known = std::all_of(input.arms.begin(), input.arms.end(), [&](const ArmObservation& other) {
-    return other.known || &other == &input.arms[geometry.self()];
-  });
-  TickResult result = seen && known ? stand_aside(geometry, parameters, input, memory, scratch)
-                                    : brake(geometry, input, TickStatus::kStaleInput);
+  TickResult result = sees_enough(geometry, parameters, input)
+                          ? stand_aside(geometry, parameters, input, memory, scratch)
+                          : brake(geometry, input, TickStatus::kStaleInput);
   result.status = TickStatus::kStaleInput;
   result.stale_arm = stale;
   return result;

@@ -34,7 +34,7 @@ enum class TickStatus : std::uint8_t {
   kBlocked,     ///< no progress for now: see `binding`
   kReached,     ///< within tolerance of the goal and at rest
   kHolding,     ///< told to
-  kStaleInput,  ///< brakes because it knows too little: see `stale_arm`
+  kStaleInput,  ///< does not go on because it knows too little: see `stale_arm`; makes way for what it sees
 };
 
 struct TickResult {
