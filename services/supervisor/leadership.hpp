@@ -18,8 +18,9 @@ class Leadership {
   enum class Role : std::uint8_t { kListening, kLeading, kStandingBy };
 
   struct Limits {
-    Time listen{std::chrono::milliseconds(200)};   ///< before the first decision
-    Time search{std::chrono::milliseconds(200)};   ///< for a leader, by who led or stood by before: somebody else may lead
+    Time listen{std::chrono::milliseconds(200)};  ///< before the first decision
+    Time search{
+        std::chrono::milliseconds(200)};  ///< for a leader, by who led or stood by before: somebody else may lead
     Time silence{std::chrono::milliseconds(300)};  ///< of a leader, after which another takes over
   };
 

@@ -28,7 +28,8 @@ TEST(Leadership, LeadsAboveItsEarlierLife) {
   EXPECT_EQ(own.term(), 42U);
 }
 
-// Whoever led or stood by before has most likely been replaced; the cell had better have no supervisor for a while than two.
+// Whoever led or stood by before has most likely been replaced; the cell had better have no supervisor for a while than
+// two.
 TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
   constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms};
   Leadership fresh(kSearches, 0, 0ms);
