@@ -182,7 +182,7 @@ void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParamet
     (counts_on_its_part ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
     const auto fastest = [&](const JointVector& speed) { return fastest_point(arms_[i], speed, balls_of_arm_[i]); };
     const Damper damper = parameters.damper.against_others(stop_times_[i] + input.dt);
-    const double margin = other.lost()      ? place_lost_arm(i, other.stray)
+    const double margin = other.lost()      ? measure_strays(i, other.stray)
                           : other.age > 0.0 ? stray(fastest(arm.limits.acceleration), other.age)
                                             : 0.0;
     reach_of_arm_[i] =
@@ -192,7 +192,7 @@ void Surroundings::look_at_arms(const CellGeometry& geometry, const LocalParamet
 
 /// How far each of its bodies may be from where it is placed; returns the farthest [m]. The joints may be turned one
 /// after the other, from the tip to the base: each moves a body's points no farther than its longest lever.
-double Surroundings::place_lost_arm(int arm, const JointVector& stray) {
+double Surroundings::measure_strays(int arm, const JointVector& stray) {
   double farthest = 0.0;
   for (std::size_t body = 0; body < strays_[arm].size(); ++body) {
     strays_[arm][body] = levers_[arm][body].dot(stray);

@@ -39,7 +39,7 @@ class Surroundings {
   void look_at_obstacles(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input);
   [[nodiscard]] bool may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm,
                                 const ArmObservation& other, double dt) const;
-  double place_lost_arm(int arm, const JointVector& stray);
+  double measure_strays(int arm, const JointVector& stray);
   [[nodiscard]] double out_of_sight(const LocalParameters& parameters, double dt) const;
 
   // Of the cell, whatever its arms do.

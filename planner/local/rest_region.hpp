@@ -1,8 +1,6 @@
 #pragma once
 /// Where an arm stands of which nothing is heard any more (docs/design/0009-lost-arms.md).
 
-#include <vector>
-
 #include "planner/model/arm.hpp"
 
 namespace hecaton::planner {
