@@ -15,6 +15,8 @@ namespace {
 
 namespace transports = eprosima::fastdds::rtps;
 
+constexpr std::uint32_t kSendBuffer = 1U << 20U;  ///< [B] wanted
+
 std::vector<std::string> local_addresses() {
   std::vector<std::string> addresses;
   ifaddrs* list = nullptr;
@@ -44,6 +46,11 @@ void require_interfaces(const std::vector<std::string>& wanted) {
 std::shared_ptr<transports::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
   auto descriptor = std::make_shared<transports::UDPv4TransportDescriptor>();
   descriptor->interfaceWhiteList = options.interfaces;
+  // Datagrams to a neighbour that does not answer wait in the kernel for seconds and fill the socket's buffer; a sender
+  // that blocks there would keep a whole process from everybody else, on its own host, too. What does not fit is lost
+  // like any datagram. The kernel gives as much of the buffer as net.core.wmem_max allows.
+  descriptor->non_blocking_send = true;
+  descriptor->sendBufferSize = kSendBuffer;
   return descriptor;
 }
 

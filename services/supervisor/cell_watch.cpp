@@ -109,6 +109,12 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
 
+void CellWatch::forget_past_ends() {
+  for (auto& [name, state] : states_) {
+    if (!state.died) state.unjudged.reset();
+  }
+}
+
 void CellWatch::judge(Time now) {
   liveness_.judge(stalled_);
   for (const ExpectedNode& node : nodes_) {

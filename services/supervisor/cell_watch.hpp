@@ -68,6 +68,9 @@ class CellWatch {
   void stream_heard(std::string_view node, Time at);
   void process_started(std::string_view node, std::int64_t pid);
   void process_exited(std::string_view node, const ProcessExit& exit);
+  /// Ends heard of since the last judgement are history where a successor is there. For who has no account of what was
+  /// told before: it cannot know which of them are news.
+  void forget_past_ends();
   /// Of an arm with a standby: only the faults of this planner hold the arm.
   void put_in_charge(const std::string& arm, const std::string& planner) { in_charge_[arm] = planner; }
   void judge(Time now);

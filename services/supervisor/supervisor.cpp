@@ -167,6 +167,8 @@ void Supervisor::begin_to_lead() {
   if (other && other->term() > led_under_) {
     watch_.mode().restore(orders_in(*other));
     watch_.faults().recall(faults_in(ears_.faults_of_others(), read_clocks()));
+  } else if (led_under_ == 0) {
+    watch_.forget_past_ends();  // agents tell their last events to whoever joins
   }
   led_under_ = leadership_.term();
   watch_.faults().begin_life(leadership_.term());

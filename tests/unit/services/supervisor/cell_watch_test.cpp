@@ -137,6 +137,18 @@ TEST_F(CellWatchTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
   EXPECT_EQ(successor.faults().open().size(), 1U);
 }
 
+TEST_F(CellWatchTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
+  CellWatch newcomer(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
+  newcomer.process_exited("driver/arm1", {99, -1, 9, false});
+  newcomer.process_started("driver/arm1", pids["driver/arm1"]);
+  newcomer.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false});
+  newcomer.forget_past_ends();
+  newcomer.judge(now);
+  const auto open = newcomer.faults().open();
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open.front().subject, "driver/arm2") << "nobody has taken its place";
+}
+
 TEST_F(CellWatchTest, WantedEndIsNoFault) {
   dead.insert("planner/arm1");
   watch.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
