@@ -3,11 +3,12 @@
 #include <sstream>
 
 #include "planner/goal_check.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
 namespace {
 
-/// A measured position farther than this from the set-point means that the arm does not follow [rad | m].
+/// A measured position farther than this from the reference means that the arm does not follow [rad | m].
 constexpr double kLostTrack = 0.05;
 
 }  // namespace
@@ -39,16 +40,28 @@ void ArmController::cancel_goal() {
   goal_.reset();
 }
 
+void ArmController::let_pass(double time) {
+  if (setpoint_) stop_for(geometry_.own_arm().limits, time, setpoint_->q, setpoint_->qd);
+}
+
 TickResult ArmController::step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, bool hold) {
-  const bool lost = !setpoint_ || (setpoint_->q - measured.q).cwiseAbs().maxCoeff() > kLostTrack;
-  if (lost) setpoint_ = measured;
+  std::optional<JointVector> tracking_error;
+  if (setpoint_) tracking_error = measured.q - setpoint_->q;
+  return step(measured, tracking_error, arms, obstacles, hold);
+}
+
+TickResult ArmController::step(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
+                               std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
+                               bool hold) {
+  const bool follows = setpoint_ && tracking_error && tracking_error->cwiseAbs().maxCoeff() <= kLostTrack;
+  if (!follows) setpoint_ = measured;
 
   TickInput input;
   input.dt = dt_;
   input.q = setpoint_->q;
   input.qd = setpoint_->qd;
-  input.tracking_error = measured.q - setpoint_->q;
+  if (follows) input.tracking_error = *tracking_error;
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
   input.hold = hold;

@@ -9,12 +9,6 @@
 
 namespace hecaton::planner {
 
-/// What the arm does to follow the planner.
-struct MeasuredState {
-  JointVector q;   ///< [rad | m]
-  JointVector qd;  ///< [rad/s | m/s]
-};
-
 class ArmController {
  public:
   /// `seed` makes the arm's random choices (subspaces) its own and repeatable.
@@ -33,9 +27,16 @@ class ArmController {
 
   /// The next set-point begins from the measured state: the drive has not followed the last one (held, stopped, new).
   void forget_setpoint() { setpoint_.reset(); }
+  /// The drive had no successor of the last set-point for `time` [s] after that was due: it has begun to stop, and the
+  /// next set-point goes on from there.
+  void let_pass(double time);
 
   /// One control period. The set-point continues from the last one, unless the arm is not where it was told to be (a
-  /// stop, a limit, a driver that just started): then it begins again from the measured state.
+  /// stop, a limit, a driver that just started): then it begins again from the measured state. `tracking_error`: of the
+  /// drive, measured minus reference when its state was true [rad | m]; empty: it follows none of our set-points.
+  TickResult step(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
+                  std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles, bool hold);
+  /// The same for a drive that was measured just now.
   TickResult step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
 

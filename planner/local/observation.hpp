@@ -1,11 +1,17 @@
 #pragma once
-/// What a planner knows of the other arms.
+/// What a planner knows of the arms.
 
 #include <cstdint>
 
 #include "planner/model/limits.hpp"
 
 namespace hecaton::planner {
+
+/// What the own arm does to follow the planner.
+struct MeasuredState {
+  JointVector q;   ///< [rad | m]
+  JointVector qd;  ///< [rad/s | m/s]
+};
 
 /// State of another arm. Index = index in the cell; the entry of the own arm is ignored. An arm that was lost is at
 /// rest, of age 0, and its state is a region (planner/local/rest_region.hpp).

@@ -7,15 +7,20 @@
 
 namespace hecaton::planner {
 
-// Constant velocity:  q + q̇ τ.   Stop profile:  q̇(t) = q̇ (1 − t/T), so  q + q̇ (t − t²/2T)  with t = min(τ, T).
+MeasuredState reckoned(const JointLimits& limits, const OwnNews& news, double period) {
+  MeasuredState now = news.state;
+  const double due = news.follows ? std::clamp(period - news.command_age, 0.0, news.age) : 0.0;
+  now.q += now.qd * due;
+  stop_for(limits, news.age - due, now.q, now.qd);
+  return now;
+}
+
+// Constant velocity or stop profile.
 void extrapolate(const JointLimits& limits, ArmObservation& arm) {
-  if (arm.plans) {
-    if (arm.age > 0.0) arm.q += arm.qd * arm.age;
-  } else {
-    const double T = stop_time(limits, arm.qd);
-    const double t = std::min(arm.age, T);
-    if (T > 0.0) arm.q += arm.qd * (t - 0.5 * t * t / T);
-    arm.qd = braking_velocity(limits, arm.qd, arm.age);
+  if (!arm.plans) {
+    stop_for(limits, arm.age, arm.q, arm.qd);
+  } else if (arm.age > 0.0) {
+    arm.q += arm.qd * arm.age;
   }
   arm.q = arm.q.cwiseMax(limits.lower).cwiseMin(limits.upper);
 }

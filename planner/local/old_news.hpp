@@ -6,6 +6,18 @@
 
 namespace hecaton::planner {
 
+/// What the own arm's driver told a while ago.
+struct OwnNews {
+  MeasuredState state;
+  double age = 0.0;          ///< of the state [s], ≥ 0
+  bool follows = false;      ///< its drive followed set-points
+  double command_age = 0.0;  ///< of the last set-point that it had, when the state was true [s]
+};
+
+/// Where the own arm is at least, on its way: its drive goes to the set-point that it had, `period` [s] after that
+/// came, and stops when there is no other. Who begins to command from there takes the arm for no farther on than it is.
+[[nodiscard]] MeasuredState reckoned(const JointLimits& limits, const OwnNews& news, double period);
+
 /// Brings the arm to where it should be now: an arm that plans has kept its velocity, as far as its joints go; another
 /// one has been on its stop profile. The age stays.
 void extrapolate(const JointLimits& limits, ArmObservation& arm);

@@ -31,6 +31,10 @@ void ArmModel::command(const JointVector& q, const JointVector& qd, double perio
   mode_ = DriveMode::kTracking;
 }
 
+bool ArmModel::within_reach(const JointVector& q, double period) const {
+  return ((q - q_).cwiseAbs().array() <= limits_.velocity.array() * (command_timeout_ + period)).all();
+}
+
 void ArmModel::stop() {
   if (mode_ == DriveMode::kTracking) mode_ = DriveMode::kStopping;
 }

@@ -15,6 +15,9 @@ namespace hecaton::planner {
 /// The velocity dt [s] later when the stop from q̇ begins now: q̇ · max(0, 1 − dt/T).
 [[nodiscard]] JointVector braking_velocity(const JointLimits& limits, const JointVector& qd, double dt);
 
+/// Brings (q, q̇) to where it is t [s] later when the stop begins now: q + q̇ (t − t²/2T) until it is at rest, t ≥ 0.
+void stop_for(const JointLimits& limits, double t, JointVector& q, JointVector& qd);
+
 /// Where the arm comes to rest when the stop from (q, q̇) begins now: q + q̇ T/2.
 [[nodiscard]] JointVector rest_position(const JointLimits& limits, const JointVector& q, const JointVector& qd);
 

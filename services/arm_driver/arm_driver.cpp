@@ -93,7 +93,7 @@ void ArmDriver::listen() {
 void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
   const msg::ArmCommand& command = sample.value;
   const Verdict verdict = drive_.command(command);
-  if (verdict == Verdict::kStaleTerm || verdict == Verdict::kUnusable) note_refusal(command);
+  if (verdict != Verdict::kAccepted && verdict != Verdict::kRepeated) note_refusal(command, verdict);
   if (verdict != Verdict::kAccepted) return;
   if (command.node() != followed_) {
     const std::chrono::duration<double, std::milli> gap = sample.received - accepted_at_;
@@ -107,13 +107,14 @@ void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
 }
 
 // The 1st, 2nd, 4th, 8th … refusal is logged: a stale sender repeats itself a hundred times a second.
-void ArmDriver::note_refusal(const msg::ArmCommand& command) const {
-  const std::uint64_t refusals = drive_.gate().stale_rejected() + drive_.gate().unusable();
+void ArmDriver::note_refusal(const msg::ArmCommand& command, Verdict verdict) const {
+  const bool far = verdict == Verdict::kTooFar;
+  const std::uint64_t refusals = far ? drive_.too_far() : drive_.gate().stale_rejected() + drive_.gate().unusable();
   if (std::has_single_bit(refusals)) {
     log_warning("command refused", {{"from", command.node()},
                                     {"term", command.term()},
                                     {"refused", refusals},
-                                    {"reason", drive_.gate().complaint()}});
+                                    {"reason", far ? drive_.complaint() : drive_.gate().complaint()}});
   }
 }
 

@@ -29,7 +29,7 @@ class ArmDriver {
  private:
   void listen();
   void take(const bus::Sample<msg::ArmCommand>& sample);
-  void note_refusal(const msg::ArmCommand& command) const;
+  void note_refusal(const msg::ArmCommand& command, Verdict verdict) const;
   void look_at_tool();
   void publish();
   void beat();

@@ -17,6 +17,7 @@ enum class Verdict {
   kRepeated,   ///< sent twice or overtaken within its term: nothing to tell
   kStaleTerm,  ///< its sender has been replaced, or another has its term
   kUnusable,   ///< wrong number of joints, not finite, no period
+  kTooFar,     ///< the arm is somewhere else than its sender believes
 };
 
 class CommandGate {

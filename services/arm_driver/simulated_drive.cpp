@@ -4,6 +4,19 @@
 #include <utility>
 
 namespace hecaton::services {
+namespace {
+
+/// Which joint is farthest from where it is told to be.
+std::string far_text(const planner::JointVector& told, const planner::JointVector& is) {
+  Eigen::Index joint = 0;
+  (told - is).cwiseAbs().maxCoeff(&joint);
+  char text[128];
+  std::snprintf(text, sizeof text, "the set-point is too far away: joint %d is at %.3f and told to be at %.3f",
+                static_cast<int>(joint) + 1, is[joint], told[joint]);
+  return text;
+}
+
+}  // namespace
 
 SimulatedDrive::SimulatedDrive(planner::JointLimits limits, const planner::JointVector& start, double command_timeout)
     : arm_(std::move(limits), start, command_timeout),
@@ -21,6 +34,13 @@ void SimulatedDrive::order(ArmOrder order, const std::string& why) {
 Verdict SimulatedDrive::command(const msg::ArmCommand& command) {
   const Verdict verdict = gate_.judge(command);
   if (verdict != Verdict::kAccepted) return verdict;
+  if (order_ == ArmOrder::kRun && !arm_.within_reach(gate_.q(), gate_.period())) {
+    arm_.stop();
+    complaint_ = far_text(gate_.q(), arm_.q());
+    ++too_far_;
+    return Verdict::kTooFar;
+  }
+  complaint_.clear();
   commanded_ = true;
   command_age_ = 0.0;
   if (order_ == ArmOrder::kRun) arm_.command(gate_.q(), gate_.qd(), gate_.period());
@@ -47,6 +67,7 @@ std::string SimulatedDrive::reason() const {
   if (mode_ == msg::ARM_RUNNING) return {};
   if (order_ != ArmOrder::kRun) return why_;
   if (!gate_.complaint().empty()) return gate_.complaint();
+  if (!complaint_.empty()) return complaint_;
   if (!commanded_) return "no command came yet";
   if (command_age_ > command_timeout_) {
     char text[64];

@@ -22,7 +22,7 @@ class SimulatedDrive {
   void order(ArmOrder order, const std::string& why);
   /// A mandate that exists, see CommandGate.
   void saw(const Mandate& mandate) { gate_.saw(mandate); }
-  /// Follows the command when it is acceptable and the order lets it.
+  /// Follows the command when it is acceptable and the order lets it; stops when the arm is too far from it.
   Verdict command(const msg::ArmCommand& command);
   /// Advances by dt [s].
   void step(double dt);
@@ -33,6 +33,9 @@ class SimulatedDrive {
   [[nodiscard]] double command_age() const { return command_age_; }  ///< since the last accepted one [s]
   [[nodiscard]] const planner::ArmModel& arm() const { return arm_; }
   [[nodiscard]] const CommandGate& gate() const { return gate_; }
+  /// Why the last command was too far away, a sentence; empty when it was not.
+  [[nodiscard]] const std::string& complaint() const { return complaint_; }
+  [[nodiscard]] std::uint64_t too_far() const { return too_far_; }  ///< commands refused because the arm was too far
 
  private:
   planner::ArmModel arm_;
@@ -43,6 +46,8 @@ class SimulatedDrive {
   msg::ArmMode mode_ = msg::ARM_STARTING;
   bool commanded_ = false;
   double command_age_ = 0.0;
+  std::string complaint_;  ///< of the last command when the arm was too far from it
+  std::uint64_t too_far_ = 0;
 };
 
 }  // namespace hecaton::services

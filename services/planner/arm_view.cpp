@@ -40,6 +40,7 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
                 state.reason(),
                 state.term(),
                 state.command_sequence_number(),
+                state.command_age(),
                 {state.planner(), state.newest_term()},
                 state.stamp_ns(),
                 state.sequence_number(),

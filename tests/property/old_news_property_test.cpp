@@ -1,8 +1,13 @@
 // Old news never lead to a contact: docs/design/0006-old-news.md against adversaries.
+#include <array>
+#include <optional>
+#include <span>
+
 #include <gtest/gtest.h>
 
 #include "planner/arm_controller.hpp"
 #include "planner/local/old_news.hpp"
+#include "planner/setpoint_log.hpp"
 #include "planner/simulation/arm_model.hpp"
 #include "planner/simulation/network_model.hpp"
 #include "tests/support/planar_point.hpp"
@@ -123,6 +128,177 @@ double smallest_of_duels(bool ages_known) {
     smallest = std::min(smallest, Duel(limits, network, ages_known, random.next()).run(6.0));
   }
   return smallest;
+}
+
+/// When a process runs that has to share its processor: once a period, but stopped now and then.
+class Starved {
+ public:
+  Starved(double period, double share, double longest, std::uint64_t seed)
+      : period_(period), share_(share), longest_(longest), random_(seed) {}
+
+  /// Whether it runs at `now` [s]; then skipped() tells the periods that it has missed.
+  bool runs(double now) {
+    if (now < due_ || now < stalled_until_) return false;
+    skipped_ = static_cast<int>((now - due_) / period_ + 1e-6);
+    due_ += (skipped_ + 1) * period_;
+    if (random_.uniform() < share_) stalled_until_ = now + random_.uniform(0.0, longest_);
+    return true;
+  }
+  [[nodiscard]] int skipped() const { return skipped_; }
+
+ private:
+  double period_, share_, longest_;
+  Random random_;
+  double due_ = 0.0;
+  double stalled_until_ = 0.0;
+  int skipped_ = 0;
+};
+
+/// A ball among posts that stand still, whose planner and driver are starved and hear of each other late.
+class StarvedRun {
+ public:
+  /// `naive`: takes the arm for as far on as if it had kept its velocity, and measures it against the newest set-point;
+  /// the drive goes wherever it is told.
+  StarvedRun(const NetworkParameters& network, double longest_stall, bool naive, std::uint64_t seed)
+      : random_(seed),
+        naive_(naive),
+        planner_(kPeriod, 0.05, longest_stall, random_.next()),
+        driver_(kStep, 0.01, longest_stall, random_.next()),
+        commands_(network, random_.next()),
+        states_(network, random_.next()) {
+    arm_.limits.velocity.setConstant(1.5);
+    arm_.limits.acceleration.setConstant(10.0);
+    LocalParameters parameters;
+    parameters.method = Method::kBoundaryFollowing;
+    parameters.damper = {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55};
+    parameters.state_age_limit = 1.0;
+    controller_.emplace(CellGeometry({arm_}, 0), parameters, kPeriod, random_.next());
+    for (const auto& [x, y] : kPosts) {
+      posts_.push_back(test::box_obstacle("post" + std::to_string(posts_.size()), {x, y, 0}, {kHalf, kHalf, kHalf}));
+      standing_.push_back({posts_.back().X_WO, {}, 0.0});
+    }
+    controller_->set_obstacles(posts_);
+    drive_.emplace(arm_.limits, joints({0.0, 0.0}), kTimeout);
+  }
+
+  struct Outcome {
+    double smallest = 10.0;  ///< distance of the ball to a post [m]
+    double way = 0.0;        ///< that it went [m]
+  };
+  Outcome run(double seconds) {
+    Outcome outcome;
+    for (double now = 0.0; now < seconds; now += kStep) {
+      if (driver_.runs(now)) drive(now);
+      if (planner_.runs(now)) plan(now);
+      for (const auto& [x, y] : kPosts) {
+        const Eigen::Vector2d off = (Eigen::Vector2d(drive_->q()) - Eigen::Vector2d(x, y)).cwiseAbs();
+        outcome.smallest = std::min(outcome.smallest, (off.array() - kHalf).max(0.0).matrix().norm() - kRadius);
+      }
+      outcome.way += drive_->qd().norm() * kStep;
+    }
+    return outcome;
+  }
+
+ private:
+  static constexpr double kStep = 0.002;
+  static constexpr double kTimeout = 0.05;
+  static constexpr double kHalf = 0.1;
+  static constexpr std::array<std::array<double, 2>, 4> kPosts{{{0.5, 0}, {-0.5, 0.1}, {0, 0.55}, {0.05, -0.5}}};
+  struct Command {
+    MeasuredState setpoint;
+    std::uint64_t number = 0;
+  };
+  struct Told {
+    OwnNews news;
+    std::uint64_t number = 0;
+  };
+
+  // As ArmDriver::run(): what a stall swallowed happened without new commands.
+  void drive(double now) {
+    for (int k = driver_.skipped(); k > 0; --k) step();
+    commands_.receive(now);
+    if (commands_.known() && commands_.newest().number > number_) {
+      take(commands_.newest());
+    }
+    step();
+    const bool follows = drive_->mode() == DriveMode::kTracking;
+    states_.send(now, {{{drive_->q(), drive_->qd()}, 0.0, follows, command_age_}, number_});
+  }
+  void take(const Command& command) {
+    number_ = command.number;
+    if (!naive_ && !drive_->within_reach(command.setpoint.q, kPeriod)) return drive_->stop();
+    drive_->command(command.setpoint.q, command.setpoint.qd, kPeriod);
+    command_age_ = 0.0;
+  }
+  void step() {
+    command_age_ += kStep;
+    drive_->step(kStep);
+  }
+
+  // As PlannerService::run().
+  void plan(double now) {
+    if (naive_ && planner_.skipped() > 0) controller_->forget_setpoint();
+    controller_->let_pass(planner_.skipped() * kPeriod);
+    states_.receive(now);
+    if (!states_.known()) return;
+    if (random_.uniform() < 0.01) {
+      controller_->set_goal(joints({random_.uniform(-0.9, 0.9), random_.uniform(-0.9, 0.9)}));
+    }
+    OwnNews news = states_.newest().news;
+    news.age = states_.age(now);
+    if (!news.follows) controller_->forget_setpoint();
+    const std::array<ArmObservation, 1> nobody{};
+    const TickResult result = step(news, nobody);
+    commands_.send(now, {{result.q, result.qd}, ++sent_});
+    log_.sent(sent_, {result.q, result.qd});
+  }
+  TickResult step(const OwnNews& news, std::span<const ArmObservation> nobody) {
+    const MeasuredState& then = news.state;
+    if (naive_) return controller_->step({then.q + then.qd * news.age, then.qd}, nobody, standing_, false);
+    std::optional<JointVector> error;
+    if (const auto reference = log_.reference(states_.newest().number, news.command_age)) error = then.q - reference->q;
+    return controller_->step(reckoned(arm_.limits, news, kPeriod), error, nobody, standing_, false);
+  }
+
+  Random random_;
+  bool naive_;
+  Arm arm_ = test::planar_point("ball", kRadius);
+  std::vector<world::Obstacle> posts_;
+  std::vector<world::ObstacleState> standing_;
+  std::optional<ArmController> controller_;
+  std::optional<ArmModel> drive_;
+  Starved planner_, driver_;
+  StateChannel<Command> commands_;
+  StateChannel<Told> states_;
+  SetpointLog log_{arm_.limits, kPeriod};
+  std::uint64_t number_ = 0;  ///< of the set-point that the drive has
+  double command_age_ = 0.0;
+  std::uint64_t sent_ = 0;
+};
+
+StarvedRun::Outcome run_starved(bool naive) {
+  Random random(21);
+  StarvedRun::Outcome all;
+  for (int trial = 0; trial < 200; ++trial) {
+    const double age = random.uniform(0.0, 0.1);
+    const NetworkParameters network{.age = age, .jitter = random.uniform(0.0, age)};
+    const double stall = random.uniform(0.0, 0.5);
+    const auto one = StarvedRun(network, stall, naive, random.next()).run(20.0);
+    all.smallest = std::min(all.smallest, one.smallest);
+    all.way += one.way;
+  }
+  return all;
+}
+
+TEST(OldNewsProperty, WhoseProcessesAreStarvedTouchesNothing) {
+  const auto outcome = run_starved(false);
+  EXPECT_GT(outcome.smallest, 0.0);
+  EXPECT_GT(outcome.way, 400.0) << "and it gets about, in 4000 s";
+}
+
+// An arm that stopped for want of set-points is then taken for nearer to its goal than it is, and commanded there.
+TEST(OldNewsProperty, TheSameWithItsVelocityKeptTouches) {
+  EXPECT_LT(run_starved(true).smallest, 0.0);
 }
 
 TEST(OldNewsProperty, TwoThatWantToBeWhereTheOtherIsNeverTouch) {

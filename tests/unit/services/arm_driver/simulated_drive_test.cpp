@@ -83,6 +83,23 @@ TEST_F(Drive, HoldStopsItAndCommandsDoNotMoveItMeanwhile) {
   EXPECT_EQ(drive_.mode(), msg::ARM_RUNNING);
 }
 
+TEST_F(Drive, StopsWhenItsSetPointsAreForAnArmThatIsSomewhereElse) {
+  drive_.order(ArmOrder::kRun, "");
+  for (int k = 0; k < 100; ++k) plan();
+  q_ += 0.07;  // more than 1 rad/s · (50 + 10) ms, with the 5 ms of the next command
+  plan();
+  EXPECT_EQ(drive_.mode(), msg::ARM_BRAKING);
+  EXPECT_EQ(drive_.reason(), "the set-point is too far away: joint 1 is at 0.500 and told to be at 0.575");
+  wait(0.1);
+  EXPECT_EQ(drive_.mode(), msg::ARM_STOPPED);
+  EXPECT_EQ(drive_.too_far(), 1U);
+  EXPECT_GT(drive_.command_age(), 0.1) << "it was not accepted";
+  q_ = drive_.arm().q()[0];
+  plan();
+  EXPECT_EQ(drive_.mode(), msg::ARM_RUNNING);
+  EXPECT_EQ(drive_.reason(), "");
+}
+
 TEST_F(Drive, AnOutdatedPlannerCannotKeepItMoving) {
   drive_.order(ArmOrder::kRun, "");
   for (int k = 0; k < 100; ++k) plan(1);
