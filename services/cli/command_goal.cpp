@@ -75,19 +75,26 @@ class Follower {
         }
       }
       const auto now = bus::Clock::now();
-      if (!answered_ && now > sent + kAnswer) {
-        throw Failure(ExitCode::kTimeOut, "the planner of arm '" + options_.arm + "' has not answered the goal");
-      }
+      if (!answered_ && !warned_ && now > sent + kAnswer) warn();
       if (options_.time_limit > 0.0 && now > sent + seconds(options_.time_limit) + kOverdue) {
         throw Failure(ExitCode::kTimeOut,
                       "arm '" + options_.arm + "' did not end its goal in time" + (told_.empty() ? "" : ": " + told_));
       }
-      if (answered_ && now > last_look_ + kLook) look(now);
+      if ((answered_ || warned_) && now > last_look_ + kLook) look(now);
       [[maybe_unused]] const bool woken = client_.mailbox().wait(100ms);
     }
   }
 
  private:
+  /// A goal reaches a planner that was cut off as soon as it is back, for as long as somebody waits here.
+  void warn() {
+    if (!options_.wait) {
+      throw Failure(ExitCode::kTimeOut, "the planner of arm '" + options_.arm + "' has not answered the goal");
+    }
+    warned_ = true;
+    tell("its planner has not answered yet");
+  }
+
   void tell(const std::string& text) {
     if (text == told_) return;
     told_ = text;
@@ -102,8 +109,8 @@ class Follower {
     if (client_.poll_status(cell, 500ms)) {
       last_answer_ = now;
       for (const msg::ArmStatus& arm : cell.arms()) {
-        const bool of_goal = goal_text(status_).ends_with(arm.waiting_for());  // which its planner has told itself
-        if (arm.arm() == options_.arm && !of_goal) tell(arm.waiting_for());
+        const bool of_goal = answered_ && goal_text(status_).ends_with(arm.waiting_for());  // its planner has told it
+        if (arm.arm() == options_.arm && !of_goal && !arm.waiting_for().empty()) tell(arm.waiting_for());
       }
     } else if (now > last_answer_ + kGone) {
       throw Failure(ExitCode::kUnreachable, "the cell no longer answers");
@@ -116,6 +123,7 @@ class Follower {
   msg::Goal goal_;
   msg::GoalStatus status_;
   bool answered_ = false;
+  bool warned_ = false;  ///< that it is not answered
   std::string told_;
   msg::GoalState told_state_ = msg::GOAL_ACCEPTED;
   bus::Clock::time_point told_at_;

@@ -80,6 +80,9 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       pulse_(participant_,
              {node_, msg::NODE_SUPERVISOR, {}, options.host.empty() ? supervisors_[place_].host : options.host},
              pulse_timing(file)) {
+  for (const ArmPlanners& arm : succession_.arms()) {
+    patience_.emplace(arm.arm, TakeoverPatience(file.supervision.takeover_lease, file.supervision.host_lease));
+  }
   watch_.mode().restore(remembered_.orders);
   watch_.faults().recall(remembered_.faults);
   shutdown_.wake(&urgent_);
@@ -179,19 +182,24 @@ void Supervisor::begin_to_lead() {
 
 bool Supervisor::settle_succession() {
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
-  const FitnessLimits limits{file_.supervision.takeover_lease, file_.supervision.host_lease};
   const auto fitness = [&](const std::string& arm, const std::string& planner) {
-    return fitness_of(signs_of(arm, planner), limits);
+    return fitness_of(signs_of(arm, planner), {patience_with(arm), file_.supervision.host_lease});
   };
   const bool granted = leads && succession_.decide(fitness, leadership_);
   for (const ArmPlanners& arm : succession_.arms()) {
     const Mandate mandate = succession_.mandate_of(arm.arm);
-    if (mandate.planner.empty() || mandate.planner == watch_.in_charge(arm.arm)) continue;
+    const std::string before = watch_.in_charge(arm.arm);
+    if (mandate.planner.empty() || mandate.planner == before) continue;
+    if (granted && !watch_.ended(before)) patience_.at(arm.arm).replaced(since_epoch(turned_));
     watch_.put_in_charge(arm.arm, mandate.planner);
     in_charge_since_[arm.arm] = turned_;
     log_info("planner in charge", {{"arm", arm.arm}, {"planner", mandate.planner}, {"term", mandate.term}});
   }
   return granted;
+}
+
+Time Supervisor::patience_with(const std::string& arm) const {
+  return patience_.at(arm).at(since_epoch(turned_));
 }
 
 PlannerSigns Supervisor::signs_of(const std::string& arm, const std::string& planner) const {
@@ -204,7 +212,7 @@ PlannerSigns Supervisor::signs_of(const std::string& arm, const std::string& pla
   const auto since = in_charge_since_.find(arm);
   signs.in_charge = turned_ - (since == in_charge_since_.end() ? began_ : since->second);
   const auto* state = find(picture_.arms, arm);
-  if (!state || state->value.term() == 0 || turned_ - state->at >= file_.supervision.takeover_lease) return signs;
+  if (!state || state->value.term() == 0 || turned_ - state->at >= patience_with(arm)) return signs;
   const std::chrono::duration<double> uncommanded(state->value.command_age() + state->age(turned_));
   signs.uncommanded = std::chrono::duration_cast<Time>(uncommanded);
   return signs;
@@ -216,7 +224,7 @@ bus::Clock::time_point Supervisor::takeover_due(bus::Clock::time_point now) cons
     const PlannerSigns signs = signs_of(arm.arm, watch_.in_charge(arm.arm));
     if (!signs.silence) continue;
     const Time silence = std::min(*signs.silence, signs.uncommanded.value_or(*signs.silence));
-    const Time left = file_.supervision.takeover_lease - silence;
+    const Time left = patience_with(arm.arm) - silence;
     if (left > Time(0)) due = std::min(due, now + left);
   }
   return due;

@@ -23,6 +23,7 @@
 #include "services/supervisor/memory.hpp"
 #include "services/supervisor/picture.hpp"
 #include "services/supervisor/succession.hpp"
+#include "services/supervisor/takeover_patience.hpp"
 
 namespace hecaton::services {
 
@@ -48,6 +49,8 @@ class Supervisor {
   /// While we lead: puts a planner that stands by in the place of one that is out. True when there was one.
   bool settle_succession();
   [[nodiscard]] PlannerSigns signs_of(const std::string& arm, const std::string& planner) const;
+  /// How long the planner in charge may hang now.
+  [[nodiscard]] Time patience_with(const std::string& arm) const;
   /// When a planner in charge will have been silent for too long, unless it is heard before.
   [[nodiscard]] bus::Clock::time_point takeover_due(bus::Clock::time_point now) const;
   void tell_predecessor(Time now);
@@ -75,6 +78,7 @@ class Supervisor {
   Succession succession_;
   std::uint64_t led_under_;  ///< the last term under which we led, in this life or an earlier one
   std::map<std::string, bus::Clock::time_point> in_charge_since_;  ///< of the planner in charge, by arm
+  std::map<std::string, TakeoverPatience> patience_;               ///< by arm that has a standby
   bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();
   std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
   bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence

@@ -179,6 +179,15 @@ TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
   EXPECT_NE(processes().at("planner/north"), planner);
 }
 
+TEST_F(LiveCell, AGoalReachesAPlannerThatWasAwayAsSoonAsItIsBack) {
+  const pid_t planner = processes().at("planner/west");
+  ASSERT_TRUE(signal_process(planner, SIGSTOP));
+  const auto goal = start({"goal", "west", "--named", "ready", "--wait", "--time-limit", "100s"});
+  EXPECT_TRUE(goal->wait_for_message("its planner has not answered yet"));
+  ASSERT_TRUE(signal_process(planner, SIGCONT));
+  EXPECT_EQ(goal->wait(), 0) << goal->err();
+}
+
 TEST_F(LiveCell, AnArmStaysWhereItIsWhenItsDriverIsKilled) {
   ASSERT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "60s"}).code, 0);
   const auto state = [&] { return entry(json({"arms"}), "name", "north")["state"]; };
