@@ -5,8 +5,8 @@
 /// When a link is down for about as long as the lease, one side may drop the other and not the other way round, or so
 /// shortly one after the other that what each sends to meet again reaches a side that has not dropped it yet. Fast DDS
 /// 2.9.1 does not heal that: the two never exchange their endpoints again (docs/design/0005-return.md). So who is not
-/// heard for most of the lease is neither heard nor spoken to until the lease is over on both sides; then both meet
-/// anew. Absence does the same for a process that was itself stopped.
+/// heard for most of the lease, or is dropped, is neither heard nor spoken to until the lease is over on both sides;
+/// then both meet anew. Absence does the same for a process that was itself stopped.
 
 #include <algorithm>
 #include <array>
@@ -43,11 +43,18 @@ class Hearing {
     known.heard = std::max(known.heard, now);
     known.addresses = std::move(addresses);
   }
-  /// It was dropped, or has left. A quarantine goes on to its end.
-  void lost(const Prefix& peer, Clock::time_point now) {
+  /// It said goodbye. A quarantine goes on to its end.
+  void left(const Prefix& peer, Clock::time_point now) {
     const std::scoped_lock lock(mutex_);
     const auto known = peers_.find(peer);
     if (known != peers_.end() && now >= known->second.back) forget(known);
+  }
+  /// Fast DDS dropped it when its lease was over. Who was not left alone before (we did not listen all the time) is
+  /// left alone from now on: it may have heard us an instant ago and not drop us otherwise.
+  void dropped(const Prefix& peer, Clock::time_point now) {
+    const std::scoped_lock lock(mutex_);
+    const auto known = peers_.find(peer);
+    if (known != peers_.end() && !known->second.shunned) shun(known->second, now);
   }
 
   /// Asked once for each datagram that has come; false: it is not to be taken.
@@ -77,11 +84,7 @@ class Hearing {
         entry = forget(entry);  // it is found anew
         continue;
       }
-      if (!peer.shunned && now - std::max(peer.heard, since) > patience()) {
-        peer.shunned = true;
-        peer.back = now + quarantine();
-        ++shunned_;
-      }
+      if (!peer.shunned && now - std::max(peer.heard, since) > patience()) shun(peer, now);
       ++entry;
     }
   }
@@ -104,6 +107,11 @@ class Hearing {
   };
   using Peers = std::map<Prefix, Peer>;
 
+  void shun(Peer& peer, Clock::time_point now) {
+    peer.shunned = true;
+    peer.back = now + quarantine();
+    ++shunned_;
+  }
   Peers::iterator forget(Peers::iterator entry) {
     if (entry->second.shunned) --shunned_;
     return peers_.erase(entry);

@@ -232,10 +232,16 @@ void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   if (missed_.empty()) settled_ = std::min(settled_, now + kMatching);
 }
 
-void Participant::Impl::note_addresses(const rtps::ParticipantProxyData& peer, bool found) {
+void Participant::Impl::note_addresses(const rtps::ParticipantDiscoveryInfo& info) {
+  const rtps::ParticipantProxyData& peer = info.info;
   Hearing::Prefix prefix{};
   std::copy_n(peer.m_guid.guidPrefix.value, prefix.size(), prefix.begin());
-  if (!found) return gate_->hearing.lost(prefix, Clock::now());
+  if (info.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT) {
+    return gate_->hearing.dropped(prefix, Clock::now());
+  }
+  if (info.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT) {
+    return gate_->hearing.left(prefix, Clock::now());
+  }
   std::vector<Hearing::Address> addresses;
   for (const auto* locators : {&peer.metatraffic_locators, &peer.default_locators}) {
     for (const auto& locator : locators->unicast) addresses.push_back(address_of(locator));
@@ -247,7 +253,7 @@ void Participant::Impl::on_participant_discovery(dds::DomainParticipant*, rtps::
   if (info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT) return;
   const bool found = info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT;
   const EndpointId peer = endpoint_id(info.info.m_guid);
-  note_addresses(info.info, found);
+  note_addresses(info);
   note_peer(peer, found);
   if (mailbox_ == nullptr) return;
   mailbox_->post({found ? EventKind::kParticipantFound : EventKind::kParticipantLost,

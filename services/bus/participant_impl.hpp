@@ -71,7 +71,7 @@ struct Participant::Impl : dds::DomainParticipantListener {
   void end_if_locked_up(Clock::time_point now, Clock::duration patience) const;
   [[nodiscard]] Clock::time_point look_for_silence(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
-  void note_addresses(const rtps::ParticipantProxyData& peer, bool found);
+  void note_addresses(const rtps::ParticipantDiscoveryInfo& info);
 
   Mailbox* mailbox_;
   std::shared_ptr<Gate> gate_;

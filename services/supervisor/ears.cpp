@@ -1,5 +1,6 @@
 #include "services/supervisor/ears.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <unistd.h>
@@ -58,6 +59,7 @@ void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
   for (const auto& sample : modes_.take()) {
     const msg::CellMode& mode = sample.value;
     if (sample.disposed || sample.writer.same_participant(self)) continue;
+    newest_arrival_ = std::max(newest_arrival_, arrival(sample));
     to.leadership.heard_leader(mode.term(), arrival(sample));
     if (other_mode_ && mode.term() < other_mode_->term()) continue;
     for (const msg::Grant& grant : mode.grants()) to.succession.hear(grant.arm(), {grant.planner(), grant.term()});
@@ -78,6 +80,7 @@ void Ears::hear_nodes(const Listeners& to) {
   for (const auto& sample : heartbeats_.take()) {
     const msg::Heartbeat& beat = sample.value;
     if (sample.disposed) continue;
+    if (beat.node() != node_) newest_arrival_ = std::max(newest_arrival_, arrival(sample));
     if (beat.kind() != msg::NODE_SUPERVISOR) to.leadership.heard_term(beat.term(), arrival(sample));
     // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
     to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});

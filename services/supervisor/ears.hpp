@@ -32,6 +32,8 @@ class Ears {
 
   /// Brings in what has arrived. `self`: any endpoint of ours.
   void listen(const bus::EndpointId& self, const Listeners& to);
+  /// When the newest cell mode or heartbeat of another process arrived.
+  [[nodiscard]] Time newest_arrival() const { return newest_arrival_; }
   [[nodiscard]] std::vector<bus::Sample<msg::SupervisorRequest>> requests() { return requests_.take(); }
 
   /// How our own predecessor ended, once our agent has told that it started us in its place.
@@ -62,6 +64,7 @@ class Ears {
   std::optional<ProcessExit> own_exit_, predecessor_;
   std::optional<msg::CellMode> other_mode_;
   std::string leader_;  // who told it
+  Time newest_arrival_{0};
   std::map<std::string, msg::Fault> other_faults_;
 };
 

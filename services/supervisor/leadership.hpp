@@ -58,12 +58,12 @@ class Leadership {
     leader_heard_ = false;
     searches_ = true;
   }
-  /// Once in each turn, after what was heard. `stalled`: time of this turn in which we ourselves heard nothing.
-  /// True when we have just begun to lead.
-  bool decide(Time now, Time stalled) {
-    leader_at_ += stalled;
+  /// Once in each turn, after what was heard. `heard`: when the newest of anything arrived, from anybody; the leader is
+  /// silent only while others are heard, for what it said may still lie in our socket. True when we have just begun to
+  /// lead.
+  bool decide(Time now, Time heard) {
     if (role_ == Role::kLeading) return false;
-    const bool leader = leader_heard_ && now - leader_at_ <= limits_.silence;
+    const bool leader = leader_heard_ && heard - leader_at_ <= limits_.silence;
     if (now - began_ < limits_.listen) return false;
     const bool searches = role_ == Role::kListening && searches_ && now - began_ < limits_.search;
     if (searches && !leader) return false;

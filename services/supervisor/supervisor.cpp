@@ -122,9 +122,8 @@ void Supervisor::turn(bus::Clock::time_point now) {
   static_cast<void>(quiet_.take_events());
   static_cast<void>(urgent_.take_events());
   ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});
-  const Time stalled = watch_.clock().stalled() - std::exchange(stalled_, watch_.clock().stalled());
   const bool led = leadership_.role() == Leadership::Role::kLeading;
-  if (leadership_.decide(since_epoch(now), stalled)) begin_to_lead();
+  if (leadership_.decide(since_epoch(now), ears_.newest_arrival())) begin_to_lead();
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
   if (led && !leads) log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
   if (settle_succession()) publish_mode(now);  // at once: all the rest can wait

@@ -82,7 +82,6 @@ class Supervisor {
   bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();
   std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
   bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
-  Time stalled_{0};                                     ///< by the watch's clock at the last turn
   msg::CellMode mode_;                                  ///< as last published
   bus::Clock::time_point mode_at_{};
   std::uint64_t fault_sequence_ = 0;

@@ -20,9 +20,9 @@ nlohmann::json run_live(const std::string& name, int tasks) {
   const test::FreeDomain domain;
   const auto report =
       std::filesystem::temp_directory_path() / ("hecaton_" + name + "_" + std::to_string(domain.number()) + ".json");
-  test::ChildProcess up("hecaton", {"--domain", std::to_string(domain.number()), "up",
-                                    HECATON_SOURCE_DIR "/deploy/cells/" + name + ".yaml", "--tasks",
-                                    std::to_string(tasks), "--seed", "3", "--headless", "--report", report.string()});
+  test::ChildProcess up(
+      "hecaton", {"--domain", std::to_string(domain.number()), "up", HECATON_LIVE_CELLS "/" + name + ".yaml", "--tasks",
+                  std::to_string(tasks), "--seed", "3", "--headless", "--report", report.string()});
   const test::Exit exit = up.wait(std::chrono::duration_cast<std::chrono::milliseconds>(8min));
   EXPECT_TRUE(exit.ended);
   std::ifstream file(report);

@@ -165,7 +165,7 @@ void Cell::driver_follows(const Letter& command) {
 
 void Cell::decide(int i, Leadership::Time now) {
   SupervisorProcess& supervisor = supervisors_[i];
-  if (!supervisor.leadership.decide(now, kNow)) return;
+  if (!supervisor.leadership.decide(now, now)) return;
   supervisor.memory = supervisor.leadership.term();
   grant(i, -1);  // before it says anything
 }

@@ -16,7 +16,7 @@ namespace hecaton::test {
 
 using Json = nlohmann::json;
 
-inline const std::string kThreePuma = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+inline const std::string kThreePuma = std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml";
 
 class LiveCell : public testing::Test {
  protected:

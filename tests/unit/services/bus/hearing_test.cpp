@@ -47,7 +47,7 @@ TEST(Hearing, WhoIsSilentForMostOfTheLeaseIsShunnedForLongerThanIt) {
   EXPECT_TRUE(silence.hearing.shuns(kItsAddress));
   EXPECT_FALSE(silence.hearing.shuns(kOthersAddress));
   EXPECT_FALSE(silence.hearing.hears(kPeer, silence.now)) << "the link is back, but the other side may drop us yet";
-  silence.hearing.lost(kPeer, silence.now + 400ms);  // our own lease
+  silence.hearing.dropped(kPeer, silence.now + 400ms);  // our own lease
   silence.last(2450ms);
   EXPECT_TRUE(silence.hearing.shuns(kItsAddress));
   silence.last(100ms);
@@ -73,9 +73,25 @@ TEST(Hearing, ASuccessorAtTheSameAddressIsSpokenTo) {
   EXPECT_FALSE(silence.hearing.shuns_anybody());
 }
 
+// We slept for a while, so its silence was not held against it; but Fast DDS has counted it.
+TEST(Hearing, WhoIsDroppedIsShunnedFromThenOn) {
+  Hearing hearing{2s};
+  hearing.found(kPeer, {kItsAddress}, kBegin);
+  hearing.look(kBegin + 2s, kBegin + 1s);
+  ASSERT_FALSE(hearing.shuns_anybody());
+  hearing.dropped(kPeer, kBegin + 2s);
+  EXPECT_TRUE(hearing.shuns(kItsAddress));
+  EXPECT_FALSE(hearing.hears(kPeer, kBegin + 2001ms)) << "it may know us yet, and would again be known one-sidedly";
+  hearing.look(kBegin + 4499ms, kBegin + 1s);
+  EXPECT_TRUE(hearing.shuns(kItsAddress));
+  hearing.look(kBegin + 4500ms, kBegin + 1s);
+  EXPECT_FALSE(hearing.shuns_anybody());
+  EXPECT_TRUE(hearing.hears(kPeer, kBegin + 4501ms));
+}
+
 TEST(Hearing, WhoLeftIsForgotten) {
   Silence silence;
-  silence.hearing.lost(kPeer, silence.now);
+  silence.hearing.left(kPeer, silence.now);
   silence.last(5s);
   EXPECT_FALSE(silence.hearing.shuns_anybody());
 }
