@@ -1,5 +1,6 @@
 // The world dies: its successor goes on with what people have edited and with the referee's account.
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -75,8 +76,10 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   move.X_WO().position().x(4.0);
   ASSERT_TRUE(cell_.edit(move).done());
   ASSERT_TRUE(cell_.edit(request(msg::EDIT_REMOVE, "ball")).done());
-  // The arm stands and has no goal; its shoulder is above (0, 2) at about 0.66 m, and a ball rolls through it.
-  msg::WorldEditRequest runner = add_ball("runner", 0.1, {-1.5, 2.0, 0.66});
+  // The arm stands and has no goal; its shoulder is above (0, 2) at about 0.66 m, and a ball rolls through it. Where on
+  // its way it is goes by the world's time: now it is 1.5 m before the arm.
+  const double way = std::fmod(cell_.await_healthy().referee().time(), 10.0);
+  msg::WorldEditRequest runner = add_ball("runner", 0.1, {-1.5 - way, 2.0, 0.66});
   runner.obstacle().motion().kind(msg::MOTION_CONVEYOR);
   runner.obstacle().motion().direction_W().x(1.0);
   runner.obstacle().motion().speed(1.0);
