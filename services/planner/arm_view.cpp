@@ -32,6 +32,9 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
   if (!q) return q.error;
   const auto qd = bus::joints_from_message(state.qd(), what + ": qd", joints_[index]);
   if (!qd) return qd.error;
+  if (!(state.command_age() >= 0.0)) {
+    return what + ": command_age = " + std::to_string(state.command_age()) + " must be at least 0 s";
+  }
   SenderClock clock = heard && heard->writer == writer ? heard->clock : SenderClock();
   const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
   heard = Heard{*q,

@@ -54,6 +54,15 @@ class Arms : public testing::Test {
   ArmView::Clock::time_point now_{10s};
 };
 
+TEST_F(Arms, AStateWithoutASoundAgeOfItsCommandIsUnusable) {
+  for (const double age : {std::nan(""), -0.1}) {
+    msg::ArmState unsound = state("arm1", 1);
+    unsound.command_age(age);
+    EXPECT_NE(view_.apply(unsound, {}, now_).find("command_age = "), std::string::npos);
+  }
+  EXPECT_FALSE(view_.arm(0));
+}
+
 TEST_F(Arms, AgesAreOfTheArrival) {
   EXPECT_TRUE(std::isinf(view_.age(1, now_)));
   EXPECT_FALSE(view_.observe(now_, mode())[1].known);
