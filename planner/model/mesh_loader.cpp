@@ -11,6 +11,7 @@
 #include <assimp/scene.h>
 
 #include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -63,11 +64,12 @@ std::vector<Eigen::Vector3d> load_mesh_vertices(const std::string& path, const E
     throw ModelError(mesh + " has ending '" + extension + "'; .stl, .dae and .obj are allowed");
   }
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) throw ModelError(mesh + " is no file that exists");
+  const std::filesystem::path place = open_source(path);
+  if (!std::filesystem::is_regular_file(place, ignored)) throw ModelError(mesh + " is no file that exists");
 
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  const aiScene* scene = importer.ReadFile(place.string(), aiProcess_Triangulate);
   if (scene == nullptr) throw ModelError(mesh + " cannot be read: " + first_line(importer.GetErrorString()));
 
   std::vector<Eigen::Vector3d> vertices;

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -14,7 +15,7 @@ namespace fs = std::filesystem;
 
 bool is_file(const fs::path& path) {
   std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
+  return fs::is_regular_file(source_place(path), ignored);
 }
 
 /// The file `inside` of a package whose folder is `folder` itself or a child of it.

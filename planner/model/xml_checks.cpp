@@ -11,6 +11,7 @@
 #include <tinyxml2.h>
 
 #include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -29,13 +30,14 @@ std::optional<double> number(std::string_view word) {
 
 void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw ModelError(path + ": this " + kind + " file does not exist");
-  if (!std::filesystem::is_regular_file(path, error))
+  const std::filesystem::path place = open_source(path);
+  if (!std::filesystem::exists(place, error)) throw ModelError(path + ": this " + kind + " file does not exist");
+  if (!std::filesystem::is_regular_file(place, error))
     throw ModelError(path + ": a " + kind + " must be a regular file");
   constexpr std::uintmax_t kLargest = 64U << 20U;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  const std::uintmax_t size = std::filesystem::file_size(place, error);
   if (!error && size > kLargest) throw ModelError(path + ": this " + kind + " file is larger than 64 MB");
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(place, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
   if (!file) throw ModelError(path + ": this " + kind + " file cannot be read");

@@ -1,10 +1,13 @@
 #include "services/agent/agent.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <stdexcept>
 #include <utility>
 
 #include <poll.h>
 
+#include "planner/model/source_file.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -28,13 +31,24 @@ std::string level_name(LogLevel level) {
   return "info";
 }
 
+void keep_sources(const std::string& folder) {
+  try {
+    planner::keep_sources(folder);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw std::runtime_error("the cell's files cannot be kept in " + folder + ": " + error.code().message());
+  }
+}
+
 std::vector<PlannedService> planned(const config::CellFile& file, const ServiceOptions& options,
                                     const std::filesystem::path& folder) {
   std::vector<PlannedService> services = plan_services(file, options.host);
+  // A service that is started again must not read what somebody is editing for the next time.
+  const std::string sources = (folder / "sources").string();
+  keep_sources(sources);
   const std::string domain = std::to_string(choose_domain(options, file.network.domain));
   for (PlannedService& service : services) {
     service.arguments.insert(service.arguments.end(),
-                             {"--domain", domain, "--log-level", level_name(options.log_level)});
+                             {"--domain", domain, "--log-level", level_name(options.log_level), "--sources", sources});
     if (has_memory(service)) {
       service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
     }

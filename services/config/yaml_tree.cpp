@@ -10,6 +10,7 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
+#include "planner/model/source_file.hpp"
 #include "services/config/config_error.hpp"
 #include "services/config/text.hpp"
 
@@ -160,10 +161,11 @@ YamlNode read_yaml_text(const std::string& text, const std::string& path) {
 
 YamlNode read_yaml_file(const std::string& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
+  const std::filesystem::path place = planner::open_source(path);
+  if (std::filesystem::is_directory(place, error)) {
     throw ConfigError(path + ": is a folder, but must be a YAML file");
   }
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(place, std::ios::binary);
   if (!file) throw ConfigError(path + ": cannot be opened; it must be a readable YAML file");
   std::string text(kLargestFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));

@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "planner/model/source_file.hpp"
 #include "services/config/text.hpp"
 #include "services/runtime/version.hpp"
 
@@ -65,8 +66,11 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   if (subject != Subject::kArm) {
     app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
   }
+  app.add_option("--sources", options.sources, "folder with copies of the cell's files, to read instead of these");
   add_common_options(app, options);
-  return parse_or_explain(app, argc, argv);
+  const auto leave = parse_or_explain(app, argc, argv);
+  planner::read_sources_from(options.sources);
+  return leave;
 }
 
 int choose_domain(const ServiceOptions& options, int of_cell) {

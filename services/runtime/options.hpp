@@ -21,6 +21,7 @@ struct ServiceOptions {
   std::string arm;            ///< which arm it serves; empty for services of the whole cell
   std::optional<int> domain;  ///< DDS domain 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's
   std::string host;           ///< the cell's host it runs on; empty: where the cell file places it
+  std::string sources;        ///< folder with copies of the files to be read; empty: they are read where they are
   std::string memory;         ///< file in which survives what must; empty: nothing does
   LogLevel log_level = LogLevel::kInfo;
   std::string log_file;  ///< empty: stderr

@@ -22,10 +22,13 @@ class LiveCell : public testing::Test {
  protected:
   void SetUp() override {
     up_ = std::make_unique<Process>(std::vector<std::string>{std::string(HECATON_BIN_DIR) + "/hecaton", "up",
-                                                             kThreePuma, "--headless", "--domain", domain(),
+                                                             cell_file(), "--headless", "--domain", domain(),
                                                              "--start-timeout", "100s"});
     ASSERT_TRUE(up_->wait_for_message("the cell is up")) << up_->err();
   }
+
+  /// What is brought up.
+  [[nodiscard]] virtual std::string cell_file() const { return kThreePuma; }
 
   void TearDown() override {
     if (!up_) return;

@@ -2,6 +2,7 @@
 
 #include "tests/cell/cli/live_cell.hpp"
 
+#include <filesystem>
 #include <fstream>
 
 #include "tests/support/signal_process.hpp"
@@ -204,6 +205,32 @@ TEST_F(LiveCell, AnArmStaysWhereItIsWhenItsDriverIsKilled) {
   for (std::size_t j = 0; j < before["q"].size(); ++j) {
     EXPECT_NEAR(after["q"][j].get<double>(), before["q"][j].get<double>(), 0.01) << "joint " << j;
   }
+}
+
+/// Of a file of its own, for somebody to edit.
+class EditedCell : public LiveCell {
+ protected:
+  EditedCell() {
+    const std::filesystem::path original(kThreePuma);
+    std::filesystem::create_directories(folder_);
+    std::filesystem::copy(original.parent_path() / "urdf", folder_ / "urdf", std::filesystem::copy_options::recursive);
+    std::filesystem::copy(original, file_);
+  }
+  ~EditedCell() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string cell_file() const override { return file_.string(); }
+
+  std::filesystem::path folder_ = testing::TempDir() + "hecaton_edited_" + std::to_string(getpid());
+  std::filesystem::path file_ = folder_ / "cell.yaml";
+};
+
+TEST_F(EditedCell, GoesOnWithTheFilesThatItCameUpWith) {
+  std::ofstream(file_) << "colour: red\n";
+  std::filesystem::remove_all(folder_ / "urdf");
+  const pid_t planner = processes().at("planner/north");
+  ASSERT_TRUE(signal_process(planner, SIGKILL));
+  const Ran goal = run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "100s"});
+  EXPECT_EQ(goal.code, 0) << goal.err;
+  EXPECT_NE(processes().at("planner/north"), planner);
 }
 
 TEST_F(LiveCell, IsNotDisturbedByAnotherUp) {
