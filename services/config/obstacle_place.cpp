@@ -19,10 +19,12 @@ std::string overlap_with_arms(std::span<const planner::PlannedArm> arms, Measure
   planner::CellGeometry geometry(std::move(models), 0);
   geometry.set_obstacles(obstacles);
   const std::vector<PlacedBody> bodies = place_obstacle(geometry, obstacle.name, X_WO, last);
+  // What stands may stand at a fixed base.
+  const bool stands = std::holds_alternative<world::StaticMotion>(obstacle.motion);
   for (int arm = 0; arm < static_cast<int>(arms.size()); ++arm) {
     if (!q[static_cast<std::size_t>(arm)]) continue;
     const NearestPair pair =
-        overlap_of_moving(place_arm(obstacles, geometry, arm, *q[static_cast<std::size_t>(arm)]), bodies);
+        nearest_pair(place_arm(obstacles, geometry, arm, *q[static_cast<std::size_t>(arm)]), bodies, 0.0, stands);
     if (pair.found) return overlap_text(pair);
   }
   return {};

@@ -14,7 +14,7 @@ struct ArmBodies {
     int link = 0;  ///< index into the link poses of a measurement
     std::string link_name;
     PlacedShape shape;  ///< in the link's frame
-    bool moves = true;  ///< false: fixed to the base; never judged against obstacles or others that cannot move
+    bool moves = true;  ///< false: fixed to the base; never judged against what cannot move either
   };
   std::string name;
   std::vector<Part> parts;

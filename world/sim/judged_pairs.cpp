@@ -73,6 +73,7 @@ void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::
     carriers_.emplace_back();
     JudgedPart part;
     part.carrier = static_cast<int>(carriers_.size()) - 1;
+    part.moves = obstacle.attachment || !std::holds_alternative<StaticMotion>(obstacle.motion);
     part.handled = obstacle.name == handled;
     std::string name = obstacle.name;
     if (obstacle.attachment) {
@@ -93,7 +94,7 @@ std::optional<ContactKind> JudgedPairs::kind_of(const JudgedPart& a, const Judge
     return a.moves || b.moves ? std::optional(ContactKind::kArmArm) : std::nullopt;
   }
   if (a.arm != b.arm) {
-    return (a.arm >= 0 ? a.moves : b.moves) ? std::optional(ContactKind::kArmObstacle) : std::nullopt;
+    return a.moves || b.moves ? std::optional(ContactKind::kArmObstacle) : std::nullopt;
   }
   // Both free, both links or both carried: nothing that this arm could do about it, or listed as a self pair.
   if (a.arm < 0 || (a.link < 0) == (b.link < 0)) return std::nullopt;

@@ -19,9 +19,9 @@ namespace hecaton::world {
 /// One convex shape on its carrier: a link of an arm, or an obstacle.
 struct JudgedPart {
   int carrier = 0;
-  int arm = -1;   ///< −1: of a free obstacle
-  int link = -1;  ///< of that arm; −1: of an obstacle, free or carried
-  bool moves = true;
+  int arm = -1;          ///< −1: of a free obstacle
+  int link = -1;         ///< of that arm; −1: of an obstacle, free or carried
+  bool moves = true;     ///< two that cannot move are not judged: a base stands on its table
   bool handled = false;  ///< of the obstacle that was just attached or detached
   int name = 0;          ///< index into JudgedPairs::names()
   std::shared_ptr<const btConvexShape> shape;

@@ -135,7 +135,19 @@ TEST(ContactReferee, SplitsByKind) {
   EXPECT_EQ(report.contacts, 0U);
 }
 
-TEST(ContactReferee, FixedPartsAreJudgedAgainstMovingArmsOnly) {
+TEST(ContactReferee, FixedPartsAreJudgedAgainstObstaclesThatMove) {
+  Obstacle rolls = ball_obstacle("rolls");
+  rolls.motion = ConveyorMotion{};
+  Obstacle falls = ball_obstacle("falls");
+  falls.motion = DynamicMotion{};
+  Court court({ball_arm("arm1", 2)}, {rolls, falls, ball_obstacle("pedestal")});
+  court.poses[0][0] = at_point(0, 0, 0);
+  for (auto& state : court.states) state.X_WO = at_point(0.05, 0, 0);
+  court.judge(0.0);
+  EXPECT_EQ(court.referee.report().kinds[kArmObstacle].contacts, 2U);
+}
+
+TEST(ContactReferee, WhatStandsAtAFixedPartIsJudgedAgainstMovingArmsOnly) {
   Court court({ball_arm("arm1", 2), ball_arm("arm2", 2)}, {ball_obstacle("pedestal")});
   court.poses[0][0] = at_point(0, 0, 0);
   court.poses[1][0] = at_point(0.05, 0, 0);
