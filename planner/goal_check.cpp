@@ -43,15 +43,20 @@ std::string reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
   }
   if (std::string reason = outside_limits(arm, q_goal); !reason.empty()) return reason;
 
+  // Where the others will be then nobody knows, but their bases stay.
+  const CellGeometry lasting = geometry.without_moving_others();
+  ExactDistance distance(lasting);
+  std::vector<Kinematics> arms(lasting.arms().size());
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    const Arm& other = lasting.arms()[i];
+    forward_kinematics(*other.model, other.X_WB, JointVector::Zero(other.model->joints()), arms[i]);
+  }
   Kinematics own;
   forward_kinematics(*arm.model, arm.X_WB, q_goal, own);
-  const CellGeometry alone = geometry.without_other_arms();
-  ExactDistance distance(alone);
-  std::vector<Kinematics> arms(1);
   std::vector<Clearance> touching(1);
   const int count = distance.clearances({&own, arms, obstacles}, {.others = 0.0, .self = 0.0}, touching);
   if (count == 0 || touching[0].distance > 0.0) return {};
-  out << "goal is in collision: " << alone.own_name(touching[0]) << " and " << alone.other_name(touching[0])
+  out << "goal is in collision: " << lasting.own_name(touching[0]) << " and " << lasting.other_name(touching[0])
       << " overlap by " << -touching[0].distance * 1000.0 << " mm";
   return out.str();
 }

@@ -146,13 +146,12 @@ std::vector<int> CellGeometry::neighbourhood(double distance) const {
   return near;
 }
 
-CellGeometry CellGeometry::without_other_arms() const {
-  CellGeometry alone = *this;
-  alone.arms_ = {own_arm()};
-  alone.arm_bodies_ = {own_bodies()};
-  alone.arm_reach_ = {arm_reach_[self_]};
-  alone.self_ = 0;
-  return alone;
+CellGeometry CellGeometry::without_moving_others() const {
+  CellGeometry rest = *this;
+  for (int arm = 0; arm < static_cast<int>(arms_.size()); ++arm) {
+    if (arm != self_) std::erase_if(rest.arm_bodies_[arm], [](const Body& body) { return body.moves; });
+  }
+  return rest;
 }
 
 std::string CellGeometry::body_name(int arm, const Body& body) const {

@@ -37,8 +37,8 @@ class CellGeometry {
   /// Throws std::invalid_argument when an attachment names no arm of the cell.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// The own arm, what it carries and the obstacles (same indices), without the other arms.
-  [[nodiscard]] CellGeometry without_other_arms() const;
+  /// The same without what moves of the other arms: of them only parts that no joint moves are left.
+  [[nodiscard]] CellGeometry without_moving_others() const;
 
   [[nodiscard]] int self() const { return self_; }
   [[nodiscard]] const std::vector<Arm>& arms() const { return arms_; }
