@@ -19,7 +19,8 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
       parameters_(parameters),
       dt_(control_period),
       scratch_(geometry_),
-      memory_{LocalMemory(seed)} {}
+      memory_{LocalMemory(seed)},
+      sent_(geometry_.own_arm().limits, control_period) {}
 
 void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
   geometry_.set_obstacles(obstacles);
@@ -44,16 +45,25 @@ void ArmController::let_pass(double time) {
   if (setpoint_) stop_for(geometry_.own_arm().limits, time, setpoint_->q, setpoint_->qd);
 }
 
+TickResult ArmController::step(const OwnNews& news, std::span<const ArmObservation> arms,
+                               std::span<const world::ObstacleState> obstacles, bool hold) {
+  if (!news.follows) forget_setpoint();
+  std::optional<JointVector> tracking_error;
+  const auto reference = sent_.reference(news.setpoint, news.setpoint_age);
+  if (reference) tracking_error = news.state.q - reference->q;
+  return step_from(reckoned(geometry_.own_arm().limits, news, dt_), tracking_error, arms, obstacles, hold);
+}
+
 TickResult ArmController::step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, bool hold) {
   std::optional<JointVector> tracking_error;
   if (setpoint_) tracking_error = measured.q - setpoint_->q;
-  return step(measured, tracking_error, arms, obstacles, hold);
+  return step_from(measured, tracking_error, arms, obstacles, hold);
 }
 
-TickResult ArmController::step(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
-                               std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
-                               bool hold) {
+TickResult ArmController::step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
+                                    std::span<const ArmObservation> arms,
+                                    std::span<const world::ObstacleState> obstacles, bool hold) {
   const bool follows = setpoint_ && tracking_error && tracking_error->cwiseAbs().maxCoeff() <= kLostTrack;
   if (!follows) setpoint_ = measured;
 

@@ -1,10 +1,13 @@
 #pragma once
 /// One arm's planner between ticks: its goal, its set-point, its memory. The service and the simulation both run this.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "planner/local/old_news.hpp"
+#include "planner/setpoint_log.hpp"
 #include "planner/tick.hpp"
 
 namespace hecaton::planner {
@@ -32,11 +35,14 @@ class ArmController {
   void let_pass(double time);
 
   /// One control period. The set-point continues from the last one, unless the arm is not where it was told to be (a
-  /// stop, a limit, a driver that just started): then it begins again from the measured state. `tracking_error`: of the
-  /// drive, measured minus reference when its state was true [rad | m]; empty: it follows none of our set-points.
-  TickResult step(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
-                  std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles, bool hold);
-  /// The same for a drive that was measured just now.
+  /// stop, a limit, a driver that just started): then it begins again from where the arm is. The drive is measured
+  /// against the set-point that it had (docs/design/0006-old-news.md, "The own arm").
+  TickResult step(const OwnNews& news, std::span<const ArmObservation> arms,
+                  std::span<const world::ObstacleState> obstacles, bool hold);
+  /// The last period's set-point went to the drive under this number. Numbers grow.
+  void sent(std::uint64_t number) { sent_.sent(number, *setpoint_); }
+
+  /// The same for a drive that got the last period's set-point at once and was measured just now.
   TickResult step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
 
@@ -59,6 +65,11 @@ class ArmController {
   [[nodiscard]] double control_period() const { return dt_; }
 
  private:
+  /// `tracking_error`: measured minus reference position [rad | m]; empty: the drive follows none of our set-points.
+  TickResult step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
+                       std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
+                       bool hold);
+
   CellGeometry geometry_;
   LocalParameters parameters_;
   double dt_;
@@ -66,6 +77,7 @@ class ArmController {
   TickMemory memory_;
   std::optional<JointVector> goal_;
   std::optional<MeasuredState> setpoint_;
+  SetpointLog sent_;
 };
 
 }  // namespace hecaton::planner

@@ -9,7 +9,7 @@ namespace hecaton::planner {
 
 MeasuredState reckoned(const JointLimits& limits, const OwnNews& news, double period) {
   MeasuredState now = news.state;
-  const double due = news.follows ? std::clamp(period - news.command_age, 0.0, news.age) : 0.0;
+  const double due = news.follows ? std::clamp(period - news.setpoint_age, 0.0, news.age) : 0.0;
   now.q += now.qd * due;
   stop_for(limits, news.age - due, now.q, now.qd);
   return now;

@@ -1,6 +1,8 @@
 #pragma once
 /// What news of a while ago says about now: where things should be, and how much nearer they may be.
 
+#include <cstdint>
+
 #include "planner/local/observation.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -9,9 +11,10 @@ namespace hecaton::planner {
 /// What the own arm's driver told a while ago.
 struct OwnNews {
   MeasuredState state;
-  double age = 0.0;          ///< of the state [s], ≥ 0
-  bool follows = false;      ///< its drive followed set-points
-  double command_age = 0.0;  ///< of the last set-point that it had, when the state was true [s]
+  double age = 0.0;            ///< of the state [s], ≥ 0
+  bool follows = false;        ///< its drive followed set-points
+  std::uint64_t setpoint = 0;  ///< number of the last one that it had; 0: none of this planner's
+  double setpoint_age = 0.0;   ///< since that came, when the state was true [s]
 };
 
 /// Where the own arm is at least, on its way: its drive goes to the set-point that it had, `period` [s] after that

@@ -20,7 +20,12 @@ ArmModel::ArmModel(JointLimits limits, JointVector q, double command_timeout)
   qd_ = JointVector::Zero(q_.size());
 }
 
-void ArmModel::command(const JointVector& q, const JointVector& qd, double period) {
+bool ArmModel::command(const JointVector& q, const JointVector& qd, double period) {
+  const bool far = ((q - q_).cwiseAbs().array() > limits_.velocity.array() * (command_timeout_ + period)).any();
+  if (far) {
+    stop();
+    return false;
+  }
   from_q_ = q_;
   from_qd_ = qd_;
   target_q_ = q.cwiseMax(limits_.lower).cwiseMin(limits_.upper);
@@ -29,10 +34,7 @@ void ArmModel::command(const JointVector& q, const JointVector& qd, double perio
   period_ = period;
   since_command_ = 0.0;
   mode_ = DriveMode::kTracking;
-}
-
-bool ArmModel::within_reach(const JointVector& q, double period) const {
-  return ((q - q_).cwiseAbs().array() <= limits_.velocity.array() * (command_timeout_ + period)).all();
+  return true;
 }
 
 void ArmModel::stop() {

@@ -21,11 +21,9 @@ class ArmModel {
   ArmModel(JointLimits limits, JointVector q, double command_timeout);
 
   /// A set-point: be at q with velocity qd `period` [s] from now. Positions outside the limits are clamped to them.
-  void command(const JointVector& q, const JointVector& qd, double period);
-  /// Whether a set-point for `period` [s] from now is where the arm may get to if its set-points are late by no more
-  /// than the time-out. A set-point farther away was meant for an arm that is somewhere else: on the straight line to
-  /// it nobody has looked for obstacles.
-  [[nodiscard]] bool within_reach(const JointVector& q, double period) const;
+  /// False: the arm is too far from it to get there if it is late by no more than the time-out; so it was meant for an
+  /// arm that is somewhere else, and on the straight line to it nobody has looked for obstacles. The arm stops.
+  bool command(const JointVector& q, const JointVector& qd, double period);
   /// Stops on the stop profile and drops the set-point.
   void stop();
   /// Advances by dt [s]. Velocity, acceleration and position limits hold whatever was commanded.

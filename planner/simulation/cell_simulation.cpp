@@ -104,7 +104,7 @@ class Episode {
       listen(i, now);
       policies_[i].prepare(controllers_[i]);
       const auto before = std::chrono::steady_clock::now();
-      results_[i] = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
+      results_[i] = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
                                          !obstacle_channels_[i].known());
       const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
       if (options_.times != nullptr) {

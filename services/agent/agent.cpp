@@ -31,24 +31,23 @@ std::string level_name(LogLevel level) {
   return "info";
 }
 
-void keep_sources(const std::string& folder) {
+/// A service that is started again must not read what somebody is editing for the next time.
+std::filesystem::path keep_sources(const std::filesystem::path& folder) {
   try {
     planner::keep_sources(folder);
+    return folder;
   } catch (const std::filesystem::filesystem_error& error) {
-    throw std::runtime_error("the cell's files cannot be kept in " + folder + ": " + error.code().message());
+    throw std::runtime_error("the cell's files cannot be kept in " + folder.string() + ": " + error.code().message());
   }
 }
 
 std::vector<PlannedService> planned(const config::CellFile& file, const ServiceOptions& options,
-                                    const std::filesystem::path& folder) {
+                                    const std::filesystem::path& folder, const std::filesystem::path& sources) {
   std::vector<PlannedService> services = plan_services(file, options.host);
-  // A service that is started again must not read what somebody is editing for the next time.
-  const std::string sources = (folder / "sources").string();
-  keep_sources(sources);
   const std::string domain = std::to_string(choose_domain(options, file.network.domain));
   for (PlannedService& service : services) {
-    service.arguments.insert(service.arguments.end(),
-                             {"--domain", domain, "--log-level", level_name(options.log_level), "--sources", sources});
+    service.arguments.insert(service.arguments.end(), {"--domain", domain, "--log-level", level_name(options.log_level),
+                                                       "--sources", sources.string()});
     if (has_memory(service)) {
       service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
     }
@@ -75,7 +74,7 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       folder_(file.cell.name),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
-      keeper_(planned(file, options, folder_.path()), keeper_options(agent)) {
+      keeper_(planned(file, options, folder_.path(), keep_sources(folder_.path() / "sources")), keeper_options(agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
     pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NODE_AGENT, {}, host}, pulse_timing(file));
   }

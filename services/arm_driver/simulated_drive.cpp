@@ -34,8 +34,7 @@ void SimulatedDrive::order(ArmOrder order, const std::string& why) {
 Verdict SimulatedDrive::command(const msg::ArmCommand& command) {
   const Verdict verdict = gate_.judge(command);
   if (verdict != Verdict::kAccepted) return verdict;
-  if (order_ == ArmOrder::kRun && !arm_.within_reach(gate_.q(), gate_.period())) {
-    arm_.stop();
+  if (order_ == ArmOrder::kRun && !arm_.command(gate_.q(), gate_.qd(), gate_.period())) {
     complaint_ = far_text(gate_.q(), arm_.q());
     ++too_far_;
     return Verdict::kTooFar;
@@ -43,7 +42,6 @@ Verdict SimulatedDrive::command(const msg::ArmCommand& command) {
   complaint_.clear();
   commanded_ = true;
   command_age_ = 0.0;
-  if (order_ == ArmOrder::kRun) arm_.command(gate_.q(), gate_.qd(), gate_.period());
   return verdict;
 }
 

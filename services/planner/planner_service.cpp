@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
-#include "planner/local/old_news.hpp"
 #include "services/bus/convert.hpp"
 #include "services/planner/explain.hpp"
 #include "services/runtime/join.hpp"
@@ -106,7 +105,6 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       desk_(name_, node_),
       controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
                   file.cell.timing.control_period, seed_of(name_)),
-      sent_(file.cell.arms[arm].arm.limits, file.cell.timing.control_period),
       resolver_(arms_of(file.cell), arm),
       rollout_policy_(file.cell.arms[arm].parameters, seed_of(name_)),
       rollouts_(arms_of(file.cell), parameters_of(file.cell), arm,
@@ -237,16 +235,11 @@ void PlannerService::plan() {
     return;
   }
   const ArmView::Heard& own = *arms_.arm(self_);
-  if (own.mode != msg::ARM_RUNNING) controller_.forget_setpoint();
   // By the time that the command is out all this will be older.
   const auto observed = arms_.observe(now_ + reaction_, modes_.view());
   const auto obstacles = obstacles_.states(now_ + reaction_);
-  const planner::OwnNews news{{own.q, own.qd}, arms_.age(self_, now_), own.mode == msg::ARM_RUNNING, own.command_age};
-  const planner::MeasuredState measured =
-      reckoned(controller_.geometry().own_arm().limits, news, controller_.control_period());
   if (desk_.has_active()) rollout_policy_.prepare(controller_);
-  const planner::TickResult result =
-      controller_.step(measured, tracking_error(own), observed, obstacles, !hold_reason_.empty());
+  const planner::TickResult result = controller_.step(news_of(own), observed, obstacles, !hold_reason_.empty());
   command(result);
   if (in_charge_ && desk_.has_active()) look_ahead(result, observed, obstacles);
 
@@ -268,11 +261,14 @@ void PlannerService::plan() {
   answer_clients(std::move(progress));
 }
 
-std::optional<planner::JointVector> PlannerService::tracking_error(const ArmView::Heard& own) const {
-  if (own.term != duty_.term()) return std::nullopt;  // the last command that it accepted was not ours
-  const auto reference = sent_.reference(own.command_sequence, own.command_age);
-  if (!reference) return std::nullopt;
-  return own.q - reference->q;
+planner::OwnNews PlannerService::news_of(const ArmView::Heard& own) const {
+  planner::OwnNews news;
+  news.state = {own.q, own.qd};
+  news.age = arms_.age(self_, now_);
+  news.follows = own.mode == msg::ARM_RUNNING;
+  if (own.term == duty_.term()) news.setpoint = own.command_sequence;  // else the last that it accepted was not ours
+  news.setpoint_age = own.command_age;
+  return news;
 }
 
 // The longest of late: a machine that stalled will stall again.
@@ -302,7 +298,7 @@ void PlannerService::command(const planner::TickResult& result) {
   if (own.term == term) sequence_ = std::max(sequence_, own.command_sequence);
   command_.term(term);
   command_.sequence_number(++sequence_);
-  sent_.sent(sequence_, {result.q, result.qd});
+  controller_.sent(sequence_);
   command_.stamp_ns(stamp_now());
   command_.q(bus::to_message(result.q));
   command_.qd(bus::to_message(result.qd));

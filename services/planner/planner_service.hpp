@@ -2,7 +2,6 @@
 /// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
 /// standby host it does the same without commanding and answering, until it is put in charge.
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,7 +12,6 @@
 
 #include "planner/arm_controller.hpp"
 #include "planner/rollout/rollout_policy.hpp"
-#include "planner/setpoint_log.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/arm_view.hpp"
@@ -49,8 +47,7 @@ class PlannerService {
   void follow_goals_of_the_other(const msg::GoalStatus& status);
   void handle_goals();
   void plan();
-  /// Of the drive when its state was true, see ArmController::step().
-  [[nodiscard]] std::optional<planner::JointVector> tracking_error(const ArmView::Heard& own) const;
+  [[nodiscard]] planner::OwnNews news_of(const ArmView::Heard& own) const;
   void note_reaction(Clock::duration taken);
   void look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles);
@@ -89,7 +86,6 @@ class PlannerService {
   ObstacleView obstacles_;
   GoalDesk desk_;
   planner::ArmController controller_;
-  planner::SetpointLog sent_;
   GoalResolver resolver_;
   planner::RolloutPolicy rollout_policy_;
   RolloutWorker rollouts_;

@@ -7,7 +7,6 @@
 
 #include "planner/arm_controller.hpp"
 #include "planner/local/old_news.hpp"
-#include "planner/setpoint_log.hpp"
 #include "planner/simulation/arm_model.hpp"
 #include "planner/simulation/network_model.hpp"
 #include "tests/support/planar_point.hpp"
@@ -93,7 +92,7 @@ class Duel {
         std::array<ArmObservation, 2> seen;
         seen[1 - i] = channels_[i].newest();
         if (channels_[i].known() && ages_known_) seen[1 - i].age = channels_[i].age(now);
-        const TickResult result = controllers_[i].step({drives_[i].q(), drives_[i].qd()}, seen, {}, false);
+        const TickResult result = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, seen, {}, false);
         drives_[i].command(result.q, result.qd, kPeriod);
       }
       for (ArmModel& drive : drives_) drive.step(kPeriod);
@@ -157,8 +156,7 @@ class Starved {
 /// A ball among posts that stand still, whose planner and driver are starved and hear of each other late.
 class StarvedRun {
  public:
-  /// `naive`: takes the arm for as far on as if it had kept its velocity, and measures it against the newest set-point;
-  /// the drive goes wherever it is told.
+  /// `naive`: takes the arm for as far on as if it had kept its velocity, and measures it against the newest set-point.
   StarvedRun(const NetworkParameters& network, double longest_stall, bool naive, std::uint64_t seed)
       : random_(seed),
         naive_(naive),
@@ -208,27 +206,19 @@ class StarvedRun {
     MeasuredState setpoint;
     std::uint64_t number = 0;
   };
-  struct Told {
-    OwnNews news;
-    std::uint64_t number = 0;
-  };
 
   // As ArmDriver::run(): what a stall swallowed happened without new commands.
   void drive(double now) {
     for (int k = driver_.skipped(); k > 0; --k) step();
     commands_.receive(now);
-    if (commands_.known() && commands_.newest().number > number_) {
-      take(commands_.newest());
-    }
+    if (commands_.known() && commands_.newest().number > number_) take(commands_.newest());
     step();
     const bool follows = drive_->mode() == DriveMode::kTracking;
-    states_.send(now, {{{drive_->q(), drive_->qd()}, 0.0, follows, command_age_}, number_});
+    states_.send(now, {{drive_->q(), drive_->qd()}, 0.0, follows, number_, command_age_});
   }
   void take(const Command& command) {
     number_ = command.number;
-    if (!naive_ && !drive_->within_reach(command.setpoint.q, kPeriod)) return drive_->stop();
-    drive_->command(command.setpoint.q, command.setpoint.qd, kPeriod);
-    command_age_ = 0.0;
+    if (drive_->command(command.setpoint.q, command.setpoint.qd, kPeriod)) command_age_ = 0.0;
   }
   void step() {
     command_age_ += kStep;
@@ -238,26 +228,24 @@ class StarvedRun {
   // As PlannerService::run().
   void plan(double now) {
     if (naive_ && planner_.skipped() > 0) controller_->forget_setpoint();
-    controller_->let_pass(planner_.skipped() * kPeriod);
+    if (!naive_) controller_->let_pass(planner_.skipped() * kPeriod);
     states_.receive(now);
     if (!states_.known()) return;
     if (random_.uniform() < 0.01) {
       controller_->set_goal(joints({random_.uniform(-0.9, 0.9), random_.uniform(-0.9, 0.9)}));
     }
-    OwnNews news = states_.newest().news;
+    OwnNews news = states_.newest();
     news.age = states_.age(now);
-    if (!news.follows) controller_->forget_setpoint();
     const std::array<ArmObservation, 1> nobody{};
     const TickResult result = step(news, nobody);
     commands_.send(now, {{result.q, result.qd}, ++sent_});
-    log_.sent(sent_, {result.q, result.qd});
+    controller_->sent(sent_);
   }
   TickResult step(const OwnNews& news, std::span<const ArmObservation> nobody) {
-    const MeasuredState& then = news.state;
-    if (naive_) return controller_->step({then.q + then.qd * news.age, then.qd}, nobody, standing_, false);
-    std::optional<JointVector> error;
-    if (const auto reference = log_.reference(states_.newest().number, news.command_age)) error = then.q - reference->q;
-    return controller_->step(reckoned(arm_.limits, news, kPeriod), error, nobody, standing_, false);
+    if (!naive_) return controller_->step(news, nobody, standing_, false);
+    if (!news.follows) controller_->forget_setpoint();
+    const MeasuredState kept{news.state.q + news.state.qd * news.age, news.state.qd};
+    return controller_->step(kept, nobody, standing_, false);
   }
 
   Random random_;
@@ -269,8 +257,7 @@ class StarvedRun {
   std::optional<ArmModel> drive_;
   Starved planner_, driver_;
   StateChannel<Command> commands_;
-  StateChannel<Told> states_;
-  SetpointLog log_{arm_.limits, kPeriod};
+  StateChannel<OwnNews> states_;
   std::uint64_t number_ = 0;  ///< of the set-point that the drive has
   double command_age_ = 0.0;
   std::uint64_t sent_ = 0;

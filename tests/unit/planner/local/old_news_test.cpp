@@ -47,8 +47,8 @@ TEST(Extrapolated, AnObstacleKeepsItsTwist) {
   EXPECT_NEAR(now.X_WO.linear()(1, 0), std::sin(0.1), 1e-12);
 }
 
-OwnNews moving(double age, bool follows, double command_age) {
-  return {{joints({1, 0}), joints({0.4, -0.2})}, age, follows, command_age};
+OwnNews moving(double age, bool follows, double setpoint_age) {
+  return {{joints({1, 0}), joints({0.4, -0.2})}, age, follows, 1, setpoint_age};
 }
 
 TEST(Reckoned, TheDriveGoesToTheSetPointThatItHad) {

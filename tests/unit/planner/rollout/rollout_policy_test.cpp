@@ -18,7 +18,7 @@ class Policy : public testing::Test {
       : controller_(CellGeometry({test::planar_point("a"), test::planar_point("b")}, 0), LocalParameters{}, 0.01, 1) {
     arms_[1] = {joints({2, 2}), joints({0.5, 0}), 0.1, true, true, true, joints({2.5, 2})};
     controller_.set_goal(joints({1, 0}));
-    (void)controller_.step({joints({0, 0}), joints({0, 0})}, arms_, {}, false);
+    (void)controller_.step(MeasuredState{joints({0, 0}), joints({0, 0})}, arms_, {}, false);
     parameters_.rollout.candidates = 4;
     parameters_.rollout.horizon = 2.0;
     parameters_.rollout.horizon_growth = 2.0;

@@ -103,10 +103,15 @@ TEST(ArmModel, StopDropsTheSetPointAtOnce) {
 TEST(ArmModel, NoCommandBreaksALimit) {
   Random random(9);
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
+  const double reach = 1.5 * (kTimeout + kPeriod);
+  int followed = 0;
   for (int period = 0; period < 20'000; ++period) {
     if (random.uniform() < 0.8) {
-      arm.command(joints({random.uniform(-3, 3), random.uniform(-3, 3)}),
-                  joints({random.uniform(-9, 9), random.uniform(-9, 9)}), kPeriod);
+      // Within reach most of the time, and anywhere else; also outside the limits.
+      const double far = random.uniform() < 0.9 ? reach : 3.0;
+      const JointVector off = joints({random.uniform(-far, far), random.uniform(-far, far)});
+      const JointVector wild = joints({random.uniform(-9, 9), random.uniform(-9, 9)});
+      followed += arm.command(arm.q() + off, wild, kPeriod) ? 1 : 0;
     }
     for (int i = 0; i < 5; ++i) {
       const JointVector before = arm.qd();
@@ -122,6 +127,19 @@ TEST(ArmModel, NoCommandBreaksALimit) {
     }
   }
   EXPECT_GT(arm.clamped(), 1000U);
+  EXPECT_GT(followed, 10'000);
+}
+
+TEST(ArmModel, FollowsNoSetPointThatItCannotReachInTime) {
+  ArmModel arm(kLimits, joints({0, 0}), kTimeout);
+  const double reach = 1.5 * (kTimeout + kPeriod);
+  EXPECT_FALSE(arm.command(joints({0, reach + 1e-6}), joints({0, 0}), kPeriod));
+  EXPECT_EQ(arm.mode(), DriveMode::kIdle);
+  EXPECT_TRUE(arm.command(joints({0, reach - 1e-6}), joints({0, 0}), kPeriod));
+  EXPECT_EQ(arm.mode(), DriveMode::kTracking);
+  arm.step(kStep);
+  EXPECT_FALSE(arm.command(joints({-reach - 0.01, 0}), joints({0, 0}), kPeriod));
+  EXPECT_EQ(arm.mode(), DriveMode::kStopping) << "nor the one before";
 }
 
 }  // namespace
