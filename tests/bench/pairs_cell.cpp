@@ -6,6 +6,8 @@
 #include <fcl/narrowphase/collision_object.h>
 #include <fcl/narrowphase/distance.h>
 
+#include "tests/support/fcl_shape.hpp"
+
 namespace hecaton::bench {
 namespace {
 
@@ -28,14 +30,6 @@ CellGeometry make_geometry(std::span<const world::Obstacle> obstacles, LinkShape
                         0);
   geometry.set_obstacles(obstacles);
   return geometry;
-}
-
-std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const world::Shape& shape) {
-  if (const auto* capsule = std::get_if<world::Capsule>(&shape)) {
-    return std::make_shared<fcl::Capsuled>(capsule->radius, 2.0 * capsule->half_length);
-  }
-  const auto& cylinder = std::get<world::Cylinder>(shape);
-  return std::make_shared<fcl::Cylinderd>(cylinder.radius, 2.0 * cylinder.half_length);
 }
 
 }  // namespace
@@ -119,12 +113,11 @@ struct FclPairs::Objects {
 FclPairs::FclPairs(const CellGeometry& geometry) : geometry_(geometry), objects_(std::make_unique<Objects>()) {
   for (int arm = 0; arm < 3; ++arm) {
     for (const Body& body : geometry.arm_bodies(arm)) {
-      objects_->arms[arm].emplace_back(fcl_shape(body.shape));
+      objects_->arms[arm].emplace_back(test::fcl_shape(body.shape));
     }
   }
   for (int i = 0; i < geometry.obstacle_count(); ++i) {
-    const auto& box = std::get<world::Box>(geometry.obstacle_bodies(i)[0].shape);
-    objects_->boxes.emplace_back(std::make_shared<fcl::Boxd>(Eigen::Vector3d(2.0 * box.half_extents)));
+    objects_->boxes.emplace_back(test::fcl_shape(geometry.obstacle_bodies(i)[0].shape));
   }
   objects_->request.enable_nearest_points = true;
 }
