@@ -32,6 +32,7 @@ struct Vital {
   std::string detail;  ///< why degraded
   std::uint64_t term = 0;
   Mandate mandate;                ///< a planner's: the newest for its arm that it has heard of
+  msg::ModeNumber heard_mode;     ///< a supervisor's: the newest of another
   double oldest_input_age = 0.0;  ///< [s]
   std::string oldest_input;       ///< topic/key
 };

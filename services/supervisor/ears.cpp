@@ -76,6 +76,14 @@ void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
   }
 }
 
+msg::ModeNumber Ears::newest_mode_of_others() const {
+  msg::ModeNumber number;
+  if (!other_mode_) return number;
+  number.term(other_mode_->term());
+  number.sequence_number(other_mode_->sequence_number());
+  return number;
+}
+
 void Ears::hear_nodes(const Listeners& to) {
   for (const auto& sample : heartbeats_.take()) {
     const msg::Heartbeat& beat = sample.value;

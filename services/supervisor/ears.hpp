@@ -40,6 +40,7 @@ class Ears {
   [[nodiscard]] std::optional<ProcessExit> take_predecessor();
   /// The newest cell mode of another supervisor that led since the last call.
   [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
+  [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
   /// What others told of faults, by id.
   [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return other_faults_; }
 

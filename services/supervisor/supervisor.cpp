@@ -138,6 +138,8 @@ void Supervisor::turn(bus::Clock::time_point now) {
   for (const auto& sample : ears_.requests()) {
     if (answers() && !sample.disposed) answer(sample.value);
   }
+  if (!leads) owed_.drop();
+  for (const auto& request : owed_.take(heard_by_standby(), since_epoch(now))) reply(request, {});
   forget_strangers(now);
   if (pulse_.due(now)) beat(now);
 }
@@ -255,11 +257,27 @@ std::string Supervisor::obey(const msg::SupervisorRequest& request) {
 
 void Supervisor::answer(const msg::SupervisorRequest& request) {
   const std::string refusal = obey(request);
+  if (request.kind() == msg::REQUEST_STATUS) return reply(request, refusal);
+  log_info("order", {{"client", request.client()}, {"kind", static_cast<int>(request.kind())}, {"refused", refusal}});
+  const bool leads = leadership_.role() == Leadership::Role::kLeading;
   const auto now = bus::Clock::now();
-  if (request.kind() != msg::REQUEST_STATUS) {
-    log_info("order", {{"client", request.client()}, {"kind", static_cast<int>(request.kind())}, {"refused", refusal}});
-    if (leadership_.role() == Leadership::Role::kLeading) publish_mode(now);
+  if (leads) publish_mode(now);
+  if (!leads || !refusal.empty()) return reply(request, refusal);
+  owed_.owe(request, mode_.sequence_number(), since_epoch(now));
+}
+
+std::optional<std::uint64_t> Supervisor::heard_by_standby() const {
+  for (const PlacedNode& other : supervisors_) {
+    const auto* beat = other.node == node_ ? nullptr : find(picture_.heartbeats, other.node);
+    if (!beat || beat->value.state() != msg::NODE_STANDBY || !watch_.alive(other.node)) continue;
+    const msg::ModeNumber& heard = beat->value.heard_mode();
+    return heard.term() == leadership_.term() ? heard.sequence_number() : 0;
   }
+  return std::nullopt;
+}
+
+void Supervisor::reply(const msg::SupervisorRequest& request, const std::string& refusal) {
+  const auto now = bus::Clock::now();
   // Before we lead nothing is published yet; what will be is answered all the same.
   if (leadership_.role() == Leadership::Role::kListening) {
     mode_ = mode_message(watch_.mode(), succession_, node_);
@@ -347,6 +365,7 @@ void Supervisor::forget_strangers(bus::Clock::time_point now) {
 void Supervisor::beat(bus::Clock::time_point now) {
   Vital vital;
   vital.term = leadership_.term();
+  vital.heard_mode = ears_.newest_mode_of_others();
   switch (leadership_.role()) {
     case Leadership::Role::kListening:
       vital.state = msg::NODE_STARTING;

@@ -21,6 +21,7 @@
 #include "services/supervisor/ears.hpp"
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/memory.hpp"
+#include "services/supervisor/owed_replies.hpp"
 #include "services/supervisor/picture.hpp"
 #include "services/supervisor/succession.hpp"
 #include "services/supervisor/takeover_patience.hpp"
@@ -56,6 +57,9 @@ class Supervisor {
   void tell_predecessor(Time now);
   [[nodiscard]] bool answers() const;
   void answer(const msg::SupervisorRequest& request);
+  void reply(const msg::SupervisorRequest& request, const std::string& refusal);
+  /// Which of our cell modes the supervisor that stands by has heard; empty: nobody stands by.
+  [[nodiscard]] std::optional<std::uint64_t> heard_by_standby() const;
   [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
   [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
   void publish_mode(bus::Clock::time_point now);
@@ -84,6 +88,7 @@ class Supervisor {
   bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
   msg::CellMode mode_;                                  ///< as last published
   bus::Clock::time_point mode_at_{};
+  OwedReplies<msg::SupervisorRequest> owed_;
   std::uint64_t fault_sequence_ = 0;
   bus::Mailbox urgent_, quiet_;
   bus::Participant participant_;

@@ -141,9 +141,9 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
   const msg::Fault died = cell_.await_fault("the planner's death", [&](const msg::Fault& fault) {
     return fault.kind() == "process_died" && fault.subject() == first.planner() && fault.cleared();
   });
-  ASSERT_TRUE(cell_.ask(msg::REQUEST_HOLD, {"left"})->done());
   const auto before = cell_.await("a standby", [](const auto& status) { return !status.standby().empty(); });
   const std::string leader = before.supervisor();
+  ASSERT_TRUE(cell_.ask(msg::REQUEST_HOLD, {"left"})->done());  // from then on it outlives who acknowledged it
   ASSERT_EQ(kill(pid_of_node(before, leader), SIGKILL), 0);
 
   const msg::CellMode mode = cell_.await_mode("another leader's", [&](const msg::CellMode& seen) {
