@@ -143,7 +143,9 @@ void ArmDriver::publish() {
   (void)states_.write(state_);  // best effort, and the bus has logged a refusal
   if (logged_mode_ == state_.mode()) return;
   logged_mode_ = state_.mode();
-  log_info("arm mode", {{"mode", mode_name(logged_mode_)}, {"reason", state_.reason()}});
+  log_info(
+      "arm mode",
+      {{"mode", mode_name(logged_mode_)}, {"reason", state_.reason()}, {"command_age_ms", drive_.command_age() * 1e3}});
 }
 
 void ArmDriver::beat() {

@@ -118,10 +118,15 @@ Json to_json(const msg::HostStatus& host) {
 }
 
 Json to_json(const msg::Fault& fault) {
-  return {{"id", fault.id()},           {"severity", text(fault.severity())},
-          {"kind", fault.kind()},       {"subject", fault.subject()},
-          {"seen", fault.seen()},       {"since_unix_ms", fault.since_unix_ms()},
-          {"cleared", fault.cleared()}, {"duration_s", fault_duration(fault)}};
+  return {{"id", fault.id()},
+          {"severity", text(fault.severity())},
+          {"kind", fault.kind()},
+          {"subject", fault.subject()},
+          {"seen", fault.seen()},
+          {"since_unix_ms", fault.since_unix_ms()},
+          {"cleared", fault.cleared()},
+          {"duration_s", fault_duration(fault)},
+          {"detected_within_s", age(fault.detected_within())}};
 }
 
 Json to_json(const msg::ObstacleStatus& obstacle) {

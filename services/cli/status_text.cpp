@@ -147,12 +147,19 @@ std::string hosts_text(const msg::CellStatus& status, const Palette& palette) {
 
 std::string faults_text(const msg::CellStatus& status, const Palette& palette) {
   if (status.faults().empty()) return palette.green("no faults") + "\n";
-  Table table({{"since"}, {"severity"}, {"kind"}, {"subject"}, {"lasts", Align::kRight}, {"what was seen"}});
+  Table table({{"since"},
+               {"severity"},
+               {"kind"},
+               {"subject"},
+               {"seen within", Align::kRight},
+               {"lasts", Align::kRight},
+               {"what was seen"}});
   for (const msg::Fault& fault : status.faults()) {
     const std::string lasted = duration_text(fault_duration(fault));
     table.add({clock_text(fault.since_unix_ms()),
                fault.cleared() ? palette.dim("cleared") : coloured(fault.severity(), palette), fault.kind(),
-               fault.subject(), fault.cleared() ? palette.dim(lasted) : lasted, fault.seen()});
+               fault.subject(), fault.detected_within() < 0.0 ? "–" : duration_text(fault.detected_within()),
+               fault.cleared() ? palette.dim(lasted) : lasted, fault.seen()});
   }
   return table.text(palette);
 }

@@ -25,8 +25,8 @@ FaultSeverity silence_severity(Presence presence) {
   return presence == Presence::kSuspected ? FaultSeverity::kWarning : FaultSeverity::kError;
 }
 
-FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit) {
-  return {FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit)};
+FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit, Time silence) {
+  return {FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit), silence};
 }
 
 }  // namespace
@@ -90,7 +90,7 @@ void CellWatch::process_started(std::string_view node, std::int64_t pid) {
   if (found == states_.end()) return;
   State& state = found->second;
   if (state.pid == pid) return;  // its heartbeat came first
-  state = {pid, std::nullopt, false, state.has_stream, {}, state.unjudged};
+  state = {pid, std::nullopt, false, state.has_stream, {}, state.unjudged, state.silence_at_end};
   liveness_.restarted(node);
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
@@ -105,6 +105,7 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
   state.stopped = exit.wanted;
   state.died = exit.wanted ? std::nullopt : std::optional(exit);
   state.unjudged = state.died;
+  state.silence_at_end = liveness_.silence(node);
   liveness_.restarted(node);
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
@@ -125,11 +126,13 @@ void CellWatch::judge(Time now) {
     if (not_back || host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = clock_.now();
   }
   for (const ExpectedNode& node : nodes_) {
-    const auto exit = std::exchange(states_.find(node.name)->second.unjudged, std::nullopt);
-    if (exit && !faults_.knows(death_sight(node, *exit))) {
+    State& state = states_.find(node.name)->second;
+    const auto exit = std::exchange(state.unjudged, std::nullopt);
+    const auto death = exit ? std::optional(death_sight(node, *exit, state.silence_at_end)) : std::nullopt;
+    if (death && !faults_.knows(*death)) {
       // Told even when its successor was heard of in the same instant; over with the next judgement then. What an
       // earlier supervisor has told already is history.
-      faults_.raise(node.name, death_sight(node, *exit), now);
+      faults_.raise(node.name, *death, now);
     } else if (const auto seen = sight(node)) {
       faults_.raise(node.name, *seen, now);
     } else if (sound(node)) {
@@ -252,10 +255,11 @@ bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
 
 std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
   const State& state = *find(node.name);
-  if (state.died) return death_sight(node, *state.died);
+  if (state.died) return death_sight(node, *state.died, state.silence_at_end);
   if (state.stopped) return std::nullopt;
   if (!state.failure.empty()) {
-    return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure};
+    return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure,
+                      limits_.heartbeat_period};
   }
   const Presence presence = presence_of(node);
   if (presence == Presence::kMissing) {
@@ -263,7 +267,7 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
     const bool explained = agent && agent->name != node.name && presence_of(*agent) == Presence::kMissing;
     if (explained) return std::nullopt;
     return FaultSight{FaultKind::kNodeMissing, FaultSeverity::kError, node.name,
-                      node.name + " did not appear within " + milliseconds(limits_.node.grace)};
+                      node.name + " did not appear within " + milliseconds(limits_.node.grace), limits_.node.grace};
   }
   if (silent(presence)) return silence_sight(node, presence);
   return state.has_stream && presence == Presence::kAlive ? stream_sight(node) : std::nullopt;
@@ -277,11 +281,12 @@ std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Pre
     return FaultSight{FaultKind::kAgentLost, all ? FaultSeverity::kError : FaultSeverity::kWarning, node.host,
                       (all ? "host " + node.host + ": nothing heard of it or its nodes for more than "
                            : node.name + ": no heartbeat, while nodes of its host are heard, for more than ") +
-                          milliseconds(limits_.host_lease)};
+                          milliseconds(limits_.host_lease),
+                      liveness_.silence(node.name)};
   }
   if (host_fault_explains(node)) return std::nullopt;
   return FaultSight{FaultKind::kNodeSilent, silence_severity(presence), node.name,
-                    node.name + ": no heartbeat for more than " + milliseconds(limit)};
+                    node.name + ": no heartbeat for more than " + milliseconds(limit), liveness_.silence(node.name)};
 }
 
 std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) const {
@@ -297,7 +302,8 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
   const std::string missing = world ? "no obstacle states" : "no arm state";
   return FaultSight{world ? FaultKind::kWorldSilent : FaultKind::kDriverSilent, silence_severity(presence),
                     world ? node.name : node.arm,
-                    node.name + ": heartbeats, but " + missing + " for more than " + milliseconds(limit)};
+                    node.name + ": heartbeats, but " + missing + " for more than " + milliseconds(limit),
+                    liveness_.silence(stream)};
 }
 
 std::string CellWatch::hold_reason(const ExpectedNode& node) const {

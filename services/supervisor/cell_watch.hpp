@@ -103,6 +103,7 @@ class CellWatch {
     bool has_stream = false;
     std::string failure{};                  // in its own words
     std::optional<ProcessExit> unjudged{};  // an end that no judgement has seen, whoever came after it
+    Time silence_at_end{0};                 // when its last end was told
   };
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;

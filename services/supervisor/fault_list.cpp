@@ -48,6 +48,7 @@ void FaultList::raise(const std::string& cause, const FaultSight& sight, std::ch
     record.life = life_;
     record.number = ++last_number_;
     record.since = now;
+    record.detected_within = sight.detected_within;
   } else if (sight.kind < record.kind || (sight.kind == record.kind && sight.severity <= record.severity)) {
     return;
   }

@@ -39,6 +39,7 @@ struct FaultRecord {
   std::string subject;  ///< node, host or arm
   std::string seen;     ///< a sentence
   std::chrono::nanoseconds since{0};
+  std::optional<std::chrono::nanoseconds> detected_within{};  ///< as first seen, see FaultSight
   std::optional<std::chrono::nanoseconds> cleared;
   bool operator==(const FaultRecord&) const = default;
 };
@@ -56,6 +57,8 @@ struct FaultSight {
   FaultSeverity severity{};
   std::string subject;
   std::string seen;
+  /// It was seen no later than this after it happened: the time since the last sign that all was well. Empty: unknown.
+  std::optional<std::chrono::nanoseconds> detected_within{};
 };
 
 class FaultList {

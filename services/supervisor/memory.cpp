@@ -15,10 +15,13 @@ std::optional<MoveMode> parse_mode(const std::string& name) {
   return std::nullopt;
 }
 
+constexpr std::chrono::nanoseconds kUnknown{-1};
+
 /// `cause`: of an open fault.
 void append_fault(std::ostream& text, const FaultRecord& record, const std::string& cause) {
   text << "fault " << record.life << ' ' << record.number << ' ' << fault_kind_name(record.kind) << ' '
-       << static_cast<int>(record.severity) << ' ' << record.since.count() << ' ';
+       << static_cast<int>(record.severity) << ' ' << record.since.count() << ' '
+       << record.detected_within.value_or(kUnknown).count() << ' ';
   if (record.cleared) {
     text << record.cleared->count() << " - ";
   } else {
@@ -34,13 +37,16 @@ bool parse_fault(std::istream& words, FaultHistory& faults) {
   std::string cause;
   int severity = -1;
   std::chrono::nanoseconds::rep since = 0;
-  words >> record.life >> record.number >> kind >> severity >> since >> cleared >> cause >> record.subject >> std::ws;
+  std::chrono::nanoseconds::rep within = 0;
+  words >> record.life >> record.number >> kind >> severity >> since >> within >> cleared >> cause >> record.subject >>
+      std::ws;
   std::getline(words, record.seen);
   const auto known = fault_kind(kind);
   if (!words || !known || severity < 0 || severity > static_cast<int>(FaultSeverity::kCritical)) return false;
   record.kind = *known;
   record.severity = static_cast<FaultSeverity>(severity);
   record.since = std::chrono::nanoseconds(since);
+  if (within >= 0) record.detected_within = std::chrono::nanoseconds(within);
   if (cleared == "open") {
     faults.open[cause] = record;
     return true;

@@ -19,8 +19,8 @@ struct Memory {
 };
 
 /// Lines "term N", "cell MODE", "arm NAME MODE", and for each fault
-/// "fault LIFE NUMBER KIND SEVERITY SINCE CLEARED|open CAUSE|- SUBJECT SEEN…" (times in nanoseconds of the steady
-/// clock).
+/// "fault LIFE NUMBER KIND SEVERITY SINCE WITHIN CLEARED|open CAUSE|- SUBJECT SEEN…" (times in nanoseconds, of the
+/// steady clock; WITHIN −1: unknown).
 [[nodiscard]] std::string memory_text(const Memory& memory);
 /// Empty when it is no such text.
 [[nodiscard]] std::optional<Memory> parse_memory(const std::string& text);

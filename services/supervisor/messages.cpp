@@ -71,6 +71,9 @@ std::optional<FaultRecord> fault_record(const msg::Fault& fault, const Clocks& c
   record.subject = fault.subject();
   record.seen = fault.seen();
   record.since = clocks.now - std::chrono::milliseconds(clocks.now_unix_ms - fault.since_unix_ms());
+  if (fault.detected_within() >= 0.0) {
+    record.detected_within = std::chrono::round<Time>(std::chrono::duration<double>(fault.detected_within()));
+  }
   if (fault.cleared()) record.cleared = record.since + Time(fault.cleared_ns() - fault.since_ns());
   return record;
 }
@@ -135,6 +138,8 @@ msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks) {
   message.since_ns(record.since.count());
   message.since_unix_ms(clocks.now_unix_ms -
                         std::chrono::duration_cast<std::chrono::milliseconds>(clocks.now - record.since).count());
+  message.detected_within(record.detected_within ? std::chrono::duration<double>(*record.detected_within).count()
+                                                 : -1.0);
   message.cleared(record.cleared.has_value());
   message.cleared_ns(record.cleared.value_or(Time(0)).count());
   return message;

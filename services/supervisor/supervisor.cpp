@@ -159,7 +159,8 @@ void Supervisor::come_back(bus::Clock::time_point now) {
   watch_.faults().raise(node_,
                         {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
                          node_ + ": was itself stopped and away for " + std::to_string(absence.count()) +
-                             " ms; faults of that time were not seen"},
+                             " ms; faults of that time were not seen",
+                         absence},
                         since);
   watch_.faults().clear(node_, since_epoch(now));
   log_warning("supervisor was away", {{"ms", absence.count()}});

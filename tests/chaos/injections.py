@@ -23,6 +23,10 @@ class Injection:
     name = ""
     duration = 0.0
 
+    def kind(self):
+        """As figures are told of it."""
+        return self.name
+
     def begin(self, cell):
         raise NotImplementedError
 
@@ -58,6 +62,9 @@ class OfNode(Injection):
 
     def __str__(self):
         return f"{self.name} {self.node}"
+
+    def kind(self):
+        return f"{self.name} {self.node.split('/')[0].split('@')[0]}"
 
     def blinds(self):
         return is_supervisor(self.node)
@@ -230,7 +237,32 @@ class FillDisk(OfHost):
         return Expected(victims=("world",))
 
 
-def draw(rng: random.Random, nodes, hosts):
+class StepClock(OfHost):
+    """Its wall clock jumps, and back: somebody sets it, or it loses and finds its time server."""
+    name = "step the clock of"
+
+    def __init__(self, host, duration, seconds):
+        super().__init__(host, duration)
+        self.seconds = seconds
+
+    def __str__(self):
+        return f"step the clock of {self.host} by {self.seconds:+d} s"
+
+    def begin(self, cell):
+        cell.hosts.step_clock(self.host, self.seconds)
+
+    def end(self, cell):
+        cell.hosts.step_clock(self.host, 0)
+
+    def expected(self, cell):
+        super().expected(cell)
+        return Expected()
+
+
+KINDS = ("kill", "stop", "cut", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
+
+
+def draw(rng: random.Random, nodes, hosts, only=KINDS):
     """`nodes`: {node: host} of all services but agents."""
     node = rng.choice(sorted(nodes))
     host = rng.choice(sorted(hosts))
@@ -246,6 +278,7 @@ def draw(rng: random.Random, nodes, hosts):
         "agent": (1, lambda: KillAgent(host, about(0.5, 2.0))),
         "slow": (1, lambda: SlowDown(host, about(0.5, 2.0))),
         "disk": (1, lambda: FillDisk(host, about(0.5, 2.0))),
+        "clock": (1, lambda: StepClock(host, about(1.5, 3.0), rng.choice((-1, 1)) * rng.choice((1, 60, 86400)))),
     }
-    kind = rng.choices(list(kinds), [weight for weight, _ in kinds.values()])[0]
+    kind = rng.choices(only, [kinds[kind][0] for kind in only])[0]
     return kinds[kind][1]()

@@ -17,6 +17,9 @@ class Containers(Hosts):
                 raise CannotRun(f"{tool} is missing")
         if subprocess.run(["podman", "image", "exists", image]).returncode != 0:
             raise CannotRun(f"podman has no image {image}: ./run image makes it")
+        tried = subprocess.run(["podman", "run", "--rm", image, "--version"], capture_output=True, text=True)
+        if tried.returncode != 0:
+            raise CannotRun(f"podman runs no container: {tried.stderr.strip() or tried.returncode}")
         self._image = image
         self._folder = str(folder)
         self._network = f"hecaton-test-{os.getpid()}"

@@ -13,11 +13,16 @@ from hosts import CannotRun, Hosts, run
 INSIDE = "HECATON_TEST_IN_NAMESPACES"
 
 
+def inside():
+    """Whether enter() has been here."""
+    return bool(os.environ.get(INSIDE))
+
+
 def enter():
     """Starts this program again in namespaces of its own, which end, with all that is in them, when it ends.
 
     Returns in there. Neither root's network nor other tests see any of it."""
-    if os.environ.get(INSIDE):
+    if inside():
         return
     for tool, package in (("unshare", "util-linux"), ("ip", "iproute2"), ("nft", "nftables")):
         if shutil.which(tool) is None:
@@ -32,6 +37,14 @@ def enter():
     os.execvpe(words[0], [*words, sys.executable, *sys.argv], {**os.environ, INSIDE: "yes"})
 
 
+def clock_library():
+    """What gives processes another wall clock."""
+    found = sorted(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
+    if not found:
+        raise CannotRun("hosts have no clocks of their own without libfaketime (Debian package libfaketime)")
+    return str(found[0])
+
+
 class Namespaces(Hosts):
     """The operator's machine is the bridge, so to say: the first namespace, with the network's first address."""
 
@@ -39,9 +52,12 @@ class Namespaces(Hosts):
     BRIDGE = "cell"
     DISKS = pathlib.Path("/run/disks")
     DISK = "32m"  # of each host, for temporary files
+    CLOCKS = pathlib.Path("/run/clocks")
 
-    def __init__(self, hecaton):
+    def __init__(self, hecaton, own_clocks=False):
+        """`own_clocks`: each host has a wall clock of its own, for step_clock()."""
         self._hecaton = str(hecaton)
+        self._clock_library = clock_library() if own_clocks else None
         run("mount", "-t", "tmpfs", "tmpfs", "/run")  # ip keeps its list of namespaces there
         run("ip", "link", "add", self.BRIDGE, "type", "bridge")
         run("ip", "link", "set", "lo", "up")
@@ -59,13 +75,26 @@ class Namespaces(Hosts):
         self.inside(name, ["ip", "address", "add", f"{address}/24", "dev", "eth0"])
         self.inside(name, ["ip", "link", "set", "eth0", "up"])
         self.inside(name, ["ip", "link", "set", "lo", "up"])
+        self.CLOCKS.mkdir(exist_ok=True)
+        self.step_clock(name, 0)
         disk = self.DISKS / name
         disk.mkdir(parents=True)
         run("mount", "-t", "tmpfs", "-o", f"size={self.DISK}", "tmpfs", str(disk))
 
     def start(self, host, arguments, log):
+        own = {"TMPDIR": str(self.DISKS / host)}
+        if self._clock_library:
+            # Steady clocks stay as they are; the offset is looked up once a second.
+            own |= {"LD_PRELOAD": self._clock_library, "FAKETIME_TIMESTAMP_FILE": str(self.CLOCKS / host),
+                    "FAKETIME_CACHE_DURATION": "1", "FAKETIME_DONT_FAKE_MONOTONIC": "1"}
         return subprocess.Popen(["ip", "netns", "exec", host, self._hecaton, *arguments], stderr=log,
-                                env={**os.environ, "TMPDIR": str(self.DISKS / host)})
+                                env={**os.environ, **own})
+
+    def step_clock(self, host, seconds):
+        """The host's wall clock is so far from this machine's; within a second."""
+        new = self.CLOCKS / f".{host}"
+        new.write_text(f"{seconds:+d}s\n")
+        new.rename(self.CLOCKS / host)
 
     def inside(self, host, words):
         return run("ip", "netns", "exec", host, *words)

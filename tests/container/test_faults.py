@@ -2,7 +2,8 @@
 
 usage: test_faults.py --programs DIR --cell FILE [--image NAME] [--logs DIR] [--only TEXT]
 
-Exit code 77: no such hosts can be had here; why is on stderr."""
+Hosts are containers of the image where these can be had, otherwise network namespaces. Exit code 77: neither can be had
+here; why is on stderr."""
 import argparse
 import pathlib
 import signal
@@ -136,8 +137,11 @@ def parse():
 def make_hosts():
     """Where they are namespaces this program begins anew in them."""
     hecaton = options.programs.resolve() / "hecaton"
-    if options.image:
-        return containers.Containers(options.image, options.cell.resolve().parent)
+    if options.image and not namespaces.inside():
+        try:
+            return containers.Containers(options.image, options.cell.resolve().parent)
+        except CannotRun as reason:
+            print(f"hosts cannot be containers: {reason}", file=sys.stderr, flush=True)
     namespaces.enter()
     return namespaces.Namespaces(hecaton)
 

@@ -37,6 +37,8 @@ TEST_F(CellWatchTest, DeathIsToldAtOnceAndHoldsTheArm) {
   EXPECT_EQ(fault.kind, FaultKind::kProcessDied);
   EXPECT_EQ(fault.subject, "planner/arm2");
   EXPECT_EQ(fault.seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
+  ASSERT_TRUE(fault.detected_within) << "it was heard";
+  EXPECT_LE(*fault.detected_within, 10ms) << "a beat";
   EXPECT_EQ(held(), Names{"arm2"});
   EXPECT_EQ(watch.mode().reason_of("arm2"), "held: " + fault.seen);
   EXPECT_FALSE(watch.alive("planner/arm2"));

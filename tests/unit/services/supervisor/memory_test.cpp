@@ -22,9 +22,10 @@ Memory some_memory() {
                                         "planner/left",
                                         "planner/left: signal 9 (Killed)",
                                         std::chrono::nanoseconds(50),
+                                        std::chrono::nanoseconds(4),
                                         {}};
   memory.faults.over.push_back({6, 9, FaultKind::kNodeSilent, FaultSeverity::kWarning, "world", "world: no beat",
-                                std::chrono::nanoseconds(10), std::chrono::nanoseconds(30)});
+                                std::chrono::nanoseconds(10), std::nullopt, std::chrono::nanoseconds(30)});
   return memory;
 }
 
@@ -37,17 +38,17 @@ class MemoryFile : public ::testing::Test {
 TEST(MemoryText, SaysWhatIsRemembered) {
   const std::string text =
       "term 7\ncell hold\narm left stop\narm right hold\n"
-      "fault 7 2 process_died 2 50 open planner/left planner/left planner/left: signal 9 (Killed)\n"
-      "fault 6 9 node_silent 1 10 30 - world world: no beat\n";
+      "fault 7 2 process_died 2 50 4 open planner/left planner/left planner/left: signal 9 (Killed)\n"
+      "fault 6 9 node_silent 1 10 -1 30 - world world: no beat\n";
   EXPECT_EQ(memory_text(some_memory()), text);
   EXPECT_EQ(parse_memory(text), some_memory());
 }
 
 TEST(MemoryText, RefusesWhatItDidNotWrite) {
   for (const auto* text : {"", "term\n", "term x\n", "cell run\n", "term 1\ncell sleep\n", "term 1\narm left\n",
-                           "term 1\nsomething else\n", "term 1\nfault 1 1 no_such_kind 1 10 30 - world x\n",
-                           "term 1\nfault 1 1 node_silent 9 10 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
-                           "term 1\nfault 1 1 node_silent 1 10 never - world x\n"}) {
+                           "term 1\nsomething else\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
+                           "term 1\nfault 1 1 node_silent 9 10 4 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
+                           "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n"}) {
     EXPECT_FALSE(parse_memory(text)) << text;
   }
 }
