@@ -14,6 +14,7 @@
 #include "services/cli/message_text.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/runtime/told_faults.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -63,7 +64,7 @@ class Waiter {
         if (!newest_ || is_later(status, *newest_)) newest_ = status;
       }
       for (const auto& sample : faults_.take()) {
-        if (!sample.disposed) note(sample.value);
+        if (!sample.disposed && told_.hear(sample.value)) note(sample.value);
       }
       if (auto outcome = judge()) return outcome;
       const auto left = until - bus::Clock::now();
@@ -99,6 +100,7 @@ class Waiter {
   std::set<std::string, std::less<>> wanted_;
   Goals goals_;
   bus::Reader<msg::Fault> faults_;
+  ToldFaults told_;
   std::set<std::string, std::less<>> subjects_;  ///< the arm and the nodes that serve it
   std::optional<msg::GoalStatus> newest_;
   std::optional<msg::Fault> fault_;

@@ -64,6 +64,10 @@ std::optional<msg::Goal> GoalDesk::next_question() {
   return asked_;
 }
 
+void GoalDesk::wait_from(Clock::time_point now) {
+  for (Waiting& waiting : waiting_) waiting.since = now;
+}
+
 void GoalDesk::refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason) {
   while (!waiting_.empty() && now - waiting_.front().since > limit) {
     tell(waiting_.front().goal, msg::GOAL_REJECTED, reason);

@@ -40,6 +40,8 @@ class GoalDesk {
 
   /// The next goal to be resolved; nothing while another one is under way. To be answered.
   [[nodiscard]] std::optional<msg::Goal> next_question();
+  /// Who stands by refuses nothing: what waits now has waited since `now`.
+  void wait_from(Clock::time_point now);
   /// Rejects what has waited for its turn longer than `limit`.
   void refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason);
   /// Accepted: the goal replaces the active one, which ends as replaced. Rejected: the active one goes on.

@@ -209,6 +209,7 @@ void PlannerService::handle_goals() {
   }
   if (desk_.take_forget()) controller_.cancel_goal();
 
+  if (!in_charge_) desk_.wait_from(now_);
   if (!obstacles_.known() || !arms_.arm(self_)) {
     desk_.refuse_waiting(now_, kLongestWait,
                          obstacles_.known() ? "the driver of arm " + name_ + " was never heard" : obstacles_.missing());

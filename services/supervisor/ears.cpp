@@ -69,9 +69,9 @@ void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
   for (const auto& sample : faults_.take()) {
     if (sample.writer.same_participant(self)) continue;
     if (sample.disposed) {
-      other_faults_.erase(sample.key);
+      other_faults_.forget(sample.key);
     } else {
-      other_faults_[sample.value.id()] = sample.value;
+      other_faults_.hear(sample.value);
     }
   }
 }

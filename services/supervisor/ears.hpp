@@ -11,6 +11,7 @@
 #include <idl/supervisor.h>
 
 #include "services/bus/endpoint.hpp"
+#include "services/runtime/told_faults.hpp"
 #include "services/supervisor/cell_watch.hpp"
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/picture.hpp"
@@ -42,7 +43,7 @@ class Ears {
   [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
   [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
   /// What others told of faults, by id.
-  [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return other_faults_; }
+  [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return other_faults_.all(); }
 
  private:
   void hear_leaders(const bus::EndpointId& self, const Listeners& to);
@@ -66,7 +67,7 @@ class Ears {
   std::optional<msg::CellMode> other_mode_;
   std::string leader_;  // who told it
   Time newest_arrival_{0};
-  std::map<std::string, msg::Fault> other_faults_;
+  ToldFaults other_faults_;
 };
 
 }  // namespace hecaton::services

@@ -182,6 +182,15 @@ TEST_F(Desk, WhatCannotBeJudgedInTimeIsRefused) {
   EXPECT_EQ(desk_.next_question()->goal(), "b");
 }
 
+TEST_F(Desk, WaitingCountsFromWhenItIsInCharge) {
+  desk_.receive(goal("a"), now_);
+  desk_.wait_from(now_ + 5s);
+  desk_.refuse_waiting(now_ + 6s, 3s, "no driver");
+  EXPECT_EQ(told(), Told{});
+  desk_.refuse_waiting(now_ + 9s, 3s, "no driver");
+  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_REJECTED}}));
+}
+
 TEST_F(Desk, RepetitionsAndOtherArmsGoalsAreIgnored) {
   const msg::Goal once = goal("a");
   send_and_accept(once);
