@@ -2,6 +2,7 @@
 /// A cell file (YAML): the cell itself, and where on the network its services run. docs/cell-file.md lists every key.
 
 #include <chrono>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ struct Supervision {
   std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
   /// Liveliness lease between an active service and its standby; > heartbeat_period.
   std::chrono::nanoseconds takeover_lease = std::chrono::milliseconds(20);
+  /// Kinds of faults, as in messages: what such a fault holds stays held until people resume it. Others' end by itself.
+  std::set<std::string, std::less<>> waits_for_resume = {"contact"};
 };
 
 struct CellFile {

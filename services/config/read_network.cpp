@@ -16,6 +16,7 @@ constexpr int kLastDomain = 199;
 constexpr std::size_t kMostHosts = 64;
 constexpr std::array<std::string_view, 2> kTransports = {"udp", "shm"};
 constexpr std::array<std::string_view, 2> kDiscoveries = {"multicast", "unicast"};
+constexpr std::array<std::string_view, 2> kRecoveries = {"automatic", "resume"};
 
 // Addresses reach resolvers and messages: let nothing else through.
 std::string read_address(const YamlView& view) {
@@ -81,6 +82,18 @@ void read_discovery(const MapView& map, Network& network) {
   }
 }
 
+void read_recovery(const MapView& map, Supervision& supervision) {
+  const auto view = map.find("recovery");
+  if (!view) return;
+  const MapView recovery = view->map(section::kRecovery);
+  for (const std::string_view kind : section::kRecovery.keys) {
+    const auto how = recovery.find(kind);
+    if (!how) continue;
+    supervision.waits_for_resume.erase(std::string(kind));
+    if (how->choice(kRecoveries) == 1) supervision.waits_for_resume.emplace(kind);
+  }
+}
+
 }  // namespace
 
 Network read_network(const MapView& root) {
@@ -136,6 +149,7 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   supervision.heartbeat_deadline = read_silence(map, "heartbeat_deadline", supervision.heartbeat_deadline);
   supervision.host_lease = read_silence(map, "host_lease", supervision.host_lease);
   supervision.takeover_lease = read_silence(map, "takeover_lease", supervision.takeover_lease);
+  read_recovery(map, supervision);
   if (supervision.heartbeat_deadline % std::chrono::milliseconds(1) != std::chrono::nanoseconds(0)) {
     map.at("heartbeat_deadline").fail("a whole number of milliseconds, because DDS deadlines are");
   }

@@ -14,8 +14,11 @@ constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words(
                                      Words("peers")};
 constexpr std::array kWorldKeys = {Words("host"), Words("floor_z"), Words("gravity")};
 constexpr std::array kSupervisionKeys = {
-    Words("host"),       Words("standby_host"),  Words("heartbeat_period"), Words("heartbeat_deadline"),
-    Words("host_lease"), Words("takeover_lease")};
+    Words("host"),       Words("standby_host"),   Words("heartbeat_period"), Words("heartbeat_deadline"),
+    Words("host_lease"), Words("takeover_lease"), Words("recovery")};
+constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silent"), Words("node_missing"),
+                                      Words("node_silent"),   Words("process_died"), Words("node_failed"),
+                                      Words("agent_lost"),    Words("contact")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout")};
 constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
@@ -69,6 +72,7 @@ constexpr Section kNetwork{"network", kNetworkKeys};
 constexpr Section kHosts{"hosts", {}, true};
 constexpr Section kWorld{"world", kWorldKeys};
 constexpr Section kSupervision{"supervision", kSupervisionKeys};
+constexpr Section kRecovery{"supervision.recovery", kRecoveryKeys};
 constexpr Section kTiming{"timing", kTimingKeys};
 constexpr Section kTasks{"tasks", kTaskKeys};
 constexpr Section kPose{"pose", kPoseKeys};
@@ -98,11 +102,11 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 
 std::span<const Section* const> all_sections() {
   using namespace section;
-  static constexpr std::array kAll = {&kRoot,       &kNetwork,   &kHosts,    &kWorld,    &kSupervision, &kTiming,
-                                      &kTasks,      &kPose,      &kDefaults, &kArm,      &kArmLimits,   &kArmPoses,
-                                      &kPackages,   &kDamper,    &kFollower, &kYielding, &kRollout,     &kObstacle,
-                                      &kAttachment, &kBox,       &kSphere,   &kCapsule,  &kCylinder,    &kMesh,
-                                      &kStatic,     &kWaypoints, &kCircle,   &kSine,     &kConveyor,    &kDynamic};
+  static constexpr std::array kAll = {
+      &kRoot,     &kNetwork,  &kHosts,     &kWorld,      &kSupervision, &kRecovery, &kTiming,  &kTasks,
+      &kPose,     &kDefaults, &kArm,       &kArmLimits,  &kArmPoses,    &kPackages, &kDamper,  &kFollower,
+      &kYielding, &kRollout,  &kObstacle,  &kAttachment, &kBox,         &kSphere,   &kCapsule, &kCylinder,
+      &kMesh,     &kStatic,   &kWaypoints, &kCircle,     &kSine,        &kConveyor, &kDynamic};
   return kAll;
 }
 

@@ -20,6 +20,7 @@ extern const Section kNetwork;
 extern const Section kHosts;
 extern const Section kWorld;
 extern const Section kSupervision;
+extern const Section kRecovery;
 extern const Section kTiming;
 extern const Section kTasks;
 extern const Section kPose;

@@ -66,33 +66,51 @@ std::string CellModeState::resume(const std::vector<std::string>& arms) {
   if (arms.empty()) {
     orders_.cell = MoveMode::kRun;
     std::erase_if(orders_.arms, [](const auto& order) { return order.second != MoveMode::kStop; });
+    std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == MoveMode::kRun; });
     return {};
   }
   if (orders_.cell != MoveMode::kRun) {
     const std::string mode(mode_name(orders_.cell));
     return "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if you wish";
   }
-  for (const std::string& arm : arms) orders_.arms.erase(arm);
+  for (const std::string& arm : arms) {
+    orders_.arms.erase(arm);
+    causes_.erase(arm);
+  }
   return {};
 }
 
-void CellModeState::restore(const Orders& orders) {
+void CellModeState::hold_until_resumed(const std::string& arm, const std::string& why) {
+  order(arm.empty() ? std::vector<std::string>{} : std::vector{arm}, MoveMode::kHold);
+  causes_[arm] = why;
+}
+
+void CellModeState::restore(const Orders& orders, const OrderCauses& causes) {
   orders_ = {};
   orders_.cell = orders.cell;
   for (const auto& [arm, mode] : orders.arms) {
     if (mode != MoveMode::kRun && std::find(arms_.begin(), arms_.end(), arm) != arms_.end()) orders_.arms[arm] = mode;
   }
+  causes_.insert(causes.begin(), causes.end());
+  std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == MoveMode::kRun; });
 }
 
 MoveMode CellModeState::order_of(std::string_view arm) const {
+  if (arm.empty()) return orders_.cell;
   const auto own = orders_.arms.find(arm);
   return own == orders_.arms.end() ? MoveMode::kRun : own->second;
+}
+
+std::string CellModeState::order_text(std::string_view arm) const {
+  const std::string mode(mode_name(order_of(arm)));
+  const auto cause = causes_.find(arm);
+  return cause == causes_.end() ? mode + " by operator" : mode + " until resumed: " + cause->second;
 }
 
 ModeDecision CellModeState::decide() const {
   ModeDecision decision;
   decision.cell = std::max(orders_.cell, automatic_.cell.empty() ? MoveMode::kRun : MoveMode::kHold);
-  if (orders_.cell != MoveMode::kRun) append(decision.reason, std::string(mode_name(orders_.cell)) + " by operator");
+  if (orders_.cell != MoveMode::kRun) append(decision.reason, order_text({}));
   if (!automatic_.cell.empty()) append(decision.reason, automatic_.cell);
   for (const std::string& arm : arms_) {
     const MoveMode own = order_of(arm);
@@ -102,7 +120,7 @@ ModeDecision CellModeState::decide() const {
     } else if (own == MoveMode::kHold || held != automatic_.arms.end()) {
       decision.held_arms.push_back(arm);
     }
-    if (own != MoveMode::kRun) append(decision.reason, arm + ": " + std::string(mode_name(own)) + " by operator");
+    if (own != MoveMode::kRun) append(decision.reason, arm + ": " + order_text(arm));
     if (held != automatic_.arms.end()) append(decision.reason, arm + ": " + held->second);
   }
   return decision;
@@ -116,10 +134,10 @@ MoveMode CellModeState::mode_of(std::string_view arm) const {
 std::string CellModeState::reason_of(std::string_view arm) const {
   std::string reason;
   if (orders_.cell != MoveMode::kRun) {
-    append(reason, "the cell is on " + std::string(mode_name(orders_.cell)) + " by operator: waits for resume");
+    append(reason, "the cell is on " + order_text({}) + (causes_.contains("") ? "" : ": waits for resume"));
   }
   if (const MoveMode own = order_of(arm); own != MoveMode::kRun) {
-    append(reason, "on " + std::string(mode_name(own)) + " by operator: waits for resume");
+    append(reason, "on " + order_text(arm) + (causes_.contains(arm) ? "" : ": waits for resume"));
   }
   if (!automatic_.cell.empty()) append(reason, "held: " + automatic_.cell);
   const auto held = automatic_.arms.find(arm);

@@ -2,7 +2,8 @@
 /// Whether the cell and each of its arms may move. Standard library only.
 ///
 /// People's orders and automatic holds are kept apart: faults hold and release, people's orders last until people
-/// withdraw them. Stop is latched: only resume ends it, and hold does not weaken it.
+/// withdraw them. Stop is latched: only resume ends it, and hold does not weaken it. A fault whose recovery is to wait
+/// for people gives an order to hold in their place.
 
 #include <cstdint>
 #include <map>
@@ -16,12 +17,15 @@ enum class MoveMode : std::uint8_t { kRun, kHold, kStop };  ///< the later, the 
 
 [[nodiscard]] std::string_view mode_name(MoveMode mode);
 
-/// People's orders. This is all that a restarted supervisor must remember of the mode.
+/// People's orders, and those that faults gave in their place.
 struct Orders {
   MoveMode cell = MoveMode::kRun;
   std::map<std::string, MoveMode, std::less<>> arms;  ///< those that have an order of their own: kHold or kStop
   bool operator==(const Orders&) const = default;
 };
+
+/// Of the orders that faults gave: what was seen, by arm; of the cell's under "".
+using OrderCauses = std::map<std::string, std::string, std::less<>>;
 
 /// What faults make of it.
 struct AutomaticHolds {
@@ -52,11 +56,15 @@ class CellModeState {
   /// order.
   [[nodiscard]] std::string resume(const std::vector<std::string>& arms);
 
+  /// For a fault, whose recovery is to wait for resume. `arm` empty: the whole cell.
+  void hold_until_resumed(const std::string& arm, const std::string& why);
+
   void set_automatic(AutomaticHolds holds) { automatic_ = std::move(holds); }
-  /// Orders of an earlier life; those of unknown arms are dropped.
-  void restore(const Orders& orders);
+  /// Orders of an earlier life or another's; those of unknown arms are dropped. Their causes, as far as we know any.
+  void restore(const Orders& orders, const OrderCauses& causes = {});
 
   [[nodiscard]] const Orders& orders() const { return orders_; }
+  [[nodiscard]] const OrderCauses& causes() const { return causes_; }
   [[nodiscard]] ModeDecision decide() const;
   /// The stricter of the cell's mode and the arm's own.
   [[nodiscard]] MoveMode mode_of(std::string_view arm) const;
@@ -67,9 +75,12 @@ class CellModeState {
   [[nodiscard]] std::string unknown(const std::vector<std::string>& arms) const;
   [[nodiscard]] MoveMode order_of(std::string_view arm) const;
   void order(const std::vector<std::string>& arms, MoveMode mode);
+  /// "hold by operator", "hold until resumed: …".
+  [[nodiscard]] std::string order_text(std::string_view arm) const;
 
   std::vector<std::string> arms_;
   Orders orders_;
+  OrderCauses causes_;
   AutomaticHolds automatic_;
 };
 

@@ -116,6 +116,22 @@ void CellWatch::forget_past_ends() {
   }
 }
 
+void CellWatch::contacts(std::uint64_t count, const std::string& subject, const std::string& seen) {
+  const bool first = !std::exchange(contacts_known_, true);
+  if (first && faults_.knows(FaultKind::kContact)) contacts_ = count;
+  if (count > contacts_) contact_ = FaultSight{FaultKind::kContact, FaultSeverity::kCritical, subject, seen};
+  contacts_ = count;
+}
+
+void CellWatch::judge_contacts(Time now) {
+  const auto contact = std::exchange(contact_, std::nullopt);
+  if (!contact) return;
+  const std::string cause = "contact";  // of no node
+  faults_.raise(cause, *contact, now);
+  faults_.clear(cause, now);
+  if (limits_.waits_for_resume.contains(FaultKind::kContact)) mode_.hold_until_resumed({}, contact->seen);
+}
+
 void CellWatch::judge(Time now) {
   liveness_.judge(stalled_);
   for (const ExpectedNode& node : nodes_) {
@@ -125,6 +141,10 @@ void CellWatch::judge(Time now) {
     const bool not_back = lost_hosts_.contains(node.host) && liveness_.presence(node.name) != Presence::kAlive;
     if (not_back || host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = clock_.now();
   }
+  std::set<const FaultRecord*> fresh;
+  const auto raise = [&](const ExpectedNode& node, const FaultSight& sight) {
+    if (faults_.raise(node.name, sight, now)) fresh.insert(faults_.open(node.name));
+  };
   for (const ExpectedNode& node : nodes_) {
     State& state = states_.find(node.name)->second;
     const auto exit = std::exchange(state.unjudged, std::nullopt);
@@ -132,14 +152,20 @@ void CellWatch::judge(Time now) {
     if (death && !faults_.knows(*death)) {
       // Told even when its successor was heard of in the same instant; over with the next judgement then. What an
       // earlier supervisor has told already is history.
-      faults_.raise(node.name, *death, now);
+      raise(node, *death);
     } else if (const auto seen = sight(node)) {
-      faults_.raise(node.name, *seen, now);
+      raise(node, *seen);
     } else if (sound(node)) {
       faults_.clear(node.name, now);
     }
   }
+  judge_contacts(now);
   mode_.set_automatic(holds());
+  for (const ExpectedNode& node : nodes_) {
+    const FaultRecord* fault = holds_arms(node) ? fault_holding(node) : nullptr;
+    if (!fault || !fresh.contains(fault) || !limits_.waits_for_resume.contains(fault->kind)) continue;
+    mode_.hold_until_resumed(node.role == NodeRole::kWorld ? std::string() : node.arm, fault->seen);
+  }
 }
 
 const CellWatch::State* CellWatch::find(std::string_view node) const {
@@ -306,11 +332,15 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
                     liveness_.silence(stream)};
 }
 
+const FaultRecord* CellWatch::fault_holding(const ExpectedNode& node) const {
+  if (const FaultRecord* fault = faults_.open(node.name)) return fault;
+  const ExpectedNode* agent = alive(node.name) ? nullptr : agent_of(node.host);
+  return agent ? faults_.open(agent->name) : nullptr;
+}
+
 std::string CellWatch::hold_reason(const ExpectedNode& node) const {
-  if (const FaultRecord* fault = faults_.open(node.name)) return fault->seen;
+  if (const FaultRecord* fault = fault_holding(node)) return fault->seen;
   if (alive(node.name)) return {};
-  const ExpectedNode* agent = agent_of(node.host);
-  if (const FaultRecord* fault = agent ? faults_.open(agent->name) : nullptr) return fault->seen;
   // Whether the host is lost is not known yet, but who is not heard had better not move: it may hear us.
   const bool silent = liveness_.last_heard(node.name) && host_silent_for(node.host, limits_.node.silence);
   return silent ? "nothing is heard of host " + node.host : std::string();

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,7 @@ struct WatchLimits {
   Time host_return = std::chrono::seconds(3);         ///< within which the nodes of a lost host return after its agent
   Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard
   Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
+  std::set<FaultKind> waits_for_resume{};             ///< what such a fault holds stays held until people resume it
 };
 
 struct ProcessExit {
@@ -71,6 +73,9 @@ class CellWatch {
   /// Ends heard of since the last judgement are history where a successor is there. For who has no account of what was
   /// told before: it cannot know which of them are news.
   void forget_past_ends();
+  /// What the referee has counted in all, and the latest of them. Those of before the first call count as seen where a
+  /// contact is remembered.
+  void contacts(std::uint64_t count, const std::string& subject, const std::string& seen);
   /// Of an arm with a standby: only the faults of this planner hold the arm.
   void put_in_charge(const std::string& arm, const std::string& planner) { in_charge_[arm] = planner; }
   void judge(Time now);
@@ -116,7 +121,10 @@ class CellWatch {
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
+  void judge_contacts(Time now);
   [[nodiscard]] AutomaticHolds holds() const;
+  /// What its being out does to others is this fault's doing; null: no fault's.
+  [[nodiscard]] const FaultRecord* fault_holding(const ExpectedNode& node) const;
   [[nodiscard]] std::string hold_reason(const ExpectedNode& node) const;
   [[nodiscard]] bool holds_arms(const ExpectedNode& node) const;
 
@@ -130,6 +138,9 @@ class CellWatch {
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;
+  std::uint64_t contacts_ = 0;         // told so far
+  bool contacts_known_ = false;        // the referee was heard
+  std::optional<FaultSight> contact_;  // not told yet
   bool stalled_ = false;
 };
 

@@ -28,6 +28,13 @@ bool heard_before(const Picture& picture, const bus::Sample<msg::ProcessEvent>& 
   return known && known->writer == event.writer && event.value.sequence_number() <= known->value.sequence_number();
 }
 
+/// The first contacts are told one by one; of later ones there is only the deepest so far.
+msg::Separation latest_contact(const msg::RefereeReport& report) {
+  const auto count = report.contacts();
+  const bool listed = count > 0 && count <= report.events().size();
+  return listed ? report.events()[count - 1] : report.smallest();
+}
+
 ProcessExit exit_of(const msg::ProcessEvent& event) {
   return {event.pid(), event.exit_code(), event.signal_number(), event.wanted()};
 }
@@ -151,7 +158,10 @@ void Ears::hear_world(const Listeners& to) {
     to.picture.take_states(sample);
   }
   for (const auto& sample : referee_.take()) {
-    if (!sample.disposed) to.picture.referee = heard(sample);
+    if (sample.disposed) continue;
+    to.picture.referee = heard(sample);
+    const msg::Separation contact = latest_contact(sample.value);
+    to.watch.contacts(sample.value.contacts(), contact.a(), contact.a() + " touched " + contact.b());
   }
 }
 

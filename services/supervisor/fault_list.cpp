@@ -22,12 +22,14 @@ std::string_view fault_kind_name(FaultKind kind) {
       return "node_failed";
     case FaultKind::kAgentLost:
       return "agent_lost";
+    case FaultKind::kContact:
+      return "contact";
   }
   return "unknown";
 }
 
 std::optional<FaultKind> fault_kind(std::string_view name) {
-  for (int i = 0; i <= static_cast<int>(FaultKind::kAgentLost); ++i) {
+  for (int i = 0; i <= static_cast<int>(FaultKind::kContact); ++i) {
     const auto kind = static_cast<FaultKind>(i);
     if (fault_kind_name(kind) == name) return kind;
   }
@@ -41,7 +43,7 @@ void FaultList::recall(FaultHistory history) {
   for (const FaultRecord& record : open()) changes_.push_back(record);
 }
 
-void FaultList::raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now) {
+bool FaultList::raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now) {
   const auto [entry, opened] = open_.try_emplace(cause);
   FaultRecord& record = entry->second;
   if (opened) {
@@ -50,13 +52,21 @@ void FaultList::raise(const std::string& cause, const FaultSight& sight, std::ch
     record.since = now;
     record.detected_within = sight.detected_within;
   } else if (sight.kind < record.kind || (sight.kind == record.kind && sight.severity <= record.severity)) {
-    return;
+    return false;
   }
+  const bool is_new = opened || sight.kind != record.kind;
   record.kind = sight.kind;
   record.severity = opened ? sight.severity : std::max(record.severity, sight.severity);
   record.subject = sight.subject;
   record.seen = sight.seen;
   changes_.push_back(record);
+  return is_new;
+}
+
+bool FaultList::knows(FaultKind kind) const {
+  const auto same = [kind](const FaultRecord& record) { return record.kind == kind; };
+  return std::any_of(over_.begin(), over_.end(), same) ||
+         std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });
 }
 
 bool FaultList::knows(const FaultSight& sight) const {

@@ -23,9 +23,10 @@ enum class FaultKind : std::uint8_t {
   kProcessDied,   ///< its agent saw it end
   kNodeFailed,    ///< it says itself that it cannot do its work
   kAgentLost,     ///< no sign of a host's agent: and of all that is silent on this host
+  kContact,       ///< the referee saw two things touch
 };
 
-/// "driver_silent", …: as in messages.
+/// "driver_silent", …: as in messages and cell files.
 [[nodiscard]] std::string_view fault_kind_name(FaultKind kind);
 [[nodiscard]] std::optional<FaultKind> fault_kind(std::string_view name);
 
@@ -72,10 +73,13 @@ class FaultList {
   [[nodiscard]] FaultHistory history() const { return {open_, over_}; }
 
   /// Opens a fault for `cause`, or corrects the open one where `sight` explains it better or makes it more severe.
-  void raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now);
+  /// True: the cause has a fault of this kind only now.
+  bool raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now);
   /// Ends the open fault of `cause`; nothing happens without.
   void clear(std::string_view cause, std::chrono::nanoseconds now);
 
+  /// One of this kind is remembered.
+  [[nodiscard]] bool knows(FaultKind kind) const;
   /// The same was seen before, and is remembered.
   [[nodiscard]] bool knows(const FaultSight& sight) const;
   /// The open fault of `cause`, or null.

@@ -16,6 +16,7 @@ std::optional<MoveMode> parse_mode(const std::string& name) {
 }
 
 constexpr std::chrono::nanoseconds kUnknown{-1};
+const std::string kCell = "/";  // no arm's name
 
 /// `cause`: of an open fault.
 void append_fault(std::ostream& text, const FaultRecord& record, const std::string& cause) {
@@ -58,11 +59,21 @@ bool parse_fault(std::istream& words, FaultHistory& faults) {
   return true;
 }
 
+bool parse_cause(std::istream& words, OrderCauses& causes) {
+  std::string arm;
+  std::string seen;
+  words >> arm >> std::ws;
+  std::getline(words, seen);
+  causes[arm == kCell ? std::string() : arm] = seen;
+  return static_cast<bool>(words);
+}
+
 bool parse_line(const std::string& line, Memory& memory) {
   std::istringstream words(line);
   std::string kind;
   words >> kind;
   if (kind == "fault") return parse_fault(words, memory.faults);
+  if (kind == "because") return parse_cause(words, memory.causes);
   if (kind == "term") return static_cast<bool>(words >> memory.term);
   std::string arm;
   std::string mode;
@@ -80,6 +91,8 @@ std::string memory_text(const Memory& memory) {
   std::ostringstream text;
   text << "term " << memory.term << "\ncell " << mode_name(memory.orders.cell) << '\n';
   for (const auto& [arm, mode] : memory.orders.arms) text << "arm " << arm << ' ' << mode_name(mode) << '\n';
+  for (const auto& [arm, seen] : memory.causes)
+    text << "because " << (arm.empty() ? kCell : arm) << ' ' << seen << '\n';
   for (const auto& [cause, record] : memory.faults.open) append_fault(text, record, cause);
   for (const FaultRecord& record : memory.faults.over) append_fault(text, record, {});
   return text.str();

@@ -14,11 +14,12 @@ namespace hecaton::services {
 struct Memory {
   std::uint64_t term = 0;
   Orders orders;
+  OrderCauses causes;
   FaultHistory faults;
   bool operator==(const Memory&) const = default;
 };
 
-/// Lines "term N", "cell MODE", "arm NAME MODE", and for each fault
+/// Lines "term N", "cell MODE", "arm NAME MODE", "because NAME SEEN…" ("/": of the cell's), and for each fault
 /// "fault LIFE NUMBER KIND SEVERITY SINCE WITHIN CLEARED|open CAUSE|- SUBJECT SEEN…" (times in nanoseconds, of the
 /// steady clock; WITHIN −1: unknown).
 [[nodiscard]] std::string memory_text(const Memory& memory);

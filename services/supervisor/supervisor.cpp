@@ -23,8 +23,8 @@ Time since_epoch(bus::Clock::time_point at) {
 }
 
 Memory recall(const std::string& path) {
-  if (path.empty()) return {};
-  return read_memory(path).value_or(Memory{});
+  if (auto memory = path.empty() ? std::nullopt : read_memory(path)) return *std::move(memory);
+  return {};
 }
 
 bool same_decision(const msg::CellMode& a, const msg::CellMode& b) {
@@ -83,7 +83,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
   for (const ArmPlanners& arm : succession_.arms()) {
     patience_.emplace(arm.arm, TakeoverPatience(file.supervision.takeover_lease, file.supervision.host_lease));
   }
-  watch_.mode().restore(remembered_.orders);
+  watch_.mode().restore(remembered_.orders, remembered_.causes);
   watch_.faults().recall(remembered_.faults);
   shutdown_.wake(&urgent_);
 }
@@ -332,7 +332,7 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
 }
 
 void Supervisor::remember() {
-  Memory memory{leadership_.term(), watch_.mode().orders(), watch_.faults().history()};
+  Memory memory{leadership_.term(), watch_.mode().orders(), watch_.mode().causes(), watch_.faults().history()};
   if (memory_path_.empty() || memory == remembered_) return;
   if (!write_memory(memory_path_, memory)) log_error("orders cannot be remembered", {{"file", memory_path_}});
   remembered_ = std::move(memory);

@@ -26,6 +26,7 @@ SKIPPED = 77
 ARMS = ("north", "west", "east")
 STANDBYS = {"north-pc": "west-pc", "west-pc": "east-pc", "east-pc": "north-pc", "supervisor-pc": "world-pc"}
 LATE = 5.0  # [s] within which a fault that must be told is told
+RETURN = 3.0  # [s] after a host's return, in which the silence of what runs there is put down to that
 
 
 def cell_text(text, folder, standbys):
@@ -139,7 +140,7 @@ class Chaos:
     def await_told(self, injections, expected, injected):
         blind = any(injection.blinds() for injection in injections)
         for index, (injection, wanted) in enumerate(zip(injections, expected)):
-            if not wanted.kinds or (blind and len(injections) > 1):
+            if not wanted.kinds or (blind and len(injections) > 1) or self.returns(injection, injected[index]):
                 continue
 
             def told(_status):
@@ -149,6 +150,13 @@ class Chaos:
             fault = self.cell.wait_for(f"{injection}: {' or '.join(wanted.kinds)} of {wanted.subject} is told", told, LATE)
             if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
                 self.detection[injection.kind()].append(fault["since_unix_ms"] - injected[index])
+
+    def returns(self, injection, at):
+        """A process hangs whose host has just come back: that need not be told."""
+        return injection.name == "stop" and any(
+            fault["kind"] == "agent_lost" and fault["subject"] == injection.host
+            and fault["since_unix_ms"] + 1000 * (fault["duration_s"] + RETURN) > at
+            for fault in self.cell.faults().values())
 
     def check(self, injections, expected):
         if self.cell.contacts() != 0:

@@ -88,6 +88,12 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   ASSERT_TRUE(rolls.done()) << rolls.reason();
   cell_.await("a contact", [](const msg::CellStatus& status) { return status.referee().contacts() > 0; });
   ASSERT_TRUE(cell_.edit(request(msg::EDIT_REMOVE, "runner")).done());
+  cell_.await("a hold", [](const msg::CellStatus& status) {
+    return status.mode().mode() == msg::MODE_HOLD && status.mode().reason().find("touched") != std::string::npos;
+  });
+  const msg::Fault touch = cell_.await_fault("the contact", [](const msg::Fault& f) { return f.kind() == "contact"; });
+  EXPECT_NE(touch.seen().find("runner"), std::string::npos) << touch.seen();
+  ASSERT_TRUE(cell_.ask(msg::REQUEST_RESUME)->done());
   const auto gone = cell_.await("no runner", [](const msg::CellStatus& status) { return !obstacle(status, "runner"); });
   const auto before = cell_.await("the whole account", [&](const msg::CellStatus& status) {
     return status.referee().time() > gone.referee().time();

@@ -23,7 +23,9 @@ network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers:
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s,
-              takeover_lease: 30000us}
+              takeover_lease: 30000us,
+              recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
+                         process_died: resume, node_failed: automatic, agent_lost: automatic, contact: automatic}}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
 geometry: exact
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
@@ -147,6 +149,7 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_EQ(supervision.heartbeat_deadline, 25ms);
   EXPECT_EQ(supervision.host_lease, 200ms);
   EXPECT_EQ(supervision.takeover_lease, 30ms);
+  EXPECT_EQ(supervision.waits_for_resume, (std::set<std::string, std::less<>>{"process_died", "world_silent"}));
   const planner::Cell& cell = file_.cell;
   EXPECT_DOUBLE_EQ(cell.timing.control_period, 0.008);
   EXPECT_DOUBLE_EQ(cell.timing.driver_period, 0.001);

@@ -33,8 +33,8 @@ inline WatchLimits cell_limits() {
 /// The processes that the watch is told of: each beats every 10 ms, drivers tell states every 5 ms.
 class VirtualCell {
  public:
-  explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes())
-      : watch(std::move(nodes), {"arm1", "arm2", "arm3"}, cell_limits(), 0ms) {
+  explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes(), const WatchLimits& limits = cell_limits())
+      : watch(std::move(nodes), {"arm1", "arm2", "arm3"}, limits, 0ms) {
     std::int64_t pid = 100;
     for (const ExpectedNode& node : watch.nodes()) pids[node.name] = ++pid;
   }

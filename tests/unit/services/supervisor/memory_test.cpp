@@ -15,6 +15,7 @@ Memory some_memory() {
   memory.term = 7;
   memory.orders.cell = MoveMode::kHold;
   memory.orders.arms = {{"left", MoveMode::kStop}, {"right", MoveMode::kHold}};
+  memory.causes = {{"", "arm1/wrist touched pallet"}, {"right", "planner/right: signal 9 (Killed)"}};
   memory.faults.open["planner/left"] = {7,
                                         2,
                                         FaultKind::kProcessDied,
@@ -38,6 +39,7 @@ class MemoryFile : public ::testing::Test {
 TEST(MemoryText, SaysWhatIsRemembered) {
   const std::string text =
       "term 7\ncell hold\narm left stop\narm right hold\n"
+      "because / arm1/wrist touched pallet\nbecause right planner/right: signal 9 (Killed)\n"
       "fault 7 2 process_died 2 50 4 open planner/left planner/left planner/left: signal 9 (Killed)\n"
       "fault 6 9 node_silent 1 10 -1 30 - world world: no beat\n";
   EXPECT_EQ(memory_text(some_memory()), text);

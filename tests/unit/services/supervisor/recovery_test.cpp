@@ -1,0 +1,117 @@
+/// Faults whose recovery waits for people.
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+using Names = std::vector<std::string>;
+
+WatchLimits limits(std::set<FaultKind> waits) {
+  WatchLimits limits = cell_limits();
+  limits.waits_for_resume = std::move(waits);
+  return limits;
+}
+
+class Recovery : public ::testing::Test, protected VirtualCell {
+ protected:
+  explicit Recovery(std::set<FaultKind> waits = {FaultKind::kProcessDied, FaultKind::kAgentLost, FaultKind::kContact})
+      : VirtualCell(cell_nodes(), limits(std::move(waits))) {
+    run_for(200ms);
+  }
+  Names held() { return watch.mode().decide().held_arms; }
+  void die_and_return(const std::string& node) {
+    kill(node, 9);
+    run_for(50ms);
+    start(node);
+    run_for(500ms);
+    EXPECT_TRUE(watch.faults().open().empty()) << "it is back";
+  }
+};
+
+TEST_F(Recovery, WaitsForResumeAfterADeath) {
+  die_and_return("planner/arm2");
+  EXPECT_EQ(held(), Names{"arm2"});
+  EXPECT_EQ(watch.mode().reason_of("arm2"),
+            "on hold until resumed: planner/arm2: process 107 was ended by signal 9 (Killed)");
+  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  run_for(50ms);
+  EXPECT_EQ(held(), Names{});
+}
+
+TEST_F(Recovery, IsAutomaticWhereTheCellFileDoesNotSayOtherwise) {
+  hung.insert("planner/arm2");
+  run_for(100ms);
+  EXPECT_EQ(held(), Names{"arm2"});
+  hung.clear();
+  run_for(500ms);
+  EXPECT_EQ(held(), Names{});
+}
+
+TEST_F(Recovery, NeedNotBeAskedForAgainByWhoResumedWhileTheFaultLasted) {
+  kill("planner/arm2", 9);
+  run_for(50ms);
+  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  run_for(50ms);
+  EXPECT_EQ(held(), Names{"arm2"}) << "the fault itself still holds it";
+  start("planner/arm2");
+  run_for(500ms);
+  EXPECT_EQ(held(), Names{});
+}
+
+TEST_F(Recovery, OfALostHostIsThatOfItsArms) {
+  for (const char* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(1s);
+  hung.clear();
+  run_for(5s);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_EQ(held(), Names{"arm3"});
+  EXPECT_EQ(watch.mode().resume({}), "");
+  EXPECT_EQ(held(), Names{});
+}
+
+TEST_F(Recovery, OfTheWorldIsThatOfTheCell) {
+  die_and_return("world");
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().resume({}), "");
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+}
+
+TEST_F(Recovery, OfAContactIsThatOfTheCell) {
+  watch.contacts(0, "", "");
+  run_for(50ms);
+  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  run_for(50ms);
+  ASSERT_EQ(watch.faults().over().size(), 1U);
+  EXPECT_EQ(watch.faults().over().front().seen, "arm1/wrist touched pallet");
+  EXPECT_EQ(watch.faults().over().front().severity, FaultSeverity::kCritical);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().decide().reason, "hold until resumed: arm1/wrist touched pallet");
+  EXPECT_EQ(watch.mode().resume({}), "");
+  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  run_for(50ms);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun) << "one contact, one fault";
+}
+
+TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
+  FaultHistory history;
+  history.over.push_back({1, 1, FaultKind::kContact, FaultSeverity::kCritical, "a", "a touched b", 1ms, {}, 1ms});
+  watch.faults().recall(history);
+  watch.contacts(3, "a", "a touched b");
+  run_for(50ms);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+}
+
+TEST_F(Recovery, IsWaitedForAcrossLives) {
+  die_and_return("planner/arm2");
+  CellModeState next({"arm1", "arm2", "arm3"});
+  next.restore(watch.mode().orders(), watch.mode().causes());
+  EXPECT_EQ(next.reason_of("arm2"), watch.mode().reason_of("arm2"));
+  next.restore(watch.mode().orders());
+  EXPECT_EQ(next.reason_of("arm2"), watch.mode().reason_of("arm2")) << "another's orders, which it judged itself, too";
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing
