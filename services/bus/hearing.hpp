@@ -37,7 +37,9 @@ class Hearing {
     const std::scoped_lock lock(mutex_);
     for (auto entry = peers_.begin(); entry != peers_.end();) {
       const bool replaced = entry->first != peer && entry->second.has_any(addresses);
-      entry = replaced ? forget(entry) : std::next(entry);
+      // Heard again before look() has seen that its quarantine is over: that must not make us forget it later.
+      const bool returned = entry->first == peer && entry->second.shunned && now >= entry->second.back;
+      entry = replaced || returned ? forget(entry) : std::next(entry);
     }
     Peer& known = peers_[peer];
     known.heard = std::max(known.heard, now);

@@ -55,6 +55,22 @@ TEST(Hearing, WhoIsSilentForMostOfTheLeaseIsShunnedForLongerThanIt) {
   EXPECT_TRUE(silence.hearing.hears(kPeer, silence.now));
 }
 
+// It was forgotten then, so that nobody left it alone when it fell silent again.
+TEST(Hearing, WhoIsFoundAgainBeforeAnybodyLooksIsWatchedAsBefore) {
+  Silence silence;
+  silence.last(1650ms);
+  silence.last(2450ms);
+  ASSERT_TRUE(silence.hearing.shuns(kItsAddress));
+  silence.now += 60ms;  // the quarantine is over
+  ASSERT_TRUE(silence.hearing.hears(kPeer, silence.now));
+  silence.hearing.found(kPeer, {kItsAddress}, silence.now);
+  EXPECT_FALSE(silence.hearing.shuns(kItsAddress)) << "it is answered at once";
+  silence.last(1600ms);
+  EXPECT_FALSE(silence.hearing.shuns_anybody());
+  silence.last(100ms);
+  EXPECT_TRUE(silence.hearing.shuns(kItsAddress));
+}
+
 TEST(Hearing, SilenceWhileWeDidNotListenIsNobodysFault) {
   Hearing hearing{2s};
   hearing.found(kPeer, {kItsAddress}, kBegin);
