@@ -7,6 +7,7 @@ import signal
 SILENCE = 0.25
 LEASE = 1.0
 SLACK = 0.15
+HOST_SLACK = 0.6  # silence counts in the supervisor's own punctual time
 
 
 @dataclasses.dataclass
@@ -122,7 +123,7 @@ class OfHost(Injection):
         victims = everybody_on(cell, self.host)
         self.hits_supervisor = any(is_supervisor(victim) for victim in victims)
         # Who is cut off with the leading supervisor sees everybody else lost.
-        return Expected(("agent_lost",) if self.duration > LEASE + 2 * SLACK else (), self.host, victims)
+        return Expected(("agent_lost",) if self.duration > LEASE + HOST_SLACK else (), self.host, victims)
 
 
 class Cut(OfHost):
