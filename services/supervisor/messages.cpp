@@ -145,11 +145,12 @@ msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks) {
   return message;
 }
 
-FaultHistory faults_in(const std::map<std::string, msg::Fault>& told, const Clocks& clocks) {
+FaultHistory faults_in(const std::map<std::string, msg::Fault>& told, std::uint64_t term, const Clocks& clocks) {
   FaultHistory history;
   for (const auto& [id, fault] : told) {
-    const auto record = fault_record(fault, clocks);
+    auto record = fault_record(fault, clocks);
     if (!record) continue;
+    if (!record->cleared && fault.term() < term) record->cleared = clocks.now;
     if (record->cleared) {
       history.over.push_back(*record);
     } else {

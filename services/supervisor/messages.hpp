@@ -30,7 +30,10 @@ struct Clocks {
 
 /// What another leader's mode tells of people's orders.
 [[nodiscard]] Orders orders_in(const msg::CellMode& mode);
-/// The faults that another leader told, by id, on our clock. What cannot be understood is left out.
-[[nodiscard]] FaultHistory faults_in(const std::map<std::string, msg::Fault>& told, const Clocks& clocks);
+/// The faults that other leaders told, by id, on our clock. What cannot be understood is left out. A leader tells all
+/// that it knows of under its own term: what is open of an earlier one than `term`, the last leader's, is nobody's any
+/// more, and over.
+[[nodiscard]] FaultHistory faults_in(const std::map<std::string, msg::Fault>& told, std::uint64_t term,
+                                     const Clocks& clocks);
 
 }  // namespace hecaton::services

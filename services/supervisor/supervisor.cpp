@@ -171,7 +171,7 @@ void Supervisor::begin_to_lead() {
   const auto other = ears_.take_other_mode();
   if (other && other->term() > led_under_) {
     watch_.mode().restore(orders_in(*other));
-    watch_.faults().recall(faults_in(ears_.faults_of_others(), read_clocks()));
+    watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
     watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us
   } else if (led_under_ == 0) {
     watch_.forget_past_ends();  // agents tell their last events to whoever joins

@@ -244,17 +244,30 @@ TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
   ASSERT_FALSE(before.open.empty());
   std::map<std::string, msg::Fault> told;
   for (const auto& [cause, record] : before.open) {
-    const msg::Fault fault = fault_message(record, {now_, 1'000'000});
+    msg::Fault fault = fault_message(record, {now_, 1'000'000});
+    fault.term(7);
     told[fault.id()] = fault;
   }
   // On a host whose steady clock began 50 s later.
-  FaultHistory after = faults_in(told, {now_ - 50s, 1'000'000});
+  FaultHistory after = faults_in(told, 7, {now_ - 50s, 1'000'000});
   ASSERT_EQ(after.open.size(), before.open.size());
   for (auto& [cause, record] : after.open) {
     ASSERT_TRUE(before.open.contains(cause)) << cause;
     record.since += 50s;
     EXPECT_EQ(record, before.open.at(cause)) << cause;
   }
+}
+
+// Two supervisors told one death, each as a fault of its own; the one that leads ended its own.
+TEST_F(CellStatusTest, FaultsThatTheLastLeaderDidNotTellAreOver) {
+  watch_.process_exited("planner/left", {1, -1, 9, false});
+  watch_.judge(now_);
+  msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
+  fault.term(7);
+  const FaultHistory after = faults_in({{fault.id(), fault}}, 8, {now_ + 1s, 1'001'000});
+  EXPECT_TRUE(after.open.empty());
+  ASSERT_EQ(after.over.size(), 1U);
+  EXPECT_EQ(after.over.front().cleared, now_ + 1s);
 }
 
 class StandbyStatus : public CellStatusTest {
