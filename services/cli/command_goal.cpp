@@ -64,6 +64,7 @@ class Follower {
     last_look_ = last_answer_ = sent;
     while (true) {
       for (const msg::GoalStatus& status : goals_.news()) {
+        last_answer_ = bus::Clock::now();
         if (status.arm() != goal_.arm() || status.goal() != goal_.goal()) continue;
         if (answered_ && !is_later(status, status_)) continue;
         status_ = status;

@@ -40,6 +40,20 @@ void limit_speed(planner::Cell& cell, double speed) {
   }
 }
 
+/// Or nobody would know why hardly anything is reached.
+void warn_of_old_news(const planner::Cell& cell, const planner::NetworkParameters& network) {
+  const double oldest = network.age + network.jitter;
+  for (const planner::PlannedArm& planned : cell.arms) {
+    if (oldest <= planned.parameters.state_age_limit) continue;
+    std::fprintf(
+        stderr,
+        "hecaton: news are up to %s old, and arm %s stands where they are older than its state_age_limit = %s\n",
+        duration_text(oldest).c_str(), planned.arm.name.c_str(),
+        duration_text(planned.parameters.state_age_limit).c_str());
+    return;
+  }
+}
+
 Report make_report(const planner::Cell& cell, const Options& options, planner::BatchReport batch) {
   Report report;
   report.cell = cell.name;
@@ -84,6 +98,7 @@ ExitCode run(const Settings& settings, const Options& options) {
     for (planner::PlannedArm& planned : cell.arms) planned.parameters.method = method_of(options.method);
   }
   if (options.speed > 0.0) limit_speed(cell, options.speed);
+  warn_of_old_news(cell, options.batch.network);
   const auto began = std::chrono::steady_clock::now();
   planner::BatchReport batch = planner::simulate_tasks(cell, options.batch);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;

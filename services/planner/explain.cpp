@@ -82,8 +82,10 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
       progress.trying = "waits for fresh states";
       break;
     case planner::TickStatus::kIdle:
-    case planner::TickStatus::kMoving:
     case planner::TickStatus::kReached:
+      progress.held_back = false;
+      break;
+    case planner::TickStatus::kMoving:
       progress.held_back = false;
       progress.trying =
           result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
