@@ -81,6 +81,10 @@ bool Writer<T>::wait_matched(int readers, Clock::duration timeout) const {
   return impl_->wait_matched(readers, timeout);
 }
 template <class T>
+void Writer<T>::forget() {
+  impl_->forget();
+}
+template <class T>
 bool Writer<T>::wait_acknowledged(Clock::duration timeout) const {
   return impl_->wait_acknowledged(timeout);
 }

@@ -44,6 +44,8 @@ class Writer {
   WriteResult write(const T& sample);
   /// Withdraws the sample's key: readers see it disposed, late joiners not at all.
   WriteResult retire(const T& sample);
+  /// Who joins from now on gets nothing of what was written so far; readers keep what they have.
+  void forget();
 
   [[nodiscard]] int matched() const;
   [[nodiscard]] bool wait_matched(int readers, Clock::duration timeout) const;

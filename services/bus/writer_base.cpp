@@ -65,6 +65,11 @@ WriteResult WriterBase::refuse(Action action, const std::string& key, const std:
   return result;
 }
 
+void WriterBase::forget() {
+  std::size_t removed = 0;
+  writer_->clear_history(&removed);
+}
+
 bool WriterBase::wait_matched(int readers, Clock::duration timeout) const {
   std::unique_lock lock(mutex_);
   return changed_.wait_for(lock, timeout, [&] { return matched_ >= readers; });

@@ -28,6 +28,8 @@ class WriterBase : public dds::DataWriterListener {
   /// `data` points to a sample of the writer's type whose key is `key`.
   WriteResult send(Action action, void* data, const std::string& key);
 
+  void forget();
+
   [[nodiscard]] int matched() const { return matched_; }
   [[nodiscard]] bool wait_matched(int readers, Clock::duration timeout) const;
   [[nodiscard]] bool wait_acknowledged(Clock::duration timeout) const;

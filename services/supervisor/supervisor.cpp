@@ -125,7 +125,10 @@ void Supervisor::turn(bus::Clock::time_point now) {
   const bool led = leadership_.role() == Leadership::Role::kLeading;
   if (leadership_.decide(since_epoch(now), ears_.newest_arrival())) begin_to_lead();
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
-  if (led && !leads) log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
+  if (led && !leads) {
+    log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
+    withdraw();
+  }
   if (settle_succession()) publish_mode(now);  // at once: all the rest can wait
   takeover_due_ = takeover_due(now);
   // What is told while we listen is history: it is judged once it is complete.
@@ -153,6 +156,7 @@ bool Supervisor::answers() const {
 // Who was stopped accuses nobody of the silence. It listens again before it leads, with a new term.
 void Supervisor::come_back(bus::Clock::time_point now) {
   leadership_.absent(since_epoch(now));
+  withdraw();
   const auto absence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *absent_since_);
   const Time since = since_epoch(*absent_since_);
   absent_since_.reset();
@@ -164,6 +168,12 @@ void Supervisor::come_back(bus::Clock::time_point now) {
                         since);
   watch_.faults().clear(node_, since_epoch(now));
   log_warning("supervisor was away", {{"ms", absence.count()}});
+}
+
+// A driver that starts now must not follow what we granted: it has no memory of what was granted since.
+void Supervisor::withdraw() {
+  modes_.forget();
+  faults_.forget();
 }
 
 void Supervisor::begin_to_lead() {

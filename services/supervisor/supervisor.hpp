@@ -46,6 +46,8 @@ class Supervisor {
  private:
   void turn(bus::Clock::time_point now);
   void come_back(bus::Clock::time_point now);
+  /// What we told while we led is not for who joins from now on.
+  void withdraw();
   void begin_to_lead();
   /// While we lead: puts a planner that stands by in the place of one that is out. True when there was one.
   bool settle_succession();

@@ -251,6 +251,27 @@ TEST_F(Delivery, ReadersMayLeaveWhileSamplesAreUnderWay) {
   }
 }
 
+TEST_F(Delivery, WhatTheWriterForgotIsNotForLateJoiners) {
+  Writer<msg::CellMode> modes(here_);
+  Reader<msg::CellMode> early(there_);
+  msg::CellMode mode;
+  mode.term(1);
+  ASSERT_TRUE(modes.write(mode));
+  ASSERT_TRUE(wait_until(early, [&] { return early.counters().received == 1; }));
+  modes.forget();
+  Reader<msg::CellMode> late(there_);
+  ASSERT_TRUE(modes.wait_matched(2, kPatience));
+  ASSERT_TRUE(late.wait_matched(1, kPatience));
+  mode.term(2);
+  ASSERT_TRUE(modes.write(mode));
+  std::vector<std::uint64_t> heard;
+  ASSERT_TRUE(wait_until(late, [&] {
+    for (const auto& sample : late.take()) heard.push_back(sample.value.term());
+    return !heard.empty() && heard.back() == 2;
+  }));
+  EXPECT_EQ(heard, std::vector<std::uint64_t>{2});
+}
+
 TEST_F(Delivery, RequestsAreNotForLateJoiners) {
   Writer<msg::WorldEditRequest> writer(here_);
   Reader<msg::WorldEditRequest> early(there_);
