@@ -130,11 +130,14 @@ class LiveCell:
             abs(speed) > 0.1 for entry in status["arms"] if entry["name"] == arm for speed in entry["state"]["qd"]))
 
     def wait_until_it_is_there_or_waits(self, arm, goal, lost):
-        """Its goal ends, or it says that it does not know where the other arm is, or leaves room for wherever it may be."""
+        """Its goal ends, or it says that it does not know where the other arm is, or leaves room for wherever it may be, be
+        it on its way around."""
         def settled(status):
-            waits_for = next(entry["waiting_for"] or "" for entry in status["arms"] if entry["name"] == arm)
+            entry = next(entry for entry in status["arms"] if entry["name"] == arm)
+            waits_for = entry["waiting_for"] or ""
+            binding = (entry["goal"] or {}).get("binding") or {}
             unknown = f"ArmState/{lost}" in waits_for or f"arm {lost} was lost" in waits_for
-            return goal.poll() is not None or unknown
+            return goal.poll() is not None or unknown or str(binding.get("other", "")).startswith(f"{lost}/")
         self.wait_for(f"arm {arm} goes on or waits for news of {lost}", settled)
 
     def stop(self):
