@@ -94,6 +94,7 @@ class Chaos:
 
     def episode(self):
         self.known = set(self.cell.faults())
+        self.began = unix_ms()
         self.pose = "ready" if self.pose == "home" else "home"
         goals = {arm: self.cell.goal(arm, self.pose) for arm in ARMS}
         injections = []
@@ -165,6 +166,9 @@ class Chaos:
         blind = any(injection.blinds() for injection in injections)
         for key, fault in self.cell.faults().items():
             if key in self.known or fault["subject"] in victims:
+                continue
+            # What another supervisor told before, in its own account, is history when it comes to light.
+            if fault["cleared"] and fault["since_unix_ms"] < self.began:
                 continue
             # A supervisor that was itself away or cut off sees others lost, and says of itself that it was away.
             if blind and (fault["subject"].startswith("supervisor") or fault["kind"] in ("agent_lost", "node_silent")):
