@@ -183,8 +183,9 @@ void Supervisor::begin_to_lead() {
     watch_.mode().restore(orders_in(*other));
     watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
     watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us
-  } else if (led_under_ == 0) {
-    watch_.forget_past_ends();  // agents tell their last events to whoever joins
+  } else {
+    if (led_under_ == 0) watch_.forget_past_ends();     // agents tell their last events to whoever joins
+    watch_.faults().recall(watch_.faults().history());  // what we told under an earlier term, we tell under this one
   }
   led_under_ = leadership_.term();
   watch_.faults().begin_life(leadership_.term());
