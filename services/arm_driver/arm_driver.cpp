@@ -36,8 +36,8 @@ std::chrono::nanoseconds nanoseconds(double seconds) {
 }
 
 /// Where its predecessor left the arm, or else where the cell begins.
-planner::JointVector start_of(const planner::PlannedArm& planned, const PoseMemory& memory) {
-  if (planner::JointVector q = memory.recall(); q.size() > 0) return q;
+planner::JointVector start_of(const planner::PlannedArm& planned, const ArmMemory& memory) {
+  if (const auto last = memory.recall()) return last->q;
   return planned.start.size() > 0 ? planned.start : planned.arm.home();
 }
 
@@ -58,8 +58,9 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
           {driver_node(name_), msg::NODE_DRIVER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
           pulse_timing(file)),
       loop_(nanoseconds(period_), shutdown),
-      pose_(options.memory, file.cell.arms[arm].arm.model->joints()),
-      drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm], pose_), file.cell.timing.command_timeout) {
+      memory_(options.memory, file.cell.arms[arm].arm.model->joints()),
+      drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm], memory_), file.cell.timing.command_timeout) {
+  if (const auto last = memory_.recall()) drive_.saw(last->mandate);
   state_.arm(name_);
 }
 
@@ -70,7 +71,7 @@ void ArmDriver::run() {
     for (auto k = std::min(loop_.skipped(), kMostPeriodsAtOnce); k > 0; --k) drive_.step(period_);
     listen();
     drive_.step(period_);
-    pose_.remember(drive_.arm().q());
+    memory_.remember(drive_.arm().q(), drive_.gate().mandate());
     publish();
     if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
   }

@@ -7,7 +7,7 @@
 
 #include <idl/world.h>
 
-#include "services/arm_driver/pose_memory.hpp"
+#include "services/arm_driver/arm_memory.hpp"
 #include "services/arm_driver/simulated_drive.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
@@ -45,7 +45,7 @@ class ArmDriver {
   bus::Writer<msg::ArmState> states_;
   Pulse pulse_;
   PeriodicLoop loop_;
-  PoseMemory pose_;
+  ArmMemory memory_;
   SimulatedDrive drive_;
   msg::ArmState state_;  ///< reused every period
   msg::ArmMode logged_mode_ = msg::ARM_STARTING;

@@ -121,8 +121,8 @@ void Supervisor::turn(bus::Clock::time_point now) {
   watch_.advance(since_epoch(now));
   static_cast<void>(quiet_.take_events());
   static_cast<void>(urgent_.take_events());
-  ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});
   const bool led = leadership_.role() == Leadership::Role::kLeading;
+  ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});  // may end it
   if (leadership_.decide(since_epoch(now), ears_.newest_arrival())) begin_to_lead();
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
   if (led && !leads) {

@@ -7,7 +7,8 @@ import signal
 # punctual time, of which a busy machine has less: what ends within the slack need not have been told.
 SILENCE = 0.25
 LEASE = 1.0
-SLACK = 0.6
+SLACK = 0.15
+HOST_SLACK = 0.3  # of a host: its agent tells of itself every 0.2 s only
 
 
 @dataclasses.dataclass
@@ -123,7 +124,7 @@ class OfHost(Injection):
         victims = everybody_on(cell, self.host)
         self.hits_supervisor = any(is_supervisor(victim) for victim in victims)
         # Who is cut off with the leading supervisor sees everybody else lost.
-        return Expected(("agent_lost",) if self.duration > LEASE + SLACK else (), self.host, victims)
+        return Expected(("agent_lost",) if self.duration > LEASE + HOST_SLACK else (), self.host, victims)
 
 
 class Cut(OfHost):

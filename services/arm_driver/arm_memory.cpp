@@ -1,4 +1,4 @@
-#include "services/arm_driver/pose_memory.hpp"
+#include "services/arm_driver/arm_memory.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,13 +14,18 @@
 
 namespace hecaton::services {
 
-struct PoseMemory::Slot {
+struct ArmMemory::Slot {
   std::uint64_t number;  ///< counts what is remembered, from 1; 0: nothing, or half written
-  std::uint64_t joints;
+  std::uint64_t layout;  ///< layout_of(its joints)
   std::array<double, planner::kMaxJoints> q;
+  std::uint64_t term;
+  std::array<char, 256> planner;  ///< ends with 0
+
+  /// Tells slots of another arm, and of another edition of this struct, from ours.
+  static std::uint64_t layout_of(int joints) { return sizeof(Slot) << 8U | static_cast<unsigned>(joints); }
 };
 
-PoseMemory::PoseMemory(const std::string& path, int joints) : joints_(joints) {
+ArmMemory::ArmMemory(const std::string& path, int joints) : joints_(joints) {
   if (path.empty()) return;
   const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   void* memory = MAP_FAILED;
@@ -30,38 +35,40 @@ PoseMemory::PoseMemory(const std::string& path, int joints) : joints_(joints) {
   const int error = errno;
   if (file >= 0) ::close(file);
   if (memory == MAP_FAILED) {
-    throw std::runtime_error(path + ": the arm's pose cannot be remembered there: " + std::strerror(error));
+    throw std::runtime_error(path + ": what the driver must not forget cannot be kept there: " + std::strerror(error));
   }
   slots_ = static_cast<Slot*>(memory);
   if (const Slot* last = newest()) number_ = last->number;
 }
 
-PoseMemory::~PoseMemory() {
+ArmMemory::~ArmMemory() {
   if (slots_ != nullptr) ::munmap(slots_, 2 * sizeof(Slot));
 }
 
-const PoseMemory::Slot* PoseMemory::newest() const {
+const ArmMemory::Slot* ArmMemory::newest() const {
   if (slots_ == nullptr) return nullptr;
   const Slot& slot = slots_[0].number > slots_[1].number ? slots_[0] : slots_[1];
-  const auto joints = static_cast<std::uint64_t>(joints_);
-  const bool whole = slot.number > 0 && slot.joints == joints &&
+  const bool whole = slot.number > 0 && slot.layout == Slot::layout_of(joints_) && slot.planner.back() == 0 &&
                      std::all_of(slot.q.begin(), slot.q.begin() + joints_, [](double q) { return std::isfinite(q); });
   return whole ? &slot : nullptr;
 }
 
-planner::JointVector PoseMemory::recall() const {
+std::optional<ArmMemory::Remembered> ArmMemory::recall() const {
   const Slot* slot = newest();
-  if (slot == nullptr) return {};
-  return Eigen::Map<const Eigen::VectorXd>(slot->q.data(), joints_);
+  if (slot == nullptr) return std::nullopt;
+  return Remembered{Eigen::Map<const Eigen::VectorXd>(slot->q.data(), joints_), {slot->planner.data(), slot->term}};
 }
 
-void PoseMemory::remember(const planner::JointVector& q) {
+void ArmMemory::remember(const planner::JointVector& q, const Mandate& mandate) {
   if (slots_ == nullptr) return;
   Slot& slot = slots_[++number_ % 2];
   const std::atomic_ref<std::uint64_t> number(slot.number);
   number.store(0, std::memory_order_seq_cst);  // whoever reads now takes the other one
-  slot.joints = static_cast<std::uint64_t>(joints_);
+  slot.layout = Slot::layout_of(joints_);
   std::copy(q.begin(), q.end(), slot.q.begin());
+  slot.term = mandate.term;
+  slot.planner.fill(0);
+  if (mandate.planner.size() < slot.planner.size()) std::ranges::copy(mandate.planner, slot.planner.begin());
   number.store(number_, std::memory_order_release);
 }
 
