@@ -150,10 +150,10 @@ InfluenceDistances Surroundings::influence() const {
           .near_arms = std::span<const int>(near_arms_)};
 }
 
-DamperScene Surroundings::scene(const CellGeometry& geometry, const LocalParameters& parameters,
-                                const TickInput& input) const {
-  return {geometry,    own_,           input.qd, input.tracking_error, arms_,  observations_,
-          stop_times_, obstacles_now_, input.dt, parameters,           strays_};
+DamperScene Surroundings::scene(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
+                                const ExactDistance& distances) const {
+  return {geometry,    own_,           input.qd, input.tracking_error, arms_,   observations_,
+          stop_times_, obstacles_now_, input.dt, parameters,           strays_, &distances};
 }
 
 void Surroundings::look_at_self(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,

@@ -29,8 +29,9 @@ class Surroundings {
   [[nodiscard]] CellPoses poses() const { return {&own_, arms_, obstacles_now_}; }
   /// Pairs that are farther apart cannot make a row that binds.
   [[nodiscard]] InfluenceDistances influence() const;
+  /// `distances`: that of the cell, for what obstacles sweep.
   [[nodiscard]] DamperScene scene(const CellGeometry& geometry, const LocalParameters& parameters,
-                                  const TickInput& input) const;
+                                  const TickInput& input, const ExactDistance& distances) const;
 
  private:
   void look_at_self(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,

@@ -106,7 +106,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
   s.surroundings.look(geometry, parameters, input, fastest);
   const int near = s.distance.clearances(s.surroundings.poses(), s.surroundings.influence(), s.clearances);
-  const DamperScene scene = s.surroundings.scene(geometry, parameters, input);
+  const DamperScene scene = s.surroundings.scene(geometry, parameters, input, s.distance);
   const BuiltRows rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
   JointLimits slower;
   const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);

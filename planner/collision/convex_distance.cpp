@@ -39,6 +39,27 @@ class Difference {
   Vector3d p_AB_;
 };
 
+/// A ⊖ what B sweeps, in the frame of a.
+class SweptDifference {
+ public:
+  SweptDifference(const Difference& begin, const Vector3d& way, const Sweep& sweep)
+      : begin_(begin), way_(way), stray_first_(sweep.stray_first), stray_last_(sweep.stray_last) {}
+
+  [[nodiscard]] Vector3d between_centres() const { return begin_.between_centres() + 0.5 * way_; }
+  [[nodiscard]] Vector3d support(const Vector3d& n) const {
+    const Vector3d at_begin = begin_.support(n) + stray_first_ * n;
+    const Vector3d at_end = begin_.support(n) - way_ + stray_last_ * n;
+    return n.dot(at_end) > n.dot(at_begin) ? at_end : at_begin;
+  }
+  [[nodiscard]] Vector3d support_of_a(const Vector3d& n) const { return begin_.support_of_a(n); }
+
+ private:
+  const Difference& begin_;
+  Vector3d way_;
+  double stray_first_;
+  double stray_last_;
+};
+
 /// In the frame of a.
 struct Answer {
   double distance = 0.0;            ///< proved by n [m]
@@ -47,7 +68,8 @@ struct Answer {
 };
 
 /// Distance 0: overlapping, or too near to tell.
-Answer separation(const Difference& difference) {
+template <class AnyDifference>
+Answer separation(const AnyDifference& difference) {
   const NearestPoint nearest =
       nearest_point([&](const Vector3d& n) { return difference.support(n); }, difference.between_centres());
   if (nearest.rank == 0 || nearest.at_least <= 0.0) return {};
@@ -67,18 +89,28 @@ Answer penetration(const Difference& difference, const Answer& touching) {
   }
   // Parted along the best direction so far, the cores show the direction of their nearest points: the same when that
   // was a minimum, mostly a better one when the polytope was full before it was exact.
-  Answer apart;
+  Vector3d p_a = difference.support_of_a(best.n);
   for (int round = 0; round < kPolishRounds; ++round) {
     Difference parted = difference;
     parted.shift((best.depth + kApart) * best.n);
-    apart = separation(parted);
+    const Answer apart = separation(parted);
     if (apart.distance <= 0.0) break;
     const double depth = apart.n.dot(difference.support(apart.n));
+    p_a = apart.p_a;
     if (depth >= best.depth - kBetter) break;
     best.depth = depth;
     best.n = apart.n;
   }
-  return {-best.depth, best.n, apart.p_a};
+  return {-best.depth, best.n, p_a};
+}
+
+ShapeDistance in_world(const Answer& answer, const world::Pose& X_WA) {
+  ShapeDistance result;
+  result.distance = answer.distance;
+  result.n_W = X_WA.linear() * answer.n;
+  result.p_a_W = X_WA * answer.p_a;
+  result.p_b_W = result.p_a_W + result.distance * result.n_W;
+  return result;
 }
 
 }  // namespace
@@ -88,12 +120,13 @@ ShapeDistance convex_distance(const SweptCore& a, const world::Pose& X_WA, const
   const Difference difference(a, X_WA, b, X_WB);
   Answer answer = separation(difference);
   if (answer.distance <= kCoreTouching) answer = penetration(difference, answer);
-  ShapeDistance result;
-  result.distance = answer.distance;
-  result.n_W = X_WA.linear() * answer.n;
-  result.p_a_W = X_WA * answer.p_a;
-  result.p_b_W = result.p_a_W + result.distance * result.n_W;
-  return result;
+  return in_world(answer, X_WA);
+}
+
+ShapeDistance sweep_distance(const SweptCore& a, const world::Pose& X_WA, const SweptCore& b, const world::Pose& X_WB,
+                             const Sweep& sweep) {
+  const Difference begin(a, X_WA, b, X_WB);
+  return in_world(separation(SweptDifference(begin, X_WA.linear().transpose() * sweep.way_W, sweep)), X_WA);
 }
 
 }  // namespace hecaton::planner

@@ -107,6 +107,7 @@ struct ExactDistance::Storage {
     }
     obstacles.first = static_cast<int>(bodies.size());
     for (int obstacle = 0; obstacle < geometry.obstacle_count(); ++obstacle) {
+      first_of_obstacle.push_back(static_cast<int>(bodies.size()));
       add(Counterpart::kObstacle, obstacle, geometry.obstacle_bodies(obstacle));
     }
     obstacles.end = static_cast<int>(bodies.size());
@@ -213,6 +214,16 @@ struct ExactDistance::Storage {
     return distance(side(pair.own).core, pose(pair.own), side(pair.other).core, pose(pair.other));
   }
 
+  [[nodiscard]] ShapeDistance measure_sweep(const Clearance& obstacle, const CellPoses& poses,
+                                            const Sweep& sweep) const {
+    const PlacedCore& own = bodies[obstacle.own_body].placed;
+    const PlacedCore& other = bodies[first_of_obstacle[obstacle.other] + obstacle.other_body].placed;
+    const ShapeDistance cores =
+        planner::sweep_distance(own.core, poses.own->X_WL[obstacle.own_link] * own.X_CS, other.core,
+                                poses.obstacles[obstacle.other].X_WO * other.X_CS, sweep);
+    return swept(cores, own.core.radius, other.core.radius);
+  }
+
   std::vector<PassBody> bodies;
   std::vector<LaneBody> lane_bodies;
   std::vector<bool> capsules_bound_only;  ///< between bodies of the own arm: their capsules are not their shapes
@@ -225,6 +236,7 @@ struct ExactDistance::Storage {
   std::vector<int> other_arms;
   std::vector<LaneRange> range_of_arm;
   LaneRange obstacles;
+  std::vector<int> first_of_obstacle;  ///< its first body
 
   std::vector<LanePlace> places;
   std::vector<const double*> carrier;
@@ -275,6 +287,11 @@ int ExactDistance::clearances(const CellPoses& poses, const InfluenceDistances& 
                     other.link, found.distance, found.p_a_W,       found.p_b_W, found.n_W};
   }
   return count;
+}
+
+ShapeDistance ExactDistance::sweep_distance(const Clearance& obstacle, const CellPoses& poses,
+                                            const Sweep& sweep) const {
+  return storage_->measure_sweep(obstacle, poses, sweep);
 }
 
 ShapeDistance shape_distance(const world::Shape& a, const Pose& X_WA, const world::Shape& b, const Pose& X_WB) {

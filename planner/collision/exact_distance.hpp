@@ -5,6 +5,7 @@
 #include <span>
 
 #include "planner/collision/cell_geometry.hpp"
+#include "planner/collision/convex_distance.hpp"
 #include "planner/collision/pass_input.hpp"
 #include "planner/collision/shape_distance.hpp"
 
@@ -32,6 +33,11 @@ class ExactDistance {
   /// ones are kept. Returns how many. A function of its arguments alone.
   /// Own bodies that no joint moves appear only against moving bodies of other arms: no own motion changes those.
   int clearances(const CellPoses& poses, const InfluenceDistances& influence, std::span<Clearance> out);
+
+  /// Of the own body from all that the obstacle's body sweeps, for a clearance that `clearances` found at these poses.
+  /// Not above 0 where they overlap: then the normal is none. Does not allocate.
+  [[nodiscard]] ShapeDistance sweep_distance(const Clearance& obstacle, const CellPoses& poses,
+                                             const Sweep& sweep) const;
 
  private:
   struct Storage;

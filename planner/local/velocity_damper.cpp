@@ -70,6 +70,31 @@ void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row)
   }
 }
 
+/// What the obstacle's body sweeps within `seconds` from now, whatever it does within its acceleration.
+Sweep swept_by(const DamperScene& scene, const Clearance& clearance, double seconds) {
+  const world::ObstacleState& state = scene.obstacles[clearance.other];
+  const world::BoundingSphere& ball = scene.geometry.obstacle_bodies(clearance.other)[clearance.other_body].bound;
+  const double half = 0.5 * scene.parameters.acceleration_of_obstacles;
+  const double end = state.age + seconds;
+  return {.way_W = seconds * state.velocity.at(state.X_WO * ball.centre, state.X_WO.translation()),
+          .stray_first = half * state.age * state.age,
+          .stray_last = half * end * end + state.velocity.angular.norm() * ball.radius * seconds};
+}
+
+/// An obstacle that passes by comes nearer for a while, and never arrives. What it sweeps while the arm could stop is a
+/// thing at rest: the arm keeps the damper against that, when this leaves it more room (docs/design/0010-passing.md).
+void let_pass(const DamperScene& scene, const Clearance& clearance, double security_distance, Row& row) {
+  const double seconds = row.stop_time + scene.dt;
+  const ShapeDistance swept = scene.distances->sweep_distance(clearance, {&scene.own, scene.arms, scene.obstacles},
+                                                              swept_by(scene, clearance, seconds));
+  if (swept.distance <= 0.0) return;
+  Row aside = row;
+  directional_jacobian(*scene.geometry.own_arm().model, scene.own, clearance.own_link, swept.p_a_W, swept.n_W, aside.g);
+  aside.h = (swept.distance - lag(scene, aside) - security_distance) / seconds;
+  const auto room = [&](const Row& of) { return of.h - of.g.dot(scene.own_qd); };
+  if (room(aside) > room(row)) row = aside;
+}
+
 void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row& row) {
   const Damper damper = scene.parameters.damper.against_others(scene.response(scene.geometry.self()));
   const world::ObstacleState& state = scene.obstacles[clearance.other];
@@ -78,6 +103,7 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
                                           .age = state.age,
                                           .other_acceleration = scene.parameters.acceleration_of_obstacles});
   keep(scene, damper, distance, 1.0, approach, row);
+  if (approach > 0.0 && scene.distances != nullptr) let_pass(scene, clearance, damper.security_distance, row);
 }
 
 }  // namespace
@@ -85,7 +111,7 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
 // [Lahouar06] eq. 4, after [Faverjon87]:   ḋ ≥ −f(d − dₛ),   f(x) = ξ x/(dᵢ − dₛ) within dᵢ
 // differs from paper: eq. 4–9 are printed with dᵢ and dₛ exchanged, which would let bodies pass through each other.
 // With n from the own body towards the other and v the velocities of the two nearest points:
-//   own arm     [Lahouar06] eq. 6    nᵀJ q̇            ≤ f(d − dₛ) + n·v_other
+//   obstacle    [Lahouar06] eq. 6    nᵀJ q̇            ≤ f(d − dₛ) + n·v_other
 //   planned arm [Lahouar06] eq. 8    nᵀJ q̇            ≤ ½ f(d − dₛ)          the other does its half
 //   own link                         nᵀ(J_a − J_b) q̇  ≤ f(d − dₛ)
 // differs from paper: the rows are not dropped beyond dᵢ but hold as long as the arm can reach their bound within one

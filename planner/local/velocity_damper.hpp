@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "planner/collision/cell_geometry.hpp"
+#include "planner/collision/exact_distance.hpp"
 #include "planner/local/observation.hpp"
 #include "planner/local/parameters.hpp"
 #include "planner/local/row.hpp"
@@ -25,6 +25,8 @@ struct DamperScene {
   const LocalParameters& parameters;
   /// How far each body of each arm may be from where it is placed [m]; read for arms that were lost.
   std::span<const std::vector<double>> strays = {};
+  /// Measures what obstacles sweep; none: each counts as if it came straight on.
+  const ExactDistance* distances = nullptr;
 
   /// Of the own arm together with arm i: one period until they react, then the stop [s].
   [[nodiscard]] double response(int arm) const { return dt + stop_times[arm]; }

@@ -13,7 +13,7 @@ namespace {
 constexpr double kScriptSpan = 60.0;
 
 struct EpisodeRecord {
-  bool drawn = false;
+  const char* missing = nullptr;  ///< what could not be drawn
   EpisodeOutcome outcome;
   ClockedTimes clocked;
 };
@@ -28,10 +28,19 @@ EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const Batc
   episode_options.seed = random.next();
   if (options.measure_ticks) episode_options.times = &record.clocked;
   const auto starts = generator.draw_configuration(random);
-  if (!starts) return record;
-  const auto goals = generator.draw_conflicting_goals(random, *starts);
-  if (!goals) return record;
-  record.drawn = true;
+  const auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
+  if (!goals) {
+    record.missing = "no conflicting goals found in the task area; move it or the arms";
+    return record;
+  }
+  if (!cell.tasks.route.empty()) {  // its stops are what they are, wherever the obstacles go
+    const auto time = generator.draw_time(random, kScriptSpan, *starts);
+    if (!time) {
+      record.missing = "moving obstacles are always in the way of arms at a stop of the route; move them or the arms";
+      return record;
+    }
+    episode_options.world_time = *time;
+  }
   record.outcome = simulate_episode(cell, *starts, *goals, episode_options);
   return record;
 }
@@ -99,8 +108,8 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   BatchReport report;
   for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
   for (const EpisodeRecord& record : records) {
-    if (!record.drawn) {
-      report.failure = "cell '" + cell.name + "': no conflicting goals found in the task area; move it or the arms";
+    if (record.missing != nullptr) {
+      report.failure = "cell '" + cell.name + "': " + record.missing;
       continue;
     }
     add(report, record, options.tasks - report.tasks);

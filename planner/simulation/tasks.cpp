@@ -36,13 +36,16 @@ struct TaskGenerator::Impl {
     }
     for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
     kinematics.resize(arms.size());
-    for (int k = 0; k < kSweepSamples; ++k) {
-      auto& states = sweep.emplace_back();
-      for (const world::Obstacle& obstacle : cell.scene.obstacles) {
-        const world::MotionState at = world::motion_at(obstacle, kSweepTime * k / kSweepSamples);
-        states.push_back({at.X_WO, at.velocity, 0.0});
-      }
+    for (int k = 0; k < kSweepSamples; ++k) sweep.push_back(obstacles_at(kSweepTime * k / kSweepSamples));
+  }
+
+  [[nodiscard]] std::vector<world::ObstacleState> obstacles_at(double time) const {
+    std::vector<world::ObstacleState> states;
+    for (const world::Obstacle& obstacle : cell.scene.obstacles) {
+      const world::MotionState at = world::motion_at(obstacle, time);
+      states.push_back({at.X_WO, at.velocity, 0.0});
     }
+    return states;
   }
 
   [[nodiscard]] int arms() const { return static_cast<int>(cell.arms.size()); }
@@ -55,8 +58,9 @@ struct TaskGenerator::Impl {
   }
 
   /// Some pair that involves arm i, of the kinds wanted, is nearer than `distance` [m]. `arms`: only these count.
+  template <class Counts>
   bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
-            bool (*counts)(const Clearance&), std::optional<std::span<const int>> arms = {}) {
+            const Counts& counts, std::optional<std::span<const int>> arms = {}) {
     const int count = distances[i].clearances({&kinematics[i], kinematics, obstacles},
                                               {.others = distance, .self = self_distance, .near_arms = arms}, found);
     return std::any_of(found.begin(), found.begin() + count, counts);
@@ -185,6 +189,25 @@ std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& rando
       q.push_back(std::move(*drawn));
     }
     if (static_cast<int>(q.size()) == impl_->arms() && impl_->apart(q)) return q;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> TaskGenerator::draw_time(Random& random, double span, const CellConfiguration& starts,
+                                               int attempts) {
+  const auto& obstacles = impl_->cell.scene.obstacles;
+  const auto passes = [&](const Clearance& c) {
+    return c.counterpart == Counterpart::kObstacle && world::is_scripted(obstacles[c.other].motion);
+  };
+  impl_->place(starts);
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    const double time = random.uniform(0.0, span);
+    const auto states = impl_->obstacles_at(time);
+    bool clear = true;
+    for (int i = 0; i < impl_->arms() && clear; ++i) {
+      clear = !impl_->near(i, impl_->rest_distance(i), 0.0, states, passes, kNone);
+    }
+    if (clear) return time;
   }
   return std::nullopt;
 }

@@ -24,6 +24,11 @@ class TaskGenerator {
   /// when `attempts` draws (of each arm, if each has an area of its own) found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
 
+  /// An instant of the obstacles' scripts, within `span` [s], at which arms that stand at `starts` are as clear of the
+  /// scripted ones as drawn configurations always are. Nothing when `attempts` draws found none.
+  [[nodiscard]] std::optional<double> draw_time(Random& random, double span, const CellConfiguration& starts,
+                                                int attempts = 200);
+
   /// Goals for arms that stand at `starts`: the next stop of the cell's route, if it has one. Otherwise a configuration
   /// as above for which the simultaneous straight-line motion brings arms into contact: two at least, or every one of
   /// them if the cell's task area says so. Nothing when `attempts` draws found none.

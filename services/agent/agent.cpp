@@ -55,9 +55,12 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
   return services;
 }
 
-KeeperOptions keeper_options(const AgentOptions& agent) {
-  KeeperOptions options{agent.programs, agent.logs, {}};
-  if (!agent.restart) options.restart.attempts = 0;
+KeeperOptions keeper_options(const config::CellFile& file, const AgentOptions& agent) {
+  KeeperOptions options{agent.programs, agent.logs, {}, file.supervision.watchdog};
+  if (!agent.restart) {
+    options.restart.attempts = 0;
+    options.watchdog = std::chrono::nanoseconds(0);
+  }
   return options;
 }
 
@@ -74,9 +77,11 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       folder_(file.cell.name),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
-      keeper_(planned(file, options, folder_.path(), keep_sources(folder_.path() / "sources")), keeper_options(agent)) {
+      keeper_(planned(file, options, folder_.path(), keep_sources(folder_.path() / "sources")),
+              keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
-    pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NODE_AGENT, {}, host}, pulse_timing(file));
+    pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NODE_AGENT, {}, host},
+                         pulse_timing(file, options));
   }
   shutdown_.wake(&mailbox_);
 }
@@ -139,6 +144,10 @@ void Agent::turn() {
 
 void Agent::tell(const Incident& incident) {
   const PlannedService& service = *incident.service;
+  if (incident.kind == Incident::Kind::kHung) {
+    log_error("service hangs and is killed", {{"service", service.name}, {"reason", incident.reason}});
+    return;
+  }
   if (incident.kind == Incident::Kind::kNotStarted || incident.kind == Incident::Kind::kGivenUp) {
     log_error("service does not run", {{"service", service.name}, {"reason", incident.reason}});
     return;

@@ -9,12 +9,16 @@
 #include <fcntl.h>
 #include <linux/close_range.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 namespace hecaton::services {
 namespace {
+
+/// Where the child finds its end of the socket for signs of life.
+constexpr int kAliveFd = 3;
 
 [[noreturn]] void fail(const std::filesystem::path& program, int error) {
   throw std::runtime_error(program.string() + " cannot be started: " + std::strerror(error));
@@ -37,8 +41,12 @@ void reset_signals() {
 }
 
 /// In the child between fork and exec, where other threads' locks may be held: system calls only.
-[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, int pipe) {
+[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, int pipe,
+                         int alive) {
   reset_signals();
+  const int report = fcntl(pipe, F_DUPFD_CLOEXEC, kAliveFd + 1);  // neither is where the other shall be
+  if (report < 0) report_and_leave(pipe);
+  pipe = report;
   setpgid(0, 0);  // the terminal's Ctrl-C is ours to pass on, in order
   if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) report_and_leave(pipe);
   if (getppid() != parent) _exit(127);  // it died before it could have taken us along
@@ -48,8 +56,14 @@ void reset_signals() {
     const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0644);
     if (file < 0 || dup2(file, STDOUT_FILENO) < 0 || dup2(file, STDERR_FILENO) < 0) report_and_leave(pipe);
   }
+  // dup3 refuses to leave a descriptor where it is, with its flags: so a copy of it is put there.
+  if (alive >= 0) {
+    const int copy = fcntl(alive, F_DUPFD_CLOEXEC, kAliveFd + 1);
+    if (copy < 0 || dup2(copy, kAliveFd) < 0) report_and_leave(pipe);
+  }
   // The pipe stays until exec: all descriptors of ours are closed by it.
-  if (syscall(SYS_close_range, 3U, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
+  const unsigned first = alive >= 0 ? kAliveFd + 1 : kAliveFd;
+  if (syscall(SYS_close_range, first, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
   execv(program, arguments);
   report_and_leave(pipe);
 }
@@ -70,19 +84,27 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   const std::string log = command.log.string();
   std::vector<std::string> words{program};
   words.insert(words.end(), command.arguments.begin(), command.arguments.end());
+  if (command.tells_alive) words.insert(words.end(), {"--alive-fd", std::to_string(kAliveFd)});
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
+  int sockets[2] = {-1, -1};
+  if (command.tells_alive && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
+    fail(command.program, errno);
+  }
+  alive_ = sockets[0];
   int pipe[2];
   if (pipe2(pipe, O_CLOEXEC) != 0) fail(command.program, errno);
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, pipe[1]);
+  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, pipe[1], sockets[1]);
   const int fork_error = errno;
   close(pipe[1]);
+  if (sockets[1] >= 0) close(sockets[1]);
   if (pid_ < 0) {
     close(pipe[0]);
+    close_own();
     fail(command.program, fork_error);
   }
   // Nobody else reaps it, so the number is still its own.
@@ -93,21 +115,35 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   if (pidfd_ < 0 || error != 0) {
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
-    if (pidfd_ >= 0) close(pidfd_);
+    close_own();
     fail(command.program, error != 0 ? error : pidfd_error);
   }
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
-    : pid_(std::exchange(other.pid_, -1)), pidfd_(std::exchange(other.pidfd_, -1)), end_(other.end_) {}
+    : pid_(std::exchange(other.pid_, -1)),
+      pidfd_(std::exchange(other.pidfd_, -1)),
+      alive_(std::exchange(other.alive_, -1)),
+      end_(other.end_) {}
 
 ChildProcess::~ChildProcess() {
-  if (pidfd_ < 0) return;
-  if (!end_) {
+  if (pidfd_ >= 0 && !end_) {
     signal(SIGKILL);
     waitpid(pid_, nullptr, 0);
   }
-  close(pidfd_);
+  close_own();
+}
+
+void ChildProcess::close_own() {
+  if (pidfd_ >= 0) close(pidfd_);
+  if (alive_ >= 0) close(alive_);
+}
+
+bool ChildProcess::told_alive() {
+  bool told = false;
+  char bytes[64];
+  while (alive_ >= 0 && recv(alive_, bytes, sizeof bytes, MSG_DONTWAIT) > 0) told = true;
+  return told;
 }
 
 void ChildProcess::signal(int number) const {

@@ -15,6 +15,7 @@ struct ChildCommand {
   std::filesystem::path program;
   std::vector<std::string> arguments;  ///< without the program's own name
   std::filesystem::path log;           ///< its stdout and stderr are appended here; empty: ours
+  bool tells_alive = false;            ///< it gets `--alive-fd N`, a socket on which it tells that it lives
 };
 
 struct ChildEnd {
@@ -25,8 +26,8 @@ struct ChildEnd {
 class ChildProcess {
  public:
   /// The child has a process group of its own, default signal handlers, an empty signal mask, no descriptors of ours
-  /// but stdout and stderr (stdin reads nothing), and is killed when the thread that started it ends. Throws
-  /// std::runtime_error with a sentence when the program cannot be run.
+  /// but stdout and stderr (stdin reads nothing) and the socket for signs of life, and is killed when the thread that
+  /// started it ends. Throws std::runtime_error with a sentence when the program cannot be run.
   explicit ChildProcess(const ChildCommand& command);
   /// Kills and reaps a child that still runs.
   ~ChildProcess();
@@ -37,12 +38,17 @@ class ChildProcess {
   /// Readable once the child has ended.
   [[nodiscard]] int fd() const { return pidfd_; }
   void signal(int number) const;
+  /// Whether it has told since the last call that it lives.
+  [[nodiscard]] bool told_alive();
   /// How it ended; empty while it runs. Reaps it.
   [[nodiscard]] std::optional<ChildEnd> poll_end();
 
  private:
+  void close_own();
+
   pid_t pid_ = -1;
   int pidfd_ = -1;
+  int alive_ = -1;  ///< our end of the socket
   std::optional<ChildEnd> end_;
 };
 

@@ -7,6 +7,13 @@
 
 namespace hecaton::services {
 
+namespace {
+
+/// Signs of life are looked for this often in the time that a loop may be silent.
+constexpr int kLooks = 20;
+
+}  // namespace
+
 Keeper::Keeper(std::vector<PlannedService> services, KeeperOptions options) : options_(std::move(options)) {
   kept_.reserve(services.size());
   for (PlannedService& service : services) {
@@ -16,17 +23,35 @@ Keeper::Keeper(std::vector<PlannedService> services, KeeperOptions options) : op
 
 std::vector<Incident> Keeper::turn(Clock::time_point now) {
   std::vector<Incident> incidents;
+  const bool watches = options_.watchdog.count() > 0 && !ending_ && now - watched_ >= options_.watchdog / kLooks;
   for (Kept& kept : kept_) {
     reap(kept, now, incidents);
     if (kept.start_at && *kept.start_at <= now) start(kept, now, incidents);
+    if (watches) watch(kept, now, incidents);
   }
+  if (watches) watched_ = now;
   return incidents;
+}
+
+// Who was stopped itself knows nothing of the others for that time.
+void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
+  if (!kept.child) return;
+  const bool was_away = now - watched_ >= 2 * options_.watchdog / kLooks;
+  if (kept.child->told_alive() || (kept.alive_at && was_away)) kept.alive_at = now;
+  if (!kept.alive_at || now - *kept.alive_at < options_.watchdog) return;
+  incidents.push_back(incident(kept, Incident::Kind::kHung));
+  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *kept.alive_at);
+  incidents.back().reason = "its loop was silent for " + std::to_string(silence.count()) + " ms";
+  kept.child->signal(SIGKILL);
+  kept.alive_at.reset();
 }
 
 void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
   kept.start_at.reset();
   kept.started = now;
-  ChildCommand command{options_.programs / kept.service.program, kept.service.arguments, {}};
+  kept.alive_at.reset();
+  ChildCommand command{
+      options_.programs / kept.service.program, kept.service.arguments, {}, options_.watchdog.count() > 0};
   if (!options_.logs.empty()) command.log = options_.logs / (kept.service.name + ".log");
   try {
     kept.child.emplace(command);

@@ -20,18 +20,20 @@ struct KeeperOptions {
   std::filesystem::path programs;  ///< folder of the executables
   std::filesystem::path logs;      ///< folder of the services' logs; empty: they go where ours goes
   RestartLimits restart;
+  /// Who told of itself, and then does not for this long, is killed; 0: nobody is.
+  std::chrono::nanoseconds watchdog{0};
 };
 
 /// Something happened to a service.
 struct Incident {
-  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp };
+  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp, kHung };
   Kind kind{};
   const PlannedService* service = nullptr;
   pid_t pid = 0;
   ChildEnd end;
   bool wanted = false;
   unsigned restarts = 0;  ///< so far
-  std::string reason;     ///< kNotStarted: why; kGivenUp: after what
+  std::string reason;     ///< kNotStarted: why; kGivenUp: after what; kHung: for how long
 };
 
 class Keeper {
@@ -40,7 +42,7 @@ class Keeper {
 
   Keeper(std::vector<PlannedService> services, KeeperOptions options);
 
-  /// Starts what is due and reaps what has ended.
+  /// Starts what is due, reaps what has ended, kills what hangs.
   [[nodiscard]] std::vector<Incident> turn(Clock::time_point now);
   /// No more restarts; asks all to end.
   void ask_to_end();
@@ -61,17 +63,20 @@ class Keeper {
     std::optional<ChildProcess> child{};
     std::optional<Clock::time_point> start_at{};
     Clock::time_point started{};
+    std::optional<Clock::time_point> alive_at{};  // it told that it lives; empty: not yet
     unsigned starts = 0;
     bool given_up = false;
     std::string failure{};  // why it could not be started the last time; empty: it could
   };
   void start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   [[nodiscard]] Incident incident(const Kept& kept, Incident::Kind kind) const;
 
   KeeperOptions options_;
   std::vector<Kept> kept_;
+  Clock::time_point watched_{};  // the last time that signs of life were looked for
   bool ending_ = false;
 };
 

@@ -56,7 +56,7 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       pulse_(
           participant_,
           {driver_node(name_), msg::NODE_DRIVER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
-          pulse_timing(file)),
+          pulse_timing(file, options)),
       loop_(nanoseconds(period_), shutdown),
       memory_(options.memory, file.cell.arms[arm].arm.model->joints()),
       drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm], memory_), file.cell.timing.command_timeout) {

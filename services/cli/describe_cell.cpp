@@ -19,6 +19,11 @@ std::string place_text(const world::Pose& pose) {
   return text;
 }
 
+/// As the cell file calls it.
+const char* shapes_name(planner::LinkShapes shapes) {
+  return shapes == planner::LinkShapes::kFast ? "fast" : "exact";
+}
+
 Json named_json(const planner::Arm& arm) {
   Json named = Json::object();
   for (const auto& [name, q] : arm.named) named[name] = std::vector<double>(q.begin(), q.end());
@@ -29,6 +34,7 @@ Json arm_json(const planner::PlannedArm& planned, const config::ArmHosts& hosts)
   const planner::Arm& arm = planned.arm;
   return {{"name", arm.name},
           {"method", method_name(planned.parameters.method)},
+          {"geometry", shapes_name(arm.shapes)},
           {"host", hosts.host},
           {"standby_host", hosts.standby_host},
           {"base_xyz_rpy", xyz_rpy_of(arm.X_WB)},
@@ -41,6 +47,7 @@ std::string arms_table(const config::CellFile& file, const Palette& palette) {
                {"robot"},
                {"joints", Align::kRight},
                {"method"},
+               {"geometry"},
                {"host"},
                {"base xyz [m], rpy [rad]"},
                {"named poses"}});
@@ -49,7 +56,8 @@ std::string arms_table(const config::CellFile& file, const Palette& palette) {
     std::string named;
     for (const auto& [name, q] : planned.arm.named) named += (named.empty() ? "" : ", ") + name;
     table.add({planned.arm.name, planned.arm.model->name, std::to_string(planned.arm.model->joints()),
-               method_name(planned.parameters.method), file.arm_hosts[i].host, place_text(planned.arm.X_WB), named});
+               method_name(planned.parameters.method), shapes_name(planned.arm.shapes), file.arm_hosts[i].host,
+               place_text(planned.arm.X_WB), named});
   }
   return table.text(palette);
 }

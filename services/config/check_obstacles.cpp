@@ -25,6 +25,20 @@ Bodies fixed_parts(const planner::Cell& cell, const planner::CellGeometry& geome
   return fixed;
 }
 
+// docs/design/0010-passing.md: what an arm takes for the most that an obstacle's velocity changes.
+void check_acceleration(const planner::Cell& cell, const world::Obstacle& obstacle, const std::string& key,
+                        Findings& findings) {
+  const double needed = world::greatest_acceleration(obstacle);
+  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    const double allowed = cell.arms[arm].parameters.acceleration_of_obstacles;
+    if (needed <= allowed) continue;
+    findings.push_back({Severity::kWarning, key + " accelerates by up to " + number_text(needed) + " m/s², more than " +
+                                                arm_key(arm) + ".acceleration_of_obstacles = " + number_text(allowed) +
+                                                ": the arm takes it for farther away than it may be"});
+    return;
+  }
+}
+
 void check_one(const planner::Cell& cell, const planner::CellGeometry& geometry, int index, const Bodies& fixed,
                double slowest_arm, Findings& findings) {
   const world::Obstacle& obstacle = cell.scene.obstacles[index];
@@ -45,6 +59,7 @@ void check_one(const planner::Cell& cell, const planner::CellGeometry& geometry,
     findings.push_back(
         {Severity::kWarning, key + " leads through a part that cannot give way: " + overlap_text(deepest)});
   }
+  check_acceleration(cell, obstacle, key, findings);
   if (speed > slowest_arm) {
     findings.push_back({Severity::kWarning, key + " reaches " + number_text(speed) +
                                                 " m/s, but an arm's tool at most " + number_text(slowest_arm) +

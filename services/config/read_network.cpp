@@ -58,6 +58,14 @@ std::chrono::nanoseconds read_silence(const MapView& map, std::string_view key, 
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
+void read_watchdog(const MapView& map, Supervision& supervision) {
+  const auto view = map.find("watchdog");
+  if (!view) return;
+  const double seconds = view->seconds({0.0, 3600.0, "s"});
+  if (seconds > 0.0 && seconds < 1.0) view->fail("0 or at least 1s: loops tell four times a second that they turn");
+  supervision.watchdog = std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
 std::string milliseconds_text(std::chrono::nanoseconds time) {
   return number_text(std::chrono::duration<double, std::milli>(time).count()) + "ms";
 }
@@ -149,6 +157,7 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   supervision.heartbeat_deadline = read_silence(map, "heartbeat_deadline", supervision.heartbeat_deadline);
   supervision.host_lease = read_silence(map, "host_lease", supervision.host_lease);
   supervision.takeover_lease = read_silence(map, "takeover_lease", supervision.takeover_lease);
+  read_watchdog(map, supervision);
   read_recovery(map, supervision);
   if (supervision.heartbeat_deadline % std::chrono::milliseconds(1) != std::chrono::nanoseconds(0)) {
     map.at("heartbeat_deadline").fail("a whole number of milliseconds, because DDS deadlines are");

@@ -15,7 +15,7 @@ constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words(
 constexpr std::array kWorldKeys = {Words("host"), Words("floor_z"), Words("gravity")};
 constexpr std::array kSupervisionKeys = {
     Words("host"),       Words("standby_host"),   Words("heartbeat_period"), Words("heartbeat_deadline"),
-    Words("host_lease"), Words("takeover_lease"), Words("recovery")};
+    Words("host_lease"), Words("takeover_lease"), Words("watchdog"),         Words("recovery")};
 constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silent"), Words("node_missing"),
                                       Words("node_silent"),   Words("process_died"), Words("node_failed"),
                                       Words("agent_lost"),    Words("contact")};

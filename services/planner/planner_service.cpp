@@ -17,8 +17,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A goal waits this long for the world's and the own arm's first words.
-constexpr auto kLongestWait = 3s;
+/// A goal waits this long for the world's and the own arm's first words: as long as the supervisor gives a node to
+/// appear.
+constexpr auto kLongestWait = 10s;
 /// Without fresh states this long the goal counts as blocked [s]; shorter gaps are the network's everyday life.
 constexpr double kBlockedAfter = 1.0;
 /// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
@@ -96,7 +97,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       statuses_(participant_),
       pulse_(participant_,
              {node_, msg::NODE_PLANNER, name_, options.host.empty() ? planners_[place_].host : options.host},
-             pulse_timing(file)),
+             pulse_timing(file, options)),
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
       duty_(node_, place_ == 0),
       in_charge_(planners_.size() == 1),

@@ -73,13 +73,13 @@ bus::Participant make_participant(const config::CellFile& file, const ServiceOpt
   return {choose_domain(options, file.network.domain), node, participant};
 }
 
-PulseTiming pulse_timing(const config::CellFile& file) {
+PulseTiming pulse_timing(const config::CellFile& file, const ServiceOptions& options) {
   constexpr bus::Qos kAsked = bus::Topic<msg::Heartbeat>::kInfo.qos;
   const auto at_most = [](std::chrono::nanoseconds wanted, std::chrono::milliseconds limit) {
     return std::min(std::chrono::ceil<std::chrono::milliseconds>(wanted), limit);
   };
   return {file.supervision.heartbeat_period, at_most(file.supervision.heartbeat_deadline, kAsked.deadline),
-          at_most(file.supervision.host_lease, kAsked.lease)};
+          at_most(file.supervision.host_lease, kAsked.lease), options.alive_fd};
 }
 
 int find_arm(const config::CellFile& file, const std::string& name) {

@@ -24,7 +24,8 @@ void require_interface(const config::CellFile& file);
 [[nodiscard]] bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options,
                                                 const std::string& node, bus::Mailbox* mailbox = nullptr);
 
-/// Heartbeat timing as the cell file's supervision section says, never laxer than readers of the topic ask by default.
-[[nodiscard]] PulseTiming pulse_timing(const config::CellFile& file);
+/// Heartbeat timing as the cell file's supervision section says, never laxer than readers of the topic ask by default;
+/// and who else waits for signs of life.
+[[nodiscard]] PulseTiming pulse_timing(const config::CellFile& file, const ServiceOptions& options);
 
 }  // namespace hecaton::services

@@ -67,6 +67,8 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
     app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
   }
   app.add_option("--sources", options.sources, "folder with copies of the cell's files, to read instead of these");
+  app.add_option("--alive-fd", options.alive_fd, "descriptor on which its agent waits for signs of life")
+      ->check(CLI::Range(0, 1 << 20));
   add_common_options(app, options);
   const auto leave = parse_or_explain(app, argc, argv);
   planner::read_sources_from(options.sources);

@@ -23,6 +23,7 @@ struct ServiceOptions {
   std::string host;           ///< the cell's host it runs on; empty: where the cell file places it
   std::string sources;        ///< folder with copies of the files to be read; empty: they are read where they are
   std::string memory;         ///< file in which survives what must; empty: nothing does
+  int alive_fd = -1;          ///< a descriptor on which its agent waits for signs of life; −1: nobody waits
   LogLevel log_level = LogLevel::kInfo;
   std::string log_file;  ///< empty: stderr
 };

@@ -1,5 +1,6 @@
 #include "services/runtime/pulse.hpp"
 
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "services/bus/endpoint.hpp"
@@ -26,7 +27,7 @@ bus::WriterOptions writer_options(const PulseTiming& timing) {
 
 struct Pulse::Impl {
   Impl(bus::Participant& participant, PulseIdentity identity, const PulseTiming& timing)
-      : period(timing.period), writer(participant, writer_options(timing)) {
+      : period(timing.period), alive_fd(timing.alive_fd), writer(participant, writer_options(timing)) {
     sample.node(identity.node);
     sample.kind(identity.kind);
     sample.subject(identity.subject);
@@ -34,6 +35,7 @@ struct Pulse::Impl {
     sample.pid(static_cast<std::int32_t>(getpid()));
   }
 
+  /// Also the sign of life for the agent, whose patience is longer than a second.
   void refresh(Clock::time_point now, const LoopStatistics& loop) {
     if (now < refreshed + kRefresh) return;
     refreshed = now;
@@ -42,9 +44,12 @@ struct Pulse::Impl {
     sample.tick_p99_us(summary.tick_p99_us);
     sample.tick_max_us(summary.tick_max_us);
     sample.rss_bytes(resident_bytes());
+    if (alive_fd < 0) return;
+    static_cast<void>(send(alive_fd, "", 1, MSG_NOSIGNAL | MSG_DONTWAIT));  // a full socket says it, too
   }
 
   std::chrono::nanoseconds period;
+  int alive_fd;
   bus::Writer<msg::Heartbeat> writer;
   msg::Heartbeat sample;
   Clock::time_point last{};

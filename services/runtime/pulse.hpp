@@ -24,6 +24,7 @@ struct PulseTiming {
   std::chrono::nanoseconds period = std::chrono::milliseconds(10);
   std::chrono::milliseconds deadline{20};
   std::chrono::milliseconds lease{100};
+  int alive_fd = -1;  ///< a socket to the agent that waits for signs of life; −1: nobody waits
 };
 
 /// What changes from beat to beat.

@@ -79,7 +79,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       replies_(participant_),
       pulse_(participant_,
              {node_, msg::NODE_SUPERVISOR, {}, options.host.empty() ? supervisors_[place_].host : options.host},
-             pulse_timing(file)) {
+             pulse_timing(file, options)) {
   for (const ArmPlanners& arm : succession_.arms()) {
     patience_.emplace(arm.arm, TakeoverPatience(file.supervision.takeover_lease, file.supervision.host_lease));
   }

@@ -62,7 +62,7 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
       states_(participant_),
       reports_(participant_),
       pulse_(participant_, {world_node(), msg::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},
-             pulse_timing(file)),
+             pulse_timing(file, options)),
       loop_(nanoseconds(period_), shutdown),
       before_(recall(file, options.memory, lost_)),
       world_(before_ ? before_->scene : file.cell.scene, bodies_of(file.cell)),

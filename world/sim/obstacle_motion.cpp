@@ -94,6 +94,16 @@ MotionState at(const ConveyorMotion& motion, const Pose& X_WO, double time) {
   return state;
 }
 
+double acceleration_of(const CircleMotion& motion, const Pose& X_WO) {
+  const Eigen::Vector3d spoke = X_WO.translation() - motion.centre_W;
+  return motion.angular_speed * motion.angular_speed * motion.axis_W.cross(spoke).norm();
+}
+
+double acceleration_of(const SineMotion& motion) {
+  const double rate = 2.0 * std::numbers::pi / motion.period;
+  return std::abs(motion.amplitude) * rate * rate;
+}
+
 }  // namespace
 
 bool is_scripted(const Motion& motion) {
@@ -112,6 +122,12 @@ MotionState motion_at(const Obstacle& obstacle, double time) {
     MotionState operator()(const DynamicMotion& motion) const { return {X_WO, motion.initial_velocity}; }
   };
   return std::visit(Visitor{obstacle.X_WO, time}, obstacle.motion);
+}
+
+double greatest_acceleration(const Obstacle& obstacle) {
+  if (const auto* circle = std::get_if<CircleMotion>(&obstacle.motion)) return acceleration_of(*circle, obstacle.X_WO);
+  if (const auto* sine = std::get_if<SineMotion>(&obstacle.motion)) return acceleration_of(*sine);
+  return 0.0;
 }
 
 }  // namespace hecaton::world

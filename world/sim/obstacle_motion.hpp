@@ -26,4 +26,8 @@ struct MotionState {
 /// direction · speed.
 [[nodiscard]] MotionState motion_at(const Obstacle& obstacle, double time);
 
+/// No point of the script's way is left with a greater acceleration of the obstacle's origin [m/s²]. The corners of
+/// waypoints, where the velocity changes at once, do not count; what is not scripted has none.
+[[nodiscard]] double greatest_acceleration(const Obstacle& obstacle);
+
 }  // namespace hecaton::world

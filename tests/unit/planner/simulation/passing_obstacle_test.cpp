@@ -1,5 +1,5 @@
-// An obstacle that recedes or only passes by does not slow an arm down: what counts is whether it comes nearer, not
-// whether it is near.
+// An obstacle that recedes or only passes by does not slow an arm down: what counts is whether it gets too near, not
+// whether it is near or coming.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -80,6 +80,30 @@ TEST(PassingObstacle, OneThatHasPassedDoesNotSlowTheArm) {
   const Journey passing = drive(true, {0.15, 0.02, 0}, {0, 1.5, 0});
   EXPECT_LT(passing.nearest, kInfluence);
   EXPECT_EQ(passing.x, free.x);
+}
+
+// It comes at 2 m/s and will pass 80 mm beside the arm.
+TEST(PassingObstacle, OneThatWillPassBesideDoesNotSlowTheArm) {
+  const Journey free = drive(false);
+  const Journey passing = drive(true, {1.2, 2.0 * kRadius + 0.08, 0}, {-2, 0, 0});
+  EXPECT_LT(passing.nearest, kInfluence);
+  EXPECT_EQ(passing.x, free.x);
+}
+
+// It will have crossed the way before the arm is there: after 0.1 s, 250 mm before where the arm then is.
+TEST(PassingObstacle, OneThatWillCrossAheadDoesNotSlowTheArm) {
+  const Journey free = drive(false);
+  const Journey passing = drive(true, {0.25, -0.3, 0}, {0, 3, 0});
+  EXPECT_LT(passing.nearest, 2.0 * kInfluence);
+  EXPECT_EQ(passing.x, free.x);
+}
+
+// The same that comes, 10 mm beside the arm: less than dₛ, so the arm makes way.
+TEST(PassingObstacle, OneThatWouldPassTooNearDoesNot) {
+  const Journey free = drive(false);
+  const Journey passing = drive(true, {1.2, 2.0 * kRadius + 0.01, 0}, {-2, 0, 0});
+  EXPECT_NE(passing.x, free.x);
+  EXPECT_TRUE(passing.reached);
 }
 
 // The same obstacle at the same place, at rest: now the arm has to slow down, so the above is not for nothing.

@@ -14,6 +14,7 @@ using namespace std::chrono_literals;
 using Kind = Incident::Kind;
 
 constexpr auto kPatience = 60s;
+constexpr auto kTurn = 5ms;  // an agent turns this often, whatever happens
 
 PlannedService service(const std::string& name, const std::string& program, const std::vector<std::string>& arguments) {
   return {name, name, "here", program, arguments};
@@ -41,7 +42,8 @@ class KeeperTest : public ::testing::Test {
       if (!news.empty()) continue;
       std::vector<pollfd> descriptors;
       keeper.append_descriptors(descriptors);
-      const auto wait = keeper.next_start().value_or(until) - Keeper::Clock::now();
+      const auto next = keeper.next_start().value_or(until);
+      const auto wait = std::min(next, Keeper::Clock::now() + kTurn) - Keeper::Clock::now();
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(std::max(wait, Keeper::Clock::duration::zero()));
       poll(descriptors.data(), descriptors.size(), static_cast<int>(left.count()));
     }
@@ -68,6 +70,27 @@ TEST_F(KeeperTest, StartsAllAndEndsAll) {
     EXPECT_EQ(incident.end.signal_number, SIGTERM);
     EXPECT_GT(incident.pid, 0);
   }
+}
+
+// A shell that tells of itself once and then waits for ever, as a loop that hangs; also while it is stopped.
+TEST_F(KeeperTest, KillsAndRestartsWhatHangs) {
+  KeeperOptions watching = options(3);
+  watching.watchdog = 100ms;
+  Keeper keeper({service("a", "sh", {"-c", "echo >&3; kill -STOP $$"})}, watching);
+  turn_until(keeper, Kind::kStarted, 2);
+  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kHung, Kind::kExited, Kind::kStarted}));
+  EXPECT_TRUE(incidents_[1].reason.starts_with("its loop was silent for ")) << incidents_[1].reason;
+  EXPECT_EQ(incidents_[2].end.signal_number, SIGKILL);
+}
+
+// Starting may take as long as it likes: reading large meshes, for example.
+TEST_F(KeeperTest, KillsNobodyWhoseLoopHasNotBegun) {
+  KeeperOptions watching = options(3);
+  watching.watchdog = 10ms;
+  Keeper keeper({service("a", "sh", {"-c", "sleep 0.3; exit 5"})}, watching);
+  turn_until(keeper, Kind::kExited, 1);
+  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kExited}));
+  EXPECT_EQ(incidents_[1].end.exit_code, 5);
 }
 
 TEST_F(KeeperTest, RestartsWhatWasKilled) {

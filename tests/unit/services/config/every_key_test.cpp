@@ -22,7 +22,7 @@ name: everything
 network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"]}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
-supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s,
+supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               takeover_lease: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
                          process_died: resume, node_failed: automatic, agent_lost: automatic, contact: automatic}}
@@ -148,6 +148,7 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_EQ(supervision.heartbeat_period, 5ms);
   EXPECT_EQ(supervision.heartbeat_deadline, 25ms);
   EXPECT_EQ(supervision.host_lease, 200ms);
+  EXPECT_EQ(supervision.watchdog, 3s);
   EXPECT_EQ(supervision.takeover_lease, 30ms);
   EXPECT_EQ(supervision.waits_for_resume, (std::set<std::string, std::less<>>{"process_died", "world_silent"}));
   const planner::Cell& cell = file_.cell;

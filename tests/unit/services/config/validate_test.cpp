@@ -121,6 +121,17 @@ TEST(ValidateTest, ObstaclesMustNotBeFasterThanArms) {
               Severity::kWarning, {"obstacles[0].motion", "7 m/s", "an arm's tool"});
 }
 
+TEST(ValidateTest, ObstaclesMustNotAccelerateMoreThanArmsAllowFor) {
+  // 2 rad/s at 1 m: 4 m/s².
+  const std::string ball =
+      "obstacles:\n  - name: ball\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [10, 9, 0]}\n"
+      "    motion: {type: circle, centre: [9, 9, 0], axis: [0, 0, 1], angular_speed: 2}\n";
+  expect_only(kHead + arm("left", "[0, 1]") + ball, Severity::kWarning,
+              {"obstacles[0].motion", "up to 4 m/s²", "arms[0].acceleration_of_obstacles = 2"});
+  EXPECT_TRUE(
+      findings_of(kHead + arm("left", "[0, 1]", kDamper + "    acceleration_of_obstacles: 4\n") + ball).empty());
+}
+
 TEST(ValidateTest, TaskAreaOutOfReachIsAnError) {
   expect_only("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
               Severity::kError, {"tasks", "arms[0] (left)", "no part"});

@@ -181,6 +181,22 @@ TEST(ObstacleMotion, TwistIsTheDerivativeOfThePose) {
   }
 }
 
+TEST(ObstacleMotion, NoScriptAcceleratesMoreThanItsGreatest) {
+  const Vector3d axis = Vector3d(1, 2, 3).normalized();
+  for (const Obstacle& obstacle :
+       {scripted(CircleMotion{{1, 1, 0}, axis, 1.7, false}, at_point(0.3, -0.2, 0.5)),
+        scripted(SineMotion{axis, 0.4, 3.0, 0.2}), scripted(ConveyorMotion{axis, 0.3, 100.0})}) {
+    double most = 0.0;
+    for (double time = 0.0; time < 6.0; time += 0.01) {
+      const double h = 1e-5;
+      const Vector3d before = motion_at(obstacle, time - h).velocity.linear;
+      most = std::max(most, (motion_at(obstacle, time + h).velocity.linear - before).norm() / (2 * h));
+    }
+    EXPECT_NEAR(most, greatest_acceleration(obstacle), 1e-3);
+  }
+  EXPECT_EQ(greatest_acceleration(scripted(StaticMotion{})), 0.0);
+}
+
 TEST(ObstacleMotion, AnyTimeOfALongScriptHasItsPlace) {
   // Lengths that binary fractions cannot add up exactly: the end of a round must not fall between two stretches.
   const WaypointMotion motion{{at_point(0, 0, 0), at_point(0.1, 0, 0), at_point(0.1, 0.7, 0)}, 0.3, false};
