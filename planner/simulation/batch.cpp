@@ -93,7 +93,10 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   const int arms = static_cast<int>(cell.arms.size());
   const int episodes = (options.tasks + arms - 1) / arms;
   std::vector<EpisodeRecord> records(episodes);
-  std::atomic<int> next = 0;
+  // A cell that admits no tasks shows it in the first one; to find that out takes a while.
+  TaskGenerator first(cell);
+  records[0] = run_episode(cell, first, options, 0);
+  std::atomic<int> next = records[0].missing == nullptr ? 1 : episodes;
   const auto work = [&] {
     TaskGenerator generator(cell);
     for (int episode = next++; episode < episodes; episode = next++) {
@@ -107,6 +110,7 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   }
   BatchReport report;
   for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
+  if (records[0].missing != nullptr) records.resize(1);
   for (const EpisodeRecord& record : records) {
     if (record.missing != nullptr) {
       report.failure = "cell '" + cell.name + "': " + record.missing;

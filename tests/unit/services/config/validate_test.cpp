@@ -109,7 +109,7 @@ TEST(ValidateTest, ObstaclesMustNotRunThroughBases) {
   // 0.2 m along either.
   expect_only(kHead + arm("left", "[0, 1]") +
                   "obstacles:\n  - name: ball\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [-1, 0, 0]}\n"
-                  "    motion: {type: sine, direction: [1, 0, 0], amplitude: 1, period: 4s}\n",
+                  "    motion: {type: sine, direction: [1, 0, 0], amplitude: 1, period: 6s}\n",
               Severity::kWarning, {"obstacles[0].motion", "left/base", "ball", "overlap by 200 mm"});
 }
 
