@@ -1,0 +1,79 @@
+/// A crowd for a supervisor to watch: one process that tells of itself what all planners, drivers, agents and the world
+/// of a cell tell, at their rates. Started by supervision_cost.py.
+
+#include <deque>
+
+#include <idl/arm.h>
+
+#include "services/bus/convert.hpp"
+#include "services/bus/endpoint.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/process_info.hpp"
+#include "services/runtime/pulse.hpp"
+#include "services/runtime/run_service.hpp"
+
+namespace hecaton::services {
+namespace {
+
+class Crowd {
+ public:
+  Crowd(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
+      : participant_(make_participant(file, options, "crowd")),
+        states_(participant_),
+        loop_(std::chrono::nanoseconds(std::llround(file.cell.timing.driver_period * 1e9)), shutdown) {
+    const PulseTiming timing = pulse_timing(file, options);
+    for (const config::Host& host : file.hosts) {
+      pulses_.emplace_back(participant_, PulseIdentity{agent_node(host.name), msg::NODE_AGENT, {}, host.name}, timing);
+    }
+    pulses_.emplace_back(participant_, PulseIdentity{world_node(), msg::NODE_WORLD, {}, file.world_host}, timing);
+    for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+      const std::string& arm = file.cell.arms[i].arm.name;
+      const std::string& host = file.arm_hosts[i].host;
+      pulses_.emplace_back(participant_, PulseIdentity{planner_node(arm), msg::NODE_PLANNER, arm, host}, timing);
+      pulses_.emplace_back(participant_, PulseIdentity{driver_node(arm), msg::NODE_DRIVER, arm, host}, timing);
+      msg::ArmState& state = told_.emplace_back();
+      state.arm(arm);
+      state.mode(msg::ARM_RUNNING);
+      state.q(bus::to_message(file.cell.arms[i].start));
+      state.qd(bus::to_message(planner::JointVector(planner::JointVector::Zero(file.cell.arms[i].start.size()))));
+    }
+  }
+
+  void run() {
+    const Vital vital;
+    while (loop_.next()) {
+      for (msg::ArmState& state : told_) {
+        state.sequence_number(state.sequence_number() + 1);
+        state.stamp_ns(stamp_now());
+        static_cast<void>(states_.write(state));
+      }
+      for (Pulse& pulse : pulses_) {
+        if (pulse.due(loop_.now(), loop_.period() / 2)) pulse.beat(loop_.now(), vital, loop_.statistics());
+      }
+    }
+  }
+
+ private:
+  bus::Participant participant_;
+  bus::Writer<msg::ArmState> states_;
+  PeriodicLoop loop_;
+  std::deque<Pulse> pulses_;
+  std::deque<msg::ArmState> told_;
+};
+
+}  // namespace
+}  // namespace hecaton::services
+
+int main(int argc, char** argv) {
+  using namespace hecaton;
+  return services::run_service(argc, argv, "Tells what all nodes of a cell tell", services::Subject::kCell,
+                               [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
+                                 const config::CellFile file = config::load_cell_file(options.cell);
+                                 const services::LogScope log("crowd", options);
+                                 services::Crowd(file, options, shutdown).run();
+                               });
+}
