@@ -159,9 +159,14 @@ Json to_json(const msg::RefereeReport& report) {
   return json;
 }
 
+Json to_json(const msg::LostArm& lost) {
+  return {{"arm", lost.arm()}, {"q", lost.q()}, {"qd", lost.qd()}, {"moved_for_s", lost.moved_for()}};
+}
+
 Json to_json(const msg::CellMode& mode) {
   return {{"mode", text(mode.mode())},
           {"held_arms", mode.held_arms()},
+          {"lost_arms", list_json(mode.lost_arms())},
           {"stopped_arms", mode.stopped_arms()},
           {"reason", mode.reason()},
           {"term", mode.term()}};

@@ -187,6 +187,9 @@ std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
   };
   add_arms("held", status.mode().held_arms());
   add_arms("stopped", status.mode().stopped_arms());
+  std::vector<std::string> lost;
+  for (const msg::LostArm& arm : status.mode().lost_arms()) lost.push_back(arm.arm());
+  add_arms("lost and worked around", lost);
   if (!status.mode().reason().empty()) out += " (" + status.mode().reason() + ")";
   return out + "\n";
 }

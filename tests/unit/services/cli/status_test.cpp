@@ -17,6 +17,11 @@ msg::CellStatus example() {
   status.cell("test");
   status.mode().mode(msg::MODE_RUN);
   status.mode().held_arms({"west"});
+  msg::LostArm lost;
+  lost.arm("west");
+  lost.q({0.3});
+  lost.moved_for(0.1);
+  status.mode().lost_arms({lost});
   status.supervisor("supervisor");
 
   msg::ArmStatus arm;
@@ -78,11 +83,13 @@ msg::CellStatus example() {
 
 TEST(StatusJson, HasEveryPart) {
   const Json json = to_json(example());
-  for (const char* key : {"cell", "mode", "held_arms", "stopped_arms", "reason", "term", "supervisor", "standby",
+  for (const char* key : {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "reason", "term", "supervisor", "standby",
                           "uptime_s", "arms", "nodes", "hosts", "faults", "referee", "obstacles"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["mode"], "run");
+  EXPECT_EQ(json["lost_arms"][0]["arm"], "west");
+  EXPECT_EQ(json["lost_arms"][0]["q"], (Json{0.3}));
   EXPECT_EQ(json["arms"][0]["state"]["q"], (Json{0.1, 0.2}));
   EXPECT_EQ(json["arms"][0]["goal"]["binding"],
             (Json{{"own", "north/forearm"}, {"other", "pallet"}, {"distance_m", 0.018}}));
