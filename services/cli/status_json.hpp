@@ -15,6 +15,7 @@ namespace hecaton::services::cli {
 [[nodiscard]] Json to_json(const msg::ObstacleStatus& obstacle);
 [[nodiscard]] Json to_json(const msg::Separation& separation);
 [[nodiscard]] Json to_json(const msg::RefereeReport& report);
+[[nodiscard]] Json to_json(const msg::LostArm& lost);
 [[nodiscard]] Json to_json(const msg::CellMode& mode);
 [[nodiscard]] Json to_json(const msg::CellStatus& status);
 
