@@ -84,8 +84,10 @@ ExitCode check_urdf(const Settings& settings, const Options& options) {
 ExitCode check_cell(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.file);
   require_interface(file);
-  print(settings, cell_json(file), cell_text(file, Palette::for_stream(stdout)));
-  return ExitCode::kDone;
+  const Findings findings = config::validate(file);
+  print(settings, cell_json(file, findings), cell_text(file, findings, Palette::for_stream(stdout)));
+  const bool works = findings.empty() || findings.front().severity != config::Severity::kError;  // errors come first
+  return works ? ExitCode::kDone : ExitCode::kNegative;
 }
 
 /// Throws Failure (usage) when an option that only a URDF has was given for a cell file.

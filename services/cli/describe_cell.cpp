@@ -74,9 +74,42 @@ std::string obstacles_table(const config::CellFile& file, const Palette& palette
   return table.text(palette);
 }
 
+const char* severity_name(config::Severity severity) {
+  switch (severity) {
+    case config::Severity::kError:
+      return "error";
+    case config::Severity::kWarning:
+      return "warning";
+    case config::Severity::kNote:
+      break;
+  }
+  return "note";
+}
+
+std::string findings_text(const Findings& findings, const Palette& palette) {
+  std::string out;
+  for (const config::Finding& finding : findings) {
+    const std::string name = severity_name(finding.severity);
+    out += (finding.severity == config::Severity::kError ? palette.red(name) : palette.yellow(name)) + ": " +
+           finding.sentence + "\n";
+  }
+  return out + (out.empty() ? "" : "\n");
+}
+
+std::string verdict(const Findings& findings, const Palette& palette) {
+  const auto count = [&](config::Severity severity) {
+    return std::count_if(findings.begin(), findings.end(), [&](const auto& one) { return one.severity == severity; });
+  };
+  if (count(config::Severity::kError) > 0) return palette.red("this cell can start, but not do its work");
+  const auto warnings = count(config::Severity::kWarning);
+  if (warnings == 0) return palette.green("this cell can start");
+  return palette.yellow("this cell can start, but mind the " +
+                        (warnings == 1 ? std::string("warning") : std::to_string(warnings) + " warnings"));
+}
+
 }  // namespace
 
-Json cell_json(const config::CellFile& file) {
+Json cell_json(const config::CellFile& file, const Findings& findings) {
   Json json{{"cell", file.cell.name}, {"domain", file.network.domain}};
   json["hosts"] = Json::array();
   for (const config::Host& host : file.hosts) json["hosts"].push_back({{"name", host.name}, {"address", host.address}});
@@ -94,10 +127,14 @@ Json cell_json(const config::CellFile& file) {
                                  {"attached_to", obstacle.attachment ? obstacle.attachment->arm : ""},
                                  {"xyz_rpy", xyz_rpy_of(obstacle.X_WO)}});
   }
+  json["findings"] = Json::array();
+  for (const config::Finding& finding : findings) {
+    json["findings"].push_back({{"severity", severity_name(finding.severity)}, {"sentence", finding.sentence}});
+  }
   return json;
 }
 
-std::string cell_text(const config::CellFile& file, const Palette& palette) {
+std::string cell_text(const config::CellFile& file, const Findings& findings, const Palette& palette) {
   const planner::Timing& timing = file.cell.timing;
   std::string out = palette.bold("cell " + file.cell.name) + ": DDS domain " + std::to_string(file.network.domain) +
                     ", planners every " + duration_text(timing.control_period) + ", drivers every " +
@@ -117,7 +154,7 @@ std::string cell_text(const config::CellFile& file, const Palette& palette) {
     told.push_back(&arm);
     out += "\n" + palette.bold("arm " + arm.name) + ", " + model_text(*arm.model, arm.limits, palette);
   }
-  return out + "\n" + palette.green("this cell can start") + "\n";
+  return out + "\n" + findings_text(findings, palette) + verdict(findings, palette) + "\n";
 }
 
 }  // namespace hecaton::services::cli

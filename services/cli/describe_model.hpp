@@ -2,11 +2,13 @@
 /// What `hecaton check` tells of a robot and of a cell, for people and for programs.
 
 #include <string>
+#include <vector>
 
 #include "planner/model/robot_model.hpp"
 #include "services/cli/document.hpp"
 #include "services/cli/terminal.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/validate.hpp"
 
 namespace hecaton::services::cli {
 
@@ -15,8 +17,9 @@ namespace hecaton::services::cli {
 [[nodiscard]] std::string model_text(const planner::RobotModel& model, const planner::JointLimits& limits,
                                      const Palette& palette);
 
-[[nodiscard]] Json cell_json(const config::CellFile& file);
-[[nodiscard]] std::string cell_text(const config::CellFile& file, const Palette& palette);
+using Findings = std::vector<config::Finding>;
+[[nodiscard]] Json cell_json(const config::CellFile& file, const Findings& findings);
+[[nodiscard]] std::string cell_text(const config::CellFile& file, const Findings& findings, const Palette& palette);
 
 /// "box 0.4 × 0.4 × 0.2 m" (full sizes), "convex hull, 24 vertices"
 [[nodiscard]] std::string shape_text(const world::Shape& shape);

@@ -7,16 +7,6 @@
 namespace hecaton::config {
 namespace {
 
-void note_models(const planner::Cell& cell, Findings& findings) {
-  std::vector<const planner::RobotModel*> seen;
-  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
-    const planner::RobotModel* model = cell.arms[arm].arm.model.get();
-    if (std::find(seen.begin(), seen.end(), model) != seen.end()) continue;
-    seen.push_back(model);
-    for (const std::string& note : model->notes) findings.push_back({Severity::kNote, arm_key(arm) + ".urdf: " + note});
-  }
-}
-
 void note_standbys(const CellFile& file, Findings& findings) {
   if (file.hosts.size() < 2) return;
   for (int arm = 0; arm < static_cast<int>(file.arm_hosts.size()); ++arm) {
@@ -44,7 +34,6 @@ std::vector<Finding> validate(const CellFile& file) {
   check_dampers(file.cell, findings);
   check_obstacles(file.cell, findings);
   note_standbys(file, findings);
-  note_models(file.cell, findings);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   return findings;

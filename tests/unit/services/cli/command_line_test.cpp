@@ -203,6 +203,30 @@ TEST(Check, ExplainsACell) {
   EXPECT_EQ(cell["arms"][0]["model"]["joints"].size(), 6U);
 }
 
+// What is doubtful is told, in both ways, and what cannot work is no success.
+TEST(Check, TellsWhatIsDoubtful) {
+  const std::string path = ::testing::TempDir() + "doubtful.yaml";
+  const auto check = [&](const std::string& more, const std::string& output) {
+    std::ofstream(path) << "name: doubtful\narms:\n  - name: left\n    urdf: " << HECATON_SOURCE_DIR
+                        << "/deploy/cells/urdf/puma560.urdf\n    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n"
+                        << "    limits: {velocity: 1.5, acceleration: 10}\n"
+                        << more;
+    return run_line({"check", path, "-o", output});
+  };
+  const std::string steep = "    damper: {convergence_speed: 50}\n";
+  const Ran table = check(steep, "table");
+  EXPECT_EQ(table.code, ExitCode::kDone) << table.err;
+  EXPECT_NE(table.out.find("warning: arms[0].damper.influence_distance"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("this cell can start, but mind the"), std::string::npos) << table.out;
+  const auto json = nlohmann::json::parse(check(steep, "json").out);
+  ASSERT_FALSE(json["findings"].empty());
+  EXPECT_EQ(json["findings"][0]["severity"], "warning");
+  const Ran impossible = check("tasks: {centre: [9, 9, 9], radius: 0.1, half_height: 0}\n", "table");
+  EXPECT_EQ(impossible.code, ExitCode::kNegative);
+  EXPECT_NE(impossible.out.find("error: tasks"), std::string::npos) << impossible.out;
+  std::filesystem::remove(path);
+}
+
 TEST(Check, ExplainsARobot) {
   const Ran ran = run_line({"-o", "json", "check", kUrdf});
   ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
