@@ -42,6 +42,33 @@ QpSolution project(QpProblem& problem, const JointVector& target, const Velocity
   return solution;
 }
 
+/// What comes nearer is fled as well as can be, also where not all of it can be fled: where one thing closes in from
+/// two sides, or along a direction in which hardly any joint moves the arm. From `solution`, which satisfies the
+/// relaxed rows, towards the least sum of squares of what is missing from retreats (rows with h < 0), by projected
+/// gradients.
+void flee(QpProblem& problem, const JointVector& allowed, QpSolution& solution) {
+  constexpr int kSteps = 8;
+  const auto g = [&](int i) { return problem.G.row(i).head(allowed.size()); };
+  const auto h = problem.h;
+  double scale = 0.0;
+  for (int i = 0; i < problem.rows; ++i) {
+    if (h[i] < 0.0) scale += problem.norm[i] * problem.norm[i];
+    problem.h[i] = std::max(h[i], g(i).dot(allowed));
+  }
+  for (int step = 0; step < kSteps && scale > 0.0; ++step) {
+    JointVector pull = JointVector::Zero(allowed.size());
+    for (int i = 0; i < problem.rows; ++i) {
+      if (h[i] < 0.0) pull += std::max(0.0, g(i).dot(solution.x) - h[i]) * g(i).transpose();
+    }
+    problem.target = solution.x - pull / scale;
+    QpWarmStart cold;
+    const QpSolution nearer = solve(problem, cold);
+    if (nearer.status != QpStatus::kOptimal) break;
+    solution.x = nearer.x;
+  }
+  problem.h = h;
+}
+
 int strongest_row(const QpSolution& solution) {
   int row = -1;
   double most = 0.0;
@@ -190,7 +217,9 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   if (!intention_relaxed && inside(reachable, intended.x)) {
     result.qd = intended.x;
   } else {
-    result.qd = project(problem, intended.x, reachable, braking, memory.commanded, result.relaxed).x;
+    QpSolution commanded = project(problem, intended.x, reachable, braking, memory.commanded, result.relaxed);
+    if (result.relaxed) flee(problem, braking, commanded);
+    result.qd = commanded.x;
   }
 
   const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();

@@ -57,7 +57,8 @@ struct LocalResult {
 };
 
 /// One period. The result always satisfies the velocity and acceleration limits; it satisfies every row, except those
-/// that not even the stop profile can satisfy yet (then `relaxed`, and no row is violated by more than the stop does).
+/// that not even the stop profile can satisfy yet (then `relaxed`: no row is violated by more than the stop does, and
+/// what comes is fled as well as can be).
 [[nodiscard]] LocalResult plan_locally(const LocalInput& input, LocalMemory& memory);
 
 }  // namespace hecaton::planner

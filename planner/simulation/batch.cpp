@@ -33,10 +33,10 @@ EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const Batc
     record.missing = "no conflicting goals found in the task area; move it or the arms";
     return record;
   }
-  if (!cell.tasks.route.empty()) {  // its stops are what they are, wherever the obstacles go
+  if (!generator.clear_at(episode_options.world_time, *starts)) {  // the stops of a route may be in an obstacle's way
     const auto time = generator.draw_time(random, kScriptSpan, *starts);
     if (!time) {
-      record.missing = "moving obstacles are always in the way of arms at a stop of the route; move them or the arms";
+      record.missing = "moving obstacles are always in the way of arms at their start; move them or the arms";
       return record;
     }
     episode_options.world_time = *time;

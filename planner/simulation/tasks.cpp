@@ -19,11 +19,30 @@ constexpr double kRestMargin = 0.03;
 constexpr double kPostureWidth = 0.2;
 /// Configurations per straight motion that are checked for contact.
 constexpr int kStraightSamples = 60;
-/// A moving obstacle's sweep is sampled at this many instants over kSweepTime.
-constexpr int kSweepSamples = 48;
-constexpr double kSweepTime = 24.0;  // [s]
+/// No point of a moving obstacle goes farther than this between two instants at which it is looked at [m]: between them
+/// it is nearer by half of that, less than kRestMargin.
+constexpr double kSweepStep = 0.04;
+constexpr int kMostSweepSamples = 2000;
+/// Its speed is taken from this many instants.
+constexpr int kSpeedSamples = 64;
 /// No other arms.
 constexpr std::span<const int> kNone;
+
+/// At how many instants of its script it must be looked at.
+int sweep_samples(const world::Obstacle& obstacle) {
+  const double period = world::script_period(obstacle);
+  double radius = 0.0;
+  for (const world::PlacedShape& placed : obstacle.shapes) {
+    const world::BoundingSphere ball = world::bounding_sphere(placed.shape);
+    radius = std::max(radius, (placed.X_BS * ball.centre).norm() + ball.radius);
+  }
+  double fastest = 0.0;
+  for (int k = 0; k < kSpeedSamples; ++k) {
+    const world::Twist velocity = world::motion_at(obstacle, period * k / kSpeedSamples).velocity;
+    fastest = std::max(fastest, velocity.linear.norm() + velocity.angular.norm() * radius);
+  }
+  return std::clamp(static_cast<int>(std::ceil(period * fastest / kSweepStep)), 1, kMostSweepSamples);
+}
 
 }  // namespace
 
@@ -36,7 +55,23 @@ struct TaskGenerator::Impl {
     }
     for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
     kinematics.resize(arms.size());
-    for (int k = 0; k < kSweepSamples; ++k) sweep.push_back(obstacles_at(kSweepTime * k / kSweepSamples));
+    sweep_obstacles();
+  }
+
+  /// Each obstacle at instants of its own script, as many as the one that needs most.
+  void sweep_obstacles() {
+    const std::vector<world::Obstacle>& obstacles = cell.scene.obstacles;
+    std::vector<int> samples;
+    for (const world::Obstacle& obstacle : obstacles) samples.push_back(sweep_samples(obstacle));
+    const int most = samples.empty() ? 1 : *std::max_element(samples.begin(), samples.end());
+    for (int k = 0; k < most; ++k) {
+      std::vector<world::ObstacleState>& states = sweep.emplace_back();
+      for (std::size_t i = 0; i < obstacles.size(); ++i) {
+        const double time = world::script_period(obstacles[i]) * k / samples[i];
+        const world::MotionState at = world::motion_at(obstacles[i], time);
+        states.push_back({at.X_WO, at.velocity, 0.0});
+      }
+    }
   }
 
   [[nodiscard]] std::vector<world::ObstacleState> obstacles_at(double time) const {
@@ -193,21 +228,24 @@ std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& rando
   return std::nullopt;
 }
 
-std::optional<double> TaskGenerator::draw_time(Random& random, double span, const CellConfiguration& starts,
-                                               int attempts) {
+bool TaskGenerator::clear_at(double time, const CellConfiguration& starts) {
   const auto& obstacles = impl_->cell.scene.obstacles;
   const auto passes = [&](const Clearance& c) {
     return c.counterpart == Counterpart::kObstacle && world::is_scripted(obstacles[c.other].motion);
   };
   impl_->place(starts);
+  const auto states = impl_->obstacles_at(time);
+  for (int i = 0; i < impl_->arms(); ++i) {
+    if (impl_->near(i, impl_->rest_distance(i), 0.0, states, passes, kNone)) return false;
+  }
+  return true;
+}
+
+std::optional<double> TaskGenerator::draw_time(Random& random, double span, const CellConfiguration& starts,
+                                               int attempts) {
   for (int attempt = 0; attempt < attempts; ++attempt) {
     const double time = random.uniform(0.0, span);
-    const auto states = impl_->obstacles_at(time);
-    bool clear = true;
-    for (int i = 0; i < impl_->arms() && clear; ++i) {
-      clear = !impl_->near(i, impl_->rest_distance(i), 0.0, states, passes, kNone);
-    }
-    if (clear) return time;
+    if (clear_at(time, starts)) return time;
   }
   return std::nullopt;
 }

@@ -24,8 +24,10 @@ class TaskGenerator {
   /// when `attempts` draws (of each arm, if each has an area of its own) found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
 
-  /// An instant of the obstacles' scripts, within `span` [s], at which arms that stand at `starts` are as clear of the
-  /// scripted ones as drawn configurations always are. Nothing when `attempts` draws found none.
+  /// Whether arms that stand at `starts` are as clear of the scripted obstacles at this instant of their scripts [s] as
+  /// drawn configurations are of everything.
+  [[nodiscard]] bool clear_at(double time, const CellConfiguration& starts);
+  /// An instant within `span` [s] at which they are. Nothing when `attempts` draws found none.
   [[nodiscard]] std::optional<double> draw_time(Random& random, double span, const CellConfiguration& starts,
                                                 int attempts = 200);
 

@@ -42,19 +42,26 @@ Line line_at(const WaypointMotion& motion, std::size_t i) {
   return i + 1 < count ? Line{i, i + 1} : Line{line_count(motion) - i, line_count(motion) - i - 1};
 }
 
+double length_of(const WaypointMotion& motion, const Line& line) {
+  return (motion.poses_W[line.to].translation() - motion.poses_W[line.from].translation()).norm();
+}
+
+/// Of one round [m].
+double round_length(const WaypointMotion& motion) {
+  double round = 0.0;
+  for (std::size_t i = 0; i < line_count(motion); ++i) round += length_of(motion, line_at(motion, i));
+  return round;
+}
+
 MotionState at(const WaypointMotion& motion, double time) {
   const std::size_t lines = line_count(motion);
-  const auto length_of = [&](const Line& line) {
-    return (motion.poses_W[line.to].translation() - motion.poses_W[line.from].translation()).norm();
-  };
-  double round = 0.0;
-  for (std::size_t i = 0; i < lines; ++i) round += length_of(line_at(motion, i));
+  const double round = round_length(motion);
   if (lines == 0 || round <= 0.0) return {motion.poses_W.front(), {}};
 
   double left = wrap(motion.speed * time, round);
   for (std::size_t i = 0;; i = (i + 1) % lines) {
     const Line line = line_at(motion, i);
-    const double length = length_of(line);
+    const double length = length_of(motion, line);
     if (left < length) {
       return on_line(motion.poses_W[line.from], motion.poses_W[line.to], left, length, motion.speed);
     }
@@ -94,6 +101,11 @@ MotionState at(const ConveyorMotion& motion, const Pose& X_WO, double time) {
   return state;
 }
 
+/// Of a way of this length at this speed [s].
+double time_for(double length, double speed) {
+  return length > 0.0 && speed != 0.0 ? length / std::abs(speed) : 0.0;
+}
+
 double acceleration_of(const CircleMotion& motion, const Pose& X_WO) {
   const Eigen::Vector3d spoke = X_WO.translation() - motion.centre_W;
   return motion.angular_speed * motion.angular_speed * motion.axis_W.cross(spoke).norm();
@@ -122,6 +134,20 @@ MotionState motion_at(const Obstacle& obstacle, double time) {
     MotionState operator()(const DynamicMotion& motion) const { return {X_WO, motion.initial_velocity}; }
   };
   return std::visit(Visitor{obstacle.X_WO, time}, obstacle.motion);
+}
+
+double script_period(const Obstacle& obstacle) {
+  struct Visitor {
+    double operator()(const StaticMotion&) const { return 0.0; }
+    double operator()(const DynamicMotion&) const { return 0.0; }
+    double operator()(const WaypointMotion& motion) const { return time_for(round_length(motion), motion.speed); }
+    double operator()(const CircleMotion& motion) const {
+      return time_for(2.0 * std::numbers::pi, motion.angular_speed);
+    }
+    double operator()(const SineMotion& motion) const { return motion.amplitude == 0.0 ? 0.0 : motion.period; }
+    double operator()(const ConveyorMotion& motion) const { return time_for(motion.length, motion.speed); }
+  };
+  return std::visit(Visitor{}, obstacle.motion);
 }
 
 double greatest_acceleration(const Obstacle& obstacle) {

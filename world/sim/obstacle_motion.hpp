@@ -26,6 +26,9 @@ struct MotionState {
 /// direction · speed.
 [[nodiscard]] MotionState motion_at(const Obstacle& obstacle, double time);
 
+/// After how long the script begins anew [s]; 0 when the obstacle stands or is not scripted.
+[[nodiscard]] double script_period(const Obstacle& obstacle);
+
 /// No point of the script's way is left with a greater acceleration of the obstacle's origin [m/s²]. The corners of
 /// waypoints, where the velocity changes at once, do not count; what is not scripted has none.
 [[nodiscard]] double greatest_acceleration(const Obstacle& obstacle);

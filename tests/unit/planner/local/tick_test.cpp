@@ -366,6 +366,45 @@ TEST(Tick, WithoutGoalNobodyFleesALostArm) {
   EXPECT_EQ(run.input.q, joints({0.3, 0}));
 }
 
+// Two walls close in, one at 0.2 m/s and one at 0.1 m/s: nobody can flee both, but from the faster one for a while, and
+// in between as long as there is room.
+TEST(Tick, FleesAsWellAsItCanWhereNotAllCanBeFled) {
+  CellGeometry geometry({test::planar_point("own")}, 0);
+  geometry.set_obstacles(std::vector{box_obstacle("left", {-0.3, 0, 0}, {0.1, 9, 0.2}),
+                                     box_obstacle("right", {0.3, 0, 0}, {0.1, 9, 0.2})});
+  TickScratch scratch(geometry);
+  const std::array<ArmObservation, 1> nobody;
+  std::array<world::ObstacleState, 2> walls;
+  walls[0].X_WO.translation() = Eigen::Vector3d(-0.3, 0, 0);
+  walls[0].velocity.linear = Eigen::Vector3d(0.2, 0, 0);
+  walls[1].X_WO.translation() = Eigen::Vector3d(0.3, 0, 0);
+  walls[1].velocity.linear = Eigen::Vector3d(-0.1, 0, 0);
+  TickInput input;
+  input.q = joints({0, 0});
+  input.qd = joints({0, 0});
+  input.q_goal = joints({0, 0});
+  input.has_goal = true;
+  input.arms = nobody;
+  input.obstacles = walls;
+  TickMemory memory{LocalMemory(1)};
+  const LocalParameters parameters;
+  // Their surfaces are 0.4 m apart and the ball 0.1 m wide: it is squeezed after 1 s. Had it stayed in the middle, the
+  // left one would have touched it after 0.75 s.
+  bool relaxed = false;
+  for (double now = 0.0; now < 0.9; now += input.dt) {
+    const TickResult result = tick(geometry, parameters, input, memory, scratch);
+    relaxed = relaxed || result.relaxed;
+    input.q = result.q;
+    input.qd = result.qd;
+    for (auto& wall : walls) wall.X_WO.translation() += wall.velocity.linear * input.dt;
+    ASSERT_GT(input.q[0] - 0.05, walls[0].X_WO.translation().x() + 0.1)
+        << "touched from the left after " << now << " s";
+    ASSERT_LT(input.q[0] + 0.05, walls[1].X_WO.translation().x() - 0.1)
+        << "touched from the right after " << now << " s";
+  }
+  EXPECT_TRUE(relaxed) << "or nothing was tried";
+}
+
 // It stands still for the other arm's sake; that is no reason to be run over.
 TEST(Tick, GivesWayWhileItWaitsForNewsOfAnArm) {
   CellGeometry geometry({test::planar_point("own"), test::planar_point("silent")}, 0);

@@ -197,6 +197,23 @@ TEST(ObstacleMotion, NoScriptAcceleratesMoreThanItsGreatest) {
   EXPECT_EQ(greatest_acceleration(scripted(StaticMotion{})), 0.0);
 }
 
+TEST(ObstacleMotion, BeginsAnewAfterItsPeriod) {
+  const Pose start = at_point(0.3, -0.2, 0.5);
+  for (const Obstacle& obstacle :
+       {scripted(triangle(true)), scripted(triangle(false)),
+        scripted(CircleMotion{{1, 1, 0}, {0, 0, 1}, -0.7, true}, start),
+        scripted(SineMotion{{0, 0, 1}, 0.4, 3.0, 0.2}, start), scripted(ConveyorMotion{{1, 0, 0}, -0.3, 1.0}, start)}) {
+    const double period = script_period(obstacle);
+    EXPECT_GT(period, 1.0);
+    for (const double time : {0.1, 0.7, 1.3}) {
+      const Pose later = motion_at(obstacle, time + period).X_WO;
+      EXPECT_LT((motion_at(obstacle, time).X_WO.matrix() - later.matrix()).norm(), 1e-9);
+      EXPECT_GT((motion_at(obstacle, time + 0.5 * period).X_WO.matrix() - later.matrix()).norm(), 1e-3);
+    }
+  }
+  EXPECT_EQ(script_period(scripted(StaticMotion{})), 0.0);
+}
+
 TEST(ObstacleMotion, AnyTimeOfALongScriptHasItsPlace) {
   // Lengths that binary fractions cannot add up exactly: the end of a round must not fall between two stretches.
   const WaypointMotion motion{{at_point(0, 0, 0), at_point(0.1, 0, 0), at_point(0.1, 0.7, 0)}, 0.3, false};
