@@ -22,24 +22,51 @@ Eigen::Matrix4d to_eigen(const aiMatrix4x4& m) {
   return result;
 }
 
+/// What triangles add up to. The area vectors of a closed surface have no sum.
+struct Surface {
+  double volume = 0.0;                             ///< of the tetrahedra from the origin [m³]
+  double area = 0.0;                               ///< [m²]
+  Eigen::Vector3d flux = Eigen::Vector3d::Zero();  ///< sum of the area vectors [m²]
+
+  void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    const Eigen::Vector3d twice = (b - a).cross(c - a);
+    volume += a.dot(b.cross(c)) / 6.0;
+    area += 0.5 * twice.norm();
+    flux += 0.5 * twice;
+  }
+  [[nodiscard]] std::optional<double> enclosed() const {
+    constexpr double kClosed = 1e-6;
+    if (flux.norm() > kClosed * area) return std::nullopt;
+    return std::abs(volume);
+  }
+};
+
 void append_triangles(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& parent,
-                      std::vector<Eigen::Vector3d>& vertices) {
+                      const Eigen::Vector3d& scale, std::vector<Eigen::Vector3d>& vertices, Surface& surface) {
   const Eigen::Matrix4d X = parent * to_eigen(node.mTransformation);
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    std::vector<Eigen::Vector3d> placed;
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& p = mesh.mVertices[v];
+      placed.emplace_back((X * Eigen::Vector4d(p.x, p.y, p.z, 1.0)).head<3>().cwiseProduct(scale));
+    }
     std::vector<bool> used(mesh.mNumVertices, false);
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
-      for (unsigned k = 0; face.mNumIndices >= 3 && k < face.mNumIndices; ++k) {
-        if (face.mIndices[k] < mesh.mNumVertices) used[face.mIndices[k]] = true;
-      }
+      const bool whole = face.mNumIndices >= 3 && std::all_of(face.mIndices, face.mIndices + face.mNumIndices,
+                                                              [&](unsigned v) { return v < mesh.mNumVertices; });
+      if (!whole) continue;
+      for (unsigned k = 0; k < face.mNumIndices; ++k) used[face.mIndices[k]] = true;
+      surface.add(placed[face.mIndices[0]], placed[face.mIndices[1]], placed[face.mIndices[2]]);
     }
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-      const aiVector3D& p = mesh.mVertices[v];
-      if (used[v]) vertices.emplace_back((X * Eigen::Vector4d(p.x, p.y, p.z, 1.0)).head<3>());
+      if (used[v]) vertices.push_back(placed[v]);
     }
   }
-  for (unsigned i = 0; i < node.mNumChildren; ++i) append_triangles(scene, *node.mChildren[i], X, vertices);
+  for (unsigned i = 0; i < node.mNumChildren; ++i) {
+    append_triangles(scene, *node.mChildren[i], X, scale, vertices, surface);
+  }
 }
 
 std::string lower_case_extension(const std::string& path) {
@@ -55,8 +82,7 @@ std::string first_line(const std::string& text) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> load_mesh_vertices(const std::string& path, const Eigen::Vector3d& scale,
-                                                const std::string& where) {
+Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std::string& where) {
   const std::string mesh = where + ": mesh '" + path + "'";
   constexpr std::array kFormats{".stl", ".dae", ".obj"};
   const std::string extension = lower_case_extension(path);
@@ -72,18 +98,21 @@ std::vector<Eigen::Vector3d> load_mesh_vertices(const std::string& path, const E
   const aiScene* scene = importer.ReadFile(place.string(), aiProcess_Triangulate);
   if (scene == nullptr) throw ModelError(mesh + " cannot be read: " + first_line(importer.GetErrorString()));
 
-  std::vector<Eigen::Vector3d> vertices;
-  if (scene->mRootNode != nullptr) append_triangles(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), vertices);
-  if (vertices.empty()) throw ModelError(mesh + " has no triangles; a collision mesh needs some");
-  constexpr double kFurthest = 1000.0;  // [m]
-  for (Eigen::Vector3d& vertex : vertices) {
-    vertex = vertex.cwiseProduct(scale);
+  Mesh result;
+  Surface surface;
+  if (scene->mRootNode != nullptr) {
+    append_triangles(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), scale, result.vertices, surface);
+  }
+  if (result.vertices.empty()) throw ModelError(mesh + " has no triangles; a collision mesh needs some");
+  constexpr double kFurthest = 100.0;  // [m]
+  for (const Eigen::Vector3d& vertex : result.vertices) {
     if (!vertex.allFinite()) throw ModelError(mesh + " has a vertex that is not finite");
     if (vertex.cwiseAbs().maxCoeff() > kFurthest) {
-      throw ModelError(mesh + " reaches further than 1000 m; is scale=\"0.001 0.001 0.001\" missing?");
+      throw ModelError(mesh + " reaches further than 100 m; is scale=\"0.001 0.001 0.001\" missing?");
     }
   }
-  return vertices;
+  result.volume = surface.enclosed();
+  return result;
 }
 
 }  // namespace hecaton::planner

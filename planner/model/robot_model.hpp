@@ -48,7 +48,8 @@ struct LinkGeometry {
   int link = 0;
   world::Shape shape;
   Pose X_LS = Pose::Identity();  ///< shape in the link's frame
-  double excess_volume = 0.0;  ///< volume(shape) / volume(mesh hull) − 1 when the shape was fitted to a mesh, else 0
+  double excess_volume = 0.0;    ///< volume(shape) / volume(mesh) − 1 when the shape was fitted to a mesh, else 0;
+                                 ///< of a mesh that is not closed the hull's volume counts
   std::optional<LinkCapsule> capsule = {};  ///< what stands for the shape in cells of fast geometry; none: it itself
 };
 

@@ -95,6 +95,7 @@ std::string shape_text(const world::Shape& shape) {
       return "sphere, radius " + number_text(sphere.radius) + " m";
     }
     std::string operator()(const world::Capsule& capsule) const {
+      if (capsule.half_length < 1e-9) return operator()(world::Sphere{capsule.radius});
       return "capsule, radius " + number_text(capsule.radius) + " m, segment " +
              number_text(2.0 * capsule.half_length) + " m";
     }

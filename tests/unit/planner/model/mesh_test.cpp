@@ -227,5 +227,24 @@ TEST(MeshShape, BadMeshesAreRefused) {
   EXPECT_TRUE(contains(error("millimetres.stl", stl(box_mesh({100, 200, 4000}))), "is scale="));
 }
 
+// Two boxes of 1 litre each, 0.2 m apart: their hull has 4 litres.
+TEST(Mesh, OfAConcaveOneTheHullsExcessIsTold) {
+  Mesh mesh = box_mesh({0.1, 0.1, 0.1});
+  for (const Eigen::Vector3d& v : box_mesh({0.1, 0.1, 0.1}).vertices)
+    mesh.vertices.push_back(v + Eigen::Vector3d(0.3, 0, 0));
+  for (const auto& [a, b, c] : box_mesh({0.1, 0.1, 0.1}).triangles) mesh.triangles.push_back({a + 8, b + 8, c + 8});
+  const test::TemporaryFolder folder;
+  const auto load = [&] { return load_urdf(folder.write("r.urdf", arm_with_mesh("filename=\"m.stl\"", ""))); };
+  folder.write("m.stl", stl(mesh));
+  const auto closed = load();
+  EXPECT_NEAR(closed->geometry.back().excess_volume, 1.0, 1e-5);
+  EXPECT_TRUE(test::has_note(*closed, "the convex hull stands for mesh"));
+  EXPECT_TRUE(test::has_note(*closed, "100 % larger than the mesh"));
+  mesh.triangles.pop_back();
+  folder.write("m.stl", stl(mesh));
+  const auto open = load();
+  EXPECT_EQ(open->geometry.back().excess_volume, 0.0) << "nobody knows";
+}
+
 }  // namespace
 }  // namespace hecaton::planner
