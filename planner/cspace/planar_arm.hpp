@@ -1,0 +1,25 @@
+#pragma once
+/// The arm of [Li96]: two links in a plane, turning about the origin and about the elbow.
+
+namespace hecaton::planner::cspace {
+
+/// A point of the arm's plane [m]; the base is at the origin, θ₁ counts from the x axis, θ₂ from the first link.
+struct Point {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+/// Each link is all that is within its width w of its axis: the paper's eq. 5 and 6, where asin(w/s) is the half-angle
+/// under which a disc of radius w is seen from s.
+struct PlanarArm {
+  double length1 = 20.0;  ///< l₁ [m], > 0
+  double length2 = 20.0;  ///< l₂ [m], > 0
+  double width1 = 1.0;    ///< w of the first link [m], > 0
+  double width2 = 1.0;    ///< w of the second link [m], > 0
+
+  [[nodiscard]] double reach() const { return length1 + length2; }
+  /// The same arm, thicker: the image that it makes is that of an obstacle grown by `margin` [m].
+  [[nodiscard]] PlanarArm grown(double margin) const { return {length1, length2, width1 + margin, width2 + margin}; }
+};
+
+}  // namespace hecaton::planner::cspace

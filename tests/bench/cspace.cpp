@@ -1,0 +1,99 @@
+#include <string>
+
+#include "planner/cspace/obstacle_mapper.hpp"
+#include "planner/cspace/published_mapper.hpp"
+#include "tests/bench/timings.hpp"
+#include "tests/support/brute_force_cspace.hpp"
+
+namespace hecaton::bench {
+namespace {
+
+using namespace planner::cspace;
+
+constexpr int kObstacles = 10'000;
+/// What a place in the grid of fundamental obstacles and in that of the rows is off at most is made up by this [m].
+constexpr double kInflation = 0.5;
+
+/// Cells that a way of mapping misses, and blocks for nothing, beside the truth.
+class Account {
+ public:
+  void add(const CspaceMap& truth, const CspaceMap& map) {
+    CspaceMap both = truth;
+    both.block(map);
+    const int true_cells = truth.blocked_cells();
+    const int missed = both.blocked_cells() - map.blocked_cells();
+    const int extra = both.blocked_cells() - true_cells;
+    true_ += true_cells;
+    missed_ += missed;
+    extra_ += extra;
+    with_missed_ += missed > 0 ? 1 : 0;
+    if (true_cells > 0) worst_missed_ = std::max(worst_missed_, static_cast<double>(missed) / true_cells);
+  }
+
+  void report(benchmark::State& state, const std::string& name) const {
+    state.counters[name + "missed_%"] = 100.0 * missed_ / true_;
+    state.counters[name + "worst_%"] = 100.0 * worst_missed_;
+    state.counters[name + "false_%"] = 100.0 * extra_ / true_;
+    state.counters[name + "unsafe"] = with_missed_;
+  }
+
+ private:
+  double true_ = 0.0, missed_ = 0.0, extra_ = 0.0, with_missed_ = 0.0, worst_missed_ = 0.0;
+};
+
+/// R4: random convex obstacles of the arm of [Li96], mapped by brute force (the truth), as published, by the union of
+/// the images of all fundamental obstacles, and exactly.
+void cspace(benchmark::State& state) {
+  const PlanarArm arm;
+  const AngleGrid grid{360};
+  const ImageDatabase images(arm, grid);
+  const ImageDatabase inflated(arm.grown(kInflation), grid);
+  const double build_us = time_once([&] { benchmark::DoNotOptimize(ImageDatabase(arm, grid)); });
+  const test::BruteForce brute_force(arm, grid);
+  ObstacleMapper mapper(arm, grid);
+  planner::Random random(1996);
+  ObstacleImage image;
+  ObstacleImage published_image;
+  CspaceMap exact_map(grid);
+  CspaceMap published_map(grid);
+  CspaceMap union_map(grid);
+  Timings exact, published, united, brute;
+  Account exact_account, published_account, union_account;
+  for (auto _ : state) {
+    const std::vector<Point> corners = test::random_convex(random, arm);
+    const ConvexPiece piece = convex_piece(corners);
+    const std::vector<FundamentalObstacle> obstacles = border(corners, images.spacing());
+    CspaceMap truth(grid);
+    brute.add(time_once([&] { truth = brute_force.map(corners); }));
+    set_iteration_time(state, exact.measure([&] { exact_map.clear(); },
+                                            [&] {
+                                              mapper.map(piece, image);
+                                              exact_map.block(image);
+                                            }));
+    published.measure([&] { published_map.clear(); },
+                      [&] {
+                        map_as_published(obstacles, find_critical_points(obstacles, images), images, published_image);
+                        published_map.block(published_image);
+                      });
+    united.measure([&] { union_map.clear(); }, [&] { map_union(obstacles, inflated, union_map); });
+    exact_account.add(truth, exact_map);
+    published_account.add(truth, published_map);
+    union_account.add(truth, union_map);
+  }
+  report(state, exact, brute);
+  exact_account.report(state, "");
+  state.counters["published_p50_us"] = published.percentile(0.5);
+  state.counters["published_p99_us"] = published.percentile(0.99);
+  published_account.report(state, "published_");
+  state.counters["union_p50_us"] = united.percentile(0.5);
+  state.counters["union_p99_us"] = united.percentile(0.99);
+  union_account.report(state, "union_");
+  state.counters["images"] = images.size();
+  state.counters["images_build_us"] = build_us;
+  state.counters["images_kB"] = static_cast<double>(images.bytes()) / 1e3;
+}
+
+BENCHMARK_CAPTURE(cspace, random_obstacles)->Iterations(kObstacles)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace hecaton::bench
