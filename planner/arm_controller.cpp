@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "planner/cspace/surface_points.hpp"
 #include "planner/goal_check.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -20,15 +21,27 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
       dt_(control_period),
       scratch_(geometry_),
       memory_{LocalMemory(seed)},
-      sent_(geometry_.own_arm().limits, control_period) {}
+      sent_(geometry_.own_arm().limits, control_period) {
+  if (parameters.by_cspace()) {
+    cspace_ = std::make_unique<cspace::SensedPlanner>(geometry_.own_arm(), parameters.sensed, control_period);
+  }
+}
 
 void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
+  if (cspace_) {
+    if (parameters_.method == Method::kKnownCspace) {
+      for (const world::Obstacle& obstacle : obstacles) {
+        for (const auto& p_W : cspace::surface_points(obstacle, parameters_.sensed.margin)) cspace_->see(p_W);
+      }
+    }
+    return;
+  }
   geometry_.set_obstacles(obstacles);
   scratch_.rebuild(geometry_);
 }
 
 std::string ArmController::reject_goal(const JointVector& q_goal, std::span<const world::ObstacleState> obstacles) {
-  return planner::reject_goal(geometry_, q_goal, obstacles);
+  return planner::reject_goal(geometry_, q_goal, cspace_ ? std::span<const world::ObstacleState>() : obstacles);
 }
 
 void ArmController::set_goal(const JointVector& q_goal) {
@@ -77,9 +90,48 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   input.hold = hold;
   input.arms = arms;
   input.obstacles = obstacles;
-  TickResult result = tick(geometry_, parameters_, input, memory_, scratch_);
+  const TickResult result =
+      cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   setpoint_ = MeasuredState{result.q, result.qd};
   return result;
+}
+
+void ArmController::sense(const RangeScan& scan) {
+  if (parameters_.method == Method::kSensedCspace) cspace_->sense(scan);
+}
+
+/// The local planner goes to what is in sight on the way through C-space, and gives way to other arms as ever; where
+/// that would leave what is free, the arm brakes.
+TickResult ArmController::tick_through_cspace(TickInput& input) {
+  input.obstacles = {};
+  using Way = cspace::SensedPlanner::Way;
+  Way way = Way::kStraight;
+  bool at_last = true;
+  if (input.has_goal && !input.hold) {
+    const auto guidance = cspace_->guide(input.q, input.qd, input.q_goal);
+    way = guidance.way;
+    at_last = guidance.q == input.q_goal;
+    input.q_goal = guidance.q;
+  }
+  TickResult result = tick(geometry_, parameters_, input, memory_, scratch_);
+  if (!input.hold) stay_in_sight(input, result);
+  const bool goes = result.status == TickStatus::kMoving || result.status == TickStatus::kReached;
+  if (goes && way == Way::kNone) result.status = TickStatus::kBlocked;
+  if (goes && (way == Way::kAround || way == Way::kSearching)) result.status = TickStatus::kFollowing;
+  if (goes && way == Way::kStraight && !at_last) result.status = TickStatus::kMoving;
+  return result;
+}
+
+/// Everything between the wanted velocity and braking satisfies the rows and limits as these two do: they are convex.
+void ArmController::stay_in_sight(const TickInput& input, TickResult& result) const {
+  if (cspace_->may_be(result.q, result.qd)) return;
+  const JointVector wanted = result.qd;
+  const JointVector braking = braking_velocity(geometry_.own_arm().limits, input.qd, input.dt);
+  for (const double share : {0.5, 0.25, 0.0}) {
+    result.qd = braking + share * (wanted - braking);
+    result.q = input.q + 0.5 * (input.qd + result.qd) * input.dt;
+    if (cspace_->may_be(result.q, result.qd)) return;
+  }
 }
 
 }  // namespace hecaton::planner

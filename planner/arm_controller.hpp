@@ -2,11 +2,14 @@
 /// One arm's planner between ticks: its goal, its set-point, its memory. The service and the simulation both run this.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "planner/cspace/sensed_planner.hpp"
 #include "planner/local/old_news.hpp"
+#include "planner/model/range_sensor.hpp"
 #include "planner/setpoint_log.hpp"
 #include "planner/tick.hpp"
 
@@ -17,8 +20,14 @@ class ArmController {
   /// `seed` makes the arm's random choices (subspaces) its own and repeatable.
   ArmController(CellGeometry geometry, LocalParameters parameters, double control_period, std::uint64_t seed);
 
-  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates.
+  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates. Nothing to an arm that finds
+  /// them itself, with Method::kSensedCspace; with Method::kKnownCspace what is added is never forgotten.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
+
+  /// What one of the arm's sensors has measured; for Method::kSensedCspace.
+  void sense(const RangeScan& scan);
+  /// The arm's own C-space; null for methods without.
+  [[nodiscard]] const cspace::SensedPlanner* cspace() const { return cspace_.get(); }
 
   /// Empty when `q_goal` may be tried; otherwise one sentence that says why not: wrong number of joints, not finite,
   /// outside a limit, in collision with itself or with an obstacle where that is now.
@@ -70,6 +79,9 @@ class ArmController {
                        std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
                        bool hold);
 
+  [[nodiscard]] TickResult tick_through_cspace(TickInput& input);
+  void stay_in_sight(const TickInput& input, TickResult& result) const;
+
   CellGeometry geometry_;
   LocalParameters parameters_;
   double dt_;
@@ -78,6 +90,7 @@ class ArmController {
   std::optional<JointVector> goal_;
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
+  std::unique_ptr<cspace::SensedPlanner> cspace_;
 };
 
 }  // namespace hecaton::planner

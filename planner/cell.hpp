@@ -7,6 +7,7 @@
 
 #include "planner/local/parameters.hpp"
 #include "planner/model/arm.hpp"
+#include "planner/model/range_sensor.hpp"
 #include "world/model/scene.hpp"
 
 namespace hecaton::planner {
@@ -15,6 +16,19 @@ struct PlannedArm {
   Arm arm;
   LocalParameters parameters;
   JointVector start = {};  ///< where it stands when the cell comes up, at rest [rad | m]; empty: home
+  std::vector<RangeSensor> sensors = {};
+};
+
+/// Obstacles that are drawn anew for every episode of a simulation: boxes, balls and upright cylinders that stand
+/// still.
+struct Clutter {
+  int count = 0;
+  double smallest = 0.05;  ///< edges and diameters [m]
+  double largest = 0.3;
+  double inner = 0.3;  ///< centres are between these distances from the z axis of W [m]
+  double outer = 1.0;
+  double lowest = 0.0;  ///< and between these heights [m]
+  double highest = 0.0;
 };
 
 /// Where goals come from: named poses that all arms visit together, or else tool positions drawn from a cylinder along
@@ -28,6 +42,7 @@ struct TaskArea {
   std::string posture;                               ///< named pose near which arms stay; empty: any posture
   bool all_conflict = false;                         ///< every arm is in another's straight way, not just two
   double time_limit = 30.0;                          ///< for one task [s]
+  Clutter clutter = {};                              ///< in the way, besides the cell's obstacles
 
   /// The frame in which the cylinder stands for an arm with its base at X_WB.
   [[nodiscard]] Pose frame(const Pose& X_WB) const { return of_each_arm ? X_WB : Pose::Identity(); }

@@ -15,18 +15,19 @@ ALLOWED = {
     "planner/collision": ["planner/model", "planner/simd", "world/model"],
     "planner/trajectory": ["planner/model"],
     "planner/qp": ["planner/model"],
+    "planner/cspace": ["planner/local", "planner/trajectory", "planner/model", "planner/simd", "world/model"],
     "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
     # tick, arm_controller, goal_check, cell: what one arm's planner is
-    "planner": ["planner/simd", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
+    "planner": ["planner/simd", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "world/model"],
-    "planner/simulation": ["planner", "planner/rollout", "planner/local", "planner/collision", "planner/model",
+    "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
-    "services/config": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
+    "services/config": ["planner", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model", "world/sim"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
-SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/local",
+SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/local",
            "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/simulation",
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):

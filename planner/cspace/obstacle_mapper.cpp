@@ -75,17 +75,23 @@ RowSpan ObstacleMapper::cells_between(double right, double left) const {
   return {static_cast<std::int16_t>(first < cells ? first : first - cells), static_cast<std::int16_t>(count)};
 }
 
-void ObstacleMapper::map(const ConvexPiece& obstacle, ObstacleImage& image) {
+void ObstacleMapper::map(const ConvexPiece& obstacle, ObstacleImage& image, Links links) {
   const Rows rows = rows_in_reach(obstacle);
   image.first_row = rows.first;
-  image.spans.resize(rows.count);
-  const int first = rows.first;
-  const int padded = (rows.count + kLanesOfKernel - 1) / kLanesOfKernel * kLanesOfKernel;
+  image.spans.assign(rows.count, {});
+  if (rows.count == 0) return;
+  if (links != Links::kFirst) block_second_link(obstacle, image);
+  if (links != Links::kSecond) block_first_link(obstacle, image);
+}
+
+void ObstacleMapper::block_second_link(const ConvexPiece& obstacle, ObstacleImage& image) {
+  const int first = image.first_row;
+  const int rows = static_cast<int>(image.spans.size());
+  const int padded = (rows + kLanesOfKernel - 1) / kLanesOfKernel * kLanesOfKernel;
   kernel()({&elbow_x_[first], &elbow_y_[first], &cosine_[first], &sine_[first], &obstacle, arm_.length2,
             arm_.width2 + kGrowth * arm_.reach()},
            padded, right_.data(), left_.data());
-  for (int i = 0; i < rows.count; ++i) image.spans[i] = cells_between(right_[i], left_[i]);
-  if (rows.count > 0) block_first_link(obstacle, image);
+  for (int i = 0; i < rows; ++i) image.spans[i] = cells_between(right_[i], left_[i]);
 }
 
 /// Where the first link touches the obstacle, no θ₂ helps. It touches it in directions as the second one does, from the

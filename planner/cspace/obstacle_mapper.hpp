@@ -13,7 +13,9 @@ namespace hecaton::planner::cspace {
 
 /// differs from paper: [Li96] stores the images of forty points and takes an obstacle for the fundamental obstacles
 /// next to its critical points, which misses up to a third of its cells. Here the images of corners and sides are
-/// computed, row by row, without trigonometry; that takes no longer. docs/design/0010-sensed-cspace.md has the proof.
+/// computed, row by row, without trigonometry; that takes no longer. docs/design/0012-sensed-cspace.md has the proof.
+enum class Links { kBoth, kFirst, kSecond };
+
 class ObstacleMapper {
  public:
   /// The grid divides both joints; its number of cells is a multiple of 4 and at most 16384.
@@ -24,7 +26,8 @@ class ObstacleMapper {
 
   /// Fills `image` with the cells in whose centre the arm is nearer to the obstacle than its links' widths. No
   /// allocation once `image` has had as many rows before. Not for several threads at once: scratch is kept.
-  void map(const ConvexPiece& obstacle, ObstacleImage& image);
+  /// `links`: what may touch it; the others pass it above or below.
+  void map(const ConvexPiece& obstacle, ObstacleImage& image, Links links = Links::kBoth);
 
  private:
   struct Rows {
@@ -33,6 +36,7 @@ class ObstacleMapper {
   };
   [[nodiscard]] Rows rows_in_reach(const ConvexPiece& obstacle) const;
   [[nodiscard]] RowSpan cells_between(double right, double left) const;
+  void block_second_link(const ConvexPiece& obstacle, ObstacleImage& image);
   void block_first_link(const ConvexPiece& obstacle, ObstacleImage& image);
 
   PlanarArm arm_;

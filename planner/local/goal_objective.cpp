@@ -11,6 +11,8 @@ namespace {
 constexpr double kBrakingShare = 0.8;
 /// The last part of the approach decays by this share of the remaining way each period.
 constexpr double kFinalShare = 0.2;
+/// A joint whose part of a unit vector is below this has none.
+constexpr double kNoShare = 1e-12;
 
 /// Speed from which `acceleration` stops within `distance`: √(2ad), blended into gain · distance near the end, where
 /// the square root's slope would ask for more than one period can give.
@@ -29,6 +31,17 @@ JointVector joint_difference(const JointLimits& limits, const JointVector& q_fro
   return difference;
 }
 
+double approach_distance(const JointLimits& limits, const JointVector& direction, double speed, double dt) {
+  double acceleration = std::numeric_limits<double>::infinity();
+  for (Eigen::Index j = 0; j < direction.size(); ++j) {
+    const double share = std::abs(direction[j]);
+    if (share >= kNoShare) acceleration = std::min(acceleration, kBrakingShare * limits.acceleration[j] / share);
+  }
+  const double gain = kFinalShare / dt;
+  const double linear_until = acceleration / (gain * gain);
+  return speed <= gain * linear_until ? speed / gain : speed * speed / (2.0 * acceleration) + 0.5 * linear_until;
+}
+
 // [Lahouar06] eq. 1–2:  Δq_goal = (q_goal − q)/‖q_goal − q‖ · Δq_max, or q_goal − q when that is shorter.
 // differs from paper: as a velocity; Δq_max is the longest step along this line that no joint's velocity limit forbids,
 // and the step shrinks before the goal because the arm cannot stop within one period.
@@ -41,7 +54,7 @@ JointVector goal_velocity(const JointLimits& limits, const JointVector& q, const
   double acceleration = speed;
   for (Eigen::Index j = 0; j < q.size(); ++j) {
     const double share = std::abs(direction[j]);
-    if (share < 1e-12) continue;
+    if (share < kNoShare) continue;
     speed = std::min(speed, limits.velocity[j] / share);
     acceleration = std::min(acceleration, limits.acceleration[j] / share);
   }

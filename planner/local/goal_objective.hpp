@@ -14,4 +14,9 @@ namespace hecaton::planner {
 [[nodiscard]] JointVector goal_velocity(const JointLimits& limits, const JointVector& q, const JointVector& q_goal,
                                         double dt);
 
+/// How far ahead on the line along the unit vector `direction` a goal must be for goal_velocity to be `speed` long, as
+/// far as the joints' velocity limits let it [rad | m].
+[[nodiscard]] double approach_distance(const JointLimits& limits, const JointVector& direction, double speed,
+                                       double dt);
+
 }  // namespace hecaton::planner

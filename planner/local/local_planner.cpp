@@ -106,6 +106,10 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
   if (there || blocked || detour.time_left <= 0.0) detour.active = false;
 }
 
+bool follows_boundaries(Method method) {
+  return method == Method::kBoundaryFollowing || method == Method::kSingleSubspace;
+}
+
 /// Another arm's claim is followed at once, except during a detour, which ends soon. Whoever got the right of way goes
 /// straight, as the others retreat.
 void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
@@ -200,7 +204,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   result.detouring = memory.detour.active;
   if (memory.detour.active) {
     update_detour(input, intended.x, wanted, memory.detour);
-  } else if (input.parameters.method != Method::kLocal && !at_goal && !yields) {
+  } else if (follows_boundaries(input.parameters.method) && !at_goal && !yields) {
     result.thinks = update_follower(input, way, wanted, intended, memory);
     if (memory.follower.following) {
       // differs from paper: when no constraint is left to follow, the local planner takes over again.

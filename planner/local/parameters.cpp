@@ -87,6 +87,10 @@ std::string LocalParameters::validate() const {
   if (rollout.ticks_per_period < 1) {
     return sentence("rollout.ticks_per_period", rollout.ticks_per_period, "1 or more");
   }
+  if (sensed.cells < 36 || sensed.cells > 1440 || sensed.cells % 4 != 0) {
+    return sentence("sensed.cells", sensed.cells, "a multiple of 4 from 36 to 1440");
+  }
+  if (!positive(sensed.margin)) return sentence("sensed.margin", sensed.margin, "a finite number above 0");
   return {};
 }
 

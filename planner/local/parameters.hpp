@@ -12,6 +12,8 @@ enum class Method {
   kLocal,              ///< constraints alone: the baseline of [Lahouar06] section 2
   kBoundaryFollowing,  ///< + boundary following, section 3, in ever fresh subspaces; right of way; rollouts
   kSingleSubspace,     ///< boundary following as the paper has it: in one subspace as long as it takes, nothing else
+  kSensedCspace,       ///< a way through what the own sensors leave free in C-space: [Li96], planner/cspace
+  kKnownCspace,        ///< the same for an arm that is told all obstacles, which must stand still: the measure of it
 };
 
 /// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
@@ -81,15 +83,33 @@ struct RolloutParameters {
   int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
 };
 
+/// How long an arm remembers what it saw (docs/design/0012-sensed-cspace.md says when it then arrives).
+enum class Remember {
+  kNever,        ///< it plans with what it sees now, as published: "We do not accumulate historical FO_i"
+  kUntilNearer,  ///< from where something comes in its way until the goal is in sight and nearer than there
+  kAlways,
+};
+
+/// What an arm knows of its C-space (planner/cspace).
+struct SensedParameters {
+  int cells = 180;       ///< of a full turn of each joint, 36 to 1440, a multiple of 4
+  double margin = 0.03;  ///< kept from what was seen, for what is between two beams [m], > 0
+  Remember remember = Remember::kAlways;
+};
+
 struct LocalParameters {
   Method method = Method::kBoundaryFollowing;
   DamperParameters damper;
   FollowerParameters follower;
   YieldingParameters yielding;
   RolloutParameters rollout;
+  SensedParameters sensed;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
   double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]
+
+  /// The way is searched in C-space.
+  [[nodiscard]] bool by_cspace() const { return method == Method::kSensedCspace || method == Method::kKnownCspace; }
 
   /// Empty when consistent; otherwise one sentence: key, value, what is allowed.
   [[nodiscard]] std::string validate() const;

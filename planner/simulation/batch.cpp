@@ -18,9 +18,9 @@ struct EpisodeRecord {
   ClockedTimes clocked;
 };
 
-EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode) {
-  // One stream of random numbers an episode, so that its tasks depend on its number alone.
-  Random random(Random(options.seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
+/// Of a cell whose scene is this episode's own.
+EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random random, const BatchOptions& options,
+                           bool observed) {
   EpisodeRecord record;
   EpisodeOptions episode_options;
   episode_options.network = options.network;
@@ -41,8 +41,36 @@ EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const Batc
     }
     episode_options.world_time = *time;
   }
+  if (observed && options.observe_first) {
+    episode_options.observe = [&](double time, const CellConfiguration& measured, std::span<const ArmController> all) {
+      options.observe_first({cell, *goals, time, measured, all});
+    };
+  }
   record.outcome = simulate_episode(cell, *starts, *goals, episode_options);
   return record;
+}
+
+/// Draws scenes until one admits a task.
+EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, bool observed) {
+  constexpr int kScenes = 50;
+  EpisodeRecord record;
+  for (int scene = 0; scene < kScenes && (scene == 0 || record.missing != nullptr); ++scene) {
+    Cell cluttered = cell;
+    for (world::Obstacle& obstacle : draw_clutter(cell.tasks.clutter, random)) {
+      cluttered.scene.obstacles.push_back(std::move(obstacle));
+    }
+    TaskGenerator generator(cluttered);
+    record = run_in_scene(cluttered, generator, Random(random.next()), options, observed);
+  }
+  return record;
+}
+
+EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode) {
+  // One stream of random numbers an episode, so that its tasks depend on its number alone.
+  const Random random(Random(options.seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
+  const bool observed = episode == 0;
+  return cell.tasks.clutter.count > 0 ? run_in_clutter(cell, random, options, observed)
+                                      : run_in_scene(cell, generator, random, options, observed);
 }
 
 void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {

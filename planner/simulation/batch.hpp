@@ -9,12 +9,22 @@
 
 namespace hecaton::planner {
 
+/// One period of an episode.
+struct EpisodeMoment {
+  const Cell& cell;  ///< with the episode's own scene
+  const CellConfiguration& goals;
+  double time;  ///< virtual [s]
+  const CellConfiguration& measured;
+  std::span<const ArmController> planners;
+};
+
 struct BatchOptions {
   int tasks = 100;  ///< goals for single arms, in total; an episode gives one to every arm
   std::uint64_t seed = 1;
   int threads = 1;
   NetworkParameters network;
-  bool measure_ticks = false;  ///< fills clocked with the machine's clock
+  bool measure_ticks = false;                               ///< fills clocked with the machine's clock
+  std::function<void(const EpisodeMoment&)> observe_first;  ///< called in every period of the first episode, or empty
 };
 
 struct ArmTally {

@@ -7,6 +7,7 @@
 
 #include "planner/rollout/rollout_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
+#include "planner/simulation/range_scanner.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -48,6 +49,8 @@ class Episode {
       for (int from = 0; from < n; ++from) row.emplace_back(options.network, random.next());
       obstacle_channels_.emplace_back(options.network, random.next());
     }
+    for (const PlannedArm& planned : cell.arms) scanners_.emplace_back(planned, random.next());
+    caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
     results_.resize(n);
     chatter_.resize(n);
@@ -66,7 +69,7 @@ class Episode {
       move(dt);
       outcome_.duration = now + dt;
       record(outcome_.duration);
-      if (options_.observe) options_.observe(outcome_.duration, measured());
+      if (options_.observe) options_.observe(outcome_.duration, measured(), controllers_);
       if (all_reached()) break;
       const bool all_blocked = std::all_of(results_.begin(), results_.end(), [](const TickResult& result) {
         return result.status == TickStatus::kBlocked || result.status == TickStatus::kReached;
@@ -102,10 +105,14 @@ class Episode {
     }
     for (int i = 0; i < n; ++i) {
       listen(i, now);
+      // A planner runs beside its own arm's sensors, too.
+      for (const RangeScan& scan : scanners_[i].scan(now, drives_[i].q(), caster_, snapshot.states)) {
+        controllers_[i].sense(scan);
+      }
       policies_[i].prepare(controllers_[i]);
       const auto before = std::chrono::steady_clock::now();
       results_[i] = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
-                                         !obstacle_channels_[i].known());
+                                         !obstacle_channels_[i].known() && controllers_[i].cspace() == nullptr);
       const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
       if (options_.times != nullptr) {
         options_.times->tick_us.push_back(spent.count());
@@ -222,6 +229,8 @@ class Episode {
   ObstacleStates obstacles_;
   std::vector<TickResult> results_;
   std::vector<ChatterCounter> chatter_;
+  world::RayCaster caster_;
+  std::vector<RangeScanner> scanners_;
   Kinematics kinematics_;
   EpisodeOutcome outcome_;
 };

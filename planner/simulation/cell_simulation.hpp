@@ -3,6 +3,7 @@
 /// Bullet and referee; only clocks, processes and the network are simulated.
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "planner/arm_controller.hpp"
@@ -46,8 +47,8 @@ struct EpisodeOptions {
   double world_time = 0.0;  ///< at which instant of their scripts the obstacles begin [s]
   std::uint64_t seed = 1;
   ClockedTimes* times = nullptr;  ///< to be added to; may be null
-  /// Called after every period with the virtual time and the measured configurations; may be empty.
-  std::function<void(double, const CellConfiguration&)> observe;
+  /// Called after every period with the virtual time, the measured configurations and the planners; may be empty.
+  std::function<void(double, const CellConfiguration&, std::span<const ArmController>)> observe;
 };
 
 /// All arms start at rest at `starts` and get their goals at once; ends when all have reached them, at the cell's time

@@ -46,6 +46,32 @@ int sweep_samples(const world::Obstacle& obstacle) {
 
 }  // namespace
 
+std::vector<world::Obstacle> draw_clutter(const Clutter& clutter, Random& random) {
+  std::vector<world::Obstacle> obstacles;
+  for (int i = 0; i < clutter.count; ++i) {
+    const auto half = [&] { return 0.5 * random.uniform(clutter.smallest, clutter.largest); };
+    world::Obstacle& obstacle = obstacles.emplace_back();
+    obstacle.name = "clutter" + std::to_string(i);
+    switch (random.next() % 3) {
+      case 0:
+        obstacle.shapes.push_back({world::Box{{half(), half(), half()}}});
+        break;
+      case 1:
+        obstacle.shapes.push_back({world::Sphere{half()}});
+        break;
+      default:
+        obstacle.shapes.push_back({world::Cylinder{half(), half()}});
+    }
+    const double r = random.uniform(clutter.inner, clutter.outer);
+    const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
+    obstacle.X_WO.translation() =
+        Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), random.uniform(clutter.lowest, clutter.highest));
+    obstacle.X_WO.linear() =
+        Eigen::AngleAxisd(random.uniform(0.0, std::numbers::pi), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  }
+  return obstacles;
+}
+
 struct TaskGenerator::Impl {
   explicit Impl(const Cell& task_cell) : cell(task_cell) {
     std::vector<Arm> arms;
@@ -264,6 +290,8 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
 
 bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals) {
   const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
+  const auto not_self = [](const Clearance& c) { return c.counterpart != Counterpart::kSelf; };
+  bool (*const counts)(const Clearance&) = impl_->cell.tasks.clutter.count > 0 ? +not_self : +arm_arm;
   CellConfiguration q = starts;
   std::vector<bool> touched(impl_->arms(), false);
   for (int sample = 1; sample < kStraightSamples; ++sample) {
@@ -274,7 +302,7 @@ bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, co
     }
     impl_->place(q);
     for (int i = 0; i < impl_->arms(); ++i) {
-      touched[i] = touched[i] || impl_->near(i, 0.0, 0.0, impl_->sweep.front(), arm_arm);
+      touched[i] = touched[i] || impl_->near(i, 0.0, 0.0, impl_->sweep.front(), counts);
     }
     const auto count = std::count(touched.begin(), touched.end(), true);
     if (count > 0 && (!impl_->cell.tasks.all_conflict || count == impl_->arms())) return true;

@@ -13,6 +13,9 @@ namespace hecaton::planner {
 /// One configuration per arm of the cell.
 using CellConfiguration = std::vector<JointVector>;
 
+/// The obstacles of one episode.
+[[nodiscard]] std::vector<world::Obstacle> draw_clutter(const Clutter& clutter, Random& random);
+
 class TaskGenerator {
  public:
   explicit TaskGenerator(const Cell& cell);
@@ -37,8 +40,8 @@ class TaskGenerator {
   [[nodiscard]] std::optional<CellConfiguration> draw_conflicting_goals(Random& random, const CellConfiguration& starts,
                                                                         int attempts = 2000);
 
-  /// Whether two arms (or every arm some other, see above) touch while all move from `starts` to `goals` on straight
-  /// lines in the same time.
+  /// Whether two arms (or every arm some other, see above; or, in a cell with clutter, an arm and an obstacle) touch
+  /// while all move from `starts` to `goals` on straight lines in the same time.
   [[nodiscard]] bool straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals);
 
  private:

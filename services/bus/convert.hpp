@@ -13,6 +13,7 @@
 #include <idl/world.h>
 
 #include "planner/model/limits.hpp"
+#include "planner/model/range_sensor.hpp"
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 #include "world/sim/contact_referee.hpp"
@@ -44,6 +45,9 @@ struct [[nodiscard]] Converted {
 [[nodiscard]] msg::ObstacleStates to_message(const world::ObstacleSnapshot& snapshot,
                                              std::span<const world::Obstacle> obstacles);
 
+/// Names, number and stamp are left to the caller.
+[[nodiscard]] msg::RangeScan to_message(const planner::RangeScan& scan, const planner::RangeSensor& sensor);
+
 /// `what` names the value in the sentence, e.g. "ArmState of arm1: q". `size`: number of joints, −1: any up to
 /// kMaxJoints.
 Converted<planner::JointVector> joints_from_message(const std::vector<double>& values, const std::string& what,
@@ -56,6 +60,9 @@ Converted<world::Motion> from_message(const msg::Motion& motion, const std::stri
 /// Names the obstacle in its sentences.
 Converted<world::Obstacle> from_message(const msg::Obstacle& obstacle);
 Converted<world::Separation> from_message(const msg::Separation& separation, const std::string& what);
+
+/// Names the sensor in its sentences.
+Converted<std::vector<planner::RangeReading>> from_message(const msg::RangeScan& scan);
 
 struct NamedSnapshot {
   world::ObstacleSnapshot snapshot;

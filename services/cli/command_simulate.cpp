@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -11,10 +13,12 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/method_option.hpp"
+#include "services/cli/plot_cspace.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/method_rules.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -25,6 +29,7 @@ struct Options {
   std::string method;
   int rollouts = -1;  ///< −1: as the cell file says
   std::string report;
+  std::string plot;    ///< folder for pictures; empty: none
   double speed = 0.0;  ///< [rad/s]; 0: the cell's limits
   planner::BatchOptions batch;
 };
@@ -86,6 +91,46 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   return report;
 }
 
+/// Draws the first episode: every quarter of a second, and whenever the way is searched anew.
+class Plotter {
+ public:
+  explicit Plotter(std::string folder) : folder_(std::move(folder)) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder_, failed);
+    if (failed) throw Failure(ExitCode::kBadInput, "--plot: " + folder_ + " cannot be made: " + failed.message());
+  }
+
+  void operator()(const planner::EpisodeMoment& moment) {
+    constexpr double kInterval = 0.25;  // [s]
+    traces_.resize(moment.planners.size());
+    searches_.resize(moment.planners.size(), -1);
+    const bool due = moment.time >= due_;
+    if (due) due_ = moment.time + kInterval;
+    for (std::size_t i = 0; i < moment.planners.size(); ++i) {
+      const auto* planner = moment.planners[i].cspace();
+      if (planner == nullptr) continue;
+      traces_[i].push_back(moment.measured[i]);
+      if (!due && planner->searches() == searches_[i]) continue;
+      searches_[i] = planner->searches();
+      char number[16];
+      std::snprintf(number, sizeof number, "%04d", pictures_++);
+      const std::string path = folder_ + "/" + moment.cell.arms[i].arm.name + "_" + number + ".svg";
+      std::ofstream file(path);
+      if (!(file << plot_cspace(moment, static_cast<int>(i), traces_[i])).flush()) {
+        throw Failure(ExitCode::kBadInput, "--plot: " + path + " cannot be written");
+      }
+    }
+  }
+  [[nodiscard]] int pictures() const { return pictures_; }
+
+ private:
+  std::string folder_;
+  double due_ = 0.0;  ///< [s]
+  std::vector<std::vector<planner::JointVector>> traces_;
+  std::vector<int> searches_;
+  int pictures_ = 0;
+};
+
 ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   require_tasks(file);
@@ -95,12 +140,24 @@ ExitCode run(const Settings& settings, const Options& options) {
     if (options.rollouts >= 0) planned.parameters.rollout.candidates = options.rollouts;
   }
   if (!options.method.empty()) {
-    for (planner::PlannedArm& planned : cell.arms) planned.parameters.method = method_of(options.method);
+    for (planner::PlannedArm& planned : cell.arms) {
+      planned.parameters.method = method_of(options.method);
+      if (const std::string complaint = config::complain_about_method(planned); !complaint.empty()) {
+        throw Failure(ExitCode::kBadInput, "--method = " + complaint);
+      }
+    }
   }
   if (options.speed > 0.0) limit_speed(cell, options.speed);
   warn_of_old_news(cell, options.batch.network);
   const auto began = std::chrono::steady_clock::now();
-  planner::BatchReport batch = planner::simulate_tasks(cell, options.batch);
+  planner::BatchOptions batch_options = options.batch;
+  std::shared_ptr<Plotter> plotter;
+  if (!options.plot.empty()) {
+    plotter = std::make_shared<Plotter>(options.plot);
+    batch_options.observe_first = [plotter](const planner::EpisodeMoment& moment) { (*plotter)(moment); };
+  }
+  planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
+  if (plotter) std::fprintf(stderr, "%d pictures in %s\n", plotter->pictures(), options.plot.c_str());
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
   if (!batch.failure.empty()) std::fprintf(stderr, "hecaton: %s\n", batch.failure.c_str());
@@ -151,6 +208,11 @@ void add_simulate(CLI::App& app, Session& session) {
       *command, "--threads", [&batch](std::uint64_t n) { batch.threads = static_cast<int>(n); },
       "episodes simulated at the same time; the report does not depend on it (1)", 1, 1024);
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
+  command
+      ->add_option("--plot", options->plot,
+                   "draw the first task's arms in workspace and C-space into this folder, as SVG; of arms that plan "
+                   "through C-space")
+      ->type_name("DIR");
   command->add_flag("--timing", batch.measure_ticks,
                     "measure ticks on the machine's clock and the processor time of rollouts: fills tick_us and "
                     "rollouts.us, which are null "

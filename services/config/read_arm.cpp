@@ -6,8 +6,10 @@
 #include "services/config/arm_models.hpp"
 #include "services/config/fields.hpp"
 #include "services/config/joint_values.hpp"
+#include "services/config/method_rules.hpp"
 #include "services/config/read_network.hpp"
 #include "services/config/read_parameters.hpp"
+#include "services/config/read_sensors.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
@@ -75,6 +77,10 @@ planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing,
   read_poses(view, planned.arm);
   planned.start = read_start(view, planned.arm);
   planned.parameters = read_arm_parameters(view, timing);
+  planned.sensors = read_sensors(view, *planned.arm.model);
+  if (const std::string complaint = complain_about_method(planned); !complaint.empty()) {
+    view.own.view().fail_with("method = " + complaint);
+  }
   return planned;
 }
 

@@ -7,9 +7,15 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::array<std::string_view, 3> kMethodNames = {"local", "single_subspace", "boundary_following"};
-constexpr std::array<planner::Method, 3> kMethods = {planner::Method::kLocal, planner::Method::kSingleSubspace,
-                                                     planner::Method::kBoundaryFollowing};
+constexpr std::array<std::string_view, 5> kMethodNames = {"local", "single_subspace", "boundary_following",
+                                                          "sensed_cspace", "known_cspace"};
+constexpr std::array<planner::Method, 5> kMethods = {planner::Method::kLocal, planner::Method::kSingleSubspace,
+                                                     planner::Method::kBoundaryFollowing,
+                                                     planner::Method::kSensedCspace, planner::Method::kKnownCspace};
+
+constexpr std::array<std::string_view, 3> kRememberNames = {"never", "until_nearer", "always"};
+constexpr std::array<planner::Remember, 3> kRemember = {planner::Remember::kNever, planner::Remember::kUntilNearer,
+                                                        planner::Remember::kAlways};
 
 constexpr Bounds kDistance{0.0, 10.0, "m", true};
 constexpr Bounds kFraction{0.0, 1.0, "", true};
@@ -44,6 +50,12 @@ void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
   if (const auto ticks = map.find("ticks_per_period")) rollout.ticks_per_period = ticks->integer(1, 1'000'000);
 }
 
+void read_sensed(const MapView& map, planner::SensedParameters& sensed) {
+  if (const auto cells = map.find("cells")) sensed.cells = cells->integer(36, 1440);
+  read_number(map, "margin", {0.0, 1.0, "m", true}, sensed.margin);
+  if (const auto remember = map.find("remember")) sensed.remember = kRemember[remember->choice(kRememberNames)];
+}
+
 }  // namespace
 
 void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
@@ -52,6 +64,7 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
   if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
+  if (const auto sensed = map.find("sensed")) read_sensed(sensed->map(section::kSensed), parameters.sensed);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);

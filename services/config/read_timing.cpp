@@ -16,6 +16,23 @@ std::string milliseconds_text(double seconds) {
   return number_text(seconds * 1e3) + "ms";
 }
 
+void read_clutter(const MapView& map, planner::Clutter& clutter) {
+  constexpr Bounds kSize{0.001, kFarthest, "m"};
+  clutter.count = map.at("count").integer(1, 64);
+  read_number(map, "smallest", kSize, clutter.smallest);
+  read_number(map, "largest", kSize, clutter.largest);
+  read_number(map, "inner", {0.0, kFarthest, "m"}, clutter.inner);
+  read_number(map, "outer", kLength, clutter.outer);
+  read_number(map, "lowest", kCoordinate, clutter.lowest);
+  read_number(map, "highest", kCoordinate, clutter.highest);
+  const auto in_order = [&](const char* low, double least, const char* high, double most) {
+    if (least > most) map.fail(high, number_text(most), std::string("at least ") + low + " = " + number_text(least));
+  };
+  in_order("smallest", clutter.smallest, "largest", clutter.largest);
+  in_order("inner", clutter.inner, "outer", clutter.outer);
+  in_order("lowest", clutter.lowest, "highest", clutter.highest);
+}
+
 }  // namespace
 
 planner::Timing read_timing(const MapView& root) {
@@ -48,7 +65,7 @@ planner::TaskArea read_tasks(const MapView& root) {
   }
   const MapView map = view->map(section::kTasks);
   if (const auto route = map.find("route")) {
-    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting"}) {
+    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
       if (const auto drawn = map.find(key)) drawn->fail("left out, because tasks.route says where the arms go");
     }
     for (const YamlView& pose : route->items(2, 64, "pose names")) tasks.route.push_back(pose.name());
@@ -61,6 +78,7 @@ planner::TaskArea read_tasks(const MapView& root) {
   read_number(map, "half_height", {0.0, kFarthest, "m"}, tasks.half_height);
   if (const auto posture = map.find("posture")) tasks.posture = posture->name();
   if (const auto arms = map.find("conflicting")) tasks.all_conflict = arms->choice(kConflicting) == 1;
+  if (const auto clutter = map.find("clutter")) read_clutter(clutter->map(section::kClutter), tasks.clutter);
   read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
   return tasks;
 }

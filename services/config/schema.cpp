@@ -21,17 +21,37 @@ constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silen
                                       Words("agent_lost"),    Words("contact")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout")};
-constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
-                                  Words("half_height"), Words("posture"), Words("conflicting"), Words("time_limit")};
+constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),       Words("centre"),
+                                  Words("radius"),      Words("half_height"), Words("posture"),
+                                  Words("conflicting"), Words("time_limit"),  Words("clutter")};
+constexpr std::array kClutterKeys = {Words("count"), Words("smallest"), Words("largest"), Words("inner"),
+                                     Words("outer"), Words("lowest"),   Words("highest")};
 constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
 constexpr std::array kArmKeys = {
     // What one arm alone can have first, then what `defaults` may say for all of them.
-    Words("name"),           Words("base"),    Words("host"),           Words("standby_host"),
-    Words("urdf"),           Words("srdf"),    Words("packages"),       Words("meshes"),
-    Words("tool_link"),      Words("tool"),    Words("limits"),         Words("poses"),
-    Words("start"),          Words("method"),  Words("damper"),         Words("follower"),
-    Words("yielding"),       Words("rollout"), Words("goal_tolerance"), Words("acceleration_of_obstacles"),
-    Words("state_age_limit")};
+    Words("name"),
+    Words("base"),
+    Words("host"),
+    Words("standby_host"),
+    Words("urdf"),
+    Words("srdf"),
+    Words("packages"),
+    Words("meshes"),
+    Words("tool_link"),
+    Words("tool"),
+    Words("limits"),
+    Words("poses"),
+    Words("start"),
+    Words("method"),
+    Words("damper"),
+    Words("follower"),
+    Words("yielding"),
+    Words("rollout"),
+    Words("goal_tolerance"),
+    Words("acceleration_of_obstacles"),
+    Words("state_age_limit"),
+    Words("sensors"),
+    Words("sensed")};
 constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
 constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
@@ -41,6 +61,10 @@ constexpr std::array kFollowerKeys = {Words("deadlock_fraction"), Words("exit_fr
 constexpr std::array kYieldingKeys = {Words("patience"), Words("at_rest")};
 constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
                                      Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
+constexpr std::array kSensorKeys = {Words("name"),        Words("link"),         Words("position"), Words("direction"),
+                                    Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
+                                    Words("noise"),       Words("period"),       Words("simulated")};
+constexpr std::array kSensedKeys = {Words("cells"), Words("margin"), Words("remember")};
 constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
                                       Words("attached_to")};
 constexpr std::array kAttachmentKeys = {Words("arm"), Words("pose")};
@@ -75,6 +99,7 @@ constexpr Section kSupervision{"supervision", kSupervisionKeys};
 constexpr Section kRecovery{"supervision.recovery", kRecoveryKeys};
 constexpr Section kTiming{"timing", kTimingKeys};
 constexpr Section kTasks{"tasks", kTaskKeys};
+constexpr Section kClutter{"tasks.clutter", kClutterKeys};
 constexpr Section kPose{"pose", kPoseKeys};
 constexpr Section kDefaults{"defaults", std::span(kArmKeys).subspan(kOwnArmKeys)};
 constexpr Section kArm{"arms[]", kArmKeys};
@@ -85,6 +110,8 @@ constexpr Section kDamper{"arms[].damper", kDamperKeys};
 constexpr Section kFollower{"arms[].follower", kFollowerKeys};
 constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
 constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
+constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
+constexpr Section kSensed{"arms[].sensed", kSensedKeys};
 constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
 constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
 constexpr Section kBox{"obstacles[].shapes[] of type box", kBoxKeys};
@@ -103,10 +130,10 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 std::span<const Section* const> all_sections() {
   using namespace section;
   static constexpr std::array kAll = {
-      &kRoot,     &kNetwork,  &kHosts,     &kWorld,      &kSupervision, &kRecovery, &kTiming,  &kTasks,
-      &kPose,     &kDefaults, &kArm,       &kArmLimits,  &kArmPoses,    &kPackages, &kDamper,  &kFollower,
-      &kYielding, &kRollout,  &kObstacle,  &kAttachment, &kBox,         &kSphere,   &kCapsule, &kCylinder,
-      &kMesh,     &kStatic,   &kWaypoints, &kCircle,     &kSine,        &kConveyor, &kDynamic};
+      &kRoot,    &kNetwork,  &kHosts,     &kWorld,     &kSupervision, &kRecovery, &kTiming, &kTasks,    &kClutter,
+      &kPose,    &kDefaults, &kArm,       &kArmLimits, &kArmPoses,    &kPackages, &kDamper, &kFollower, &kYielding,
+      &kRollout, &kSensor,   &kSensed,    &kObstacle,  &kAttachment,  &kBox,      &kSphere, &kCapsule,  &kCylinder,
+      &kMesh,    &kStatic,   &kWaypoints, &kCircle,    &kSine,        &kConveyor, &kDynamic};
   return kAll;
 }
 

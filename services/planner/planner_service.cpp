@@ -86,11 +86,13 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       node_(planners_[place_].node),
       self_(arm),
       state_age_limit_(file.cell.arms[arm].parameters.state_age_limit),
+      by_sight_(file.cell.arms[arm].parameters.method == planner::Method::kSensedCspace),
       participant_(make_participant(file, options, node_, &mailbox_)),
       modes_(participant_, &modes_mailbox_),
       arm_states_(participant_, &mailbox_),
       obstacle_shapes_(participant_, &mailbox_),
       obstacle_states_(participant_, &mailbox_),
+      scans_(participant_, &mailbox_),
       goals_(participant_, &mailbox_),
       goals_of_others_(participant_, &mailbox_),
       commands_(participant_),
@@ -103,6 +105,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       in_charge_(planners_.size() == 1),
       arms_(file.cell, arm),
       obstacles_(names_of(file.cell)),
+      sensors_(file.cell.arms[arm]),
       desk_(name_, node_),
       controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
                   file.cell.timing.control_period, seed_of(name_)),
@@ -159,6 +162,19 @@ void PlannerService::listen() {
     complain(obstacles_.apply(sample.value, sample.writer, sample.received));
   }
   if (obstacles_.join()) controller_.set_obstacles(*obstacles_.obstacles());
+  listen_to_sensors();
+}
+
+void PlannerService::listen_to_sensors() {
+  for (const auto& sample : scans_.take()) {
+    if (sample.disposed || !arms_.arm(self_)) continue;
+    std::string unusable;
+    const auto scan = sensors_.take(sample.value, sample.writer, sample.received, *arms_.arm(self_), unusable);
+    if (scan) controller_.sense(*scan);
+    if (unusable.empty() || unusable == complaint_) continue;
+    complaint_ = unusable;
+    log_warning("message ignored", {{"reason", unusable}});
+  }
 }
 
 bool PlannerService::hear_mandate() {
@@ -188,11 +204,14 @@ bool PlannerService::hears_own_arm() const {
   return arms_.age(self_, now_) <= state_age_limit_;
 }
 
-std::string PlannerService::hold_reason() const {
-  if (modes_.view().order(name_) != ArmOrder::kRun) return modes_.view().why(name_);
+std::string PlannerService::blind() const {
+  if (by_sight_) return sensors_.silent(now_, state_age_limit_);
   if (!obstacles_.known()) return obstacles_.missing();
-  if (obstacles_.age(now_) > state_age_limit_) return "the world is silent";
-  return {};
+  return obstacles_.age(now_) > state_age_limit_ ? "the world is silent" : "";
+}
+
+std::string PlannerService::hold_reason() const {
+  return modes_.view().order(name_) != ArmOrder::kRun ? modes_.view().why(name_) : blind();
 }
 
 void PlannerService::note_hold(const std::string& reason) {
@@ -211,14 +230,20 @@ void PlannerService::handle_goals() {
   if (desk_.take_forget()) controller_.cancel_goal();
 
   if (!in_charge_) desk_.wait_from(now_);
-  if (!obstacles_.known() || !arms_.arm(self_)) {
+  const bool knows_obstacles = by_sight_ || obstacles_.known();
+  if (!knows_obstacles || !arms_.arm(self_)) {
     desk_.refuse_waiting(now_, kLongestWait,
-                         obstacles_.known() ? "the driver of arm " + name_ + " was never heard" : obstacles_.missing());
+                         knows_obstacles ? "the driver of arm " + name_ + " was never heard" : obstacles_.missing());
     return;
   }
   if (const auto goal = desk_.next_question()) {
-    const auto states = obstacles_.states(now_);
-    resolver_.ask({*goal, arms_.arm(self_)->q, obstacles_.obstacles(), {states.begin(), states.end()}});
+    GoalQuestion question{*goal, arms_.arm(self_)->q, std::make_shared<const std::vector<world::Obstacle>>(), {}};
+    if (!by_sight_) {
+      const auto states = obstacles_.states(now_);
+      question.obstacles = obstacles_.obstacles();
+      question.states.assign(states.begin(), states.end());
+    }
+    resolver_.ask(std::move(question));
   }
 }
 
@@ -346,7 +371,7 @@ void PlannerService::beat() {
     if (arms_.lost(i, now_, modes_.view())) continue;  // is worked around
     consider(arms_.age(i, now_), "ArmState/" + controller_.geometry().arms()[i].name);
   }
-  consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
+  if (!by_sight_) consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
   vital.state = starved ? msg::NODE_DEGRADED : in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
   if (starved) vital.detail = hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;

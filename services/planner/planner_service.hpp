@@ -20,6 +20,7 @@
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
 #include "services/planner/rollout_worker.hpp"
+#include "services/planner/sensor_view.hpp"
 #include "services/planner/unsaid_statuses.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/cell_nodes.hpp"
@@ -41,6 +42,7 @@ class PlannerService {
   using Clock = std::chrono::steady_clock;
 
   void listen();
+  void listen_to_sensors();
   /// Takes in who is in charge now; true: this planner is.
   bool hear_mandate();
   void note_duty();
@@ -57,6 +59,8 @@ class PlannerService {
   void beat();
   [[nodiscard]] bool hears_own_arm() const;
   void note_hold(const std::string& reason);
+  /// What it must know of obstacles and does not, or too old; empty: nothing.
+  [[nodiscard]] std::string blind() const;
   /// Why the arm must not move now; empty when it may.
   [[nodiscard]] std::string hold_reason() const;
 
@@ -66,12 +70,14 @@ class PlannerService {
   std::string node_;
   int self_;
   double state_age_limit_;  ///< [s]
+  bool by_sight_;           ///< knows no obstacle but what its sensors see
   bus::Mailbox mailbox_, modes_mailbox_;
   bus::Participant participant_;
   CellModeListener modes_;
   bus::Reader<msg::ArmState> arm_states_;
   bus::Reader<msg::ObstacleShapes> obstacle_shapes_;
   bus::Reader<msg::ObstacleStates> obstacle_states_;
+  bus::Reader<msg::RangeScan> scans_;
   bus::Reader<msg::Goal> goals_;
   bus::Reader<msg::GoalStatus> goals_of_others_;
   bus::Writer<msg::ArmCommand> commands_;
@@ -84,6 +90,7 @@ class PlannerService {
   UnsaidStatuses unsaid_;
   ArmView arms_;
   ObstacleView obstacles_;
+  SensorView sensors_;
   GoalDesk desk_;
   planner::ArmController controller_;
   GoalResolver resolver_;

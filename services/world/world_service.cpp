@@ -60,6 +60,7 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
       replies_(participant_),
       shapes_(participant_),
       states_(participant_),
+      scans_(participant_),
       reports_(participant_),
       pulse_(participant_, {world_node(), msg::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},
              pulse_timing(file, options)),
@@ -68,7 +69,9 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
       world_(before_ ? before_->scene : file.cell.scene, bodies_of(file.cell)),
       memory_(lost_.empty() ? options.memory : std::string()),
       measured_(file.cell.arms.size()),
-      q_(file.cell.arms.size()) {}
+      q_(file.cell.arms.size()) {
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) scanners_.emplace_back(file.cell.arms[i], i + 1);
+}
 
 void WorldService::run() {
   log_info("world started", {{"obstacles", world_.obstacles().size()}, {"period_ms", period_ * 1e3}});
@@ -91,6 +94,7 @@ void WorldService::run() {
     if (!lost_.empty()) continue;  // planners stand still without a world, and the supervisor says why
     world_.step(std::min(period_ * static_cast<double>(1 + loop_.skipped()), kLongestStep));
     publish_states();
+    publish_scans();
     judge();
   }
   publish_report(world_.referee().report(), false);
@@ -191,6 +195,29 @@ void WorldService::publish_states() {
   message.term(modes_.view().term());
   message.stamp_ns(stamp_now());
   (void)states_.write(message);  // best effort, and the bus has logged a refusal
+}
+
+void WorldService::publish_scans() {
+  const world::ObstacleSnapshot now = world_.snapshot();
+  if (cast_edition_ != now.edition) {
+    caster_.set_obstacles(world_.obstacles());
+    cast_edition_ = now.edition;
+  }
+  for (std::size_t i = 0; i < scanners_.size(); ++i) {
+    if (!q_[i]) continue;
+    const planner::PlannedArm& planned = file_.cell.arms[i];
+    for (const planner::RangeScan& scan : scanners_[i].scan(world_.time(), *q_[i], caster_, now.states)) {
+      const planner::RangeSensor& sensor = planned.sensors[scan.sensor];
+      if (!sensor.simulated) continue;
+      msg::RangeScan message = bus::to_message(scan, sensor);
+      message.sensor(planned.arm.name + "/" + sensor.name);
+      message.arm(planned.arm.name);
+      message.link(planned.arm.model->links[sensor.link].name);
+      message.sequence_number(++scan_sequence_);
+      message.stamp_ns(stamp_now());
+      (void)scans_.write(message);
+    }
+  }
 }
 
 void WorldService::judge() {

@@ -13,6 +13,7 @@
 #include <idl/world.h>
 
 #include "planner/model/kinematics.hpp"
+#include "planner/simulation/range_scanner.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/cell_mode.hpp"
@@ -22,6 +23,7 @@
 #include "services/world/memory_keeper.hpp"
 #include "services/world/world_memory.hpp"
 #include "world/sim/bullet_world.hpp"
+#include "world/sim/ray_caster.hpp"
 
 namespace hecaton::services {
 
@@ -45,6 +47,7 @@ class WorldService {
   std::uint64_t remember();
   void publish_shapes(const std::string& name);
   void publish_states();
+  void publish_scans();
   void judge();
   void publish_report(const world::RefereeReport& report, bool running);
   void beat();
@@ -59,6 +62,7 @@ class WorldService {
   bus::Writer<msg::WorldEditReply> replies_;
   bus::Writer<msg::ObstacleShapes> shapes_;
   bus::Writer<msg::ObstacleStates> states_;
+  bus::Writer<msg::RangeScan> scans_;
   bus::Writer<msg::RefereeReport> reports_;
   Pulse pulse_;
   PeriodicLoop loop_;
@@ -70,6 +74,10 @@ class WorldService {
   planner::Kinematics kinematics_;                                         ///< scratch
   std::vector<std::optional<Clock::time_point>> measured_;                 ///< when each arm's last state came
   std::vector<std::optional<planner::JointVector>> q_;                     ///< what it said
+  world::RayCaster caster_;
+  std::optional<std::uint64_t> cast_edition_;    ///< of the obstacles that the caster has
+  std::vector<planner::RangeScanner> scanners_;  ///< of the arms
+  std::uint64_t scan_sequence_ = 0;
   std::uint64_t contacts_told_ = 0;
   Clock::time_point report_due_{};
   std::uint64_t report_sequence_ = 0;

@@ -93,7 +93,11 @@ void cspace(benchmark::State& state) {
   state.counters["images_kB"] = static_cast<double>(images.bytes()) / 1e3;
 }
 
-BENCHMARK_CAPTURE(cspace, random_obstacles)->Iterations(kObstacles)->UseManualTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(cspace)
+    ->Name("cspace/random_obstacles")
+    ->Iterations(kObstacles)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace hecaton::bench

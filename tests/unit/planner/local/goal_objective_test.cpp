@@ -53,5 +53,16 @@ TEST(GoalObjective, ArrivesWithinTheAccelerationLimits) {
   EXPECT_LT(way_left, 1e-6);
 }
 
+// A goal that is as far ahead as approach_distance says is approached at just that speed.
+TEST(GoalObjective, ApproachDistanceIsItsInverse) {
+  constexpr double kPeriod = 0.01;
+  const JointVector q = joints({0.1, -0.2});
+  const JointVector direction = joints({0.6, -0.8});
+  for (const double speed : {0.001, 0.05, 0.2, 0.5}) {
+    const double distance = approach_distance(kLimits, direction, speed, kPeriod);
+    EXPECT_NEAR(goal_velocity(kLimits, q, q + distance * direction, kPeriod).norm(), speed, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace hecaton::planner

@@ -51,7 +51,7 @@ TEST(CommandLine, RefusesWrongUsage) {
           {{"obstacle", "add", "x", "--pose", "0 0 0 0 0 0"}, "--box,--sphere,--cylinder,--capsule"},
           {{"attach", "north"}, "OBJECT is required"},
           {{"simulate"}, "CELL is required"},
-          {{"simulate", kCell, "--method", "magic"}, "'magic' must be local, single_subspace or boundary_following"},
+          {{"simulate", kCell, "--method", "magic"}, "'magic' must be local, single_subspace, boundary_following, sensed_cspace or known_cspace"},
           {{"up"}, "CELL is required"},
           {{"check", kCell, "--tool", "flange"}, "--tool is for a URDF alone"},
           {{"completion", "fish"}, "fish"},

@@ -29,7 +29,8 @@ supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
 geometry: exact
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
-        time_limit: 0.5min}
+        time_limit: 0.5min,
+        clutter: {count: 3, smallest: 0.1, largest: 0.2, inner: 0.4, outer: 0.8, lowest: -0.5, highest: 0.5}}
 defaults:
   limits: {velocity: 1.25, acceleration: 7}
   damper: {influence_distance: 0.2, security_distance: 0.05}
@@ -55,6 +56,10 @@ arms:
     yielding: {patience: 3s, at_rest: false}
     rollout: {candidates: 5, horizon: 1.5s, horizon_growth: 1.2, longest_horizon: 6s, interval: 300ms,
               ticks_per_period: 250}
+    sensors:
+      - {name: side, link: upper, position: [0, 0.1, 0], direction: [0, 2, 0], to_position: [0.8, 0.1, 0],
+         to_direction: [1, 0, 0], rays: 5, range: 0.7, noise: 0.01, period: 20ms, simulated: false}
+    sensed: {cells: 240, margin: 0.05, remember: until_nearer}
     goal_tolerance: 0.01
     acceleration_of_obstacles: 6
     state_age_limit: 150ms
@@ -202,6 +207,35 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_DOUBLE_EQ(parameters.goal_tolerance, 0.01);
   EXPECT_DOUBLE_EQ(parameters.acceleration_of_obstacles, 6.0);
   EXPECT_DOUBLE_EQ(parameters.state_age_limit, 0.15);
+}
+
+TEST_F(EveryKeyTest, ClutterAndSensors) {
+  const planner::Clutter& clutter = file_.cell.tasks.clutter;
+  EXPECT_EQ(clutter.count, 3);
+  EXPECT_DOUBLE_EQ(clutter.smallest, 0.1);
+  EXPECT_DOUBLE_EQ(clutter.largest, 0.2);
+  EXPECT_DOUBLE_EQ(clutter.inner, 0.4);
+  EXPECT_DOUBLE_EQ(clutter.outer, 0.8);
+  EXPECT_DOUBLE_EQ(clutter.lowest, -0.5);
+  EXPECT_DOUBLE_EQ(clutter.highest, 0.5);
+  const planner::PlannedArm& left = file_.cell.arms[0];
+  ASSERT_EQ(left.sensors.size(), 1U);
+  const planner::RangeSensor& sensor = left.sensors[0];
+  EXPECT_EQ(sensor.name, "side");
+  EXPECT_EQ(left.arm.model->links[sensor.link].name, "upper");
+  EXPECT_DOUBLE_EQ(sensor.range, 0.7);
+  EXPECT_DOUBLE_EQ(sensor.noise, 0.01);
+  EXPECT_DOUBLE_EQ(sensor.period, 0.02);
+  EXPECT_FALSE(sensor.simulated);
+  // Five beams from 90° to 0°, every 22.5° and every 0.2 m.
+  ASSERT_EQ(sensor.rays.size(), 5U);
+  EXPECT_TRUE(sensor.rays[1].origin_L.isApprox(Eigen::Vector3d(0.2, 0.1, 0)));
+  EXPECT_TRUE(sensor.rays[2].direction_L.isApprox(Eigen::Vector3d(std::sqrt(0.5), std::sqrt(0.5), 0)));
+  EXPECT_TRUE(sensor.rays[4].direction_L.isApprox(Eigen::Vector3d::UnitX()));
+  EXPECT_EQ(left.parameters.sensed.cells, 240);
+  EXPECT_DOUBLE_EQ(left.parameters.sensed.margin, 0.05);
+  EXPECT_EQ(left.parameters.sensed.remember, planner::Remember::kUntilNearer);
+  EXPECT_TRUE(file_.cell.arms[1].sensors.empty());
 }
 
 TEST_F(EveryKeyTest, ArmTakesDefaults) {

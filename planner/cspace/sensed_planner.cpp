@@ -1,0 +1,146 @@
+#include "planner/cspace/sensed_planner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "planner/local/goal_objective.hpp"
+#include "planner/trajectory/stop_profile.hpp"
+
+namespace hecaton::planner::cspace {
+namespace {
+
+/// Cells that a search looks at in a control period.
+constexpr int kCellsPerPeriod = 20'000;
+/// Points of the way that are tried for being in sight in a period.
+constexpr int kLooksPerPeriod = 40;
+/// Who has to leave a blocked cell does so at no more than this share of the fastest.
+constexpr double kLeavingSpeed = 0.1;
+/// The set-point of an arm at rest is within this of where it rests [rad].
+constexpr double kAtRest = 1e-6;
+
+}  // namespace
+
+SensedPlanner::SensedPlanner(const Arm& arm, const SensedParameters& parameters, double dt)
+    : X_WB_(arm.X_WB),
+      X_BW_(arm.X_WB.inverse()),
+      model_(arm.model),
+      limits_(arm.limits),
+      dt_(dt),
+      remember_(parameters.remember),
+      planes_(*arm.model),
+      map_(planes_, arm.limits, parameters),
+      search_(map_) {}
+
+void SensedPlanner::sense(const RangeScan& scan) {
+  if (scan.sensor >= static_cast<int>(now_.size())) now_.resize(static_cast<std::size_t>(scan.sensor) + 1);
+  forward_kinematics(*model_, Pose::Identity(), scan.q, kinematics_);
+  const Pose& X_BL = kinematics_.X_WL[scan.link];
+  std::vector<Eigen::Vector3d>& seen = now_[static_cast<std::size_t>(scan.sensor)];
+  seen.clear();
+  for (const RangeReading& reading : scan.readings) {
+    if (!reading.hit) continue;
+    seen.emplace_back(X_BL * (reading.ray.origin_L + reading.distance * reading.ray.direction_L));
+  }
+  changed_ = true;
+}
+
+void SensedPlanner::see(const Eigen::Vector3d& p_W) {
+  blocked_more_ = map_.see(X_BW_ * p_W) || blocked_more_;
+}
+
+/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see, and is made anew where it forgets.
+void SensedPlanner::model() {
+  if (!changed_) return;
+  changed_ = false;
+  if (remember_ == Remember::kNever || (remember_ == Remember::kUntilNearer && !detours_)) {
+    map_.forget();
+    blocked_more_ = true;
+  }
+  for (const auto& points : now_) {
+    for (const Eigen::Vector3d& p_B : points) blocked_more_ = map_.see(p_B) || blocked_more_;
+  }
+}
+
+/// differs from paper: [Li96] takes its way round an obstacle from Lumelsky's rules for a point, which follow a
+/// boundary from a hit point until a leave point nearer to the goal. Here a search among everything seen since the hit
+/// point takes the boundary's place, and the leave point is a cell nearer at least: so there are finitely many of both.
+void SensedPlanner::note_progress(const JointVector& q, bool straight) {
+  const double distance = (q_goal_ - q).norm();
+  if (!detours_ && !straight) {
+    detours_ = true;
+    nearest_ = distance - map_.pitch();
+  } else if (detours_ && straight && distance < nearest_) {
+    detours_ = false;
+  }
+}
+
+bool SensedPlanner::way_free() const {
+  return std::none_of(way_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, way_.size())), way_.end(),
+                      [&](const Cell3& cell) { return map_.blocked(cell); });
+}
+
+/// The last one is the goal itself, which lies in its cell.
+JointVector SensedPlanner::point_of_way(std::size_t i) const {
+  return i + 1 == way_.size() ? q_goal_ : map_.centre(way_[i]);
+}
+
+void SensedPlanner::search_from(const JointVector& q) {
+  way_.clear();
+  at_ = 0;
+  search_.begin(map_, map_.cell_at(q), map_.cell_at(q_goal_));
+  ++searches_;
+}
+
+SensedPlanner::Guidance SensedPlanner::guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) {
+  model();
+  const bool other_goal = q_goal_.size() != q_goal.size() || q_goal_ != q_goal;
+  q_goal_ = q_goal;
+  if (other_goal) detours_ = false;
+  const bool straight = map_.straight_way_free(q, q_goal);
+  note_progress(q, straight);
+  const JointVector rest = rest_position(limits_, q, qd);
+  const bool stale = blocked_more_ && (way_.empty() || !way_free());
+  // A search that runs while more is seen begins anew: its answer would be about another map.
+  if (other_goal || stale || (way_.empty() && search_.state() == CspaceSearch::State::kIdle)) search_from(rest);
+  blocked_more_ = false;
+  if (way_.empty()) {
+    const CspaceSearch::State state = search_.advance(map_, kCellsPerPeriod);
+    if (state == CspaceSearch::State::kNone) return {Way::kNone, rest};
+    if (state != CspaceSearch::State::kFound) return {Way::kSearching, rest};
+    way_ = search_.way(map_);
+  }
+  const auto in_sight = [&](std::size_t i) { return map_.straight_way_free(q, point_of_way(i)); };
+  for (int look = 0; look < kLooksPerPeriod && at_ + 1 < way_.size() && in_sight(at_ + 1); ++look) ++at_;
+  const bool leaving = map_.blocked(map_.cell_at(q));
+  if (leaving && at_ + 1 < way_.size() && map_.cell_at(q) == way_[at_]) ++at_;
+  if (!leaving && !in_sight(at_)) {
+    search_from(rest);
+    return {Way::kSearching, rest};
+  }
+  return {straight ? Way::kStraight : Way::kAround, ahead(q, qd, straight ? q_goal : point_of_way(at_))};
+}
+
+/// No farther on the line to the target than keeps the arm on it: every joint reaches its part of the speed within one
+/// period. Without this a joint that has little to do would be done early, and the arm would leave the line.
+JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const {
+  const JointVector way = target - q;
+  const double length = way.norm();
+  if (length < kAtRest) return target;
+  const JointVector d = way / length;
+  double gain = std::numeric_limits<double>::infinity();
+  for (Eigen::Index j = 0; j < d.size(); ++j) {
+    if (std::abs(d[j]) > 1e-9) gain = std::min(gain, limits_.acceleration[j] * dt_ / std::abs(d[j]));
+  }
+  const double speed = std::max(0.0, d.dot(qd)) + 0.9 * gain;
+  const double enough = approach_distance(limits_, d, speed, dt_);
+  return length <= enough ? target : JointVector(q + enough * d);
+}
+
+bool SensedPlanner::may_be(const JointVector& q, const JointVector& qd) const {
+  if (map_.straight_way_free(q, rest_position(limits_, q, qd))) return true;
+  const bool slow = (qd.array().abs() <= kLeavingSpeed * limits_.velocity.array()).all();
+  return slow && map_.blocked(map_.cell_at(q));
+}
+
+}  // namespace hecaton::planner::cspace

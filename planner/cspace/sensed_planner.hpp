@@ -1,0 +1,75 @@
+#pragma once
+/// Algorithm 3 of [Li96], running: an arm that knows no obstacle but what its sensors see. It keeps a way through the
+/// cells that are not known to be blocked, and searches another when what it sees blocks that one.
+
+#include <optional>
+#include <vector>
+
+#include "planner/cspace/cspace_search.hpp"
+#include "planner/cspace/sensed_map.hpp"
+#include "planner/model/arm.hpp"
+#include "planner/model/kinematics.hpp"
+#include "planner/model/range_sensor.hpp"
+
+namespace hecaton::planner::cspace {
+
+class SensedPlanner {
+ public:
+  /// `dt`: control period [s]. The arm's model must be one that ArmPlanes takes.
+  SensedPlanner(const Arm& arm, const SensedParameters& parameters, double dt);
+
+  /// What a sensor of the arm has measured.
+  void sense(const RangeScan& scan);
+  /// A point of an obstacle in W [m], from whoever else knows one.
+  void see(const Eigen::Vector3d& p_W);
+
+  enum class Way : std::uint8_t {
+    kStraight,   ///< to the goal, as far as is known
+    kAround,     ///< what was seen
+    kSearching,  ///< stays until it is known
+    kNone,       ///< what was seen leaves no way
+  };
+  struct Guidance {
+    Way way = Way::kSearching;
+    JointVector q;  ///< where to go now: in a straight line of sight through free cells; the arm's own place otherwise
+  };
+  /// For the arm at (q, q̇) on its way to q_goal.
+  [[nodiscard]] Guidance guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal);
+
+  /// The arm may be at (q, q̇) at the end of a period: it could still stop in cells that are not known to be blocked.
+  /// Also true of an arm that has to leave a blocked cell, and is slow.
+  [[nodiscard]] bool may_be(const JointVector& q, const JointVector& qd) const;
+
+  [[nodiscard]] const SensedMap& map() const { return map_; }
+  [[nodiscard]] const std::vector<Cell3>& way() const { return way_; }
+  [[nodiscard]] int searches() const { return searches_; }  ///< begun so far
+
+ private:
+  void model();
+  void note_progress(const JointVector& q, bool straight);
+  void search_from(const JointVector& q);
+  [[nodiscard]] bool way_free() const;
+  [[nodiscard]] JointVector point_of_way(std::size_t i) const;
+  [[nodiscard]] JointVector ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const;
+
+  Pose X_WB_, X_BW_;
+  std::shared_ptr<const RobotModel> model_;
+  JointLimits limits_;
+  double dt_;
+  Remember remember_;
+  ArmPlanes planes_;
+  SensedMap map_;
+  CspaceSearch search_;
+  std::vector<std::vector<Eigen::Vector3d>> now_;  ///< what each sensor saw last, in B [m]
+  bool changed_ = false;                           ///< since the map was brought up to `now_`
+  bool detours_ = false;                           ///< something has come in the straight way, see Remember
+  double nearest_ = 0.0;                           ///< the detour ends nearer to the goal than this [rad]
+  bool blocked_more_ = false;                      ///< since the way was checked
+  JointVector q_goal_;
+  std::vector<Cell3> way_;
+  std::size_t at_ = 0;  ///< the farthest point of the way that was in sight
+  int searches_ = 0;
+  Kinematics kinematics_;  ///< scratch
+};
+
+}  // namespace hecaton::planner::cspace

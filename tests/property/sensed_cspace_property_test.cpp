@@ -1,0 +1,59 @@
+// Arms that know no obstacle but what their sensors see: docs/design/0012-sensed-cspace.md.
+#include <gtest/gtest.h>
+
+#include "planner/simulation/batch.hpp"
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+Cell cell_of(const std::string& name) {
+  return config::load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + name + ".yaml").cell;
+}
+
+BatchReport simulate(Cell cell, Method method, Remember remember, int tasks) {
+  for (PlannedArm& planned : cell.arms) {
+    planned.parameters.method = method;
+    planned.parameters.sensed.remember = remember;
+  }
+  return simulate_tasks(cell, {.tasks = tasks, .seed = 1996});
+}
+
+// Who is told all obstacles reaches every goal that there is a way to; who senses them gets there, too.
+TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
+  const Cell cell = cell_of("planar_2r");
+  const BatchReport known = simulate(cell, Method::kKnownCspace, Remember::kAlways, 25);
+  EXPECT_EQ(known.contacts, 0U);
+  EXPECT_GT(known.reached, 20);
+  for (const Remember remember : {Remember::kUntilNearer, Remember::kAlways}) {
+    const BatchReport sensed = simulate(cell, Method::kSensedCspace, remember, 25);
+    EXPECT_EQ(sensed.contacts, 0U) << sensed.smallest.a << " – " << sensed.smallest.b;
+    EXPECT_GE(sensed.reached, known.reached - 1);
+  }
+}
+
+// What nobody avoids is hit: the scenes are no walk in the park.
+TEST(SensedCspace, BlindArmsCollideInTheseScenes) {
+  Cell cell = cell_of("planar_2r");
+  cell.arms[0].sensors.resize(1);
+  cell.arms[0].sensors[0].rays.resize(1);
+  cell.arms[0].sensors[0].range = 0.001;
+  EXPECT_GT(simulate(cell, Method::kSensedCspace, Remember::kAlways, 25).contacts, 10U);
+}
+
+TEST(SensedCspace, InSpaceByPlanes) {
+  const BatchReport sensed = simulate(cell_of("puma_sensed"), Method::kSensedCspace, Remember::kAlways, 4);
+  EXPECT_EQ(sensed.contacts, 0U) << sensed.smallest.a << " – " << sensed.smallest.b;
+  EXPECT_GE(sensed.reached, 3);
+}
+
+TEST(SensedCspace, IsRepeatable) {
+  const Cell cell = cell_of("planar_2r");
+  const BatchReport a = simulate(cell, Method::kSensedCspace, Remember::kUntilNearer, 5);
+  const BatchReport b = simulate(cell, Method::kSensedCspace, Remember::kUntilNearer, 5);
+  EXPECT_EQ(a.times, b.times);
+  EXPECT_EQ(a.smallest.distance, b.smallest.distance);
+}
+
+}  // namespace
+}  // namespace hecaton::planner

@@ -1,0 +1,72 @@
+#include "world/sim/ray_caster.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "world/sim/bullet_shape.hpp"
+
+namespace hecaton::world {
+namespace {
+
+/// A shape of an obstacle.
+struct Target {
+  int obstacle = 0;
+  Pose X_OS = Pose::Identity();
+  BoundingSphere bound;  ///< in S
+  std::unique_ptr<btConvexShape> shape;
+};
+
+/// The segment passes the ball.
+bool passes(const Eigen::Vector3d& p, const Eigen::Vector3d& d, double length, const Eigen::Vector3d& centre,
+            double radius) {
+  const Eigen::Vector3d to_centre = centre - p;
+  const double along = std::clamp(to_centre.dot(d), 0.0, length);
+  return (to_centre - along * d).squaredNorm() <= radius * radius;
+}
+
+bool holds(const btConvexShape& shape, const btTransform& X_WS, const btVector3& p_W) {
+  btSphereShape point(0.0);
+  return signed_distance(shape, X_WS, point, btTransform(btQuaternion::getIdentity(), p_W)).distance <= 0.0;
+}
+
+}  // namespace
+
+struct RayCaster::Impl {
+  std::vector<Target> targets;
+};
+
+RayCaster::RayCaster() : impl_(std::make_unique<Impl>()) {}
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+void RayCaster::set_obstacles(std::span<const Obstacle> obstacles) {
+  impl_->targets.clear();
+  for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {
+    if (obstacles[i].attachment) continue;
+    for (const PlacedShape& placed : obstacles[i].shapes) {
+      impl_->targets.push_back({i, placed.X_BS, bounding_sphere(placed.shape), make_bullet_shape(placed.shape)});
+    }
+  }
+}
+
+std::optional<double> RayCaster::cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d_W, double range,
+                                      std::span<const ObstacleState> states) const {
+  const btVector3 from = to_bullet(p_W);
+  const btVector3 to = to_bullet(Eigen::Vector3d(p_W + range * d_W));
+  const btTransform X_from(btQuaternion::getIdentity(), from);
+  const btTransform X_to(btQuaternion::getIdentity(), to);
+  btCollisionWorld::ClosestRayResultCallback nearest(from, to);
+  btCollisionObject body;
+  for (const Target& target : impl_->targets) {
+    const Pose X_WS = states[target.obstacle].X_WO * target.X_OS;
+    if (!passes(p_W, d_W, range, X_WS * target.bound.centre, target.bound.radius)) continue;
+    const btTransform X = to_bullet(X_WS);
+    if (holds(*target.shape, X, from)) return 0.0;  // Bullet's rays leave a shape unseen
+    btCollisionWorld::rayTestSingle(X_from, X_to, &body, target.shape.get(), X, nearest);
+  }
+  if (!nearest.hasHit()) return std::nullopt;
+  return nearest.m_closestHitFraction * range;
+}
+
+}  // namespace hecaton::world
