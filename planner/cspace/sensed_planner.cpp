@@ -49,17 +49,20 @@ void SensedPlanner::see(const Eigen::Vector3d& p_W) {
   blocked_more_ = map_.see(X_BW_ * p_W) || blocked_more_;
 }
 
-/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see, and is made anew where it forgets.
+/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see. Where it forgets, it is made anew, but only
+/// when that is something else than before.
 void SensedPlanner::model() {
   if (!changed_) return;
   changed_ = false;
-  if (remember_ == Remember::kNever || (remember_ == Remember::kUntilNearer && !detours_)) {
+  std::vector<Eigen::Vector3d> seen;
+  for (const auto& points : now_) seen.insert(seen.end(), points.begin(), points.end());
+  const bool forgets = remember_ == Remember::kNever || (remember_ == Remember::kUntilNearer && !detours_);
+  if (forgets && map_.holds_just(seen)) return;
+  if (forgets) {
     map_.forget();
     blocked_more_ = true;
   }
-  for (const auto& points : now_) {
-    for (const Eigen::Vector3d& p_B : points) blocked_more_ = map_.see(p_B) || blocked_more_;
-  }
+  for (const Eigen::Vector3d& p_B : seen) blocked_more_ = map_.see(p_B) || blocked_more_;
 }
 
 /// differs from paper: [Li96] takes its way round an obstacle from Lumelsky's rules for a point, which follow a

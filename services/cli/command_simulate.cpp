@@ -116,15 +116,17 @@ class Plotter {
       std::snprintf(number, sizeof number, "%04d", pictures_++);
       const std::string path = folder_ + "/" + moment.cell.arms[i].arm.name + "_" + number + ".svg";
       std::ofstream file(path);
-      if (!(file << plot_cspace(moment, static_cast<int>(i), traces_[i])).flush()) {
-        throw Failure(ExitCode::kBadInput, "--plot: " + path + " cannot be written");
-      }
+      const bool written = static_cast<bool>((file << plot_cspace(moment, static_cast<int>(i), traces_[i])).flush());
+      if (!written) failure_ = "--plot: " + path + " cannot be written";
     }
   }
   [[nodiscard]] int pictures() const { return pictures_; }
+  /// A sentence; empty: all pictures were written. (Nothing may be thrown in a simulation's threads.)
+  [[nodiscard]] const std::string& failure() const { return failure_; }
 
  private:
   std::string folder_;
+  std::string failure_;
   double due_ = 0.0;  ///< [s]
   std::vector<std::vector<planner::JointVector>> traces_;
   std::vector<int> searches_;
@@ -157,6 +159,7 @@ ExitCode run(const Settings& settings, const Options& options) {
     batch_options.observe_first = [plotter](const planner::EpisodeMoment& moment) { (*plotter)(moment); };
   }
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
+  if (plotter && !plotter->failure().empty()) throw Failure(ExitCode::kBadInput, plotter->failure());
   if (plotter) std::fprintf(stderr, "%d pictures in %s\n", plotter->pictures(), options.plot.c_str());
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
