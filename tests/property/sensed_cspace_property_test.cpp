@@ -24,7 +24,7 @@ TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   const Cell cell = cell_of("planar_2r");
   const BatchReport known = simulate(cell, Method::kKnownCspace, Remember::kAlways, 25);
   EXPECT_EQ(known.contacts, 0U);
-  EXPECT_GT(known.reached, 20);
+  EXPECT_GT(known.reached, 12);
   for (const Remember remember : {Remember::kUntilNearer, Remember::kAlways}) {
     const BatchReport sensed = simulate(cell, Method::kSensedCspace, remember, 25);
     EXPECT_EQ(sensed.contacts, 0U) << sensed.smallest.a << " – " << sensed.smallest.b;
