@@ -124,13 +124,13 @@ TickResult ArmController::tick_through_cspace(TickInput& input) {
 
 /// Everything between the wanted velocity and braking satisfies the rows and limits as these two do: they are convex.
 void ArmController::stay_in_sight(const TickInput& input, TickResult& result) const {
-  if (cspace_->may_be(result.q, result.qd)) return;
+  if (cspace_->may_go(input.q, result.q, result.qd)) return;
   const JointVector wanted = result.qd;
   const JointVector braking = braking_velocity(geometry_.own_arm().limits, input.qd, input.dt);
   for (const double share : {0.5, 0.25, 0.0}) {
     result.qd = braking + share * (wanted - braking);
     result.q = input.q + 0.5 * (input.qd + result.qd) * input.dt;
-    if (cspace_->may_be(result.q, result.qd)) return;
+    if (cspace_->may_go(input.q, result.q, result.qd)) return;
   }
 }
 

@@ -15,26 +15,38 @@ class CspaceSearch {
   /// For maps of this size.
   explicit CspaceSearch(const SensedMap& map);
 
-  /// Steps go to any cell that shares a side, an edge or a corner. A start that is blocked may be left, through as few
-  /// blocked cells as possible; other blocked cells are never entered.
+  /// Forgets the search: kIdle.
+  void stop() { state_ = State::kIdle; }
+  /// Steps go to any free cell that shares a side, an edge or a corner, if all cells about that edge or corner are
+  /// free: a straight line from anywhere in the one to anywhere in the other meets nothing else.
   void begin(const SensedMap& map, const Cell3& from, const Cell3& to);
-  /// Looks at up to `cells` more cells. `map`: as when it began.
+  /// Looks at up to `cells` more cells. More of the map may be blocked than when it began: then the way that is found
+  /// may lead through that, but that there is none is true. Not so when the map has forgotten something.
   State advance(const SensedMap& map, int cells);
   [[nodiscard]] State state() const { return state_; }
   /// Once kFound: from the start to the goal, both included.
   [[nodiscard]] std::vector<Cell3> way(const SensedMap& map) const;
 
  private:
+  struct Step {
+    Cell3 by;
+    int index;  ///< by as much the cell's index changes
+    int cost;
+    std::uint32_t box;  ///< neighbours about the edge or corner that it crosses and where it leads, a bit each
+  };
   struct Open {
-    float estimate;  ///< of the way through the cell
+    int estimate;  ///< of the cost of the way through the cell
+    int cost;      ///< up to it
     int cell;
   };
-  [[nodiscard]] float left(const Cell3& cell) const;
+  [[nodiscard]] int left(const Cell3& cell) const;
+  void open(int cell, int cost, int estimate, std::uint8_t step);
+  void look_around(const SensedMap& map, int here);
 
-  std::vector<float> cost_;           ///< of the way to each cell, in cells
-  std::vector<int> from_;             ///< the cell before
-  std::vector<std::uint32_t> round_;  ///< of the search that touched the cell last
-  std::vector<std::uint8_t> closed_;
+  std::vector<Step> steps_;
+  std::vector<int> cost_;             ///< of the way to each cell
+  std::vector<std::uint8_t> step_;    ///< that led there
+  std::vector<std::uint32_t> round_;  ///< of the search that touched the cell last, twice; odd: the cell is done
   std::vector<Open> heap_;
   std::uint32_t this_round_ = 0;
   State state_ = State::kIdle;

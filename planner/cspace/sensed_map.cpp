@@ -12,6 +12,8 @@ namespace {
 constexpr double kCube = 0.004;
 /// A straight line is looked at in steps of this share of a cell; between two it may leave a cell by half a step.
 constexpr double kStep = 0.25;
+/// A wide line is looked at so far about each of those places: half a step, and a sixteenth of a cell.
+constexpr double kAside = 0.5 * kStep + 0.0625;
 /// How far from a cell's centre the arm may be and the cell still speaks for it: half a cell, and that half step.
 constexpr double kCover = 0.5 + 0.5 * kStep;
 
@@ -62,6 +64,7 @@ SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const S
   for (int i = arm_.spatial() ? 0 : 1; i < 3; ++i) {
     first_[i] = static_cast<int>(std::floor(grid_.place(std::min(a[i], b[i])) + 0.5));
     size_[i] = static_cast<int>(std::floor(grid_.place(std::max(a[i], b[i])) + 0.5)) - first_[i] + 1;
+    for (int k = 0; k < size_[i]; ++k) wrapped_[i].push_back(static_cast<std::int16_t>(grid_.wrapped(first_[i] + k)));
   }
   planes_.assign(size_[0], CspaceMap(grid_));
   turns_.resize(size_[0]);
@@ -121,8 +124,12 @@ std::array<double, 3> SensedMap::places(const JointVector& q) const {
 Cell3 SensedMap::cell_at(const JointVector& q) const {
   const std::array<double, 3> place = places(q);
   Cell3 cell{};
-  for (int i = 0; i < 3; ++i) cell[i] = std::clamp(static_cast<int>(std::floor(place[i] + 0.5)), 0, size_[i] - 1);
+  for (int i = 0; i < 3; ++i) cell[i] = nearest(i, place[i]);
   return cell;
+}
+
+int SensedMap::nearest(int angle, double place) const {
+  return std::clamp(static_cast<int>(std::floor(place + 0.5)), 0, size_[angle] - 1);
 }
 
 JointVector SensedMap::centre(const Cell3& cell) const {
@@ -131,21 +138,36 @@ JointVector SensedMap::centre(const Cell3& cell) const {
   return arm_.joints(angles);
 }
 
-bool SensedMap::straight_way_free(const JointVector& from, const JointVector& to) const {
+bool SensedMap::straight_way_free(const JointVector& from, const JointVector& to, bool wide) const {
   const std::array<double, 3> a = places(from);
   const std::array<double, 3> b = places(to);
   double longest = 0.0;
   for (int i = 0; i < 3; ++i) longest = std::max(longest, std::abs(b[i] - a[i]));
   const int steps = static_cast<int>(std::ceil(longest / kStep));
+  const double aside = wide ? kAside : 0.0;
   for (int k = 0; k <= steps; ++k) {
     const double share = steps == 0 ? 0.0 : static_cast<double>(k) / steps;
-    Cell3 at{};
+    Cell3 first{};
+    Cell3 last{};
     for (int i = 0; i < 3; ++i) {
-      at[i] = std::clamp(static_cast<int>(std::floor(a[i] + share * (b[i] - a[i]) + 0.5)), 0, size_[i] - 1);
+      const double place = a[i] + share * (b[i] - a[i]);
+      first[i] = nearest(i, place - aside);
+      last[i] = nearest(i, place + aside);
     }
-    if (blocked(at)) return false;
+    if (any_blocked(first, last)) return false;
   }
   return true;
+}
+
+bool SensedMap::any_blocked(const Cell3& first, const Cell3& last) const {
+  for (int i = first[0]; i <= last[0]; ++i) {
+    for (int k = first[1]; k <= last[1]; ++k) {
+      for (int m = first[2]; m <= last[2]; ++m) {
+        if (blocked({i, k, m})) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace hecaton::planner::cspace

@@ -1,7 +1,6 @@
 #pragma once
 /// What an arm knows of its C-space from points that its sensors saw: the cells that those points block, by planes of
-/// θ₀
-/// ([Li96] sections 4 and 5). What was not seen counts as free.
+/// θ₀ ([Li96] sections 4 and 5). What was not seen counts as free.
 
 #include <array>
 #include <span>
@@ -40,21 +39,25 @@ class SensedMap {
   /// Of a cell within size(). In a cell that is not blocked, the arm is clear of all points by the margin wherever in
   /// the cell it is.
   [[nodiscard]] bool blocked(const Cell3& cell) const {
-    return planes_[cell[0]].blocked(grid_.wrapped(first_[1] + cell[1]), grid_.wrapped(first_[2] + cell[2]));
+    return planes_[cell[0]].blocked(wrapped_[1][cell[1]], wrapped_[2][cell[2]]);
   }
-  /// All of the straight line lies in cells that are not blocked.
-  [[nodiscard]] bool straight_way_free(const JointVector& from, const JointVector& to) const;
+  /// All of the straight line lies in cells that are not blocked. `wide`: what is beside it, too, so that from wherever
+  /// on the line the arm is, or a sixteenth of a cell aside, the rest of it still does.
+  [[nodiscard]] bool straight_way_free(const JointVector& from, const JointVector& to, bool wide = false) const;
 
  private:
   [[nodiscard]] std::array<double, 3> places(const JointVector& q) const;
+  [[nodiscard]] int nearest(int angle, double place) const;
+  [[nodiscard]] bool any_blocked(const Cell3& first, const Cell3& last) const;
 
   const ArmPlanes arm_;
   AngleGrid grid_;
   std::array<int, 3> first_{};  ///< first cell of each angle, not wrapped
   Cell3 size_{1, 1, 1};
-  std::vector<CspaceMap> planes_;  ///< one for each cell of θ₀
-  std::vector<Turn> turns_;        ///< of the planes
-  double thick_ = 0.0;             ///< added to the links across the planes [m]
+  std::array<std::vector<std::int16_t>, 3> wrapped_;  ///< the grid's cell for each cell of an angle
+  std::vector<CspaceMap> planes_;                     ///< one for each cell of θ₀
+  std::vector<Turn> turns_;                           ///< of the planes
+  double thick_ = 0.0;                                ///< added to the links across the planes [m]
   ObstacleMapper mapper_;
   std::unordered_set<std::uint64_t> seen_;  ///< small cubes
   std::vector<Eigen::Vector3d> points_;

@@ -11,13 +11,20 @@ namespace hecaton::planner::cspace {
 namespace {
 
 /// Cells that a search looks at in a control period.
-constexpr int kCellsPerPeriod = 20'000;
+constexpr int kCellsPerPeriod = 2'000;
 /// Points of the way that are tried for being in sight in a period.
 constexpr int kLooksPerPeriod = 40;
 /// Who has to leave a blocked cell does so at no more than this share of the fastest.
 constexpr double kLeavingSpeed = 0.1;
-/// The set-point of an arm at rest is within this of where it rests [rad].
-constexpr double kAtRest = 1e-6;
+/// The arm's trail has a place for each such share of a cell, and so many at most.
+constexpr double kTrailStep = 0.25;
+constexpr std::size_t kLongestTrail = 20'000;
+/// A slower arm is at rest [rad/s].
+constexpr double kAtRest = 1e-3;
+/// Who is nearer to a point has arrived there [rad].
+constexpr double kArrived = 1e-4;
+/// What is nearer has no direction [rad].
+constexpr double kSame = 1e-6;
 
 }  // namespace
 
@@ -61,18 +68,20 @@ void SensedPlanner::model() {
   if (forgets) {
     map_.forget();
     blocked_more_ = true;
+    forgot_ = true;
   }
   for (const Eigen::Vector3d& p_B : seen) blocked_more_ = map_.see(p_B) || blocked_more_;
 }
 
 /// differs from paper: [Li96] takes its way round an obstacle from Lumelsky's rules for a point, which follow a
 /// boundary from a hit point until a leave point nearer to the goal. Here a search among everything seen since the hit
-/// point takes the boundary's place, and the leave point is a cell nearer at least: so there are finitely many of both.
+/// point takes the boundary's place, and each leave point is a cell nearer at least: so there are finitely many of
+/// both.
 void SensedPlanner::note_progress(const JointVector& q, bool straight) {
   const double distance = (q_goal_ - q).norm();
   if (!detours_ && !straight) {
     detours_ = true;
-    nearest_ = distance - map_.pitch();
+    nearest_ = std::min(nearest_, distance) - map_.pitch();
   } else if (detours_ && straight && distance < nearest_) {
     detours_ = false;
   }
@@ -89,39 +98,88 @@ JointVector SensedPlanner::point_of_way(std::size_t i) const {
 }
 
 void SensedPlanner::search_from(const JointVector& q) {
-  way_.clear();
   at_ = 0;
+  forgot_ = false;
   search_.begin(map_, map_.cell_at(q), map_.cell_at(q_goal_));
   ++searches_;
+}
+
+/// What is seen during a search may block the way that it finds; what is forgotten may open one where it finds none.
+/// True: there is a way.
+bool SensedPlanner::search_on() {
+  using State = CspaceSearch::State;
+  const State state = search_.advance(map_, kCellsPerPeriod);
+  if (state == State::kFound) way_ = search_.way(map_);
+  if ((state == State::kFound && !way_free()) || (state == State::kNone && forgot_)) drop_way();
+  return !way_.empty();
 }
 
 SensedPlanner::Guidance SensedPlanner::guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) {
   model();
   const bool other_goal = q_goal_.size() != q_goal.size() || q_goal_ != q_goal;
-  q_goal_ = q_goal;
-  if (other_goal) detours_ = false;
-  const bool straight = map_.straight_way_free(q, q_goal);
-  note_progress(q, straight);
+  if (other_goal) begin(q_goal);
   const JointVector rest = rest_position(limits_, q, qd);
-  const bool stale = blocked_more_ && (way_.empty() || !way_free());
-  // A search that runs while more is seen begins anew: its answer would be about another map.
-  if (other_goal || stale || (way_.empty() && search_.state() == CspaceSearch::State::kIdle)) search_from(rest);
+  if (map_.blocked(map_.cell_at(q))) return go_back(q, qd);
+  remember_place(q);
+  straight_ = map_.straight_way_free(q, q_goal, !straight_);
+  note_progress(q, straight_);
+  if (blocked_more_ && !way_.empty() && !way_free()) {
+    careful_ = false;
+    drop_way();
+  }
   blocked_more_ = false;
   if (way_.empty()) {
-    const CspaceSearch::State state = search_.advance(map_, kCellsPerPeriod);
-    if (state == CspaceSearch::State::kNone) return {Way::kNone, rest};
-    if (state != CspaceSearch::State::kFound) return {Way::kSearching, rest};
-    way_ = search_.way(map_);
+    const bool may_begin = !map_.blocked(map_.cell_at(rest)) && (!careful_ || qd.cwiseAbs().maxCoeff() < kAtRest);
+    if (search_.state() == CspaceSearch::State::kIdle && may_begin) search_from(rest);
+    if (!search_on()) return {search_.state() == CspaceSearch::State::kNone ? Way::kNone : Way::kSearching, rest};
   }
-  const auto in_sight = [&](std::size_t i) { return map_.straight_way_free(q, point_of_way(i)); };
-  for (int look = 0; look < kLooksPerPeriod && at_ + 1 < way_.size() && in_sight(at_ + 1); ++look) ++at_;
-  const bool leaving = map_.blocked(map_.cell_at(q));
-  if (leaving && at_ + 1 < way_.size() && map_.cell_at(q) == way_[at_]) ++at_;
-  if (!leaving && !in_sight(at_)) {
-    search_from(rest);
+  const bool direct = straight_ && !careful_;
+  if (!look_ahead(q) && !direct) {  // it has left the line, because the target changed on the way
+    drop_way();
+    careful_ = true;
     return {Way::kSearching, rest};
   }
-  return {straight ? Way::kStraight : Way::kAround, ahead(q, qd, straight ? q_goal : point_of_way(at_))};
+  return {straight_ ? Way::kStraight : Way::kAround, ahead(q, qd, direct ? q_goal : point_of_way(at_))};
+}
+
+void SensedPlanner::begin(const JointVector& q_goal) {
+  q_goal_ = q_goal;
+  detours_ = straight_ = careful_ = false;
+  nearest_ = std::numeric_limits<double>::infinity();
+  drop_way();
+}
+
+void SensedPlanner::drop_way() {
+  way_.clear();
+  search_.stop();
+}
+
+void SensedPlanner::remember_place(const JointVector& q) {
+  if (!trail_.empty() && (q - trail_.back()).cwiseAbs().maxCoeff() < kTrailStep * map_.pitch()) return;
+  if (trail_.size() == kLongestTrail) trail_.erase(trail_.begin(), trail_.begin() + kLongestTrail / 2);
+  trail_.push_back(q);
+}
+
+/// Nothing is sure about a blocked cell's neighbours: they may be inside of what was seen. Where the arm was is sure.
+SensedPlanner::Guidance SensedPlanner::go_back(const JointVector& q, const JointVector& qd) {
+  drop_way();
+  const double near = 0.5 * kTrailStep * map_.pitch();
+  while (!trail_.empty() && (q - trail_.back()).cwiseAbs().maxCoeff() < near) trail_.pop_back();
+  if (trail_.empty()) return {Way::kNone, rest_position(limits_, q, qd)};
+  return {Way::kAround, ahead(q, qd, trail_.back())};
+}
+
+/// Goes on to the farthest point of the way that is in a straight line of sight. From a point of it where the arm has
+/// arrived, the next one always is. False: none is.
+bool SensedPlanner::look_ahead(const JointVector& q) {
+  const bool arrived = (point_of_way(at_) - q).norm() < kArrived;
+  if (arrived && at_ + 1 < way_.size()) ++at_;
+  const auto wide_open = [&](std::size_t i) { return map_.straight_way_free(q, point_of_way(i), true); };
+  for (int look = 0; (arrived || !careful_) && look < kLooksPerPeriod; ++look) {
+    if (at_ + 1 >= way_.size() || !wide_open(at_ + 1)) break;
+    ++at_;
+  }
+  return map_.straight_way_free(q, point_of_way(at_));
 }
 
 /// No farther on the line to the target than keeps the arm on it: every joint reaches its part of the speed within one
@@ -129,7 +187,7 @@ SensedPlanner::Guidance SensedPlanner::guide(const JointVector& q, const JointVe
 JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const {
   const JointVector way = target - q;
   const double length = way.norm();
-  if (length < kAtRest) return target;
+  if (length < kSame) return target;
   const JointVector d = way / length;
   double gain = std::numeric_limits<double>::infinity();
   for (Eigen::Index j = 0; j < d.size(); ++j) {
@@ -140,10 +198,10 @@ JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, co
   return length <= enough ? target : JointVector(q + enough * d);
 }
 
-bool SensedPlanner::may_be(const JointVector& q, const JointVector& qd) const {
+bool SensedPlanner::may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const {
   if (map_.straight_way_free(q, rest_position(limits_, q, qd))) return true;
   const bool slow = (qd.array().abs() <= kLeavingSpeed * limits_.velocity.array()).all();
-  return slow && map_.blocked(map_.cell_at(q));
+  return slow && map_.blocked(map_.cell_at(from));
 }
 
 }  // namespace hecaton::planner::cspace

@@ -36,9 +36,9 @@ class SensedPlanner {
   /// For the arm at (q, q̇) on its way to q_goal.
   [[nodiscard]] Guidance guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal);
 
-  /// The arm may be at (q, q̇) at the end of a period: it could still stop in cells that are not known to be blocked.
-  /// Also true of an arm that has to leave a blocked cell, and is slow.
-  [[nodiscard]] bool may_be(const JointVector& q, const JointVector& qd) const;
+  /// From `from`, the arm may come to (q, q̇) at the end of a period: it could still stop in cells that are not known to
+  /// be blocked. Out of a blocked cell it always may, slowly.
+  [[nodiscard]] bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const;
 
   [[nodiscard]] const SensedMap& map() const { return map_; }
   [[nodiscard]] const std::vector<Cell3>& way() const { return way_; }
@@ -46,8 +46,14 @@ class SensedPlanner {
 
  private:
   void model();
+  void begin(const JointVector& q_goal);
+  void drop_way();
+  void remember_place(const JointVector& q);
+  [[nodiscard]] Guidance go_back(const JointVector& q, const JointVector& qd);
   void note_progress(const JointVector& q, bool straight);
   void search_from(const JointVector& q);
+  [[nodiscard]] bool search_on();
+  [[nodiscard]] bool look_ahead(const JointVector& q);
   [[nodiscard]] bool way_free() const;
   [[nodiscard]] JointVector point_of_way(std::size_t i) const;
   [[nodiscard]] JointVector ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const;
@@ -63,11 +69,15 @@ class SensedPlanner {
   std::vector<std::vector<Eigen::Vector3d>> now_;  ///< what each sensor saw last, in B [m]
   bool changed_ = false;                           ///< since the map was brought up to `now_`
   bool detours_ = false;                           ///< something has come in the straight way, see Remember
-  double nearest_ = 0.0;                           ///< the detour ends nearer to the goal than this [rad]
+  double nearest_ = 0.0;                           ///< a detour ends nearer to the goal than this [rad]
   bool blocked_more_ = false;                      ///< since the way was checked
+  bool forgot_ = false;                            ///< since the search began
+  bool straight_ = false;                          ///< the straight way to the goal was free
+  bool careful_ = false;                           ///< the way is gone from rest to rest
   JointVector q_goal_;
   std::vector<Cell3> way_;
-  std::size_t at_ = 0;  ///< the farthest point of the way that was in sight
+  std::vector<JointVector> trail_;  ///< where the arm was, in cells that were free
+  std::size_t at_ = 0;              ///< the farthest point of the way that was in sight
   int searches_ = 0;
   Kinematics kinematics_;  ///< scratch
 };

@@ -6,6 +6,8 @@ namespace {
 
 /// As read from a file or computed: a unit vector within rounding.
 constexpr double kUnitTolerance = 1e-3;
+/// What a planner can map in a period is not endless.
+constexpr std::size_t kMostRays = 4096;
 
 }  // namespace
 
@@ -25,6 +27,10 @@ msg::RangeScan to_message(const planner::RangeScan& scan, const planner::RangeSe
 
 Converted<std::vector<planner::RangeReading>> from_message(const msg::RangeScan& message) {
   const std::string what = "RangeScan \"" + message.sensor() + "\": ";
+  if (message.rays().size() > kMostRays) {
+    return {{},
+            what + std::to_string(message.rays().size()) + " rays must be " + std::to_string(kMostRays) + " at most"};
+  }
   std::vector<planner::RangeReading> readings;
   for (const msg::RangeRay& ray : message.rays()) {
     const auto origin = from_message(ray.origin_L(), what + "origin_L");

@@ -2,18 +2,17 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include <CLI/CLI.hpp>
 
 #include "planner/simulation/batch.hpp"
 #include "services/cli/commands.hpp"
+#include "services/cli/episode_plotter.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/method_option.hpp"
-#include "services/cli/plot_cspace.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/task_options.hpp"
@@ -91,48 +90,6 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   return report;
 }
 
-/// Draws the first episode: every quarter of a second, and whenever the way is searched anew.
-class Plotter {
- public:
-  explicit Plotter(std::string folder) : folder_(std::move(folder)) {
-    std::error_code failed;
-    std::filesystem::create_directories(folder_, failed);
-    if (failed) throw Failure(ExitCode::kBadInput, "--plot: " + folder_ + " cannot be made: " + failed.message());
-  }
-
-  void operator()(const planner::EpisodeMoment& moment) {
-    constexpr double kInterval = 0.25;  // [s]
-    traces_.resize(moment.planners.size());
-    searches_.resize(moment.planners.size(), -1);
-    const bool due = moment.time >= due_;
-    if (due) due_ = moment.time + kInterval;
-    for (std::size_t i = 0; i < moment.planners.size(); ++i) {
-      const auto* planner = moment.planners[i].cspace();
-      if (planner == nullptr) continue;
-      traces_[i].push_back(moment.measured[i]);
-      if (!due && planner->searches() == searches_[i]) continue;
-      searches_[i] = planner->searches();
-      char number[16];
-      std::snprintf(number, sizeof number, "%04d", pictures_++);
-      const std::string path = folder_ + "/" + moment.cell.arms[i].arm.name + "_" + number + ".svg";
-      std::ofstream file(path);
-      const bool written = static_cast<bool>((file << plot_cspace(moment, static_cast<int>(i), traces_[i])).flush());
-      if (!written) failure_ = "--plot: " + path + " cannot be written";
-    }
-  }
-  [[nodiscard]] int pictures() const { return pictures_; }
-  /// A sentence; empty: all pictures were written. (Nothing may be thrown in a simulation's threads.)
-  [[nodiscard]] const std::string& failure() const { return failure_; }
-
- private:
-  std::string folder_;
-  std::string failure_;
-  double due_ = 0.0;  ///< [s]
-  std::vector<std::vector<planner::JointVector>> traces_;
-  std::vector<int> searches_;
-  int pictures_ = 0;
-};
-
 ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   require_tasks(file);
@@ -153,10 +110,10 @@ ExitCode run(const Settings& settings, const Options& options) {
   warn_of_old_news(cell, options.batch.network);
   const auto began = std::chrono::steady_clock::now();
   planner::BatchOptions batch_options = options.batch;
-  std::shared_ptr<Plotter> plotter;
+  std::optional<EpisodePlotter> plotter;
   if (!options.plot.empty()) {
-    plotter = std::make_shared<Plotter>(options.plot);
-    batch_options.observe_first = [plotter](const planner::EpisodeMoment& moment) { (*plotter)(moment); };
+    plotter.emplace(options.plot, cell);
+    batch_options.observe_first = [&plotter](const planner::EpisodeMoment& moment) { plotter->draw(moment); };
   }
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
   if (plotter && !plotter->failure().empty()) throw Failure(ExitCode::kBadInput, plotter->failure());

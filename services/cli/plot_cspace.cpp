@@ -21,7 +21,7 @@ using planner::cspace::Turn;
 constexpr double kSide = 480.0;  // of each picture [px]
 constexpr double kGap = 60.0;    // [px]
 
-[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {
   char buffer[512];
   std::va_list arguments;
   va_start(arguments, format);
@@ -49,7 +49,7 @@ class Workspace {
 
   [[nodiscard]] std::string dot(const Eigen::Vector3d& p_B, const char* colour) const {
     const Point p = planes_.place(p_B, turn_).in_plane;
-    return text("<circle cx='%.1f' cy='%.1f' r='1.3' fill='%s'/>\n", x(p), y(p), colour);
+    return formatted("<circle cx='%.1f' cy='%.1f' r='1.3' fill='%s'/>\n", x(p), y(p), colour);
   }
 
   /// The obstacle's outline across the plane, from points on its surface: their hull.
@@ -63,7 +63,8 @@ class Workspace {
         points.push_back(planes_.place(arm_.X_WB.inverse() * p_W, turn_).in_plane);
       }
       shapes += "<polygon fill='#bbb' points='";
-      for (const Point& p : planner::cspace::convex_piece(points).corners) shapes += text("%.1f,%.1f ", x(p), y(p));
+      for (const Point& p : planner::cspace::convex_piece(points).corners)
+        shapes += formatted("%.1f,%.1f ", x(p), y(p));
       shapes += "'/>\n";
     }
     return shapes;
@@ -73,8 +74,8 @@ class Workspace {
   [[nodiscard]] double x(const Point& p) const { return 0.5 * kSide + scale_ * p.x; }
   [[nodiscard]] double y(const Point& p) const { return 0.5 * kSide - scale_ * p.y; }
   [[nodiscard]] std::string line(const Point& a, const Point& b, double width, const char* style) const {
-    return text("<line x1='%.1f' y1='%.1f' x2='%.1f' y2='%.1f' stroke-width='%.1f' stroke-linecap='round' %s/>\n", x(a),
-                y(a), x(b), y(b), 2.0 * width * scale_, style);
+    return formatted("<line x1='%.1f' y1='%.1f' x2='%.1f' y2='%.1f' stroke-width='%.1f' stroke-linecap='round' %s/>\n",
+                     x(a), y(a), x(b), y(b), 2.0 * width * scale_, style);
   }
 
   const planner::Arm& arm_;
@@ -95,8 +96,8 @@ class CspacePicture {
         const int first = k;
         while (k < map_.size()[2] && map_.blocked({plane, i, k})) ++k;
         if (k > first)
-          cells +=
-              text("M%.2f %.2fh%.2fv%.2fh%.2fz", x(i - 0.5), y(first - 0.5), scale_, -scale_ * (k - first), -scale_);
+          cells += formatted("M%.2f %.2fh%.2fv%.2fh%.2fz", x(i - 0.5), y(first - 0.5), scale_, -scale_ * (k - first),
+                             -scale_);
         if (k == first) ++k;
       }
     }
@@ -104,19 +105,19 @@ class CspacePicture {
   }
 
   [[nodiscard]] std::string polyline(const std::vector<Cell3>& cells, const char* style) const {
-    std::string line = text("<polyline fill='none' %s points='", style);
-    for (const Cell3& cell : cells) line += text("%.1f,%.1f ", x(cell[1]), y(cell[2]));
+    std::string line = formatted("<polyline fill='none' %s points='", style);
+    for (const Cell3& cell : cells) line += formatted("%.1f,%.1f ", x(cell[1]), y(cell[2]));
     return line + "'/>\n";
   }
 
   [[nodiscard]] std::string mark(const JointVector& q, const char* colour) const {
     const Cell3 cell = map_.cell_at(q);
-    return text("<circle cx='%.1f' cy='%.1f' r='5' fill='%s'/>\n", x(cell[1]), y(cell[2]), colour);
+    return formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='%s'/>\n", x(cell[1]), y(cell[2]), colour);
   }
 
   [[nodiscard]] std::string frame() const {
-    return text("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='none' stroke='black'/>\n", x(-0.5),
-                y(map_.size()[2] - 0.5), scale_ * map_.size()[1], scale_ * map_.size()[2]);
+    return formatted("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='none' stroke='black'/>\n", x(-0.5),
+                     y(map_.size()[2] - 0.5), scale_ * map_.size()[1], scale_ * map_.size()[2]);
   }
 
  private:
@@ -137,7 +138,7 @@ std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std
   const Workspace workspace(planned, ArmPlanes(*planned.arm.model).angles(q)[0]);
   const CspacePicture cspace(map);
 
-  std::string svg = text(
+  std::string svg = formatted(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
       "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
       "<g font-family='sans-serif' font-size='14'>"

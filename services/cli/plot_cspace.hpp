@@ -10,8 +10,8 @@ namespace hecaton::services::cli {
 
 /// One instant of an arm that plans through C-space, as an SVG. `trace`: where it has been, oldest first. Left: the
 /// obstacles as they are (grey; an arm that senses does not know them), the arm, the points it has seen and the goal
-/// (dashed), in the plane of the arm's last two joints. Right: θ₁ across, θ₂ upwards; for three joints in the present
-/// θ₀'s plane.
+/// (pale green), in the plane of the arm's last two joints. Right: θ₁ across, θ₂ upwards; for three joints in the
+/// present θ₀'s plane.
 [[nodiscard]] std::string plot_cspace(const planner::EpisodeMoment& moment, int arm,
                                       const std::vector<planner::JointVector>& trace);
 

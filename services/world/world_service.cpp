@@ -206,6 +206,8 @@ void WorldService::publish_scans() {
   for (std::size_t i = 0; i < scanners_.size(); ++i) {
     if (!q_[i]) continue;
     const planner::PlannedArm& planned = file_.cell.arms[i];
+    // The arm moves on while its state is under way: a scan is true of when it was where the beams were cast from.
+    const std::int64_t measured = std::chrono::nanoseconds(measured_[i]->time_since_epoch()).count();
     for (const planner::RangeScan& scan : scanners_[i].scan(world_.time(), *q_[i], caster_, now.states)) {
       const planner::RangeSensor& sensor = planned.sensors[scan.sensor];
       if (!sensor.simulated) continue;
@@ -214,7 +216,7 @@ void WorldService::publish_scans() {
       message.arm(planned.arm.name);
       message.link(planned.arm.model->links[sensor.link].name);
       message.sequence_number(++scan_sequence_);
-      message.stamp_ns(stamp_now());
+      message.stamp_ns(measured);
       (void)scans_.write(message);
     }
   }

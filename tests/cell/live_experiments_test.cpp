@@ -1,4 +1,4 @@
-// The three experiments of [Lahouar06, section 4] with every part a process on DDS.
+// The three experiments of [Lahouar06, section 4], and [Li96]'s arms, with every part a process on DDS.
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -45,6 +45,15 @@ TEST(LiveExperiments, CarriedObjectsChangeSidesOverDds) {
 
 TEST(LiveExperiments, ThreeArmsExchangePlacesOverDds) {
   EXPECT_EQ(run_live("three_puma", 9)["reached"], 9);
+}
+
+// [Li96]: nobody tells these arms of an obstacle but their own sensors, which the world simulates.
+TEST(LiveExperiments, SensorsShowAPlanarArmItsWayOverDds) {
+  EXPECT_EQ(run_live("planar_2r", 4)["reached"], 4);
+}
+
+TEST(LiveExperiments, SensorsShowAPumaItsWayOverDds) {
+  EXPECT_EQ(run_live("puma_sensed", 4)["reached"], 4);
 }
 
 }  // namespace

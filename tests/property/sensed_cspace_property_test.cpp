@@ -16,7 +16,10 @@ BatchReport simulate(Cell cell, Method method, Remember remember, int tasks) {
     planned.parameters.method = method;
     planned.parameters.sensed.remember = remember;
   }
-  return simulate_tasks(cell, {.tasks = tasks, .seed = 1996});
+  BatchOptions options;
+  options.tasks = tasks;
+  options.seed = 1996;
+  return simulate_tasks(cell, options);
 }
 
 // Who is told all obstacles reaches every goal that there is a way to; who senses them gets there, too.

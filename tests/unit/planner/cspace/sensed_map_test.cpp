@@ -64,15 +64,33 @@ TEST(ArmPlanes, AgreeWithForwardKinematics) {
   }
 }
 
-/// Between a point and what the moving links consist of: capsules, in both robots.
+struct DistanceFrom {
+  Eigen::Vector3d p_S;
+
+  double operator()(const world::Sphere& sphere) const { return p_S.norm() - sphere.radius; }
+  double operator()(const world::Cylinder& cylinder) const {
+    const double aside = std::hypot(p_S.x(), p_S.y()) - cylinder.radius;
+    const double beyond = std::abs(p_S.z()) - cylinder.half_length;
+    return aside > 0.0 && beyond > 0.0 ? std::hypot(aside, beyond) : std::max(aside, beyond);
+  }
+  double operator()(const world::Capsule& capsule) const {
+    const double on_axis = std::clamp(p_S.z(), -capsule.half_length, capsule.half_length);
+    return (p_S - on_axis * Eigen::Vector3d::UnitZ()).norm() - capsule.radius;
+  }
+  template <typename Other>
+  double operator()(const Other&) const {
+    ADD_FAILURE() << "another shape";
+    return 0.0;
+  }
+};
+
+/// Between a point and the moving links' shapes.
 double distance_to_links(const RobotModel& model, const Kinematics& kinematics, const Eigen::Vector3d& p_B) {
   double least = 1e300;
   for (const LinkGeometry& geometry : model.geometry) {
     if (joints_before(model, geometry.link) < model.joints() - 1) continue;
-    const Eigen::Vector3d p_S = (kinematics.X_WL[geometry.link] * geometry.X_LS).inverse() * p_B;
-    const auto& capsule = std::get<world::Capsule>(geometry.shape);
-    const Eigen::Vector3d on_axis(0.0, 0.0, std::clamp(p_S.z(), -capsule.half_length, capsule.half_length));
-    least = std::min(least, (p_S - on_axis).norm() - capsule.radius);
+    const Pose X_BS = kinematics.X_WL[geometry.link] * geometry.X_LS;
+    least = std::min(least, std::visit(DistanceFrom{X_BS.inverse() * p_B}, geometry.shape));
   }
   return least;
 }
@@ -128,6 +146,27 @@ TEST(SensedMap, AStraightWayEndsAtWhatBlocksIt) {
   EXPECT_TRUE(map.straight_way_free(left, right));
 }
 
+// However a wide line runs, the rest of it is free from every place on it, and a little aside.
+TEST(SensedMap, TheRestOfAWideLineIsFree) {
+  const auto model = robot("planar_2r");
+  Random random(9);
+  int wide = 0;
+  for (int scene = 0; scene < 200; ++scene) {
+    SensedMap map(ArmPlanes(*model), model->limits, {.cells = 120});
+    for (int i = 0; i < 2; ++i) (void)map.see({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
+    const JointVector from = random_joints(random, model->limits);
+    const JointVector to = random_joints(random, model->limits);
+    if (!map.straight_way_free(from, to, true)) continue;
+    ++wide;
+    for (int i = 0; i < 50; ++i) {
+      JointVector q = from + random.uniform() * (to - from);
+      for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += random.uniform(-1.0, 1.0) * map.pitch() / 16.0;
+      EXPECT_TRUE(map.straight_way_free(q, to));
+    }
+  }
+  EXPECT_GT(wide, 20);
+}
+
 TEST(SensedMap, CellsAndTheirCentres) {
   const auto model = robot("puma560_3dof");
   const SensedMap map(ArmPlanes(*model), model->limits, {.cells = 180});
@@ -175,17 +214,46 @@ TEST_F(Search, GoesRoundThroughFreeCellsOnly) {
   }
 }
 
+// Whatever is blocked: a straight line from one cell of the way to the next, from corner to corner, stays in free ones.
+TEST_F(Search, NeverCutsACorner) {
+  Random random(3);
+  int found = 0;
+  for (int scene = 0; scene < 30; ++scene) {
+    map_.forget();
+    for (int i = 0; i < 4; ++i) (void)map_.see({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
+    const JointVector from = random_joints(random, model_->limits);
+    if (map_.blocked(map_.cell_at(from))) continue;
+    if (search(from, random_joints(random, model_->limits)) != CspaceSearch::State::kFound) continue;
+    ++found;
+    const std::vector<Cell3> way = search_.way(map_);
+    for (std::size_t i = 1; i < way.size(); ++i) {
+      EXPECT_FALSE(map_.blocked({0, way[i - 1][1], way[i][2]}));
+      EXPECT_FALSE(map_.blocked({0, way[i][1], way[i - 1][2]}));
+    }
+  }
+  EXPECT_GT(found, 5);
+}
+
+// What is blocked during a search may lie on its way; but nothing is entered from there.
+TEST_F(Search, TakesInWhatIsSeenMeanwhile) {
+  search_.begin(map_, map_.cell_at(Eigen::Vector2d(-2.0, 0.0)), map_.cell_at(Eigen::Vector2d(2.0, 0.0)));
+  ASSERT_EQ(search_.advance(map_, 20), CspaceSearch::State::kRunning);
+  (void)map_.see({0.3, 0.0, 0.0});
+  while (search_.state() == CspaceSearch::State::kRunning) (void)search_.advance(map_, 100);
+  EXPECT_EQ(search_.state(), CspaceSearch::State::kNone);
+}
+
 TEST_F(Search, FindsNoneWhereTheFirstLinkIsStopped) {
   (void)map_.see({0.3, 0.0, 0.0});
   EXPECT_EQ(search(Eigen::Vector2d(-0.8, 0.0), Eigen::Vector2d(0.8, 0.0)), CspaceSearch::State::kNone);
 }
 
-TEST_F(Search, LeavesABlockedStart) {
+TEST_F(Search, EntersAndLeavesNoBlockedCell) {
   (void)map_.see({0.75, 0.0, 0.0});
-  const JointVector from = Eigen::Vector2d(0.0, 0.0);
-  ASSERT_TRUE(map_.blocked(map_.cell_at(from)));
-  EXPECT_EQ(search(from, Eigen::Vector2d(0.8, 0.0)), CspaceSearch::State::kFound);
-  EXPECT_EQ(search(Eigen::Vector2d(0.8, 0.0), from), CspaceSearch::State::kNone) << "but none is entered";
+  const JointVector blocked = Eigen::Vector2d(0.0, 0.0);
+  ASSERT_TRUE(map_.blocked(map_.cell_at(blocked)));
+  EXPECT_EQ(search(blocked, Eigen::Vector2d(0.8, 0.0)), CspaceSearch::State::kNone);
+  EXPECT_EQ(search(Eigen::Vector2d(0.8, 0.0), blocked), CspaceSearch::State::kNone);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -126,6 +127,37 @@ TEST(Simulate, SaysWithItsExitCodeThatTasksWereMissed) {
   const Json report = Json::parse(ran.out);
   EXPECT_LT(report["reached"].get<int>(), 60);
   EXPECT_EQ(ran.code, ExitCode::kNegative);
+}
+
+TEST(Simulate, DrawsTheFirstEpisodeOfAnArmThatPlansThroughCspace) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "hecaton_pictures";
+  std::filesystem::remove_all(folder);
+  const Ran ran = run_line({"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--tasks",
+                            "1", "--plot", folder.string()});
+  EXPECT_NE(ran.err.find(" pictures in " + folder.string()), std::string::npos) << ran.err;
+  std::ifstream file(folder / "arm_0000.svg");
+  std::stringstream picture;
+  picture << file.rdbuf();
+  EXPECT_TRUE(picture.str().starts_with("<svg"));
+  EXPECT_TRUE(picture.str().ends_with("</svg>\n"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Simulate, RefusesPicturesThatItCannotMake) {
+  const Ran none = run_line(simulate({"--plot", testing::TempDir()}));
+  EXPECT_EQ(none.code, ExitCode::kBadInput);
+  EXPECT_NE(none.err.find("--plot = "), std::string::npos) << none.err;
+  EXPECT_NE(none.err.find("sensed_cspace or known_cspace"), std::string::npos) << none.err;
+  const Ran nowhere = run_line(
+      {"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--plot", "/dev/null/pictures"});
+  EXPECT_EQ(nowhere.code, ExitCode::kBadInput);
+  EXPECT_NE(nowhere.err.find("--plot: /dev/null/pictures cannot be made"), std::string::npos) << nowhere.err;
+}
+
+TEST(Simulate, RefusesAMethodThatAnArmIsNotFor) {
+  const Ran ran = run_line(simulate({"--method", "known_cspace"}));
+  EXPECT_EQ(ran.code, ExitCode::kBadInput);
+  EXPECT_NE(ran.err.find("--method = known_cspace must be given to an arm of two links"), std::string::npos) << ran.err;
 }
 
 }  // namespace

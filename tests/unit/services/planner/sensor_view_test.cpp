@@ -92,6 +92,10 @@ TEST_F(SensorViewTest, SaysWhatIsWrongWithAMessage) {
   direction.rays()[0].direction_L().x(2.0);
   EXPECT_FALSE(take(direction).has_value());
   EXPECT_NE(complaint_.find("direction_L must be a unit vector"), std::string::npos) << complaint_;
+  msg::RangeScan many = scan(1);
+  many.rays().resize(5000);
+  EXPECT_FALSE(take(many).has_value());
+  EXPECT_NE(complaint_.find("5000 rays must be 4096 at most"), std::string::npos) << complaint_;
   msg::RangeScan negative = scan(1);
   negative.rays()[0].distance(-0.1);
   EXPECT_FALSE(take(negative).has_value());
