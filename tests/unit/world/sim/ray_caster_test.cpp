@@ -29,9 +29,9 @@ class RayCasterTest : public testing::Test {
 
 TEST_F(RayCasterTest, MeasuresToTheNearestSurface) {
   obstacles_ = {obstacle(Box{{0.1, 0.2, 0.3}}, {2.0, 0.0, 0.0}), obstacle(Sphere{0.5}, {4.0, 0.0, 0.0})};
-  EXPECT_NEAR(cast({0, 0, 0}, {1, 0, 0}).value(), 1.9, 1e-4);  // the box is before the ball
+  EXPECT_NEAR(cast({0, 0, 0}, {1, 0, 0}).value(), 1.9, 1e-5);  // the box is before the ball
   EXPECT_NEAR(cast({0, 0.25, 0}, {1, 0, 0}).value(), 4.0 - std::sqrt(0.25 - 0.0625),
-              1e-3);  // past the box, on the ball
+              1e-5);  // past the box, on the ball
   EXPECT_FALSE(cast({0, 0.6, 0}, {1, 0, 0}).has_value());
   EXPECT_FALSE(cast({0, 0, 0}, {1, 0, 0}, 1.8).has_value());  // out of range
   EXPECT_FALSE(cast({0, 0, 0}, {-1, 0, 0}).has_value());      // behind
@@ -41,10 +41,10 @@ TEST_F(RayCasterTest, SeesTurnedAndRoundShapes) {
   obstacles_ = {obstacle(Box{{0.1, 0.1, 0.1}}, {1.0, 0.0, 0.0}), obstacle(Cylinder{0.2, 0.5}, {0.0, 1.0, 0.0}),
                 obstacle(Capsule{0.1, 0.4}, {0.0, -1.0, 0.0})};
   obstacles_[0].X_WO.linear() = Eigen::AngleAxisd(std::acos(-1.0) / 4.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  EXPECT_NEAR(cast({0, 0, 0}, {1, 0, 0}).value(), 1.0 - 0.1 * std::sqrt(2.0), 1e-3);  // its corner
-  EXPECT_NEAR(cast({0, 0, 0}, {0, 1, 0}).value(), 0.8, 1e-3);
-  EXPECT_NEAR(cast({0, 0, 0.45}, {0, 1, 0}).value(), 0.8, 1e-3);
-  EXPECT_NEAR(cast({0, 0, 0}, {0, -1, 0}).value(), 0.9, 1e-3);
+  EXPECT_NEAR(cast({0, 0, 0}, {1, 0, 0}).value(), 1.0 - 0.1 * std::sqrt(2.0), 1e-5);  // its corner
+  EXPECT_NEAR(cast({0, 0, 0}, {0, 1, 0}).value(), 0.8, 1e-5);
+  EXPECT_NEAR(cast({0, 0, 0.45}, {0, 1, 0}).value(), 0.8, 1e-5);
+  EXPECT_NEAR(cast({0, 0, 0}, {0, -1, 0}).value(), 0.9, 1e-5);
 }
 
 TEST_F(RayCasterTest, IsZeroInsideAndBlindForWhatAnArmCarries) {
