@@ -142,7 +142,7 @@ std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
       "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
       "<g font-family='sans-serif' font-size='14'>"
-      "<text x='0' y='-10'>%s, t = %.2f s, %d searches</text>"
+      "<text x='0' y='-10'>%s, t = %.2f s, searches: %d</text>"
       "<text x='%.0f' y='-10'>θ₁ → θ₂ ↑</text></g>\n",
       2.0 * kSide + kGap + 20.0, kSide + 50.0, planned.arm.name.c_str(), moment.time, planner.searches(), kSide + kGap);
   for (const world::Obstacle& obstacle : moment.cell.scene.obstacles) svg += workspace.obstacle(obstacle);

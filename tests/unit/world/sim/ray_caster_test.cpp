@@ -47,6 +47,24 @@ TEST_F(RayCasterTest, SeesTurnedAndRoundShapes) {
   EXPECT_NEAR(cast({0, 0, 0}, {0, -1, 0}).value(), 0.9, 1e-5);
 }
 
+// Beams that nearly miss a corner: what is measured is on the surface, or nothing is.
+TEST_F(RayCasterTest, MeasuresTheSurfaceWhereItGrazes) {
+  obstacles_ = {obstacle(Box{{0.1, 0.075, 0.1}}, {0.7, -0.1, 0.0})};
+  int hits = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double angle = -0.6 + 1.2 * i / 4000;
+    const Eigen::Vector3d from(0.4 + 0.3 * std::cos(7.0 * i), 0.05 * std::sin(3.0 * i), 0.0);
+    const Eigen::Vector3d d(std::cos(angle), std::sin(angle), 0.0);
+    const auto t = cast(from, d, 0.8);
+    if (!t || *t == 0.0) continue;
+    ++hits;
+    const Eigen::Vector3d outside =
+        (from + *t * d - obstacles_[0].X_WO.translation()).cwiseAbs() - Eigen::Vector3d(0.1, 0.075, 0.1);
+    EXPECT_NEAR(outside.maxCoeff(), 0.0, 1e-5) << "beam " << i;
+  }
+  EXPECT_GT(hits, 500);
+}
+
 TEST_F(RayCasterTest, IsZeroInsideAndBlindForWhatAnArmCarries) {
   obstacles_ = {obstacle(Sphere{0.5}, {0.0, 0.0, 0.0})};
   EXPECT_EQ(cast({0.1, 0, 0}, {1, 0, 0}).value(), 0.0);
