@@ -19,6 +19,8 @@ constexpr double kLeavingSpeed = 0.1;
 /// The arm's trail has a place for each such share of a cell, and so many at most.
 constexpr double kTrailStep = 0.25;
 constexpr std::size_t kLongestTrail = 20'000;
+/// So many cells farther on it was moved by somebody else: where it came from is no way back.
+constexpr double kJump = 8.0;
 /// A slower arm is at rest [rad/s].
 constexpr double kAtRest = 1e-3;
 /// Who is nearer to a point has arrived there [rad].
@@ -92,9 +94,10 @@ bool SensedPlanner::way_free() const {
                       [&](const Cell3& cell) { return map_.blocked(cell); });
 }
 
-/// The last one is the goal itself, which lies in its cell.
+/// A cell's centre, or what the limits leave of the cell next to it. The last one is the goal itself.
 JointVector SensedPlanner::point_of_way(std::size_t i) const {
-  return i + 1 == way_.size() ? q_goal_ : map_.centre(way_[i]);
+  if (i + 1 == way_.size()) return q_goal_;
+  return map_.centre(way_[i]).cwiseMax(limits_.lower).cwiseMin(limits_.upper);
 }
 
 void SensedPlanner::search_from(const JointVector& q) {
@@ -155,7 +158,9 @@ void SensedPlanner::drop_way() {
 }
 
 void SensedPlanner::remember_place(const JointVector& q) {
-  if (!trail_.empty() && (q - trail_.back()).cwiseAbs().maxCoeff() < kTrailStep * map_.pitch()) return;
+  const double step = trail_.empty() ? 0.0 : (q - trail_.back()).cwiseAbs().maxCoeff() / map_.pitch();
+  if (!trail_.empty() && step < kTrailStep) return;
+  if (step > kJump) trail_.clear();
   if (trail_.size() == kLongestTrail) trail_.erase(trail_.begin(), trail_.begin() + kLongestTrail / 2);
   trail_.push_back(q);
 }
