@@ -117,7 +117,7 @@ TickResult ArmController::tick_through_cspace(TickInput& input) {
   if (!input.hold) stay_in_sight(input, result);
   const bool goes = result.status == TickStatus::kMoving || result.status == TickStatus::kReached;
   if (goes && way == Way::kNone) result.status = TickStatus::kBlocked;
-  if (goes && (way == Way::kAround || way == Way::kSearching)) result.status = TickStatus::kFollowing;
+  if (goes && (way == Way::kSearching || (way == Way::kAround && !at_last))) result.status = TickStatus::kFollowing;
   if (goes && way == Way::kStraight && !at_last) result.status = TickStatus::kMoving;
   return result;
 }

@@ -98,6 +98,10 @@ bool SensedMap::see(const Eigen::Vector3d& p_B) {
   return touched;
 }
 
+bool SensedMap::holds(const Eigen::Vector3d& p_B) const {
+  return seen_.contains(cube_of(p_B));
+}
+
 bool SensedMap::holds_just(std::span<const Eigen::Vector3d> points_B) const {
   std::unordered_set<std::uint64_t> cubes;
   for (const Eigen::Vector3d& p_B : points_B) cubes.insert(cube_of(p_B));

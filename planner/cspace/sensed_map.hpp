@@ -24,6 +24,8 @@ class SensedMap {
   /// Sees a point of an obstacle in the arm's base frame B [m]. True: something is blocked that was free.
   bool see(const Eigen::Vector3d& p_B);
   void forget();
+  /// Has seen this point, or another in the same small cube.
+  [[nodiscard]] bool holds(const Eigen::Vector3d& p_B) const;
   /// Seeing these points after forgetting all would make the same map: the union of fundamental obstacles is the same.
   [[nodiscard]] bool holds_just(std::span<const Eigen::Vector3d> points_B) const;
   /// Points that were mapped since the last forget(), at most one in a small cube.

@@ -12,6 +12,8 @@ namespace {
 
 /// Cells that a search looks at in a control period.
 constexpr int kCellsPerPeriod = 2'000;
+/// New points that are mapped in a control period, times planes: what one takes in a plane is bounded.
+constexpr int kMappingsPerPeriod = 4'096;
 /// Points of the way that are tried for being in sight in a period.
 constexpr int kLooksPerPeriod = 40;
 /// Who has to leave a blocked cell does so at no more than this share of the fastest.
@@ -50,6 +52,7 @@ void SensedPlanner::sense(const RangeScan& scan) {
   for (const RangeReading& reading : scan.readings) {
     if (!reading.hit) continue;
     seen.emplace_back(X_BL * (reading.ray.origin_L + reading.distance * reading.ray.direction_L));
+    if (!map_.holds(seen.back())) unmapped_.push_back({reading.distance, seen.back()});
   }
   changed_ = true;
 }
@@ -58,21 +61,36 @@ void SensedPlanner::see(const Eigen::Vector3d& p_W) {
   blocked_more_ = map_.see(X_BW_ * p_W) || blocked_more_;
 }
 
-/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see. Where it forgets, it is made anew, but only
-/// when that is something else than before.
+/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see. Where it forgets, it is made anew at once, but
+/// only when that is something else than before.
 void SensedPlanner::model() {
+  if (remember_ == Remember::kAlways || (remember_ == Remember::kUntilNearer && detours_)) {
+    map_nearest();
+    return;
+  }
+  unmapped_.clear();
   if (!changed_) return;
   changed_ = false;
   std::vector<Eigen::Vector3d> seen;
   for (const auto& points : now_) seen.insert(seen.end(), points.begin(), points.end());
-  const bool forgets = remember_ == Remember::kNever || (remember_ == Remember::kUntilNearer && !detours_);
-  if (forgets && map_.holds_just(seen)) return;
-  if (forgets) {
-    map_.forget();
-    blocked_more_ = true;
-    forgot_ = true;
+  if (map_.holds_just(seen)) return;
+  map_.forget();
+  blocked_more_ = forgot_ = true;
+  for (const Eigen::Vector3d& p_B : seen) (void)map_.see(p_B);
+}
+
+/// A share of what is new, the nearest to the sensors first. The arm stands until nothing is left.
+void SensedPlanner::map_nearest() {
+  std::stable_sort(unmapped_.begin(), unmapped_.end(),
+                   [](const Unmapped& a, const Unmapped& b) { return a.distance < b.distance; });
+  int points = std::max(1, kMappingsPerPeriod / map_.size()[0]);
+  auto next = unmapped_.begin();
+  for (; next != unmapped_.end() && points > 0; ++next) {
+    if (map_.holds(next->p_B)) continue;
+    blocked_more_ = map_.see(next->p_B) || blocked_more_;
+    --points;
   }
-  for (const Eigen::Vector3d& p_B : seen) blocked_more_ = map_.see(p_B) || blocked_more_;
+  unmapped_.erase(unmapped_.begin(), next);
 }
 
 /// differs from paper: [Li96] takes its way round an obstacle from Lumelsky's rules for a point, which follow a
@@ -204,6 +222,7 @@ JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, co
 }
 
 bool SensedPlanner::may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const {
+  if (!unmapped_.empty()) return false;
   if (map_.straight_way_free(q, rest_position(limits_, q, qd))) return true;
   const bool slow = (qd.array().abs() <= kLeavingSpeed * limits_.velocity.array()).all();
   return slow && map_.blocked(map_.cell_at(from));

@@ -37,7 +37,7 @@ class SensedPlanner {
   [[nodiscard]] Guidance guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal);
 
   /// From `from`, the arm may come to (q, q̇) at the end of a period: it could still stop in cells that are not known to
-  /// be blocked. Out of a blocked cell it always may, slowly.
+  /// be blocked. Out of a blocked cell it always may, slowly. Nowhere while something that was seen is not mapped yet.
   [[nodiscard]] bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const;
 
   [[nodiscard]] const SensedMap& map() const { return map_; }
@@ -45,7 +45,12 @@ class SensedPlanner {
   [[nodiscard]] int searches() const { return searches_; }  ///< begun so far
 
  private:
+  struct Unmapped {
+    double distance;  ///< from the sensor [m]
+    Eigen::Vector3d p_B;
+  };
   void model();
+  void map_nearest();
   void begin(const JointVector& q_goal);
   void drop_way();
   void remember_place(const JointVector& q);
@@ -68,6 +73,7 @@ class SensedPlanner {
   CspaceSearch search_;
   std::vector<std::vector<Eigen::Vector3d>> now_;  ///< what each sensor saw last, in B [m]
   bool changed_ = false;                           ///< since the map was brought up to `now_`
+  std::vector<Unmapped> unmapped_;                 ///< seen, to be mapped
   bool detours_ = false;                           ///< something has come in the straight way, see Remember
   double nearest_ = 0.0;                           ///< a detour ends nearer to the goal than this [rad]
   bool blocked_more_ = false;                      ///< since the way was checked
