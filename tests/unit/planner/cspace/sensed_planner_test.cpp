@@ -135,5 +135,54 @@ TEST_F(SensedPlannerTest, StaysWhereItIsBlockedFromTheStart) {
   EXPECT_EQ(step(planner), Way::kNone);
 }
 
+// The first cell of a way begun at a limit has its centre outside: who would go there would stand at the limit for
+// ever.
+TEST_F(SensedPlannerTest, StopsOfAWayAreWithinTheLimits) {
+  arm_.limits.lower[0] = -0.801;  // 0.002 inside the cell's centre
+  SensedPlanner planner = this->planner(Remember::kAlways);
+  see(planner, {0.75});
+  ASSERT_EQ(settle(planner), Way::kAround);
+  while (from_[0] < 0.0) from_ = planner.guide(from_, still_, to_).q;
+  from_ = Eigen::Vector2d(-0.8, 0.8);  // the way is out of sight: it goes on from rest to rest
+  ASSERT_EQ(step(planner), Way::kSearching);
+  for (int period = 0; period < 20'000 && from_ != to_; ++period) {
+    const JointVector q = planner.guide(from_, still_, to_).q;
+    ASSERT_GE(q[0], arm_.limits.lower[0]);
+    from_ = q;
+  }
+  EXPECT_EQ(from_, to_);
+}
+
+// A period's work is bounded, however much comes into sight at once; what is not mapped yet stops the arm.
+TEST(SensedPlannerInSpace, MapsTheNearestFirstAndStandsMeanwhile) {
+  Arm arm;
+  arm.model = load_urdf(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560_3dof.urdf");
+  arm.limits = arm.model->limits;
+  arm.limits.acceleration = Eigen::Vector3d(6.0, 6.0, 6.0);
+  const JointVector q = Eigen::Vector3d(-1.5, -1.9, 2.6);
+  const JointVector q_goal = Eigen::Vector3d(1.5, -1.0, 2.2);
+  const JointVector still = Eigen::Vector3d::Zero();
+  SensedPlanner planner(arm, {.cells = 180, .margin = 0.03, .remember = Remember::kAlways}, 0.02);
+  (void)planner.guide(q, still, q_goal);
+  ASSERT_TRUE(planner.may_go(q, q, still));
+  constexpr int kPoints = 200;
+  RangeScan scan{0, 0, q, {}};
+  for (int i = kPoints; i > 0; --i) scan.readings.push_back({{}, 0.5 + 0.005 * i, true});
+  planner.sense(scan);
+  (void)planner.guide(q, still, q_goal);
+  const std::size_t first = planner.map().points().size();
+  EXPECT_GT(first, 0U);
+  EXPECT_LE(first * static_cast<std::size_t>(planner.map().size()[0]), 4'096U);
+  EXPECT_DOUBLE_EQ(planner.map().points().front().x(), 0.505);
+  EXPECT_FALSE(planner.may_go(q, q, still));
+  std::size_t before = 0;
+  for (int period = 1; period < kPoints && !planner.may_go(q, q, still); ++period) {
+    before = planner.map().points().size();
+    (void)planner.guide(q, still, q_goal);
+    EXPECT_LE(planner.map().points().size() - before, first);
+  }
+  EXPECT_EQ(planner.map().points().size(), static_cast<std::size_t>(kPoints));
+}
+
 }  // namespace
 }  // namespace hecaton::planner::cspace
