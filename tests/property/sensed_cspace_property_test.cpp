@@ -22,8 +22,8 @@ BatchReport simulate(Cell cell, Method method, Remember remember, int tasks) {
   return simulate_tasks(cell, options);
 }
 
-// About half of these scenes leave a way. Who is told all obstacles reaches every goal that there is a way to; who senses
-// them may miss some, as docs/design/0012-sensed-cspace.md says.
+// About half of these scenes leave a way. Who is told all obstacles reaches every goal that there is a way to; who
+// senses them may miss some, as docs/design/0012-sensed-cspace.md says.
 TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   const Cell cell = cell_of("planar_2r");
   const BatchReport known = simulate(cell, Method::kKnownCspace, Remember::kAlways, 25);
