@@ -83,8 +83,8 @@ msg::CellStatus example() {
 
 TEST(StatusJson, HasEveryPart) {
   const Json json = to_json(example());
-  for (const char* key : {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "reason", "term", "supervisor", "standby",
-                          "uptime_s", "arms", "nodes", "hosts", "faults", "referee", "obstacles"}) {
+  for (const char* key : {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "reason", "term", "supervisor",
+                          "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "referee", "obstacles"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["mode"], "run");
