@@ -19,7 +19,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "container"))
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
-from injections import KINDS, draw  # noqa: E402
+from injections import KINDS, SILENCE, draw  # noqa: E402
 from live_cell import LiveCell, unix_ms  # noqa: E402
 
 SKIPPED = 77
@@ -64,6 +64,11 @@ class TimerLateness:
             self.late.append(late * 1e3)
             if late > STALL:
                 self.stalls.append(unix_ms())
+
+
+    def stood_still_before(self, when):
+        """Within the silence that was told at `when` [ms, wall clock], or as it was."""
+        return any(when - 2000 * SILENCE < at <= when + 100 for at in self.stalls)
 
 
 def figures(values, unit="ms"):
@@ -180,7 +185,7 @@ class Chaos:
             if blind and (fault["subject"].startswith("supervisor") or fault["kind"] in ("agent_lost", "node_silent")):
                 continue
             # Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole.
-            if fault["kind"] == "node_silent" and any(at > self.began for at in self.lateness.stalls):
+            if fault["kind"] == "node_silent" and self.lateness.stood_still_before(fault["since_unix_ms"]):
                 self.machine_stalls += 1
                 continue
             raise Violation(f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}")
