@@ -47,9 +47,9 @@ class SweptDifference {
 
   [[nodiscard]] Vector3d between_centres() const { return begin_.between_centres() + 0.5 * way_; }
   [[nodiscard]] Vector3d support(const Vector3d& n) const {
-    const Vector3d at_begin = begin_.support(n) + stray_first_ * n;
-    const Vector3d at_end = begin_.support(n) - way_ + stray_last_ * n;
-    return n.dot(at_end) > n.dot(at_begin) ? at_end : at_begin;
+    const Vector3d at_begin = begin_.support(n);
+    const bool end_is_farther = stray_last_ - n.dot(way_) > stray_first_;
+    return end_is_farther ? Vector3d(at_begin - way_ + stray_last_ * n) : Vector3d(at_begin + stray_first_ * n);
   }
   [[nodiscard]] Vector3d support_of_a(const Vector3d& n) const { return begin_.support_of_a(n); }
 

@@ -19,6 +19,13 @@ constexpr double kDetourTolerance = 0.1;
 /// An arm with the right of way is slow while the others make room; that is no deadlock yet above this share of it.
 constexpr double kPushFraction = 0.3;
 
+/// Raises every bound that `allowed`, a velocity that is always possible, would violate to what that needs.
+void relax(QpProblem& problem, const JointVector& allowed) {
+  for (int i = 0; i < problem.rows; ++i) {
+    problem.h[i] = std::max(problem.h[i], problem.G.row(i).head(allowed.size()).dot(allowed));
+  }
+}
+
 /// The velocity nearest to `target` within bounds and the rows of `problem`. Relaxed rows are never stricter than
 /// `allowed`, a velocity that is always possible: standing still, or the stop profile.
 QpSolution project(QpProblem& problem, const JointVector& target, const VelocityBounds& bounds,
@@ -30,9 +37,7 @@ QpSolution project(QpProblem& problem, const JointVector& target, const Velocity
   relaxed = solution.status != QpStatus::kOptimal;
   if (!relaxed) return solution;
   const auto h = problem.h;
-  for (int i = 0; i < problem.rows; ++i) {
-    problem.h[i] = std::max(problem.h[i], problem.G.row(i).head(allowed.size()).dot(allowed));
-  }
+  relax(problem, allowed);
   problem.lower = problem.lower.cwiseMin(allowed);
   problem.upper = problem.upper.cwiseMax(allowed);
   warm = {};
@@ -53,8 +58,8 @@ void flee(QpProblem& problem, const JointVector& allowed, QpSolution& solution) 
   double scale = 0.0;
   for (int i = 0; i < problem.rows; ++i) {
     if (h[i] < 0.0) scale += problem.norm[i] * problem.norm[i];
-    problem.h[i] = std::max(h[i], g(i).dot(allowed));
   }
+  relax(problem, allowed);
   for (int step = 0; step < kSteps && scale > 0.0; ++step) {
     JointVector pull = JointVector::Zero(allowed.size());
     for (int i = 0; i < problem.rows; ++i) {
