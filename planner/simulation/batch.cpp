@@ -26,6 +26,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   episode_options.network = options.network;
   episode_options.world_time = random.uniform(0.0, kScriptSpan);
   episode_options.seed = random.next();
+  episode_options.threads = options.threads;
   if (options.measure_ticks) episode_options.times = &record.clocked;
   const auto starts = generator.draw_configuration(random);
   const auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
@@ -87,6 +88,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
   std::vector<double>& tick_us = report.clocked.tick_us;
   tick_us.insert(tick_us.end(), record.clocked.tick_us.begin(), record.clocked.tick_us.end());
   report.clocked.rollout_us += record.clocked.rollout_us;
+  report.clocked.run_us += record.clocked.run_us;
   for (int i = 0; i < std::min(tasks_left, static_cast<int>(outcome.arms.size())); ++i) {
     const ArmOutcome& arm = outcome.arms[i];
     ArmTally& tally = report.arms[i];
@@ -125,15 +127,19 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   TaskGenerator first(cell);
   records[0] = run_episode(cell, first, options, 0);
   std::atomic<int> next = records[0].missing == nullptr ? 1 : episodes;
+  const int at_once = std::clamp(episodes - 1, 1, options.threads);
+  BatchOptions each = options;
+  each.threads = options.threads / at_once;
   const auto work = [&] {
+    if (next >= episodes) return;
     TaskGenerator generator(cell);
     for (int episode = next++; episode < episodes; episode = next++) {
-      records[episode] = run_episode(cell, generator, options, episode);
+      records[episode] = run_episode(cell, generator, each, episode);
     }
   };
   {
     std::vector<std::jthread> workers;
-    for (int k = 1; k < options.threads; ++k) workers.emplace_back(work);
+    for (int k = 1; k < at_once; ++k) workers.emplace_back(work);
     work();
   }
   BatchReport report;

@@ -21,7 +21,7 @@ struct EpisodeMoment {
 struct BatchOptions {
   int tasks = 100;  ///< goals for single arms, in total; an episode gives one to every arm
   std::uint64_t seed = 1;
-  int threads = 1;
+  int threads = 1;  ///< episodes at the same time; what is left over shares the arms of one
   NetworkParameters network;
   bool measure_ticks = false;                               ///< fills clocked with the machine's clock
   std::function<void(const EpisodeMoment&)> observe_first;  ///< called in every period of the first episode, or empty

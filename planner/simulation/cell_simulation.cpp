@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <memory>
 
 #include "planner/rollout/rollout_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
+#include "planner/simulation/cell_news.hpp"
+#include "planner/simulation/crew.hpp"
 #include "planner/simulation/range_scanner.hpp"
 
 namespace hecaton::planner {
@@ -14,6 +17,16 @@ namespace {
 
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
 constexpr double kHopeless = 10.0;
+/// Fewer are done about as soon as another thread has woken up.
+constexpr int kArmsPerThread = 10;
+
+int threads_worth(int threads, int arms) {
+  return std::clamp(arms / kArmsPerThread, 1, std::max(1, threads));
+}
+
+double microseconds_since(std::chrono::steady_clock::time_point then) {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - then).count();
+}
 
 /// What this thread has had of the processor so far [µs].
 double processor_us() {
@@ -22,39 +35,36 @@ double processor_us() {
   return 1e6 * static_cast<double>(spent.tv_sec) + 1e-3 * static_cast<double>(spent.tv_nsec);
 }
 
-using ObstacleStates = std::vector<world::ObstacleState>;
-
 class Episode {
  public:
   Episode(const Cell& cell, const CellConfiguration& starts, const EpisodeOptions& options)
-      : cell_(cell), options_(options), world_(cell.scene, all_bodies(cell)) {
+      : cell_(cell),
+        options_(options),
+        world_(cell.scene, all_bodies(cell)),
+        crew_(threads_worth(options.threads, static_cast<int>(cell.arms.size())), static_cast<int>(cell.arms.size())) {
     const int n = static_cast<int>(cell.arms.size());
     world_.set_time(options.world_time);
-    std::vector<Arm> arms;
-    std::vector<LocalParameters> parameters;
     for (const PlannedArm& planned : cell.arms) {
-      arms.push_back(planned.arm);
-      parameters.push_back(planned.parameters);
+      arms_.push_back(planned.arm);
+      parameters_.push_back(planned.parameters);
     }
     Random random(options.seed);
     for (int i = 0; i < n; ++i) {
-      controllers_.emplace_back(CellGeometry(arms, i), cell.arms[i].parameters, cell.timing.control_period,
-                                random.next());
+      controllers_.emplace_back(CellGeometry(arms_, i), parameters_[i], cell.timing.control_period, random.next());
       controllers_.back().set_obstacles(cell.scene.obstacles);
-      policies_.emplace_back(cell.arms[i].parameters, random.next());
-      searches_.emplace_back(arms, parameters, i);
-      searches_.back().set_obstacles(cell.scene.obstacles);
-      drives_.emplace_back(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout);
-      auto& row = channels_.emplace_back();
-      for (int from = 0; from < n; ++from) row.emplace_back(options.network, random.next());
-      obstacle_channels_.emplace_back(options.network, random.next());
+      policies_.emplace_back(parameters_[i], random.next());
+      drives_.emplace_back(arms_[i].limits, starts[i], cell.timing.command_timeout);
+      news_.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
     }
     for (const PlannedArm& planned : cell.arms) scanners_.emplace_back(planned, random.next());
     caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
+    searches_.resize(n);
     results_.resize(n);
+    kinematics_.resize(n);
+    spent_.resize(n);
     chatter_.resize(n);
-    observations_.resize(n);
+    for (int i = 0; i < n; ++i) measure(i);
     publish_measured();
   }
 
@@ -63,10 +73,11 @@ class Episode {
     const double dt = cell_.timing.control_period;
     const auto periods = static_cast<long>(std::llround(cell_.tasks.time_limit / dt));
     double hopeless_for = 0.0;
+    const auto began = std::chrono::steady_clock::now();
     for (long period = 0; period < periods; ++period) {
       const double now = static_cast<double>(period) * dt;
-      plan(now);
-      move(dt);
+      plan_and_move(now, dt);
+      world_.step(dt);
       outcome_.duration = now + dt;
       record(outcome_.duration);
       if (options_.observe) options_.observe(outcome_.duration, measured(), controllers_);
@@ -80,7 +91,8 @@ class Episode {
         break;
       }
     }
-    for (const RolloutSearch& search : searches_) outcome_.rollout_ticks += search.ticks();
+    if (options_.times != nullptr) options_.times->run_us += microseconds_since(began);
+    for (const auto& search : searches_) outcome_.rollout_ticks += search ? search->ticks() : 0;
     outcome_.referee = world_.referee().report();
     return outcome_;
   }
@@ -92,37 +104,46 @@ class Episode {
     return bodies;
   }
 
-  /// Every arm and the world publish, then every planner ticks on what has reached it: nobody sees the others' next
-  /// move. A planner runs beside its own arm's driver: between these two there is no network.
-  void plan(double now) {
-    const int n = static_cast<int>(controllers_.size());
-    const world::ObstacleSnapshot snapshot = world_.snapshot();
-    for (int to = 0; to < n; ++to) {
-      for (int from = 0; from < n; ++from) {
-        if (from != to) channels_[to][from].send(now, own_state(from));
-      }
-      obstacle_channels_[to].send(now, snapshot.states);
+  /// What one arm's planner took in a period [µs].
+  struct Spent {
+    double tick = 0.0;     ///< on the machine's clock
+    double rollout = 0.0;  ///< of the processor
+  };
+
+  /// Every arm and the world publish, then every planner ticks on what has reached it, and its drive follows: nobody
+  /// sees the others' next move, so that it does not matter who is first.
+  void plan_and_move(double now, double dt) {
+    auto instant = std::make_shared<CellInstant>();
+    for (std::size_t i = 0; i < controllers_.size(); ++i) instant->arms.push_back(own_state(static_cast<int>(i)));
+    instant->obstacles = world_.snapshot().states;
+    crew_.for_each([&](int i) {
+      news_[i].hear(now, instant);
+      plan(i, now, instant->obstacles);
+      move(i, dt);
+    });
+    publish_measured();
+    outcome_.ticks += controllers_.size();
+    if (options_.times == nullptr) return;
+    for (const Spent& spent : spent_) {
+      options_.times->tick_us.push_back(spent.tick);
+      options_.times->rollout_us += spent.rollout;
     }
-    for (int i = 0; i < n; ++i) {
-      listen(i, now);
-      // A planner runs beside its own arm's sensors, too.
-      for (const RangeScan& scan : scanners_[i].scan(now, drives_[i].q(), caster_, snapshot.states)) {
-        controllers_[i].sense(scan);
-      }
-      policies_[i].prepare(controllers_[i]);
-      const auto before = std::chrono::steady_clock::now();
-      results_[i] = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, observations_, obstacles_,
-                                         !obstacle_channels_[i].known() && controllers_[i].cspace() == nullptr);
-      const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - before;
-      if (options_.times != nullptr) {
-        options_.times->tick_us.push_back(spent.count());
-        options_.times->rollout_us -= processor_us();
-      }
-      think(i, obstacles_);
-      if (options_.times != nullptr) options_.times->rollout_us += processor_us();
-      drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
-      ++outcome_.ticks;
-    }
+  }
+
+  /// A planner runs beside its own arm's driver and sensors: between these there is no network.
+  void plan(int i, double now, std::span<const world::ObstacleState> in_sight) {
+    for (const RangeScan& scan : scanners_[i].scan(now, drives_[i].q(), caster_, in_sight)) controllers_[i].sense(scan);
+    policies_[i].prepare(controllers_[i]);
+    const auto before = std::chrono::steady_clock::now();
+    const bool hold = !news_[i].knows_obstacles() && controllers_[i].cspace() == nullptr;
+    results_[i] = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, news_[i].arms(),
+                                       news_[i].obstacles(), hold);
+    spent_[i].tick = microseconds_since(before);
+    const bool timed = options_.times != nullptr;
+    const double thinks_from = timed ? processor_us() : 0.0;
+    think(i);
+    if (timed) spent_[i].rollout = processor_us() - thinks_from;
+    drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
   }
 
   [[nodiscard]] ArmObservation own_state(int arm) const {
@@ -138,13 +159,17 @@ class Episode {
   }
 
   /// A period's share of the rollouts that a planner runs beside its ticks.
-  void think(int i, std::span<const world::ObstacleState> obstacles) {
-    const RolloutParameters& rollout = cell_.arms[i].parameters.rollout;
+  void think(int i) {
+    const RolloutParameters& rollout = parameters_[i].rollout;
     if (rollout.candidates == 0) return;
-    if (auto question = policies_[i].next(controllers_[i], results_[i], observations_, obstacles)) {
-      searches_[i].begin(std::move(*question));
-    } else if (searches_[i].busy()) {
-      if (const auto answer = searches_[i].advance(rollout.ticks_per_period)) {
+    if (auto question = policies_[i].next(controllers_[i], results_[i], news_[i].arms(), news_[i].obstacles())) {
+      if (!searches_[i]) {  // most arms of a large cell never ask
+        searches_[i] = std::make_unique<RolloutSearch>(arms_, parameters_, i);
+        searches_[i]->set_obstacles(cell_.scene.obstacles);
+      }
+      searches_[i]->begin(std::move(*question));
+    } else if (searches_[i] && searches_[i]->busy()) {
+      if (const auto answer = searches_[i]->advance(rollout.ticks_per_period)) {
         policies_[i].answered();
         controllers_[i].begin(answer->manoeuvre);
         ++outcome_.arms[i].rollouts;
@@ -152,33 +177,18 @@ class Episode {
     }
   }
 
-  /// What planner `to` knows now, with the ages that it can tell: from the senders' spacing and its own clock.
-  void listen(int to, double now) {
-    for (int from = 0; from < static_cast<int>(controllers_.size()); ++from) {
-      StateChannel<ArmObservation>& channel = channels_[to][from];
-      if (from == to) continue;
-      channel.receive(now);
-      observations_[from] = channel.newest();
-      if (channel.known()) observations_[from].age = channel.age(now);
-    }
-    StateChannel<ObstacleStates>& channel = obstacle_channels_[to];
-    channel.receive(now);
-    obstacles_ = channel.known() ? channel.newest() : ObstacleStates(cell_.scene.obstacles.size());
-    for (world::ObstacleState& obstacle : obstacles_) obstacle.age = channel.known() ? channel.age(now) : 0.0;
+  void move(int i, double dt) {
+    const int steps = std::max(1, static_cast<int>(std::lround(dt / cell_.timing.driver_period)));
+    for (int k = 0; k < steps; ++k) drives_[i].step(dt / steps);
+    measure(i);
   }
 
-  void move(double dt) {
-    const int steps = std::max(1, static_cast<int>(std::lround(dt / cell_.timing.driver_period)));
-    for (ArmModel& drive : drives_) {
-      for (int k = 0; k < steps; ++k) drive.step(dt / steps);
-    }
-    publish_measured();
-    world_.step(dt);
-  }
+  void measure(int i) { forward_kinematics(*arms_[i].model, arms_[i].X_WB, drives_[i].q(), kinematics_[i]); }
 
   void publish_measured() {
-    for (int i = 0; i < static_cast<int>(drives_.size()); ++i) {
-      set_measured(world_, i, cell_.arms[i].arm, drives_[i].q(), kinematics_);
+    for (int i = 0; i < static_cast<int>(kinematics_.size()); ++i) {
+      const Kinematics& at = kinematics_[i];
+      world_.set_arm(i, std::span<const Pose>(at.X_WL).first(at.links), at.X_WT);
     }
   }
 
@@ -219,19 +229,20 @@ class Episode {
   const Cell& cell_;
   const EpisodeOptions& options_;
   world::BulletWorld world_;
+  world::RayCaster caster_;
+  std::vector<Arm> arms_;
+  std::vector<LocalParameters> parameters_;
   std::vector<ArmController> controllers_;
   std::vector<RolloutPolicy> policies_;
-  std::vector<RolloutSearch> searches_;
+  std::vector<std::unique_ptr<RolloutSearch>> searches_;  ///< null until the first question
   std::vector<ArmModel> drives_;
-  std::vector<std::vector<StateChannel<ArmObservation>>> channels_;  ///< [receiver][sender]
-  std::vector<StateChannel<ObstacleStates>> obstacle_channels_;      ///< [receiver]
-  std::vector<ArmObservation> observations_;
-  ObstacleStates obstacles_;
-  std::vector<TickResult> results_;
-  std::vector<ChatterCounter> chatter_;
-  world::RayCaster caster_;
+  std::vector<CellNews> news_;
   std::vector<RangeScanner> scanners_;
-  Kinematics kinematics_;
+  std::vector<Kinematics> kinematics_;  ///< as measured
+  std::vector<TickResult> results_;
+  std::vector<Spent> spent_;  ///< in the last period
+  std::vector<ChatterCounter> chatter_;
+  Crew crew_;
   EpisodeOutcome outcome_;
 };
 

@@ -40,12 +40,14 @@ struct EpisodeOutcome {
 struct ClockedTimes {
   std::vector<double> tick_us;  ///< on each tick, on the machine's clock
   double rollout_us = 0.0;      ///< on all rollouts together, of the processor
+  double run_us = 0.0;          ///< on all periods, on the machine's clock: without drawing tasks and setting up
 };
 
 struct EpisodeOptions {
   NetworkParameters network;
   double world_time = 0.0;  ///< at which instant of their scripts the obstacles begin [s]
   std::uint64_t seed = 1;
+  int threads = 1;  ///< that share the arms of a period, if these are many; the outcome does not depend on it
   ClockedTimes* times = nullptr;  ///< to be added to; may be null
   /// Called after every period with the virtual time, the measured configurations and the planners; may be empty.
   std::function<void(double, const CellConfiguration&, std::span<const ArmController>)> observe;

@@ -2,7 +2,7 @@
 /// What the network does to states on their way: delay, jitter, loss. Deterministic for a seed.
 
 #include <algorithm>
-#include <deque>
+#include <vector>
 
 #include "planner/local/random.hpp"
 
@@ -13,6 +13,9 @@ struct NetworkParameters {
   double jitter = 0.0;  ///< the delay is uniform in age ± jitter [s], ≤ age; so a sample may overtake another
   double loss = 0.0;    ///< share of the samples that are lost, [0, 1)
   double burst = 0.0;   ///< mean number of samples lost in a row, ≥ max(1, loss/(1 − loss)); 0: independent losses
+
+  /// Every sample arrives at once.
+  [[nodiscard]] bool ideal() const { return age <= 0.0 && jitter <= 0.0 && loss <= 0.0; }
 };
 
 /// Decides which samples are lost. With bursts a chain of two states [Gilbert60]: all is lost in the bad one, which
@@ -41,16 +44,19 @@ class StateChannel {
     if (!loss_.lost(random_)) under_way_.push_back({now, now + delay, state});
   }
 
-  /// Takes what has arrived by `now`. A late sample never replaces a newer one, as sequence numbers ensure on the wire.
-  void receive(double now) {
+  /// Takes what has arrived by `now`; whether there is anything newer among it. A late sample never replaces a newer
+  /// one, as sequence numbers ensure on the wire.
+  bool receive(double now) {
+    bool is_newer = false;
     std::erase_if(under_way_, [&](const Sample& sample) {
       const bool arrived = sample.arrives <= now + 1e-9;
       if (arrived && (!known_ || sample.sent > newest_.sent)) {
         newest_ = sample;
-        known_ = true;
+        known_ = is_newer = true;
       }
       return arrived;
     });
+    return is_newer;
   }
 
   /// Whether any sample has arrived yet.
@@ -69,7 +75,7 @@ class StateChannel {
   NetworkParameters parameters_;
   LossModel loss_;
   Random random_;
-  std::deque<Sample> under_way_;
+  std::vector<Sample> under_way_;
   Sample newest_;
   bool known_ = false;
 };

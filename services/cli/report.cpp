@@ -83,6 +83,7 @@ Json to_json(const Report& report) {
   json["cell"] = report.cell;
   json["method"] = report.method;
   json["seed"] = report.seed;
+  json["not_drawn"] = report.not_drawn;
   json["closest_pair"] = separation_json(report.smallest);
   json["task_s"] = time_json(report.times);
   if (report.chatter) {
@@ -116,8 +117,11 @@ std::string table_text(const Report& report, const Palette& palette) {
   const auto line = [&](const std::string& title, const std::string& value) {
     out += title + std::string(21 - display_width(title), ' ') + value + "\n";
   };
-  const std::string share = percent_text(report.reached, report.tasks);
-  line("reached", report.reached == report.tasks ? palette.green(share) : palette.yellow(share));
+  const std::string share = percent_text(report.reached, report.wanted());
+  line("reached", report.reached == report.wanted() ? palette.green(share) : palette.yellow(share));
+  if (report.not_drawn > 0) {
+    line("not drawn", palette.yellow(std::to_string(report.not_drawn) + " tasks: the cell did not admit them"));
+  }
   const std::string contacts = std::to_string(report.contacts);
   line("contacts", report.contacts == 0 ? palette.green(contacts) : palette.red(contacts));
   line("smallest separation", report.smallest ? distance_text(report.smallest->distance) + " (" + report.smallest->a +

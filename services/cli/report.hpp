@@ -54,6 +54,7 @@ struct Report {
   int reached = 0;
   int blocked = 0;
   int timed_out = 0;
+  int not_drawn = 0;                          ///< asked for, but the cell did not admit them
   std::uint64_t contacts = 0;                 ///< the referee's
   std::optional<world::Separation> smallest;  ///< the referee's; nothing: it judged nothing
   double duration = 0.0;                      ///< [s], of the cell's own time
@@ -65,8 +66,10 @@ struct Report {
   Json faults = Json::array();
   Json extra = Json::object();  ///< more keys, behind those that every report has
 
-  /// All tasks reached, nothing touched.
-  [[nodiscard]] bool positive() const { return tasks > 0 && reached == tasks && contacts == 0; }
+  /// All tasks that were asked for.
+  [[nodiscard]] int wanted() const { return tasks + not_drawn; }
+  /// All of them reached, nothing touched.
+  [[nodiscard]] bool positive() const { return tasks > 0 && reached == wanted() && contacts == 0; }
 };
 
 [[nodiscard]] Json to_json(const Report& report);

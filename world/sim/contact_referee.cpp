@@ -117,15 +117,21 @@ struct ContactReferee::Impl {
     account(pair, compute(pair));
   }
 
+  /// The quick bounds spare most pairs.
+  void look_at(JudgedPair& pair) {
+    const double travel = bodies.travel(pair);
+    const double lower = pair.lower_ref - travel;
+    if (!pair.state.watched() && lower > 0.0 && lower >= tally(pair).smallest.distance) return;
+    inspect(pair, travel);
+  }
+
   void judge() {
-    for (JudgedPair& pair : bodies.pairs()) {
-      const PairState& state = pair.state;
-      const double travel = bodies.travel(pair);
-      const double lower = pair.lower_ref - travel;
-      const bool watched = state.touching || state.fresh || state.excused;
-      if (!watched && lower > 0.0 && lower >= tally(pair).smallest.distance) continue;
-      inspect(pair, travel);
+    std::array<double, kContactKinds> smallest;
+    for (std::size_t kind = 0; kind < kContactKinds; ++kind) smallest[kind] = tallies[kind].smallest.distance;
+    for (const PairRun& run : bodies.open(smallest)) {
+      for (int i = run.first; i < run.end; ++i) look_at(bodies.pairs()[i]);
     }
+    bodies.close();
   }
 };
 
@@ -167,7 +173,7 @@ RefereeMemory ContactReferee::remember() const {
   RefereeMemory memory{report(), {}};
   for (const JudgedPair& pair : impl_->bodies.pairs()) {
     const PairState& state = pair.state;
-    if (!state.touching && !state.fresh && !state.excused) continue;
+    if (!state.watched()) continue;
     const auto& names = impl_->bodies.names();
     memory.lasting.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
                               pair.identity.second, state.touching, state.fresh, state.excused, state.excused_at});
@@ -192,6 +198,7 @@ void ContactReferee::recall(const RefereeMemory& memory) {
       pair.state = {lasting.touching, lasting.fresh, lasting.excused, lasting.excused_at};
     }
   }
+  impl_->bodies.forget_blocks();
   impl_->count_touching();
 }
 

@@ -79,7 +79,8 @@ struct MeasuredArm {
 ///
 /// Costs next to nothing where nothing is near: each pair remembers a lower bound of its distance and how far its two
 /// bodies have moved since; only when that bound falls below the smallest separation of its kind so far, or below
-/// contact, is the distance computed again. Motion between two calls is not swept: judge often.
+/// contact, is the distance computed again. All pairs between two arms, or an arm and an obstacle, are skipped at once
+/// while none of them can be concerned (pair_blocks.hpp). Motion between two calls is not swept: judge often.
 class ContactReferee {
  public:
   /// Indices of arms as given here. Shapes must have passed why_invalid(); throws std::invalid_argument when a self

@@ -34,7 +34,7 @@ JudgedPairs::JudgedPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
       judged.link = part.link;
       judged.moves = part.moves;
       judged.name = name_index(bodies.name + "/" + part.link_name);
-      add_part(std::move(judged), part.shape);
+      add_part(std::move(judged), arm, part.shape);
     }
     const int parts = static_cast<int>(bodies.parts.size());
     for (const auto& [a, b] : bodies.self_pairs) {
@@ -45,6 +45,7 @@ JudgedPairs::JudgedPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
   }
   links_ = static_cast<int>(carriers_.size());
   link_parts_ = static_cast<int>(parts_.size());
+  side_travel_.assign(arms_.size(), 0.0);
   adopt(all_pairs());
 }
 
@@ -54,7 +55,7 @@ int JudgedPairs::name_index(const std::string& name) {
   return entry->second;
 }
 
-void JudgedPairs::add_part(JudgedPart part, const PlacedShape& placed) {
+void JudgedPairs::add_part(JudgedPart part, int side, const PlacedShape& placed) {
   const BoundingSphere bound = bounding_sphere(placed.shape);
   part.shape = make_bullet_shape(placed.shape);
   part.X_CS = placed.X_BS;
@@ -63,13 +64,18 @@ void JudgedPairs::add_part(JudgedPart part, const PlacedShape& placed) {
   carriers_[part.carrier].parts.push_back(static_cast<int>(parts_.size()));
   parts_.push_back(std::move(part));
   travel_.push_back(0.0);
+  sides_.push_back(side);
 }
 
 void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
   parts_.erase(parts_.begin() + link_parts_, parts_.end());
   travel_.resize(link_parts_);
+  sides_.resize(link_parts_);
+  side_travel_.resize(arms_.size());
   carriers_.resize(links_);
   for (const Obstacle& obstacle : obstacles) {
+    const int side = static_cast<int>(side_travel_.size());
+    side_travel_.push_back(0.0);
     carriers_.emplace_back();
     JudgedPart part;
     part.carrier = static_cast<int>(carriers_.size()) - 1;
@@ -84,7 +90,7 @@ void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::
       name.insert(0, carrier->name + "/");
     }
     part.name = name_index(name);
-    for (const PlacedShape& placed : obstacle.shapes) add_part(part, placed);
+    for (const PlacedShape& placed : obstacle.shapes) add_part(part, side, placed);
   }
   adopt(all_pairs());
 }
@@ -151,6 +157,7 @@ void JudgedPairs::adopt(std::vector<JudgedPair> pairs) {
   }
   normals_.assign(pairs.size(), Eigen::Vector3d::UnitZ());
   pairs_ = std::move(pairs);
+  blocks_.rebuild(pairs_, sides_);
   group_count_ = static_cast<int>(groups.size());
 }
 
@@ -164,28 +171,35 @@ void JudgedPairs::place(std::span<const MeasuredArm> arms, std::span<const Obsta
     if (static_cast<int>(arms[arm].X_WL.size()) < end - first_link_[arm]) {
       throw std::invalid_argument("arm '" + arms_[arm].name + "': fewer link poses than links with shapes");
     }
+    double farthest = 0.0;
     for (int link = first_link_[arm]; link < end; ++link) {
-      if (!carriers_[link].parts.empty()) move(carriers_[link], arms[arm].X_WL[link - first_link_[arm]]);
+      if (carriers_[link].parts.empty()) continue;
+      farthest = std::max(farthest, move(carriers_[link], arms[arm].X_WL[link - first_link_[arm]]));
     }
+    side_travel_[arm] += farthest;
   }
   for (std::size_t i = 0; i < obstacles.size(); ++i) {
     Carrier& carrier = carriers_[links_ + i];
     if (carrier.parts.empty()) continue;
     const int arm = parts_[carrier.parts.front()].arm;
-    if (arm < 0 || arms[arm].known) move(carrier, obstacles[i].X_WO);
+    if (arm < 0 || arms[arm].known) side_travel_[arms_.size() + i] += move(carrier, obstacles[i].X_WO);
   }
 }
 
-void JudgedPairs::move(Carrier& carrier, const Pose& X_WC) {
+double JudgedPairs::move(Carrier& carrier, const Pose& X_WC) {
   const double turn = turn_between(carrier.X_WC, X_WC);
+  double farthest = 0.0;
   for (const int index : carrier.parts) {
     JudgedPart& part = parts_[index];
     const Eigen::Vector3d centre_W = X_WC * part.centre_C;
-    if (carrier.placed) travel_[index] += (centre_W - part.centre_W).norm() + turn * part.radius;
+    const double moved = carrier.placed ? (centre_W - part.centre_W).norm() + turn * part.radius : 0.0;
+    travel_[index] += moved;
+    farthest = std::max(farthest, moved);
     part.centre_W = centre_W;
   }
   carrier.X_WC = X_WC;
   carrier.placed = true;
+  return farthest;
 }
 
 double JudgedPairs::ball_distance(const JudgedPair& pair) const {

@@ -13,6 +13,8 @@
 
 #include "world/sim/bullet_shape.hpp"
 #include "world/sim/contact_referee.hpp"
+#include "world/sim/judged_pair.hpp"
+#include "world/sim/pair_blocks.hpp"
 
 namespace hecaton::world {
 
@@ -31,31 +33,6 @@ struct JudgedPart {
   double radius = 0.0;  ///< of the bounding sphere [m]
 };
 
-/// What the referee remembers of a pair, also through edits.
-struct PairState {
-  bool touching = false;
-  bool fresh = false;       ///< arose by attaching or detaching and was not yet compared
-  bool excused = false;     ///< touched at that moment and has not parted since
-  double excused_at = 0.0;  ///< distance then [m]
-};
-
-/// Its current distance lies between lower_ref − travel and upper_ref + travel, travel being that of both parts.
-struct JudgedPair {
-  /// Both names, and the how-manieth pair of these names: the same before and after an edit, as shapes keep their
-  /// order.
-  using Identity = std::pair<std::uint64_t, int>;
-
-  int a = 0;  ///< parts
-  int b = 0;
-  int index = 0;  ///< in JudgedPairs::pairs()
-  int group = 0;  ///< pairs of parts with the same two names are one contact
-  ContactKind kind = ContactKind::kArmArm;
-  Identity identity;
-  PairState state;
-  double lower_ref = 0.0;  ///< [m]
-  double upper_ref = 0.0;  ///< [m]
-};
-
 class JudgedPairs {
  public:
   explicit JudgedPairs(std::vector<ArmBodies> arms);
@@ -65,6 +42,14 @@ class JudgedPairs {
   void place(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles);
 
   [[nodiscard]] std::vector<JudgedPair>& pairs() { return pairs_; }
+  /// The pairs whose distance may have come below that of `smallest` [m] of their kind, or below contact, or that are
+  /// watched; ascending. Afterwards, when all of them were looked at: close().
+  [[nodiscard]] std::span<const PairRun> open(const std::array<double, kContactKinds>& smallest) {
+    return blocks_.open(side_travel_, smallest);
+  }
+  void close() { blocks_.close(pairs_, travel_, side_travel_); }
+  /// After states of pairs were changed otherwise than by judging.
+  void forget_blocks() { blocks_.forget_bounds(); }
   [[nodiscard]] const JudgedPart& part(int index) const { return parts_[index]; }
   [[nodiscard]] int group_count() const { return group_count_; }
   /// Grows only: an index stays valid through edits.
@@ -91,8 +76,9 @@ class JudgedPairs {
     std::vector<int> parts;
   };
 
-  void add_part(JudgedPart part, const PlacedShape& placed);
-  void move(Carrier& carrier, const Pose& X_WC);
+  void add_part(JudgedPart part, int side, const PlacedShape& placed);
+  /// Returns how far a point of it may have moved [m].
+  double move(Carrier& carrier, const Pose& X_WC);
   [[nodiscard]] btTransform X_WS(const JudgedPart& part) const;
   /// What kind of pair two parts are, if they are one by who they belong to (self pairs of links are listed apart).
   [[nodiscard]] std::optional<ContactKind> kind_of(const JudgedPart& a, const JudgedPart& b) const;
@@ -106,8 +92,11 @@ class JudgedPairs {
   int link_parts_ = 0;           ///< parts that are links'; the obstacles' follow
   std::vector<Carrier> carriers_;
   std::vector<JudgedPart> parts_;
-  std::vector<double> travel_;  ///< of each part: no point of it has moved further since the beginning [m]
+  std::vector<double> travel_;       ///< of each part: no point of it has moved further since the beginning [m]
+  std::vector<int> sides_;           ///< of each part: its arm, or its obstacle after all arms, carried or not
+  std::vector<double> side_travel_;  ///< of each side: no point of it has moved further since the beginning [m]
   std::vector<JudgedPair> pairs_;
+  PairBlocks blocks_;                     ///< of the pairs
   std::vector<Eigen::Vector3d> normals_;  ///< of the pairs: from b towards a, in a's carrier, when last computed
   int group_count_ = 0;
   std::vector<std::string> names_;

@@ -64,6 +64,18 @@ TEST(Report, IsPositiveOnlyWithAllReachedAndNothingTouched) {
   EXPECT_FALSE(Report().positive());
 }
 
+TEST(Report, TasksThatWereNotDrawnAreNotReached) {
+  Report report = example();
+  report.reached = 3;
+  report.timed_out = 0;
+  report.not_drawn = 1;
+  EXPECT_FALSE(report.positive());
+  EXPECT_EQ(to_json(report)["not_drawn"], 1);
+  const std::string text = table_text(report, Palette(false));
+  EXPECT_NE(text.find("75.0 %"), std::string::npos) << text;
+  EXPECT_NE(text.find("1 tasks: the cell did not admit them"), std::string::npos) << text;
+}
+
 TEST(Report, TableQuotesThePair) {
   const std::string text = table_text(example(), Palette(false));
   EXPECT_NE(text.find("31 mm (a/x – b/y)"), std::string::npos);

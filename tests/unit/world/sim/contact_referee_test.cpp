@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/world/sim/at_point.hpp"
+
 namespace hecaton::world {
 namespace {
 
@@ -13,12 +15,6 @@ using Eigen::Vector3d;
 constexpr auto kArmArm = static_cast<std::size_t>(ContactKind::kArmArm);
 constexpr auto kArmObstacle = static_cast<std::size_t>(ContactKind::kArmObstacle);
 constexpr auto kArmSelf = static_cast<std::size_t>(ContactKind::kArmSelf);
-
-Pose at_point(double x, double y, double z) {
-  Pose pose = Pose::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
 
 /// An "arm" of balls of radius 0.1 m, one a link, that tests put where they like. The first does not move.
 ArmBodies ball_arm(const std::string& name, int links) {
@@ -33,7 +29,7 @@ ArmBodies ball_arm(const std::string& name, int links) {
 Obstacle ball_obstacle(const std::string& name, double radius = 0.1) {
   Obstacle obstacle;
   obstacle.name = name;
-  obstacle.shapes = {{Sphere{radius}, Pose::Identity()}};
+  obstacle.shapes.emplace_back().shape = Sphere{radius};
   return obstacle;
 }
 
@@ -336,102 +332,6 @@ TEST(ContactReferee, BadSelfPairsAndMissingPosesThrow) {
   const std::vector<Pose> one_link(1, Pose::Identity());
   const MeasuredArm measured{true, one_link};
   EXPECT_THROW(referee.judge(std::span(&measured, 1), {}, 0.0), std::invalid_argument);
-}
-
-// Three arms of eight capsule links that swing smoothly, six obstacles.
-struct Cell {
-  Cell() {
-    for (int arm = 0; arm < 3; ++arm) {
-      ArmBodies bodies;
-      bodies.name = "arm" + std::to_string(arm + 1);
-      for (int link = 0; link < 8; ++link) {
-        bodies.parts.push_back(
-            {link, "link" + std::to_string(link), {Capsule{0.05, 0.08}, at_point(0, 0, 0.08)}, link > 0});
-        for (int other = 0; other + 2 < link; ++other) bodies.self_pairs.emplace_back(other, link);
-      }
-      arms.push_back(bodies);
-    }
-    for (int i = 0; i < 6; ++i) {
-      Obstacle box;
-      box.name = "box" + std::to_string(i);
-      box.shapes = {{Box{Vector3d(0.1, 0.1, 0.1)}, Pose::Identity()}};
-      obstacles.push_back(box);
-      ObstacleState state;
-      state.X_WO = at_point(0.6 * std::cos(i * 1.047), 0.6 * std::sin(i * 1.047), 1.0 + 0.05 * i);
-      states.push_back(state);
-    }
-  }
-
-  /// Chains of links 0.16 m long, each joint bent by a sine of its own.
-  std::vector<std::vector<Pose>> at(double time) const {
-    std::vector<std::vector<Pose>> poses(3);
-    for (int arm = 0; arm < 3; ++arm) {
-      const double angle = 2.0944 * arm;
-      Pose X = at_point(0.7 * std::cos(angle), 0.7 * std::sin(angle), 0);
-      for (int link = 0; link < 8; ++link) {
-        const double bend = link == 0 ? 0.0 : 0.35 * std::sin(0.7 * time + 1.3 * link + 2.1 * arm);
-        const Vector3d axis = link % 2 == 0 ? Vector3d::UnitX() : Vector3d::UnitY();
-        X.linear() = X.linear() * Eigen::AngleAxisd(bend, axis).toRotationMatrix();
-        poses[arm].push_back(X);
-        X = X * at_point(0, 0, 0.16);
-      }
-    }
-    return poses;
-  }
-
-  void judge(ContactReferee& referee, double time) const {
-    const auto poses = at(time);
-    std::vector<MeasuredArm> measured;
-    measured.reserve(poses.size());
-    for (const auto& links : poses) measured.push_back({true, links});
-    referee.judge(measured, states, time);
-  }
-
-  std::vector<ArmBodies> arms;
-  std::vector<Obstacle> obstacles;
-  std::vector<ObstacleState> states;
-};
-
-TEST(ContactReferee, BoundsSpareNearlyAllExactChecks) {
-  const Cell cell;
-  ContactReferee referee(cell.arms);
-  referee.set_obstacles(cell.obstacles);
-  constexpr int kSteps = 10000;
-  for (int i = 0; i < kSteps; ++i) cell.judge(referee, 0.01 * i);
-  // 192 − 3 + 126 + 45 pairs: without bounds 3.6 million checks. 20 µs a step would allow about 8 checks each.
-  EXPECT_LT(referee.exact_checks(), 4U * kSteps);
-  EXPECT_TRUE(referee.report().kinds[kArmArm].judged);
-  EXPECT_TRUE(referee.report().kinds[kArmObstacle].judged);
-  EXPECT_TRUE(referee.report().kinds[kArmSelf].judged);
-}
-
-TEST(ContactReferee, BoundsLoseNothing) {
-  // A referee that always starts afresh knows no bounds of earlier steps: the least of its answers, and its touching
-  // pairs, must be those of the one that keeps an account.
-  Cell cell;
-  // Obstacles that sweep through the arms, so that contacts come and go.
-  ContactReferee keeper(cell.arms);
-  keeper.set_obstacles(cell.obstacles);
-  double least[kContactKinds] = {1e9, 1e9, 1e9};
-  std::uint64_t contacts_seen_afresh = 0;
-  for (int i = 0; i < 1500; ++i) {
-    const double time = 0.02 * i;
-    for (int k = 0; k < 6; ++k) {
-      cell.states[k].X_WO = at_point(0.7 * std::cos(0.3 * time + k), 0.7 * std::sin(0.2 * time + k), 0.9 + 0.05 * k);
-    }
-    cell.judge(keeper, time);
-    ContactReferee fresh(cell.arms);
-    fresh.set_obstacles(cell.obstacles);
-    cell.judge(fresh, time);
-    const RefereeReport now = fresh.report();
-    for (int kind = 0; kind < kContactKinds; ++kind) {
-      least[kind] = std::min(least[kind], now.kinds[kind].smallest.distance);
-      ASSERT_NEAR(keeper.report().kinds[kind].smallest.distance, least[kind], 1e-12) << "step " << i;
-    }
-    contacts_seen_afresh = std::max(contacts_seen_afresh, now.contacts);
-    ASSERT_GE(keeper.report().contacts, contacts_seen_afresh);
-  }
-  EXPECT_GT(keeper.report().contacts, 5U);
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+#include "planner/simulation/cell_news.hpp"
+
+#include <utility>
+
+namespace hecaton::planner {
+
+CellNews::CellNews(const NetworkParameters& network, int self, int arms, int obstacles, Random& seeds)
+    : ideal_(network.ideal()), self_(self), senders_(), world_(network, 0), arms_(arms), obstacles_(obstacles) {
+  for (int from = 0; from < arms; ++from) senders_.emplace_back(network, seeds.next());
+  world_ = Channel(network, seeds.next());
+}
+
+void CellNews::hear(double now, std::shared_ptr<const CellInstant> instant) {
+  if (ideal_) {
+    instant_ = std::move(instant);
+    return;
+  }
+  for (int from = 0; from < static_cast<int>(arms_.size()); ++from) {
+    if (from == self_) continue;
+    Channel& channel = senders_[from];
+    channel.send(now, instant);
+    if (channel.receive(now)) arms_[from] = channel.newest()->arms[from];
+    if (channel.known()) arms_[from].age = channel.age(now);
+  }
+  world_.send(now, instant);
+  if (world_.receive(now)) obstacles_ = world_.newest()->obstacles;
+  for (world::ObstacleState& obstacle : obstacles_) obstacle.age = world_.known() ? world_.age(now) : 0.0;
+}
+
+}  // namespace hecaton::planner
