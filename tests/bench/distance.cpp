@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "planner/collision/exact_distance.hpp"
+#include "tests/bench/fcl_peer.hpp"
 #include "tests/bench/pairs_cell.hpp"
 #include "tests/bench/timings.hpp"
 
@@ -40,7 +41,7 @@ class Disagreement {
 void distance(benchmark::State& state, double influence) {
   PairsCell cell(20060521);
   planner::ExactDistance distance(cell.geometry());
-  FclPairs fcl(cell.geometry());
+  FclPeer fcl(cell.geometry());
   std::vector<planner::Clearance> room(kPairs);
   std::vector<double> theirs;
   Timings ours;
@@ -52,7 +53,7 @@ void distance(benchmark::State& state, double influence) {
     const planner::CellPoses poses{instant.kinematics.data(), instant.kinematics, instant.obstacles};
     int count = 0;
     set_iteration_time(state, ours.measure([&] { count = distance.clearances(poses, {influence, 0.0, {}}, room); }));
-    peer.measure([&] { fcl.distances(instant, theirs); });
+    peer.measure([&] { fcl.distances(0, instant, theirs); });
     near += count;
     if (count == kPairs) disagreement.compare(room, theirs);
   }

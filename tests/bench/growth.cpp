@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "planner/tick.hpp"
+#include "tests/bench/fcl_peer.hpp"
 #include "tests/bench/grid_cell.hpp"
 #include "tests/bench/pairs_cell.hpp"
 #include "tests/bench/timings.hpp"
@@ -12,8 +13,10 @@ using namespace planner;
 
 constexpr double kPeriod = 0.002;  // 500 Hz [s]
 constexpr int kPeriods = 1000;
-constexpr int kMeasuredAlone = 20;  // every so many periods
-constexpr int kWarmUp = 200;        // periods
+constexpr int kMeasuredAlone = 20;   // every so many periods
+constexpr int kWarmUp = 200;         // periods
+constexpr int kPeerEvery = 50;       // periods
+constexpr double kInfluence = 0.12;  // of the peer's broad phase [m]; a tick's own depends on what may happen
 
 /// One arm that always goes somewhere.
 struct Planner {
@@ -91,6 +94,18 @@ class Cell {
     return sum / static_cast<double>(planners_.size());
   }
 
+  [[nodiscard]] int arms() const { return static_cast<int>(planners_.size()); }
+  [[nodiscard]] const CellGeometry& geometry() const { return planners_.front()->geometry; }
+
+  [[nodiscard]] Instant instant() const {
+    Instant now;
+    for (const auto& planner : planners_) {
+      const Arm& arm = planner->geometry.own_arm();
+      forward_kinematics(*arm.model, arm.X_WB, planner->input.q, now.kinematics.emplace_back());
+    }
+    return now;
+  }
+
   [[nodiscard]] double rows() const {
     long sum = 0;
     for (const auto& planner : planners_) sum += planner->rows;
@@ -108,18 +123,49 @@ class Cell {
   std::vector<std::unique_ptr<Planner>> planners_;
 };
 
+/// What FCL takes for the distances of one arm to all others, each arm in its turn.
+class Peer {
+ public:
+  explicit Peer(const Cell& cell) : cell_(cell), fcl_(cell.geometry()) {}
+
+  void measure() {
+    const int arm = next_++ % cell_.arms();
+    const Instant now = cell_.instant();
+    pairs_.measure([&] { fcl_.distances(arm, now, distances_); });
+    tree_.measure([&] { fcl_.distances_by_tree(arm, now, kInfluence, distances_); });
+  }
+
+  /// Beside our ticks.
+  void report(benchmark::State& state, const Timings& ticks) const {
+    bench::report(state, ticks, pairs_);
+    state.counters["tree_p50_us"] = tree_.percentile(0.5);
+    state.counters["tree_ratio"] = tree_.percentile(0.5) / ticks.percentile(0.5);
+  }
+
+ private:
+  const Cell& cell_;
+  FclPeer fcl_;
+  int next_ = 0;
+  std::vector<double> distances_;
+  Timings pairs_;  ///< of all pairs, one by one
+  Timings tree_;   ///< of those within the influence distance
+};
+
 /// All ticks of a period on one core, mean of the period; and how much of that core one second at 500 Hz takes.
 void all_on_one_core(benchmark::State& state) {
   const int count = static_cast<int>(state.range(0));
   Cell cell(count);
   for (int k = 0; k < kWarmUp; ++k) cell.period();
+  Peer peer(cell);
   Timings ticks;
+  int period = 0;
   for (auto _ : state) {
     const double mean = cell.period();
     ticks.add(mean);
     set_iteration_time(state, mean);
+    if (period++ % kPeerEvery == 0) peer.measure();
   }
-  report(state, ticks);
+  peer.report(state, ticks);
   const auto periods = static_cast<double>(state.iterations());
   state.counters["rows"] = cell.rows() / (periods + kWarmUp);
   state.counters["core_use"] = ticks.total() * 1e-6 * count / (periods * kPeriod);
@@ -128,12 +174,14 @@ void all_on_one_core(benchmark::State& state) {
 /// One arm's tick with its data in the cache of a core of its own, every so many periods.
 void on_a_core_of_its_own(benchmark::State& state) {
   Cell cell(static_cast<int>(state.range(0)));
+  Peer peer(cell);
   Timings ticks;
   for (auto _ : state) {
     for (int k = 0; k < kMeasuredAlone; ++k) cell.period();
     set_iteration_time(state, cell.measure_alone(ticks));
+    peer.measure();
   }
-  report(state, ticks);
+  peer.report(state, ticks);
 }
 
 void cells(benchmark::internal::Benchmark* benchmark) {

@@ -1,12 +1,6 @@
 #include "tests/bench/pairs_cell.hpp"
 
-#include <array>
 #include <string>
-
-#include <fcl/narrowphase/collision_object.h>
-#include <fcl/narrowphase/distance.h>
-
-#include "tests/support/fcl_shape.hpp"
 
 namespace hecaton::bench {
 namespace {
@@ -102,49 +96,6 @@ Instant PairsCell::draw() {
         {uniform(random_, -1.2, 1.2), uniform(random_, -1.2, 1.2), uniform(random_, 0.0, 1.4)}, rpy);
   }
   return instant;
-}
-
-struct FclPairs::Objects {
-  std::array<std::vector<fcl::CollisionObjectd>, 3> arms;
-  std::vector<fcl::CollisionObjectd> boxes;
-  fcl::DistanceRequestd request;
-};
-
-FclPairs::FclPairs(const CellGeometry& geometry) : geometry_(geometry), objects_(std::make_unique<Objects>()) {
-  for (int arm = 0; arm < 3; ++arm) {
-    for (const Body& body : geometry.arm_bodies(arm)) {
-      objects_->arms[arm].emplace_back(test::fcl_shape(body.shape));
-    }
-  }
-  for (int i = 0; i < geometry.obstacle_count(); ++i) {
-    objects_->boxes.emplace_back(test::fcl_shape(geometry.obstacle_bodies(i)[0].shape));
-  }
-  objects_->request.enable_nearest_points = true;
-}
-
-FclPairs::~FclPairs() = default;
-
-void FclPairs::distances(const Instant& instant, std::vector<double>& out) {
-  for (int arm = 0; arm < 3; ++arm) {
-    for (std::size_t i = 0; i < objects_->arms[arm].size(); ++i) {
-      const Body& body = geometry_.arm_bodies(arm)[i];
-      objects_->arms[arm][i].setTransform(instant.kinematics[arm].X_WL[body.link] * body.X_CS);
-    }
-  }
-  for (std::size_t i = 0; i < objects_->boxes.size(); ++i) objects_->boxes[i].setTransform(instant.obstacles[i].X_WO);
-  out.clear();
-  const auto add = [&](fcl::CollisionObjectd& own, fcl::CollisionObjectd& other) {
-    fcl::DistanceResultd result;
-    out.push_back(fcl::distance(&own, &other, objects_->request, result));
-  };
-  for (const int arm : {1, 2}) {
-    for (auto& other : objects_->arms[arm]) {
-      for (auto& own : objects_->arms[0]) add(own, other);
-    }
-  }
-  for (auto& box : objects_->boxes) {
-    for (auto& own : objects_->arms[0]) add(own, box);
-  }
 }
 
 }  // namespace hecaton::bench

@@ -1,8 +1,7 @@
 #pragma once
 /// The cell that the targets are stated for: a PUMA-sized arm of 6 capsules against two more such arms and 20 boxes,
-/// 192 pairs; and FCL's public pairwise distance on the same pairs.
+/// 192 pairs.
 
-#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -41,20 +40,6 @@ class PairsCell {
   std::mt19937_64 random_;
   std::vector<world::Obstacle> obstacles_;
   planner::CellGeometry geometry_;
-};
-
-class FclPairs {
- public:
-  explicit FclPairs(const planner::CellGeometry& geometry);
-  ~FclPairs();
-
-  /// Distances of all pairs in the order of ExactDistance::clearances; FCL answers −1 for overlapping pairs.
-  void distances(const Instant& instant, std::vector<double>& out);
-
- private:
-  struct Objects;
-  const planner::CellGeometry& geometry_;
-  std::unique_ptr<Objects> objects_;
 };
 
 }  // namespace hecaton::bench

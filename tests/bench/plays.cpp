@@ -1,6 +1,7 @@
 #include <array>
 
 #include "planner/rollout/played_cell.hpp"
+#include "tests/bench/fcl_peer.hpp"
 #include "tests/bench/pairs_cell.hpp"
 #include "tests/bench/timings.hpp"
 
@@ -28,14 +29,33 @@ std::array<PlayedArm, 3> draw_arms(PairsCell& cell) {
   return arms;
 }
 
-/// The mean tick of plays of three arms, one after the other on one core.
+/// Where a play has led.
+Instant instant_of(const PlayedCell& played, const CellGeometry& geometry,
+                   std::span<const world::ObstacleState> obstacles) {
+  Instant now;
+  for (int i = 0; i < played.arms(); ++i) {
+    const Arm& arm = geometry.arms()[i];
+    forward_kinematics(*arm.model, arm.X_WB, played.arm(i).q, now.kinematics.emplace_back());
+  }
+  now.obstacles.assign(obstacles.begin(), obstacles.end());
+  return now;
+}
+
+/// The mean tick of plays of three arms, one after the other on one core; beside it FCL's pass over all pairs of an arm
+/// where each play has led.
 void plays(benchmark::State& state, bool among_boxes) {
   PairsCell cell(20060521);
   PlayedCell played(cell.geometry().arms(), std::vector<LocalParameters>(3), kPeriod);
   const std::size_t boxes = among_boxes ? cell.obstacles().size() : 0;
   played.set_obstacles(std::span(cell.obstacles()).first(boxes));
+  CellGeometry geometry(cell.geometry().arms(), 0);
+  geometry.set_obstacles(std::span(cell.obstacles()).first(boxes));
+  FclPeer fcl(geometry);
+  std::vector<double> theirs;
+  Timings peer;
+  std::vector<world::ObstacleState> states;
   const auto play = [&] {
-    const std::vector<world::ObstacleState> states = cell.draw().obstacles;
+    states = cell.draw().obstacles;
     played.begin(draw_arms(cell), std::span(states).first(boxes));
     return time_once([&] {
              for (int k = 0; k < kSteps; ++k) played.step();
@@ -48,8 +68,10 @@ void plays(benchmark::State& state, bool among_boxes) {
     const double tick = play();
     ticks.add(tick);
     set_iteration_time(state, tick);
+    const Instant now = instant_of(played, geometry, std::span(states).first(boxes));
+    peer.measure([&] { fcl.distances(0, now, theirs); });
   }
-  report(state, ticks);
+  report(state, ticks, peer);
   state.counters["ticks_per_s"] = 1e6 * static_cast<double>(state.iterations()) / ticks.total();
 }
 

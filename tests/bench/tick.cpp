@@ -6,6 +6,7 @@
 #include "planner/local/limit_rows.hpp"
 #include "planner/local/velocity_damper.hpp"
 #include "planner/trajectory/stop_profile.hpp"
+#include "tests/bench/fcl_peer.hpp"
 #include "tests/bench/journeys.hpp"
 #include "tests/bench/timings.hpp"
 
@@ -21,7 +22,7 @@ constexpr double kInfluence = 0.12;  // [m]
 /// Runs `timed(journeys, timings)` at every tick of many journeys, and FCL's pass over all pairs in turns with it.
 template <typename Timed>
 void along_journeys(benchmark::State& state, Journeys& journeys, const Timed& timed) {
-  FclPairs fcl(journeys.geometry());
+  FclPeer fcl(journeys.geometry());
   std::vector<double> theirs;
   Timings ours;
   Timings peer;
@@ -29,7 +30,7 @@ void along_journeys(benchmark::State& state, Journeys& journeys, const Timed& ti
   int count = 0;
   for (auto _ : state) {
     set_iteration_time(state, timed(ours));
-    if (count++ % kPeerEvery == 0) peer.measure([&] { fcl.distances(journeys.instant(), theirs); });
+    if (count++ % kPeerEvery == 0) peer.measure([&] { fcl.distances(0, journeys.instant(), theirs); });
     const TickResult result = journeys.tick();
     rows += result.rows;
     journeys.advance(result);
