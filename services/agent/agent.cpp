@@ -181,6 +181,7 @@ void Agent::tell(const Incident& incident) {
 
 void Agent::beat(bus::Clock::time_point now) {
   Vital vital;
+  vital.newest_event = sequence_;
   vital.detail = keeper_.complaint();
   if (!vital.detail.empty()) vital.state = msg::NODE_DEGRADED;
   if (ending_) vital.state = msg::NODE_STOPPING;

@@ -76,6 +76,7 @@ void Pulse::beat(Clock::time_point now, const Vital& vital, const LoopStatistics
   sample.mandate().planner(vital.mandate.planner);
   sample.mandate().term(vital.mandate.term);
   sample.heard_mode(vital.heard_mode);
+  sample.newest_event(vital.newest_event);
   sample.sequence_number(sample.sequence_number() + 1);
   sample.stamp_ns(stamp_now());
   sample.ticks(loop.ticks());

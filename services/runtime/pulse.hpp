@@ -32,10 +32,11 @@ struct Vital {
   msg::NodeState state = msg::NodeState::NODE_RUNNING;
   std::string detail;  ///< why degraded
   std::uint64_t term = 0;
-  Mandate mandate;                ///< a planner's: the newest for its arm that it has heard of
-  msg::ModeNumber heard_mode;     ///< a supervisor's: the newest of another
-  double oldest_input_age = 0.0;  ///< [s]
-  std::string oldest_input;       ///< topic/key
+  Mandate mandate;                 ///< a planner's: the newest for its arm that it has heard of
+  msg::ModeNumber heard_mode;      ///< a supervisor's: the newest of another
+  std::uint64_t newest_event = 0;  ///< an agent's: number of the last ProcessEvent that it has told
+  double oldest_input_age = 0.0;   ///< [s]
+  std::string oldest_input;        ///< topic/key
 };
 
 class Pulse {

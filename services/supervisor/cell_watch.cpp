@@ -26,7 +26,9 @@ FaultSeverity silence_severity(Presence presence) {
 }
 
 FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit, Time silence) {
-  return {FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit), silence};
+  const auto within = exit.at ? std::nullopt : std::optional(silence);
+  return {
+      FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit), within, exit.at};
 }
 
 }  // namespace
@@ -95,7 +97,7 @@ void CellWatch::process_started(std::string_view node, std::int64_t pid) {
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
 
-void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
+void CellWatch::process_exited(std::string_view node, const ProcessExit& exit, bool news) {
   const auto found = states_.find(node);
   if (found == states_.end()) return;
   State& state = found->second;
@@ -104,16 +106,10 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit) {
   state.pid = exit.pid;
   state.stopped = exit.wanted;
   state.died = exit.wanted ? std::nullopt : std::optional(exit);
-  state.unjudged = state.died;
+  state.unjudged = news ? state.died : std::nullopt;
   state.silence_at_end = liveness_.silence(node);
   liveness_.restarted(node);
   if (state.has_stream) liveness_.restarted(stream_name(node));
-}
-
-void CellWatch::forget_past_ends() {
-  for (auto& [name, state] : states_) {
-    if (!state.died) state.unjudged.reset();
-  }
 }
 
 void CellWatch::contacts(std::uint64_t count, const std::string& subject, const std::string& seen) {
@@ -153,6 +149,7 @@ void CellWatch::judge(Time now) {
       // Told even when its successor was heard of in the same instant; over with the next judgement then. What an
       // earlier supervisor has told already is history.
       raise(node, *death);
+      if (exit->at && sound(node)) faults_.clear(node.name, now);  // of long ago: nobody is held for it
     } else if (const auto seen = sight(node)) {
       raise(node, *seen);
     } else if (sound(node)) {

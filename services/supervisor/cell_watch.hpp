@@ -44,6 +44,8 @@ struct ProcessExit {
   int exit_code = 0;
   int signal_number = 0;  ///< 0: it returned
   bool wanted = false;    ///< it was told to
+  /// When, if it was before we met its agent; otherwise just now.
+  std::optional<Time> at{};
 };
 
 /// "process 123 was ended by signal 9 (Killed)"
@@ -69,10 +71,9 @@ class CellWatch {
   /// ArmState from a driver, ObstacleStates from the world: signs of life of the loop, too.
   void stream_heard(std::string_view node, Time at);
   void process_started(std::string_view node, std::int64_t pid);
-  void process_exited(std::string_view node, const ProcessExit& exit);
-  /// Ends heard of since the last judgement are history where a successor is there. For who has no account of what was
-  /// told before: it cannot know which of them are news.
-  void forget_past_ends();
+  /// `news`: to be told even when its successor is there before the next judgement; otherwise an end that somebody may
+  /// have told already matters only as long as nobody has taken its place.
+  void process_exited(std::string_view node, const ProcessExit& exit, bool news = true);
   /// What the referee has counted in all, and the latest of them. Those of before the first call count as seen where a
   /// contact is remembered.
   void contacts(std::uint64_t count, const std::string& subject, const std::string& seen);

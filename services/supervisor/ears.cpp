@@ -10,6 +10,9 @@
 namespace hecaton::services {
 namespace {
 
+/// Whoever hears nothing but its own host for so long takes the others for lost, and not itself.
+constexpr Time kAlone = std::chrono::seconds(1);
+
 // Silence is judged by CellWatch, which knows of our own stalls; the middleware's deadlines would only cost time.
 bus::ReaderOptions without_deadline() {
   bus::ReaderOptions options;
@@ -41,8 +44,8 @@ ProcessExit exit_of(const msg::ProcessEvent& event) {
 
 }  // namespace
 
-Ears::Ears(bus::Participant& participant, std::string node, bus::Mailbox& urgent, bus::Mailbox& quiet)
-    : node_(std::move(node)),
+Ears::Ears(bus::Participant& participant, Self self, bus::Mailbox& urgent, bus::Mailbox& quiet)
+    : self_(std::move(self)),
       requests_(participant, &urgent),
       processes_(participant, &urgent),
       heartbeats_(participant, &quiet, without_deadline()),
@@ -62,11 +65,15 @@ void Ears::listen(const bus::EndpointId& self, const Listeners& to) {
   hear_world(to);
 }
 
+Time Ears::newest_arrival() const {
+  return newest_near_ - newest_far_ > kAlone ? newest_near_ : newest_far_;
+}
+
 void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
   for (const auto& sample : modes_.take()) {
     const msg::CellMode& mode = sample.value;
     if (sample.disposed || sample.writer.same_participant(self)) continue;
-    newest_arrival_ = std::max(newest_arrival_, arrival(sample));
+    newest_far_ = std::max(newest_far_, arrival(sample));
     to.leadership.heard_leader(mode.term(), arrival(sample));
     if (other_mode_ && mode.term() < other_mode_->term()) continue;
     for (const msg::Grant& grant : mode.grants()) to.succession.hear(grant.arm(), {grant.planner(), grant.term()});
@@ -95,7 +102,9 @@ void Ears::hear_nodes(const Listeners& to) {
   for (const auto& sample : heartbeats_.take()) {
     const msg::Heartbeat& beat = sample.value;
     if (sample.disposed) continue;
-    if (beat.node() != node_) newest_arrival_ = std::max(newest_arrival_, arrival(sample));
+    if (beat.kind() == msg::NODE_AGENT) meet_agent(sample);
+    Time& newest = beat.host() == self_.host ? newest_near_ : newest_far_;
+    if (beat.node() != self_.node) newest = std::max(newest, arrival(sample));
     if (beat.kind() != msg::NODE_SUPERVISOR) to.leadership.heard_term(beat.term(), arrival(sample));
     // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
     to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
@@ -120,27 +129,55 @@ void Ears::hear_drivers(const Listeners& to) {
   for (const auto& sample : goals_.take()) to.picture.take_goal(sample);
 }
 
+void Ears::meet_agent(const bus::Sample<msg::Heartbeat>& sample) {
+  const auto known = agents_.find(sample.value.node());
+  if (known != agents_.end() && known->second.heartbeats.same_participant(sample.writer)) return;
+  agents_.insert_or_assign(sample.value.node(), Acquaintance{sample.writer, sample.value.newest_event(),
+                                                             arrival(sample), sample.value.stamp_ns()});
+}
+
+const Ears::Acquaintance* Ears::acquaintance(const bus::Sample<msg::ProcessEvent>& sample) const {
+  const auto known = agents_.find(agent_node(sample.value.host()));
+  return known != agents_.end() && known->second.heartbeats.same_participant(sample.writer) ? &known->second : nullptr;
+}
+
+// An agent tells its last events to whoever meets it. Which of them are history only its heartbeat says: they wait for
+// the first one.
 void Ears::hear_processes(const Listeners& to) {
-  for (const auto& sample : processes_.take()) {
-    if (sample.disposed) continue;
-    const msg::ProcessEvent& event = sample.value;
-    if (heard_before(to.picture, sample)) continue;
-    to.picture.processes.insert_or_assign(event.process(), heard(sample));
-    const bool exited = event.kind() == msg::PROCESS_EXITED;
-    if (exited) {
-      to.watch.process_exited(event.node(), exit_of(event));
+  auto events = std::exchange(early_events_, {});
+  for (auto& sample : processes_.take()) events.push_back(std::move(sample));
+  for (auto& sample : events) {
+    if (sample.disposed || heard_before(to.picture, sample)) continue;
+    if (acquaintance(sample)) {
+      hear_process(sample, to);
     } else {
-      to.watch.process_started(event.node(), event.pid());
+      early_events_.push_back(std::move(sample));
     }
-    const auto* leader = find(to.picture.heartbeats, leader_);
-    const bool led = leader && event.node() == leader_ && event.pid() == leader->value.pid();
-    if (exited && led) to.leadership.leader_died();
-    if (event.node() != node_) continue;
-    if (exited) {
-      own_exit_ = exit_of(event);
-    } else if (event.pid() == getpid() && own_exit_ && !own_exit_->wanted) {
-      predecessor_ = own_exit_;
-    }
+  }
+}
+
+void Ears::hear_process(const bus::Sample<msg::ProcessEvent>& sample, const Listeners& to) {
+  const msg::ProcessEvent& event = sample.value;
+  to.picture.processes.insert_or_assign(event.process(), heard(sample));
+  const bool exited = event.kind() == msg::PROCESS_EXITED;
+  // Who has no account of the past cannot know whether it was told.
+  const Acquaintance& agent = *acquaintance(sample);
+  const bool past = event.sequence_number() <= agent.past_events;
+  if (exited) {
+    ProcessExit exit = exit_of(event);
+    if (past) exit.at = agent.at - std::chrono::nanoseconds(agent.stamp_ns - event.stamp_ns());
+    to.watch.process_exited(event.node(), exit, self_.remembers || !past);
+  } else {
+    to.watch.process_started(event.node(), event.pid());
+  }
+  const auto* leader = find(to.picture.heartbeats, leader_);
+  const bool led = leader && event.node() == leader_ && event.pid() == leader->value.pid();
+  if (exited && led) to.leadership.leader_died();
+  if (event.node() != self_.node) return;
+  if (exited) {
+    own_exit_ = exit_of(event);
+  } else if (event.pid() == getpid() && own_exit_ && !own_exit_->wanted) {
+    predecessor_ = own_exit_;
   }
 }
 

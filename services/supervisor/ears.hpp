@@ -28,13 +28,20 @@ class Ears {
     Succession& succession;
   };
 
-  /// Requests and process events are announced in `urgent`, all the rest in `quiet`. `node`: our own.
-  Ears(bus::Participant& participant, std::string node, bus::Mailbox& urgent, bus::Mailbox& quiet);
+  struct Self {
+    std::string node;
+    std::string host;
+    bool remembers = false;  ///< what was told of the past
+  };
+
+  /// Requests and process events are announced in `urgent`, all the rest in `quiet`.
+  Ears(bus::Participant& participant, Self self, bus::Mailbox& urgent, bus::Mailbox& quiet);
 
   /// Brings in what has arrived. `self`: any endpoint of ours.
   void listen(const bus::EndpointId& self, const Listeners& to);
-  /// When the newest cell mode or heartbeat of another process arrived.
-  [[nodiscard]] Time newest_arrival() const { return newest_arrival_; }
+  /// When the newest cell mode or heartbeat of another host arrived. What is heard of our own host counts only when
+  /// nothing else has been heard for a while: before, we have rather been cut off ourselves.
+  [[nodiscard]] Time newest_arrival() const;
   [[nodiscard]] std::vector<bus::Sample<msg::SupervisorRequest>> requests() { return requests_.take(); }
 
   /// How our own predecessor ended, once our agent has told that it started us in its place.
@@ -50,9 +57,21 @@ class Ears {
   void hear_nodes(const Listeners& to);
   void hear_drivers(const Listeners& to);
   void hear_processes(const Listeners& to);
+  void hear_process(const bus::Sample<msg::ProcessEvent>& sample, const Listeners& to);
   void hear_world(const Listeners& to);
 
-  std::string node_;
+  /// An agent, as we first heard it.
+  struct Acquaintance {
+    bus::EndpointId heartbeats;
+    std::uint64_t past_events = 0;  ///< it had told so many by then
+    Time at{0};                     ///< when that was
+    std::int64_t stamp_ns = 0;      ///< the same on its own clock
+  };
+  void meet_agent(const bus::Sample<msg::Heartbeat>& sample);
+  /// Of the agent that told of this event; null: it has not beaten yet.
+  [[nodiscard]] const Acquaintance* acquaintance(const bus::Sample<msg::ProcessEvent>& sample) const;
+
+  Self self_;
   bus::Reader<msg::SupervisorRequest> requests_;
   bus::Reader<msg::ProcessEvent> processes_;
   bus::Reader<msg::Heartbeat> heartbeats_;
@@ -65,9 +84,11 @@ class Ears {
   bus::Reader<msg::Fault> faults_;
   std::optional<ProcessExit> own_exit_, predecessor_;
   std::optional<msg::CellMode> other_mode_;
-  std::string leader_;  // who told it
-  Time newest_arrival_{0};
+  std::string leader_;                   // who told it
+  Time newest_near_{0}, newest_far_{0};  // arrivals from our own host and from others
   ToldFaults other_faults_;
+  std::map<std::string, Acquaintance, std::less<>> agents_;   // by node
+  std::vector<bus::Sample<msg::ProcessEvent>> early_events_;  // of agents that have not beaten yet
 };
 
 }  // namespace hecaton::services

@@ -49,7 +49,7 @@ bool FaultList::raise(const std::string& cause, const FaultSight& sight, std::ch
   if (opened) {
     record.life = life_;
     record.number = ++last_number_;
-    record.since = now;
+    record.since = sight.since.value_or(now);
     record.detected_within = sight.detected_within;
   } else if (sight.kind < record.kind || (sight.kind == record.kind && sight.severity <= record.severity)) {
     return false;

@@ -60,6 +60,8 @@ struct FaultSight {
   std::string seen;
   /// It was seen no later than this after it happened: the time since the last sign that all was well. Empty: unknown.
   std::optional<std::chrono::nanoseconds> detected_within{};
+  /// When it happened, if that is known to be earlier.
+  std::optional<std::chrono::nanoseconds> since{};
 };
 
 class FaultList {

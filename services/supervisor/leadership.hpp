@@ -21,7 +21,8 @@ class Leadership {
     Time listen{std::chrono::milliseconds(200)};  ///< before the first decision
     Time search{
         std::chrono::milliseconds(200)};  ///< for a leader, by who led or stood by before: somebody else may lead
-    Time silence{std::chrono::milliseconds(300)};  ///< of a leader, after which another takes over
+    Time silence{std::chrono::milliseconds(300)};  ///< of a leader while others are heard, before another takes over
+    Time pause{std::chrono::milliseconds(100)};    ///< between two signs of others: whoever hears less was cut off
   };
 
   /// The supervisors of a cell share the terms out: each takes only those that leave `index` when divided by `of`, so
@@ -45,7 +46,8 @@ class Leadership {
   void heard_leader(std::uint64_t term, Time at) {
     if (role_ == Role::kLeading && term < term_) return;  // it will hear of us
     highest_ = std::max(highest_, term);
-    leader_at_ = at;
+    heard_at_ = at;
+    leader_silence_ = Time(0);
     leader_heard_ = true;
     role_ = role_ == Role::kListening ? role_ : Role::kStandingBy;
   }
@@ -58,12 +60,16 @@ class Leadership {
     leader_heard_ = false;
     searches_ = true;
   }
-  /// Once in each turn, after what was heard. `heard`: when the newest of anything arrived, from anybody; the leader is
-  /// silent only while others are heard, for what it said may still lie in our socket. True when we have just begun to
-  /// lead.
+  /// Once in each turn, after what was heard. `heard`: when the newest sign of others arrived. The leader is silent
+  /// only while others are heard, without longer pauses: what it said may still lie in our socket, and who was cut off
+  /// does not hear everybody again in the same instant. True when we have just begun to lead.
   bool decide(Time now, Time heard) {
     if (role_ == Role::kLeading) return false;
-    const bool leader = leader_heard_ && heard - leader_at_ <= limits_.silence;
+    if (heard > heard_at_) {
+      leader_silence_ += std::min(heard - heard_at_, limits_.pause);
+      heard_at_ = heard;
+    }
+    const bool leader = leader_heard_ && leader_silence_ <= limits_.silence;
     if (now - began_ < limits_.listen) return false;
     const bool searches = role_ == Role::kListening && searches_ && now - began_ < limits_.search;
     if (searches && !leader) return false;
@@ -91,7 +97,8 @@ class Leadership {
   Seat seat_;
   std::uint64_t highest_;
   Time began_;
-  Time leader_at_{0};
+  Time heard_at_{0};        // anybody, as far as it counts in the next
+  Time leader_silence_{0};  // while others were heard
   bool leader_heard_ = false;
   bool searches_;
   Role role_ = Role::kListening;

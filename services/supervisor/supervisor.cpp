@@ -45,6 +45,10 @@ Leadership::Limits patience_of(std::size_t place, std::size_t supervisors) {
   return limits;
 }
 
+std::string own_host(const ServiceOptions& options, const PlacedNode& place) {
+  return options.host.empty() ? place.host : options.host;
+}
+
 void log_fault(const msg::Fault& fault) {
   const LogFields fields{
       {"id", fault.id()}, {"kind", fault.kind()}, {"subject", fault.subject()}, {"seen", fault.seen()}};
@@ -67,18 +71,17 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       began_(bus::Clock::now()),
       watch_(expected_nodes(file, node_), arm_names(file), watch_limits(file, kTurn), since_epoch(began_)),
       remembered_(recall(memory_path_)),
-      leadership_(patience_of(place_, supervisors_.size()), remembered_.term, since_epoch(began_),
-                  {place_, supervisors_.size()}),
       succession_(arms_with_standby(file)),
       led_under_(remembered_.term),
       turned_(began_),
       participant_(make_participant(file, options, node_, &quiet_)),
-      ears_(participant_, node_, urgent_, quiet_),
+      ears_(participant_, {node_, own_host(options, supervisors_[place_]), remembered_.term > 0}, urgent_, quiet_),
+      leadership_(patience_of(place_, supervisors_.size()), remembered_.term, since_epoch(bus::Clock::now()),
+                  {place_, supervisors_.size()}),
       modes_(participant_),
       faults_(participant_),
       replies_(participant_),
-      pulse_(participant_,
-             {node_, msg::NODE_SUPERVISOR, {}, options.host.empty() ? supervisors_[place_].host : options.host},
+      pulse_(participant_, {node_, msg::NODE_SUPERVISOR, {}, own_host(options, supervisors_[place_])},
              pulse_timing(file, options)) {
   for (const ArmPlanners& arm : succession_.arms()) {
     patience_.emplace(arm.arm, TakeoverPatience(file.supervision.takeover_lease, file.supervision.host_lease));
@@ -184,7 +187,6 @@ void Supervisor::begin_to_lead() {
     watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
     watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us
   } else {
-    if (led_under_ == 0) watch_.forget_past_ends();     // agents tell their last events to whoever joins
     watch_.faults().recall(watch_.faults().history());  // what we told under an earlier term, we tell under this one
   }
   led_under_ = leadership_.term();

@@ -80,7 +80,6 @@ class Supervisor {
   CellWatch watch_;
   Picture picture_;
   Memory remembered_;
-  Leadership leadership_;
   Succession succession_;
   std::uint64_t led_under_;  ///< the last term under which we led, in this life or an earlier one
   std::map<std::string, bus::Clock::time_point> in_charge_since_;  ///< of the planner in charge, by arm
@@ -95,6 +94,7 @@ class Supervisor {
   bus::Mailbox urgent_, quiet_;
   bus::Participant participant_;
   Ears ears_;
+  Leadership leadership_;  ///< behind the ears: it listens from when there are any
   bus::Writer<msg::CellMode> modes_;
   bus::Writer<msg::Fault> faults_;
   bus::Writer<msg::SupervisorReply> replies_;

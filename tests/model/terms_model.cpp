@@ -68,7 +68,8 @@ Cell::Cell(const Rules& rules, const Bounds& bounds)
 Cell::SupervisorProcess Cell::born_supervisor(int i, std::uint64_t memory) const {
   Leadership::Seat seat;
   if (rules_.unique_terms) seat = {static_cast<std::uint64_t>(i), 2};
-  return {Leadership({}, memory, kNow, seat), Succession({{kArm, {kPlanners[0], kPlanners[1]}}}), memory};
+  const Leadership::Limits limits{.pause = kPatienceIsOver};
+  return {Leadership(limits, memory, kNow, seat), Succession({{kArm, {kPlanners[0], kPlanners[1]}}}), memory};
 }
 
 Cell::PlannerProcess Cell::born_planner(int j) {

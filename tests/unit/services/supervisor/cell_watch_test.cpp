@@ -139,12 +139,29 @@ TEST_F(CellWatchTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
   EXPECT_EQ(successor.faults().open().size(), 1U);
 }
 
+TEST_F(CellWatchTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
+  ProcessExit exit{pids["driver/arm1"] - 50, -1, 9, false};
+  exit.at = now - 30s;
+  CellWatch late(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
+  late.process_exited("driver/arm1", exit);
+  late.process_started("driver/arm1", pids["driver/arm1"]);
+  // Its successor is heard for long enough to count as well.
+  for (int k = 0; k < 40; ++k) {
+    late.advance(now + 5ms * k);
+    late.heard("driver/arm1", pids["driver/arm1"], now + 5ms * k);
+    late.stream_heard("driver/arm1", now + 5ms * k);
+  }
+  late.judge(now + 200ms);
+  late.judge(now + 205ms);
+  ASSERT_EQ(late.faults().over().size(), 1U);
+  EXPECT_EQ(late.faults().over().front().since, now - 30s);
+}
+
 TEST_F(CellWatchTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
   CellWatch newcomer(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
-  newcomer.process_exited("driver/arm1", {99, -1, 9, false});
+  newcomer.process_exited("driver/arm1", {99, -1, 9, false}, false);
   newcomer.process_started("driver/arm1", pids["driver/arm1"]);
-  newcomer.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false});
-  newcomer.forget_past_ends();
+  newcomer.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false}, false);
   newcomer.judge(now);
   const auto open = newcomer.faults().open();
   ASSERT_EQ(open.size(), 1U);

@@ -8,7 +8,8 @@ namespace {
 using namespace std::chrono_literals;
 using Role = Leadership::Role;
 
-constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence = 300ms};
+/// Whatever is heard, is heard without pauses that count.
+constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 1h};
 
 TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
   Leadership own(kLimits, 0, 0ms);
@@ -31,7 +32,7 @@ TEST(Leadership, LeadsAboveItsEarlierLife) {
 // Whoever led or stood by before has most likely been replaced; the cell had better have no supervisor for a while than
 // two.
 TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
-  constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms};
+  constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms, .pause = 1h};
   Leadership fresh(kSearches, 0, 0ms);
   EXPECT_TRUE(fresh.decide(200ms, 200ms)) << "nobody was before it";
   fresh.absent(5s);
@@ -139,6 +140,18 @@ TEST(Leadership, DoesNotTakeOverWhileItHearsNobody) {
   own.heard_leader(3, 4990ms);
   EXPECT_FALSE(own.decide(5010ms, 5005ms));
   EXPECT_TRUE(own.decide(5300ms, 5291ms)) << "others are heard, and the leader is not";
+}
+
+// Who was cut off does not hear everybody again in the same instant.
+TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
+  Leadership own({.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 100ms}, 0, 0ms);
+  own.heard_leader(3, 190ms);
+  EXPECT_FALSE(own.decide(200ms, 200ms));
+  for (auto now = 5000ms; now <= 5180ms; now += 20ms)
+    EXPECT_FALSE(own.decide(now, now)) << "cut off, now others are heard";
+  own.heard_leader(3, 5190ms);
+  for (auto now = 5200ms; now <= 5480ms; now += 20ms) EXPECT_FALSE(own.decide(now, now)) << "so is the leader";
+  EXPECT_TRUE(own.decide(5500ms, 5500ms));
 }
 
 TEST(Leadership, StandsBackFromAHigherTerm) {

@@ -1,0 +1,128 @@
+// What a supervisor makes of the events that agents tell to whoever meets them.
+#include "services/supervisor/ears.hpp"
+
+#include "services/runtime/node_name.hpp"
+#include "tests/unit/services/bus/bus_test.hpp"
+#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using testing::cell_limits;
+using testing::cell_nodes;
+
+/// An agent that has told of a death and of the successor, and of another death without one.
+class Past : public bus::BusTest {
+ protected:
+  void SetUp() override {
+    die("driver/arm1", 11);
+    start("driver/arm1", 12);
+    die("driver/arm2", 21);
+  }
+
+  void die(const std::string& node, int pid) { tell(node, pid, msg::PROCESS_EXITED, 9); }
+  void start(const std::string& node, int pid) { tell(node, pid, msg::PROCESS_STARTED, 0); }
+
+  void tell(const std::string& node, int pid, msg::ProcessEventKind kind, int signal) {
+    msg::ProcessEvent event;
+    event.process("h1/" + node);
+    event.host("h1");
+    event.node(node);
+    event.pid(pid);
+    event.kind(kind);
+    event.signal_number(signal);
+    event.sequence_number(++told_);
+    event.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(told_)).count());
+    ASSERT_TRUE(events_.write(event));
+  }
+
+  void beat() {
+    msg::Heartbeat beat;
+    beat.node(agent_node("h1"));
+    beat.kind(msg::NODE_AGENT);
+    beat.host("h1");
+    beat.newest_event(told_);
+    beat.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(60)).count());
+    ASSERT_TRUE(beats_.write(beat));
+  }
+
+  bus::Writer<msg::ProcessEvent> events_{here_};
+  bus::Writer<msg::Heartbeat> beats_{here_};
+  std::uint64_t told_ = 0;
+};
+
+/// A supervisor's ears and what it watches.
+struct Listener {
+  Listener(bus::Participant& participant, bool remembers)
+      : ears(participant, {"supervisor", "h1", remembers}, mailbox, mailbox), own(participant) {}
+
+  void listen() {
+    watch.advance(bus::Clock::now().time_since_epoch());
+    static_cast<void>(mailbox.take_events());
+    ears.listen(own.id(), {picture, watch, leadership, succession});
+  }
+  /// Until the event of this number has been taken in; `meanwhile` is called again and again.
+  template <class Act>
+  [[nodiscard]] bool hears(std::uint64_t number, Act meanwhile) {
+    const auto heard = [&] {
+      return std::any_of(picture.processes.begin(), picture.processes.end(),
+                         [&](const auto& entry) { return entry.second.value.sequence_number() == number; });
+    };
+    for (const auto until = bus::Clock::now() + bus::kPatience; !heard() && bus::Clock::now() < until; listen()) {
+      meanwhile();
+      static_cast<void>(mailbox.wait(bus::kOnceMore));
+    }
+    return heard();
+  }
+  [[nodiscard]] std::vector<std::string> accused() {
+    watch.judge(bus::Clock::now().time_since_epoch());
+    std::vector<std::string> subjects;
+    for (const FaultRecord& fault : watch.faults().open()) subjects.push_back(fault.subject);
+    return subjects;
+  }
+
+  bus::Mailbox mailbox;
+  Picture picture;
+  CellWatch watch{cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), bus::Clock::now().time_since_epoch()};
+  Leadership leadership{{}, 0, bus::Clock::now().time_since_epoch()};
+  Succession succession{{}};
+  Ears ears;
+  bus::Writer<msg::CellMode> own;
+};
+
+using Accused = std::vector<std::string>;
+
+TEST_F(Past, IsHistoryForWhoHasNoAccountOfItExceptWhatStillHolds) {
+  Listener newcomer(there_, false);
+  ASSERT_TRUE(newcomer.hears(3, [&] { beat(); }));
+  EXPECT_EQ(newcomer.accused(), Accused{"driver/arm2"});
+  die("driver/arm1", 12);
+  start("driver/arm1", 13);
+  ASSERT_TRUE(newcomer.hears(5, [] {}));
+  EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm1"})) << "news, though its successor is there";
+}
+
+TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
+  Listener newcomer(there_, false);
+  ASSERT_TRUE(events_.wait_matched(1, bus::kPatience));
+  // The bus has brought an event once the mailbox says so; who begins to lead now must not take it for news.
+  static_cast<void>(newcomer.mailbox.wait(bus::kPatience));
+  newcomer.listen();
+  EXPECT_EQ(newcomer.accused(), Accused{});
+  EXPECT_TRUE(newcomer.hears(3, [&] { beat(); }));
+}
+
+TEST_F(Past, IsToldByWhoRemembersWhatWasToldAsOfWhenItWas) {
+  Listener successor(there_, true);
+  ASSERT_TRUE(successor.hears(3, [&] { beat(); }));
+  const Time now = bus::Clock::now().time_since_epoch();
+  EXPECT_EQ(successor.accused(), (Accused{"driver/arm1", "driver/arm2"}));
+  for (const FaultRecord& fault : successor.watch.faults().open()) {
+    EXPECT_LT(fault.since, now - std::chrono::seconds(56))
+        << "the agent's clock said 1 and 3 s, and 60 s when it was met";
+    EXPECT_FALSE(fault.detected_within);
+  }
+}
+
+}  // namespace
+}  // namespace hecaton::services
