@@ -1,6 +1,7 @@
 #include "services/bus/participant.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
@@ -9,6 +10,9 @@
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "services/bus/participant_impl.hpp"
 #include "services/bus/quality.hpp"
@@ -23,6 +27,26 @@ void use_network_inside_process() {
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+}
+
+/// On which all participants of a domain hear announcements (RTPS 2.2, section 9.6.1.1).
+int announcement_port(int domain) {
+  return 7400 + 250 * domain;
+}
+
+/// Whether a program that shares it with nobody has that port: Fast DDS would go on without, and hear nobody.
+bool announcements_are_blocked(int domain) {
+  const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return false;
+  const int shared = 1;
+  static_cast<void>(::setsockopt(probe, SOL_SOCKET, SO_REUSEADDR, &shared, sizeof(shared)));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(announcement_port(domain)));
+  const bool blocked =
+      ::bind(probe, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 && errno == EADDRINUSE;
+  ::close(probe);
+  return blocked;
 }
 
 /// Fast DDS numbers the participants of a process without end, and ports, which follow the number, run out of what
@@ -92,6 +116,12 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   }
   if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(who + "lease must be at least 20 ms");
   if (options.lose_one_in < 0) throw std::runtime_error(who + "lose_one_in must be at least 0");
+  if (announcements_are_blocked(domain)) {
+    throw std::runtime_error(
+        who + "UDP port " + std::to_string(announcement_port(domain)) + " of domain " + std::to_string(domain) +
+        " is taken by another program; choose another domain, below 101 at best: the ports of later "
+        "ones are given to anybody");
+  }
   use_network_inside_process();
   auto qos = participant_qos(name, options);
   gate_ = add_transports(qos, domain, options);

@@ -5,7 +5,7 @@ namespace hecaton::test {
 
 class FreeDomain {
  public:
-  /// Throws std::runtime_error when every domain from 100 to 199 is taken.
+  /// Throws std::runtime_error when every domain from 44 to 100 is taken.
   FreeDomain();
   ~FreeDomain();
   FreeDomain(const FreeDomain&) = delete;

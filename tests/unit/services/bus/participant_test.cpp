@@ -7,6 +7,8 @@
 #include <idl/arm.h>
 #include <idl/health.h>
 #include <idl/world.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include "tests/unit/services/bus/bus_test.hpp"
 
@@ -35,6 +37,25 @@ TEST(Participant, BadOptionsAreRefusedWithASentence) {
   EXPECT_EQ(refusal(1, options), "bus: peers: \"cell-controller\" must be an IPv4 address, e.g. \"10.0.0.2\"");
   options.peers = {{"10.0.0.2", 120}};
   EXPECT_EQ(refusal(1, options), "bus: peers: 10.0.0.2: participants = 120 must be between 1 and 119");
+}
+
+TEST(Participant, APortOfTheDomainThatAnotherProgramKeepsToItselfIsSaid) {
+  const TestDomain domain;
+  const int other = ::socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  const int port = 7400 + 250 * domain.id();
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  ASSERT_EQ(::bind(other, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  EXPECT_EQ(
+      refusal(domain.id(), one_host()),
+      "bus: participant \"test\": UDP port " + std::to_string(port) + " of domain " + std::to_string(domain.id()) +
+          " is taken by another program; choose another domain, below 101 at best: the ports of later ones are given "
+          "to anybody");
+  ::close(other);
+  EXPECT_EQ(refusal(domain.id(), one_host()), "accepted");
+  const Participant first(domain.id(), "first", one_host());
+  EXPECT_EQ(refusal(domain.id(), one_host()), "accepted") << "among participants it is shared";
 }
 
 /// Fast DDS's shared-memory segments that this process has mapped.
