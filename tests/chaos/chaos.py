@@ -1,33 +1,38 @@
 """Faults at random, from a seed, against a cell of three arms with standbys on five hosts, while the arms work.
 
-usage: chaos.py --programs DIR --cell FILE [--faults N] [--seed S] [--only KIND…] [--alone] [--no-standbys] [--logs DIR]
+usage: chaos.py --programs DIR --cell FILE [--faults N | --quiet MINUTES] [--seed S] [--only KIND…] [--alone]
+                [--no-standbys] [--logs DIR] [--report FILE]
 
-An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault. All the time no contact may be seen, and no arm may follow an older term or two
-planners in one; every fault must be told and blamed on who had it, and nothing else; after each episode the cell must run
-again and every goal be reached. Obstacles stand still: an arm whose driver is dead cannot make way. Exit code 0: all of it held; 1: not, and what did not is in the output; 77: no hosts here."""
+An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault. All the time
+no contact may be seen, and no arm may follow an older term or two planners in one; every fault must be told and blamed on
+who had it, and nothing else; after each episode the cell must run again and every goal be reached. With --quiet nothing is
+done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is dead cannot
+make way. SIGTERM (`pkill -f chaos.py`) ends it after the episode under way, with what it found so far. Exit code 0: all
+of it held; 1: not, and what did not is in the output; 77: no hosts here."""
 import argparse
 import collections
+import json
 import pathlib
 import random
 import re
-import statistics
+import signal
 import sys
 import tempfile
-import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "container"))
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
-from injections import KINDS, SILENCE, draw  # noqa: E402
+from figures import TimerLateness, figures, log_figures, quantiles  # noqa: E402
+from injections import KINDS, draw  # noqa: E402
 from live_cell import LiveCell, unix_ms  # noqa: E402
 
 SKIPPED = 77
 ARMS = ("north", "west", "east")
 STANDBYS = {"north-pc": "west-pc", "west-pc": "east-pc", "east-pc": "north-pc", "supervisor-pc": "world-pc"}
 LATE = 5.0  # [s] within which a fault that must be told is told
-STALL = 0.12  # [s] by which a timer is late where the machine itself stood still
-RETURN = 3.0  # [s] after a host's return, in which the silence of what runs there is put down to that
+RETURN = 3.0  # [s] after a host's return, in which the silence of what runs there is put down to that; a supervisor that
+# was cut off itself sees every host return
 
 
 def cell_text(text, folder, standbys):
@@ -45,39 +50,14 @@ def cell_text(text, folder, standbys):
 
 
 class Violation(Exception):
-    pass
+    """What must not be. `account`: the key of the report that counts such."""
+
+    def __init__(self, account, what):
+        super().__init__(what)
+        self.account = account
 
 
-class TimerLateness:
-    """How late this machine wakes a thread that asks for a millisecond: no detection can be more punctual."""
-
-    def __init__(self):
-        self.late = []  # [ms]
-        self.stalls = []  # when a wake-up came later than STALL: the machine itself stood still
-        threading.Thread(target=self._measure, daemon=True).start()
-
-    def _measure(self):
-        while True:
-            begin = time.monotonic()
-            time.sleep(0.001)
-            late = time.monotonic() - begin - 0.001
-            self.late.append(late * 1e3)
-            if late > STALL:
-                self.stalls.append(unix_ms())
-
-
-    def stood_still_before(self, when):
-        """Within the silence that was told at `when` [ms, wall clock], or as it was."""
-        return any(when - 2000 * SILENCE < at <= when + 100 for at in self.stalls)
-
-
-def figures(values, unit="ms"):
-    """p50, p99 and the largest."""
-    ordered = sorted(values)
-    if not ordered:
-        return f"{'–':>34}"
-    p99 = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
-    return f"{statistics.median(ordered):8.1f} {p99:8.1f} {ordered[-1]:8.1f} {unit}"
+ACCOUNTS = ("contacts", "stale_commands_accepted", "wrong_attributions", "false_faults", "missed_faults")
 
 
 class Chaos:
@@ -92,22 +72,61 @@ class Chaos:
         self.detection = collections.defaultdict(list)  # [ms] by kind of injection
         self.recovery = collections.defaultdict(list)   # [s]
         self.violations = []
+        self.accounts = dict.fromkeys(ACCOUNTS, 0)
+        self.told_to_end = False
+        self.tasks = 0
+        self.reached = 0
+        self.supervisor_returned = 0  # [ms, wall clock]
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
         self.pose = "home"
 
     def run(self, faults):
+        self.learn()
+        while self.faults < faults and not self.violations and not self.told_to_end:
+            self.episode()
+
+    def stay_quiet(self, minutes):
+        """The arms work, nothing happens to them, nothing may be told."""
+        self.learn()
+        end = time.monotonic() + 60.0 * minutes
+        self.known = set(self.cell.faults())
+        self.began = unix_ms()
+        while time.monotonic() < end and not self.violations and not self.told_to_end:
+            try:
+                self.await_goals(self.give_goals())
+                self.check([], [])
+            except (AssertionError, Violation) as error:
+                self.violated("quiet", error)
+
+    def end_early(self, *_):
+        """After this episode."""
+        self.told_to_end = True
+
+    def learn(self):
         self.cell.wait_until_it_runs()
         status = self.cell.status()
         self.nodes = {entry["node"]: entry["host"] for entry in status["nodes"] if not entry["node"].startswith("agent/")}
         self.hosts = {entry["host"] for entry in status["hosts"]}
-        while self.faults < faults and not self.violations:
-            self.episode()
+
+    def give_goals(self):
+        self.pose = "ready" if self.pose == "home" else "home"
+        self.tasks += len(ARMS)
+        return [self.cell.goal(arm, self.pose) for arm in ARMS]
+
+    def await_goals(self, goals):
+        for goal in goals:
+            self.cell.wait_for_goal(goal)
+            self.reached += 1
+
+    def violated(self, during, error):
+        self.violations.append(f"{during}: {error}")
+        if isinstance(error, Violation):
+            self.accounts[error.account] += 1
 
     def episode(self):
         self.known = set(self.cell.faults())
         self.began = unix_ms()
-        self.pose = "ready" if self.pose == "home" else "home"
-        goals = {arm: self.cell.goal(arm, self.pose) for arm in ARMS}
+        goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
             injection = draw(self.rng, self.nodes, self.hosts, self.only)
@@ -122,11 +141,10 @@ class Chaos:
             self.await_told(injections, expected, injected)
             self.cell.wait_until_it_runs()
             healed = time.monotonic()
-            for goal in goals.values():
-                self.cell.wait_for_goal(goal)
+            self.await_goals(goals)
             self.check(injections, expected)
         except (AssertionError, Violation) as error:
-            self.violations.append(f"episode of {', '.join(map(str, injections))}: {error}")
+            self.violated(f"episode of {', '.join(map(str, injections))}", error)
             return
         self.faults += len(injections)
         longest = max(injection.duration for injection in injections)
@@ -147,6 +165,8 @@ class Chaos:
             time.sleep(max(0.0, start + at - time.monotonic()))
             injected.setdefault(index, unix_ms())
             act(self.cell)
+            if injections[index].blinds():
+                self.supervisor_returned = unix_ms()
         return injected
 
     def await_told(self, injections, expected, injected):
@@ -159,20 +179,26 @@ class Chaos:
                 return next((fault for key, fault in self.cell.faults().items() if key not in self.known
                              and fault["kind"] in wanted.kinds and fault["subject"] == wanted.subject), None)
 
-            fault = self.cell.wait_for(f"{injection}: {' or '.join(wanted.kinds)} of {wanted.subject} is told", told, LATE)
+            what = f"{injection}: {' or '.join(wanted.kinds)} of {wanted.subject} is told"
+            try:
+                fault = self.cell.wait_for(what, told, LATE)
+            except AssertionError as error:
+                raise Violation("missed_faults", error) from error
             if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
                 self.detection[injection.kind()].append(fault["since_unix_ms"] - injected[index])
 
     def returns(self, injection, at):
         """A process hangs whose host has just come back: that need not be told."""
-        return injection.name == "stop" and any(
+        if injection.name != "stop":
+            return False
+        return at < self.supervisor_returned + 1000 * RETURN or any(
             fault["kind"] == "agent_lost" and fault["subject"] == injection.host
             and fault["since_unix_ms"] + 1000 * (fault["duration_s"] + RETURN) > at
             for fault in self.cell.faults().values())
 
     def check(self, injections, expected):
         if self.cell.contacts() != 0:
-            raise Violation(f"{self.cell.contacts()} contacts\n{self.cell.account()}")
+            raise Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}")
         victims = {victim for wanted in expected for victim in wanted.victims}
         blind = any(injection.blinds() for injection in injections)
         for key, fault in self.cell.faults().items():
@@ -188,22 +214,29 @@ class Chaos:
             if fault["kind"] == "node_silent" and self.lateness.stood_still_before(fault["since_unix_ms"]):
                 self.machine_stalls += 1
                 continue
-            raise Violation(f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}")
+            raise Violation("wrong_attributions" if injections else "false_faults",
+                            f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}")
         check_terms(self.cell.log_lines())
 
+    def report(self, seed):
+        gaps, rests = log_figures(self.cell.log_lines())
+        return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached, "seed": seed,
+                "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.recovery)},
+                "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
+                "standby_gap_ms": quantiles(gaps), "arm_stop_ms": quantiles(rests),
+                "timer_lateness_ms": quantiles(self.lateness.late),
+                "silent_because_the_machine_stood_still": self.machine_stalls, "violations": self.violations}
+
     def summary(self):
-        print(f"\n{self.faults} faults; told after p50, p99, max; runs again after p50, p99, max")
+        gaps, rests = log_figures(self.cell.log_lines())
+        print(f"\n{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
+              "told after p50, p99, max; runs again after p50, p99, max")
         for name in sorted(self.recovery):
             print(f"{name:22} {len(self.recovery[name]):5} {figures(self.detection[name])}   "
                   f"{figures(self.recovery[name], 's')}")
         print(f"{'timers are late by':28} {figures(self.lateness.late)}; "
               f"{self.machine_stalls} processes were silent because the machine stood still")
-        lines = list(self.cell.log_lines())
-        gaps = [float(gap) for line in lines if "event=follows" in line and 'instead_of=""' not in line
-                for gap in re.findall(r"gap_ms=([0-9.e+]+)", line)]
         print(f"{'commands of a standby':22} {len(gaps):5} {figures(gaps)} after the last of its predecessor")
-        rests = [float(age) for line in lines if "mode=stopped" in line and "commands ceased" in line
-                 for age in re.findall(r"command_age_ms=([0-9.e+]+)", line)]
         print(f"{'arms came to rest':22} {len(rests):5} {figures(rests)} after their last command")
 
 
@@ -217,10 +250,11 @@ def check_terms(lines):
             continue
         arm, planner, term = found[1], found[2], int(found[3])
         if term < newest.get(arm, 0):
-            raise Violation(f"arm {arm} followed term {term} after {newest[arm]}")
+            raise Violation("stale_commands_accepted", f"arm {arm} followed term {term} after {newest[arm]}")
         newest[arm] = term
         if followed.setdefault((arm, term), planner) != planner:
-            raise Violation(f"arm {arm} followed {followed[arm, term]} and {planner} in term {term}")
+            raise Violation("stale_commands_accepted",
+                            f"arm {arm} followed {followed[arm, term]} and {planner} in term {term}")
 
 
 def main():
@@ -228,12 +262,14 @@ def main():
     parser.add_argument("--programs", type=pathlib.Path, required=True, help="folder of hecaton's programs")
     parser.add_argument("--cell", type=pathlib.Path, required=True, help="cell file of five hosts")
     parser.add_argument("--faults", type=int, default=30, help="at least so many (30)")
+    parser.add_argument("--quiet", type=float, metavar="MINUTES", help="no faults: so long nothing may be told")
     parser.add_argument("--seed", type=int, default=1, help="of what happens to whom (1)")
     parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, metavar="KIND",
                         help=f"of these kinds ({', '.join(KINDS)})")
     parser.add_argument("--alone", action="store_true", help="one fault at a time")
     parser.add_argument("--no-standbys", action="store_true", help="the cell as its file is, without standbys")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
+    parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
     options = parser.parse_args()
     hecaton = options.programs.resolve() / "hecaton"
     try:
@@ -250,9 +286,15 @@ def main():
     cell = LiveCell(hosts, hecaton, cell_file, logs)
     cell.start()
     chaos = Chaos(cell, options)
-    chaos.run(options.faults)
+    signal.signal(signal.SIGTERM, chaos.end_early)
+    if options.quiet is None:
+        chaos.run(options.faults)
+    else:
+        chaos.stay_quiet(options.quiet)
     codes = cell.stop()
     chaos.summary()
+    if options.report:
+        options.report.write_text(json.dumps(chaos.report(options.seed), indent=2, ensure_ascii=False) + "\n")
     for violation in chaos.violations:
         print(f"VIOLATION: {violation}")
     if any(codes.values()):

@@ -1,0 +1,58 @@
+"""What a run of chaos measures beside what the cell tells, and how figures are written."""
+import re
+import statistics
+import threading
+import time
+
+from injections import SILENCE
+from live_cell import unix_ms
+
+STALL = 0.12  # [s] by which a timer is late where the machine itself stood still
+
+
+class TimerLateness:
+    """How late this machine wakes a thread that asks for a millisecond: no detection can be more punctual."""
+
+    def __init__(self):
+        self.late = []  # [ms]
+        self.stalls = []  # when a wake-up came later than STALL: the machine itself stood still
+        threading.Thread(target=self._measure, daemon=True).start()
+
+    def _measure(self):
+        while True:
+            begin = time.monotonic()
+            time.sleep(0.001)
+            late = time.monotonic() - begin - 0.001
+            self.late.append(late * 1e3)
+            if late > STALL:
+                self.stalls.append(unix_ms())
+
+    def stood_still_before(self, when):
+        """Within the silence that was told at `when` [ms, wall clock], or as it was."""
+        return any(when - 2000 * SILENCE < at <= when + 100 for at in self.stalls)
+
+
+def quantiles(values):
+    """For the report; nothing without values."""
+    ordered = sorted(values)
+    if not ordered:
+        return None
+    p99 = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
+    return {"n": len(ordered), "p50": statistics.median(ordered), "p99": p99, "max": ordered[-1]}
+
+
+def figures(values, unit="ms"):
+    """p50, p99 and the largest."""
+    told = quantiles(values)
+    return f"{told['p50']:8.1f} {told['p99']:8.1f} {told['max']:8.1f} {unit}" if told else f"{'–':>34}"
+
+
+def log_figures(lines):
+    """From the drivers' logs [ms]: how long a standby's first command came after the last of its predecessor; how long
+    after its last command an arm was at rest."""
+    lines = list(lines)
+    gaps = [float(gap) for line in lines if "event=follows" in line and 'instead_of=""' not in line
+            for gap in re.findall(r"gap_ms=([0-9.e+]+)", line)]
+    rests = [float(age) for line in lines if "mode=stopped" in line and "commands ceased" in line
+             for age in re.findall(r"command_age_ms=([0-9.e+]+)", line)]
+    return gaps, rests
