@@ -317,6 +317,8 @@ void PlannerService::look_ahead(const planner::TickResult& result, std::span<con
   }
 }
 
+// Where this process was stopped in the midst of planning, the command follows from older news than was counted on: it
+// is lost like a datagram, and the drive knows what to do then.
 void PlannerService::command(const planner::TickResult& result) {
   if (!in_charge_ || !modes_.view().heard()) return;
   const ArmView::Heard& own = *arms_.arm(self_);
@@ -329,6 +331,7 @@ void PlannerService::command(const planner::TickResult& result) {
   command_.stamp_ns(stamp_now());
   command_.q(bus::to_message(result.q));
   command_.qd(bus::to_message(result.qd));
+  if (Clock::now() - now_ > reaction_ + loop_.period()) return;
   (void)commands_.write(command_);  // the bus logs a refusal; the next command is due in one period
 }
 

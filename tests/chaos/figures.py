@@ -1,35 +1,6 @@
 """What a run of chaos measures beside what the cell tells, and how figures are written."""
 import re
 import statistics
-import threading
-import time
-
-from injections import SILENCE
-from live_cell import unix_ms
-
-STALL = 0.12  # [s] by which a timer is late where the machine itself stood still
-
-
-class TimerLateness:
-    """How late this machine wakes a thread that asks for a millisecond: no detection can be more punctual."""
-
-    def __init__(self):
-        self.late = []  # [ms]
-        self.stalls = []  # when a wake-up came later than STALL: the machine itself stood still
-        threading.Thread(target=self._measure, daemon=True).start()
-
-    def _measure(self):
-        while True:
-            begin = time.monotonic()
-            time.sleep(0.001)
-            late = time.monotonic() - begin - 0.001
-            self.late.append(late * 1e3)
-            if late > STALL:
-                self.stalls.append(unix_ms())
-
-    def stood_still_before(self, when):
-        """Within the silence that was told at `when` [ms, wall clock], or as it was."""
-        return any(when - 2000 * SILENCE < at <= when + 100 for at in self.stalls)
 
 
 def quantiles(values):

@@ -10,8 +10,8 @@ from hosts import CannotRun, Hosts, run
 class Containers(Hosts):
     kind = "podman containers"
 
-    def __init__(self, image, folder):
-        """`folder`: what the hosts see of this machine's files, to read."""
+    def __init__(self, image, *folders):
+        """`folders`: what the hosts see of this machine's files, to read."""
         for tool in ("podman", "nsenter", "nft"):
             if shutil.which(tool) is None:
                 raise CannotRun(f"{tool} is missing")
@@ -21,7 +21,7 @@ class Containers(Hosts):
         if tried.returncode != 0:
             raise CannotRun(f"podman runs no container: {tried.stderr.strip() or tried.returncode}")
         self._image = image
-        self._folder = str(folder)
+        self._volumes = [word for folder in folders for word in ("--volume", f"{folder}:{folder}:ro")]
         self._network = f"hecaton-test-{os.getpid()}"
         self._addresses = {}
 
@@ -37,7 +37,7 @@ class Containers(Hosts):
     def start(self, host, arguments, log):
         return subprocess.Popen(
             ["podman", "run", "--rm", "--name", self._name(host), "--hostname", host, "--network", self._network,
-             "--ip", self._addresses[host], "--volume", f"{self._folder}:{self._folder}:ro", self._image, *arguments],
+             "--ip", self._addresses[host], *self._volumes, self._image, *arguments],
             stdout=log, stderr=log)
 
     def inside(self, host, words):
@@ -62,3 +62,4 @@ class Containers(Hosts):
     def close(self):
         run("podman", "rm", "--force", "--ignore", *[self._name(host) for host in self._addresses])
         run("podman", "network", "rm", "--force", self._network)
+        self._addresses = {}

@@ -16,7 +16,7 @@ def run(*words, check=True):
 
 
 class Hosts(abc.ABC):
-    """Hosts by name. They end with the object at the latest."""
+    """Hosts by name. They end with the program at the latest; after close() others can be added."""
 
     kind = ""  # as the output calls them
 

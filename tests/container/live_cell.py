@@ -1,15 +1,26 @@
 """A cell of several hosts, seen from outside: through `hecaton` on the operator's machine."""
 import json
+import re
 import signal
 import subprocess
 import threading
 import time
 
+from steadiness import NodeLateness
+
 PATIENCE = 120  # [s] far beyond what any machine needs; only ends a test that hangs
+
+LINES = 12  # of what a command said, in a failure's account
 
 
 def unix_ms():
     return time.time_ns() // 1_000_000
+
+
+def still_text(text, folder):
+    """A cell file's text, for another folder than `folder`, with obstacles that stand still: no arm whose driver is dead
+    gets out of the way of one that is moved by a script."""
+    return re.sub(r"^    motion: .*\n", "", text, flags=re.M).replace("urdf: urdf/", f"urdf: {folder}/urdf/")
 
 
 class LiveCell:
@@ -22,6 +33,7 @@ class LiveCell:
         self._watch = None
         self._status = None
         self._faults = {}
+        self.lateness = NodeLateness()
         self._changed = threading.Condition()
 
     def start(self):
@@ -57,6 +69,7 @@ class LiveCell:
             with self._changed:
                 self._status = json.loads(line)
                 self._faults.update({fault["id"]: fault for fault in self._status["faults"]})
+                self.lateness.hear(self._status)
                 self._changed.notify_all()
 
     # What is.
@@ -120,10 +133,14 @@ class LiveCell:
                          "--connect-timeout", f"{PATIENCE}s", stderr=subprocess.STDOUT)
 
     def wait_for_goal(self, goal):
-        """It must be reached."""
-        said = goal.communicate(timeout=2 * PATIENCE)[0]
+        """It must be reached, and nothing touched: after a contact the cell is held until people resume it."""
+        self.wait_for("goal ends", lambda status: goal.poll() is not None or touched(status), 2 * PATIENCE)
+        if goal.poll() is None:
+            goal.kill()
+        said = goal.communicate()[0].splitlines()
         if goal.returncode != 0:
-            raise AssertionError(f"goal not reached (exit code {goal.returncode}): {said}\n{self.account()}")
+            raise AssertionError("\n".join([f"goal not reached (exit code {goal.returncode}); it said at last",
+                                            *said[-LINES:], self.account()]))
 
     def wait_until_it_moves(self, arm):
         self.wait_for(f"arm {arm} moves", lambda status: any(
@@ -148,6 +165,10 @@ class LiveCell:
         for agent in self._agents.values():
             agent.send_signal(signal.SIGTERM)
         return {host: agent.wait(timeout=PATIENCE) for host, agent in self._agents.items()}
+
+
+def touched(status):
+    return status["referee"] is not None and status["referee"]["contacts"] > 0
 
 
 def runs(status):

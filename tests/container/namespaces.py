@@ -136,4 +136,11 @@ class Namespaces(Hosts):
         (self.DISKS / host / "rubbish").unlink()
 
     def close(self):
-        pass  # all of it ends with the namespaces that enter() made
+        """The hosts. All else ends with the namespaces that enter() made."""
+        for name, port in self._ports.items():
+            run("ip", "link", "delete", port)
+            run("ip", "netns", "delete", name)
+            run("umount", str(self.DISKS / name))
+            (self.DISKS / name).rmdir()
+        run("ip", "address", "flush", "dev", self.BRIDGE)
+        self._ports = {}
