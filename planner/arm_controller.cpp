@@ -4,6 +4,7 @@
 
 #include "planner/cspace/surface_points.hpp"
 #include "planner/goal_check.hpp"
+#include "planner/local/goal_objective.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
@@ -46,6 +47,7 @@ std::string ArmController::reject_goal(const JointVector& q_goal, std::span<cons
 
 void ArmController::set_goal(const JointVector& q_goal) {
   goal_ = q_goal;
+  approach_.restart();
   // The same goal again, after the arm had been there and stepped aside, is a new one.
   if (!under_way()) memory_.local.q_goal = {};
 }
@@ -93,6 +95,10 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   const TickResult result =
       cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   setpoint_ = MeasuredState{result.q, result.qd};
+  const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
+  if (goal_ && free_to_plan) {
+    approach_.note(joint_difference(geometry_.own_arm().limits, result.q, *goal_).norm(), dt_);
+  }
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/approach.hpp"
 #include "planner/cspace/sensed_planner.hpp"
 #include "planner/local/old_news.hpp"
 #include "planner/model/range_sensor.hpp"
@@ -62,6 +63,8 @@ class ArmController {
 
   /// Has a goal and has not been there yet; as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
+  /// How it has come nearer to its goal, or not; periods in which it was held or knew too little do not count.
+  [[nodiscard]] const Approach& approach() const { return approach_; }
   /// The arm's claim to the right of way, to be published.
   [[nodiscard]] std::uint32_t claim() const { return memory_.local.right_of_way.claim; }
 
@@ -88,6 +91,7 @@ class ArmController {
   TickScratch scratch_;
   TickMemory memory_;
   std::optional<JointVector> goal_;
+  Approach approach_;
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
   std::unique_ptr<cspace::SensedPlanner> cspace_;

@@ -22,6 +22,7 @@ constexpr int kMostSwitches = 4;
 struct HalfPlane {
   Eigen::Vector2d A;  ///< unit
   double b;
+  int row;        ///< that it comes from; −1: a limit of the joints
   bool obstacle;  ///< from a pair inside the influence distance, so that it can be followed from the start
 };
 
@@ -29,10 +30,10 @@ struct ProjectedConstraints {
   std::array<HalfPlane, kMaxRows + 2 * kMaxJoints> items;
   int count = 0;
 
-  void add(const Eigen::Vector2d& A, double b, bool obstacle) {
+  void add(const Eigen::Vector2d& A, double b, int row, bool obstacle) {
     const double length = A.norm();
     if (length < kFlat || count == static_cast<int>(items.size())) return;
-    items[count++] = {A / length, b / length, obstacle};
+    items[count++] = {A / length, b / length, row, obstacle};
   }
 };
 
@@ -40,13 +41,14 @@ struct ProjectedConstraints {
 // differs from paper: step and joint limits are projected too, or the vertex could be unbounded.
 ProjectedConstraints project(const FollowerMemory& memory, const VelocityBounds& bounds, std::span<const Row> rows) {
   ProjectedConstraints projected;
-  for (const Row& row : rows) {
-    projected.add({row.g.dot(memory.U1), row.g.dot(memory.U2)}, row.h, row.influences);
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    const Row& row = rows[i];
+    projected.add({row.g.dot(memory.U1), row.g.dot(memory.U2)}, row.h, i, row.influences);
   }
   for (Eigen::Index j = 0; j < bounds.upper.size(); ++j) {
     const Eigen::Vector2d unit(memory.U1[j], memory.U2[j]);
-    projected.add(unit, bounds.upper[j], false);
-    projected.add(-unit, -bounds.lower[j], false);
+    projected.add(unit, bounds.upper[j], -1, false);
+    projected.add(-unit, -bounds.lower[j], -1, false);
   }
   return projected;
 }
@@ -165,6 +167,7 @@ std::optional<JointVector> follow_boundary(FollowerMemory& memory, const Velocit
   for (int attempt = 0; attempt <= kMostSwitches; ++attempt) {
     const HalfPlane& wall = projected.items[followed];
     memory.A_lock = wall.A;
+    memory.followed_row = wall.row;
     const Eigen::Vector2d S(-wall.A.y(), wall.A.x());  // eq. 22
     // The vertex on the followed constraint; where limits keep the arm from that line, along S from rest.
     Eigen::Vector2d p = wall.b * wall.A;

@@ -21,6 +21,7 @@ struct FollowerMemory {
   double time_in_subspace = 0.0;        ///< [s]
   int redraws = 0;                      ///< subspaces drawn for this goal, the first included
   int switches_in_subspace = 0;         ///< changes of the followed constraint
+  int followed_row = -1;                ///< of the last period; −1: a limit of the joints
 };
 
 /// Begins to follow at q: subspace P through q, the goal and the joint limits (all upper or all lower, drawn once a

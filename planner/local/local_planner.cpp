@@ -220,6 +220,8 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   }
   result.following = memory.follower.following;
   result.binding_row = strongest_row(intended);
+  // On the boundary itself nothing pushes: what binds is the boundary.
+  if (result.following && memory.follower.followed_row >= 0) result.binding_row = memory.follower.followed_row;
 
   const VelocityBounds reachable =
       intersect(bounds, acceleration_bounds(input.limits, input.qd, braking, input.dt), braking);

@@ -92,6 +92,7 @@ class Episode {
       }
     }
     if (options_.times != nullptr) options_.times->run_us += microseconds_since(began);
+    declare_hopeless();
     for (const auto& search : searches_) outcome_.rollout_ticks += search ? search->ticks() : 0;
     outcome_.referee = world_.referee().report();
     return outcome_;
@@ -217,6 +218,16 @@ class Episode {
   void declare_blocked() {
     for (ArmOutcome& arm : outcome_.arms) {
       if (arm.outcome != TaskOutcome::kReached) arm.outcome = TaskOutcome::kBlocked;
+    }
+  }
+
+  /// Who had not come nearer for long when its time was over found no way.
+  void declare_hopeless() {
+    for (std::size_t i = 0; i < controllers_.size(); ++i) {
+      ArmOutcome& arm = outcome_.arms[i];
+      if (arm.outcome == TaskOutcome::kTimedOut && controllers_[i].approach().hopeless()) {
+        arm.outcome = TaskOutcome::kBlocked;
+      }
     }
   }
 

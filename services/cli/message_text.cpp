@@ -149,7 +149,8 @@ std::string why_text(const msg::GoalStatus& goal) {
   if (goal.state() == msg::GOAL_REACHED) return {};
   std::string why = goal.reason();
   const std::string binding = binding_text(goal);
-  if (!binding.empty()) why += why.empty() ? binding : " (" + binding + ")";
+  const bool told = why.find(binding) != std::string::npos;
+  if (!told) why += why.empty() ? binding : " (" + binding + ")";
   if (goal.held_for() > 0.0) why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.held_for());
   if (!goal.trying().empty() && !is_final(goal.state())) why += (why.empty() ? "" : "; ") + goal.trying();
   return why;

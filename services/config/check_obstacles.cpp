@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
+#include "planner/local/random.hpp"
 #include "services/config/findings.hpp"
 #include "services/config/placed_bodies.hpp"
 #include "services/config/text.hpp"
@@ -12,6 +14,8 @@ namespace {
 
 constexpr double kWatched = 60.0;  // of a script [s]
 constexpr int kSamples = 600;
+constexpr int kConfigurations = 200;   // of each arm, to find out whether it reaches something
+constexpr double kSuddenChange = 0.1;  // of a velocity that dampers and margins do not absorb [m/s]
 
 using Bodies = std::vector<PlacedBody>;
 
@@ -39,6 +43,45 @@ void check_acceleration(const planner::Cell& cell, const world::Obstacle& obstac
   }
 }
 
+std::string point_text(const Eigen::Vector3d& p) {
+  return "(" + number_text(p.x()) + ", " + number_text(p.y()) + ", " + number_text(p.z()) + ")";
+}
+
+bool reaches(const planner::Cell& cell, const planner::CellGeometry& geometry, int arm, const Bodies& obstacle) {
+  const planner::PlannedArm& planned = cell.arms[arm];
+  planner::Random random(1);
+  planner::JointVector q(planned.arm.model->joints());
+  for (int sample = 0; sample < kConfigurations; ++sample) {
+    for (int joint = 0; joint < q.size(); ++joint) {
+      q[joint] = random.uniform(std::max(planned.arm.limits.lower[joint], -std::numbers::pi),
+                                std::min(planned.arm.limits.upper[joint], std::numbers::pi));
+    }
+    const Bodies bodies = place_arm(cell.scene.obstacles, geometry, arm, q);
+    if (nearest_pair(bodies, obstacle, planned.parameters.damper.influence_distance, true).found) return true;
+  }
+  return false;
+}
+
+/// What changes its place or velocity at once, where an arm may be, nobody can make way for.
+void check_breaks(const planner::Cell& cell, const planner::CellGeometry& geometry, int index, const std::string& key,
+                  Findings& findings) {
+  const world::Obstacle& obstacle = cell.scene.obstacles[index];
+  for (const world::ScriptBreak& one : world::script_breaks(obstacle)) {
+    if (one.jump == 0.0 && one.velocity_change <= kSuddenChange) continue;
+    const Bodies there = place_obstacle(geometry, obstacle.name, one.X_WO, index);
+    for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+      if (!reaches(cell, geometry, arm, there)) continue;
+      const std::string what = one.jump > 0.0
+                                   ? " starts again"
+                                   : " changes its velocity by " + number_text(one.velocity_change) + " m/s at once";
+      findings.push_back({Severity::kWarning, key + what + " at " + point_text(one.X_WO.translation()) +
+                                                  ", within reach of " + arm_key(arm) +
+                                                  ": an arm that is there cannot make way in time"});
+      return;
+    }
+  }
+}
+
 void check_one(const planner::Cell& cell, const planner::CellGeometry& geometry, int index, const Bodies& fixed,
                double slowest_arm, Findings& findings) {
   const world::Obstacle& obstacle = cell.scene.obstacles[index];
@@ -60,6 +103,7 @@ void check_one(const planner::Cell& cell, const planner::CellGeometry& geometry,
         {Severity::kWarning, key + " leads through a part that cannot give way: " + overlap_text(deepest)});
   }
   check_acceleration(cell, obstacle, key, findings);
+  check_breaks(cell, geometry, index, key, findings);
   if (speed > slowest_arm) {
     findings.push_back({Severity::kWarning, key + " reaches " + number_text(speed) +
                                                 " m/s, but an arm's tool at most " + number_text(slowest_arm) +

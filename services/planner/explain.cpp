@@ -35,15 +35,22 @@ std::string lost_arm(const planner::TickResult& result, const planner::CellGeome
   return found == arms.end() ? std::string() : geometry.arms()[found - arms.begin()].name;
 }
 
+std::string what_binds(const Progress& progress) {
+  if (!progress.has_binding) return {};
+  char distance[32];
+  std::snprintf(distance, sizeof distance, "%.0f mm", progress.binding_distance * 1e3);
+  return ": " + progress.binding_own + " – " + progress.binding_other + ", " + distance;
+}
+
 std::string subspaces(int redraws) {
   return redraws <= 0 ? "" : ", in subspace " + std::to_string(redraws);
 }
 
 }  // namespace
 
-Progress explain(const planner::TickResult& result, const planner::CellGeometry& geometry,
-                 std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
-                 const std::string& hold_reason) {
+Progress explain(const planner::TickResult& result, const planner::Approach& approach,
+                 const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
+                 std::span<const world::ObstacleState> obstacles, const std::string& hold_reason) {
   Progress progress;
   progress.held_back = true;
   if (result.has_binding) {
@@ -55,15 +62,12 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
   switch (result.status) {
     case planner::TickStatus::kBlocked: {
       progress.state = msg::GOAL_BLOCKED;
-      char distance[32];
-      std::snprintf(distance, sizeof distance, "%.0f mm", result.binding.distance * 1e3);
-      progress.reason = result.has_binding
-                            ? "no progress: " + progress.binding_own + " – " + progress.binding_other + ", " + distance
-                            : "no progress";
+      progress.reason = "no progress" + what_binds(progress);
       progress.trying = "looks for a way along the boundary" + subspaces(result.redraws);
       break;
     }
     case planner::TickStatus::kFollowing:
+      if (!result.has_binding) progress.reason = "at its joint limits";
       progress.trying = "follows the boundary" + subspaces(result.redraws);
       break;
     case planner::TickStatus::kDetouring:
@@ -86,10 +90,16 @@ Progress explain(const planner::TickResult& result, const planner::CellGeometry&
       progress.held_back = false;
       break;
     case planner::TickStatus::kMoving:
-      progress.held_back = false;
+      progress.held_back = result.has_binding;
       progress.trying =
           result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
       break;
+  }
+  if (progress.held_back && progress.state == msg::GOAL_ACTIVE && approach.hopeless()) {
+    progress.state = msg::GOAL_BLOCKED;
+    char text[64];
+    std::snprintf(text, sizeof text, "no way found for %.0f s", approach.lost());
+    progress.reason = text + what_binds(progress);
   }
   if (const std::string lost = lost_arm(result, geometry, arms); !lost.empty()) {
     progress.reason += (progress.reason.empty() ? "" : "; ") + ("arm " + lost + " was lost and may be nearer");

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "planner/approach.hpp"
 #include "planner/tick.hpp"
 #include "services/planner/goal_desk.hpp"
 
@@ -12,8 +13,8 @@ namespace hecaton::services {
 /// State, reason, binding pair and what is being tried; the distance to the goal is left to the caller. A reached
 /// set-point is told as active: whether the arm is there, only its measured state says.
 /// `hold_reason`: why the tick was told to hold.
-[[nodiscard]] Progress explain(const planner::TickResult& result, const planner::CellGeometry& geometry,
-                               std::span<const planner::ArmObservation> arms,
+[[nodiscard]] Progress explain(const planner::TickResult& result, const planner::Approach& approach,
+                               const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, const std::string& hold_reason);
 
 }  // namespace hecaton::services

@@ -274,7 +274,8 @@ void PlannerService::plan() {
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
   waited_for_input_ = starved ? waited_for_input_ + controller_.control_period() : 0.0;
   if (!desk_.has_active()) return;
-  Progress progress = explain(result, controller_.geometry(), observed, obstacles, hold_reason_);
+  Progress progress =
+      explain(result, controller_.approach(), controller_.geometry(), observed, obstacles, hold_reason_);
   const planner::Arm& arm = controller_.geometry().own_arm();
   const planner::JointVector to_go = planner::joint_difference(arm.limits, own.q, desk_.q_goal());
   progress.distance = to_go.norm();

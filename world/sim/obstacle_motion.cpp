@@ -6,6 +6,9 @@
 namespace hecaton::world {
 namespace {
 
+/// A velocity that changes by less than this share of itself goes straight on.
+constexpr double kStraightOn = 1e-6;
+
 /// Remainder of time / period in [0, period).
 double wrap(double time, double period) {
   const double rest = std::fmod(time, period);
@@ -44,6 +47,12 @@ Line line_at(const WaypointMotion& motion, std::size_t i) {
 
 double length_of(const WaypointMotion& motion, const Line& line) {
   return (motion.poses_W[line.to].translation() - motion.poses_W[line.from].translation()).norm();
+}
+
+/// [m/s]; none where two waypoints differ in orientation only, for then no time passes between them.
+Eigen::Vector3d velocity_on(const WaypointMotion& motion, const Line& line) {
+  const Eigen::Vector3d way = motion.poses_W[line.to].translation() - motion.poses_W[line.from].translation();
+  return way.norm() > 0.0 ? Eigen::Vector3d(motion.speed * way.normalized()) : Eigen::Vector3d::Zero();
 }
 
 /// Of one round [m].
@@ -117,6 +126,25 @@ double acceleration_of(const SineMotion& motion) {
 }
 
 }  // namespace
+
+std::vector<ScriptBreak> script_breaks(const Obstacle& obstacle) {
+  std::vector<ScriptBreak> breaks;
+  if (const auto* conveyor = std::get_if<ConveyorMotion>(&obstacle.motion)) {
+    breaks.push_back({motion_at(obstacle, 0.0).X_WO, 0.0, conveyor->length});
+  }
+  if (const auto* motion = std::get_if<WaypointMotion>(&obstacle.motion)) {
+    const std::size_t lines = round_length(*motion) > 0.0 ? line_count(*motion) : 0;
+    for (std::size_t i = 0; i < lines; ++i) {
+      const Line next = line_at(*motion, i);
+      const Eigen::Vector3d change =
+          velocity_on(*motion, next) - velocity_on(*motion, line_at(*motion, (i + lines - 1) % lines));
+      if (change.norm() > kStraightOn * motion->speed) {
+        breaks.push_back({motion->poses_W[next.from], change.norm(), 0.0});
+      }
+    }
+  }
+  return breaks;
+}
 
 bool is_scripted(const Motion& motion) {
   return !std::holds_alternative<StaticMotion>(motion) && !std::holds_alternative<DynamicMotion>(motion);

@@ -2,6 +2,8 @@
 /// Where a scripted obstacle is at an instant of its script: a pure function of (obstacle, time), so that every process
 /// that knows the scene and the world's time knows the obstacle's place.
 
+#include <vector>
+
 #include "world/model/pose.hpp"
 #include "world/model/scene.hpp"
 
@@ -32,5 +34,15 @@ struct MotionState {
 /// No point of the script's way is left with a greater acceleration of the obstacle's origin [m/s²]. The corners of
 /// waypoints, where the velocity changes at once, do not count; what is not scripted has none.
 [[nodiscard]] double greatest_acceleration(const Obstacle& obstacle);
+
+/// An instant of a script at which no acceleration leads from what was to what comes.
+struct ScriptBreak {
+  Pose X_WO = Pose::Identity();  ///< from where it goes on
+  double velocity_change = 0.0;  ///< of the origin, at once [m/s]
+  double jump = 0.0;             ///< of the origin, at once [m]
+};
+
+/// Of one round: the corners of waypoints at which the direction changes, a conveyor's restart.
+[[nodiscard]] std::vector<ScriptBreak> script_breaks(const Obstacle& obstacle);
 
 }  // namespace hecaton::world

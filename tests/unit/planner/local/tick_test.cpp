@@ -164,6 +164,22 @@ TEST(Tick, SaysWhatBinds) {
   EXPECT_NEAR(result.binding.distance, 0.02, 1e-3);
 }
 
+TEST(Tick, SaysAlongWhichBoundaryItGoes) {
+  Journey run(kWall, Method::kBoundaryFollowing);
+  run.input.q = joints({-1, 0});
+  run.input.q_goal = joints({1, 0});
+  int following = 0;
+  for (int k = 0; k < 6000; ++k) {
+    const TickResult result = run.step();
+    if (result.status == TickStatus::kReached) break;
+    if (result.status != TickStatus::kFollowing) continue;
+    ++following;
+    ASSERT_TRUE(result.has_binding) << "period " << k;
+    EXPECT_EQ(run.geometry.other_name(result.binding), "wall");
+  }
+  EXPECT_GT(following, 10);
+}
+
 TEST(Tick, IsAFunctionOfInputAndMemory) {
   Journey first(kCorner, Method::kBoundaryFollowing, 5);
   Journey second(kCorner, Method::kBoundaryFollowing, 5);

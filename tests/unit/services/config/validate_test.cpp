@@ -132,6 +132,28 @@ TEST(ValidateTest, ObstaclesMustNotAccelerateMoreThanArmsAllowFor) {
       findings_of(kHead + arm("left", "[0, 1]", kDamper + "    acceleration_of_obstacles: 4\n") + ball).empty());
 }
 
+TEST(ValidateTest, ObstaclesMustNotJumpWithinReach) {
+  const auto conveyor = [](const std::string& x) {
+    return "obstacles:\n  - name: train\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [" + x +
+           ", 1, 0]}\n    motion: {type: conveyor, direction: [1, 0, 0], speed: 0.3, length: 2}\n";
+  };
+  expect_only(kHead + arm("left", "[0, 1]") + conveyor("-0.5"), Severity::kWarning,
+              {"obstacles[0].motion starts again at (-0.5, 1, 0)", "reach of arms[0]"});
+  EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + conveyor("-4")).empty());
+}
+
+TEST(ValidateTest, ObstaclesMustNotTurnAtOnceWithinReach) {
+  const auto comet = [](const std::string& speed, const std::string& end) {
+    return "obstacles:\n  - name: comet\n    shapes: [{type: sphere, radius: 0.1}]\n    motion: {type: waypoints, "
+           "speed: " +
+           speed + ", loop: false, poses: [{xyz: [-4, 1, 0]}, {xyz: [" + end + ", 1, 0]}]}\n";
+  };
+  expect_only(kHead + arm("left", "[0, 1]") + comet("0.4", "0.5"), Severity::kWarning,
+              {"obstacles[0].motion changes its velocity by 0.8 m/s at once at (0.5, 1, 0)", "reach of arms[0]"});
+  EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + comet("0.4", "4")).empty());
+  EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + comet("0.04", "0.5")).empty()) << "that slow it may turn";
+}
+
 TEST(ValidateTest, TaskAreaOutOfReachIsAnError) {
   expect_only("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
               Severity::kError, {"tasks", "arms[0] (left)", "no part"});

@@ -13,12 +13,13 @@ class ExplainTest : public testing::Test {
  protected:
   Progress told(TickStatus status) {
     result_.status = status;
-    return explain(result_, geometry_, seen_, {}, "the cell is on hold");
+    return explain(result_, approach_, geometry_, seen_, {}, "the cell is on hold");
   }
 
   planner::CellGeometry geometry_{{test::planar_point("left"), test::planar_point("right")}, 0};
   std::array<planner::ArmObservation, 2> seen_;
   planner::TickResult result_;
+  planner::Approach approach_;
 };
 
 TEST_F(ExplainTest, WhatIsTriedHasAName) {
@@ -53,6 +54,30 @@ TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
   EXPECT_EQ(progress.binding_other, "right/ball");
   EXPECT_EQ(progress.binding_distance, 0.018);
   EXPECT_EQ(progress.reason, "no progress: left/ball – right/ball, 18 mm");
+}
+
+TEST_F(ExplainTest, WhoIsLetGoOnlySlowlyIsHeldBackToo) {
+  result_.has_binding = true;
+  EXPECT_TRUE(told(TickStatus::kMoving).held_back);
+}
+
+TEST_F(ExplainTest, ABoundaryIsAPairOrTheJointLimits) {
+  EXPECT_EQ(told(TickStatus::kFollowing).reason, "at its joint limits");
+  result_.has_binding = true;
+  EXPECT_EQ(told(TickStatus::kFollowing).reason, "");
+}
+
+TEST_F(ExplainTest, WhoWalksForLongWithoutComingNearerIsBlocked) {
+  for (int second = 0; second <= 10; ++second) {
+    EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_ACTIVE) << second;
+    approach_.note(1.0, 1.0);
+  }
+  approach_.note(0.99, 1.0);
+  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_BLOCKED);
+  EXPECT_EQ(told(TickStatus::kFollowing).reason, "no way found for 11 s");
+  EXPECT_EQ(told(TickStatus::kMoving).state, msg::GOAL_ACTIVE) << "it goes freely now";
+  approach_.note(0.5, 1.0);
+  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_ACTIVE);
 }
 
 TEST_F(ExplainTest, ALostArmMayBeNearerThanItWasHeard) {

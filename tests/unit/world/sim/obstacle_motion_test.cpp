@@ -197,6 +197,26 @@ TEST(ObstacleMotion, NoScriptAcceleratesMoreThanItsGreatest) {
   EXPECT_EQ(greatest_acceleration(scripted(StaticMotion{})), 0.0);
 }
 
+TEST(ObstacleMotion, BreaksAreWhereNoAccelerationLeads) {
+  WaypointMotion there_and_back;
+  there_and_back.poses_W = {at_point(0, 0, 0), at_point(1, 0, 0), at_point(3, 0, 0)};
+  there_and_back.speed = 0.4;
+  there_and_back.loop = false;
+  const auto turns = script_breaks(scripted(there_and_back));
+  ASSERT_EQ(turns.size(), 2U) << "it goes straight on at the one between";
+  EXPECT_TRUE(turns[0].X_WO.translation().isApprox(Vector3d(0, 0, 0)));
+  EXPECT_TRUE(turns[1].X_WO.translation().isApprox(Vector3d(3, 0, 0)));
+  for (const ScriptBreak& turn : turns) {
+    EXPECT_NEAR(turn.velocity_change, 0.8, 1e-12);
+    EXPECT_EQ(turn.jump, 0.0);
+  }
+  const auto restarts = script_breaks(scripted(ConveyorMotion{{0, 1, 0}, 0.3, 2.5}, at_point(1, 0, 0)));
+  ASSERT_EQ(restarts.size(), 1U);
+  EXPECT_TRUE(restarts[0].X_WO.translation().isApprox(Vector3d(1, 0, 0)));
+  EXPECT_EQ(restarts[0].jump, 2.5);
+  EXPECT_TRUE(script_breaks(scripted(CircleMotion{{1, 1, 0}, {0, 0, 1}, 0.7, true})).empty());
+}
+
 TEST(ObstacleMotion, BeginsAnewAfterItsPeriod) {
   const Pose start = at_point(0.3, -0.2, 0.5);
   for (const Obstacle& obstacle :
