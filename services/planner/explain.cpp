@@ -90,7 +90,8 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
       progress.held_back = false;
       break;
     case planner::TickStatus::kMoving:
-      progress.held_back = result.has_binding;
+      // A free stretch in the midst of a search ends nothing yet.
+      progress.held_back = result.has_binding || approach.hopeless();
       progress.trying =
           result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
       break;

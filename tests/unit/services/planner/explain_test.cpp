@@ -75,7 +75,7 @@ TEST_F(ExplainTest, WhoWalksForLongWithoutComingNearerIsBlocked) {
   approach_.note(0.99, 1.0);
   EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_BLOCKED);
   EXPECT_EQ(told(TickStatus::kFollowing).reason, "no way found for 11 s");
-  EXPECT_EQ(told(TickStatus::kMoving).state, msg::GOAL_ACTIVE) << "it goes freely now";
+  EXPECT_TRUE(told(TickStatus::kMoving).held_back) << "a free stretch on the way back";
   approach_.note(0.5, 1.0);
   EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_ACTIVE);
 }
