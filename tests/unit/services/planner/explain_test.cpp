@@ -16,6 +16,15 @@ class ExplainTest : public testing::Test {
     return explain(result_, approach_, geometry_, seen_, {}, "the cell is on hold");
   }
 
+  /// The two balls, 18 mm apart, hold it back.
+  void bind() {
+    result_.has_binding = true;
+    result_.binding.counterpart = planner::Counterpart::kArm;
+    result_.binding.other = 1;
+    result_.binding.own_link = result_.binding.other_link = 2;
+    result_.binding.distance = 0.018;
+  }
+
   planner::CellGeometry geometry_{{test::planar_point("left"), test::planar_point("right")}, 0};
   std::array<planner::ArmObservation, 2> seen_;
   planner::TickResult result_;
@@ -43,11 +52,7 @@ TEST_F(ExplainTest, OnlyWhoGoesFreelyIsNotHeldBack) {
 }
 
 TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
-  result_.has_binding = true;
-  result_.binding.counterpart = planner::Counterpart::kArm;
-  result_.binding.other = 1;
-  result_.binding.own_link = result_.binding.other_link = 2;
-  result_.binding.distance = 0.018;
+  bind();
   const Progress progress = told(TickStatus::kBlocked);
   EXPECT_EQ(progress.state, msg::GOAL_BLOCKED);
   EXPECT_EQ(progress.binding_own, "left/ball");
@@ -57,13 +62,13 @@ TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
 }
 
 TEST_F(ExplainTest, WhoIsLetGoOnlySlowlyIsHeldBackToo) {
-  result_.has_binding = true;
+  bind();
   EXPECT_TRUE(told(TickStatus::kMoving).held_back);
 }
 
 TEST_F(ExplainTest, ABoundaryIsAPairOrTheJointLimits) {
   EXPECT_EQ(told(TickStatus::kFollowing).reason, "at its joint limits");
-  result_.has_binding = true;
+  bind();
   EXPECT_EQ(told(TickStatus::kFollowing).reason, "");
 }
 
@@ -85,11 +90,7 @@ TEST_F(ExplainTest, ALostArmMayBeNearerThanItWasHeard) {
   seen_[1].stray = test::joints({0.1, 0.1});
   EXPECT_EQ(told(TickStatus::kMoving).reason, "");
   EXPECT_EQ(told(TickStatus::kBlocked).reason, "no progress; arm right was lost and may be nearer");
-  result_.has_binding = true;
-  result_.binding.counterpart = planner::Counterpart::kArm;
-  result_.binding.other = 1;
-  result_.binding.own_link = result_.binding.other_link = 2;
-  result_.binding.distance = 0.018;
+  bind();
   EXPECT_EQ(told(TickStatus::kMoving).reason, "arm right was lost and may be nearer");
   EXPECT_EQ(told(TickStatus::kBlocked).reason,
             "no progress: left/ball – right/ball, 18 mm; arm right was lost and may be nearer");
