@@ -17,7 +17,7 @@ namespace {
 
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
 constexpr double kHopeless = 10.0;
-/// Fewer are done about as soon as another thread has woken up.
+/// So that a thread has some 50 µs of ticks to do: a choice, of the order of what waking it costs.
 constexpr int kArmsPerThread = 10;
 
 int threads_worth(int threads, int arms) {

@@ -160,12 +160,12 @@ void Ears::hear_process(const bus::Sample<msg::ProcessEvent>& sample, const List
   const msg::ProcessEvent& event = sample.value;
   to.picture.processes.insert_or_assign(event.process(), heard(sample));
   const bool exited = event.kind() == msg::PROCESS_EXITED;
-  // Who has no account of the past cannot know whether it was told.
   const Acquaintance& agent = *acquaintance(sample);
   const bool past = event.sequence_number() <= agent.past_events;
   if (exited) {
     ProcessExit exit = exit_of(event);
     if (past) exit.at = agent.at - std::chrono::nanoseconds(agent.stamp_ns - event.stamp_ns());
+    // Who has no account of the past cannot know whether it was told.
     to.watch.process_exited(event.node(), exit, self_.remembers || !past);
   } else {
     to.watch.process_started(event.node(), event.pid());

@@ -134,58 +134,70 @@ def runs(nodes):
                            and all(arm["mode"] == "run" for arm in status["arms"]))
 
 
-def follow(guide, unit, machines):
-    first, *others = guide.machines
-    everybody = [first, *others]
-    # 1. Install: the image has done it.
-    for name in everybody:
+def install(guide, machines):
+    """Section 1, but for what the image has done."""
+    for name in guide.machines:
         for command in guide.commands(1):
             if not command.startswith("apt-get"):
                 machines.type(name, command)
-    # 2. The cell file.
-    prepare, check, copies = [], [], []
+
+
+def write_cell(guide, machines):
+    """Section 2: on the first machine, and from there to the others."""
+    first = next(iter(guide.machines))
+    written = False
     for command in guide.commands(2):
-        (copies if command.startswith("scp") else check if command.startswith("hecaton") else prepare).append(command)
-    for command in prepare:
-        machines.type(first, command)
-    machines.write(first, "/etc/hecaton/cell.yaml", guide.cell)
-    for command in check:
-        said = machines.type(first, command)
-        if "this cell can start" not in said.splitlines()[-1]:
-            raise RuntimeError(f"it ends otherwise: {said}")
-    for command in copies:
+        if command.startswith(("hecaton", "scp")) and not written:
+            machines.write(first, "/etc/hecaton/cell.yaml", guide.cell)
+            written = True
+        if not command.startswith("scp"):
+            said = machines.type(first, command)
+            if command.startswith("hecaton") and "this cell can start" not in said.splitlines()[-1]:
+                raise RuntimeError(f"it ends otherwise: {said}")
+            continue
         _, _, source, target = shlex.split(command)
         address, folder = re.fullmatch(r"root@([\d.]+):(.+)", target).groups()
         print(f"{first}# {command}", flush=True)
         machines.copy(first, source, machines.named(address), folder)
-    # 3. The network.
-    for name in everybody:
+
+
+def open_ports(guide, machines):
+    """Section 3."""
+    for name in guide.machines:
         refuse_the_rest(machines, name)
         for command in guide.commands(3):
             print(f"{name}# {command}", flush=True)
             machines.filter(name, shlex.split(command)[1:])
-    # 5. Start.
-    agents = []
-    environment = None
-    watch = None
-    with contextlib.ExitStack() as stack:
-        for command in guide.commands(5):
-            if command.startswith("systemctl"):
-                name = command.split("@")[1]
-                line = re.search(r"^ExecStart=(.*)$", unit, flags=re.M)[1].replace("%i", name)
-                print(f"{name}# {command}\n  {line}", flush=True)
-                agents.append(machines.start(name, f"exec {line}", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
-            elif command.startswith("export"):
-                environment = command
-            else:
-                watch = Watch(machines, others[-1], environment)
-                stack.callback(watch.close)
-                watch.until("nine nodes are running", runs(9))
-                print(machines.type(others[-1], f"{environment}; {command}"))
-        # 6. First goal.
-        for command in guide.commands(6):
-            machines.type(others[-1], f"{environment}; {command}")
-        machines.type(others[-1], f"{environment}; hecaton resume")
+
+
+def start_agents(guide, unit, machines):
+    """Of section 5: what systemd would start. Returns the processes, the operator's environment and other commands."""
+    agents, environment, rest = [], None, []
+    for command in guide.commands(5):
+        if command.startswith("systemctl"):
+            name = command.split("@")[1]
+            line = re.search(r"^ExecStart=(.*)$", unit, flags=re.M)[1].replace("%i", name)
+            print(f"{name}# {command}\n  {line}", flush=True)
+            agents.append(machines.start(name, f"exec {line}", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        elif command.startswith("export"):
+            environment = command
+        else:
+            rest.append(command)
+    return agents, environment, rest
+
+
+def follow(guide, unit, machines):
+    first, *_, last = guide.machines
+    install(guide, machines)
+    write_cell(guide, machines)
+    open_ports(guide, machines)
+    agents, environment, looks = start_agents(guide, unit, machines)
+    with contextlib.closing(Watch(machines, last, environment)) as watch:
+        watch.until("nine nodes are running", runs(9))
+        for command in looks:
+            print(machines.type(last, f"{environment}; {command}"))
+        for command in (*guide.commands(6), "hecaton resume"):
+            machines.type(last, f"{environment}; {command}")
         watch.until("it runs again", runs(9))
         # What the guide ends with.
         machines.pull_cable(first)

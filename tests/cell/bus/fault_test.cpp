@@ -46,19 +46,19 @@ class Faults : public testing::Test {
     }));
   }
 
-  TestDomain domain_;
-  Participant here_{domain_.id(), "supervisor", patient()};
+  test::FreeDomain domain_;
+  Participant here_{domain_.number(), "supervisor", patient()};
   std::vector<Event> others_;
 };
 
 // Trap 1: with the other kinds of liveliness any living writer of the topic keeps the dead ones alive.
 TEST_F(Faults, KilledProcessIsNoticedWhileOthersLive) {
   Reader<msg::Heartbeat> reader(here_);
-  PeerProcess alive("heartbeat", domain_.id(), "alive", patient_peer());
-  PeerProcess also("heartbeat", domain_.id(), "also-alive", patient_peer());
+  PeerProcess alive("heartbeat", domain_.number(), "alive", patient_peer());
+  PeerProcess also("heartbeat", domain_.number(), "also-alive", patient_peer());
   for (int round = 0; round < 5; ++round) {
     const std::string name = "victim" + std::to_string(round);
-    PeerProcess victim("heartbeat", domain_.id(), name, patient_peer());
+    PeerProcess victim("heartbeat", domain_.number(), name, patient_peer());
     expect_heard(reader, {name.c_str(), "alive", "also-alive"});
     const auto killed = Clock::now();
     victim.kill();
@@ -78,8 +78,8 @@ TEST_F(Faults, KilledProcessIsNoticedWhileOthersLive) {
 
 TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
   Reader<msg::ArmState> reader(here_);
-  PeerProcess busy("heartbeat", domain_.id(), "busy", patient_peer());
-  PeerProcess hung("heartbeat", domain_.id(), "hung", patient_peer());
+  PeerProcess busy("heartbeat", domain_.number(), "busy", patient_peer());
+  PeerProcess hung("heartbeat", domain_.number(), "hung", patient_peer());
   expect_heard(reader, {"busy", "hung"});
   for (int round = 0; round < 5; ++round) {
     [[maybe_unused]] const auto before = reader.mailbox().take_events();
@@ -97,8 +97,8 @@ TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
 
 // Who was stopped himself heard nothing for longer than the deadline, and that is nobody else's fault.
 TEST_F(Faults, StoppedListenerAccusesNobody) {
-  PeerProcess speaker("heartbeat", domain_.id(), "speaker", patient_peer());
-  PeerProcess listener("listen", domain_.id(), "listener", patient_peer());
+  PeerProcess speaker("heartbeat", domain_.number(), "speaker", patient_peer());
+  PeerProcess listener("listen", domain_.number(), "listener", patient_peer());
   Reader<msg::ArmState> reader(here_);
   expect_heard(reader, {"speaker"});
   std::string line = listener.line();
@@ -118,8 +118,8 @@ TEST_F(Faults, StoppedListenerAccusesNobody) {
 
 TEST_F(Faults, StandbyIsHeardWhenThePrimaryIsKilled) {
   Reader<msg::ArmCommand> reader(here_);
-  PeerProcess standby("command", domain_.id(), "standby", patient_peer());
-  PeerProcess primary("command", domain_.id(), "primary", patient_peer());
+  PeerProcess standby("command", domain_.number(), "standby", patient_peer());
+  PeerProcess primary("command", domain_.number(), "primary", patient_peer());
   const auto heard_from = [&](const std::string& node, Clock::time_point since) {
     return wait_until(reader, [&] {
       const auto* sample = reader.latest("arm1");
@@ -136,8 +136,8 @@ TEST_F(Faults, StandbyIsHeardWhenThePrimaryIsKilled) {
 }
 
 TEST_F(Faults, SupervisorThatStartsLateKnowsEveryProcess) {
-  PeerProcess agent("process", domain_.id(), "host1");
-  PeerProcess other("process", domain_.id(), "host2");
+  PeerProcess agent("process", domain_.number(), "host1");
+  PeerProcess other("process", domain_.number(), "host2");
   ASSERT_EQ(agent.line(), "ready");
   ASSERT_EQ(other.line(), "ready");
   Reader<msg::ProcessEvent> reader(here_);

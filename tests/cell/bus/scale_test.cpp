@@ -23,13 +23,13 @@ class Scale : public testing::TestWithParam<bool> {};
 
 TEST_P(Scale, ThirtySixProcessesOnOneHostAllMatch) {
   const bool unicast = GetParam();
-  const TestDomain domain;
+  const test::FreeDomain domain;
   constexpr int kProcesses = 36;
   std::vector<std::unique_ptr<PeerProcess>> peers;
   peers.reserve(kProcesses);
   const auto start = Clock::now();
   for (int i = 0; i < kProcesses; ++i) {
-    peers.push_back(std::make_unique<PeerProcess>("heartbeat", domain.id(), "n" + std::to_string(i),
+    peers.push_back(std::make_unique<PeerProcess>("heartbeat", domain.number(), "n" + std::to_string(i),
                                                   PeerOptions{.unicast = unicast}));
   }
   for (const auto& peer : peers) ASSERT_EQ(peer->line(), "ready");
@@ -37,7 +37,7 @@ TEST_P(Scale, ThirtySixProcessesOnOneHostAllMatch) {
   // Last: its number on this host is the highest, where nobody looks who tries only the first few.
   auto options = one_host();
   if (unicast) options.peers = {{"127.0.0.1"}};
-  Participant here(domain.id(), "here", options);
+  Participant here(domain.number(), "here", options);
   Reader<msg::Heartbeat> reader(here);
   ASSERT_TRUE(reader.wait_matched(kProcesses, kPatience)) << reader.matched();
   ASSERT_TRUE(wait_until(reader, [&] { return reader.latest().size() == kProcesses; })) << reader.latest().size();
@@ -53,11 +53,11 @@ INSTANTIATE_TEST_SUITE_P(Discovery, Scale, testing::Values(false, true),
 // answers to his first announcements fails. Without the gate of services/bus one start in five did.
 TEST(Match, ANewProcessGetsTheStateOfAnother) {
   constexpr PeerOptions kRarelyAnnounced{.lease_ms = 120'000};
-  const TestDomain domain;
-  PeerProcess agent("process", domain.id(), "host1", kRarelyAnnounced);
+  const test::FreeDomain domain;
+  PeerProcess agent("process", domain.number(), "host1", kRarelyAnnounced);
   ASSERT_EQ(agent.line(), "ready");
   for (int round = 0; round < 20; ++round) {
-    PeerProcess newcomer("measure", domain.id(), "newcomer", kRarelyAnnounced);
+    PeerProcess newcomer("measure", domain.number(), "newcomer", kRarelyAnnounced);
     const auto taken = newcomer.line();
     ASSERT_FALSE(taken.empty());
     std::printf("from start to 30 keys: %s ms\n", taken.c_str());

@@ -3,17 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <stdexcept>
-#include <string>
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include "services/bus/endpoint.hpp"
+#include "tests/support/free_domain.hpp"
 
 namespace hecaton::bus {
 
@@ -21,36 +15,6 @@ namespace hecaton::bus {
 inline constexpr auto kPatience = std::chrono::seconds(20);
 
 inline constexpr auto kOnceMore = std::chrono::milliseconds(50);
-
-/// A DDS domain that no other test process uses while this object lives. Below those of live cells
-/// (tests/support/free_domain.hpp) and the default.
-class TestDomain {
- public:
-  TestDomain() {
-    constexpr int kFirst = 2;
-    constexpr int kCount = 40;
-    for (int i = 0; i < kCount; ++i) {
-      const int candidate = kFirst + (static_cast<int>(::getpid()) + i) % kCount;
-      const auto path = std::filesystem::temp_directory_path() / ("hecaton_domain_" + std::to_string(candidate));
-      fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-      if (fd_ >= 0 && ::flock(fd_, LOCK_EX | LOCK_NB) == 0) {
-        id_ = candidate;
-        return;
-      }
-      if (fd_ >= 0) ::close(fd_);
-    }
-    throw std::runtime_error("no free DDS domain for a test");
-  }
-  ~TestDomain() { ::close(fd_); }
-  TestDomain(const TestDomain&) = delete;
-  TestDomain& operator=(const TestDomain&) = delete;
-
-  [[nodiscard]] int id() const { return id_; }
-
- private:
-  int fd_ = -1;
-  int id_ = 0;
-};
 
 /// A cell on one host.
 inline ParticipantOptions one_host() {
@@ -75,9 +39,9 @@ template <class T, class Condition>
 /// Two participants of one domain that talk over UDP, as two processes would.
 class BusTest : public testing::Test {
  protected:
-  TestDomain domain_;
-  Participant here_{domain_.id(), "here", one_host()};
-  Participant there_{domain_.id(), "there", one_host()};
+  test::FreeDomain domain_;
+  Participant here_{domain_.number(), "here", one_host()};
+  Participant there_{domain_.number(), "there", one_host()};
 
   template <class T>
   void expect_matched(const Writer<T>& writer, const Reader<T>& reader) {

@@ -235,7 +235,7 @@ TEST_F(Delivery, ReadersMayLeaveWhileSamplesAreUnderWay) {
   Writer<msg::WorldEditRequest> writer(here_);
   for (int round = 0; round < kRounds; ++round) {
     {
-      Participant guest(domain_.id(), "guest", one_host());
+      Participant guest(domain_.number(), "guest", one_host());
       Reader<msg::WorldEditRequest> reader(guest);
       expect_matched(writer, reader);
       for (std::uint64_t i = 0; i < 10; ++i) {

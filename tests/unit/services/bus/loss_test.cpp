@@ -10,12 +10,12 @@ namespace hecaton::bus {
 namespace {
 
 TEST(Loss, OneDatagramInFiveLostCostsMillisecondsNotSeconds) {
-  const TestDomain domain;
-  Participant here(domain.id(), "here", one_host());
-  Participant there(domain.id(), "there", one_host());
+  const test::FreeDomain domain;
+  Participant here(domain.number(), "here", one_host());
+  Participant there(domain.number(), "there", one_host());
   auto lossy = one_host();
   lossy.lose_one_in = 5;
-  Participant noisy(domain.id(), "noisy", lossy);
+  Participant noisy(domain.number(), "noisy", lossy);
   Writer<msg::ArmCommand> writer(noisy);
   Reader<msg::ArmCommand> reader(there);
   ASSERT_TRUE(writer.wait_matched(1, kPatience));
@@ -47,11 +47,11 @@ TEST(Loss, OneDatagramInFiveLostCostsMillisecondsNotSeconds) {
 }
 
 TEST(Loss, LateJoinersGetEverythingThroughLoss) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   auto lossy = one_host();
   lossy.lose_one_in = 4;
-  Participant noisy(domain.id(), "noisy", lossy);
-  Participant there(domain.id(), "there", one_host());
+  Participant noisy(domain.number(), "noisy", lossy);
+  Participant there(domain.number(), "there", one_host());
   Writer<msg::Fault> writer(noisy);
   for (int i = 0; i < 60; ++i) {
     msg::Fault fault;

@@ -40,22 +40,22 @@ TEST(Participant, BadOptionsAreRefusedWithASentence) {
 }
 
 TEST(Participant, APortOfTheDomainThatAnotherProgramKeepsToItselfIsSaid) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   const int other = ::socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  const int port = 7400 + 250 * domain.id();
+  const int port = 7400 + 250 * domain.number();
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   ASSERT_EQ(::bind(other, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
   EXPECT_EQ(
-      refusal(domain.id(), one_host()),
-      "bus: participant \"test\": UDP port " + std::to_string(port) + " of domain " + std::to_string(domain.id()) +
+      refusal(domain.number(), one_host()),
+      "bus: participant \"test\": UDP port " + std::to_string(port) + " of domain " + std::to_string(domain.number()) +
           " is taken by another program; choose another domain, below 101 at best: the ports of later ones are given "
           "to anybody");
   ::close(other);
-  EXPECT_EQ(refusal(domain.id(), one_host()), "accepted");
-  const Participant first(domain.id(), "first", one_host());
-  EXPECT_EQ(refusal(domain.id(), one_host()), "accepted") << "among participants it is shared";
+  EXPECT_EQ(refusal(domain.number(), one_host()), "accepted");
+  const Participant first(domain.number(), "first", one_host());
+  EXPECT_EQ(refusal(domain.number(), one_host()), "accepted") << "among participants it is shared";
 }
 
 /// Fast DDS's shared-memory segments that this process has mapped.
@@ -70,10 +70,10 @@ int mapped_segments() {
 
 // Trap 9: UDP only by default.
 TEST(Participant, MapsNoSharedMemoryUnlessAskedTo) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   {
-    Participant here(domain.id(), "here", one_host());
-    Participant there(domain.id(), "there", one_host());
+    Participant here(domain.number(), "here", one_host());
+    Participant there(domain.number(), "there", one_host());
     Writer<msg::CellMode> writer(here);
     Reader<msg::CellMode> reader(there);
     ASSERT_TRUE(writer.write({}));
@@ -82,18 +82,18 @@ TEST(Participant, MapsNoSharedMemoryUnlessAskedTo) {
   }
   auto options = one_host();
   options.shared_memory = true;
-  const Participant with(domain.id(), "with", options);
+  const Participant with(domain.number(), "with", options);
   EXPECT_GT(mapped_segments(), 0) << "this test would see them";
 }
 
 // Trap 13: a participant listener with the default mask swallows the callbacks of readers.
 TEST(Participant, ItsListenerLeavesReadersTheirCallbacks) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   Mailbox participants;
   auto options = one_host();
   options.mailbox = &participants;
-  Participant here(domain.id(), "here", options);
-  auto there = std::make_unique<Participant>(domain.id(), "there", one_host());
+  Participant here(domain.number(), "here", options);
+  auto there = std::make_unique<Participant>(domain.number(), "there", one_host());
   Writer<msg::CellMode> writer(*there);
   Reader<msg::CellMode> reader(here);
   ASSERT_TRUE(writer.write({}));
@@ -116,13 +116,13 @@ TEST(Participant, ItsListenerLeavesReadersTheirCallbacks) {
 }
 
 TEST(Participant, PartitionsKeepCellsApart) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   auto options = one_host();
   options.partition = "cell1";
-  Participant one(domain.id(), "one", options);
-  Participant too(domain.id(), "too", options);
+  Participant one(domain.number(), "one", options);
+  Participant too(domain.number(), "too", options);
   options.partition = "cell2";
-  Participant other(domain.id(), "other", options);
+  Participant other(domain.number(), "other", options);
   Reader<msg::CellMode> reader(one);
   Writer<msg::CellMode> foreign(other);
   Writer<msg::CellMode> own(too);
@@ -133,11 +133,11 @@ TEST(Participant, PartitionsKeepCellsApart) {
 }
 
 TEST(Participant, UnicastPeersFindEachOtherWithoutMulticast) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   auto options = one_host();
   options.peers = {{"127.0.0.1"}};
-  Participant here(domain.id(), "here", options);
-  Participant there(domain.id(), "there", options);
+  Participant here(domain.number(), "here", options);
+  Participant there(domain.number(), "there", options);
   Writer<msg::CellMode> writer(here);
   Reader<msg::CellMode> reader(there);
   EXPECT_TRUE(writer.wait_matched(1, kPatience));
@@ -147,17 +147,17 @@ TEST(Participant, UnicastPeersFindEachOtherWithoutMulticast) {
 // Fast DDS 2.9.1 asserts that nobody has said goodbye when it looks at a lease, every lease at most: a crowd that
 // leaves about then made it abort in most runs. Told of nobody, it finds out by itself.
 TEST(Participant, WhoLeavesWithoutAFarewellIsMissedAndHarmsNobody) {
-  const TestDomain domain;
+  const test::FreeDomain domain;
   Mailbox comings;
   auto options = one_host();
   options.lease = 500ms;
   options.mailbox = &comings;
-  const Participant host(domain.id(), "host", options);
+  const Participant host(domain.number(), "host", options);
   options.mailbox = nullptr;
   options.farewell = false;
   constexpr int kGuests = 20;
   std::vector<Participant> guests;
-  for (int i = 0; i < kGuests; ++i) guests.emplace_back(domain.id(), "guest", options);
+  for (int i = 0; i < kGuests; ++i) guests.emplace_back(domain.number(), "guest", options);
   int here = 0;
   int gone = 0;
   const auto until = Clock::now() + kPatience;
@@ -174,9 +174,9 @@ TEST(Participant, WhoLeavesWithoutAFarewellIsMissedAndHarmsNobody) {
 }
 
 TEST(Participant, AReaderWhoseDeadlineIsBelowTheWritersIsToldWhy) {
-  const TestDomain domain;
-  Participant here(domain.id(), "here", one_host());
-  Participant there(domain.id(), "there", one_host());
+  const test::FreeDomain domain;
+  Participant here(domain.number(), "here", one_host());
+  Participant there(domain.number(), "there", one_host());
   ReaderOptions strict;
   strict.deadline = 5ms;  // the topic offers 20 ms
   Reader<msg::ArmState> reader(there, nullptr, strict);
@@ -193,8 +193,8 @@ TEST(Participant, AReaderWhoseDeadlineIsBelowTheWritersIsToldWhy) {
 }
 
 TEST(Participant, EndpointsOutliveTheHandle) {
-  const TestDomain domain;
-  auto participant = std::make_unique<Participant>(domain.id(), "brief", one_host());
+  const test::FreeDomain domain;
+  auto participant = std::make_unique<Participant>(domain.number(), "brief", one_host());
   Writer<msg::ArmState> writer(*participant);
   participant.reset();
   msg::ArmState state;

@@ -151,7 +151,7 @@ TEST_F(Timing, DeadlinesGoOnAfterAnotherWriterWent) {
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
   for (const auto* gone : {"arm1", "arm2", "arm3"}) {
-    Participant brief(domain_.id(), "brief", one_host());
+    Participant brief(domain_.number(), "brief", one_host());
     auto other = std::make_unique<Writer<msg::ArmState>>(brief);
     expect_matched(*other, reader);
     ASSERT_TRUE(reader.wait_matched(2, kPatience));
@@ -172,7 +172,7 @@ class DeadlineOwner : public BusTest {
     reader_options.deadline = kDeadline;
     WriterOptions writer_options;
     writer_options.deadline = kDeadline;
-    Participant other(domain_.id(), "other", one_host());
+    Participant other(domain_.number(), "other", one_host());
     first_ = std::make_unique<Writer<msg::ArmState>>(here_, writer_options);
     Writer<msg::ArmState> second(other, writer_options);
     Reader<msg::ArmState> reader(there_, nullptr, reader_options);
@@ -260,7 +260,7 @@ class Ownership : public BusTest {
 };
 
 TEST_F(Ownership, StrongestLivingWriterIsHeard) {
-  Participant third(domain_.id(), "third", one_host());
+  Participant third(domain_.number(), "third", one_host());
   auto primary = std::make_unique<Writer<msg::CellMode>>(here_, strength(10));
   Writer<msg::CellMode> standby(third, strength(5));
   Reader<msg::CellMode> reader(there_);
@@ -277,7 +277,7 @@ TEST_F(Ownership, StrongestLivingWriterIsHeard) {
 }
 
 TEST_F(Ownership, StrengthCanBeChanged) {
-  Participant third(domain_.id(), "third", one_host());
+  Participant third(domain_.number(), "third", one_host());
   Writer<msg::CellMode> primary(here_, strength(10));
   Writer<msg::CellMode> standby(third, strength(5));
   Reader<msg::CellMode> reader(there_);

@@ -104,9 +104,12 @@ TEST_F(Past, IsHistoryForWhoHasNoAccountOfItExceptWhatStillHolds) {
 
 TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
   Listener newcomer(there_, false);
-  ASSERT_TRUE(events_.wait_matched(1, bus::kPatience));
-  // The bus has brought an event once the mailbox says so; who begins to lead now must not take it for news.
-  static_cast<void>(newcomer.mailbox.wait(bus::kPatience));
+  // Of the same participant, and younger: what it has, the newcomer has.
+  bus::Reader<msg::ProcessEvent> probe(there_);
+  ASSERT_TRUE(bus::wait_until(probe, [&] {
+    static_cast<void>(probe.take());
+    return probe.latest().size() == 2;
+  }));
   newcomer.listen();
   EXPECT_EQ(newcomer.accused(), Accused{});
   EXPECT_TRUE(newcomer.hears(3, [&] { beat(); }));
