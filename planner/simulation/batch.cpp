@@ -31,7 +31,9 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   const auto starts = generator.draw_configuration(random);
   const auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
   if (!goals) {
-    record.missing = "no conflicting goals found in the task area; move it or the arms";
+    record.missing =
+        "no goals were found in the task area that all arms reach and that bring them into each other's way; move it "
+        "or the arms";
     return record;
   }
   if (!generator.clear_at(episode_options.world_time, *starts)) {  // the stops of a route may be in an obstacle's way

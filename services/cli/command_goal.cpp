@@ -154,7 +154,8 @@ void add_goal(CLI::App& app, Session& session) {
   what->add_option("--named", options->named, "a pose that the cell file names, e.g. home")->type_name("POSE");
   add_pose(*what, "--pose", options->pose, "of the tool frame: x y z [m] roll pitch yaw [rad]");
   what->require_option(1);
-  command->add_flag("--wait", options->wait, "wait until the goal has ended, and tell why when it is blocked");
+  command->add_flag("--wait", options->wait,
+                    "wait until the goal has ended; an arm that is blocked says why and goes on looking for a way");
   add_duration(*command, "--time-limit", options->time_limit, "after which the planner gives up (none)", 0.001,
                86400.0);
   command->footer("Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");

@@ -155,7 +155,7 @@ void add_simulate(CLI::App& app, Session& session) {
       "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; 0: none", 0,
       1000);
   add_duration(*command, "--age", batch.network.age,
-               "mean age of the states that arms see of each other and of obstacles (0ms)", 0.0, 10.0);
+               "mean age of the states that arms see of each other and of obstacles, up to 10s (0ms)", 0.0, 10.0);
   add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",
                0.0, 10.0);
   constexpr config::Bounds kLoss{0.0, 0.999999, ""};
@@ -169,7 +169,7 @@ void add_simulate(CLI::App& app, Session& session) {
   constexpr config::Bounds kSpeed{0.0, 100.0, "rad/s", true};
   add_number(
       *command, "--speed", [options](double speed) { options->speed = speed; },
-      "speed limit of every joint that turns, instead of the cell's and the URDF's", kSpeed);
+      "speed limit of every joint that turns, up to 100 rad/s, instead of the cell's and the URDF's", kSpeed);
   add_whole_number(
       *command, "--threads", [&batch](std::uint64_t n) { batch.threads = static_cast<int>(n); },
       "that simulate episodes at the same time or, when there are fewer of those, share the arms of one (ten at least "

@@ -1,6 +1,7 @@
 #include "services/planner/resolve_goal.hpp"
 
 #include <cmath>
+#include <iomanip>
 #include <sstream>
 
 #include "planner/goal_check.hpp"
@@ -66,7 +67,8 @@ GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goa
   if (!X_WT) return rejected(goal, X_WT.error);
   const Eigen::Vector3d p_WT = X_WT->translation();
   std::ostringstream out;
-  out << "the tool of arm " << arm.name << " cannot be at (" << p_WT.x() << ", " << p_WT.y() << ", " << p_WT.z() << ")";
+  out << std::setprecision(3) << "the tool of arm " << arm.name << " cannot be at (" << p_WT.x() << ", " << p_WT.y()
+      << ", " << p_WT.z() << ")";
   const planner::ArmReach reach = planner::arm_reach(arm);
   if (const double away = (p_WT - reach.centre).norm(); away > reach.tool) {
     out << ": that is " << away << " m from its first joint, and it reaches no farther than " << reach.tool << " m";
@@ -85,7 +87,8 @@ GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goa
   const auto solution = planner::inverse_kinematics(arm, *X_WT, q_now, options);
   if (solution) return checked(geometry, goal, *solution, obstacles);
   if (reaching == 0) {
-    out << " in that orientation: " << options.seeds + 1 << " starts found no joint positions within the limits";
+    out << " in that orientation: no joint positions within the limits were found, from " << options.seeds + 1
+        << " postures";
   } else {
     out << ": none of " << reaching << " joint positions found there is free; the last: " << last_reason;
   }

@@ -121,7 +121,7 @@ TEST_F(Resolve, PosesThatItCannot) {
   inside_itself.translation().z() = 0.67;  // the first joint's origin
   const GoalAnswer near = resolve(pose(inside_itself));
   EXPECT_FALSE(near.accepted);
-  EXPECT_NE(near.reason.find("starts found no joint positions"), std::string::npos) << near.reason;
+  EXPECT_NE(near.reason.find("no joint positions within the limits were found"), std::string::npos) << near.reason;
 }
 
 TEST_F(Resolve, PosesWhereEverySolutionTouchesSomethingSayWhat) {
