@@ -18,7 +18,7 @@
 namespace hecaton::services {
 namespace {
 
-constexpr int kPatience = 60'000;  // [ms]
+constexpr int kMostWaiting = 60'000;  // [ms]
 
 class ChildProcessTest : public ::testing::Test {
  protected:
@@ -31,7 +31,7 @@ class ChildProcessTest : public ::testing::Test {
   ChildProcess shell(const std::string& script) { return ChildProcess({"/bin/sh", {"-c", script}, folder_ / "log"}); }
   static std::optional<ChildEnd> await_end(ChildProcess& child) {
     pollfd ended{child.fd(), POLLIN, 0};
-    EXPECT_EQ(poll(&ended, 1, kPatience), 1);
+    EXPECT_EQ(poll(&ended, 1, kMostWaiting), 1);
     return child.poll_end();
   }
   std::string log() {

@@ -7,16 +7,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Clock::time_point kBegin{1h};
+constexpr Clock::time_point kBeginning{1h};
 constexpr Hearing::Prefix kPeer{1};
 constexpr Hearing::Prefix kOther{2};
 constexpr Hearing::Address kItsAddress = 11;
 constexpr Hearing::Address kOthersAddress = 22;
 
-/// Of two that were found at kBegin only the other goes on talking.
+/// Of two that were found at kBeginning only the other goes on talking.
 struct Silence {
   Hearing hearing{2s};
-  Clock::time_point now = kBegin;
+  Clock::time_point now = kBeginning;
 
   Silence() {
     hearing.found(kPeer, {kItsAddress}, now);
@@ -26,7 +26,7 @@ struct Silence {
     for (const auto end = now + duration; now < end;) {
       now += 50ms;
       EXPECT_TRUE(hearing.hears(kOther, now));
-      hearing.look(now, kBegin);
+      hearing.look(now, kBeginning);
     }
   }
 };
@@ -73,10 +73,10 @@ TEST(Hearing, WhoIsFoundAgainBeforeAnybodyLooksIsWatchedAsBefore) {
 
 TEST(Hearing, SilenceWhileWeDidNotListenIsNobodysFault) {
   Hearing hearing{2s};
-  hearing.found(kPeer, {kItsAddress}, kBegin);
-  hearing.look(kBegin + 3s, kBegin + 3s);
+  hearing.found(kPeer, {kItsAddress}, kBeginning);
+  hearing.look(kBeginning + 3s, kBeginning + 3s);
   EXPECT_FALSE(hearing.shuns_anybody());
-  hearing.look(kBegin + 4700ms, kBegin + 3s);
+  hearing.look(kBeginning + 4700ms, kBeginning + 3s);
   EXPECT_TRUE(hearing.shuns(kItsAddress));
 }
 
@@ -92,17 +92,17 @@ TEST(Hearing, ASuccessorAtTheSameAddressIsSpokenTo) {
 // We slept for a while, so its silence was not held against it; but Fast DDS has counted it.
 TEST(Hearing, WhoIsDroppedIsShunnedFromThenOn) {
   Hearing hearing{2s};
-  hearing.found(kPeer, {kItsAddress}, kBegin);
-  hearing.look(kBegin + 2s, kBegin + 1s);
+  hearing.found(kPeer, {kItsAddress}, kBeginning);
+  hearing.look(kBeginning + 2s, kBeginning + 1s);
   ASSERT_FALSE(hearing.shuns_anybody());
-  hearing.dropped(kPeer, kBegin + 2s);
+  hearing.dropped(kPeer, kBeginning + 2s);
   EXPECT_TRUE(hearing.shuns(kItsAddress));
-  EXPECT_FALSE(hearing.hears(kPeer, kBegin + 2001ms)) << "it may know us yet, and would again be known one-sidedly";
-  hearing.look(kBegin + 4499ms, kBegin + 1s);
+  EXPECT_FALSE(hearing.hears(kPeer, kBeginning + 2001ms)) << "it may know us yet, and would again be known one-sidedly";
+  hearing.look(kBeginning + 4499ms, kBeginning + 1s);
   EXPECT_TRUE(hearing.shuns(kItsAddress));
-  hearing.look(kBegin + 4500ms, kBegin + 1s);
+  hearing.look(kBeginning + 4500ms, kBeginning + 1s);
   EXPECT_FALSE(hearing.shuns_anybody());
-  EXPECT_TRUE(hearing.hears(kPeer, kBegin + 4501ms));
+  EXPECT_TRUE(hearing.hears(kPeer, kBeginning + 4501ms));
 }
 
 TEST(Hearing, WhoLeftIsForgotten) {

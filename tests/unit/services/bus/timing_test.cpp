@@ -12,7 +12,7 @@ namespace {
 
 class Timing : public BusTest {};
 
-msg::ArmState arm_state(const std::string& arm) {
+msg::ArmState state_of(const std::string& arm) {
   msg::ArmState state;
   state.arm(arm);
   return state;
@@ -44,11 +44,10 @@ TEST_F(Timing, DeadlineIsToldOncePerKeyAndSilence) {
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
   Seen seen;
-  ASSERT_TRUE(
-      wait_until(reader, [&] { return writer.write(arm_state("quiet")) && reader.latest("quiet") != nullptr; }));
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("quiet")) && reader.latest("quiet") != nullptr; }));
   // Another key of the same writer goes on all the time and does not hide the silent one.
   ASSERT_TRUE(wait_until(reader, [&] {
-    if (!writer.write(arm_state("busy"))) return false;
+    if (!writer.write(state_of("busy"))) return false;
     seen.collect(reader.mailbox());
     return seen.count(EventKind::kDeadlineMissed, "quiet") >= 1;
   }));
@@ -67,7 +66,7 @@ TEST_F(Timing, DeadlineIsToldOncePerKeyAndSilence) {
     }
     return false;
   };
-  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(arm_state("quiet")) && heard(); }));
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("quiet")) && heard(); }));
   EXPECT_TRUE(wait_until(reader, [&] {
     seen.collect(reader.mailbox());
     return seen.count(EventKind::kDeadlineMissed, "quiet") > told;
@@ -81,7 +80,7 @@ TEST_F(Timing, DeadlineOfAGoneWriterIsNotReportedForEver) {
   Reader<msg::ArmState> reader(there_, nullptr, options);
   auto writer = std::make_unique<Writer<msg::ArmState>>(here_);
   expect_matched(*writer, reader);
-  ASSERT_TRUE(wait_until(reader, [&] { return writer->write(arm_state("arm1")) && reader.latest("arm1") != nullptr; }));
+  ASSERT_TRUE(wait_until(reader, [&] { return writer->write(state_of("arm1")) && reader.latest("arm1") != nullptr; }));
   writer.reset();
   Seen seen;
   ASSERT_TRUE(wait_until(reader, [&] {
@@ -97,11 +96,11 @@ TEST_F(Timing, NoDeadlineEventsForARetiredKey) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
-  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(arm_state("arm1")) && reader.latest("arm1") != nullptr; }));
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("arm1")) && reader.latest("arm1") != nullptr; }));
   // Best-effort: the withdrawal itself may be lost. The next one is not sent before the last had time to arrive: its
   // sample would revive the key.
   ASSERT_TRUE(wait_until(reader, [&] {
-    if (!writer.write(arm_state("arm1")) || !writer.retire(arm_state("arm1"))) return false;
+    if (!writer.write(state_of("arm1")) || !writer.retire(state_of("arm1"))) return false;
     let_pass(reader, 100ms);
     return reader.latest("arm1") == nullptr;
   }));
@@ -123,7 +122,7 @@ TEST_F(Timing, NoDeadlineEventsForARetiredKey) {
     }
     return false;
   };
-  if (!wait_until(reader, [&] { return writer.write(arm_state(kept)) && received(); })) return false;
+  if (!wait_until(reader, [&] { return writer.write(state_of(kept)) && received(); })) return false;
   return wait_until(reader, [&] {
     seen.collect(reader.mailbox());
     return seen.count(EventKind::kDeadlineMissed, kept) >= 1;
@@ -140,7 +139,7 @@ TEST_F(Timing, DeadlinesGoOnAfterAnotherKeyWasRetired) {
     ASSERT_TRUE(silence_is_noticed(writer, reader, gone));
     ASSERT_TRUE(wait_until(reader, [&] {
       if (reader.latest(gone) == nullptr) return true;
-      return !(writer.write(arm_state(gone)) && writer.retire(arm_state(gone)));
+      return !(writer.write(state_of(gone)) && writer.retire(state_of(gone)));
     }));
     ASSERT_TRUE(silence_is_noticed(writer, reader, "kept")) << gone;
   }
@@ -180,7 +179,7 @@ class DeadlineOwner : public BusTest {
     ASSERT_TRUE(first_->wait_matched(1, kPatience));
     ASSERT_TRUE(second.wait_matched(1, kPatience));
     const auto arrive = [&](Writer<msg::ArmState>& writer, const std::string& key) {
-      return wait_until(reader, [&] { return writer.write(arm_state(key)) && reader.latest(key) != nullptr; });
+      return wait_until(reader, [&] { return writer.write(state_of(key)) && reader.latest(key) != nullptr; });
     };
     ASSERT_TRUE(arrive(*first_, "first"));
     ASSERT_TRUE(arrive(second, "second"));
@@ -195,7 +194,7 @@ class DeadlineOwner : public BusTest {
 };
 
 TEST_F(DeadlineOwner, FirstIsRetired) {
-  expect_second_noticed([](auto& writer) { ASSERT_TRUE(writer.retire(arm_state("first"))); });
+  expect_second_noticed([](auto& writer) { ASSERT_TRUE(writer.retire(state_of("first"))); });
 }
 
 TEST_F(DeadlineOwner, FirstWriterLeaves) {

@@ -12,7 +12,7 @@ namespace {
 
 using eprosima::fastrtps::rtps::InstanceHandle_t;
 
-msg::ArmState arm_state(const std::string& arm) {
+msg::ArmState sample_state(const std::string& arm) {
   msg::ArmState state;
   state.arm(arm);
   return state;
@@ -21,8 +21,8 @@ msg::ArmState arm_state(const std::string& arm) {
 // Trap 5: the generated getKey writes every key into one buffer of the type.
 TEST(Wire, HandlesAreRightFromTwoThreads) {
   GuardedType<msg::ArmState> type;
-  auto left = arm_state("left");
-  auto right = arm_state("right");
+  auto left = sample_state("left");
+  auto right = sample_state("right");
   InstanceHandle_t left_handle;
   InstanceHandle_t right_handle;
   ASSERT_TRUE(type.getKey(&left, &left_handle, false));
@@ -113,7 +113,7 @@ TEST_F(WireBus, AnotherSchemaIsCountedAndDropped) {
 
 TEST(Wire, GarbageBecomesASampleOfNoSchema) {
   GuardedType<msg::ArmState> type;
-  auto state = arm_state("arm1");
+  auto state = sample_state("arm1");
   eprosima::fastrtps::rtps::SerializedPayload_t payload(type.m_typeSize);
   ASSERT_TRUE(type.serialize(&state, &payload));
   msg::ArmState read;

@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const std::string kPath = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
+const std::string kKeyFile = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
 
 const std::string kText = R"(
 name: everything
@@ -106,7 +106,7 @@ obstacles:
 
 class EveryKeyTest : public testing::Test {
  protected:
-  const CellFile file_ = parse_cell_file(kText, kPath);
+  const CellFile file_ = parse_cell_file(kText, kKeyFile);
 
   const world::Obstacle& obstacle(const std::string& name) const {
     const auto& all = file_.cell.scene.obstacles;
@@ -130,7 +130,7 @@ TEST_F(EveryKeyTest, Geometry) {
 }
 
 TEST_F(EveryKeyTest, NetworkAndHosts) {
-  EXPECT_EQ(file_.path, kPath);
+  EXPECT_EQ(file_.path, kKeyFile);
   EXPECT_EQ(file_.network.domain, 7);
   EXPECT_EQ(file_.network.transport, Transport::kUdp);
   EXPECT_EQ(file_.network.interface, "eth1");
@@ -304,7 +304,7 @@ TEST_F(EveryKeyTest, MotionsAndAttachment) {
 
 TEST(SmallestCellTest, DefaultsAreTheDocumentedOnes) {
   const CellFile file =
-      parse_cell_file("name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n", kPath);
+      parse_cell_file("name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n", kKeyFile);
   EXPECT_EQ(file.network.domain, 42);
   EXPECT_EQ(file.network.transport, Transport::kUdp);
   ASSERT_EQ(file.hosts.size(), 1U);
@@ -321,7 +321,7 @@ TEST(RouteTest, NamesPosesInOrder) {
   const CellFile file = parse_cell_file(
       "name: tiny\ntasks: {route: [there, home], time_limit: 9s}\n"
       "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1], there: [1, 1]}}]\n",
-      kPath);
+      kKeyFile);
   EXPECT_EQ(file.cell.tasks.route, (std::vector<std::string>{"there", "home"}));
   EXPECT_DOUBLE_EQ(file.cell.tasks.time_limit, 9.0);
 }
@@ -330,7 +330,7 @@ TEST(SrdfPosesTest, ServeWhereTheCellFileNamesNone) {
   const CellFile file = parse_cell_file(
       "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, srdf: urdf/planar_2r.srdf, limits: {upper: [2, "
       "2]}}]\n",
-      kPath);
+      kKeyFile);
   EXPECT_DOUBLE_EQ(file.cell.arms[0].arm.home()[1], 1.25);
   EXPECT_FALSE(file.cell.arms[0].arm.named.contains("wide"));  // outside the cell file's limits
 }
@@ -339,7 +339,7 @@ TEST(SharedMemoryTest, IsForOneHost) {
   const CellFile file = parse_cell_file(
       "name: tiny\nnetwork: {transport: shm}\n"
       "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n",
-      kPath);
+      kKeyFile);
   EXPECT_EQ(file.network.transport, Transport::kSharedMemory);
 }
 

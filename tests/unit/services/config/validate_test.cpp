@@ -13,7 +13,7 @@ namespace hecaton::config {
 namespace {
 
 const std::string kReadyCells = std::string(HECATON_SOURCE_DIR) + "/deploy/cells";
-const std::string kPath = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
+const std::string kInlineFile = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
 
 // Dampers about which nothing is to be said: 20 ms at 0.5 m/s are 10 mm, and 0.5 m/s · (0.2 s + 10 ms) = 105 mm.
 const std::string kDamper =
@@ -29,7 +29,7 @@ std::string arm(const std::string& name, const std::string& home, const std::str
 const std::string kHead = "name: test\ntasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n";
 
 std::vector<Finding> findings_of(const std::string& text) {
-  std::vector<Finding> findings = validate(parse_cell_file(text, kPath));
+  std::vector<Finding> findings = validate(parse_cell_file(text, kInlineFile));
   // What the model's loader has to say is no concern here.
   std::erase_if(findings, [](const Finding& one) { return one.sentence.find(".urdf: ") != std::string::npos; });
   return findings;
@@ -187,7 +187,7 @@ TEST(ValidateTest, ErrorsComeFirst) {
 }
 
 TEST(TopSpeedTest, OfAStretchedPlanarArm) {
-  const CellFile file = parse_cell_file(kHead + arm("left", "[0, 1]"), kPath);
+  const CellFile file = parse_cell_file(kHead + arm("left", "[0, 1]"), kInlineFile);
   // ‖v‖² = (2·1)² + (4·1)² + 2·2·4·cos q₂ at full speed: 6 m/s when stretched; 300 samples come near that.
   const double speed = top_tool_speed(file.cell.arms[0].arm);
   EXPECT_LE(speed, 6.0 + 1e-9);

@@ -7,12 +7,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr LivenessLimits kLimits{.silence = 20ms, .lost = 100ms, .grace = 1s, .recovery = 50ms};
+constexpr LivenessLimits kNodeLimits{.silence = 20ms, .lost = 100ms, .grace = 1s, .recovery = 50ms};
 
 // A judge whose loop turns every 5 ms and who counts a turn above 12 ms as a stall of his own.
 class LivenessTest : public ::testing::Test {
  protected:
-  LivenessTest() { liveness_.expect("a", kLimits); }
+  LivenessTest() { liveness_.expect("a", kNodeLimits); }
 
   void turn(Time to, bool heard) {
     const bool stalled = clock_.advance(to);

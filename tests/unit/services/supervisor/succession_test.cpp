@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 
 /// A leader of term 2 over one arm with planners p and q, and one without a standby.
-class SuccessionTest : public testing::Test {
+class SuccessionTest : public ::testing::Test {
  protected:
   SuccessionTest() { EXPECT_TRUE(leadership_.decide(1s, 0ms)); }
 
