@@ -74,7 +74,8 @@ function(hecaton_executable name)
 endfunction()
 
 # hecaton_test(name [UNITY] [THREADS] SOURCES … LIBS … [LABEL l] [TIMEOUT s]): one GoogleTest executable, one CTest entry a
-# case. HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own, which halves what compiling them takes.
+# case. HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own,
+# which halves what compiling them takes.
 # THREADS: it, or what it starts, has several threads; ThreadSanitizer runs these (target threaded_tests, label threads).
 add_custom_target(threaded_tests)
 function(hecaton_test name)
