@@ -20,7 +20,7 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
     : geometry_(std::move(geometry)),
       parameters_(parameters),
       dt_(control_period),
-      scratch_(geometry_),
+      scratch_(geometry_, parameters_),
       memory_{LocalMemory(seed)},
       sent_(geometry_.own_arm().limits, control_period) {
   if (parameters.by_cspace()) {

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/rest_region.hpp"
+#include "planner/potential/field_velocity.hpp"
 #include "planner/surroundings.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -21,15 +23,21 @@ struct TickScratch::Storage {
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
   std::vector<ArmObservation> arms;  ///< of stand_aside()
+  std::optional<potential::PotentialField> field;
+  potential::FieldValue value;
 };
 
 TickScratch::TickScratch(const CellGeometry& geometry) : storage_(std::make_unique<Storage>(geometry)) {}
+TickScratch::TickScratch(const CellGeometry& geometry, const LocalParameters& parameters) : TickScratch(geometry) {
+  if (parameters.method == Method::kPotentialField) storage_->field.emplace(geometry, parameters.potential);
+}
 TickScratch::~TickScratch() = default;
 TickScratch::TickScratch(TickScratch&&) noexcept = default;
 TickScratch& TickScratch::operator=(TickScratch&&) noexcept = default;
 void TickScratch::rebuild(const CellGeometry& geometry) {
   storage_->surroundings.rebuild(geometry);
   storage_->distance.rebuild(geometry);
+  if (storage_->field) storage_->field->rebuild(geometry);
 }
 
 namespace {
@@ -99,6 +107,21 @@ TickResult brake(const CellGeometry& geometry, const TickInput& input, TickStatu
   return result;
 }
 
+/// Seconds over which to and fro is recognised, and how far it goes at least [rad | m].
+constexpr double kOscillationWindow = 1.0;
+constexpr double kLeastOscillation = 0.02;
+
+/// Where the potential field draws the arm, and whether it gets anywhere there.
+JointVector drawn_by_field(const JointLimits& limits, const CellPoses& poses, const TickInput& input,
+                           TickMemory& memory, potential::PotentialField& field, potential::FieldValue& value) {
+  field.set_goal(input.q_goal);
+  field.evaluate(poses, input.q, value);
+  const JointVector& q_goal = memory.local.q_goal;
+  if (q_goal.size() != input.q_goal.size() || q_goal != input.q_goal) memory.oscillation.reset();
+  memory.oscillation.observe(input.q, input.dt, kOscillationWindow, kLeastOscillation);
+  return potential::field_velocity(limits, value, input.q, input.q_goal, input.dt);
+}
+
 TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                 TickMemory& memory, TickScratch& scratch) {
   TickScratch::Storage& s = scratch.storage();
@@ -112,10 +135,14 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
+  const bool by_field = input.has_goal && s.field.has_value();
+  JointVector drawn;
+  if (by_field) drawn = drawn_by_field(limits, s.surroundings.poses(), input, memory, *s.field, s.value);
   const LocalResult local =
       plan_locally({limits, parameters, input.q, input.qd, q_goal, input.dt, std::span(s.rows).first(rows.count),
-                    input.arms, geometry.self(), input.has_goal},
+                    input.arms, geometry.self(), input.has_goal, by_field ? &drawn : nullptr},
                    memory.local);
+  const bool oscillates = by_field && memory.oscillation.oscillating;
 
   TickResult result;
   result.qd = local.qd;
@@ -137,6 +164,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
                   : at_goal              ? TickStatus::kReached
                   : local.yields_to >= 0 ? TickStatus::kYielding
                   : local.blocked        ? TickStatus::kBlocked
+                  : oscillates           ? TickStatus::kBlocked
                   : local.following      ? TickStatus::kFollowing
                   : local.detouring      ? TickStatus::kDetouring
                                          : TickStatus::kMoving;

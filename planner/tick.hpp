@@ -10,6 +10,7 @@
 #include "planner/local/local_planner.hpp"
 #include "planner/local/observation.hpp"
 #include "planner/local/parameters.hpp"
+#include "planner/potential/oscillation_monitor.hpp"
 
 namespace hecaton::planner {
 
@@ -55,12 +56,15 @@ struct TickResult {
 /// What one planner remembers from tick to tick: a value, so that a rollout can copy it.
 struct TickMemory {
   LocalMemory local;
+  potential::OscillationMonitor oscillation = {};  ///< of Method::kPotentialField
 };
 
 /// Storage reused from tick to tick, one per thread. Contents mean nothing between ticks.
 class TickScratch {
  public:
   explicit TickScratch(const CellGeometry& geometry);
+  /// For an arm of these parameters: Method::kPotentialField needs it, and without would go straight to the goal.
+  TickScratch(const CellGeometry& geometry, const LocalParameters& parameters);
   ~TickScratch();
   TickScratch(TickScratch&&) noexcept;
   TickScratch& operator=(TickScratch&&) noexcept;

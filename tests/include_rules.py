@@ -16,9 +16,10 @@ ALLOWED = {
     "planner/trajectory": ["planner/model"],
     "planner/qp": ["planner/model"],
     "planner/cspace": ["planner/local", "planner/trajectory", "planner/model", "planner/simd", "world/model"],
+    "planner/potential": ["planner/collision", "planner/local", "planner/model", "world/model"],
     "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
     # tick, arm_controller, goal_check, cell: what one arm's planner is
-    "planner": ["planner/simd", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
+    "planner": ["planner/simd", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "world/model"],
     "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
@@ -27,7 +28,7 @@ ALLOWED = {
                         "world/model", "world/sim"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
-SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/local",
+SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
            "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/simulation",
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):

@@ -198,8 +198,9 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   update_right_of_way(others, memory);
   result.yields_to = memory.right_of_way.yields_to;
   const bool yields = result.yields_to >= 0;
-  const JointVector wanted = yields ? retreat_velocity(others, memory.right_of_way, input.limits)
-                                    : goal_velocity(input.limits, input.q, target, input.dt);
+  const JointVector wanted = yields                    ? retreat_velocity(others, memory.right_of_way, input.limits)
+                             : input.wanted != nullptr ? *input.wanted
+                                                       : goal_velocity(input.limits, input.q, target, input.dt);
   const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
 
   QpProblem problem;

@@ -23,6 +23,8 @@ struct LocalInput {
   std::span<const ArmObservation> arms = {};  ///< of every arm of the cell; empty: there are no others
   int self = 0;                               ///< index of the own arm
   bool has_goal = true;                       ///< q_goal is one
+  /// Where the arm would go [rad/s | m/s] by a method of its own; null: straight to the goal.
+  const JointVector* wanted = nullptr;
 };
 
 /// What the planner remembers between periods; a plain value.

@@ -91,6 +91,16 @@ std::string LocalParameters::validate() const {
     return sentence("sensed.cells", sensed.cells, "a multiple of 4 from 36 to 1440");
   }
   if (!positive(sensed.margin)) return sentence("sensed.margin", sensed.margin, "a finite number above 0");
+  const struct {
+    const char* key;
+    double value;
+  } of_field[] = {{"potential.goal_distance", potential.goal_distance},
+                  {"potential.repulsion", potential.repulsion},
+                  {"potential.influence_distance", potential.influence_distance},
+                  {"potential.spacing", potential.spacing}};
+  for (const auto& entry : of_field) {
+    if (!positive(entry.value)) return sentence(entry.key, entry.value, "a finite number above 0");
+  }
   return {};
 }
 

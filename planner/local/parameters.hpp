@@ -14,6 +14,7 @@ enum class Method {
   kSingleSubspace,     ///< boundary following as the paper has it: in one subspace as long as it takes, nothing else
   kSensedCspace,       ///< a way through what the own sensors leave free in C-space: [Li96], planner/cspace
   kKnownCspace,        ///< the same for an arm that is told all obstacles, which must stand still: the measure of it
+  kPotentialField,     ///< down the gradient of artificial potentials: [Cardenas10], planner/potential
 };
 
 /// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
@@ -97,6 +98,21 @@ struct SensedParameters {
   Remember remember = Remember::kAlways;
 };
 
+/// What the goal attracts.
+enum class Attraction {
+  kControlPoints,  ///< each control point in W, to where it is at the goal: [Cardenas10] eq. 5
+  kJoints,         ///< the arm as a point in Q: [Cardenas10] eq. 2 as it stands
+};
+
+/// Artificial potentials [Cardenas10, eq. 2 and 3] with ζ = 1: only η/ζ shapes the field.
+struct PotentialParameters {
+  Attraction attraction = Attraction::kControlPoints;
+  double goal_distance = 0.3;       ///< d*_goal: farther away the attraction grows no more [m | rad], > 0
+  double repulsion = 1e-4;          ///< η [m⁴], > 0
+  double influence_distance = 0.2;  ///< Q*: obstacles farther away do not repel [m], > 0
+  double spacing = 0.15;            ///< control points on a link are no farther apart than this [m], > 0
+};
+
 struct LocalParameters {
   Method method = Method::kBoundaryFollowing;
   DamperParameters damper;
@@ -104,6 +120,7 @@ struct LocalParameters {
   YieldingParameters yielding;
   RolloutParameters rollout;
   SensedParameters sensed;
+  PotentialParameters potential;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
   double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]

@@ -7,11 +7,15 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::array<std::string_view, 5> kMethodNames = {"local", "single_subspace", "boundary_following",
-                                                          "sensed_cspace", "known_cspace"};
-constexpr std::array<planner::Method, 5> kMethods = {planner::Method::kLocal, planner::Method::kSingleSubspace,
-                                                     planner::Method::kBoundaryFollowing,
-                                                     planner::Method::kSensedCspace, planner::Method::kKnownCspace};
+constexpr std::array<std::string_view, 6> kMethodNames = {"local",         "single_subspace", "boundary_following",
+                                                          "sensed_cspace", "known_cspace",    "potential_field"};
+constexpr std::array<planner::Method, 6> kMethods = {
+    planner::Method::kLocal,        planner::Method::kSingleSubspace, planner::Method::kBoundaryFollowing,
+    planner::Method::kSensedCspace, planner::Method::kKnownCspace,    planner::Method::kPotentialField};
+
+constexpr std::array<std::string_view, 2> kAttractionNames = {"control_points", "joints"};
+constexpr std::array<planner::Attraction, 2> kAttractions = {planner::Attraction::kControlPoints,
+                                                             planner::Attraction::kJoints};
 
 constexpr std::array<std::string_view, 3> kRememberNames = {"never", "until_nearer", "always"};
 constexpr std::array<planner::Remember, 3> kRemember = {planner::Remember::kNever, planner::Remember::kUntilNearer,
@@ -56,6 +60,16 @@ void read_sensed(const MapView& map, planner::SensedParameters& sensed) {
   if (const auto remember = map.find("remember")) sensed.remember = kRemember[remember->choice(kRememberNames)];
 }
 
+void read_potential(const MapView& map, planner::PotentialParameters& potential) {
+  if (const auto attract = map.find("attraction")) {
+    potential.attraction = kAttractions[attract->choice(kAttractionNames)];
+  }
+  read_number(map, "goal_distance", {0.0, 10.0, "m or rad", true}, potential.goal_distance);
+  read_number(map, "repulsion", {0.0, 10.0, "m⁴", true}, potential.repulsion);
+  read_number(map, "influence_distance", kDistance, potential.influence_distance);
+  read_number(map, "spacing", {0.005, 10.0, "m"}, potential.spacing);
+}
+
 }  // namespace
 
 void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
@@ -65,6 +79,7 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
   if (const auto sensed = map.find("sensed")) read_sensed(sensed->map(section::kSensed), parameters.sensed);
+  if (const auto field = map.find("potential")) read_potential(field->map(section::kPotential), parameters.potential);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);

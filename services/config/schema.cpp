@@ -51,7 +51,8 @@ constexpr std::array kArmKeys = {
     Words("acceleration_of_obstacles"),
     Words("state_age_limit"),
     Words("sensors"),
-    Words("sensed")};
+    Words("sensed"),
+    Words("potential")};
 constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
 constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
@@ -65,6 +66,8 @@ constexpr std::array kSensorKeys = {Words("name"),        Words("link"),        
                                     Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
                                     Words("noise"),       Words("period"),       Words("simulated")};
 constexpr std::array kSensedKeys = {Words("cells"), Words("margin"), Words("remember")};
+constexpr std::array kPotentialKeys = {Words("attraction"), Words("goal_distance"), Words("repulsion"),
+                                       Words("influence_distance"), Words("spacing")};
 constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
                                       Words("attached_to")};
 constexpr std::array kAttachmentKeys = {Words("arm"), Words("pose")};
@@ -112,6 +115,7 @@ constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
 constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
 constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
 constexpr Section kSensed{"arms[].sensed", kSensedKeys};
+constexpr Section kPotential{"arms[].potential", kPotentialKeys};
 constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
 constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
 constexpr Section kBox{"obstacles[].shapes[] of type box", kBoxKeys};
@@ -130,10 +134,10 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 std::span<const Section* const> all_sections() {
   using namespace section;
   static constexpr std::array kAll = {
-      &kRoot,    &kNetwork,  &kHosts,     &kWorld,     &kSupervision, &kRecovery, &kTiming, &kTasks,    &kClutter,
-      &kPose,    &kDefaults, &kArm,       &kArmLimits, &kArmPoses,    &kPackages, &kDamper, &kFollower, &kYielding,
-      &kRollout, &kSensor,   &kSensed,    &kObstacle,  &kAttachment,  &kBox,      &kSphere, &kCapsule,  &kCylinder,
-      &kMesh,    &kStatic,   &kWaypoints, &kCircle,    &kSine,        &kConveyor, &kDynamic};
+      &kRoot,     &kNetwork,  &kHosts,  &kWorld,     &kSupervision, &kRecovery,   &kTiming,   &kTasks,    &kClutter,
+      &kPose,     &kDefaults, &kArm,    &kArmLimits, &kArmPoses,    &kPackages,   &kDamper,   &kFollower, &kYielding,
+      &kRollout,  &kSensor,   &kSensed, &kPotential, &kObstacle,    &kAttachment, &kBox,      &kSphere,   &kCapsule,
+      &kCylinder, &kMesh,     &kStatic, &kWaypoints, &kCircle,      &kSine,       &kConveyor, &kDynamic};
   return kAll;
 }
 

@@ -36,6 +36,7 @@ extern const Section kYielding;
 extern const Section kRollout;
 extern const Section kSensor;
 extern const Section kSensed;
+extern const Section kPotential;
 extern const Section kObstacle;
 extern const Section kAttachment;
 extern const Section kBox;

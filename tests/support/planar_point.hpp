@@ -24,7 +24,9 @@ inline planner::Arm planar_point(const std::string& name = "point", double radiu
   model->links[0].name = "ground";
   model->links[1] = {"slide", 0, JointType::kPrismatic, "x", Pose::Identity(), Eigen::Vector3d::UnitX(), 0};
   model->links[2] = {"ball", 1, JointType::kPrismatic, "y", Pose::Identity(), Eigen::Vector3d::UnitY(), 1};
-  model->geometry.push_back({2, world::Sphere{radius}, Pose::Identity(), 0.0});
+  LinkGeometry& ball = model->geometry.emplace_back();
+  ball.link = 2;
+  ball.shape = world::Sphere{radius};
   model->joint_names = {"x", "y"};
   model->limits = {joints({-3, -3}), joints({3, 3}), joints({0.5, 0.5}), joints({4, 4})};
   model->tool_link = 2;

@@ -60,6 +60,7 @@ arms:
       - {name: side, link: upper, position: [0, 0.1, 0], direction: [0, 2, 0], to_position: [0.8, 0.1, 0],
          to_direction: [1, 0, 0], rays: 5, range: 0.7, noise: 0.01, period: 20ms, simulated: false}
     sensed: {cells: 240, margin: 0.05, remember: until_nearer}
+    potential: {attraction: joints, goal_distance: 0.4, repulsion: 0.002, influence_distance: 0.3, spacing: 0.07}
     goal_tolerance: 0.01
     acceleration_of_obstacles: 6
     state_age_limit: 150ms
@@ -235,6 +236,11 @@ TEST_F(EveryKeyTest, ClutterAndSensors) {
   EXPECT_EQ(left.parameters.sensed.cells, 240);
   EXPECT_DOUBLE_EQ(left.parameters.sensed.margin, 0.05);
   EXPECT_EQ(left.parameters.sensed.remember, planner::Remember::kUntilNearer);
+  EXPECT_EQ(left.parameters.potential.attraction, planner::Attraction::kJoints);
+  EXPECT_DOUBLE_EQ(left.parameters.potential.goal_distance, 0.4);
+  EXPECT_DOUBLE_EQ(left.parameters.potential.repulsion, 0.002);
+  EXPECT_DOUBLE_EQ(left.parameters.potential.influence_distance, 0.3);
+  EXPECT_DOUBLE_EQ(left.parameters.potential.spacing, 0.07);
   EXPECT_TRUE(file_.cell.arms[1].sensors.empty());
 }
 
