@@ -178,8 +178,8 @@ void add_simulate(CLI::App& app, Session& session) {
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
   command
       ->add_option("--plot", options->plot,
-                   "draw the first task's arms in workspace and C-space into this folder, as SVG; of arms that plan "
-                   "through C-space")
+                   "draw the first task's arms into this folder, as SVG: in workspace and C-space if they plan "
+                   "through C-space, in workspace and field if by potentials")
       ->type_name("DIR");
   command->add_flag("--timing", batch.measure_ticks,
                     "measure ticks on the machine's clock and the processor time of rollouts: fills tick_us and "

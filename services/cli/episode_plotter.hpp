@@ -8,7 +8,8 @@
 
 namespace hecaton::services::cli {
 
-/// Draws every arm that plans through C-space: every quarter of a second, and whenever it searches its way anew.
+/// Draws every arm that plans through C-space or down a potential field: every quarter of a second, and whenever it
+/// searches its way anew.
 class EpisodePlotter {
  public:
   /// Makes the folder if it is not there. Throws Failure when it cannot, or when no arm of the cell would be drawn.

@@ -33,5 +33,28 @@ TEST(TickAllocation, NeverAllocates) {
   EXPECT_GT(relaxed, 20);
 }
 
+TEST(TickAllocation, NeitherDoesAPotentialField) {
+  const Cell cell = config::load_cell_file(HECATON_SOURCE_DIR "/deploy/cells/three_puma.yaml").cell;
+  LocalParameters parameters = cell.arms[0].parameters;
+  parameters.method = Method::kPotentialField;
+  const CellGeometry geometry = test::geometry_of(cell, 0);
+  TickScratch scratch(geometry, parameters);
+  Random random(22);
+  double moved = 0.0;
+  for (int trial = 0; trial < 50; ++trial) {
+    test::Situation situation(cell, 0, random);
+    TickMemory memory{LocalMemory(random.next())};
+    for (int step = 0; step < 100; ++step) {
+      const long before = test::allocations();
+      const TickResult result = tick(geometry, parameters, situation.input, memory, scratch);
+      ASSERT_EQ(test::allocations(), before) << "trial " << trial << ", step " << step;
+      moved += (result.q - situation.input.q).norm();
+      situation.input.q = result.q;
+      situation.input.qd = result.qd;
+    }
+  }
+  EXPECT_GT(moved, 10.0);
+}
+
 }  // namespace
 }  // namespace hecaton::planner

@@ -143,11 +143,34 @@ TEST(Simulate, DrawsTheFirstEpisodeOfAnArmThatPlansThroughCspace) {
   std::filesystem::remove_all(folder);
 }
 
+// [Cardenas10] figures 5 and 6, and 2 beside them.
+TEST(Simulate, DrawsArmsInTheirPotentialFields) {
+  for (const std::string cell : {"mobile_rectangle", "puma_potential"}) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("hecaton_field_" + cell);
+    std::filesystem::remove_all(folder);
+    const Ran ran = run_line({"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + cell + ".yaml",
+                              "--tasks", "1", "--plot", folder.string()});
+    EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
+    std::ifstream file(folder / ((cell == "puma_potential" ? "puma" : "robot") + std::string("_0004.svg")));
+    std::stringstream picture;
+    picture << file.rdbuf();
+    const std::string svg = picture.str();
+    EXPECT_TRUE(svg.starts_with("<svg"));
+    EXPECT_TRUE(svg.ends_with("</svg>\n"));
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+    EXPECT_NE(svg.find("marker-end"), std::string::npos) << "the field's arrows";
+    std::size_t panels = 0;
+    for (std::size_t at = svg.find("<svg x="); at != std::string::npos; at = svg.find("<svg x=", at + 1)) ++panels;
+    EXPECT_EQ(panels, cell == "puma_potential" ? 3U : 2U) << "from above, from the side where it matters, the field";
+    std::filesystem::remove_all(folder);
+  }
+}
+
 TEST(Simulate, RefusesPicturesThatItCannotMake) {
   const Ran none = run_line(simulate({"--plot", testing::TempDir()}));
   EXPECT_EQ(none.code, ExitCode::kBadInput);
   EXPECT_NE(none.err.find("--plot = "), std::string::npos) << none.err;
-  EXPECT_NE(none.err.find("sensed_cspace or known_cspace"), std::string::npos) << none.err;
+  EXPECT_NE(none.err.find("sensed_cspace, known_cspace or potential_field"), std::string::npos) << none.err;
   const Ran nowhere = run_line(
       {"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--plot", "/dev/null/pictures"});
   EXPECT_EQ(nowhere.code, ExitCode::kBadInput);

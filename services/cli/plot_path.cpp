@@ -1,0 +1,305 @@
+#include "services/cli/plot_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <numbers>
+
+#include "planner/collision/exact_distance.hpp"
+#include "planner/cspace/convex_piece.hpp"
+#include "planner/potential/potential.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using planner::JointVector;
+using planner::Pose;
+using planner::cspace::Point;
+
+constexpr double kSide = 480.0;  // of each panel [px]
+constexpr double kGap = 24.0;    // [px]
+constexpr double kAround = 0.1;  // of the scene, left free [m]
+/// An arm whose bodies' centres change their height less than this stays at one height [m].
+constexpr double kLevel = 0.01;
+/// The field is drawn in so many squares a side, and every so many have an arrow.
+constexpr int kSquares = 72;
+constexpr int kArrowEvery = 3;
+
+[[gnu::format(printf, 1, 2)]] std::string line_of(const char* format, ...) {
+  char buffer[512];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+/// A shape of which the outline from any side is the hull of discs.
+struct Discs {
+  std::vector<Eigen::Vector3d> centres_W;
+  double radius = 0.0;
+};
+
+Discs discs_of(const world::Shape& shape, const Pose& X_WS) {
+  struct Visitor {
+    const Pose& X_WS;
+    [[nodiscard]] Discs on_axis(double half_length, double radius) const {
+      return {{X_WS * Eigen::Vector3d(0, 0, half_length), X_WS * Eigen::Vector3d(0, 0, -half_length)}, radius};
+    }
+    Discs operator()(const world::Sphere& sphere) const { return {{X_WS.translation()}, sphere.radius}; }
+    Discs operator()(const world::Capsule& capsule) const { return on_axis(capsule.half_length, capsule.radius); }
+    Discs operator()(const world::Cylinder& cylinder) const {
+      Discs rims;
+      for (int i = 0; i < 48; ++i) {
+        const double angle = i * std::numbers::pi / 24.0;
+        const Eigen::Vector3d rim(cylinder.radius * std::cos(angle), cylinder.radius * std::sin(angle), 0.0);
+        for (const double z : {-cylinder.half_length, cylinder.half_length}) {
+          rims.centres_W.emplace_back(X_WS * (rim + z * Eigen::Vector3d::UnitZ()));
+        }
+      }
+      return rims;
+    }
+    Discs operator()(const world::Box& box) const {
+      Discs corners;
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3d sign((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
+        corners.centres_W.emplace_back(X_WS * box.half_extents.cwiseProduct(sign));
+      }
+      return corners;
+    }
+    Discs operator()(const world::Convex& convex) const {
+      Discs vertices;
+      for (const Eigen::Vector3d& vertex : convex.hull->vertices) vertices.centres_W.emplace_back(X_WS * vertex);
+      return vertices;
+    }
+  };
+  return std::visit(Visitor{X_WS}, shape);
+}
+
+class Drawing {
+ public:
+  explicit Drawing(const PathPicture& picture) : picture_(picture), geometry_({picture.planned.arm}, 0) {
+    geometry_.set_obstacles(carried());
+    for (const world::Obstacle& obstacle : picture.obstacles) {
+      if (obstacle.attachment) continue;
+      for (const world::PlacedShape& placed : obstacle.shapes) {
+        scene_.push_back({placed.shape, obstacle.X_WO * placed.X_BS});
+        see(discs_of(placed.shape, scene_.back().X_BS));
+      }
+    }
+    lowest_ =
+        extent_.isEmpty() ? -HUGE_VAL : extent_.min().z() - picture.planned.parameters.potential.influence_distance;
+    const std::vector<JointVector> states = shown();
+    const std::vector<Discs> first = arm_at(states.front(), -HUGE_VAL);
+    for (const JointVector& q : states) {
+      const std::vector<Discs> arm = arm_at(q, -HUGE_VAL);
+      for (std::size_t i = 0; i < arm.size(); ++i) {
+        level_ = level_ && std::abs(arm[i].centres_W[0].z() - first[i].centres_W[0].z()) < kLevel;
+      }
+    }
+    if (!level_) lowest_ = -HUGE_VAL;
+    for (const JointVector& q : states) {
+      for (const Discs& discs : arm_at(q, lowest_)) see(discs);
+    }
+    scale_ = kSide / (extent_.sizes().maxCoeff() + 2.0 * kAround);
+  }
+
+  [[nodiscard]] std::string svg() {
+    std::vector<std::string> panels{panel(1)};
+    if (!level_) panels.push_back(panel(2));
+    if (picture_.field) panels.push_back(field_panel());
+    const auto count = static_cast<double>(panels.size());
+    std::string text = line_of(
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
+        "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
+        "<text x='0' y='-10' font-family='sans-serif' font-size='14'>",
+        count * kSide + (count - 1.0) * kGap + 20.0, kSide + 40.0);
+    text += picture_.title + "</text>\n";
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+      text +=
+          line_of("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kSide + kGap), kSide, kSide);
+      text += panels[i];
+      text += line_of("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kSide, kSide);
+    }
+    return text + "</svg>\n";
+  }
+
+ private:
+  [[nodiscard]] std::vector<world::Obstacle> carried() const {
+    std::vector<world::Obstacle> own;
+    for (const world::Obstacle& obstacle : picture_.obstacles) {
+      if (obstacle.attachment && obstacle.attachment->arm == picture_.planned.arm.name) own.push_back(obstacle);
+    }
+    return own;
+  }
+
+  [[nodiscard]] std::vector<JointVector> shown() const {
+    std::vector<JointVector> states = picture_.path;
+    states.push_back(picture_.goal);
+    return states;
+  }
+
+  /// Bodies not below `lowest` [m].
+  [[nodiscard]] std::vector<Discs> arm_at(const JointVector& q, double lowest) const {
+    const planner::Arm& arm = picture_.planned.arm;
+    planner::Kinematics kinematics;
+    forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
+    std::vector<Discs> bodies;
+    for (const planner::Body& body : geometry_.own_bodies()) {
+      const Pose& X_WL = kinematics.X_WL[body.link];
+      if ((X_WL * body.bound.centre).z() + body.bound.radius < lowest) continue;
+      bodies.push_back(discs_of(body.shape, X_WL * body.X_CS));
+    }
+    return bodies;
+  }
+
+  void see(const Discs& discs) {
+    for (const Eigen::Vector3d& p : discs.centres_W) {
+      extent_.extend(Eigen::Vector3d(p.array() - discs.radius));
+      extent_.extend(Eigen::Vector3d(p.array() + discs.radius));
+    }
+  }
+
+  [[nodiscard]] double x(double across) const { return 0.5 * kSide + scale_ * (across - extent_.center().x()); }
+  [[nodiscard]] double y(double up, int axis) const { return 0.5 * kSide - scale_ * (up - extent_.center()[axis]); }
+
+  /// `axis`: that of W which points upwards in the picture.
+  [[nodiscard]] std::string outline(const Discs& discs, int axis, const char* style) const {
+    std::vector<Point> points;
+    const int corners = discs.radius > 0.0 ? 48 : 1;
+    for (const Eigen::Vector3d& p : discs.centres_W) {
+      for (int i = 0; i < corners; ++i) {
+        const double angle = i * 2.0 * std::numbers::pi / corners;
+        points.push_back({p.x() + discs.radius * std::cos(angle), p[axis] + discs.radius * std::sin(angle)});
+      }
+    }
+    std::string text = line_of("<polygon %s points='", style);
+    for (const Point& p : planner::cspace::convex_piece(points).corners)
+      text += line_of("%.1f,%.1f ", x(p.x), y(p.y, axis));
+    return text + "'/>\n";
+  }
+
+  [[nodiscard]] std::string arm(const JointVector& q, int axis, const char* style) const {
+    std::string text;
+    for (const Discs& discs : arm_at(q, lowest_)) text += outline(discs, axis, style);
+    return text;
+  }
+
+  [[nodiscard]] std::string obstacles(int axis) const {
+    std::string text;
+    for (const world::PlacedShape& placed : scene_) {
+      text += outline(discs_of(placed.shape, placed.X_BS), axis, "fill='#bbb' stroke='#888'");
+    }
+    return text;
+  }
+
+  [[nodiscard]] Eigen::Vector3d tool_at(const JointVector& q) const {
+    const planner::Arm& arm = picture_.planned.arm;
+    planner::Kinematics kinematics;
+    forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
+    return kinematics.X_WT.translation();
+  }
+
+  [[nodiscard]] std::string tool_trace(int axis) const {
+    std::string text = "<polyline fill='none' stroke='#c60' stroke-width='1.5' points='";
+    for (const JointVector& q : picture_.path) {
+      const Eigen::Vector3d p = tool_at(q);
+      text += line_of("%.1f,%.1f ", x(p.x()), y(p[axis], axis));
+    }
+    return text + "'/>\n";
+  }
+
+  [[nodiscard]] std::string panel(int axis) const {
+    std::string text = obstacles(axis);
+    text += arm(picture_.goal, axis, "fill='#8c8' fill-opacity='0.5'");
+    for (const JointVector& q : picture_.path) {
+      text += arm(q, axis, "fill='none' stroke='#36c' stroke-opacity='0.25'");
+    }
+    if (!picture_.path.empty()) {
+      text += arm(picture_.path.front(), axis, "fill='#fc6' fill-opacity='0.6'");
+      text += arm(picture_.path.back(), axis, "fill='#36c' fill-opacity='0.6'");
+    }
+    return text + tool_trace(axis);
+  }
+
+  struct FieldAt {
+    double repulsion = 0.0;
+    Eigen::Vector2d force = Eigen::Vector2d::Zero();
+  };
+
+  /// −∇U of a point at p_W that the tool's place at the goal attracts, in the horizontal plane.
+  [[nodiscard]] FieldAt field_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& goal_W) const {
+    const planner::PotentialParameters& parameters = picture_.planned.parameters.potential;
+    const world::Sphere point{1e-5};
+    FieldAt at;
+    for (const world::PlacedShape& placed : scene_) {
+      Pose X_WP = Pose::Identity();
+      X_WP.translation() = p_W;
+      const auto near = planner::shape_distance(point, X_WP, placed.shape, placed.X_BS);
+      const auto u = planner::potential::repulsion(near.distance, parameters.influence_distance, parameters.repulsion);
+      at.repulsion = std::max(at.repulsion, near.distance < 0.0 ? HUGE_VAL : u.value);
+      at.force += u.slope * near.n_W.head<2>();
+    }
+    const Eigen::Vector2d away = (p_W - goal_W).head<2>();
+    const double d = away.norm();
+    if (d > 0.0) at.force -= planner::potential::attraction(d, parameters.goal_distance).slope / d * away;
+    return at;
+  }
+
+  [[nodiscard]] static std::string arrow(double px, double py, const Eigen::Vector2d& tip) {
+    return line_of("<path d='M%.1f %.1fl%.1f %.1f' stroke='#236' marker-end='url(#tip)'/>\n", px - 0.5 * tip.x(),
+                   py + 0.5 * tip.y(), tip.x(), -tip.y());
+  }
+
+  /// Red where obstacles repel, arrows downhill. Squares of a row that look alike are one.
+  [[nodiscard]] std::string field_panel() const {
+    const Eigen::Vector3d goal_W = tool_at(picture_.goal);
+    const double pixel = kSide / kSquares;
+    const double attraction = picture_.planned.parameters.potential.goal_distance;
+    std::string squares, arrows;
+    for (int row = 0; row < kSquares; ++row) {
+      int first = 0;
+      int shade_of_run = 0;
+      for (int column = 0; column <= kSquares; ++column) {
+        const double px = (column + 0.5) * pixel, py = (row + 0.5) * pixel;
+        const Eigen::Vector3d p_W(extent_.center().x() + (px - 0.5 * kSide) / scale_,
+                                  extent_.center().y() - (py - 0.5 * kSide) / scale_, goal_W.z());
+        const FieldAt at = field_at(p_W, goal_W);
+        const int shade = static_cast<int>(std::lround(10.0 * std::min(1.0, std::sqrt(at.repulsion) / attraction)));
+        if (shade != shade_of_run || column == kSquares) {
+          if (shade_of_run > 0) {
+            squares += line_of("<rect x='%.1f' y='%.1f' width='%.1f' height='%.2f' fill='#c33' fill-opacity='%.1f'/>\n",
+                               first * pixel, row * pixel, (column - first) * pixel, pixel, 0.1 * shade_of_run);
+          }
+          first = column;
+          shade_of_run = shade;
+        }
+        const bool drawn = column % kArrowEvery == 1 && row % kArrowEvery == 1 && column < kSquares && shade < 10;
+        if (!drawn || at.force.norm() <= 0.0) continue;
+        const double length = 0.9 * kArrowEvery * pixel * std::min(1.0, at.force.norm() / attraction);
+        arrows += arrow(px, py, length * at.force.normalized());
+      }
+    }
+    return "<defs><marker id='tip' viewBox='0 0 6 6' refX='5' refY='3' markerWidth='4' markerHeight='4' orient='auto'>"
+           "<path d='M0 0L6 3L0 6z' fill='#236'/></marker></defs>\n" +
+           squares + obstacles(1) + arrows + tool_trace(1) +
+           line_of("<circle cx='%.1f' cy='%.1f' r='5' fill='#090'/>\n", x(goal_W.x()), y(goal_W.y(), 1));
+  }
+
+  const PathPicture& picture_;
+  planner::CellGeometry geometry_;
+  std::vector<world::PlacedShape> scene_;  ///< in W
+  double lowest_ = -HUGE_VAL;  ///< what carries an arm that stays level, far below all obstacles, is out of sight [m]
+  Eigen::AlignedBox3d extent_;
+  double scale_ = 1.0;
+  bool level_ = true;
+};
+
+}  // namespace
+
+std::string plot_path(const PathPicture& picture) {
+  return Drawing(picture).svg();
+}
+
+}  // namespace hecaton::services::cli
