@@ -17,9 +17,9 @@ using planner::JointVector;
 using planner::Pose;
 using planner::cspace::Point;
 
-constexpr double kSide = 480.0;  // of each panel [px]
-constexpr double kGap = 24.0;    // [px]
-constexpr double kAround = 0.1;  // of the scene, left free [m]
+constexpr double kPanel = 480.0;   // of each panel [px]
+constexpr double kBetween = 24.0;  // [px]
+constexpr double kAround = 0.1;    // of the scene, left free [m]
 /// An arm whose bodies' centres change their height less than this stays at one height [m].
 constexpr double kLevel = 0.01;
 /// The field is drawn in so many squares a side, and every so many have an arrow.
@@ -102,7 +102,7 @@ class Drawing {
     for (const JointVector& q : states) {
       for (const Discs& discs : arm_at(q, lowest_)) see(discs);
     }
-    scale_ = kSide / (extent_.sizes().maxCoeff() + 2.0 * kAround);
+    scale_ = kPanel / (extent_.sizes().maxCoeff() + 2.0 * kAround);
   }
 
   [[nodiscard]] std::string svg() {
@@ -114,13 +114,13 @@ class Drawing {
         "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
         "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
         "<text x='0' y='-10' font-family='sans-serif' font-size='14'>",
-        count * kSide + (count - 1.0) * kGap + 20.0, kSide + 40.0);
+        count * kPanel + (count - 1.0) * kBetween + 20.0, kPanel + 40.0);
     text += picture_.title + "</text>\n";
     for (std::size_t i = 0; i < panels.size(); ++i) {
-      text +=
-          line_of("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kSide + kGap), kSide, kSide);
+      text += line_of("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kPanel + kBetween),
+                      kPanel, kPanel);
       text += panels[i];
-      text += line_of("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kSide, kSide);
+      text += line_of("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kPanel, kPanel);
     }
     return text + "</svg>\n";
   }
@@ -161,8 +161,8 @@ class Drawing {
     }
   }
 
-  [[nodiscard]] double x(double across) const { return 0.5 * kSide + scale_ * (across - extent_.center().x()); }
-  [[nodiscard]] double y(double up, int axis) const { return 0.5 * kSide - scale_ * (up - extent_.center()[axis]); }
+  [[nodiscard]] double x(double across) const { return 0.5 * kPanel + scale_ * (across - extent_.center().x()); }
+  [[nodiscard]] double y(double up, int axis) const { return 0.5 * kPanel - scale_ * (up - extent_.center()[axis]); }
 
   /// `axis`: that of W which points upwards in the picture.
   [[nodiscard]] std::string outline(const Discs& discs, int axis, const char* style) const {
@@ -255,7 +255,7 @@ class Drawing {
   /// Red where obstacles repel, arrows downhill. Squares of a row that look alike are one.
   [[nodiscard]] std::string field_panel() const {
     const Eigen::Vector3d goal_W = tool_at(picture_.goal);
-    const double pixel = kSide / kSquares;
+    const double pixel = kPanel / kSquares;
     const double attraction = picture_.planned.parameters.potential.goal_distance;
     std::string squares, arrows;
     for (int row = 0; row < kSquares; ++row) {
@@ -263,8 +263,8 @@ class Drawing {
       int shade_of_run = 0;
       for (int column = 0; column <= kSquares; ++column) {
         const double px = (column + 0.5) * pixel, py = (row + 0.5) * pixel;
-        const Eigen::Vector3d p_W(extent_.center().x() + (px - 0.5 * kSide) / scale_,
-                                  extent_.center().y() - (py - 0.5 * kSide) / scale_, goal_W.z());
+        const Eigen::Vector3d p_W(extent_.center().x() + (px - 0.5 * kPanel) / scale_,
+                                  extent_.center().y() - (py - 0.5 * kPanel) / scale_, goal_W.z());
         const FieldAt at = field_at(p_W, goal_W);
         const int shade = static_cast<int>(std::lround(10.0 * std::min(1.0, std::sqrt(at.repulsion) / attraction)));
         if (shade != shade_of_run || column == kSquares) {
