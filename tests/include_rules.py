@@ -21,6 +21,7 @@ ALLOWED = {
     # tick, arm_controller, goal_check, cell: what one arm's planner is
     "planner": ["planner/simd", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "world/model"],
+    "planner/global": ["planner/local", "planner/collision", "planner/model", "planner/simd", "world/model"],
     "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
@@ -29,7 +30,7 @@ ALLOWED = {
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
-           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/simulation",
+           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/simulation",
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
     ALLOWED[f"services/{service}"] = SERVICE

@@ -61,13 +61,15 @@ class CellGeometry {
   /// Bodies of obstacle i in its own frame; empty while an arm carries it.
   [[nodiscard]] const std::vector<Body>& obstacle_bodies(int obstacle) const { return obstacle_bodies_[obstacle]; }
 
+  [[nodiscard]] const std::string& obstacle_name(int obstacle) const { return obstacle_names_[obstacle]; }
+  /// "arm2/link4", or "arm2/pallet" for what it carries.
+  [[nodiscard]] std::string body_name(int arm, const Body& body) const;
+
   /// "arm2/link4", "pallet" or "arm1/forearm": what a message calls the two sides of a clearance.
   [[nodiscard]] std::string own_name(const Clearance& clearance) const;
   [[nodiscard]] std::string other_name(const Clearance& clearance) const;
 
  private:
-  [[nodiscard]] std::string body_name(int arm, const Body& body) const;
-
   std::vector<Arm> arms_;
   int self_;
   std::vector<std::vector<Body>> arm_bodies_;

@@ -117,6 +117,7 @@ std::unique_ptr<CLI::App> make_application(Session& session) {
   add_obstacle(*app, session);
   add_carry_commands(*app, session);
   add_check(*app, session);
+  add_plan(*app, session);
   add_simulate(*app, session);
   add_completion(*app, session);
   add_man(*app, session);

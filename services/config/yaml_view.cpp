@@ -152,6 +152,13 @@ std::size_t YamlView::type(std::span<const std::string_view> choices) const {
   return YamlView(item, *file_, child_path(path_, "type")).choice(choices);
 }
 
+std::optional<YamlView> YamlView::entry(std::string_view key) const {
+  if (!is_map()) fail("a map with the key " + std::string(key));
+  const auto found = std::find(node_->keys.begin(), node_->keys.end(), key);
+  if (found == node_->keys.end()) return std::nullopt;
+  return YamlView(node_->items[static_cast<std::size_t>(found - node_->keys.begin())], *file_, child_path(path_, key));
+}
+
 YamlView YamlView::at_path(std::string_view path) const {
   YamlView view = *this;
   while (!path.empty()) {

@@ -53,6 +53,8 @@ class YamlView {
   [[nodiscard]] std::vector<YamlView> items(std::size_t least, std::size_t most, std::string_view of) const;
   /// A map whose keys all belong to the section.
   [[nodiscard]] MapView map(const Section& section) const;
+  /// The value of a key of a map of a foreign format, whose other keys are none of our business.
+  [[nodiscard]] std::optional<YamlView> entry(std::string_view key) const;
   /// The value at "motion.speed" or "shapes[0].size[1]" below this one; as far as the path leads.
   [[nodiscard]] YamlView at_path(std::string_view path) const;
   /// The index of the word at the key "type", which says what other keys this map may have.

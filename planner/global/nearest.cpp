@@ -1,0 +1,39 @@
+#include "planner/global/nearest.hpp"
+
+#include "planner/simd/instruction_set.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+constexpr float kFar = 1e18F;  ///< its square is still a number, and no arm gets there
+
+const NearestKernel& kernel() {
+  static const NearestKernel& chosen = *fastest(&baseline::kNearest, &avx2::kNearest);
+  return chosen;
+}
+
+}  // namespace
+
+void NearestPoints::add(const float* q) {
+  const int lane = size_ % kWidth;
+  if (lane == 0) groups_.resize(groups_.size() + static_cast<std::size_t>(dimensions_) * kWidth, kFar);
+  float* group = groups_.data() + groups_.size() - static_cast<std::ptrdiff_t>(dimensions_) * kWidth;
+  for (int j = 0; j < dimensions_; ++j) group[j * kWidth + lane] = q[j];
+  ++size_;
+}
+
+Neighbour NearestPoints::nearest(const float* q) const {
+  return kernel().nearest(groups_.data(), (size_ + kWidth - 1) / kWidth, dimensions_, q);
+}
+
+void NearestPoints::within(const float* q, float radius, std::vector<Neighbour>& out) const {
+  const int groups = (size_ + kWidth - 1) / kWidth;
+  std::vector<float> distances(static_cast<std::size_t>(groups) * kWidth);
+  kernel().distances2(groups_.data(), groups, dimensions_, q, distances.data());
+  out.clear();
+  for (int i = 0; i < size_; ++i) {
+    if (distances[i] < radius * radius) out.push_back({i, distances[i]});
+  }
+}
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,145 @@
+#include "planner/global/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+namespace hecaton::planner::global {
+namespace {
+
+std::vector<float> padded(const Validity& validity, std::span<const double> q) {
+  std::vector<float> result(validity.stride(), 0.0F);
+  std::transform(q.begin(), q.end(), result.begin(), [](double x) { return static_cast<float>(x); });
+  return result;
+}
+
+std::string outside_limits(const Validity& validity, std::span<const double> q) {
+  std::size_t i = 0;
+  for (const CellGeometry& geometry : validity.planned()) {
+    const Arm& arm = geometry.own_arm();
+    for (int j = 0; j < arm.model->joints(); ++j, ++i) {
+      if (std::isfinite(q[i]) && q[i] >= arm.limits.lower[j] && q[i] <= arm.limits.upper[j]) continue;
+      std::ostringstream out;
+      out << "joint " << arm.model->joint_names[j] << " = " << q[i] << " must be within " << arm.limits.lower[j]
+          << " … " << arm.limits.upper[j];
+      return out.str();
+    }
+  }
+  return {};
+}
+
+SearchResult search(const SearchProblem& problem, const PlanOptions& options) {
+  return rrt_connect(problem, options.rrt);
+}
+
+/// Floats round: the ends are what was asked for.
+void take_path(const Points& points, std::span<const double> start, std::span<const double> goal, Plan& plan) {
+  plan.path.clear();
+  for (int i = 0; i < points.size(); ++i) plan.path.emplace_back(points[i], points[i] + start.size());
+  plan.path.front().assign(start.begin(), start.end());
+  plan.path.back().assign(goal.begin(), goal.end());
+  plan.length = 0.0;
+  for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < start.size(); ++j) sum += std::pow(plan.path[i + 1][j] - plan.path[i][j], 2);
+    plan.length += std::sqrt(sum);
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(Method method) {
+  switch (method) {
+    case Method::kRrtConnect:
+      return "rrt_connect";
+    case Method::kRrt:
+      return "rrt";
+    case Method::kEst:
+      return "est";
+    case Method::kPrm:
+      return "prm";
+  }
+  return "";
+}
+
+Space space_of(const Validity& validity, std::span<const double> start, std::span<const double> goal) {
+  Space space{validity.dimensions(), validity.stride(), {}, {}};
+  std::size_t i = 0;
+  for (const CellGeometry& geometry : validity.planned()) {
+    const JointLimits& limits = geometry.own_arm().limits;
+    for (Eigen::Index j = 0; j < limits.lower.size(); ++j, ++i) {
+      const double low = std::min(start[i], goal[i]) - std::numbers::pi;
+      const double high = std::max(start[i], goal[i]) + std::numbers::pi;
+      space.lower.push_back(static_cast<float>(std::isfinite(limits.lower[j]) ? limits.lower[j] : low));
+      space.upper.push_back(static_cast<float>(std::isfinite(limits.upper[j]) ? limits.upper[j] : high));
+    }
+  }
+  return space;
+}
+
+std::string reject(const Validity& validity, std::string_view which, std::span<const double> q) {
+  std::ostringstream out;
+  out << which;
+  if (q.size() != static_cast<std::size_t>(validity.dimensions())) {
+    out << " has " << q.size() << " joint values, but there are " << validity.dimensions() << " joints";
+    return out.str();
+  }
+  if (const std::string outside = outside_limits(validity, q); !outside.empty()) return out.str() + ": " + outside;
+  if (validity.state_free(padded(validity, q).data())) return {};
+  const Validity::Nearest nearest = validity.nearest(q);
+  if (nearest.distance <= 0.0) {
+    out << " is in collision: " << nearest.a << " and " << nearest.b << " overlap by " << -1e3 * nearest.distance
+        << " mm";
+  } else {
+    out << " leaves too little room: " << nearest.a << " and " << nearest.b << " are " << 1e3 * nearest.distance
+        << " mm apart";
+  }
+  return out.str();
+}
+
+Plan plan(const Validity& validity, std::span<const double> start, std::span<const double> goal,
+          const PlanOptions& options) {
+  Plan result;
+  const std::uint64_t checks_before = validity.checks();
+  if (result.reason = reject(validity, "start", start); !result.reason.empty()) {
+    result.status = PlanStatus::kStartInvalid;
+    return result;
+  }
+  if (result.reason = reject(validity, "goal", goal); !result.reason.empty()) {
+    result.status = PlanStatus::kGoalInvalid;
+    return result;
+  }
+  const Space space = space_of(validity, start, goal);
+  const std::vector<float> from = padded(validity, start);
+  const std::vector<float> to = padded(validity, goal);
+  const SearchResult found = search({validity, space, from.data(), to.data(), options.seed, options.budget}, options);
+  result.iterations = found.iterations;
+  result.nodes = found.nodes;
+  if (found.solved) {
+    result.status = PlanStatus::kSolved;
+    take_path(found.path, start, goal, result);
+    if (options.simplify) simplify(validity, options, result);
+  } else {
+    result.reason = "no path was found with " + std::to_string(found.iterations) + " samples and " +
+                    std::to_string(found.nodes) + " nodes before the budget ended";
+  }
+  result.checks = validity.checks() - checks_before;
+  return result;
+}
+
+void simplify(const Validity& validity, const PlanOptions& options, Plan& plan) {
+  if (!plan.solved()) return;
+  const std::vector<double> start = plan.path.front();
+  const std::vector<double> goal = plan.path.back();
+  const std::uint64_t checks_before = validity.checks();
+  const Space space = space_of(validity, start, goal);
+  Points points(space.stride);
+  for (const std::vector<double>& q : plan.path) points.add(padded(validity, q).data());
+  SimplifyOptions shortcuts = options.shortcuts;
+  shortcuts.seed = options.seed;
+  take_path(simplified(points, validity, space, shortcuts), start, goal, plan);
+  plan.checks += validity.checks() - checks_before;
+}
+
+}  // namespace hecaton::planner::global

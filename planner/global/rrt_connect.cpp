@@ -1,0 +1,111 @@
+/// RRT-Connect [Kuffner00]: two trees, from start and goal; each new node of one is what the other tries to connect to.
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/global/search.hpp"
+#include "planner/global/tree.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+class Search {
+ public:
+  Search(const SearchProblem& problem, const RrtOptions& options)
+      : problem_(problem),
+        options_(options),
+        start_(problem.space, problem.start),
+        goal_(problem.space, problem.goal),
+        sample_(problem.space.stride),
+        next_(problem.space.stride),
+        random_(problem.seed) {}
+
+  SearchResult run() {
+    SearchResult result;
+    result.solved = problem_.validity.edge_free(problem_.start, problem_.goal);
+    if (result.solved) {
+      result.path = Points(problem_.space.stride);
+      result.path.add(problem_.start);
+      result.path.add(problem_.goal);
+    }
+    while (!result.solved && !problem_.budget.over(result.iterations)) {
+      ++result.iterations;
+      // Balanced: the smaller tree grows [Kuffner00].
+      const bool from_start = start_.size() <= goal_.size();
+      Tree& one = from_start ? start_ : goal_;
+      Tree& other = from_start ? goal_ : start_;
+      problem_.space.sample(random_, sample_.data());
+      if (extend(one) == Extend::kTrapped || connect(other, one[one.size() - 1]) != Extend::kReached) continue;
+      result.solved = true;
+      result.path = joined();
+    }
+    result.nodes = start_.size() + goal_.size();
+    return result;
+  }
+
+ private:
+  /// Towards the sample by at most the range. The new node is the tree's last.
+  Extend extend(Tree& tree) {
+    const Neighbour near = tree.nearest(sample_.data());
+    const float distance = std::sqrt(near.distance2);
+    if (distance > tree.domain(near.index) || distance <= 0.0F) return Extend::kTrapped;
+    const bool reaches = distance <= options_.range;
+    problem_.space.interpolate(tree[near.index], sample_.data(), reaches ? 1.0F : options_.range / distance,
+                               next_.data());
+    if (!problem_.validity.edge_free(tree[near.index], next_.data())) {
+      shrink_domain(tree, near.index);
+      return Extend::kTrapped;
+    }
+    tree.set_domain(near.index, tree.domain(near.index) * (1.0F + options_.domain_change));
+    tree.add(next_.data(), near.index);
+    return reaches ? Extend::kReached : Extend::kAdvanced;
+  }
+
+  /// Extends again and again, until q is reached or something is in the way.
+  Extend connect(Tree& tree, const float* q) {
+    const Neighbour near = tree.nearest(q);
+    const float distance = std::sqrt(near.distance2);
+    const int steps = std::max(1, static_cast<int>(std::ceil(distance / options_.range)));
+    const std::vector<float> from(tree[near.index], tree[near.index] + problem_.space.stride);
+    int last = near.index;
+    for (int i = 1; i <= steps; ++i) {
+      problem_.space.interpolate(from.data(), q, static_cast<float>(i) / static_cast<float>(steps), next_.data());
+      if (i == steps) std::copy(q, q + problem_.space.stride, next_.data());
+      if (!problem_.validity.edge_free(tree[last], next_.data())) return i > 1 ? Extend::kAdvanced : Extend::kTrapped;
+      last = tree.add(next_.data(), last);
+    }
+    return Extend::kReached;
+  }
+
+  void shrink_domain(Tree& tree, int node) {
+    if (options_.domain <= 0.0F) return;
+    const float domain = tree.domain(node);
+    tree.set_domain(node, std::isinf(domain)
+                              ? options_.domain
+                              : std::max(domain * (1.0F - options_.domain_change), options_.least_domain));
+  }
+
+  /// The last nodes of both trees are the same configuration.
+  [[nodiscard]] Points joined() const {
+    Points path = start_.way_to_root(start_.size() - 1);
+    path.reverse();
+    for (int i = goal_.parent(goal_.size() - 1); i >= 0; i = goal_.parent(i)) path.add(goal_[i]);
+    return path;
+  }
+
+  const SearchProblem& problem_;
+  const RrtOptions& options_;
+  Tree start_;
+  Tree goal_;
+  std::vector<float> sample_;
+  std::vector<float> next_;
+  Random random_;
+};
+
+}  // namespace
+
+SearchResult rrt_connect(const SearchProblem& problem, const RrtOptions& options) {
+  return Search(problem, options).run();
+}
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,48 @@
+#pragma once
+/// A tree of configurations that grows from its root.
+
+#include <limits>
+#include <vector>
+
+#include "planner/global/nearest.hpp"
+#include "planner/global/space.hpp"
+
+namespace hecaton::planner::global {
+
+class Tree {
+ public:
+  Tree(const Space& space, const float* root) : points_(space.stride), nearest_(space.dimensions) { add(root, -1); }
+
+  /// Returns the new node's index.
+  int add(const float* q, int parent) {
+    points_.add(q);
+    nearest_.add(points_[points_.size() - 1]);
+    parents_.push_back(parent);
+    domains_.push_back(std::numeric_limits<float>::infinity());
+    return points_.size() - 1;
+  }
+  [[nodiscard]] int size() const { return points_.size(); }
+  [[nodiscard]] const float* operator[](int i) const { return points_[i]; }
+  [[nodiscard]] int parent(int i) const { return parents_[i]; }
+  [[nodiscard]] Neighbour nearest(const float* q) const { return nearest_.nearest(q); }
+  void within(const float* q, float radius, std::vector<Neighbour>& out) const { nearest_.within(q, radius, out); }
+
+  /// Radius of the node's dynamic domain [Yershova05]: samples farther away do not extend it.
+  [[nodiscard]] float domain(int i) const { return domains_[i]; }
+  void set_domain(int i, float radius) { domains_[i] = radius; }
+
+  /// The points from node i to the root.
+  [[nodiscard]] Points way_to_root(int i) const {
+    Points way(points_.stride());
+    for (; i >= 0; i = parents_[i]) way.add(points_[i]);
+    return way;
+  }
+
+ private:
+  Points points_;
+  NearestPoints nearest_;
+  std::vector<int> parents_;
+  std::vector<float> domains_;
+};
+
+}  // namespace hecaton::planner::global

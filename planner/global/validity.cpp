@@ -1,0 +1,227 @@
+#include "planner/global/validity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "planner/collision/exact_distance.hpp"
+#include "planner/global/kernel_world.hpp"
+#include "planner/global/validity_kernel.hpp"
+#include "planner/simd/instruction_set.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+/// Floats have 24 bits. A coordinate is the sum of some dozens of products no larger than the scale, and it turns with
+/// angles that are rounded, too: ten times what was ever seen.
+constexpr double kBodyRounding = 1e-5;
+
+template <std::size_t N, typename Matrix>
+std::array<float, N> floats(const Matrix& values) {
+  std::array<float, N> result;
+  for (std::size_t i = 0; i < N; ++i) result[i] = static_cast<float>(values.data()[i]);
+  return result;
+}
+
+double largest_angle(const JointLimits& limits) {
+  double largest = 0.0;
+  for (Eigen::Index j = 0; j < limits.lower.size(); ++j) {
+    const double bound = std::max(std::abs(limits.lower[j]), std::abs(limits.upper[j]));
+    largest = std::max(largest, std::isfinite(bound) ? bound : 10.0);
+  }
+  return largest;
+}
+
+KernelBall kernel_ball(const Pose& X_FS, const world::BoundingSphere& ball, double rounding) {
+  const Eigen::Vector3d centre = X_FS * ball.centre;
+  return {floats<3>(centre), static_cast<float>(ball.radius + rounding)};
+}
+
+world::BoundingSphere tight_bound(const world::Shape& shape) {
+  const auto* convex = std::get_if<world::Convex>(&shape);
+  const world::BoundingSphere rough = world::bounding_sphere(shape);
+  if (convex == nullptr) return rough;
+  const world::BoundingSphere ball = enclosing_ball(convex->hull->vertices);
+  return ball.radius < rough.radius ? ball : rough;
+}
+
+/// A link's place: the kernel's frame that moves it, and where it is in that.
+struct Carried {
+  int frame = -1;
+  Pose X_FL = Pose::Identity();
+};
+
+}  // namespace
+
+const ValidityKernel& fastest_validity() {
+  return *fastest(&baseline::kValidity, &avx2::kValidity);
+}
+
+std::vector<WorldBody> world_bodies(const CellGeometry& geometry, std::span<const Pose> X_WO,
+                                    std::span<const JointVector> others) {
+  std::vector<WorldBody> bodies;
+  for (int i = 0; i < geometry.obstacle_count(); ++i) {
+    for (const Body& body : geometry.obstacle_bodies(i)) {
+      bodies.push_back({body.shape, X_WO[i] * body.X_CS, geometry.obstacle_name(i)});
+    }
+  }
+  for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
+    if (arm == geometry.self() || others[arm].size() == 0) continue;
+    const Arm& other = geometry.arms()[arm];
+    Kinematics kinematics;
+    forward_kinematics(*other.model, other.X_WB, others[arm], kinematics);
+    for (const Body& body : geometry.arm_bodies(arm)) {
+      bodies.push_back({body.shape, kinematics.X_WL[body.link] * body.X_CS, geometry.body_name(arm, body)});
+    }
+  }
+  return bodies;
+}
+
+Validity::Validity(std::vector<CellGeometry> planned, std::span<const WorldBody> world, const ValidityOptions& options)
+    : planned_(std::move(planned)), options_(options) {
+  X_OW_ = planned_.front().own_arm().X_WB.inverse();
+  scale_ = 0.0;
+  for (const CellGeometry& geometry : planned_) {
+    const world::BoundingSphere& reach = geometry.arm_reach(geometry.self());
+    const double farthest = (X_OW_ * reach.centre).norm() + reach.radius;
+    scale_ = std::max(scale_, farthest * (1.0 + 0.1 * largest_angle(geometry.own_arm().limits)));
+    robot_.dimensions += geometry.own_arm().model->joints();
+  }
+  if (robot_.dimensions > kMostDimensions) {
+    throw std::invalid_argument("arms of " + std::to_string(robot_.dimensions) +
+                                " joints together cannot be planned as one; at most " +
+                                std::to_string(kMostDimensions) + " joints can");
+  }
+  std::vector<int> first_body;
+  for (const CellGeometry& geometry : planned_) {
+    first_body.push_back(static_cast<int>(robot_.bodies.size()));
+    add_arm(geometry, static_cast<int>(robot_.frames.size()), first_body.back());
+  }
+  add_pairs(first_body);
+  for (int i = static_cast<int>(robot_.bodies.size()) - 1; i >= 0; --i) {
+    if (robot_.bodies[i].frame >= 0) robot_.order.push_back(i);
+  }
+  set_world(world);
+}
+
+void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int first_body) {
+  const Arm& arm = geometry.own_arm();
+  const double rounding = kBodyRounding * scale_;
+  std::vector<Carried> carried(arm.model->links.size());
+  for (std::size_t i = 0; i < carried.size(); ++i) {
+    const Link& link = arm.model->links[i];
+    const Carried root{-1, X_OW_ * arm.X_WB};
+    const Carried& parent = link.parent < 0 ? root : carried[link.parent];
+    const Pose X_FJ = parent.X_FL * link.X_PJ;
+    if (link.joint < 0) {
+      carried[i] = {parent.frame, X_FJ};
+      continue;
+    }
+    // Turned so that its own z is the joint's axis.
+    const Pose X_JZ(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), link.axis));
+    const Pose X_FZ = X_FJ * X_JZ;
+    KernelFrame frame;
+    frame.parent = parent.frame;
+    frame.shifts = link.joint_type == JointType::kPrismatic;
+    const Eigen::Matrix3d rotation = X_FZ.linear();
+    const Eigen::Vector3d translation = X_FZ.translation();
+    frame.rotation = floats<9>(rotation);
+    frame.translation = floats<3>(translation);
+    carried[i] = {first_dimension + link.joint, X_JZ.inverse()};
+    if (static_cast<int>(robot_.frames.size()) != carried[i].frame) {
+      throw std::invalid_argument("arm " + arm.name + ": its joints are not numbered in the order of its links");
+    }
+    robot_.frames.push_back(frame);
+  }
+  for (const Body& body : geometry.own_bodies()) {
+    const Carried& place = carried[body.link];
+    const Pose X_FS = place.X_FL * body.X_CS;
+    KernelBody& kernel_body = robot_.bodies.emplace_back();
+    kernel_body.frame = place.frame;
+    kernel_body.bound = kernel_ball(X_FS, tight_bound(body.shape), rounding);
+    kernel_body.first = static_cast<int>(robot_.balls.size());
+    for (const world::BoundingSphere& ball : sphere_cover(body.shape, options_.cover)) {
+      robot_.balls.push_back(kernel_ball(X_FS, ball, rounding));
+    }
+    kernel_body.count = static_cast<int>(robot_.balls.size()) - kernel_body.first;
+  }
+  for (const auto& [a, b] : geometry.self_pairs()) robot_.pairs.push_back({first_body + a, first_body + b});
+}
+
+void Validity::add_pairs(const std::vector<int>& first_body) {
+  const auto end_of = [&](std::size_t arm) {
+    return arm + 1 < first_body.size() ? first_body[arm + 1] : static_cast<int>(robot_.bodies.size());
+  };
+  for (std::size_t one = 0; one < first_body.size(); ++one) {
+    for (std::size_t two = one + 1; two < first_body.size(); ++two) {
+      for (int a = first_body[one]; a < end_of(one); ++a) {
+        for (int b = first_body[two]; b < end_of(two); ++b) robot_.pairs.push_back({a, b});
+      }
+    }
+  }
+  std::erase_if(robot_.pairs, [&](const KernelPair& pair) {
+    return robot_.bodies[pair.a].frame < 0 && robot_.bodies[pair.b].frame < 0;
+  });
+}
+
+void Validity::set_world(std::span<const WorldBody> world) {
+  world_bodies_.assign(world.begin(), world.end());
+  world_ = kernel_world(world_bodies_, X_OW_);
+  world_.padding = static_cast<float>(options_.padding);
+}
+
+bool Validity::state_free(const float* q) const {
+  ++checks_;
+  return fastest_validity().collisions(robot_, world_, q, 0) == 0;
+}
+
+unsigned Validity::collisions(const float* eight) const {
+  checks_ += kWidth;
+  return fastest_validity().collisions(robot_, world_, eight, stride());
+}
+
+bool Validity::edge_free(const float* a, const float* b, int finer) const {
+  double length2 = 0.0;
+  for (int j = 0; j < robot_.dimensions; ++j) length2 += std::pow(b[j] - a[j], 2);
+  const int blocks = std::max(1, static_cast<int>(std::ceil(std::sqrt(length2) * finer / (options_.step * kWidth))));
+  checks_ += static_cast<std::uint64_t>(blocks) * kWidth;
+  return fastest_validity().edge_free(robot_, world_, a, b, blocks);
+}
+
+Validity::Nearest Validity::nearest(std::span<const double> q) const {
+  struct Placed {
+    const Body* body;
+    Pose X_WS;
+    std::string name;
+  };
+  std::vector<Placed> bodies;
+  Eigen::Index first = 0;
+  for (const CellGeometry& geometry : planned_) {
+    const Arm& arm = geometry.own_arm();
+    const Eigen::Index joints = arm.model->joints();
+    const JointVector own = Eigen::Map<const Eigen::VectorXd>(q.data() + first, joints);
+    first += joints;
+    Kinematics kinematics;
+    forward_kinematics(*arm.model, arm.X_WB, own, kinematics);
+    for (const Body& body : geometry.own_bodies()) {
+      bodies.push_back({&body, kinematics.X_WL[body.link] * body.X_CS, geometry.body_name(geometry.self(), body)});
+    }
+  }
+  Nearest nearest{{}, {}, std::numeric_limits<double>::infinity()};
+  const auto consider = [&](const Placed& a, const world::Shape& shape, const Pose& X_WS, const std::string& name) {
+    const double distance = shape_distance(a.body->shape, a.X_WS, shape, X_WS).distance;
+    if (distance < nearest.distance) nearest = {a.name, name, distance};
+  };
+  for (const KernelPair& pair : robot_.pairs) {
+    const Placed& b = bodies[pair.b];
+    consider(bodies[pair.a], b.body->shape, b.X_WS, b.name);
+  }
+  for (const Placed& own : bodies) {
+    if (!own.body->moves) continue;
+    for (const WorldBody& other : world_bodies_) consider(own, other.shape, other.X_WS, other.name);
+  }
+  return nearest;
+}
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,87 @@
+#pragma once
+/// Whether configurations, and straight ways between them, are free of collision: fast and never too optimistic.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "planner/collision/cell_geometry.hpp"
+#include "planner/global/sphere_cover.hpp"
+#include "planner/global/validity_data.hpp"
+
+namespace hecaton::planner::global {
+
+/// What stands in the way, where it stands.
+struct WorldBody {
+  world::Shape shape;
+  Pose X_WS = Pose::Identity();
+  std::string name;  ///< what messages call it
+};
+
+/// The bodies of all obstacles that nobody carries, at these poses (in the order of the geometry's obstacles), and
+/// those of all other arms in their configurations `others`: one for each arm of the cell, empty for arms to leave out;
+/// the own is not read.
+[[nodiscard]] std::vector<WorldBody> world_bodies(const CellGeometry& geometry, std::span<const Pose> X_WO,
+                                                  std::span<const JointVector> others);
+
+struct ValidityOptions {
+  CoverOptions cover;
+  double step = 0.03;    ///< between configurations that are checked on a straight way, in joint space [rad | m]
+  double padding = 0.0;  ///< all distances are kept above this, but for a body that no joint moves [m]
+};
+
+/// The own arms of one or several geometries as one robot in a standing world. The robots' joints follow one another in
+/// a configuration. Links are covered by balls, all numbers are floats and rounding is made up for by larger balls:
+/// what is said to be free is free, what is said to collide may have a few millimetres left. As elsewhere, bodies that
+/// no joint moves may stand in obstacles.
+class Validity {
+ public:
+  /// Throws std::invalid_argument for more than kMostDimensions joints.
+  Validity(std::vector<CellGeometry> planned, std::span<const WorldBody> world, const ValidityOptions& options = {});
+
+  void set_world(std::span<const WorldBody> world);
+
+  [[nodiscard]] int dimensions() const { return robot_.dimensions; }
+  /// Floats between configurations: dimensions, rounded up to whole lanes.
+  [[nodiscard]] int stride() const { return (robot_.dimensions + kWidth - 1) / kWidth * kWidth; }
+  [[nodiscard]] const std::vector<CellGeometry>& planned() const { return planned_; }
+  [[nodiscard]] const ValidityOptions& options() const { return options_; }
+  [[nodiscard]] const KernelRobot& robot() const { return robot_; }
+  [[nodiscard]] const KernelWorld& world() const { return world_; }
+
+  [[nodiscard]] bool state_free(const float* q) const;
+  /// Bit i: configuration i of eight, stride() floats each, collides.
+  [[nodiscard]] unsigned collisions(const float* eight) const;
+  /// The way from a to b; a itself is taken to be free. `finer`: checks this many times as often.
+  [[nodiscard]] bool edge_free(const float* a, const float* b, int finer = 1) const;
+
+  /// Configurations looked at since construction.
+  [[nodiscard]] std::uint64_t checks() const { return checks_; }
+
+  /// The pair of bodies that is nearest by exact distances, with that distance: what really is in the way.
+  struct Nearest {
+    std::string a;
+    std::string b;
+    double distance = 0.0;  ///< [m]; negative: depth; infinite without any pair
+  };
+  [[nodiscard]] Nearest nearest(std::span<const double> q) const;
+
+ private:
+  void add_arm(const CellGeometry& geometry, int first_dimension, int first_body);
+  void add_pairs(const std::vector<int>& first_body);
+  void add_obstacle(const WorldBody& body);
+
+  std::vector<CellGeometry> planned_;
+  std::vector<WorldBody> world_bodies_;
+  ValidityOptions options_;
+  Pose X_OW_;     ///< the frame O in which the kernel computes: the first arm's base
+  double scale_;  ///< no coordinate of a moved body is larger in O [m]
+  KernelRobot robot_;
+  KernelWorld world_;
+  std::vector<int> arm_of_body_;
+  mutable std::uint64_t checks_ = 0;
+};
+
+}  // namespace hecaton::planner::global

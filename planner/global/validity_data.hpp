@@ -1,0 +1,77 @@
+#pragma once
+/// What the validity kernel reads: robots and world as plain floats, in one frame, all of it built once per scene.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace hecaton::planner::global {
+
+/// Configurations are floats, padded with zeros to a whole number of lanes.
+inline constexpr int kWidth = 8;
+inline constexpr int kMostDimensions = 48;  ///< joints of all planned arms together
+inline constexpr int kMostFrames = kMostDimensions;
+
+/// A moving joint and the frame behind it. Frames are turned so that every joint moves about or along its own z.
+struct KernelFrame {
+  int parent = -1;  ///< an earlier frame; −1: the world
+  bool shifts = false;
+  std::array<float, 9> rotation{};     ///< of the joint's frame in the parent, column by column
+  std::array<float, 3> translation{};  ///< [m]
+};
+
+struct KernelBall {
+  std::array<float, 3> centre{};  ///< in its body's frame [m]
+  float radius = 0.0F;            ///< [m]
+};
+
+/// A convex piece of a link: a ball around it, and the balls that cover it.
+struct KernelBody {
+  int frame = -1;  ///< −1: no joint moves it
+  KernelBall bound;
+  int first = 0;  ///< of KernelRobot::balls
+  int count = 0;
+};
+
+struct KernelPair {
+  int a = 0;  ///< of KernelRobot::bodies
+  int b = 0;
+};
+
+/// One or several robots that are planned as one.
+struct KernelRobot {
+  int dimensions = 0;
+  std::vector<KernelFrame> frames;  ///< parents before children; frame i is moved by coordinate i
+  std::vector<KernelBody> bodies;
+  std::vector<KernelBall> balls;
+  std::vector<KernelPair> pairs;  ///< of bodies that must not touch
+  std::vector<int> order;         ///< the moved bodies, those that are likely to hit first
+};
+
+enum class ObstacleKind : std::uint8_t { kBox, kSphere, kCapsule, kCylinder, kConvex };
+
+struct KernelObstacle {
+  ObstacleKind kind = ObstacleKind::kBox;
+  std::array<float, 9> axes{};    ///< its unit axes, one after the other
+  std::array<float, 3> centre{};  ///< [m]
+  std::array<float, 3> half{};  ///< box: half extents; capsule, cylinder: radius, –, half length; sphere: radius [m]
+  int first = 0;                ///< convex: of KernelWorld::planes
+  int count = 0;
+};
+
+/// n · x − offset > 0 outside.
+struct KernelPlane {
+  std::array<float, 3> normal{};
+  float offset = 0.0F;  ///< [m]
+};
+
+struct KernelWorld {
+  float padding = 0.0F;  ///< distance to be kept from all of it [m]
+  std::vector<KernelObstacle> obstacles;
+  std::vector<KernelPlane> planes;
+  /// Axis-parallel boxes around the obstacles, eight of them at a time: least x, y, z, then greatest x, y, z. Filled up
+  /// with boxes that nothing meets.
+  std::vector<std::array<std::array<float, kWidth>, 6>> boxes;
+};
+
+}  // namespace hecaton::planner::global

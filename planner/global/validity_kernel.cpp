@@ -1,0 +1,245 @@
+#include "planner/global/validity_kernel.hpp"
+
+#include "planner/simd/lanes.hpp"
+
+namespace hecaton::planner::global::HECATON_ISA {
+namespace {
+
+using namespace hecaton::planner::HECATON_ISA;
+using V = FloatLanes;
+static_assert(kFloatLanes == kWidth);
+
+V abs(V x) {
+  return max(x, -x);
+}
+V sqrt(V x) {
+#if defined(__AVX2__)
+  return _mm256_sqrt_ps(x);
+#else
+  for (int i = 0; i < kFloatLanes; ++i) x[i] = std::sqrt(x[i]);
+  return x;
+#endif
+}
+float least(V x) {
+  float low = x[0];
+  for (int i = 1; i < kFloatLanes; ++i) low = x[i] < low ? x[i] : low;
+  return low;
+}
+
+struct Vec {
+  V x, y, z;
+};
+Vec operator-(const Vec& a, const Vec& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+V dot(const Vec& a, const Vec& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+V along(const Vec& a, const float* axis) {
+  return a.x * axis[0] + a.y * axis[1] + a.z * axis[2];
+}
+
+/// Columns of the rotation, and the origin.
+struct Frame {
+  Vec x, y, z, p;
+};
+
+Vec turned(const Frame& f, const float* v) {
+  return {f.x.x * v[0] + f.y.x * v[1] + f.z.x * v[2], f.x.y * v[0] + f.y.y * v[1] + f.z.y * v[2],
+          f.x.z * v[0] + f.y.z * v[1] + f.z.z * v[2]};
+}
+Vec placed(const Frame& f, const float* v) {
+  const Vec t = turned(f, v);
+  return {t.x + f.p.x, t.y + f.p.y, t.z + f.p.z};
+}
+Vec constant(const float* v) {
+  return {all_floats(v[0]), all_floats(v[1]), all_floats(v[2])};
+}
+
+/// Cody and Waite's reduction by π/2 in two parts, then minimax polynomials on ±π/4: within 2·10⁻⁷ for |x| ≤ 10³.
+void sine_cosine(V x, V& sine, V& cosine) {
+  const V quarters = x * 0.636619772F + 12582912.0F;  // 1.5 · 2²³: adding it rounds to a whole number
+  const V n = quarters - 12582912.0F;
+  const V r = (x - n * 1.5707855225F) - n * 1.0804334124e-5F;
+  const V z = r * r;
+  const V s = r + r * (z * (-1.6666654611e-1F + z * (8.3321608736e-3F + z * -1.9515295891e-4F)));
+  const V c =
+      1.0F - 0.5F * z + z * z * (4.166664568298827e-2F + z * (-1.388731625493765e-3F + z * 2.443315711809948e-5F));
+  FloatMask quadrant;
+  std::memcpy(&quadrant, &quarters, sizeof(quadrant));
+  const FloatMask odd = (quadrant & 1) != 0;
+  const V a = odd ? c : s;
+  const V b = odd ? s : c;
+  sine = (quadrant & 2) != 0 ? -a : a;
+  cosine = ((quadrant + 1) & 2) != 0 ? -b : b;
+}
+
+/// Everything about eight configurations.
+class Block {
+ public:
+  Block(const KernelRobot& robot, const KernelWorld& world, const V* q) : robot_(robot), world_(world) {
+    for (int i = 0; i < robot.dimensions; ++i) place(i, q[i]);
+  }
+
+  /// `enough`: stops once these lanes are known to collide.
+  unsigned collisions(bool any_is_enough) {
+    unsigned hits = 0;
+    for (const int body : robot_.order) {
+      hits |= world_hits(robot_.bodies[body]);
+      if (hits == kAll || (any_is_enough && hits != 0)) return hits;
+    }
+    for (const KernelPair& pair : robot_.pairs) {
+      hits |= pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b]);
+      if (hits == kAll || (any_is_enough && hits != 0)) return hits;
+    }
+    return hits;
+  }
+
+ private:
+  static constexpr unsigned kAll = 0xFF;
+
+  void place(int i, V q) {
+    const KernelFrame& frame = robot_.frames[i];
+    const float* r = frame.rotation.data();
+    Frame& out = frames_[i];
+    if (frame.parent < 0) {
+      out = {constant(r), constant(r + 3), constant(r + 6), constant(frame.translation.data())};
+    } else {
+      const Frame& parent = frames_[frame.parent];
+      out = {turned(parent, r), turned(parent, r + 3), turned(parent, r + 6), placed(parent, frame.translation.data())};
+    }
+    if (frame.shifts) {
+      out.p = {out.p.x + q * out.z.x, out.p.y + q * out.z.y, out.p.z + q * out.z.z};
+      return;
+    }
+    V s, c;
+    sine_cosine(q, s, c);
+    const Vec x = out.x;
+    const Vec y = out.y;
+    out.x = {x.x * c + y.x * s, x.y * c + y.y * s, x.z * c + y.z * s};
+    out.y = {y.x * c - x.x * s, y.y * c - x.y * s, y.z * c - x.z * s};
+  }
+
+  [[nodiscard]] Vec centre(int frame, const KernelBall& ball) const {
+    return frame < 0 ? constant(ball.centre.data()) : placed(frames_[frame], ball.centre.data());
+  }
+
+  /// The ball around the body in all lanes at once decides which obstacles are looked at, eight of them at a time.
+  unsigned world_hits(const KernelBody& body) const {
+    const Vec bound = centre(body.frame, body.bound);
+    const float r = body.bound.radius + world_.padding;
+    const V low_x = all_floats(least(bound.x) - r), high_x = all_floats(r - least(-bound.x));
+    const V low_y = all_floats(least(bound.y) - r), high_y = all_floats(r - least(-bound.y));
+    const V low_z = all_floats(least(bound.z) - r), high_z = all_floats(r - least(-bound.z));
+    unsigned hits = 0;
+    for (std::size_t group = 0; group < world_.boxes.size(); ++group) {
+      const auto& box = world_.boxes[group];
+      const auto side = [&](std::size_t i) { return load(box[i].data()); };
+      unsigned near = bits((side(0) <= high_x) & (side(3) >= low_x) & (side(1) <= high_y) & (side(4) >= low_y) &
+                           (side(2) <= high_z) & (side(5) >= low_z));
+      for (; near != 0; near &= near - 1) {
+        hits |= obstacle_hits(body, bound, world_.obstacles[group * kWidth + __builtin_ctz(near)]);
+      }
+    }
+    return hits;
+  }
+
+  unsigned obstacle_hits(const KernelBody& body, const Vec& bound, const KernelObstacle& obstacle) const {
+    const unsigned near = ball_hits(bound, body.bound.radius, obstacle);
+    if (near == 0 || body.count == 1) return near;
+    unsigned hits = 0;
+    for (int i = body.first; i < body.first + body.count; ++i) {
+      const KernelBall& ball = robot_.balls[i];
+      hits |= ball_hits(centre(body.frame, ball), ball.radius, obstacle);
+    }
+    return hits;
+  }
+
+  unsigned ball_hits(const Vec& p, float radius, const KernelObstacle& o) const {
+    const Vec d = p - constant(o.centre.data());
+    const V r = all_floats(radius + world_.padding);
+    const V zero{};
+    switch (o.kind) {
+      case ObstacleKind::kSphere:
+        return bits(dot(d, d) < (r + o.half[0]) * (r + o.half[0]));
+      case ObstacleKind::kBox: {
+        const Vec out{max(abs(along(d, &o.axes[0])) - o.half[0], zero),
+                      max(abs(along(d, &o.axes[3])) - o.half[1], zero),
+                      max(abs(along(d, &o.axes[6])) - o.half[2], zero)};
+        return bits(dot(out, out) < r * r);
+      }
+      case ObstacleKind::kCapsule: {
+        const V x = along(d, &o.axes[0]);
+        const V y = along(d, &o.axes[3]);
+        const V z = max(abs(along(d, &o.axes[6])) - o.half[2], zero);
+        return bits(x * x + y * y + z * z < (r + o.half[0]) * (r + o.half[0]));
+      }
+      case ObstacleKind::kCylinder: {
+        const V x = along(d, &o.axes[0]);
+        const V y = along(d, &o.axes[3]);
+        const V z = max(abs(along(d, &o.axes[6])) - o.half[2], zero);
+        const V side = max(sqrt(x * x + y * y) - o.half[0], zero);
+        return bits(side * side + z * z < r * r);
+      }
+      case ObstacleKind::kConvex: {
+        V most = all_floats(-1e30F);
+        for (int i = o.first; i < o.first + o.count; ++i) {
+          const KernelPlane& plane = world_.planes[i];
+          most = max(most, along(p, plane.normal.data()) - plane.offset);
+        }
+        return bits(most < r);
+      }
+    }
+    return kAll;
+  }
+
+  unsigned pair_hits(const KernelBody& a, const KernelBody& b) const {
+    const auto apart = [](const Vec& p, float r, const Vec& q, float s) {
+      const Vec d = p - q;
+      return bits(dot(d, d) < all_floats((r + s) * (r + s)));
+    };
+    if (apart(centre(a.frame, a.bound), a.bound.radius, centre(b.frame, b.bound), b.bound.radius) == 0) return 0;
+    const Vec bound_b = centre(b.frame, b.bound);
+    unsigned hits = 0;
+    for (int i = a.first; i < a.first + a.count; ++i) {
+      const KernelBall& ball = robot_.balls[i];
+      const Vec p = centre(a.frame, ball);
+      if (apart(p, ball.radius, bound_b, b.bound.radius) == 0) continue;
+      for (int k = b.first; k < b.first + b.count; ++k) {
+        const KernelBall& other = robot_.balls[k];
+        hits |= apart(p, ball.radius, centre(b.frame, other), other.radius);
+      }
+    }
+    return hits;
+  }
+
+  const KernelRobot& robot_;
+  const KernelWorld& world_;
+  Frame frames_[kMostFrames];
+};
+
+unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const float* q, int stride) {
+  V lanes[kMostDimensions];
+  for (int j = 0; j < robot.dimensions; ++j) {
+    for (int lane = 0; lane < kWidth; ++lane) lanes[j][lane] = q[lane * stride + j];
+  }
+  return Block(robot, world, lanes).collisions(false);
+}
+
+bool edge_free(const KernelRobot& robot, const KernelWorld& world, const float* a, const float* b, int blocks) {
+  const V lane_start = V{1, 2, 3, 4, 5, 6, 7, 8} * static_cast<float>(blocks);
+  const float step = 1.0F / static_cast<float>(blocks * kWidth);
+  V lanes[kMostDimensions];
+  for (int block = 0; block < blocks; ++block) {
+    const V t = (lane_start - static_cast<float>(block)) * step;
+    for (int j = 0; j < robot.dimensions; ++j) lanes[j] = a[j] * (1.0F - t) + b[j] * t;
+    if (Block(robot, world, lanes).collisions(true) != 0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+extern const ValidityKernel kValidity{collisions, edge_free};
+
+}  // namespace hecaton::planner::global::HECATON_ISA

@@ -1,0 +1,147 @@
+#include "services/cli/plan_query.hpp"
+
+#include <algorithm>
+
+#include "services/cli/failure.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/config/check_start.hpp"
+#include "services/config/moveit_files.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+[[noreturn]] void refuse(const std::string& option, const std::string& value, const std::string& must_be) {
+  throw Failure(ExitCode::kBadInput, option + " = '" + config::printable(value) + "' must be " + must_be);
+}
+
+/// A robot alone in a cell of its own.
+planner::Cell cell_of_robot(const PlanWords& words) {
+  const auto model = load_robot(words.file, words.robot);
+  planner::PlannedArm planned;
+  planned.arm.name = config::is_name(model->name) ? model->name : "robot";
+  planned.arm.model = model;
+  planned.arm.limits = model->limits;
+  planned.arm.named = model->named;
+  planner::Cell cell;
+  cell.name = planned.arm.name;
+  cell.arms.push_back(std::move(planned));
+  return cell;
+}
+
+std::vector<int> planned_arms(const planner::Cell& cell, const std::vector<std::string>& names) {
+  if (names.empty()) return {0};
+  std::vector<int> arms;
+  for (const std::string& name : names) {
+    const auto found = std::find_if(cell.arms.begin(), cell.arms.end(),
+                                    [&](const planner::PlannedArm& planned) { return planned.arm.name == name; });
+    if (found == cell.arms.end()) {
+      std::vector<std::string_view> known;
+      for (const planner::PlannedArm& planned : cell.arms) known.emplace_back(planned.arm.name);
+      throw Failure(ExitCode::kBadInput, "--arm = '" + config::printable(name) + "' is no arm of the cell; " +
+                                             config::suggestion(name, known));
+    }
+    const int index = static_cast<int>(found - cell.arms.begin());
+    if (std::find(arms.begin(), arms.end(), index) != arms.end()) refuse("--arm", name, "given once");
+    arms.push_back(index);
+  }
+  return arms;
+}
+
+void append(std::vector<double>& values, const planner::JointVector& q) {
+  values.insert(values.end(), q.begin(), q.end());
+}
+
+/// Numbers for all planned arms together, or a pose that each of them has.
+std::vector<double> configuration(const std::string& option, const std::string& text, const planner::Cell& cell,
+                                  const std::vector<int>& arms) {
+  std::vector<double> values;
+  std::size_t joints = 0;
+  bool named = true;
+  for (const int arm : arms) {
+    const planner::Arm& planned = cell.arms[arm].arm;
+    joints += static_cast<std::size_t>(planned.model->joints());
+    named = named && planned.named.contains(text);
+    if (named) append(values, planned.named.at(text));
+  }
+  if (named) return values;
+  const ParsedNumbers parsed = parse_numbers({text}, joints);
+  if (!parsed.error.empty()) {
+    refuse(option, text, std::to_string(joints) + " numbers, or the name of a pose that every planned arm has");
+  }
+  return parsed.numbers;
+}
+
+std::vector<double> by_name(const std::string& file, const std::map<std::string, double>& positions,
+                            const planner::Cell& cell, const std::vector<int>& arms) {
+  std::vector<double> values;
+  for (const int arm : arms) {
+    for (const std::string& joint : cell.arms[arm].arm.model->joint_names) {
+      const auto found = positions.find(joint);
+      if (found == positions.end()) {
+        throw Failure(ExitCode::kBadInput, file + ": says nothing of joint '" + joint + "'");
+      }
+      values.push_back(found->second);
+    }
+  }
+  return values;
+}
+
+void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vector<int>& arms, PlanQuery& query) {
+  if (!words.moveit_request.empty()) {
+    const config::MoveItRequest request = config::read_moveit_request(words.moveit_request);
+    query.start = by_name(words.moveit_request + ": start_state", request.start, cell, arms);
+    query.goal = by_name(words.moveit_request + ": goal_constraints", request.goal, cell, arms);
+  }
+  if (!words.from.empty()) query.start = configuration("--from", words.from, cell, arms);
+  if (!words.to.empty()) query.goal = configuration("--to", words.to, cell, arms);
+  if (query.start.empty()) {
+    for (const int arm : arms) {
+      const planner::PlannedArm& planned = cell.arms[arm];
+      if (planned.start.size() > 0) {
+        append(query.start, planned.start);
+      } else if (planned.arm.named.contains("home")) {
+        append(query.start, planned.arm.home());
+      } else {
+        throw Failure(ExitCode::kBadInput, "--from or --moveit-request must say where arm " + planned.arm.name + " is");
+      }
+    }
+  }
+  if (query.goal.empty()) throw Failure(ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
+}
+
+}  // namespace
+
+PlanQuery make_plan_query(const PlanWords& words) {
+  planner::Cell cell = is_robot(words.file) ? cell_of_robot(words) : config::load_cell_file(words.file).cell;
+  const std::vector<int> arms = planned_arms(cell, words.arms);
+  if (!words.moveit_scene.empty()) {
+    const auto more = config::read_moveit_scene(words.moveit_scene);
+    cell.scene.obstacles.insert(cell.scene.obstacles.end(), more.begin(), more.end());
+  }
+  PlanQuery query;
+  query.obstacles = cell.scene.obstacles;
+  std::vector<planner::Arm> all;
+  std::vector<planner::JointVector> others;
+  for (const planner::PlannedArm& planned : cell.arms) {
+    all.push_back(planned.arm);
+    others.push_back(planned.start.size() > 0             ? planned.start
+                     : planned.arm.named.contains("home") ? planned.arm.home()
+                                                          : planner::JointVector());
+  }
+  for (const int arm : arms) {
+    query.planned.emplace_back(all, arm).set_obstacles(query.obstacles);
+    others[arm] = planner::JointVector();
+  }
+  std::vector<world::Pose> X_WO;
+  for (world::Obstacle& obstacle : query.obstacles) {
+    obstacle.X_WO = config::initial_pose(obstacle);
+    X_WO.push_back(obstacle.X_WO);
+  }
+  query.world = planner::global::world_bodies(query.planned.front(), X_WO, others);
+  read_ends(words, cell, arms, query);
+  return query;
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,78 @@
+#pragma once
+/// FCL's opinion of a configuration: what the fast check must never contradict by calling it free.
+
+#include <vector>
+
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/collision_object.h>
+
+#include "planner/global/validity.hpp"
+#include "tests/support/fcl_shape.hpp"
+
+namespace hecaton::test {
+
+class FclReferee {
+ public:
+  FclReferee(const planner::global::Validity& validity, std::span<const planner::global::WorldBody> world)
+      : validity_(validity) {
+    for (const planner::CellGeometry& geometry : validity.planned()) {
+      for (const planner::Body& body : geometry.own_bodies()) {
+        own_.emplace_back(fcl_shape(body.shape));
+        moves_.push_back(body.moves);
+      }
+    }
+    for (const auto& body : world) {
+      world_.emplace_back(fcl_shape(body.shape));
+      world_.back().setTransform(body.X_WS);
+      world_.back().computeAABB();
+    }
+  }
+
+  /// Of the planned arms' bodies with each other, as far as they are checked, and of those that move with the world.
+  [[nodiscard]] bool collides(const double* q) {
+    place(q);
+    for (const auto& pair : validity_.robot().pairs) {
+      if (touch(own_[pair.a], own_[pair.b])) return true;
+    }
+    for (std::size_t i = 0; i < own_.size(); ++i) {
+      if (!moves_[i]) continue;
+      for (auto& other : world_) {
+        if (touch(own_[i], other)) return true;
+      }
+    }
+    return false;
+  }
+  [[nodiscard]] bool collides(const float* q) {
+    const std::vector<double> exact(q, q + validity_.dimensions());
+    return collides(exact.data());
+  }
+
+ private:
+  void place(const double* q) {
+    std::size_t body = 0;
+    for (const planner::CellGeometry& geometry : validity_.planned()) {
+      const planner::Arm& arm = geometry.own_arm();
+      const planner::JointVector own = Eigen::Map<const Eigen::VectorXd>(q, arm.model->joints());
+      q += arm.model->joints();
+      planner::Kinematics kinematics;
+      planner::forward_kinematics(*arm.model, arm.X_WB, own, kinematics);
+      for (const planner::Body& part : geometry.own_bodies()) {
+        own_[body].setTransform(kinematics.X_WL[part.link] * part.X_CS);
+        own_[body++].computeAABB();
+      }
+    }
+  }
+  static bool touch(fcl::CollisionObjectd& a, fcl::CollisionObjectd& b) {
+    if (!a.getAABB().overlap(b.getAABB())) return false;
+    fcl::CollisionRequestd request;
+    fcl::CollisionResultd result;
+    return fcl::collide(&a, &b, request, result) > 0;
+  }
+
+  const planner::global::Validity& validity_;
+  std::vector<fcl::CollisionObjectd> own_;
+  std::vector<bool> moves_;
+  std::vector<fcl::CollisionObjectd> world_;
+};
+
+}  // namespace hecaton::test

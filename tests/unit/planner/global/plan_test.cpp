@@ -1,0 +1,149 @@
+#include "planner/global/plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fcl_referee.hpp"
+#include "puma_among_boxes.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+using Configuration = std::vector<double>;
+
+/// A scene with a start and a goal that are free.
+struct Query {
+  std::vector<WorldBody> world;
+  Validity validity;
+  Configuration start;
+  Configuration goal;
+
+  explicit Query(std::uint64_t seed, int boxes = 12) : Query(Random(seed), boxes) {}
+
+ private:
+  Query(Random random, int boxes)
+      : world(test::random_boxes(boxes, random)), validity({CellGeometry({test::puma()}, 0)}, world) {
+    start = draw(random);
+    goal = draw(random);
+  }
+  [[nodiscard]] Configuration draw(Random& random) const {
+    const Configuration zero(6, 0.0);
+    const Space space = space_of(validity, zero, zero);
+    std::vector<float> q(space.stride);
+    do {
+      space.sample(random, q.data());
+    } while (!validity.state_free(q.data()));
+    return {q.begin(), q.begin() + 6};
+  }
+};
+
+/// Looked at `finer` times as often as the planner does, by FCL.
+int contacts(const Query& query, const Plan& plan, int finer) {
+  test::FclReferee referee(query.validity, query.world);
+  int count = 0;
+  for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
+    const Configuration& a = plan.path[i];
+    const Configuration& b = plan.path[i + 1];
+    double length2 = 0.0;
+    for (std::size_t j = 0; j < a.size(); ++j) length2 += std::pow(b[j] - a[j], 2);
+    const int steps = 1 + static_cast<int>(std::sqrt(length2) * finer / query.validity.options().step);
+    for (int k = 0; k <= steps; ++k) {
+      Configuration q(a.size());
+      for (std::size_t j = 0; j < a.size(); ++j) q[j] = a[j] + (b[j] - a[j]) * k / steps;
+      count += referee.collides(q.data()) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+class EveryMethod : public testing::TestWithParam<Method> {};
+
+TEST_P(EveryMethod, FindsPathsThatFclConfirms) {
+  PlanOptions options;
+  options.method = GetParam();
+  options.budget.iterations = 50'000;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Query query(seed);
+    const Plan found = plan(query.validity, query.start, query.goal, options);
+    ASSERT_TRUE(found.solved()) << "seed " << seed << ": " << found.reason;
+    EXPECT_EQ(found.path.front(), query.start);
+    EXPECT_EQ(found.path.back(), query.goal);
+    EXPECT_EQ(contacts(query, found, 1), 0) << "seed " << seed;
+  }
+}
+
+TEST_P(EveryMethod, GivesTheSamePathForTheSameSeed) {
+  PlanOptions options;
+  options.method = GetParam();
+  const Query query(3);
+  const Plan first = plan(query.validity, query.start, query.goal, options);
+  const Plan again = plan(query.validity, query.start, query.goal, options);
+  EXPECT_EQ(first.path, again.path);
+  EXPECT_EQ(first.checks, again.checks);
+}
+
+TEST_P(EveryMethod, SaysThatItsBudgetEnded) {
+  PlanOptions options;
+  options.method = GetParam();
+  options.simplify = false;
+  int blocked = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Query query(seed, 15);
+    options.budget.iterations = 50'000;
+    if (plan(query.validity, query.start, query.goal, options).path.size() == 2) continue;  // nothing in between
+    ++blocked;
+    options.budget.iterations = 0;
+    const Plan found = plan(query.validity, query.start, query.goal, options);
+    EXPECT_EQ(found.status, PlanStatus::kBudgetEnded);
+    EXPECT_NE(found.reason.find("before the budget ended"), std::string::npos) << found.reason;
+    EXPECT_TRUE(found.path.empty());
+    options.budget.iterations = 1'000'000;
+    options.budget.ended = [] { return true; };
+    const Plan stopped = plan(query.validity, query.start, query.goal, options);
+    EXPECT_TRUE(stopped.solved() || stopped.iterations <= 64);
+    options.budget.ended = {};
+  }
+  EXPECT_GT(blocked, 5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Global, EveryMethod, testing::Values(Method::kRrtConnect),
+                         [](const auto& tried) { return std::string(name_of(tried.param)); });
+
+TEST(Plan, NamesThePairThatMakesAStartInvalid) {
+  Query query(1, 0);
+  const WorldBody block{world::Box{{0.2, 0.2, 0.2}}, Pose(Eigen::Translation3d(0.4, 0.15, 0.67)), "block"};
+  query.validity.set_world(std::vector{block});
+  const Configuration level(6, 0.0);  // the upper arm lies level along +x, at a height of 0.672 m
+  const Plan blocked = plan(query.validity, level, query.goal);
+  EXPECT_EQ(blocked.status, PlanStatus::kStartInvalid);
+  EXPECT_NE(blocked.reason.find("start is in collision: puma/"), std::string::npos) << blocked.reason;
+  EXPECT_NE(blocked.reason.find("and block overlap"), std::string::npos) << blocked.reason;
+}
+
+TEST(Plan, RefusesWhatIsOutsideTheLimits) {
+  const Query query(1, 0);
+  Configuration far = query.goal;
+  far[2] = 100.0;
+  const Plan refused = plan(query.validity, query.start, far);
+  EXPECT_EQ(refused.status, PlanStatus::kGoalInvalid);
+  EXPECT_NE(refused.reason.find("joint3 = 100 must be within"), std::string::npos) << refused.reason;
+  EXPECT_EQ(plan(query.validity, Configuration{1.0}, far).status, PlanStatus::kStartInvalid);
+}
+
+TEST(Plan, SimplifyingShortensAndStaysFree) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Query query(seed, 15);
+    PlanOptions options;
+    options.simplify = false;
+    Plan found = plan(query.validity, query.start, query.goal, options);
+    ASSERT_TRUE(found.solved());
+    const double before = found.length;
+    simplify(query.validity, options, found);
+    EXPECT_LE(found.length, before + 1e-6);
+    EXPECT_EQ(found.path.front(), query.start);
+    EXPECT_EQ(found.path.back(), query.goal);
+    EXPECT_EQ(contacts(query, found, 1), 0) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace hecaton::planner::global

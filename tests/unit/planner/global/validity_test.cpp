@@ -1,0 +1,163 @@
+#include "planner/global/validity.hpp"
+
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "fcl_referee.hpp"
+#include "planner/global/plan.hpp"
+#include "planner/global/space.hpp"
+#include "planner/global/validity_kernel.hpp"
+#include "planner/simd/instruction_set.hpp"
+#include "puma_among_boxes.hpp"
+#include "tests/unit/planner/collision/random_cell.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+/// States a test draws; HECATON_VALIDITY_STATES=1000000 for the long run.
+int states(int usual) {
+  const char* wanted = std::getenv("HECATON_VALIDITY_STATES");
+  return wanted == nullptr ? usual : std::atoi(wanted);
+}
+
+struct Tally {
+  int states = 0;
+  int free = 0;        ///< by the fast check
+  int fcl_free = 0;    ///< by FCL
+  int permissive = 0;  ///< free by the fast check, not by FCL
+};
+
+void compare(const Validity& validity, test::FclReferee& referee, Random& random, int count, Tally& tally) {
+  const std::vector<double> zero(validity.dimensions(), 0.0);
+  const Space space = space_of(validity, zero, zero);
+  std::vector<float> eight(static_cast<std::size_t>(kWidth) * space.stride);
+  for (int i = 0; i < count; i += kWidth) {
+    for (int lane = 0; lane < kWidth; ++lane) space.sample(random, eight.data() + lane * space.stride);
+    const unsigned collisions = validity.collisions(eight.data());
+    for (int lane = 0; lane < kWidth; ++lane) {
+      const bool free = (collisions >> lane & 1U) == 0;
+      const bool fcl_free = !referee.collides(eight.data() + lane * space.stride);
+      ++tally.states;
+      tally.free += free ? 1 : 0;
+      tally.fcl_free += fcl_free ? 1 : 0;
+      tally.permissive += free && !fcl_free ? 1 : 0;
+    }
+  }
+}
+
+TEST(Validity, IsNeverMorePermissiveThanFclForAPumaAmongBoxes) {
+  Random random(11);
+  Tally tally;
+  const int scenes = 20;
+  for (int scene = 0; scene < scenes; ++scene) {
+    const auto world = test::random_boxes(20, random);
+    const Validity validity({CellGeometry({test::puma()}, 0)}, world);
+    test::FclReferee referee(validity, world);
+    compare(validity, referee, random, states(20'000) / scenes, tally);
+  }
+  EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
+  EXPECT_GT(tally.free, tally.states / 20);
+  EXPECT_GT(tally.fcl_free - tally.free, 0);
+  EXPECT_LT(tally.fcl_free - tally.free, tally.fcl_free / 5) << "the cover loses too much";
+  RecordProperty("free", tally.free);
+  RecordProperty("fcl_free", tally.fcl_free);
+}
+
+// Links and obstacles of every kind, joints about any axis, something carried.
+TEST(Validity, IsNeverMorePermissiveThanFclForAnyShapes) {
+  Tally tally;
+  Random random(12);
+  const int cells = 40;
+  for (int seed = 0; seed < cells; ++seed) {
+    test::RandomCell cell(seed, LinkShapes::kExact, 1, 6);
+    test::Random places(seed);
+    std::vector<Pose> X_WO;
+    for (int i = 0; i < cell.geometry().obstacle_count(); ++i) X_WO.push_back(test::random_pose(places, 1.5));
+    const auto world = world_bodies(cell.geometry(), X_WO, std::vector<JointVector>(1));
+    const Validity validity({cell.geometry()}, world);
+    test::FclReferee referee(validity, world);
+    compare(validity, referee, random, states(8'000) / cells, tally);
+  }
+  EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
+  EXPECT_GT(tally.free, tally.states / 100);
+}
+
+TEST(Validity, IsNeverMorePermissiveThanFclForThreeArmsAsOne) {
+  std::vector<Arm> arms{test::puma("a"), test::puma("b"), test::puma("c")};
+  arms[1].X_WB.translation() = Eigen::Vector3d(0.9, 0.0, 0.0);
+  arms[2].X_WB.translation() = Eigen::Vector3d(0.4, 0.8, 0.1);
+  Random random(13);
+  const auto world = test::random_boxes(6, random);
+  const Validity validity({CellGeometry(arms, 0), CellGeometry(arms, 1), CellGeometry(arms, 2)}, world);
+  ASSERT_EQ(validity.dimensions(), 18);
+  test::FclReferee referee(validity, world);
+  Tally tally;
+  compare(validity, referee, random, states(4'000), tally);
+  EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
+  EXPECT_GT(tally.free, tally.states / 100);
+}
+
+TEST(Validity, BothCompilationsAgreeAboutEveryConfiguration) {
+  if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2";
+  test::RandomCell cell(3, LinkShapes::kExact, 1, 6);
+  const std::vector<Pose> X_WO(cell.geometry().obstacle_count(), Pose(Eigen::Translation3d(0.9, 0.3, 0.5)));
+  const Validity validity({cell.geometry()}, world_bodies(cell.geometry(), X_WO, std::vector<JointVector>(1)));
+  const std::vector<double> zero(validity.dimensions(), 0.0);
+  const Space space = space_of(validity, zero, zero);
+  Random random(4);
+  std::vector<float> eight(static_cast<std::size_t>(kWidth) * space.stride);
+  for (int i = 0; i < 2000; ++i) {
+    for (int lane = 0; lane < kWidth; ++lane) space.sample(random, eight.data() + lane * space.stride);
+    EXPECT_EQ(baseline::kValidity.collisions(validity.robot(), validity.world(), eight.data(), space.stride),
+              avx2::kValidity.collisions(validity.robot(), validity.world(), eight.data(), space.stride));
+  }
+}
+
+TEST(Validity, AnEdgeIsFreeWhenItsConfigurationsAre) {
+  Random random(21);
+  int free = 0;
+  for (int scene = 0; scene < 10; ++scene) {
+    const Validity validity({CellGeometry({test::puma()}, 0)}, test::random_boxes(10, random));
+    const std::vector<double> zero(6, 0.0);
+    const Space space = space_of(validity, zero, zero);
+    std::vector<float> a(space.stride), b(space.stride), q(space.stride);
+    for (int i = 0; i < 200; ++i) {
+      space.sample(random, a.data());
+      space.sample(random, b.data());
+      space.interpolate(a.data(), b.data(), static_cast<float>(random.uniform()), b.data());
+      // As many configurations as edge_free looks at, one by one.
+      const double length = space.distance(a.data(), b.data());
+      const int count = kWidth * std::max(1, static_cast<int>(std::ceil(length / (validity.options().step * kWidth))));
+      bool all = true;
+      for (int k = 1; k <= count; ++k) {
+        const float t = static_cast<float>(k) / static_cast<float>(count);
+        for (int j = 0; j < space.stride; ++j) q[j] = a[j] * (1.0F - t) + b[j] * t;
+        all = all && validity.state_free(q.data());
+      }
+      EXPECT_EQ(validity.edge_free(a.data(), b.data()), all);
+      free += all ? 1 : 0;
+    }
+  }
+  EXPECT_GT(free, 100);
+}
+
+TEST(Validity, PaddingKeepsItsDistance) {
+  WorldBody wall{world::Box{{0.05, 1.0, 1.0}}, Pose::Identity(), "wall"};
+  std::vector<float> q(8, 0.0F);
+  const auto free = [&](double x, double padding) {
+    wall.X_WS.translation() = Eigen::Vector3d(x, 0.0, 1.0);
+    ValidityOptions options;
+    options.padding = padding;
+    return Validity({CellGeometry({test::puma()}, 0)}, std::vector{wall}, options).state_free(q.data());
+  };
+  // Upper arm along +x: what reaches farthest is some way short of a metre.
+  double touching = 0.0;
+  for (double x = 1.0; x > 0.3 && free(x, 0.0); x -= 0.001) touching = x;
+  ASSERT_GT(touching, 0.4);
+  EXPECT_FALSE(free(touching + 0.049, 0.05));
+  EXPECT_TRUE(free(touching + 0.052, 0.05));
+}
+
+}  // namespace
+}  // namespace hecaton::planner::global

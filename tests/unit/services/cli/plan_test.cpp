@@ -1,0 +1,114 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "services/cli/document.hpp"
+#include "tests/unit/services/cli/run_line.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+const std::string kPlanCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+const std::string kPlanRobot = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf";
+
+/// A file of this test's own that is gone with it.
+class ScratchFile {
+ public:
+  ScratchFile(const std::string& name, const std::string& text)
+      : path_(std::filesystem::temp_directory_path() / (name + std::to_string(::getpid()) + ".yaml")) {
+    std::ofstream(path_) << text;
+  }
+  ~ScratchFile() { std::filesystem::remove(path_); }
+  ScratchFile(const ScratchFile&) = delete;
+  ScratchFile& operator=(const ScratchFile&) = delete;
+  [[nodiscard]] std::string path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string scene(const std::string& x, const std::string& type = "box") {
+  return "world:\n  collision_objects:\n    - id: shelf\n      primitives:\n        - {type: " + type +
+         ", dimensions: [0.3, 0.3, 0.3]}\n      primitive_poses:\n        - {position: [" + x +
+         ", 0.15, 0.67], orientation: [0, 0, 0, 1]}\n";
+}
+
+TEST(PlanCommand, PlansForAnArmOfACell) {
+  const Ran ran = run_line({"plan", kPlanCell, "--arm", "west", "--to", "ready", "-o", "json"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const Json plan = Json::parse(ran.out);
+  EXPECT_EQ(plan["status"], "solved");
+  EXPECT_EQ(plan["path"].front(), Json::parse("[0, -1.9, 2.6, 0, 0.6, 0]").get<std::vector<double>>());
+  EXPECT_EQ(plan["path"].back(), Json::parse("[-0.3, -1.25, 3.5, 0, 0.89, 0]").get<std::vector<double>>());
+  EXPECT_GT(plan["length"].get<double>(), 1.15);  // of the straight way: √(0.3² + 0.65² + 0.9² + 0.29²) = 1.185
+  EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.0);
+  EXPECT_GT(plan["checks"].get<int>(), 0);
+}
+
+TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {
+  const Ran ran =
+      run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--arm", "east", "--to", "ready", "-o", "json"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const Json plan = Json::parse(ran.out);
+  EXPECT_EQ(plan["path"][0].size(), 18U);
+  EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.0);
+}
+
+TEST(PlanCommand, SaysWhatIsInTheWayOfAMoveItScene) {
+  const ScratchFile far("far_scene", scene("1.5"));
+  const ScratchFile near("near_scene", scene("0.4"));
+  const std::vector<std::string> words{"plan", kPlanRobot, "--from", "0 0 0 0 0 0", "--to", "0 -1.5 1 0 0 0"};
+  const auto with = [&](const std::string& file) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {"--moveit-scene", file});
+    return run_line(all);
+  };
+  EXPECT_EQ(with(far.path()).code, ExitCode::kDone);
+  const Ran blocked = with(near.path());
+  EXPECT_EQ(blocked.code, ExitCode::kNegative);
+  EXPECT_NE(blocked.out.find("start is in collision"), std::string::npos) << blocked.out;
+  EXPECT_NE(blocked.out.find("shelf"), std::string::npos) << blocked.out;
+}
+
+TEST(PlanCommand, ReadsAMoveItRequest) {
+  const ScratchFile request("request", R"(start_state:
+  joint_state:
+    name: [joint1, joint2, joint3, joint4, joint5, joint6, gripper]
+    position: [0, -1.5, 1, 0, 0, 0, 0.1]
+goal_constraints:
+  - joint_constraints:
+      - {joint_name: joint1, position: 1}
+      - {joint_name: joint2, position: -1.5}
+      - {joint_name: joint3, position: 1}
+      - {joint_name: joint4, position: 0}
+      - {joint_name: joint5, position: 0}
+      - {joint_name: joint6, position: 0.5}
+)");
+  const Ran ran = run_line({"plan", kPlanRobot, "--moveit-request", request.path(), "-o", "json"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const Json plan = Json::parse(ran.out);
+  EXPECT_EQ(plan["path"].size(), 2U) << "nothing is in the way";
+  EXPECT_DOUBLE_EQ(plan["path"][1][5].get<double>(), 0.5);
+}
+
+TEST(PlanCommand, RefusesWhatCannotBe) {
+  const auto refused = [](const std::vector<std::string>& words, ExitCode code, const std::string& says) {
+    const Ran ran = run_line(words);
+    EXPECT_EQ(ran.code, code) << says;
+    EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
+  };
+  refused({"plan", kPlanCell, "--arm", "nroth", "--to", "ready"}, ExitCode::kBadInput, "allowed are north, west, east");
+  refused({"plan", kPlanCell, "--to", "1 2"}, ExitCode::kBadInput, "must be 6 numbers, or the name of a pose");
+  refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
+  refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0"}, ExitCode::kBadInput, "must say where arm puma560 is");
+  refused({"plan", kPlanCell, "--to", "ready", "--method", "magic"}, ExitCode::kUsage, "rrt_connect");
+  refused({"plan", kPlanCell, "--to", "ready", "--tool", "hand"}, ExitCode::kUsage, "--tool is for a URDF alone");
+  refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0", "--arm", "x"}, ExitCode::kUsage, "--arm is for a cell file");
+  const ScratchFile cone("cone_scene", scene("1", "cone"));
+  refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0", "--moveit-scene", cone.path()}, ExitCode::kBadInput,
+          "world.collision_objects[0].primitives[0].type = cone must be box, sphere or cylinder");
+}
+
+}  // namespace
+}  // namespace hecaton::services::cli
