@@ -22,7 +22,13 @@ struct PlanOptions {
   SimplifyOptions shortcuts = {};
 };
 
-enum class PlanStatus { kSolved, kStartInvalid, kGoalInvalid, kBudgetEnded };
+enum class PlanStatus {
+  kSolved,
+  kStartInvalid,
+  kGoalInvalid,
+  kBudgetEnded,
+  kStuck,  ///< a method that does not search cannot go on
+};
 
 struct Plan {
   PlanStatus status = PlanStatus::kBudgetEnded;

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
@@ -13,6 +15,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/document.hpp"
 #include "services/cli/failure.hpp"
+#include "services/cli/plan_by_field.hpp"
 #include "services/cli/plan_query.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/task_options.hpp"
@@ -24,6 +27,9 @@ namespace {
 namespace global = planner::global;
 using Clock = std::chrono::steady_clock;
 
+/// A method of its own: it does not search.
+constexpr const char* kByField = "potential_field";
+
 constexpr std::array kMethods = {global::Method::kRrtConnect};
 
 struct Options {
@@ -34,6 +40,7 @@ struct Options {
   double step = 0.03;      ///< [rad | m]
   double clearance = 0.0;  ///< [m]
   bool simplify = true;
+  std::string plot;  ///< file for a picture; empty: none
 };
 
 double microseconds_since(Clock::time_point began) {
@@ -68,6 +75,8 @@ std::string status_name(global::PlanStatus status) {
       return "goal_invalid";
     case global::PlanStatus::kBudgetEnded:
       return "budget_ended";
+    case global::PlanStatus::kStuck:
+      return "stuck";
   }
   return "";
 }
@@ -112,28 +121,56 @@ std::string table_text(const Outcome& outcome, const Options& options, const Pal
   return text;
 }
 
+/// Plans, then shortens what was found; both are timed.
+template <typename Plan, typename Shorten>
+Outcome timed(const Options& options, const Plan& plan, const Shorten& shorten) {
+  Outcome outcome;
+  const auto began = Clock::now();
+  outcome.plan = plan(began);
+  outcome.planning_us = microseconds_since(began);
+  if (!outcome.plan.solved() || !options.simplify) return outcome;
+  const auto shortening = Clock::now();
+  shorten(outcome.plan);
+  outcome.simplify_us = microseconds_since(shortening);
+  return outcome;
+}
+
+Outcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options) {
+  global::PlanOptions plan_options;
+  plan_options.method = *std::find_if(kMethods.begin(), kMethods.end(),
+                                      [&](global::Method method) { return name_of(method) == options.method; });
+  plan_options.seed = options.seed;
+  plan_options.simplify = false;
+  return timed(
+      options,
+      [&](Clock::time_point began) {
+        plan_options.budget.ended = [began, &options] { return microseconds_since(began) > 1e6 * options.budget; };
+        return global::plan(validity, query.start, query.goal, plan_options);
+      },
+      [&](global::Plan& plan) { global::simplify(validity, plan_options, plan); });
+}
+
+Outcome by_field(const PlanQuery& query, const Options& options) {
+  FieldQuery field(query, options.clearance);
+  return timed(
+      options, [&](Clock::time_point) { return field.plan(); }, [&](global::Plan& plan) { field.refine(plan); });
+}
+
+void draw(const PlanQuery& query, const Outcome& outcome, const Options& options) {
+  std::ofstream file(options.plot);
+  file << plan_picture(query, outcome.plan, options.method == kByField, options.method);
+  if (!file.flush()) throw Failure(ExitCode::kBadInput, "--plot: " + options.plot + " cannot be written");
+}
+
 ExitCode run(const Settings& settings, const Options& options) {
   const PlanQuery query = make_plan_query(options.words);
   global::ValidityOptions validity_options;
   validity_options.step = options.step;
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
-  global::PlanOptions plan_options;
-  plan_options.method = *std::find_if(kMethods.begin(), kMethods.end(),
-                                      [&](global::Method method) { return name_of(method) == options.method; });
-  plan_options.seed = options.seed;
-  plan_options.simplify = false;
-  Outcome outcome;
-  const auto began = Clock::now();
-  plan_options.budget.ended = [began, &options] { return microseconds_since(began) > 1e6 * options.budget; };
-  outcome.plan = global::plan(validity, query.start, query.goal, plan_options);
-  outcome.planning_us = microseconds_since(began);
-  if (outcome.plan.solved()) {
-    const auto shortening = Clock::now();
-    if (options.simplify) global::simplify(validity, plan_options, outcome.plan);
-    outcome.simplify_us = microseconds_since(shortening);
-    outcome.clearance = smallest_clearance(validity, outcome.plan);
-  }
+  Outcome outcome = options.method == kByField ? by_field(query, options) : by_search(query, validity, options);
+  if (outcome.plan.solved()) outcome.clearance = smallest_clearance(validity, outcome.plan);
+  if (!options.plot.empty()) draw(query, outcome, options);
   print(settings, to_json(outcome, options), table_text(outcome, options, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -148,7 +185,8 @@ void add_plan(CLI::App& app, Session& session) {
   command->add_option("FILE", words.file, "cell file (YAML) or robot description (URDF)")->required();
   std::vector<std::string> methods;
   for (const global::Method method : kMethods) methods.emplace_back(name_of(method));
-  add_choice(*command, "--method", options->method, methods, "how paths are searched (rrt_connect)");
+  methods.emplace_back(kByField);
+  add_choice(*command, "--method", options->method, methods, "how paths are found (rrt_connect)");
   command->add_option("--arm", words.arms, "cell only: arm to plan for (the first); several are planned as one")
       ->expected(1)
       ->take_all()
@@ -175,6 +213,7 @@ void add_plan(CLI::App& app, Session& session) {
       *command, "--clearance", [options = options.get()](double distance) { options->clearance = distance; },
       "distance to keep from all obstacles and other arms (0)", kClearance);
   command->add_flag("!--raw", options->simplify, "print the path as it was found, without shortening it");
+  command->add_option("--plot", options->plot, "draw one arm on its path into this file, as SVG")->type_name("FILE");
   add_robot_options(*command, words.robot);
   command->footer("Exit code 1 when there is no path: the reason says why.");
   command->callback([&session, options, command] {

@@ -122,6 +122,7 @@ PlanQuery make_plan_query(const PlanWords& words) {
   }
   PlanQuery query;
   query.obstacles = cell.scene.obstacles;
+  query.potential = cell.arms[arms.front()].parameters.potential;
   std::vector<planner::Arm> all;
   std::vector<planner::JointVector> others;
   for (const planner::PlannedArm& planned : cell.arms) {

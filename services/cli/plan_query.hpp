@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "planner/global/validity.hpp"
+#include "planner/local/parameters.hpp"
 #include "services/cli/robot_options.hpp"
 
 namespace hecaton::services::cli {
@@ -25,6 +26,7 @@ struct PlanQuery {
   std::vector<world::Obstacle> obstacles;  ///< as in the cell at t = 0
   std::vector<double> start;               ///< [rad | m]
   std::vector<double> goal;
+  planner::PotentialParameters potential = {};  ///< of the first planned arm
 };
 
 /// Other arms stand where they start, obstacles where they are at t = 0. Throws Failure (bad input), ConfigError and

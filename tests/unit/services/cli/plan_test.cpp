@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <gtest/gtest.h>
 
@@ -108,6 +109,47 @@ TEST(PlanCommand, RefusesWhatCannotBe) {
   const ScratchFile cone("cone_scene", scene("1", "cone"));
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0", "--moveit-scene", cone.path()}, ExitCode::kBadInput,
           "world.collision_objects[0].primitives[0].type = cone must be box, sphere or cylinder");
+}
+
+TEST(PlanCommand, GoesDownAPotentialFieldAndDrawsIt) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("field" + std::to_string(::getpid()) + ".svg");
+  for (const std::string cell : {"mobile_rectangle", "planar_3r", "puma_potential"}) {
+    const Ran ran =
+        run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + cell + ".yaml", "--to", "across",
+                  "--method", "potential_field", "--clearance", "0.01", "--plot", file.string(), "-o", "json"});
+    ASSERT_EQ(ran.code, ExitCode::kDone) << cell << ran.err << ran.out;
+    const Json plan = Json::parse(ran.out);
+    EXPECT_EQ(plan["status"], "solved");
+    EXPECT_EQ(plan["method"], "potential_field");
+    EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.0099) << cell;
+    EXPECT_GT(plan["path"].size(), 2U) << "something is in the straight way";
+    std::stringstream picture;
+    picture << std::ifstream(file).rdbuf();
+    EXPECT_TRUE(picture.str().starts_with("<svg"));
+    EXPECT_TRUE(picture.str().ends_with("</svg>\n"));
+  }
+  std::filesystem::remove(file);
+}
+
+TEST(PlanCommand, SaysInWhatADescentEnded) {
+  const ScratchFile wall("wall_scene",
+                         "world:\n  collision_objects:\n    - id: wall\n      primitives:\n"
+                         "        - {type: box, dimensions: [0.1, 4, 0.2]}\n      primitive_poses:\n"
+                         "        - {position: [0, 0, 0], orientation: [0, 0, 0, 1]}\n");
+  const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/mobile_rectangle.yaml", "--to",
+                            "across", "--moveit-scene", wall.path(), "--method", "potential_field", "-o", "json"});
+  EXPECT_EQ(ran.code, ExitCode::kNegative) << ran.err;
+  const Json plan = Json::parse(ran.out);
+  EXPECT_EQ(plan["status"], "stuck");
+  EXPECT_NE(plan["reason"].get<std::string>().find("local minimum"), std::string::npos) << plan["reason"];
+}
+
+TEST(PlanCommand, RefusesAPotentialFieldOfSeveralArms) {
+  const Ran ran =
+      run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--to", "ready", "--method", "potential_field"});
+  EXPECT_EQ(ran.code, ExitCode::kUsage);
+  EXPECT_NE(ran.err.find("for one arm, not for 2"), std::string::npos) << ran.err;
 }
 
 }  // namespace
