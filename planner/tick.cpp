@@ -77,6 +77,7 @@ const JointLimits& limits_near(const JointLimits& limits, double stop_time, Join
 struct BuiltRows {
   int count = 0;
   double stop_time = std::numeric_limits<double>::infinity();  ///< no longer than this while these things are near [s]
+  double nearest = std::numeric_limits<double>::infinity();    ///< of obstacles and other arms [m]
 };
 
 BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::span<const Clearance> clearances,
@@ -91,6 +92,9 @@ BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::
     const double reach = row.g.cwiseAbs().dot(fastest);
     if (reach > 0.0) built.stop_time = std::min(built.stop_time, row.stop_time);
     flees = flees || (reach > 0.0 && row.h < 0.0);
+    if (reach > 0.0 && clearances[i].counterpart != Counterpart::kSelf) {
+      built.nearest = std::min(built.nearest, clearances[i].distance);
+    }
     const bool can_bind = reach > row.h;
     if (reach > 0.0 && (row.influences || can_bind)) ++built.count;
   }
@@ -148,6 +152,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   result.qd = local.qd;
   result.q = input.q + 0.5 * (input.qd + local.qd) * input.dt;
   result.rows = rows.count;
+  result.room = rows.nearest - parameters.damper.security_distance;
   result.relaxed = local.relaxed;
   result.thinks = local.thinks;
   result.near = std::any_of(s.rows.begin(), s.rows.begin() + rows.count, [](const Row& row) { return row.influences; });

@@ -3,6 +3,7 @@
 /// Pure: same input and memory, same result; no allocation, clock, log or network.
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -43,12 +44,15 @@ struct TickResult {
   JointVector qd;  ///< velocity there [rad/s | m/s]
   TickStatus status = TickStatus::kIdle;
   bool has_binding = false;
-  Clearance binding;     ///< nearest clearance that shapes the motion, if any
-  int stale_arm = -1;    ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
-  int yields_to = -1;    ///< arm that this one makes room for, −1: none
-  bool thinks = false;   ///< its straight way is blocked, and it waits for a manoeuvre before it turns aside
-  bool near = false;     ///< some pair is within its influence distance
-  int rows = 0;          ///< constraints on the motion
+  Clearance binding;    ///< nearest clearance that shapes the motion, if any
+  int stale_arm = -1;   ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
+  int yields_to = -1;   ///< arm that this one makes room for, −1: none
+  bool thinks = false;  ///< its straight way is blocked, and it waits for a manoeuvre before it turns aside
+  bool near = false;    ///< some pair is within its influence distance
+  int rows = 0;         ///< constraints on the motion
+  /// The least distance of what it can move from obstacles and other arms, beyond dₛ, when the period began [m]; as far
+  /// as it was measured: infinite when nothing is near.
+  double room = std::numeric_limits<double>::infinity();
   bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
   int redraws = 0;       ///< subspaces drawn for this goal
 };

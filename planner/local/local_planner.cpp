@@ -92,8 +92,15 @@ bool inside(const VelocityBounds& bounds, const JointVector& qd) {
 
 void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   if (!input.has_goal) memory.right_of_way.under_way = false;
-  if (memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal) return;
-  memory.q_goal = input.q_goal;
+  // Who has no goal keeps its place, wherever that is by now.
+  const bool as_before = input.has_goal ? memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal
+                                        : memory.q_goal.size() == 0;
+  if (as_before) return;
+  if (input.has_goal) {
+    memory.q_goal = input.q_goal;
+  } else {
+    memory.q_goal.resize(0);
+  }
   memory.follower = {};
   memory.without_progress = 0.0;
   memory.detour.active = false;
@@ -102,13 +109,16 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   memory.subspace_wanted = false;
 }
 
-/// A detour ends near its way-point, when its time is over, or when something is in its way, too.
+/// A detour ends near its way-point, when its time is over, or when something is in its way, too; an evasion with its
+/// time.
 void update_detour(const LocalInput& input, const JointVector& intended, const JointVector& wanted, Detour& detour) {
   detour.time_left -= input.dt;
+  if (detour.time_left <= 0.0) detour.active = false;
+  if (detour.stays) return;
   const JointVector way = joint_difference(input.limits, input.q, detour.q);
   const bool there = way.cwiseAbs().maxCoeff() < kDetourTolerance;
   const bool blocked = deadlocked(intended, wanted, input.parameters.follower.deadlock_fraction);
-  if (there || blocked || detour.time_left <= 0.0) detour.active = false;
+  if (there || blocked) detour.active = false;
 }
 
 bool follows_boundaries(Method method) {
@@ -174,7 +184,8 @@ void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
   memory.time_to_think = 0.0;
   if (manoeuvre.kind == ManoeuvreKind::kGoOn) return;
   memory.random = Random(manoeuvre.seed);
-  memory.detour = {manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience};
+  const bool evades = manoeuvre.kind == ManoeuvreKind::kEvade;
+  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience, evades};
   memory.subspace_wanted = manoeuvre.kind == ManoeuvreKind::kSubspace;
   if (manoeuvre.kind != ManoeuvreKind::kSubspace) memory.follower.following = false;
 }
@@ -235,7 +246,8 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   }
 
   const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();
-  memory.without_progress = moves || at_goal ? 0.0 : memory.without_progress + input.dt;
+  const bool waits = memory.detour.active && memory.detour.stays;
+  memory.without_progress = moves || at_goal || waits ? 0.0 : memory.without_progress + input.dt;
   result.blocked = memory.without_progress > kBlockedAfter;
   return result;
 }

@@ -13,13 +13,14 @@ enum class ManoeuvreKind : std::uint8_t {
   kLetGo,     ///< stop following, go straight to the goal
   kSubspace,  ///< follow in a fresh subspace, drawn with `seed`
   kDetour,    ///< visit `q` first, straight; then the goal
+  kEvade,     ///< go to `q`, straight, and be there until `patience` is over, also without a goal; then go on
 };
 
 struct Manoeuvre {
   ManoeuvreKind kind = ManoeuvreKind::kGoOn;
   std::uint64_t seed = 0;  ///< of all random choices from now on; not for kGoOn
-  JointVector q;           ///< of kDetour [rad | m]
-  double patience = 0.0;   ///< the detour is given up after this long [s]
+  JointVector q;           ///< of kDetour and kEvade [rad | m]
+  double patience = 0.0;   ///< these end after so long at the latest [s]
 };
 
 /// The way-point of a detour, while there is one.
@@ -27,6 +28,7 @@ struct Detour {
   bool active = false;
   JointVector q;           ///< [rad | m]
   double time_left = 0.0;  ///< [s]
+  bool stays = false;      ///< it ends with its time, not at its way-point
 };
 
 }  // namespace hecaton::planner

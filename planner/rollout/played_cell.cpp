@@ -1,5 +1,7 @@
 #include "planner/rollout/played_cell.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace hecaton::planner {
@@ -22,6 +24,7 @@ void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::O
   arms_.assign(arms.begin(), arms.end());
   obstacles_.assign(obstacles.begin(), obstacles.end());
   reached_.assign(arms.size(), -1.0);
+  room_.assign(arms.size(), std::numeric_limits<double>::infinity());
   seen_.resize(arms.size());
   for (world::ObstacleState& obstacle : obstacles_) obstacle.age = 0.0;
 }
@@ -55,6 +58,7 @@ void PlayedCell::step() {
     TickMemory memory{std::move(arm.memory)};
     const TickResult result = tick(geometries_[i], parameters_[i], input, memory, scratch_[i]);
     arm.memory = std::move(memory.local);
+    if (time_ <= kForeseen + 0.5 * dt_) room_[i] = std::min(room_[i], result.room);
     arm.q = result.q;
     arm.qd = result.qd;
     if (result.status == TickStatus::kReached && reached_[i] < 0.0) reached_[i] = time_;

@@ -10,6 +10,9 @@
 
 namespace hecaton::planner {
 
+/// What obstacles do is foreseen for so long: later they have turned, or others have come [s].
+inline constexpr double kForeseen = 1.5;
+
 /// One arm when the play begins.
 struct PlayedArm {
   JointVector q;          ///< [rad | m]
@@ -41,6 +44,8 @@ class PlayedCell {
   [[nodiscard]] int arms() const { return static_cast<int>(geometries_.size()); }
   /// When arm i first stood at its goal [s]; below 0: not yet.
   [[nodiscard]] double reached(int i) const { return reached_[i]; }
+  /// The least room (TickResult) that arm i has had in the first `kForeseen` seconds [m].
+  [[nodiscard]] double room(int i) const { return room_[i]; }
 
  private:
   /// As its planner tells the others: whoever has arrived needs no room any more.
@@ -53,6 +58,7 @@ class PlayedCell {
   double time_ = 0.0;
   std::vector<PlayedArm> arms_;
   std::vector<double> reached_;
+  std::vector<double> room_;
   std::vector<ArmObservation> seen_;
   std::vector<world::ObstacleState> obstacles_;
 };

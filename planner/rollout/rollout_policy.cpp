@@ -9,6 +9,39 @@ namespace {
 constexpr double kOutOfTrouble = 0.5;
 /// Nobody waits longer for an answer before turning aside [s].
 constexpr double kLongestThought = 0.15;
+/// Between two looks at what comes; an arm at 3 rad/s and an obstacle at 1 m/s go half a metre [s].
+constexpr double kForesightInterval = 0.1;
+/// What is slower than this is left to the dampers [m/s].
+constexpr double kMoves = 0.02;
+/// Ways out that are tried, for each manoeuvre of an arm that is held back: a look ahead is short, and a way out rare.
+constexpr int kEscapes = 2;
+
+/// Whether the obstacle may come within dᵢ of wherever the arm can be, as it moves now.
+bool may_come_near(const CellGeometry& geometry, int obstacle, const world::ObstacleState& state, double influence) {
+  const world::BoundingSphere& reach = geometry.arm_reach(geometry.self());
+  const Eigen::Vector3d& v = state.velocity.linear;
+  for (const Body& body : geometry.obstacle_bodies(obstacle)) {
+    const Eigen::Vector3d offset = state.X_WO.linear() * body.bound.centre;
+    const double turning = state.velocity.angular.norm() * offset.norm();
+    if (v.norm() + turning < kMoves) continue;
+    const Eigen::Vector3d from = reach.centre - (state.X_WO.translation() + offset);
+    const double nearest_at = v.isZero() ? 0.0 : std::clamp(from.dot(v) / v.squaredNorm(), 0.0, state.age + kForeseen);
+    const double near = reach.radius + body.bound.radius + influence + turning * kForeseen;
+    if ((from - nearest_at * v).norm() < near) return true;
+  }
+  return false;
+}
+
+bool something_comes(const ArmController& controller, const TickResult& result,
+                     std::span<const world::ObstacleState> obstacles) {
+  if (result.status == TickStatus::kHolding || result.status == TickStatus::kStaleInput) return false;
+  const CellGeometry& geometry = controller.geometry();
+  const double influence = controller.parameters().damper.influence_distance;
+  for (int i = 0; i < std::min(geometry.obstacle_count(), static_cast<int>(obstacles.size())); ++i) {
+    if (may_come_near(geometry, i, obstacles[i], influence)) return true;
+  }
+  return false;
+}
 
 RolloutQuestion make_question(const ArmController& controller, std::span<const ArmObservation> arms,
                               std::span<const world::ObstacleState> obstacles) {
@@ -19,8 +52,8 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     if (i == self) {
       arm.q = controller.setpoint().q;
       arm.qd = controller.setpoint().qd;
-      arm.q_goal = *controller.goal();
-      arm.has_goal = true;
+      arm.has_goal = controller.goal().has_value();
+      if (arm.has_goal) arm.q_goal = *controller.goal();
       arm.plans = true;
       arm.memory = controller.memory();
       arm.memory.time_to_think = 0.0;  // who goes on turns aside now
@@ -51,12 +84,14 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
     : parameters_(parameters.rollout),
       random_(seed),
       since_answer_(parameters.rollout.interval),
+      since_foresight_(kForesightInterval),
       horizon_(parameters.rollout.horizon) {
   if (parameters.method != Method::kBoundaryFollowing) parameters_.candidates = 0;
 }
 
 void RolloutPolicy::prepare(ArmController& controller) const {
-  const bool could_ask = !open_ && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
+  const bool could_ask =
+      open_ != Open::kHeldBack && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
   if (could_ask) controller.think_first(kLongestThought);
 }
 
@@ -70,22 +105,33 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
                        (result.status == TickStatus::kYielding && controller.under_way()) || result.thinks;
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
-  if (!trouble || open_ || parameters_.candidates == 0 || since_answer_ < parameters_.interval) return std::nullopt;
+  since_foresight_ += dt;
+  if (open_ != Open::kNone || parameters_.candidates == 0) return std::nullopt;
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     if (i != controller.geometry().self() && !arms[i].known) return std::nullopt;
   }
-  open_ = true;
+  if (trouble && since_answer_ >= parameters_.interval) {
+    open_ = Open::kHeldBack;
+    RolloutQuestion question = make_question(controller, arms, obstacles);
+    question.candidates = parameters_.candidates;
+    question.horizon = horizon_;
+    question.seed = random_.next();
+    horizon_ = std::min(parameters_.longest_horizon, horizon_ * parameters_.horizon_growth);
+    return question;
+  }
+  if (since_foresight_ < kForesightInterval || !something_comes(controller, result, obstacles)) return std::nullopt;
+  open_ = Open::kForesight;
   RolloutQuestion question = make_question(controller, arms, obstacles);
-  question.candidates = parameters_.candidates;
-  question.horizon = horizon_;
+  question.candidates = kEscapes * parameters_.candidates;
+  question.horizon = kForeseen;
   question.seed = random_.next();
-  horizon_ = std::min(parameters_.longest_horizon, horizon_ * parameters_.horizon_growth);
+  question.foresees = true;
   return question;
 }
 
 void RolloutPolicy::answered() {
-  open_ = false;
-  since_answer_ = 0.0;
+  (open_ == Open::kForesight ? since_foresight_ : since_answer_) = 0.0;
+  open_ = Open::kNone;
 }
 
 }  // namespace hecaton::planner

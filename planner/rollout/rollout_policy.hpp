@@ -1,6 +1,7 @@
 #pragma once
 /// When an arm asks for rollouts, and what it asks. Used every control period, beside the tick.
 
+#include <cstdint>
 #include <optional>
 
 #include "planner/arm_controller.hpp"
@@ -18,22 +19,26 @@ class RolloutPolicy {
   void prepare(ArmController& controller) const;
 
   /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
-  /// had its time. The longer the arm is held back, the farther it looks ahead.
+  /// had its time. The longer the arm is held back, the farther it looks ahead. Else, now and then, whether going on
+  /// ends well, when an obstacle moves that could come near (docs/design/0015-foresight.md); also without a goal.
   [[nodiscard]] std::optional<RolloutQuestion> next(const ArmController& controller, const TickResult& result,
                                                     std::span<const ArmObservation> arms,
                                                     std::span<const world::ObstacleState> obstacles);
   /// The answer has come; its manoeuvre is to be begun.
   void answered();
-  /// A question is open.
-  [[nodiscard]] bool looks_ahead() const { return open_; }
+  /// A question is open because the arm is held back.
+  [[nodiscard]] bool looks_ahead() const { return open_ == Open::kHeldBack; }
 
  private:
+  enum class Open : std::uint8_t { kNone, kHeldBack, kForesight };
+
   RolloutParameters parameters_;
   Random random_;
-  bool open_ = false;
-  double since_answer_ = 0.0;   ///< [s]
-  double since_trouble_ = 0.0;  ///< [s]
-  double horizon_ = 0.0;        ///< of the next question [s]
+  Open open_ = Open::kNone;
+  double since_answer_ = 0.0;     ///< to a question of an arm that was held back [s]
+  double since_foresight_ = 0.0;  ///< [s]
+  double since_trouble_ = 0.0;    ///< [s]
+  double horizon_ = 0.0;          ///< of the next question [s]
 };
 
 }  // namespace hecaton::planner

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -20,6 +21,14 @@ constexpr double kWorthwhile = 0.2;
 constexpr double kMovedShare = 0.5;
 constexpr double kDetourReach = 0.7;     // [rad | m]
 constexpr double kDetourPatience = 2.0;  // [s]
+/// Escapes are nearer and farther, and last shorter and longer.
+constexpr double kLongestEscape = 1.4;  // [rad | m]
+constexpr double kShortestStay = 0.4;   // [s]
+constexpr double kLongestStay = 1.2;    // [s]
+/// Whoever comes nearer than dₛ by this share of it is in danger: plays are coarse, and dampers let dₛ be touched.
+constexpr double kTolerated = 0.3;
+/// What it is worth not to come nearer by another dₛ, which is a contact [s]: more than any detour.
+constexpr double kWorthOfRoom = 50.0;
 
 double straight_time(const JointLimits& limits, const PlayedArm& arm) {
   return joint_difference(limits, arm.q, arm.q_goal).cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff();
@@ -79,10 +88,20 @@ void RolloutSearch::begin(RolloutQuestion question) {
   start_candidate();
 }
 
+JointVector RolloutSearch::somewhere(double reach) {
+  const JointLimits& limits = cell_.limits(own_);
+  JointVector q = question_.arms[own_].q;
+  for (auto& value : q) {
+    if (random_.uniform() < kMovedShare) value += reach * random_.normal();
+  }
+  return q.cwiseMax(limits.lower).cwiseMin(limits.upper);
+}
+
 // Half of the candidates follow the boundary in a fresh subspace, half make a detour; one goes straight.
 Manoeuvre RolloutSearch::draw(int candidate) {
   Manoeuvre manoeuvre;
   if (candidate == 0) return manoeuvre;
+  if (question_.foresees) return draw_escape(candidate);
   manoeuvre.seed = random_.next();
   if (candidate == 1) {
     manoeuvre.kind = ManoeuvreKind::kLetGo;
@@ -90,13 +109,28 @@ Manoeuvre RolloutSearch::draw(int candidate) {
     manoeuvre.kind = ManoeuvreKind::kSubspace;
   } else {
     manoeuvre.kind = ManoeuvreKind::kDetour;
-    const JointLimits& limits = cell_.limits(own_);
-    manoeuvre.q = question_.arms[own_].q;
-    for (auto& value : manoeuvre.q) {
-      if (random_.uniform() < kMovedShare) value += kDetourReach * random_.normal();
-    }
-    manoeuvre.q = manoeuvre.q.cwiseMax(limits.lower).cwiseMin(limits.upper);
+    manoeuvre.q = somewhere(kDetourReach);
     manoeuvre.patience = kDetourPatience;
+  }
+  return manoeuvre;
+}
+
+// One goes straight, two stop and let pass what comes, the others get out of the way.
+Manoeuvre RolloutSearch::draw_escape(int candidate) {
+  Manoeuvre manoeuvre;
+  manoeuvre.seed = random_.next();
+  if (candidate == 1) {
+    manoeuvre.kind = ManoeuvreKind::kLetGo;
+    return manoeuvre;
+  }
+  const PlayedArm& own = question_.arms[own_];
+  manoeuvre.kind = ManoeuvreKind::kEvade;
+  if (candidate <= 3) {
+    manoeuvre.q = rest_position(cell_.limits(own_), own.q, own.qd);
+    manoeuvre.patience = candidate == 2 ? kShortestStay : kLongestStay;
+  } else {
+    manoeuvre.q = somewhere(random_.uniform(0.0, kLongestEscape));
+    manoeuvre.patience = random_.uniform(kShortestStay, kLongestStay);
   }
   return manoeuvre;
 }
@@ -107,8 +141,22 @@ void RolloutSearch::start_candidate() {
   hecaton::planner::begin(manoeuvre_, cell_.arm(own_).memory);
 }
 
+/// How far arm i came nearer than it may, in units of dₛ.
+double RolloutSearch::danger(int arm) const {
+  const double security = parameters_[played_[arm]].damper.security_distance;
+  return std::max(0.0, -cell_.room(arm) / security - kTolerated);
+}
+
+double RolloutSearch::dangers() const {
+  double sum = 0.0;
+  for (int i = 0; i < cell_.arms(); ++i) sum += danger(i);
+  return sum;
+}
+
 bool RolloutSearch::finished() const {
   if (cell_.time() >= question_.horizon) return true;
+  if (candidate_ > 0 && kWorthOfRoom * dangers() >= best_.cost) return true;  // it cannot win any more
+  if (question_.foresees) return false;
   for (int i = 0; i < cell_.arms(); ++i) {
     if (cell_.arm(i).has_goal && cell_.arm(i).plans && cell_.reached(i) < 0.0) return false;
   }
@@ -116,7 +164,7 @@ bool RolloutSearch::finished() const {
 }
 
 double RolloutSearch::cost() const {
-  double sum = 0.0;
+  double sum = kWorthOfRoom * dangers();
   for (int i = 0; i < cell_.arms(); ++i) {
     const PlayedArm& arm = cell_.arm(i);
     if (!arm.has_goal || !arm.plans) continue;
@@ -140,6 +188,8 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
       best_.cost = cost;
       best_.arrives = cell_.reached(own_) >= 0.0;
     }
+    const bool well = question_.foresees && candidate_ == 0 && danger(own_) <= 0.0;
+    if (well) candidate_ = question_.candidates;
     if (++candidate_ > question_.candidates) return best_;
     start_candidate();
   }

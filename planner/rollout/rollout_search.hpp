@@ -19,11 +19,15 @@ struct RolloutQuestion {
   double horizon = 2.0;                         ///< [s]
   int candidates = 8;                           ///< besides going on
   std::uint64_t seed = 0;                       ///< of the candidates
+  /// Whether something runs the arm down, rather than how it arrives: when going on keeps clear of everything, that is
+  /// the answer, without looking at anything else.
+  bool foresees = false;
 };
 
 struct RolloutAnswer {
   Manoeuvre manoeuvre;
-  double cost = 0.0;              ///< expected time until all played arms are at their goals, summed over them [s]
+  double cost = 0.0;  ///< expected time until all played arms are at their goals, summed over them, and what
+                      ///< the danger is worth that they get into [s]
   double cost_of_going_on = 0.0;  ///< the same without a manoeuvre [s]
   bool arrives = false;           ///< the own arm reaches its goal within the horizon
 };
@@ -49,8 +53,12 @@ class RolloutSearch {
  private:
   void start_candidate();
   [[nodiscard]] bool finished() const;
+  [[nodiscard]] double danger(int arm) const;
+  [[nodiscard]] double dangers() const;
   [[nodiscard]] double cost() const;
   [[nodiscard]] Manoeuvre draw(int candidate);
+  [[nodiscard]] Manoeuvre draw_escape(int candidate);
+  [[nodiscard]] JointVector somewhere(double reach);
 
   std::vector<Arm> arms_;
   std::vector<LocalParameters> parameters_;

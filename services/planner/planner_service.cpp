@@ -265,10 +265,10 @@ void PlannerService::plan() {
   // By the time that the command is out all this will be older.
   const auto observed = arms_.observe(now_ + reaction_, modes_.view());
   const auto obstacles = obstacles_.states(now_ + reaction_);
-  if (desk_.has_active()) rollout_policy_.prepare(controller_);
+  rollout_policy_.prepare(controller_);
   const planner::TickResult result = controller_.step(news_of(own), observed, obstacles, !hold_reason_.empty());
   command(result);
-  if (in_charge_ && desk_.has_active()) look_ahead(result, observed, obstacles);
+  if (in_charge_) look_ahead(result, observed, obstacles);
 
   const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;

@@ -2,6 +2,7 @@
 #include "planner/tick.hpp"
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -325,6 +326,47 @@ TEST(Manoeuvre, ANewGoalEndsIt) {
   EXPECT_EQ(journey.step().status, TickStatus::kDetouring);
   journey.input.q_goal = joints({-1, 0});
   EXPECT_EQ(journey.step().status, TickStatus::kMoving);
+}
+
+TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre evasion;
+  evasion.kind = ManoeuvreKind::kEvade;
+  evasion.q = joints({0, 0.2});
+  evasion.patience = 3.0;
+  journey.input.q = joints({0, 0});
+  journey.input.q_goal = joints({1, 0});
+  (void)journey.step();
+  begin(evasion, journey.memory.local);
+  for (int k = 0; k < 295; ++k) ASSERT_EQ(journey.step().status, TickStatus::kDetouring) << k;
+  EXPECT_LT((journey.input.q - evasion.q).norm(), 0.01);
+  for (int k = 0; k < 10; ++k) (void)journey.step();
+  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
+}
+
+TEST(Manoeuvre, AnArmWithoutAGoalEvadesAndStaysWhereThatLed) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre evasion;
+  evasion.kind = ManoeuvreKind::kEvade;
+  evasion.q = joints({0, 0.2});
+  evasion.patience = 2.0;
+  journey.input.q = joints({0, 0});
+  journey.input.has_goal = false;
+  (void)journey.step();
+  begin(evasion, journey.memory.local);
+  for (int k = 0; k < 400; ++k) ASSERT_EQ(journey.step().status, TickStatus::kIdle) << k;
+  EXPECT_LT((journey.input.q - evasion.q).norm(), 0.01);
+}
+
+TEST(Tick, TellsHowMuchRoomItHas) {
+  Journey alone({}, Method::kBoundaryFollowing);
+  alone.input.q = joints({0, 0});
+  alone.input.has_goal = false;
+  EXPECT_TRUE(std::isinf(alone.step().room));
+  Journey journey({box_obstacle("box", {0, 0.25, 0}, {0.1, 0.1, 0.1})}, Method::kBoundaryFollowing);
+  journey.input.q = joints({0, 0});
+  journey.input.has_goal = false;
+  EXPECT_NEAR(journey.step().room, 0.1 - journey.parameters.damper.security_distance, 1e-9);  // 0.25 − 0.1 − 0.05
 }
 
 /// The point among one other arm that was lost: it rests within 0.2 m of (0, 0) along both axes, so nearer than 0.4 m.

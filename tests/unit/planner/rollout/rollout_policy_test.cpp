@@ -2,6 +2,7 @@
 #include "planner/rollout/rollout_policy.hpp"
 
 #include <array>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -117,6 +118,87 @@ TEST_F(Policy, NoneIsAskedWithoutCandidatesOrWithAnUnknownArm) {
   RolloutPolicy policy(parameters_, 1);
   arms_[1].known = false;
   EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);
+}
+
+/// A box in reach of arm `a`, which reaches 3 m along both axes.
+class PolicyBesideABox : public Policy {
+ protected:
+  PolicyBesideABox() : box_(test::box_obstacle("box", {0, 7, 0}, {0.1, 0.1, 0.1})) {
+    controller_.set_obstacles(std::array{box_});
+    state_ = {box_.X_WO, {}, 0.0};
+    state_.velocity.linear = {0, -1, 0};
+  }
+  std::optional<RolloutQuestion> next(RolloutPolicy& policy, TickStatus now = TickStatus::kMoving) {
+    return policy.next(controller_, status(now), arms_, std::array{state_});
+  }
+
+  world::Obstacle box_;
+  world::ObstacleState state_;
+};
+
+TEST_F(PolicyBesideABox, AsksNowAndThenWhetherItMayGoOnWhenTheBoxComes) {
+  RolloutPolicy policy(parameters_, 1);
+  const auto asked = next(policy);
+  ASSERT_TRUE(asked.has_value());
+  EXPECT_TRUE(asked->foresees);
+  EXPECT_FALSE(policy.looks_ahead()) << "nothing holds it back";
+  EXPECT_FALSE(next(policy)) << "a question is open";
+  policy.answered();
+  int periods = 1;
+  while (!next(policy)) ++periods;
+  EXPECT_GE(periods, 9);
+  EXPECT_LE(periods, 31);
+}
+
+TEST_F(PolicyBesideABox, DoesNotAskAboutABoxThatStandsOrLeavesOrIsFarAway) {
+  RolloutPolicy policy(parameters_, 1);
+  state_.velocity.linear = {0, 0, 0};
+  EXPECT_FALSE(next(policy));
+  state_.velocity.linear = {0, 1, 0};
+  EXPECT_FALSE(next(policy));
+  state_.velocity.linear = {0, -1, 0};
+  state_.X_WO.translation().y() = 20.0;
+  EXPECT_FALSE(next(policy));
+}
+
+TEST_F(PolicyBesideABox, AsksAboutABoxThatOnlyTurnsInReach) {
+  RolloutPolicy policy(parameters_, 1);
+  box_.shapes[0].X_BS.translation().x() = 1.0;
+  controller_.set_obstacles(std::array{box_});
+  state_.X_WO.translation().y() = 2.0;
+  state_.velocity = {};
+  EXPECT_FALSE(next(policy));
+  state_.velocity.angular = {0, 0, 1};
+  EXPECT_TRUE(next(policy));
+}
+
+TEST_F(PolicyBesideABox, AsksWithoutAGoalButNotWhenItIsHeld) {
+  RolloutPolicy policy(parameters_, 1);
+  controller_.cancel_goal();
+  EXPECT_FALSE(next(policy, TickStatus::kHolding));
+  EXPECT_FALSE(next(policy, TickStatus::kStaleInput));
+  const auto asked = next(policy, TickStatus::kIdle);
+  ASSERT_TRUE(asked.has_value());
+  EXPECT_FALSE(asked->arms[0].has_goal);
+  EXPECT_TRUE(asked->arms[0].plans);
+}
+
+TEST_F(PolicyBesideABox, WhatHoldsTheArmBackComesFirst) {
+  RolloutPolicy policy(parameters_, 1);
+  const auto asked = next(policy, TickStatus::kFollowing);
+  ASSERT_TRUE(asked.has_value());
+  EXPECT_FALSE(asked->foresees);
+  EXPECT_TRUE(policy.looks_ahead());
+  policy.answered();
+  const auto then = next(policy, TickStatus::kFollowing);
+  ASSERT_TRUE(then.has_value()) << "it is too soon for another of those";
+  EXPECT_TRUE(then->foresees);
+}
+
+TEST_F(PolicyBesideABox, NothingIsForeseenWithoutCandidates) {
+  parameters_.rollout.candidates = 0;
+  RolloutPolicy policy(parameters_, 1);
+  EXPECT_FALSE(next(policy));
 }
 
 }  // namespace
