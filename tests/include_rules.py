@@ -20,7 +20,7 @@ ALLOWED = {
     "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
     # tick, arm_controller, goal_check, cell: what one arm's planner is
     "planner": ["planner/simd", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
-    "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "world/model"],
+    "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/global": ["planner/local", "planner/collision", "planner/model", "planner/simd", "world/model"],
     "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
