@@ -30,6 +30,16 @@ std::string outside_limits(const Validity& validity, std::span<const double> q) 
 }
 
 SearchResult search(const SearchProblem& problem, const PlanOptions& options) {
+  switch (options.method) {
+    case Method::kRrt:
+      return rrt(problem, options.rrt);
+    case Method::kEst:
+      return est(problem, options.est);
+    case Method::kPrm:
+      return prm(problem, options.prm);
+    case Method::kRrtConnect:
+      break;
+  }
   return rrt_connect(problem, options.rrt);
 }
 

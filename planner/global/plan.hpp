@@ -18,6 +18,8 @@ struct PlanOptions {
   std::uint64_t seed = 1;
   Budget budget = {};
   RrtOptions rrt = {};
+  EstOptions est = {};
+  PrmOptions prm = {};
   bool simplify = true;
   SimplifyOptions shortcuts = {};
 };

@@ -40,6 +40,7 @@ enum class Extend { kTrapped, kAdvanced, kReached };
 
 struct RrtOptions {
   float range = 2.0F;       ///< the longest new edge, in joint space [rad | m]
+  float rrt_range = 1.0F;   ///< RRT: the same
   float goal_bias = 0.05F;  ///< RRT: share of samples that are the goal
   /// Dynamic domain [Yershova05]: a node that failed to grow is extended to samples within this many radians only,
   /// fewer with every failure; 0: without.
@@ -48,6 +49,24 @@ struct RrtOptions {
   float least_domain = 1.0F;
 };
 
+struct EstOptions {
+  float range = 1.0F;         ///< new nodes lie within this of their parent, per joint [rad | m]
+  float crowd_radius = 1.0F;  ///< nodes within this of each other share their chance to grow [rad | m]
+  float join_range = 4.0F;    ///< trees are joined over at most this [rad | m]
+};
+
+enum class RoadmapSearch { kAStar, kDijkstra };
+
+struct PrmOptions {
+  int neighbours = 10;  ///< that a new node is joined with
+  int batch = 32;       ///< nodes added between searches
+  RoadmapSearch search = RoadmapSearch::kAStar;
+};
+
 [[nodiscard]] SearchResult rrt_connect(const SearchProblem& problem, const RrtOptions& options = {});
+[[nodiscard]] SearchResult rrt(const SearchProblem& problem, const RrtOptions& options = {});
+[[nodiscard]] SearchResult est(const SearchProblem& problem, const EstOptions& options = {});
+/// With a roadmap of its own; Roadmap (prm.hpp) keeps one.
+[[nodiscard]] SearchResult prm(const SearchProblem& problem, const PrmOptions& options = {});
 
 }  // namespace hecaton::planner::global

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <set>
 
 #include <CLI/CLI.hpp>
 
@@ -20,14 +19,18 @@ std::string flags_of(const CLI::App& app) {
   return words;
 }
 
-/// Rows of a case statement: what may follow each option that takes a value. Choices are told by a type "a|b|c".
-void write_values(const CLI::App& app, std::set<std::string>& written, std::string& out) {
+/// Rows of a case statement: what may follow each option of the command `path` that takes a value. Choices are told by
+/// a type "a|b|c". Options of hecaton itself may stand behind every command.
+void write_values(const CLI::App& app, const std::string& path, std::string& out) {
+  const bool of_all = app.get_parent() == nullptr;
+  const auto pattern_of = [&](const std::string& name) {
+    return of_all ? "*\" " + name + "\"" : "\"" + path + " " + name + "\"";
+  };
   for (const CLI::Option* option : options_of(app)) {
     if (option->get_positional() || option->get_items_expected_max() == 0) continue;
     std::string pattern;
-    for (const std::string& name : option->get_snames()) pattern += "-" + name + " | ";
-    pattern += "--" + option->get_lnames().front();
-    if (!written.insert(pattern).second) continue;
+    for (const std::string& name : option->get_snames()) pattern += pattern_of("-" + name) + " | ";
+    pattern += pattern_of("--" + option->get_lnames().front());
     std::string type = option->get_type_name();
     std::string values;
     if (type.find('|') != std::string::npos) {
@@ -38,7 +41,7 @@ void write_values(const CLI::App& app, std::set<std::string>& written, std::stri
     }
     out.append("    ").append(pattern).append(") ").append(values).append("return ;;\n");
   }
-  for (const CLI::App* command : subcommands_of(app)) write_values(*command, written, out);
+  for (const CLI::App* command : subcommands_of(app)) write_values(*command, path + " " + command->get_name(), out);
 }
 
 /// What comes after the words of `path` ("hecaton obstacle"), as a row of a case statement.
@@ -69,14 +72,10 @@ std::string bash_completion(const CLI::App& app) {
   std::string rows;
   write_rows(app, app.get_name(), "", rows);
   std::string values;
-  std::set<std::string> written;
-  write_values(app, written, values);
+  write_values(app, app.get_name(), values);
   return "# bash completion of hecaton, written by `hecaton completion bash`.\n"
          "_hecaton() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} path=hecaton words= i\n"
-         "  case $previous in\n" +
-         values +
-         "  esac\n"
          "  for ((i = 1; i < COMP_CWORD; i++)); do\n"
          "    case \" " +
          command_names(app) +
@@ -84,6 +83,9 @@ std::string bash_completion(const CLI::App& app) {
          "      *\" ${COMP_WORDS[i]} \"*) path+=\" ${COMP_WORDS[i]}\" ;;\n"
          "    esac\n"
          "  done\n"
+         "  case \"$path $previous\" in\n" +
+         values +
+         "  esac\n"
          "  case $path in\n" +
          rows +
          "  esac\n"
@@ -97,7 +99,8 @@ std::string bash_completion(const CLI::App& app) {
          "  esac\n"
          "  COMPREPLY=($(compgen -W \"$words\" -- \"$current\"))\n"
          "  case $path in\n"
-         "    hecaton\\ up | hecaton\\ agent | hecaton\\ check | hecaton\\ simulate) COMPREPLY+=($(compgen -f -- "
+         "    hecaton\\ up | hecaton\\ agent | hecaton\\ check | hecaton\\ plan | hecaton\\ simulate) "
+         "COMPREPLY+=($(compgen -f -- "
          "\"$current\")) ;;\n"
          "  esac\n"
          "}\n"

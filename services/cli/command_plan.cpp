@@ -30,7 +30,8 @@ using Clock = std::chrono::steady_clock;
 /// A method of its own: it does not search.
 constexpr const char* kByField = "potential_field";
 
-constexpr std::array kMethods = {global::Method::kRrtConnect};
+constexpr std::array kMethods = {global::Method::kRrtConnect, global::Method::kRrt, global::Method::kEst,
+                                 global::Method::kPrm};
 
 struct Options {
   PlanWords words;
@@ -195,9 +196,8 @@ void add_plan(CLI::App& app, Session& session) {
       ->add_option("--from", words.from,
                    "joint values (of all planned arms, one arm after the other) or a named pose; otherwise the "
                    "request's start, or where the arms start")
-      ->type_name("\"Q…\"|NAME");
-  command->add_option("--to", words.to, "the goal, in the same form; otherwise the request's")
-      ->type_name("\"Q…\"|NAME");
+      ->type_name("Q");
+  command->add_option("--to", words.to, "the goal, in the same form; otherwise the request's")->type_name("Q");
   command->add_option("--moveit-scene", words.moveit_scene, "MoveIt planning scene (YAML): its objects are added")
       ->type_name("FILE");
   command->add_option("--moveit-request", words.moveit_request, "MoveIt motion plan request (YAML): start and goal")

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "fcl_referee.hpp"
-#include "puma_among_boxes.hpp"
+#include "tests/support/fcl_referee.hpp"
+#include "tests/support/puma_among_boxes.hpp"
 
 namespace hecaton::planner::global {
 namespace {
@@ -39,20 +39,7 @@ struct Query {
 /// Looked at `finer` times as often as the planner does, by FCL.
 int contacts(const Query& query, const Plan& plan, int finer) {
   test::FclReferee referee(query.validity, query.world);
-  int count = 0;
-  for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
-    const Configuration& a = plan.path[i];
-    const Configuration& b = plan.path[i + 1];
-    double length2 = 0.0;
-    for (std::size_t j = 0; j < a.size(); ++j) length2 += std::pow(b[j] - a[j], 2);
-    const int steps = 1 + static_cast<int>(std::sqrt(length2) * finer / query.validity.options().step);
-    for (int k = 0; k <= steps; ++k) {
-      Configuration q(a.size());
-      for (std::size_t j = 0; j < a.size(); ++j) q[j] = a[j] + (b[j] - a[j]) * k / steps;
-      count += referee.collides(q.data()) ? 1 : 0;
-    }
-  }
-  return count;
+  return referee.collisions_on(plan.path, query.validity.options().step / finer);
 }
 
 class EveryMethod : public testing::TestWithParam<Method> {};
@@ -105,7 +92,7 @@ TEST_P(EveryMethod, SaysThatItsBudgetEnded) {
   EXPECT_GT(blocked, 5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Global, EveryMethod, testing::Values(Method::kRrtConnect),
+INSTANTIATE_TEST_SUITE_P(Global, EveryMethod, testing::Values(Method::kRrtConnect, Method::kRrt, Method::kEst, Method::kPrm),
                          [](const auto& tried) { return std::string(name_of(tried.param)); });
 
 TEST(Plan, NamesThePairThatMakesAStartInvalid) {

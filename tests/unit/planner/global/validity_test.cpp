@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include "fcl_referee.hpp"
+#include "tests/support/fcl_referee.hpp"
 #include "planner/global/plan.hpp"
 #include "planner/global/space.hpp"
 #include "planner/global/validity_kernel.hpp"
 #include "planner/simd/instruction_set.hpp"
-#include "puma_among_boxes.hpp"
+#include "tests/support/puma_among_boxes.hpp"
 #include "tests/unit/planner/collision/random_cell.hpp"
 
 namespace hecaton::planner::global {

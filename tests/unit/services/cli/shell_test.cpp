@@ -53,6 +53,7 @@ TEST(Completion, OffersChoices) {
   EXPECT_EQ(completions("hecaton status -o j"), Words{"json"});
   EXPECT_EQ(completions("hecaton wait north --for bl"), Words{"blocked"});
   EXPECT_EQ(completions("hecaton simulate x --method bo"), Words{"boundary_following"});
+  EXPECT_EQ(completions("hecaton plan x --method rrt_"), Words{"rrt_connect"});
 }
 
 TEST(ManPage, TellsOfEveryCommandAndOption) {

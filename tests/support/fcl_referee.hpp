@@ -47,6 +47,24 @@ class FclReferee {
     return collides(exact.data());
   }
 
+  /// Of configurations on the path, `step` apart at most in joint space, how many collide.
+  [[nodiscard]] int collisions_on(const std::vector<std::vector<double>>& path, double step) {
+    int count = 0;
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      const auto& a = path[i];
+      const auto& b = path[i + 1];
+      double length2 = 0.0;
+      for (std::size_t j = 0; j < a.size(); ++j) length2 += (b[j] - a[j]) * (b[j] - a[j]);
+      const int steps = 1 + static_cast<int>(std::sqrt(length2) / step);
+      std::vector<double> q(a.size());
+      for (int k = 0; k <= steps; ++k) {
+        for (std::size_t j = 0; j < a.size(); ++j) q[j] = a[j] + (b[j] - a[j]) * k / steps;
+        count += collides(q.data()) ? 1 : 0;
+      }
+    }
+    return count;
+  }
+
  private:
   void place(const double* q) {
     std::size_t body = 0;

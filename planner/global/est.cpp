@@ -1,0 +1,92 @@
+/// Expansive space trees [Hsu00]: two trees that grow where they are sparse, joined as soon as their ends see each other.
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/global/search.hpp"
+#include "planner/global/tree.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+/// A tree that knows how crowded the surroundings of each node are.
+class SparseTree {
+ public:
+  SparseTree(const Space& space, const float* root, float radius) : tree_(space, root), radius_(radius), crowd_{1} {}
+
+  int add(const float* q, int parent) {
+    tree_.within(q, radius_, near_);
+    for (const Neighbour& neighbour : near_) ++crowd_[neighbour.index];
+    crowd_.push_back(static_cast<int>(near_.size()) + 1);
+    return tree_.add(q, parent);
+  }
+
+  /// A node with a probability inverse to the number of nodes around it [Hsu00].
+  [[nodiscard]] int draw(Random& random) const {
+    double sum = 0.0;
+    for (const int crowd : crowd_) sum += 1.0 / crowd;
+    double left = random.uniform() * sum;
+    for (int i = 0; i < tree_.size(); ++i) {
+      left -= 1.0 / crowd_[i];
+      if (left <= 0.0) return i;
+    }
+    return tree_.size() - 1;
+  }
+
+  [[nodiscard]] const Tree& tree() const { return tree_; }
+
+ private:
+  Tree tree_;
+  float radius_;
+  std::vector<int> crowd_;
+  std::vector<Neighbour> near_;
+};
+
+/// Uniform in the part of the box around `centre` with sides of 2 `radius` that lies in the space.
+void sample_around(const Space& space, const float* centre, float radius, Random& random, float* q) {
+  for (int j = 0; j < space.dimensions; ++j) {
+    q[j] = static_cast<float>(random.uniform(std::max(space.lower[j], centre[j] - radius),
+                                             std::min(space.upper[j], centre[j] + radius)));
+  }
+}
+
+Points joined(const Tree& start, int from, const Tree& goal, int to) {
+  Points path = start.way_to_root(from);
+  path.reverse();
+  const Points rest = goal.way_to_root(to);
+  for (int i = 0; i < rest.size(); ++i) path.add(rest[i]);
+  return path;
+}
+
+}  // namespace
+
+SearchResult est(const SearchProblem& problem, const EstOptions& options) {
+  SearchResult result;
+  Random random(problem.seed);
+  SparseTree start(problem.space, problem.start, options.crowd_radius);
+  SparseTree goal(problem.space, problem.goal, options.crowd_radius);
+  std::vector<float> q(problem.space.stride, 0.0F);
+  if (problem.validity.edge_free(problem.start, problem.goal)) {
+    result.solved = true;
+    result.path = joined(start.tree(), 0, goal.tree(), 0);
+  }
+  while (!result.solved && !problem.budget.over(result.iterations)) {
+    const bool from_start = result.iterations++ % 2 == 0;
+    SparseTree& one = from_start ? start : goal;
+    const SparseTree& other = from_start ? goal : start;
+    const int node = one.draw(random);
+    sample_around(problem.space, one.tree()[node], options.range, random, q.data());
+    if (!problem.validity.edge_free(one.tree()[node], q.data())) continue;
+    const int added = one.add(q.data(), node);
+    const Neighbour near = other.tree().nearest(q.data());
+    if (near.distance2 > options.join_range * options.join_range) continue;
+    if (!problem.validity.edge_free(q.data(), other.tree()[near.index])) continue;
+    result.solved = true;
+    result.path = from_start ? joined(start.tree(), added, goal.tree(), near.index)
+                             : joined(start.tree(), near.index, goal.tree(), added);
+  }
+  result.nodes = start.tree().size() + goal.tree().size();
+  return result;
+}
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,57 @@
+/// RRT [LaValle01], [Cardenas10] fig. 8 and 9: one tree from the start, drawn towards random configurations and, now and
+/// then, towards the goal.
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/global/search.hpp"
+#include "planner/global/tree.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+/// EXTEND: the nearest node grows by at most `range` towards q. The new node is the tree's last.
+Extend extend(const SearchProblem& problem, Tree& tree, const float* q, float range, std::vector<float>& next) {
+  const Neighbour near = tree.nearest(q);
+  const float distance = std::sqrt(near.distance2);
+  if (distance <= 0.0F) return Extend::kTrapped;
+  const bool reaches = distance <= range;
+  if (reaches) {
+    std::copy(q, q + problem.space.stride, next.begin());
+  } else {
+    problem.space.interpolate(tree[near.index], q, range / distance, next.data());
+  }
+  if (!problem.validity.edge_free(tree[near.index], next.data())) return Extend::kTrapped;
+  tree.add(next.data(), near.index);
+  return reaches ? Extend::kReached : Extend::kAdvanced;
+}
+
+}  // namespace
+
+SearchResult rrt(const SearchProblem& problem, const RrtOptions& options) {
+  SearchResult result;
+  Random random(problem.seed);
+  Tree tree(problem.space, problem.start);
+  std::vector<float> sample(problem.space.stride);
+  std::vector<float> next(problem.space.stride);
+  while (!result.solved && !problem.budget.over(result.iterations)) {
+    // The first sample is the goal: the straight way may be free.
+    const bool to_goal = result.iterations == 0 || random.uniform() < options.goal_bias;
+    ++result.iterations;
+    if (to_goal) {
+      std::copy(problem.goal, problem.goal + problem.space.stride, sample.begin());
+    } else {
+      problem.space.sample(random, sample.data());
+    }
+    const Extend outcome = extend(problem, tree, sample.data(), options.rrt_range, next);
+    result.solved = to_goal && outcome == Extend::kReached;
+  }
+  if (result.solved) {
+    result.path = tree.way_to_root(tree.size() - 1);
+    result.path.reverse();
+  }
+  result.nodes = tree.size();
+  return result;
+}
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,21 @@
+#pragma once
+/// What people plan with: OMPL's RRT-Connect on FCL's collision checks.
+
+#include <vector>
+
+#include "tests/support/fcl_referee.hpp"
+
+namespace hecaton::bench {
+
+struct OmplPlan {
+  bool solved = false;
+  std::vector<std::vector<double>> path;
+};
+
+/// Straight ways are checked at the validity's own step. The search ends by an explicit condition: solved, or `seconds`
+/// have passed (OMPL's solve(seconds) would start a thread for its clock).
+[[nodiscard]] OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclReferee& referee,
+                                      const std::vector<double>& start, const std::vector<double>& goal,
+                                      double seconds);
+
+}  // namespace hecaton::bench
