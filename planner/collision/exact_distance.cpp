@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "planner/collision/convex_distance.hpp"
+#include "planner/collision/core_distance.hpp"
 #include "planner/collision/pass_kernels.hpp"
 #include "planner/collision/primitive_distance.hpp"
 #include "planner/collision/swept_core.hpp"
@@ -292,6 +293,10 @@ int ExactDistance::clearances(const CellPoses& poses, const InfluenceDistances& 
 ShapeDistance ExactDistance::sweep_distance(const Clearance& obstacle, const CellPoses& poses,
                                             const Sweep& sweep) const {
   return storage_->measure_sweep(obstacle, poses, sweep);
+}
+
+ShapeDistance prepared_distance(const SweptCore& a, const Pose& X_WA, const SweptCore& b, const Pose& X_WB) {
+  return distance(a, X_WA, b, X_WB);
 }
 
 ShapeDistance shape_distance(const world::Shape& a, const Pose& X_WA, const world::Shape& b, const Pose& X_WB) {

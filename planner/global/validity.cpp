@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "planner/collision/core_distance.hpp"
 #include "planner/collision/exact_distance.hpp"
 #include "planner/global/kernel_world.hpp"
 #include "planner/global/validity_kernel.hpp"
@@ -33,9 +34,24 @@ double largest_angle(const JointLimits& limits) {
   return largest;
 }
 
-KernelBall kernel_ball(const Pose& X_FS, const world::BoundingSphere& ball, double rounding) {
+KernelBall kernel_ball(const Pose& X_FS, const world::BoundingSphere& ball, double inner, double rounding) {
   const Eigen::Vector3d centre = X_FS * ball.centre;
-  return {floats<3>(centre), static_cast<float>(ball.radius + rounding)};
+  return {floats<3>(centre), static_cast<float>(ball.radius + rounding),
+          static_cast<float>(std::max(0.0, inner - 2.0 * rounding))};
+}
+
+/// Of the largest ball around p that lies within the shape; 0 when p does not. A point's depth in a convex shape is just
+/// that. [m]
+double inner_radius(const SweptCore& core, const Eigen::Vector3d& p) {
+  static const SweptCore point = make_swept_core(world::Sphere{0.0});
+  const Pose at(Eigen::Translation3d{p});
+  return std::max(0.0, -prepared_distance(point, at, core, Pose::Identity()).distance);
+}
+
+Pose pose_of(const float* frame) {
+  Pose X_OF = Pose::Identity();
+  for (int k = 0; k < 12; ++k) X_OF.matrix()(k % 3, k / 3) = static_cast<double>(frame[k]);
+  return X_OF;
 }
 
 world::BoundingSphere tight_bound(const world::Shape& shape) {
@@ -139,10 +155,14 @@ void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int fi
     const Pose X_FS = place.X_FL * body.X_CS;
     KernelBody& kernel_body = robot_.bodies.emplace_back();
     kernel_body.frame = place.frame;
-    kernel_body.bound = kernel_ball(X_FS, tight_bound(body.shape), rounding);
+    const SweptCore& core = body_cores_.emplace_back(make_swept_core(body.shape), X_FS).core;
+    const auto ball_of = [&](const world::BoundingSphere& ball) {
+      return kernel_ball(X_FS, ball, inner_radius(core, ball.centre), rounding);
+    };
+    kernel_body.bound = ball_of(tight_bound(body.shape));
     kernel_body.first = static_cast<int>(robot_.balls.size());
     for (const world::BoundingSphere& ball : sphere_cover(body.shape, options_.cover)) {
-      robot_.balls.push_back(kernel_ball(X_FS, ball, rounding));
+      robot_.balls.push_back(ball_of(ball));
     }
     kernel_body.count = static_cast<int>(robot_.balls.size()) - kernel_body.first;
   }
@@ -169,16 +189,34 @@ void Validity::set_world(std::span<const WorldBody> world) {
   world_bodies_.assign(world.begin(), world.end());
   world_ = kernel_world(world_bodies_, X_OW_);
   world_.padding = static_cast<float>(options_.padding);
+  world_cores_.clear();
+  for (const WorldBody& body : world_bodies_) world_cores_.push_back({make_swept_core(body.shape), X_OW_ * body.X_WS});
+}
+
+bool Validity::meets_obstacle(const void* self, int body, const float* frame, int obstacle) {
+  const auto& validity = *static_cast<const Validity*>(self);
+  const PlacedCore& own = validity.body_cores_[body];
+  const PlacedCore& other = validity.world_cores_[obstacle];
+  const double near = validity.options_.padding + kBodyRounding * validity.scale_;
+  return prepared_distance(own.core, pose_of(frame) * own.X_FS, other.core, other.X_FS).distance <= near;
+}
+
+bool Validity::meets_body(const void* self, int a, const float* frame_a, int b, const float* frame_b) {
+  const auto& validity = *static_cast<const Validity*>(self);
+  const PlacedCore& one = validity.body_cores_[a];
+  const PlacedCore& two = validity.body_cores_[b];
+  return prepared_distance(one.core, pose_of(frame_a) * one.X_FS, two.core, pose_of(frame_b) * two.X_FS).distance <=
+         2.0 * kBodyRounding * validity.scale_;
 }
 
 bool Validity::state_free(const float* q) const {
   ++checks_;
-  return fastest_validity().collisions(robot_, world_, q, 0) == 0;
+  return fastest_validity().collisions(robot_, world_, exact(), q, 0) == 0;
 }
 
 unsigned Validity::collisions(const float* eight) const {
   checks_ += kWidth;
-  return fastest_validity().collisions(robot_, world_, eight, stride());
+  return fastest_validity().collisions(robot_, world_, exact(), eight, stride());
 }
 
 bool Validity::edge_free(const float* a, const float* b, int finer) const {
@@ -186,7 +224,7 @@ bool Validity::edge_free(const float* a, const float* b, int finer) const {
   for (int j = 0; j < robot_.dimensions; ++j) length2 += std::pow(b[j] - a[j], 2);
   const int blocks = std::max(1, static_cast<int>(std::ceil(std::sqrt(length2) * finer / (options_.step * kWidth))));
   checks_ += static_cast<std::uint64_t>(blocks) * kWidth;
-  return fastest_validity().edge_free(robot_, world_, a, b, blocks);
+  return fastest_validity().edge_free(robot_, world_, exact(), a, b, blocks);
 }
 
 Validity::Nearest Validity::nearest(std::span<const double> q) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planner/collision/cell_geometry.hpp"
+#include "planner/collision/swept_core.hpp"
 #include "planner/global/sphere_cover.hpp"
 #include "planner/global/validity_data.hpp"
 
@@ -33,8 +34,9 @@ struct ValidityOptions {
 };
 
 /// The own arms of one or several geometries as one robot in a standing world. The robots' joints follow one another in
-/// a configuration. Links are covered by balls, all numbers are floats and rounding is made up for by larger balls:
-/// what is said to be free is free, what is said to collide may have a few millimetres left. As elsewhere, bodies that
+/// a configuration. Links are covered by balls, all numbers are floats and rounding is made up for by larger balls; where
+/// balls do not tell, the shapes' exact distance does. What is said to be free is free, what is said to collide may have
+/// a few hundredths of a millimetre left. As elsewhere, bodies that
 /// no joint moves may stand in obstacles.
 class Validity {
  public:
@@ -50,6 +52,7 @@ class Validity {
   [[nodiscard]] const ValidityOptions& options() const { return options_; }
   [[nodiscard]] const KernelRobot& robot() const { return robot_; }
   [[nodiscard]] const KernelWorld& world() const { return world_; }
+  [[nodiscard]] ExactCheck exact() const { return {this, meets_obstacle, meets_body}; }
 
   [[nodiscard]] bool state_free(const float* q) const;
   /// Bit i: configuration i of eight, stride() floats each, collides.
@@ -71,7 +74,14 @@ class Validity {
  private:
   void add_arm(const CellGeometry& geometry, int first_dimension, int first_body);
   void add_pairs(const std::vector<int>& first_body);
-  void add_obstacle(const WorldBody& body);
+  static bool meets_obstacle(const void* self, int body, const float* frame, int obstacle);
+  static bool meets_body(const void* self, int a, const float* frame_a, int b, const float* frame_b);
+
+  /// A shape, prepared, and its place: in its kernel frame, or for the world's in O.
+  struct PlacedCore {
+    SweptCore core;
+    Pose X_FS = Pose::Identity();
+  };
 
   std::vector<CellGeometry> planned_;
   std::vector<WorldBody> world_bodies_;
@@ -80,7 +90,8 @@ class Validity {
   double scale_;  ///< no coordinate of a moved body is larger in O [m]
   KernelRobot robot_;
   KernelWorld world_;
-  std::vector<int> arm_of_body_;
+  std::vector<PlacedCore> body_cores_;
+  std::vector<PlacedCore> world_cores_;
   mutable std::uint64_t checks_ = 0;
 };
 

@@ -23,6 +23,7 @@ struct KernelFrame {
 struct KernelBall {
   std::array<float, 3> centre{};  ///< in its body's frame [m]
   float radius = 0.0F;            ///< [m]
+  float inner = 0.0F;             ///< a ball of this radius around the same centre lies within the shape [m]
 };
 
 /// A convex piece of a link: a ball around it, and the balls that cover it.
@@ -72,6 +73,14 @@ struct KernelWorld {
   /// Axis-parallel boxes around the obstacles, eight of them at a time: least x, y, z, then greatest x, y, z. Filled up
   /// with boxes that nothing meets.
   std::vector<std::array<std::array<float, kWidth>, 6>> boxes;
+};
+
+/// Decides where balls cannot: a body's own shape at the pose that a frame gives it in one lane. Frames are four columns
+/// of x, y, z: the axes and the origin.
+struct ExactCheck {
+  const void* context = nullptr;
+  bool (*meets_obstacle)(const void* context, int body, const float* frame, int obstacle) = nullptr;
+  bool (*meets_body)(const void* context, int a, const float* frame_a, int b, const float* frame_b) = nullptr;
 };
 
 }  // namespace hecaton::planner::global

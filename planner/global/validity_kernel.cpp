@@ -74,29 +74,92 @@ void sine_cosine(V x, V& sine, V& cosine) {
   cosine = ((quadrant + 1) & 2) != 0 ? -b : b;
 }
 
-/// Everything about eight configurations.
+/// Lanes in which something may be in collision, and those in which it is for sure.
+struct Hits {
+  unsigned maybe = 0;
+  unsigned sure = 0;
+
+  void add(const Hits& other) {
+    maybe |= other.maybe;
+    sure |= other.sure;
+  }
+};
+
+/// Everything about eight configurations. Balls tell most of it: where a ball that covers is clear, so is the shape, and
+/// where a ball inside is not, neither is the shape. What lies between is put off until nothing else decides.
 class Block {
  public:
-  Block(const KernelRobot& robot, const KernelWorld& world, const V* q) : robot_(robot), world_(world) {
+  Block(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const V* q)
+      : robot_(robot), world_(world), exact_(exact) {
     for (int i = 0; i < robot.dimensions; ++i) place(i, q[i]);
   }
 
-  /// `enough`: stops once these lanes are known to collide.
+  /// `any_is_enough`: some lane, when there is one, instead of all.
   unsigned collisions(bool any_is_enough) {
-    unsigned hits = 0;
+    const auto decided = [&] { return hits_ == kAll || (any_is_enough && hits_ != 0); };
     for (const int body : robot_.order) {
-      hits |= world_hits(robot_.bodies[body]);
-      if (hits == kAll || (any_is_enough && hits != 0)) return hits;
+      world_hits(body);
+      if (decided()) return hits_;
     }
     for (const KernelPair& pair : robot_.pairs) {
-      hits |= pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b]);
-      if (hits == kAll || (any_is_enough && hits != 0)) return hits;
+      note(pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b]), pair.a, pair.b, false);
+      if (decided()) return hits_;
     }
-    return hits;
+    for (int i = 0; i < doubts_count_ && !decided(); ++i) resolve(doubts_[i], any_is_enough);
+    return hits_;
   }
 
  private:
   static constexpr unsigned kAll = 0xFF;
+  /// More doubts than this in one block count as collisions.
+  static constexpr int kMostDoubts = 64;
+
+  struct Doubt {
+    int body;
+    int other;  ///< body or obstacle
+    bool of_world;
+    unsigned lanes;
+  };
+
+  void note(const Hits& hits, int body, int other, bool of_world) {
+    hits_ |= hits.sure;
+    const unsigned doubtful = hits.maybe & ~hits.sure;
+    if (doubtful == 0) return;
+    if (doubts_count_ < kMostDoubts) {
+      doubts_[doubts_count_++] = {body, other, of_world, doubtful};
+    } else {
+      hits_ |= doubtful;
+    }
+  }
+
+  void resolve(const Doubt& doubt, bool any_is_enough) {
+    for (unsigned left = doubt.lanes & ~hits_; left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      float frame[12];
+      float other[12];
+      lane_frame(doubt.body, lane, frame);
+      if (!doubt.of_world) lane_frame(doubt.other, lane, other);
+      const bool meets = doubt.of_world ? exact_.meets_obstacle(exact_.context, doubt.body, frame, doubt.other)
+                                        : exact_.meets_body(exact_.context, doubt.body, frame, doubt.other, other);
+      hits_ |= meets ? 1U << lane : 0U;
+      if (meets && any_is_enough) return;
+    }
+  }
+
+  void lane_frame(int body, int lane, float* out) const {
+    const int frame = robot_.bodies[body].frame;
+    if (frame < 0) {
+      for (int i = 0; i < 12; ++i) out[i] = i == 0 || i == 4 || i == 8 ? 1.0F : 0.0F;
+      return;
+    }
+    const Frame& f = frames_[frame];
+    const Vec* columns[] = {&f.x, &f.y, &f.z, &f.p};
+    for (int i = 0; i < 4; ++i) {
+      out[3 * i] = columns[i]->x[lane];
+      out[3 * i + 1] = columns[i]->y[lane];
+      out[3 * i + 2] = columns[i]->z[lane];
+    }
+  }
 
   void place(int i, V q) {
     const KernelFrame& frame = robot_.frames[i];
@@ -125,61 +188,64 @@ class Block {
   }
 
   /// The ball around the body in all lanes at once decides which obstacles are looked at, eight of them at a time.
-  unsigned world_hits(const KernelBody& body) const {
+  void world_hits(int index) {
+    const KernelBody& body = robot_.bodies[index];
     const Vec bound = centre(body.frame, body.bound);
     const float r = body.bound.radius + world_.padding;
     const V low_x = all_floats(least(bound.x) - r), high_x = all_floats(r - least(-bound.x));
     const V low_y = all_floats(least(bound.y) - r), high_y = all_floats(r - least(-bound.y));
     const V low_z = all_floats(least(bound.z) - r), high_z = all_floats(r - least(-bound.z));
-    unsigned hits = 0;
     for (std::size_t group = 0; group < world_.boxes.size(); ++group) {
       const auto& box = world_.boxes[group];
       const auto side = [&](std::size_t i) { return load(box[i].data()); };
       unsigned near = bits((side(0) <= high_x) & (side(3) >= low_x) & (side(1) <= high_y) & (side(4) >= low_y) &
                            (side(2) <= high_z) & (side(5) >= low_z));
       for (; near != 0; near &= near - 1) {
-        hits |= obstacle_hits(body, bound, world_.obstacles[group * kWidth + __builtin_ctz(near)]);
+        const int obstacle = static_cast<int>(group) * kWidth + __builtin_ctz(near);
+        note(obstacle_hits(body, bound, world_.obstacles[obstacle]), index, obstacle, true);
       }
     }
-    return hits;
   }
 
-  unsigned obstacle_hits(const KernelBody& body, const Vec& bound, const KernelObstacle& obstacle) const {
-    const unsigned near = ball_hits(bound, body.bound.radius, obstacle);
-    if (near == 0 || body.count == 1) return near;
-    unsigned hits = 0;
+  Hits obstacle_hits(const KernelBody& body, const Vec& bound, const KernelObstacle& obstacle) const {
+    const Hits near = ball_hits(bound, body.bound, obstacle);
+    if (near.maybe == 0 || body.count == 1) return near;
+    Hits hits;
     for (int i = body.first; i < body.first + body.count; ++i) {
       const KernelBall& ball = robot_.balls[i];
-      hits |= ball_hits(centre(body.frame, ball), ball.radius, obstacle);
+      hits.add(ball_hits(centre(body.frame, ball), ball, obstacle));
     }
     return hits;
   }
 
-  unsigned ball_hits(const Vec& p, float radius, const KernelObstacle& o) const {
+  Hits ball_hits(const Vec& p, const KernelBall& ball, const KernelObstacle& o) const {
     const Vec d = p - constant(o.centre.data());
-    const V r = all_floats(radius + world_.padding);
     const V zero{};
+    const auto nearer = [](V distance2, float radius, float inner) {
+      return Hits{bits(distance2 < all_floats(radius * radius)), bits(distance2 < all_floats(inner * inner))};
+    };
+    const float radius = ball.radius + world_.padding;
+    const float inner = ball.inner;
     switch (o.kind) {
       case ObstacleKind::kSphere:
-        return bits(dot(d, d) < (r + o.half[0]) * (r + o.half[0]));
+        return nearer(dot(d, d), radius + o.half[0], inner + o.half[0]);
       case ObstacleKind::kBox: {
-        const Vec out{max(abs(along(d, &o.axes[0])) - o.half[0], zero),
-                      max(abs(along(d, &o.axes[3])) - o.half[1], zero),
+        const Vec out{max(abs(along(d, &o.axes[0])) - o.half[0], zero), max(abs(along(d, &o.axes[3])) - o.half[1], zero),
                       max(abs(along(d, &o.axes[6])) - o.half[2], zero)};
-        return bits(dot(out, out) < r * r);
+        return nearer(dot(out, out), radius, inner);
       }
       case ObstacleKind::kCapsule: {
         const V x = along(d, &o.axes[0]);
         const V y = along(d, &o.axes[3]);
         const V z = max(abs(along(d, &o.axes[6])) - o.half[2], zero);
-        return bits(x * x + y * y + z * z < (r + o.half[0]) * (r + o.half[0]));
+        return nearer(x * x + y * y + z * z, radius + o.half[0], inner + o.half[0]);
       }
       case ObstacleKind::kCylinder: {
         const V x = along(d, &o.axes[0]);
         const V y = along(d, &o.axes[3]);
         const V z = max(abs(along(d, &o.axes[6])) - o.half[2], zero);
         const V side = max(sqrt(x * x + y * y) - o.half[0], zero);
-        return bits(side * side + z * z < r * r);
+        return nearer(side * side + z * z, radius, inner);
       }
       case ObstacleKind::kConvex: {
         V most = all_floats(-1e30F);
@@ -187,27 +253,31 @@ class Block {
           const KernelPlane& plane = world_.planes[i];
           most = max(most, along(p, plane.normal.data()) - plane.offset);
         }
-        return bits(most < r);
+        // The farthest plane is no farther than the polyhedron: whether it is met, only its inside tells.
+        return {bits(most < radius), inner > 0.0F ? bits(most < zero) : 0U};
       }
     }
-    return kAll;
+    return {kAll, kAll};
   }
 
-  unsigned pair_hits(const KernelBody& a, const KernelBody& b) const {
-    const auto apart = [](const Vec& p, float r, const Vec& q, float s) {
+  Hits pair_hits(const KernelBody& a, const KernelBody& b) const {
+    const auto distance2 = [](const Vec& p, const Vec& q) {
       const Vec d = p - q;
-      return bits(dot(d, d) < all_floats((r + s) * (r + s)));
+      return dot(d, d);
     };
-    if (apart(centre(a.frame, a.bound), a.bound.radius, centre(b.frame, b.bound), b.bound.radius) == 0) return 0;
+    const auto within = [](V d2, float radius) { return bits(d2 < all_floats(radius * radius)); };
     const Vec bound_b = centre(b.frame, b.bound);
-    unsigned hits = 0;
+    if (within(distance2(centre(a.frame, a.bound), bound_b), a.bound.radius + b.bound.radius) == 0) return {};
+    Hits hits;
     for (int i = a.first; i < a.first + a.count; ++i) {
       const KernelBall& ball = robot_.balls[i];
       const Vec p = centre(a.frame, ball);
-      if (apart(p, ball.radius, bound_b, b.bound.radius) == 0) continue;
+      if (within(distance2(p, bound_b), ball.radius + b.bound.radius) == 0) continue;
       for (int k = b.first; k < b.first + b.count; ++k) {
         const KernelBall& other = robot_.balls[k];
-        hits |= apart(p, ball.radius, centre(b.frame, other), other.radius);
+        const V d2 = distance2(p, centre(b.frame, other));
+        hits.maybe |= within(d2, ball.radius + other.radius);
+        if (ball.inner > 0.0F && other.inner > 0.0F) hits.sure |= within(d2, ball.inner + other.inner);
       }
     }
     return hits;
@@ -215,25 +285,30 @@ class Block {
 
   const KernelRobot& robot_;
   const KernelWorld& world_;
+  const ExactCheck& exact_;
+  unsigned hits_ = 0;
+  int doubts_count_ = 0;
+  Doubt doubts_[kMostDoubts];
   Frame frames_[kMostFrames];
 };
 
-unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const float* q, int stride) {
+unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* q, int stride) {
   V lanes[kMostDimensions];
   for (int j = 0; j < robot.dimensions; ++j) {
     for (int lane = 0; lane < kWidth; ++lane) lanes[j][lane] = q[lane * stride + j];
   }
-  return Block(robot, world, lanes).collisions(false);
+  return Block(robot, world, exact, lanes).collisions(false);
 }
 
-bool edge_free(const KernelRobot& robot, const KernelWorld& world, const float* a, const float* b, int blocks) {
+bool edge_free(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* a, const float* b,
+               int blocks) {
   const V lane_start = V{1, 2, 3, 4, 5, 6, 7, 8} * static_cast<float>(blocks);
   const float step = 1.0F / static_cast<float>(blocks * kWidth);
   V lanes[kMostDimensions];
   for (int block = 0; block < blocks; ++block) {
     const V t = (lane_start - static_cast<float>(block)) * step;
     for (int j = 0; j < robot.dimensions; ++j) lanes[j] = a[j] * (1.0F - t) + b[j] * t;
-    if (Block(robot, world, lanes).collisions(true) != 0) return false;
+    if (Block(robot, world, exact, lanes).collisions(true) != 0) return false;
   }
   return true;
 }

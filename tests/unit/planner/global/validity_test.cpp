@@ -58,8 +58,7 @@ TEST(Validity, IsNeverMorePermissiveThanFclForAPumaAmongBoxes) {
   }
   EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
   EXPECT_GT(tally.free, tally.states / 20);
-  EXPECT_GT(tally.fcl_free - tally.free, 0);
-  EXPECT_LT(tally.fcl_free - tally.free, tally.fcl_free / 5) << "the cover loses too much";
+  EXPECT_LE(tally.fcl_free - tally.free, tally.fcl_free / 1000) << "what is free is called so but for rounding";
   RecordProperty("free", tally.free);
   RecordProperty("fcl_free", tally.fcl_free);
 }
@@ -109,8 +108,8 @@ TEST(Validity, BothCompilationsAgreeAboutEveryConfiguration) {
   std::vector<float> eight(static_cast<std::size_t>(kWidth) * space.stride);
   for (int i = 0; i < 2000; ++i) {
     for (int lane = 0; lane < kWidth; ++lane) space.sample(random, eight.data() + lane * space.stride);
-    EXPECT_EQ(baseline::kValidity.collisions(validity.robot(), validity.world(), eight.data(), space.stride),
-              avx2::kValidity.collisions(validity.robot(), validity.world(), eight.data(), space.stride));
+    EXPECT_EQ(baseline::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(), space.stride),
+              avx2::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(), space.stride));
   }
 }
 
