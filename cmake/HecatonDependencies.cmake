@@ -13,6 +13,7 @@ find_package(fastcdr REQUIRED)
 find_package(fastrtps REQUIRED)
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
+pkg_check_modules(NLOPT REQUIRED IMPORTED_TARGET nlopt_cxx)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
 
 # Debian's fcl carries no -march, so neither may a file that passes Eigen types to it.

@@ -2,6 +2,7 @@
 /// A whole cell as values: what the cell file says once its URDFs are loaded. No hosts, no network: those are the
 /// services' business.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -31,10 +32,19 @@ struct Clutter {
   double highest = 0.0;
 };
 
-/// Where goals come from: named poses that all arms visit together, or else tool positions drawn from a cylinder along
-/// z, of the cell or of each arm.
+/// A motion problem [Mediavilla02]: each arm goes to and fro between areas, which are balls in joint space round named
+/// poses, and rests there for a while.
+struct MotionProblem {
+  std::map<std::string, std::vector<std::string>> areas;  ///< per arm, in turn; it starts in the first; empty: none
+  double spread = 0.1;                                    ///< radius of the balls (ε_alea as joints move it) [rad]
+  double mean_wait = 10.0;                                ///< between two tasks, exponential (μ_exp) [steps]
+};
+
+/// Where goals come from: named poses that all arms visit together, the areas of a motion problem, or else tool
+/// positions drawn from a cylinder along z, of the cell or of each arm.
 struct TaskArea {
   std::vector<std::string> route;                    ///< every arm has poses of these names; empty: drawn
+  MotionProblem problem;                             ///< its areas empty: drawn
   bool of_each_arm = false;                          ///< each has its own, in its base frame B; else all share one in W
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in W or B [m]
   double radius = 0.35;                              ///< of the disc across the axis [m]

@@ -9,6 +9,7 @@
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/rest_region.hpp"
 #include "planner/potential/field_velocity.hpp"
+#include "planner/step_rule.hpp"
 #include "planner/surroundings.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -16,15 +17,20 @@ namespace hecaton::planner {
 
 struct TickScratch::Storage {
   explicit Storage(const CellGeometry& geometry)
-      : surroundings(geometry), distance(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
+      : surroundings(geometry),
+        distance(geometry),
+        clearances(kMaxRows),
+        arms(geometry.arms().size()),
+        looked_at(geometry.arms().size()) {}
 
   Surroundings surroundings;
   ExactDistance distance;
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
-  std::vector<ArmObservation> arms;  ///< of stand_aside()
   std::optional<potential::PotentialField> field;
   potential::FieldValue value;
+  std::vector<ArmObservation> arms;   ///< of stand_aside()
+  std::vector<Kinematics> looked_at;  ///< of step_way_point()
 };
 
 TickScratch::TickScratch(const CellGeometry& geometry) : storage_(std::make_unique<Storage>(geometry)) {}
@@ -142,10 +148,25 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   const bool by_field = input.has_goal && s.field.has_value();
   JointVector drawn;
   if (by_field) drawn = drawn_by_field(limits, s.surroundings.poses(), input, memory, *s.field, s.value);
-  const LocalResult local =
-      plan_locally({limits, parameters, input.q, input.qd, q_goal, input.dt, std::span(s.rows).first(rows.count),
-                    input.arms, geometry.self(), input.has_goal, by_field ? &drawn : nullptr},
-                   memory.local);
+  LocalInput local_input{limits,
+                         parameters,
+                         input.q,
+                         input.qd,
+                         q_goal,
+                         input.dt,
+                         std::span(s.rows).first(rows.count),
+                         input.arms,
+                         geometry.self(),
+                         input.has_goal,
+                         by_field ? &drawn : nullptr};
+  if (parameters.method == Method::kStrategyStep && input.has_goal) {
+    forget_old_goal(local_input, memory.local);
+    const JointVector way_point = step_way_point(geometry, parameters, input, s.surroundings.poses().obstacles,
+                                                 s.distance, s.looked_at, memory.local.strategy);
+    drawn = goal_velocity(limits, input.q, way_point, input.dt);
+    local_input.wanted = &drawn;
+  }
+  const LocalResult local = plan_locally(local_input, memory.local);
   const bool oscillates = by_field && memory.oscillation.oscillating;
 
   TickResult result;

@@ -17,20 +17,24 @@ ALLOWED = {
     "planner/qp": ["planner/model"],
     "planner/cspace": ["planner/local", "planner/trajectory", "planner/model", "planner/simd", "world/model"],
     "planner/potential": ["planner/collision", "planner/local", "planner/model", "world/model"],
-    "planner/local": ["planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
+    "planner/strategy": ["planner/model", "planner/simd", "world/model"],
+    "planner/strategy_search": ["planner", "planner/strategy", "planner/local", "planner/collision", "planner/model",
+                                "planner/simd", "world/model"],
+    "planner/local": ["planner/strategy", "planner/collision", "planner/model", "planner/qp", "planner/trajectory", "world/model"],
     # tick, arm_controller, goal_check, cell: what one arm's planner is
-    "planner": ["planner/simd", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
+    "planner": ["planner/simd", "planner/strategy", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/global": ["planner/local", "planner/collision", "planner/model", "planner/simd", "world/model"],
     "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
-    "services/config": ["planner", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
+    "services/config": ["planner", "planner/strategy", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model", "world/sim"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
            "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/simulation",
+           "planner/strategy", "planner/strategy_search",
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
     ALLOWED[f"services/{service}"] = SERVICE
@@ -41,6 +45,7 @@ ONLY_IN = {
     r"^fcl/": ["tests/"],
     r"^(bt[A-Z]\w*\.h|Bullet\w*/|LinearMath/)": ["world/sim/", "tests/"],
     r"^assimp/": ["planner/model/mesh_"],
+    r"^nlopt": ["planner/strategy_search/simplex"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
     r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/"],

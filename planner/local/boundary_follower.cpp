@@ -140,9 +140,17 @@ void start_following(FollowerMemory& memory, Random& random, const JointLimits& 
 
 void redraw_subspace(FollowerMemory& memory, Random& random, const JointVector& way_to_goal,
                      std::span<const Row> rows) {
+  follow_across(memory, way_to_goal, random_direction(random, way_to_goal.size()), rows);
+}
+
+void follow_across(FollowerMemory& memory, const JointVector& way_to_goal, const JointVector& across,
+                   std::span<const Row> rows) {
+  const JointVector U1 = way_to_goal.normalized();
+  const JointVector U2 = unit_normal_to(U1, across);
+  if (!U2.allFinite()) return;
   memory.d_lock = way_to_goal.norm();
-  memory.U1 = way_to_goal.normalized();
-  memory.U2 = unit_normal_to(memory.U1, random_direction(random, way_to_goal.size()));
+  memory.U1 = U1;
+  memory.U2 = U2;
   ++memory.redraws;
   memory.time_in_subspace = 0.0;
   memory.switches_in_subspace = 0;

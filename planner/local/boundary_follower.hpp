@@ -32,6 +32,11 @@ void start_following(FollowerMemory& memory, Random& random, const JointLimits& 
 /// A fresh subspace through q, which becomes q_lock: U₁ to the goal, U₂ random and orthogonal to it.
 void redraw_subspace(FollowerMemory& memory, Random& random, const JointVector& way_to_goal, std::span<const Row> rows);
 
+/// The plane through q, which becomes q_lock, the goal, and `across` (orthogonalised to the way): the arm turns first
+/// to where that points. Does nothing if it points along the way.
+void follow_across(FollowerMemory& memory, const JointVector& way_to_goal, const JointVector& across,
+                   std::span<const Row> rows);
+
 /// The joint velocity that follows the boundary: the vertex of the projected constraints on the followed one, in
 /// direction S (fig. 9), after switching the followed constraint when another blocks (fig. 10). Zero when nothing in P
 /// is possible; nothing when no constraint is left to follow.

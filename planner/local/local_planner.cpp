@@ -90,25 +90,6 @@ bool inside(const VelocityBounds& bounds, const JointVector& qd) {
   return (qd.array() >= bounds.lower.array()).all() && (qd.array() <= bounds.upper.array()).all();
 }
 
-void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
-  if (!input.has_goal) memory.right_of_way.under_way = false;
-  // Who has no goal keeps its place, wherever that is by now.
-  const bool as_before = input.has_goal ? memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal
-                                        : memory.q_goal.size() == 0;
-  if (as_before) return;
-  if (input.has_goal) {
-    memory.q_goal = input.q_goal;
-  } else {
-    memory.q_goal.resize(0);
-  }
-  memory.follower = {};
-  memory.without_progress = 0.0;
-  memory.detour.active = false;
-  memory.right_of_way.under_way = input.has_goal;
-  memory.right_of_way.growth = 1.0;
-  memory.subspace_wanted = false;
-}
-
 /// A detour ends near its way-point, when its time is over, or when something is in its way, too; an evasion with its
 /// time.
 void update_detour(const LocalInput& input, const JointVector& intended, const JointVector& wanted, Detour& detour) {
@@ -122,7 +103,7 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
 }
 
 bool follows_boundaries(Method method) {
-  return method == Method::kBoundaryFollowing || method == Method::kSingleSubspace;
+  return method == Method::kBoundaryFollowing || method == Method::kSingleSubspace || method == Method::kStrategy;
 }
 
 /// Another arm's claim is followed at once, except during a detour, which ends soon. Whoever got the right of way goes
@@ -147,19 +128,41 @@ bool exhausted(const FollowerMemory& follower, const LocalParameters& parameters
          (follower.time_in_subspace > p.patience(follower.redraws) || follower.switches_in_subspace > p.most_switches);
 }
 
+/// [Mediavilla02, footnote of section 4]: uᶠ = a u₁ + b u₂ towards the goal, uᵀ = −b u₁ + a u₂ across it, to the side
+/// that the strategy says. differs from paper: uᶠ has whatever part the dampers have pushed the arm out of the plane,
+/// too.
+void follow_in_strategy(const JointVector& way, std::span<const Row> rows, const StrategyMemory& strategy,
+                        FollowerMemory& follower) {
+  const Eigen::Index n = strategy.plane.u1.size();
+  const double a = strategy.plane.u1.dot(way.head(n));
+  const double b = strategy.plane.u2.dot(way.head(n));
+  JointVector across = JointVector::Zero(way.size());
+  across.head(n) = strategy.side * (a * strategy.plane.u2 - b * strategy.plane.u1);
+  follow_across(follower, way, across, rows);
+}
+
 /// Enters, keeps and leaves boundary following [Lahouar06, section 3.3 and 4]. True when the arm would enter, but
 /// waits for a manoeuvre first.
 bool update_follower(const LocalInput& input, const JointVector& way, const JointVector& wanted,
                      const QpSolution& intended, LocalMemory& memory) {
   FollowerMemory& follower = memory.follower;
   const FollowerParameters& p = input.parameters.follower;
+  if (input.parameters.method == Method::kStrategy && !memory.strategy.under_way) {
+    begin_strategy(input.parameters.strategy, input.q, way, memory.strategy);
+  }
+  const bool by_strategy = input.parameters.method == Method::kStrategy && memory.strategy.under_way;
   if (follower.following) {
     follower.time_in_subspace += input.dt;
     const bool nearer = way.norm() < p.exit_fraction * follower.d_lock;
     if (nearer) {
       follower.following = false;
     } else if (exhausted(follower, input.parameters) || memory.subspace_wanted) {
-      redraw_subspace(follower, memory.random, way, input.rows);
+      if (by_strategy) {
+        memory.strategy.side = -memory.strategy.side;  // behaviour 3: change local direction
+        follow_in_strategy(way, input.rows, memory.strategy, follower);
+      } else {
+        redraw_subspace(follower, memory.random, way, input.rows);
+      }
     }
   }
   const double fraction = memory.right_of_way.leads ? kPushFraction * p.deadlock_fraction : p.deadlock_fraction;
@@ -171,7 +174,10 @@ bool update_follower(const LocalInput& input, const JointVector& way, const Join
     }
     if (input.parameters.method == Method::kSingleSubspace) follower.redraws = 0;
     const int blocking = strongest_row(intended);
-    if (blocking >= 0) {
+    if (blocking >= 0 && by_strategy) {
+      follower.following = true;
+      follow_in_strategy(way, input.rows, memory.strategy, follower);
+    } else if (blocking >= 0) {
       start_following(follower, memory.random, input.limits, input.q, way, input.rows[blocking]);
     }
   }
@@ -179,6 +185,26 @@ bool update_follower(const LocalInput& input, const JointVector& way, const Join
 }
 
 }  // namespace
+
+void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
+  if (!input.has_goal) memory.right_of_way.under_way = false;
+  // Who has no goal keeps its place, wherever that is by now.
+  const bool as_before = input.has_goal ? memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal
+                                        : memory.q_goal.size() == 0;
+  if (as_before) return;
+  if (input.has_goal) {
+    memory.q_goal = input.q_goal;
+  } else {
+    memory.q_goal.resize(0);
+  }
+  memory.follower = {};
+  memory.without_progress = 0.0;
+  memory.detour.active = false;
+  memory.strategy.under_way = false;
+  memory.right_of_way.under_way = input.has_goal;
+  memory.right_of_way.growth = 1.0;
+  memory.subspace_wanted = false;
+}
 
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
   memory.time_to_think = 0.0;

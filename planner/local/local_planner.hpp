@@ -40,12 +40,16 @@ struct LocalMemory {
   double without_progress = 0;  ///< since the arm last moved noticeably [s]
   Detour detour;
   RightOfWay right_of_way;
+  StrategyMemory strategy;
   bool subspace_wanted = false;  ///< a fresh one is to be drawn in the next period, if the arm follows a boundary
   double time_to_think = 0.0;    ///< a blocked arm waits so long for a manoeuvre before it follows a boundary [s]
 };
 
 /// From the next period on the arm tries this. Nothing changes for kGoOn.
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory);
+
+/// What was remembered for another goal than the input's is forgotten. plan_locally does so, too.
+void forget_old_goal(const LocalInput& input, LocalMemory& memory);
 
 struct LocalResult {
   JointVector qd;  ///< for the next period [rad/s | m/s]

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "planner/strategy/strategy.hpp"
+
 namespace hecaton::planner {
 
 /// What decides a tick.
@@ -15,6 +17,8 @@ enum class Method {
   kSensedCspace,       ///< a way through what the own sensors leave free in C-space: [Li96], planner/cspace
   kKnownCspace,        ///< the same for an arm that is told all obstacles, which must stand still: the measure of it
   kPotentialField,     ///< down the gradient of artificial potentials: [Cardenas10], planner/potential
+  kStrategy,           ///< constraints, and a way round them in the plane that a strategy chooses: [Mediavilla02]
+  kStrategyStep,       ///< the strategy's steps as published: to free neighbours in that plane
 };
 
 /// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
@@ -121,6 +125,7 @@ struct LocalParameters {
   RolloutParameters rollout;
   SensedParameters sensed;
   PotentialParameters potential;
+  StrategyParameters strategy;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
   double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]

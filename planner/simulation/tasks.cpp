@@ -149,7 +149,10 @@ struct TaskGenerator::Impl {
   }
 
   [[nodiscard]] double rest_distance(int i) const {
-    return cell.arms[i].parameters.damper.security_distance + kRestMargin;
+    const LocalParameters& p = cell.arms[i].parameters;
+    const double least = p.damper.security_distance + kRestMargin;
+    // No step of a strategy leads nearer to anything than h.
+    return p.method == Method::kStrategyStep ? std::max(least, p.strategy.distance + 1e-3) : least;
   }
 
   [[nodiscard]] JointVector draw_posture(const Arm& arm, Random& random) const {
@@ -226,6 +229,55 @@ struct TaskGenerator::Impl {
     return nearest;
   }
 
+  /// The poses of an arm's areas; an arm that the motion problem leaves out stays at home.
+  [[nodiscard]] std::vector<JointVector> areas_of(int i) const {
+    const Arm& arm = cell.arms[i].arm;
+    const auto listed = cell.tasks.problem.areas.find(arm.name);
+    if (listed == cell.tasks.problem.areas.end()) return {arm.home()};
+    std::vector<JointVector> areas;
+    for (const std::string& pose : listed->second) areas.push_back(arm.named.at(pose));
+    return areas;
+  }
+
+  [[nodiscard]] std::size_t nearest_area(int i, const JointVector& q) const {
+    const std::vector<JointVector> areas = areas_of(i);
+    std::size_t nearest = 0;
+    for (std::size_t k = 1; k < areas.size(); ++k) {
+      if ((areas[k] - q).norm() < (areas[nearest] - q).norm()) nearest = k;
+    }
+    return nearest;
+  }
+
+  /// Uniform in the ball of the area, in the joints that avoid.
+  [[nodiscard]] JointVector draw_in_area(int i, std::size_t area, Random& random) const {
+    const std::vector<JointVector> areas = areas_of(i);
+    JointVector q = areas[area % areas.size()];
+    if (areas.size() == 1) return q;
+    const int n = avoiding_joints(cell.arms[i].parameters.strategy, static_cast<int>(q.size()));
+    JointVector direction(n);
+    for (auto& x : direction) x = random.normal();
+    const double radius = cell.tasks.problem.spread * std::pow(random.uniform(), 1.0 / n);
+    q.head(n) += radius * direction.normalized();
+    return q;
+  }
+
+  /// Every arm in the given one of its areas.
+  std::optional<CellConfiguration> draw_in_areas(const std::vector<std::size_t>& area, Random& random, int attempts) {
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+      CellConfiguration q;
+      for (int i = 0; i < arms(); ++i) {
+        const JointLimits& limits = cell.arms[i].arm.limits;
+        JointVector drawn = draw_in_area(i, area[i], random);
+        const bool within =
+            (drawn.array() >= limits.lower.array()).all() && (drawn.array() <= limits.upper.array()).all();
+        if (!within || !free_alone(i, drawn)) break;
+        q.push_back(std::move(drawn));
+      }
+      if (static_cast<int>(q.size()) == arms() && apart(q)) return q;
+    }
+    return std::nullopt;
+  }
+
   Cell cell;
   std::vector<CellGeometry> geometries;  ///< one per arm as the own arm
   std::vector<ExactDistance> distances;
@@ -241,6 +293,10 @@ TaskGenerator::TaskGenerator(TaskGenerator&&) noexcept = default;
 std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& random, int attempts) {
   const std::size_t stops = impl_->cell.tasks.route.size();
   if (stops > 0) return impl_->stop(random.next() % stops);
+  if (!impl_->cell.tasks.problem.areas.empty()) {
+    const std::size_t turn = random.next() % 2;
+    return impl_->draw_in_areas(std::vector<std::size_t>(impl_->arms(), turn), random, attempts);
+  }
   if (impl_->cell.tasks.of_each_arm) return impl_->draw_each(random, attempts);
   for (int attempt = 0; attempt < attempts; ++attempt) {
     CellConfiguration q;
@@ -280,6 +336,11 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
                                                                        int attempts) {
   const std::size_t stops = impl_->cell.tasks.route.size();
   if (stops > 0) return impl_->stop((impl_->nearest_stop(starts) + 1) % stops);
+  if (!impl_->cell.tasks.problem.areas.empty()) {
+    std::vector<std::size_t> next;
+    for (int i = 0; i < impl_->arms(); ++i) next.push_back(impl_->nearest_area(i, starts[i]) + 1);
+    return impl_->draw_in_areas(next, random, attempts);
+  }
   for (int attempt = 0; attempt < attempts; ++attempt) {
     auto goals = draw_configuration(random);
     if (!goals) return std::nullopt;

@@ -22,9 +22,10 @@ class TaskGenerator {
   ~TaskGenerator();
   TaskGenerator(TaskGenerator&&) noexcept;
 
-  /// A stop of the cell's route, if it has one. Otherwise: tools in the task area; all arms clear of each other, of
-  /// themselves and of everything that obstacles ever sweep, by a margin above the dampers' security distance. Nothing
-  /// when `attempts` draws (of each arm, if each has an area of its own) found none.
+  /// A stop of the cell's route, if it has one; of a motion problem, all arms in their first areas or all in their
+  /// second. Otherwise: tools in the task area; all arms clear of each other, of themselves and of everything that
+  /// obstacles ever sweep, by a margin above the dampers' security distance. Nothing when `attempts` draws (of each
+  /// arm, if each has an area of its own) found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
 
   /// Whether arms that stand at `starts` are as clear of the scripted obstacles at this instant of their scripts [s] as
@@ -34,7 +35,8 @@ class TaskGenerator {
   [[nodiscard]] std::optional<double> draw_time(Random& random, double span, const CellConfiguration& starts,
                                                 int attempts = 200);
 
-  /// Goals for arms that stand at `starts`: the next stop of the cell's route, if it has one. Otherwise a configuration
+  /// Goals for arms that stand at `starts`: the next stop of the cell's route, if it has one; of a motion problem, each
+  /// arm's next area. Otherwise a configuration
   /// as above for which the simultaneous straight-line motion brings arms into contact: two at least, or every one of
   /// them if the cell's task area says so. Nothing when `attempts` draws found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_conflicting_goals(Random& random, const CellConfiguration& starts,

@@ -119,6 +119,7 @@ std::unique_ptr<CLI::App> make_application(Session& session) {
   add_check(*app, session);
   add_plan(*app, session);
   add_simulate(*app, session);
+  add_strategies(*app, session);
   add_completion(*app, session);
   add_man(*app, session);
   app->footer(kExitCodes);  // last, because commands would inherit it

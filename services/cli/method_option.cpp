@@ -11,12 +11,14 @@ namespace hecaton::services::cli {
 namespace {
 
 using Entry = std::pair<const char*, planner::Method>;
-constexpr std::array<Entry, 6> kMethods{{{"local", planner::Method::kLocal},
+constexpr std::array<Entry, 8> kMethods{{{"local", planner::Method::kLocal},
                                          {"single_subspace", planner::Method::kSingleSubspace},
                                          {"boundary_following", planner::Method::kBoundaryFollowing},
                                          {"sensed_cspace", planner::Method::kSensedCspace},
                                          {"known_cspace", planner::Method::kKnownCspace},
-                                         {"potential_field", planner::Method::kPotentialField}}};
+                                         {"potential_field", planner::Method::kPotentialField},
+                                         {"strategy", planner::Method::kStrategy},
+                                         {"strategy_step", planner::Method::kStrategyStep}}};
 
 }  // namespace
 

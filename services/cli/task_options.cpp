@@ -18,7 +18,7 @@ CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& des
 
 void require_tasks(const config::CellFile& file) {
   const planner::TaskArea& tasks = file.cell.tasks;
-  if (!tasks.route.empty() || tasks.radius > 0.0) return;
+  if (!tasks.route.empty() || !tasks.problem.areas.empty() || tasks.radius > 0.0) return;
   throw Failure(ExitCode::kBadInput,
                 file.path +
                     ": tasks is missing, but random goals (--tasks) need it: a map with centre and "

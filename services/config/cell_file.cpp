@@ -1,5 +1,7 @@
 #include "services/config/cell_file.hpp"
 
+#include <algorithm>
+
 #include "services/config/check_start.hpp"
 #include "services/config/read_arm.hpp"
 #include "services/config/read_network.hpp"
@@ -27,7 +29,22 @@ void require_of_every_arm(const MapView& root, const planner::Cell& cell, const 
   }
 }
 
+// Areas are poses of arms that there are.
+void check_areas(const MapView& root, const planner::Cell& cell) {
+  for (const auto& [name, poses] : cell.tasks.problem.areas) {
+    const MapView tasks = root.at("tasks").map(section::kTasks);
+    const auto arm =
+        std::find_if(cell.arms.begin(), cell.arms.end(),
+                     [&name = name](const planner::PlannedArm& planned) { return planned.arm.name == name; });
+    if (arm == cell.arms.end()) tasks.at("areas").fail_with("there is no arm " + name);
+    for (const std::string& pose : poses) {
+      if (!arm->arm.named.contains(pose)) tasks.fail("areas." + name, pose, "the name of a pose that the arm has");
+    }
+  }
+}
+
 void check_task_poses(const MapView& root, const planner::Cell& cell) {
+  check_areas(root, cell);
   for (const std::string& pose : cell.tasks.route) require_of_every_arm(root, cell, "route", pose);
   if (!cell.tasks.posture.empty()) require_of_every_arm(root, cell, "posture", cell.tasks.posture);
 }

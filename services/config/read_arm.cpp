@@ -50,10 +50,24 @@ planner::JointVector read_start(const ArmView& view, const planner::Arm& arm) {
   start->fail("the name of one of the arm's poses: " + alternatives(names));
 }
 
+/// The arm's own strategy comes before the default's file.
+void read_strategy_file(const ArmView& view, planner::StrategyParameters& parameters) {
+  const auto file_of = [&](const MapView& map) -> bool {
+    const auto strategy = map.find("strategy");
+    if (!strategy) return false;
+    const MapView keys = strategy->map(section::kStrategy);
+    const auto file = keys.find("file");
+    if (file) read_strategy_file(*file, view.own.at("name").name(), parameters);
+    return file || keys.find("coefficients");
+  };
+  if (!file_of(view.own) && view.defaults) file_of(*view.defaults);
+}
+
 planner::LocalParameters read_arm_parameters(const ArmView& view, const planner::Timing& timing) {
   planner::LocalParameters parameters;
   if (view.defaults) read_parameters(*view.defaults, parameters);
   read_parameters(view.own, parameters);
+  read_strategy_file(view, parameters.strategy);
   const std::string complaint = parameters.validate();
   if (!complaint.empty()) {
     throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);

@@ -7,16 +7,17 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::array<std::string_view, 6> kMethodNames = {"local",         "single_subspace", "boundary_following",
-                                                          "sensed_cspace", "known_cspace",    "potential_field"};
-constexpr std::array<planner::Method, 6> kMethods = {
+constexpr std::array<std::string_view, 8> kMethodNames = {"local",         "single_subspace", "boundary_following",
+                                                          "sensed_cspace", "known_cspace",    "potential_field",
+                                                          "strategy",      "strategy_step"};
+constexpr std::array<planner::Method, 8> kMethods = {
     planner::Method::kLocal,        planner::Method::kSingleSubspace, planner::Method::kBoundaryFollowing,
-    planner::Method::kSensedCspace, planner::Method::kKnownCspace,    planner::Method::kPotentialField};
+    planner::Method::kSensedCspace, planner::Method::kKnownCspace,    planner::Method::kPotentialField,
+    planner::Method::kStrategy,     planner::Method::kStrategyStep};
 
 constexpr std::array<std::string_view, 2> kAttractionNames = {"control_points", "joints"};
 constexpr std::array<planner::Attraction, 2> kAttractions = {planner::Attraction::kControlPoints,
                                                              planner::Attraction::kJoints};
-
 constexpr std::array<std::string_view, 3> kRememberNames = {"never", "until_nearer", "always"};
 constexpr std::array<planner::Remember, 3> kRemember = {planner::Remember::kNever, planner::Remember::kUntilNearer,
                                                         planner::Remember::kAlways};
@@ -68,9 +69,45 @@ void read_potential(const MapView& map, planner::PotentialParameters& potential)
   read_number(map, "repulsion", {0.0, 10.0, "m⁴", true}, potential.repulsion);
   read_number(map, "influence_distance", kDistance, potential.influence_distance);
   read_number(map, "spacing", {0.005, 10.0, "m"}, potential.spacing);
-}
+  void read_strategy(const MapView& map, planner::StrategyParameters& parameters) {
+    constexpr std::array<std::string_view, 2> kDirections = {"1", "-1"};
+    constexpr Bounds kCoefficient{-1000.0, 1000.0, ""};
+    if (const auto joints = map.find("joints")) parameters.joints = joints->integer(2, planner::kMaxJoints);
+    if (const auto coefficients = map.find("coefficients")) {
+      parameters.coefficients = 0;
+      parameters.strategy.coefficients.fill(0.0);
+      for (const YamlView& item : coefficients->items(0, planner::kMaxJoints - 2, "numbers")) {
+        parameters.strategy.coefficients[parameters.coefficients++] = item.number(kCoefficient);
+      }
+    }
+    if (const auto direction = map.find("direction")) {
+      parameters.strategy.direction = direction->choice(kDirections) == 0 ? 1.0 : -1.0;
+    }
+    if (const auto file = map.find("file")) {
+      for (const char* key : {"coefficients", "direction"}) {
+        if (const auto given = map.find(key)) given->fail("left out, because strategy.file says it");
+      }
+    }
+    read_number(map, "distance", {0.001, 1.0, "m"}, parameters.distance);
+    read_number(map, "step", {1e-4, 1.0, "rad"}, parameters.step);
+  }
 
 }  // namespace
+
+void read_strategy_file(const YamlView& file, const std::string& arm, planner::StrategyParameters& parameters) {
+  const std::string path = beside(file.file(), file.text());
+  const YamlNode tree = read_yaml_file(path);
+  const YamlView root(tree, path, "");
+  for (const auto& [name, view] : root.named_items(128)) {
+    if (name != arm) continue;
+    const MapView map = view.map(section::kStrategy);
+    static_cast<void>(map.at("coefficients"));
+    if (const auto other = map.find("file")) other->fail("left out: this is such a file itself");
+    read_strategy(map, parameters);
+    return;
+  }
+  root.fail_with("there is no strategy for arm " + arm);
+}
 
 void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto method = map.find("method")) parameters.method = kMethods[method->choice(kMethodNames)];
@@ -80,6 +117,7 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
   if (const auto sensed = map.find("sensed")) read_sensed(sensed->map(section::kSensed), parameters.sensed);
   if (const auto field = map.find("potential")) read_potential(field->map(section::kPotential), parameters.potential);
+  if (const auto strategy = map.find("strategy")) read_strategy(strategy->map(section::kStrategy), parameters.strategy);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);

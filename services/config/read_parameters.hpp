@@ -10,4 +10,7 @@ namespace hecaton::config {
 /// them together.
 void read_parameters(const MapView& map, planner::LocalParameters& parameters);
 
+/// The arm's strategy in a file as `hecaton strategies search` writes it, which the key `file` names.
+void read_strategy_file(const YamlView& file, const std::string& arm, planner::StrategyParameters& parameters);
+
 }  // namespace hecaton::config

@@ -33,6 +33,20 @@ void read_clutter(const MapView& map, planner::Clutter& clutter) {
   in_order("lowest", clutter.lowest, "highest", clutter.highest);
 }
 
+/// Which arms and poses there are is known later: cell_file.cpp.
+void read_problem(const MapView& map, const YamlView& areas, planner::MotionProblem& problem) {
+  for (const auto& [arm, poses] : areas.named_items(128)) {
+    for (const YamlView& pose : poses.items(2, 16, "pose names")) problem.areas[arm].push_back(pose.name());
+  }
+  if (problem.areas.empty()) areas.fail("a map with the name of one arm at least");
+  read_number(map, "spread", {0.0, 3.0, "rad"}, problem.spread);
+  read_number(map, "mean_wait", {0.0, 1e6, "steps"}, problem.mean_wait);
+}
+
+void leave_out(const MapView& map, std::string_view key, const char* why) {
+  if (const auto given = map.find(key)) given->fail(std::string("left out, because ") + why);
+}
+
 }  // namespace
 
 planner::Timing read_timing(const MapView& root) {
@@ -65,13 +79,22 @@ planner::TaskArea read_tasks(const MapView& root) {
   }
   const MapView map = view->map(section::kTasks);
   if (const auto route = map.find("route")) {
-    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
-      if (const auto drawn = map.find(key)) drawn->fail("left out, because tasks.route says where the arms go");
+    for (const char* key : {"areas", "frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
+      leave_out(map, key, "tasks.route says where the arms go");
     }
     for (const YamlView& pose : route->items(2, 64, "pose names")) tasks.route.push_back(pose.name());
     read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
     return tasks;
   }
+  if (const auto areas = map.find("areas")) {
+    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
+      leave_out(map, key, "tasks.areas says where the arms go");
+    }
+    read_problem(map, *areas, tasks.problem);
+    read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
+    return tasks;
+  }
+  for (const char* key : {"spread", "mean_wait"}) leave_out(map, key, "it belongs to tasks.areas");
   if (const auto frame = map.find("frame")) tasks.of_each_arm = frame->choice(kFrame) == 1;
   tasks.centre = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
   read_number(map, "radius", kLength, tasks.radius);

@@ -21,9 +21,9 @@ constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silen
                                       Words("agent_lost"),    Words("contact")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout")};
-constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),       Words("centre"),
-                                  Words("radius"),      Words("half_height"), Words("posture"),
-                                  Words("conflicting"), Words("time_limit"),  Words("clutter")};
+constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
+                                  Words("half_height"), Words("posture"), Words("conflicting"), Words("time_limit"),
+                                  Words("clutter"),     Words("areas"),   Words("spread"),      Words("mean_wait")};
 constexpr std::array kClutterKeys = {Words("count"), Words("smallest"), Words("largest"), Words("inner"),
                                      Words("outer"), Words("lowest"),   Words("highest")};
 constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
@@ -52,7 +52,8 @@ constexpr std::array kArmKeys = {
     Words("state_age_limit"),
     Words("sensors"),
     Words("sensed"),
-    Words("potential")};
+    Words("potential"),
+    Words("strategy")};
 constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
 constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
@@ -68,6 +69,8 @@ constexpr std::array kSensorKeys = {Words("name"),        Words("link"),        
 constexpr std::array kSensedKeys = {Words("cells"), Words("margin"), Words("remember")};
 constexpr std::array kPotentialKeys = {Words("attraction"), Words("goal_distance"), Words("repulsion"),
                                        Words("influence_distance"), Words("spacing")};
+constexpr std::array kStrategyKeys = {Words("joints"),   Words("coefficients"), Words("direction"),
+                                      Words("distance"), Words("step"),         Words("file")};
 constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
                                       Words("attached_to")};
 constexpr std::array kAttachmentKeys = {Words("arm"), Words("pose")};
@@ -102,6 +105,7 @@ constexpr Section kSupervision{"supervision", kSupervisionKeys};
 constexpr Section kRecovery{"supervision.recovery", kRecoveryKeys};
 constexpr Section kTiming{"timing", kTimingKeys};
 constexpr Section kTasks{"tasks", kTaskKeys};
+constexpr Section kTaskAreas{"tasks.areas", {}, true};
 constexpr Section kClutter{"tasks.clutter", kClutterKeys};
 constexpr Section kPose{"pose", kPoseKeys};
 constexpr Section kDefaults{"defaults", std::span(kArmKeys).subspan(kOwnArmKeys)};
@@ -116,6 +120,7 @@ constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
 constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
 constexpr Section kSensed{"arms[].sensed", kSensedKeys};
 constexpr Section kPotential{"arms[].potential", kPotentialKeys};
+constexpr Section kStrategy{"arms[].strategy", kStrategyKeys};
 constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
 constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
 constexpr Section kBox{"obstacles[].shapes[] of type box", kBoxKeys};
@@ -134,10 +139,10 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 std::span<const Section* const> all_sections() {
   using namespace section;
   static constexpr std::array kAll = {
-      &kRoot,     &kNetwork,  &kHosts,  &kWorld,     &kSupervision, &kRecovery,   &kTiming,   &kTasks,    &kClutter,
-      &kPose,     &kDefaults, &kArm,    &kArmLimits, &kArmPoses,    &kPackages,   &kDamper,   &kFollower, &kYielding,
-      &kRollout,  &kSensor,   &kSensed, &kPotential, &kObstacle,    &kAttachment, &kBox,      &kSphere,   &kCapsule,
-      &kCylinder, &kMesh,     &kStatic, &kWaypoints, &kCircle,      &kSine,       &kConveyor, &kDynamic};
+      &kRoot,     &kNetwork,  &kHosts,    &kWorld,  &kSupervision, &kRecovery, &kTiming,     &kTasks,    &kTaskAreas,
+      &kClutter,  &kPose,     &kDefaults, &kArm,    &kArmLimits,   &kArmPoses, &kPackages,   &kDamper,   &kFollower,
+      &kYielding, &kRollout,  &kSensor,   &kSensed, &kStrategy,    &kObstacle, &kAttachment, &kBox,      &kSphere,
+      &kCapsule,  &kCylinder, &kMesh,     &kStatic, &kWaypoints,   &kCircle,   &kSine,       &kConveyor, &kDynamic};
   return kAll;
 }
 

@@ -52,8 +52,8 @@ TEST(CommandLine, RefusesWrongUsage) {
           {{"attach", "north"}, "OBJECT is required"},
           {{"simulate"}, "CELL is required"},
           {{"simulate", kCell, "--method", "magic"},
-           "'magic' must be local, single_subspace, boundary_following, sensed_cspace, known_cspace or "
-           "potential_field"},
+           "'magic' must be local, single_subspace, boundary_following, sensed_cspace, known_cspace, "
+           "potential_field, strategy or strategy_step"},
           {{"up"}, "CELL is required"},
           {{"check", kCell, "--tool", "flange"}, "--tool is for a URDF alone"},
           {{"completion", "fish"}, "fish"},

@@ -61,6 +61,7 @@ arms:
          to_direction: [1, 0, 0], rays: 5, range: 0.7, noise: 0.01, period: 20ms, simulated: false}
     sensed: {cells: 240, margin: 0.05, remember: until_nearer}
     potential: {attraction: joints, goal_distance: 0.4, repulsion: 0.002, influence_distance: 0.3, spacing: 0.07}
+    strategy: {joints: 2, coefficients: [], direction: -1, distance: 0.07, step: 0.03}
     goal_tolerance: 0.01
     acceleration_of_obstacles: 6
     state_age_limit: 150ms
@@ -118,7 +119,8 @@ class EveryKeyTest : public testing::Test {
 TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
   for (const Section* section : all_sections()) {
     for (const std::string_view key : section->keys) {
-      if (key == "route") continue;  // excludes the other keys of `tasks`; see RouteTest
+      if (key == "route" || key == "file" || key == "areas" || key == "spread" || key == "mean_wait")
+        continue;  // see RouteTest, AreasTest
       EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
     }
   }
@@ -233,6 +235,11 @@ TEST_F(EveryKeyTest, ClutterAndSensors) {
   EXPECT_TRUE(sensor.rays[1].origin_L.isApprox(Eigen::Vector3d(0.2, 0.1, 0)));
   EXPECT_TRUE(sensor.rays[2].direction_L.isApprox(Eigen::Vector3d(std::sqrt(0.5), std::sqrt(0.5), 0)));
   EXPECT_TRUE(sensor.rays[4].direction_L.isApprox(Eigen::Vector3d::UnitX()));
+  EXPECT_EQ(left.parameters.strategy.joints, 2);
+  EXPECT_EQ(left.parameters.strategy.coefficients, 0);
+  EXPECT_EQ(left.parameters.strategy.strategy.direction, -1.0);
+  EXPECT_DOUBLE_EQ(left.parameters.strategy.distance, 0.07);
+  EXPECT_DOUBLE_EQ(left.parameters.strategy.step, 0.03);
   EXPECT_EQ(left.parameters.sensed.cells, 240);
   EXPECT_DOUBLE_EQ(left.parameters.sensed.margin, 0.05);
   EXPECT_EQ(left.parameters.sensed.remember, planner::Remember::kUntilNearer);
@@ -330,6 +337,25 @@ TEST(RouteTest, NamesPosesInOrder) {
       kKeyFile);
   EXPECT_EQ(file.cell.tasks.route, (std::vector<std::string>{"there", "home"}));
   EXPECT_DOUBLE_EQ(file.cell.tasks.time_limit, 9.0);
+}
+
+TEST(AreasTest, NamePosesOfArms) {
+  const auto cell = [](const std::string& tasks) {
+    return parse_cell_file(
+               "name: tiny\ntasks: {" + tasks +
+                   "}\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1], there: [1, 1]}}]\n",
+               kPath)
+        .cell.tasks.problem;
+  };
+  const planner::MotionProblem problem = cell("areas: {one: [there, home]}, spread: 0.2, mean_wait: 3");
+  EXPECT_EQ(problem.areas.at("one"), (std::vector<std::string>{"there", "home"}));
+  EXPECT_DOUBLE_EQ(problem.spread, 0.2);
+  EXPECT_DOUBLE_EQ(problem.mean_wait, 3.0);
+  EXPECT_THROW(cell("areas: {two: [there, home]}"), ConfigError);
+  EXPECT_THROW(cell("areas: {one: [there, nowhere]}"), ConfigError);
+  EXPECT_THROW(cell("areas: {one: [there]}"), ConfigError);
+  EXPECT_THROW(cell("areas: {one: [there, home]}, radius: 1"), ConfigError);
+  EXPECT_THROW(cell("centre: [0, 0, 0], spread: 1"), ConfigError);
 }
 
 TEST(SrdfPosesTest, ServeWhereTheCellFileNamesNone) {

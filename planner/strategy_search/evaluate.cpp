@@ -1,0 +1,80 @@
+#include "planner/strategy_search/evaluate.hpp"
+
+#include <cmath>
+#include <numeric>
+
+namespace hecaton::planner {
+
+std::int64_t Evaluation::all_tasks() const {
+  return std::accumulate(tasks.begin(), tasks.end(), std::int64_t{0});
+}
+
+std::int64_t Evaluation::all_faults() const {
+  return std::accumulate(faults.begin(), faults.end(), std::int64_t{0});
+}
+
+double Evaluation::fault_rate() const {
+  return all_tasks() > 0 ? static_cast<double>(all_faults()) / static_cast<double>(all_tasks()) : 0.0;
+}
+
+double Evaluation::mean_time() const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < tasks.size(); ++i) sum += tasks[i] > 0 ? time[i] / static_cast<double>(tasks[i]) : 0.0;
+  return sum;
+}
+
+double Evaluation::mean_time_error() const {
+  double variance = 0.0;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    if (tasks[i] == 0) continue;
+    const auto n = static_cast<double>(tasks[i]);
+    variance += (time2[i] / n - (time[i] / n) * (time[i] / n)) / n;
+  }
+  return std::sqrt(std::max(0.0, variance));
+}
+
+Evaluation& Evaluation::operator+=(const Evaluation& other) {
+  if (tasks.empty()) return *this = other;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    tasks[i] += other.tasks[i];
+    faults[i] += other.faults[i];
+    time[i] += other.time[i];
+    time2[i] += other.time2[i];
+  }
+  arm_ticks += other.arm_ticks;
+  complete = complete && other.complete;
+  return *this;
+}
+
+Evaluation evaluate(const StrategyProblem& problem, const TaskSet& tasks, const SystemStrategy& strategy,
+                    const EvaluateOptions& options) {
+  static const RunKernel run = fastest_run();
+  FlatStrategy flat[kFlatArms];
+  for (int i = 0; i < problem.arms(); ++i) {
+    for (int k = 0; k < kStrategyNumbers; ++k) flat[i].coefficients[k] = strategy[i].coefficients[k];
+    flat[i].direction = strategy[i].direction;
+  }
+  RunOptions run_options;
+  run_options.stop_at_fault = options.stop_at_fault;
+  run_options.find_cycles = options.find_cycles;
+  if (options.times != nullptr) {
+    options.times->assign(problem.arms(), std::vector<std::int32_t>(tasks.tasks, 0));
+    for (int i = 0; i < problem.arms(); ++i) run_options.times[i] = (*options.times)[i].data();
+  }
+  RunResult result;
+  run(problem.flat(), tasks.flat, flat, run_options, result);
+
+  Evaluation evaluation;
+  evaluation.arm_ticks = result.arm_ticks;
+  evaluation.complete = true;
+  for (int i = 0; i < problem.arms(); ++i) {
+    evaluation.tasks.push_back(result.tasks[i]);
+    evaluation.faults.push_back(result.faults[i]);
+    evaluation.time.push_back(result.time[i]);
+    evaluation.time2.push_back(result.time2[i]);
+    evaluation.complete = evaluation.complete && result.tasks[i] == tasks.tasks;
+  }
+  return evaluation;
+}
+
+}  // namespace hecaton::planner

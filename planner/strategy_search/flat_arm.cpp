@@ -1,0 +1,220 @@
+#include "planner/strategy_search/flat_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <vector>
+
+namespace hecaton::planner {
+namespace {
+
+/// Where a link is: on which flat joint, and where there.
+struct Carried {
+  int joint = -1;
+  Pose X_FL = Pose::Identity();
+};
+
+struct Segment {
+  Eigen::Vector3d p;
+  Eigen::Vector3d q;
+  double radius;
+};
+
+/// In the shape's frame.
+Segment enclosing_segment(const LinkGeometry& geometry) {
+  if (const auto* ball = std::get_if<world::Sphere>(&geometry.shape)) {
+    return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), ball->radius};
+  }
+  if (const auto* capsule = std::get_if<world::Capsule>(&geometry.shape)) {
+    const Eigen::Vector3d end(0.0, 0.0, capsule->half_length);
+    return {-end, end, capsule->radius};
+  }
+  std::optional<LinkCapsule> fitted = geometry.capsule;
+  if (!fitted) fitted = link_capsule(geometry.shape);
+  if (fitted) {
+    const Eigen::Vector3d end(0.0, 0.0, fitted->placed.capsule.half_length);
+    return {fitted->placed.X_FS * -end, fitted->placed.X_FS * end, fitted->placed.capsule.radius};
+  }
+  const world::BoundingSphere ball = world::bounding_sphere(geometry.shape);
+  return {ball.centre, ball.centre, ball.radius};
+}
+
+void put(const Eigen::Vector3d& v, double* out) {
+  for (int i = 0; i < 3; ++i) out[i] = std::abs(v[i]) < 1e-12 ? 0.0 : v[i];
+}
+
+void put_axes(const Eigen::Matrix3d& R, double* out) {
+  for (int c = 0; c < 3; ++c) put(R.col(c), out + 3 * c);
+}
+
+/// The joint's frame, z along its axis, in `X_FJ` (the joint's own frame in the last flat one).
+FlatJoint flat_joint(const Pose& X_FJ, const Eigen::Matrix3d& R_axis, JointType type) {
+  FlatJoint joint;
+  const Eigen::Matrix3d R = X_FJ.linear() * R_axis;
+  put_axes(R, joint.R);
+  put(X_FJ.translation(), joint.p);
+  joint.turned = !R.isIdentity(1e-12);
+  joint.slides = type == JointType::kPrismatic;
+  return joint;
+}
+
+std::vector<Carried> carry_links(const Arm& arm, int avoiding, const JointVector& q_rest, FlatArm& flat) {
+  std::vector<Carried> carried;
+  for (const Link& link : arm.model->links) {
+    Carried at = link.parent < 0 ? Carried{-1, arm.X_WB} : carried[link.parent];
+    if (link.parent >= 0) at.X_FL = at.X_FL * link.X_PJ;
+    if (link.joint >= 0 && link.joint < avoiding) {
+      const Eigen::Matrix3d R_axis =
+          Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), link.axis).toRotationMatrix();
+      FlatJoint& joint = flat.joint[link.joint];
+      joint = flat_joint(at.X_FL, R_axis, link.joint_type);
+      // A joint without end is simulated within one turn either way.
+      joint.lower = std::max(arm.limits.lower[link.joint], -2.0 * M_PI);
+      joint.upper = std::min(arm.limits.upper[link.joint], 2.0 * M_PI);
+      at.joint = link.joint;
+      at.X_FL = Pose::Identity();
+      at.X_FL.linear() = R_axis.transpose();
+    } else if (link.joint >= 0 && link.joint_type == JointType::kPrismatic) {
+      at.X_FL.translation() += at.X_FL.linear() * (link.axis * q_rest[link.joint]);
+    } else if (link.joint >= 0) {
+      at.X_FL.linear() = at.X_FL.linear() * Eigen::AngleAxisd(q_rest[link.joint], link.axis).toRotationMatrix();
+    }
+    carried.push_back(at);
+  }
+  return carried;
+}
+
+/// What becomes one body: capsules of the model that lie in one line on one joint.
+struct Part {
+  int joint;
+  Eigen::Vector3d p;  ///< in the joint's frame, as q [m]
+  Eigen::Vector3d q;
+  double radius;
+  std::vector<int> geometry;  ///< of the model
+};
+
+constexpr double kExactly = 1e-9;
+
+/// A segment on the axis of a joint that turns does not move with it.
+void carry_by_last_mover(const FlatArm& arm, Part& part) {
+  while (part.joint >= 0 && !arm.joint[part.joint].slides && part.p.head<2>().norm() < kExactly &&
+         part.q.head<2>().norm() < kExactly) {
+    const FlatJoint& joint = arm.joint[part.joint];
+    const Eigen::Map<const Eigen::Matrix3d> R(joint.R);
+    const Eigen::Map<const Eigen::Vector3d> origin(joint.p);
+    part.p = origin + R * part.p;
+    part.q = origin + R * part.q;
+    --part.joint;
+  }
+}
+
+/// Puts `added` into `part` if both make one capsule.
+bool merge(Part& part, const Part& added) {
+  if (part.joint != added.joint || std::abs(part.radius - added.radius) > kExactly) return false;
+  Eigen::Vector3d way = part.q - part.p;
+  if (way.norm() < kExactly) way = added.q - added.p;
+  if (way.norm() < kExactly) return false;
+  const Eigen::Vector3d axis = way.normalized();
+  const auto along = [&](const Eigen::Vector3d& x) { return axis.dot(x - part.p); };
+  const auto off = [&](const Eigen::Vector3d& x) { return (x - part.p - along(x) * axis).norm(); };
+  if (std::max({off(part.q), off(added.p), off(added.q)}) > kExactly) return false;
+  const auto [low, high] = std::minmax({0.0, along(part.q)});
+  const auto [from, to] = std::minmax({along(added.p), along(added.q)});
+  if (from > high + kExactly || to < low - kExactly) return false;
+  const Eigen::Vector3d origin = part.p;
+  part.p = origin + std::min(low, from) * axis;
+  part.q = origin + std::max(high, to) * axis;
+  part.geometry.insert(part.geometry.end(), added.geometry.begin(), added.geometry.end());
+  return true;
+}
+
+FlatBody flat_body(const Part& part) {
+  FlatBody body;
+  body.joint = part.joint;
+  put(part.p, body.p);
+  put(part.q - part.p, body.d);
+  body.radius = part.radius;
+  const double length2 = (part.q - part.p).squaredNorm();
+  body.inverse2 = length2 > 1e-16 ? 1.0 / length2 : 0.0;
+  return body;
+}
+
+void refuse(const Arm& arm, const char* what, std::size_t have, int most) {
+  if (static_cast<int>(have) <= most) return;
+  throw ProblemError("arm " + arm.name + " has " + std::to_string(have) + " " + what + ", more than the " +
+                     std::to_string(most) + " that strategies are searched for");
+}
+
+/// `place`: the body of each geometry.
+void add_pairs(const Arm& arm, const std::vector<int>& place, FlatArm& flat) {
+  std::set<std::pair<int, int>> pairs;
+  for (const auto& [a, b] : arm.model->self_pairs) {
+    if (flat.body[place[a]].joint == flat.body[place[b]].joint) continue;
+    pairs.emplace(std::min(place[a], place[b]), std::max(place[a], place[b]));
+  }
+  refuse(arm, "pairs of links that could touch", pairs.size(), kFlatPairs);
+  for (const auto& [first, second] : pairs) flat.pair[flat.pairs++] = {first, second};
+}
+
+/// How far the body's ends are from the axis of joint `from`, at most.
+double lever_of(const FlatArm& arm, int from, const FlatBody& body) {
+  double way = 0.0;
+  bool first = true;
+  const auto add = [&](const Eigen::Vector3d& v) {
+    way += first ? std::hypot(v.x(), v.y()) : v.norm();
+    first = false;
+  };
+  for (int j = from + 1; j <= body.joint; ++j) {
+    const FlatJoint& joint = arm.joint[j];
+    add(Eigen::Vector3d(joint.p));
+    if (joint.slides) way += std::max(std::abs(joint.lower), std::abs(joint.upper));
+  }
+  const Eigen::Vector3d p(body.p);
+  const Eigen::Vector3d q = p + Eigen::Vector3d(body.d);
+  const auto length = [&](const Eigen::Vector3d& v) { return first ? std::hypot(v.x(), v.y()) : v.norm(); };
+  return way + std::max(length(p), length(q));
+}
+
+}  // namespace
+
+FlatArm flatten(const Arm& arm, int avoiding, const JointVector& q_rest) {
+  const RobotModel& model = *arm.model;
+  FlatArm flat;
+  flat.joints = avoiding;
+  const std::vector<Carried> carried = carry_links(arm, avoiding, q_rest, flat);
+  std::vector<Part> parts;
+  for (std::size_t i = 0; i < model.geometry.size(); ++i) {
+    const LinkGeometry& geometry = model.geometry[i];
+    const Carried& link = carried[geometry.link];
+    const Pose X_FS = link.X_FL * geometry.X_LS;
+    const Segment segment = enclosing_segment(geometry);
+    Part part{link.joint, X_FS * segment.p, X_FS * segment.q, segment.radius, {static_cast<int>(i)}};
+    carry_by_last_mover(flat, part);
+    if (std::none_of(parts.begin(), parts.end(), [&](Part& other) { return merge(other, part); })) {
+      parts.push_back(std::move(part));
+    }
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.joint < b.joint; });
+  refuse(arm, "bodies", parts.size(), kFlatBodies);
+  std::vector<int> place(model.geometry.size());
+  for (const Part& part : parts) {
+    for (const int geometry : part.geometry) place[geometry] = flat.bodies;
+    if (part.joint < 0) ++flat.fixed;
+    flat.body[flat.bodies++] = flat_body(part);
+  }
+  add_pairs(arm, place, flat);
+  for (int j = 0; j < avoiding; ++j) {
+    for (int i = flat.fixed; i < flat.bodies; ++i) {
+      if (flat.body[i].joint < j) continue;
+      const double lever = flat.joint[j].slides ? 1.0 : lever_of(flat, j, flat.body[i]);
+      flat.joint[j].lever = std::max(flat.joint[j].lever, lever);
+    }
+  }
+  return flat;
+}
+
+double reach_of(const FlatArm& arm) {
+  return arm.joints > 0 ? arm.joint[0].lever : 0.0;
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,182 @@
+#include "planner/strategy_search/motion_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/local/random.hpp"
+#include "planner/simd/instruction_set.hpp"
+#include "planner/strategy_search/flat_arm.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+constexpr int kAttempts = 2000;
+/// At the beginning and after faults, in turn.
+constexpr int kStarts = 64;
+
+FlatBox flat_box(const Pose& X_WS, const Eigen::Vector3d& half) {
+  FlatBox box{};
+  const Eigen::Matrix3d R = X_WS.linear();
+  const Eigen::Vector3d extent = R.cwiseAbs() * half;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) box.R[3 * k + i] = R(i, k);
+    box.c[i] = X_WS.translation()[i];
+    box.half[i] = half[i];
+    box.low[i] = box.c[i] - extent[i];
+    box.high[i] = box.c[i] + extent[i];
+  }
+  return box;
+}
+
+/// Half extents of the box along S's axes that encloses the shape, and its centre there.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> enclosing_box(const world::Shape& shape) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  if (const auto* box = std::get_if<world::Box>(&shape)) return {box->half_extents, origin};
+  if (const auto* ball = std::get_if<world::Sphere>(&shape)) return {Eigen::Vector3d::Constant(ball->radius), origin};
+  if (const auto* capsule = std::get_if<world::Capsule>(&shape)) {
+    return {{capsule->radius, capsule->radius, capsule->half_length + capsule->radius}, origin};
+  }
+  if (const auto* cylinder = std::get_if<world::Cylinder>(&shape)) {
+    return {{cylinder->radius, cylinder->radius, cylinder->half_length}, origin};
+  }
+  Eigen::AlignedBox3d bounds;
+  for (const auto& vertex : std::get<world::Convex>(shape).hull->vertices) bounds.extend(vertex);
+  return {0.5 * bounds.sizes(), bounds.center()};
+}
+
+/// Uniform in the ball of that radius around the centre.
+JointVector draw_in_ball(Random& random, const JointVector& centre, double radius) {
+  const auto n = static_cast<double>(centre.size());
+  JointVector direction(centre.size());
+  for (auto& x : direction) x = random.normal();
+  const double r = radius * std::pow(random.uniform(), 1.0 / n);
+  return centre + (r / direction.norm()) * direction;
+}
+
+/// A stream of its own for each purpose, arm and task: N tasks begin like N + 1 do.
+Random stream(std::uint64_t seed, int purpose, int arm, int index) {
+  Random mixed(seed);
+  const std::uint64_t a = mixed.next() ^ (static_cast<std::uint64_t>(purpose) << 56U);
+  const std::uint64_t b = Random(a ^ (static_cast<std::uint64_t>(arm) << 40U)).next();
+  return Random(b ^ static_cast<std::uint64_t>(index));
+}
+
+}  // namespace
+
+RunKernel fastest_run() {
+  return fastest(&baseline::run_strategies, &avx2::run_strategies);
+}
+ClearKernel fastest_clear() {
+  return fastest(&baseline::clear_arms, &avx2::clear_arms);
+}
+
+StrategyProblem::StrategyProblem(const Cell& cell)
+    : spread_(cell.tasks.problem.spread), mean_wait_(cell.tasks.problem.mean_wait) {
+  const auto& areas = cell.tasks.problem.areas;
+  if (areas.empty()) throw ProblemError("tasks.areas is missing: the cell has no motion problem");
+  if (cell.arms.size() > kFlatArms) {
+    throw ProblemError("strategies are searched for up to " + std::to_string(kFlatArms) + " arms, and the cell has " +
+                       std::to_string(cell.arms.size()));
+  }
+  flat_.step = cell.arms.front().parameters.strategy.step;
+  flat_.distance = cell.arms.front().parameters.strategy.distance;
+  flat_.self_distance = cell.arms.front().parameters.damper.self_security_distance;
+  for (const PlannedArm& planned : cell.arms) {
+    const Arm& arm = planned.arm;
+    const auto found = areas.find(arm.name);
+    if (found == areas.end()) throw ProblemError("tasks.areas must name arm " + arm.name + ", too");
+    const int avoiding = avoiding_joints(planned.parameters.strategy, arm.model->joints());
+    if (avoiding < 2 || avoiding > arm.model->joints()) {
+      throw ProblemError("arm " + arm.name + " has not the two joints at least that a strategy needs");
+    }
+    flat_.arm[flat_.arms++] = flatten(arm, avoiding, arm.named.at(found->second.front()));
+    names_.push_back(arm.name);
+    area_names_.push_back(found->second);
+    auto& centres = areas_.emplace_back();
+    for (const std::string& pose : found->second) centres.push_back(arm.named.at(pose).head(avoiding));
+    for (std::size_t k = 0; k < centres.size(); ++k) {
+      if ((centres[k] - centres[(k + 1) % centres.size()]).norm() > 2.0 * spread_) continue;
+      throw ProblemError("tasks.areas." + arm.name + ": two areas in a row overlap: their poses must be more than " +
+                         std::to_string(2.0 * spread_) + " rad apart, twice tasks.spread");
+    }
+  }
+  for (const world::Obstacle& obstacle : cell.scene.obstacles) add_obstacle(obstacle);
+}
+
+void StrategyProblem::add_obstacle(const world::Obstacle& obstacle) {
+  if (obstacle.attachment) {
+    notes_.push_back("obstacle " + obstacle.name + " is carried by an arm and left out");
+    return;
+  }
+  if (!std::holds_alternative<world::StaticMotion>(obstacle.motion)) {
+    notes_.push_back("obstacle " + obstacle.name + " moves and is taken where it begins");
+  }
+  for (const world::PlacedShape& placed : obstacle.shapes) {
+    if (flat_.boxes == kFlatBoxes) {
+      throw ProblemError("strategies are searched for among up to " + std::to_string(kFlatBoxes) + " obstacle shapes");
+    }
+    const auto [half, centre] = enclosing_box(placed.shape);
+    flat_.box[flat_.boxes++] = flat_box(obstacle.X_WO * placed.X_BS * Pose(Eigen::Translation3d(centre)), half);
+    if (!std::holds_alternative<world::Box>(placed.shape)) {
+      notes_.push_back("obstacle " + obstacle.name + " has a shape that is no box; the box around it is simulated");
+    }
+  }
+}
+
+TaskSet StrategyProblem::draw(std::uint64_t seed, int tasks) const {
+  enum Purpose { kGoal = 1, kWait = 2, kStart = 3 };
+  TaskSet set;
+  set.tasks = set.flat.tasks = tasks;
+  set.flat.starts = kStarts;
+  set.goals.resize(arms());
+  set.waits.resize(arms());
+  set.starts.resize(arms());
+  const ClearKernel clear = fastest_clear();
+  std::vector<JointVector> drawn;
+  for (int i = 0; i < arms(); ++i) drawn.push_back(areas_[i].front());
+  const auto is_clear = [&](int arm, bool others) {
+    const double* q[kFlatArms] = {};
+    for (int i = 0; i < arms(); ++i) q[i] = drawn[i].data();
+    const unsigned found = clear(flat_, q, others);
+    return arm < 0 ? found == (1U << arms()) - 1 : (found & (1U << arm)) != 0;
+  };
+  for (int i = 0; i < arms(); ++i) {
+    const int areas = static_cast<int>(areas_[i].size());
+    for (int task = 0; task < tasks; ++task) {
+      Random waiting = stream(seed, kWait, i, task);
+      set.waits[i].push_back(static_cast<std::int32_t>(-mean_wait_ * std::log(1.0 - waiting.uniform())));
+      for (int area = 0; area < areas; ++area) {
+        Random random = stream(seed, kGoal, i, task * areas + area);
+        int attempt = 0;
+        do {
+          if (++attempt > kAttempts) {
+            throw ProblemError("arm " + names_[i] + " finds no goal clear of itself and of obstacles near its pose " +
+                               area_names_[i][area]);
+          }
+          drawn[i] = draw_in_ball(random, areas_[i][area], spread_);
+        } while (!is_clear(i, false));
+        set.goals[i].insert(set.goals[i].end(), drawn[i].data(), drawn[i].data() + drawn[i].size());
+      }
+    }
+  }
+  for (int start = 0; start < kStarts; ++start) {
+    Random random = stream(seed, kStart, 0, start);
+    int attempt = 0;
+    do {
+      if (++attempt > kAttempts) throw ProblemError("arms in their first areas are never clear of each other");
+      for (int i = 0; i < arms(); ++i) drawn[i] = draw_in_ball(random, areas_[i].front(), spread_);
+    } while (!is_clear(-1, true));
+    for (int i = 0; i < arms(); ++i) {
+      set.starts[i].insert(set.starts[i].end(), drawn[i].data(), drawn[i].data() + drawn[i].size());
+    }
+  }
+  for (int i = 0; i < arms(); ++i) {
+    set.flat.areas[i] = static_cast<int>(areas_[i].size());
+    set.flat.goals[i] = set.goals[i].data();
+    set.flat.waits[i] = set.waits[i].data();
+    set.flat.start[i] = set.starts[i].data();
+  }
+  return set;
+}
+
+}  // namespace hecaton::planner

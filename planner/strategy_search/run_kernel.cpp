@@ -1,0 +1,370 @@
+#include "planner/strategy_search/run_kernel.hpp"
+
+#include "planner/strategy/plane.hpp"
+#include "planner/strategy_search/flat_kernels.hpp"
+
+namespace hecaton::planner::HECATON_ISA {
+namespace {
+
+/// States of a cycle agree as exactly as this in every coordinate of their planes [rad].
+constexpr double kSame = 1e-9;
+/// In the paper's order, and nearest to the goal first: of the last two, straight back is nearer than back and aside.
+constexpr int kOrder[2][kNeighbours - 1] = {{1, 2, 3, 4}, {1, 2, 4, 3}};
+
+/// The plane of one task.
+struct Plane {
+  double start[kFlatJoints];
+  double u1[kFlatJoints];
+  double u2[kFlatJoints];
+  double distance = 0.0;
+  double speed1 = 0.0;  ///< no segment moves faster per unit along u₁ [m/rad]
+  double speed2 = 0.0;  ///< … along u₂
+
+  void q(const FlatArm& arm, const PlanePoint& at, double* out) const {
+    for (int j = 0; j < arm.joints; ++j) out[j] = start[j] + at.x * u1[j] + at.y * u2[j];
+  }
+  void four_q(const FlatArm& arm, const PlanePoint* at, Lanes* out) const {
+    const Lanes x{at[0].x, at[1].x, at[2].x, at[3].x};
+    const Lanes y{at[0].y, at[1].y, at[2].y, at[3].y};
+    for (int j = 0; j < arm.joints; ++j) out[j] = four(start[j]) + x * four(u1[j]) + y * four(u2[j]);
+  }
+};
+
+/// Four configurations looked at together, and where in the plane they are.
+struct Looked {
+  PlanePoint at[kLanes];
+  FourPlaces places;
+  int count = 0;  ///< that are valid
+  int next = 0;   ///< the first that was not gone to yet
+  /// Which arm was found too near each, and how far it may have travelled at most while it certainly still is [m].
+  int blocker[kLanes];
+  double blocked_until[kLanes];
+};
+
+/// One arm of a run.
+struct Runner {
+  const FlatArm* arm = nullptr;
+  double q[kFlatJoints];
+  Plane plane;
+  PlaneState state;
+  SeenArm seen;
+  Looked ahead;            ///< on the straight way
+  Looked aside[2];         ///< the other four neighbours of the present place, to either side
+  double travelled = 0.0;  ///< no segment has moved farther since the run began [m]
+  bool moving = false;
+  int area = 0;            ///< where it is, or where it comes from
+  int task = 0;            ///< the number of the present or next
+  std::int64_t until = 0;  ///< waits
+  std::int64_t began = 0;
+  std::int64_t limit = 0;  ///< the task's time is over
+
+  [[nodiscard]] Looked& aside_now() { return aside[state.side > 0.0 ? 0 : 1]; }
+  void leave_place() { aside[0].count = aside[1].count = 0; }
+  [[nodiscard]] int next_area(int areas) const { return area + 1 == areas ? 0 : area + 1; }
+};
+
+/// What is known of the distance of two arms: it was so much when they had travelled so far.
+struct KnownDistance {
+  double slack = -1.0;  ///< distance − h − what both had travelled, at an earlier time; + what they have: a bound
+};
+
+class Run {
+ public:
+  Run(const FlatProblem& problem, const FlatTasks& tasks, const FlatStrategy* strategies, const RunOptions& options,
+      RunResult& result)
+      : problem_(problem), tasks_(tasks), strategies_(strategies), options_(options), result_(result) {
+    result = RunResult{};
+    for (int i = 0; i < problem.arms; ++i) runners_[i].arm = &problem.arm[i];
+  }
+
+  void run() {
+    reset();
+    while (!finished_) {
+      bool any_moves = false;
+      std::int64_t earliest = -1;
+      for (int i = 0; i < problem_.arms && !finished_; ++i) {
+        Runner& runner = runners_[i];
+        if (runner.moving) {
+          ++result_.arm_ticks;
+          move(i);
+        } else if (tick_ >= runner.until) {
+          begin_task(i);
+        }
+        any_moves = any_moves || runner.moving;
+        if (!runner.moving && (earliest < 0 || runner.until < earliest)) earliest = runner.until;
+        if (was_reset_) break;
+      }
+      if (options_.find_cycles && !was_reset_ && !finished_ && earliest < 0) watch_for_cycle();
+      if (was_reset_) {
+        was_reset_ = false;
+        continue;
+      }
+      ++tick_;
+      if (!any_moves && earliest > tick_) tick_ = earliest;
+    }
+  }
+
+ private:
+  void reset() {
+    const int start = resets_++ % tasks_.starts;
+    for (int i = 0; i < problem_.arms; ++i) {
+      Runner& runner = runners_[i];
+      const FlatArm& arm = *runner.arm;
+      for (int j = 0; j < arm.joints; ++j) runner.q[j] = tasks_.start[i][start * arm.joints + j];
+      Lanes q[kFlatJoints];
+      for (int j = 0; j < arm.joints; ++j) q[j] = four(runner.q[j]);
+      place(arm, q, runner.ahead.places);
+      runner.seen.begin(arm);
+      runner.seen.set(arm, runner.ahead.places, 0);
+      runner.moving = false;
+      runner.area = 0;
+      runner.until = tick_ + wait(i);
+    }
+    forget_distances();
+    unchanged_since_ = tick_;
+  }
+
+  [[nodiscard]] std::int64_t wait(int i) const { return tasks_.waits[i][runners_[i].task % tasks_.tasks]; }
+
+  void begin_task(int i) {
+    Runner& runner = runners_[i];
+    const FlatArm& arm = *runner.arm;
+    const int n = arm.joints;
+    const int to = runner.next_area(tasks_.areas[i]);
+    const int task = runner.task % tasks_.tasks;
+    const double* goal = tasks_.goals[i] + (static_cast<std::int64_t>(task) * tasks_.areas[i] + to) * n;
+    Plane& plane = runner.plane;
+    for (int j = 0; j < n; ++j) {
+      plane.start[j] = runner.q[j];
+      plane.u1[j] = goal[j] - runner.q[j];
+    }
+    plane.distance = sqrt(dot_of(plane.u1, plane.u1, n));
+    for (int j = 0; j < n; ++j) plane.u1[j] /= plane.distance;
+    strategy_direction(plane.u1, n, strategies_[i].coefficients, strategies_[i].direction, plane.u2);
+    plane.speed1 = plane.speed2 = 0.0;
+    for (int j = 0; j < n; ++j) {
+      plane.speed1 += std::fabs(plane.u1[j]) * arm.joint[j].lever;
+      plane.speed2 += std::fabs(plane.u2[j]) * arm.joint[j].lever;
+    }
+    runner.state = {};
+    runner.ahead.count = runner.ahead.next = 0;
+    runner.leave_place();
+    runner.moving = true;
+    runner.began = tick_ + 1;
+    const double free_time = std::ceil(plane.distance / problem_.step - 1e-9);
+    runner.limit = runner.began + static_cast<std::int64_t>(problem_.patience * free_time);
+    unchanged_since_ = tick_;
+  }
+
+  /// The next four places of the straight way, or fewer up to the goal.
+  void look_ahead(Runner& runner) {
+    Looked& ahead = runner.ahead;
+    ahead.count = ahead.next = 0;
+    PlaneState state = runner.state;
+    for (int k = 0; k < kLanes; ++k) {
+      const PlaneFrame frame = plane_frame(state.at, runner.plane.distance);
+      if (k == 0 || frame.left > 0.0) {
+        state.at = neighbour(state, frame, runner.plane.distance, problem_.step, 0);
+        ++ahead.count;
+      }
+      ahead.at[k] = state.at;
+    }
+    look(runner, ahead);
+  }
+
+  void look_aside(Runner& runner) {
+    Looked& aside = runner.aside_now();
+    const PlaneFrame frame = plane_frame(runner.state.at, runner.plane.distance);
+    for (int k = 0; k < kLanes; ++k) {
+      const int order = kOrder[problem_.nearest_first ? 1 : 0][k];
+      aside.at[k] = neighbour(runner.state, frame, runner.plane.distance, problem_.step, order);
+    }
+    aside.count = kLanes;
+    look(runner, aside);
+  }
+
+  void look(Runner& runner, Looked& looked) const {
+    for (int& blocker : looked.blocker) blocker = -1;
+    Lanes q[kFlatJoints];
+    runner.plane.four_q(*runner.arm, looked.at, q);
+    place(*runner.arm, q, looked.places);
+    check_alone(problem_, *runner.arm, q, looked.places);
+  }
+
+  /// Arm i may go to what it looked at in lane k.
+  bool is_free(int i, Looked& looked, int k) {
+    if ((looked.places.alone & (1U << k)) == 0) return false;
+    if (looked.blocker[k] >= 0 && runners_[looked.blocker[k]].travelled < looked.blocked_until[k]) return false;
+    Runner& runner = runners_[i];
+    const double way = way_to(runner, looked.at[k]);
+    for (int other = 0; other < problem_.arms; ++other) {
+      if (other == i) continue;
+      KnownDistance& known = known_[i < other ? i : other][i < other ? other : i];
+      const double travelled = runner.travelled + way + runners_[other].travelled;
+      if (known.slack > travelled) continue;
+      const double distance = arm_distance(*runner.arm, looked.places, k, runners_[other].seen);
+      if (distance < problem_.distance) {
+        looked.blocker[k] = other;
+        looked.blocked_until[k] = runners_[other].travelled + problem_.distance - distance;
+        return false;
+      }
+      // From there back to here it is `way` at most: true for either place.
+      known.slack = distance - problem_.distance + travelled - 2.0 * way;
+      continue;
+    }
+    return true;
+  }
+
+  [[nodiscard]] static double way_to(const Runner& runner, const PlanePoint& to) {
+    return std::fabs(to.x - runner.state.at.x) * runner.plane.speed1 +
+           std::fabs(to.y - runner.state.at.y) * runner.plane.speed2;
+  }
+
+  void go_to(Runner& runner, const Looked& looked, int k) {
+    runner.travelled += way_to(runner, looked.at[k]);
+    runner.state.at = looked.at[k];
+    runner.seen.set(*runner.arm, looked.places, k);
+    runner.leave_place();
+  }
+
+  /// The three behaviours.
+  void move(int i) {
+    Runner& runner = runners_[i];
+    Looked& ahead = runner.ahead;
+    if (ahead.next == ahead.count) look_ahead(runner);
+    if (is_free(i, ahead, ahead.next)) {
+      go_to(runner, ahead, ahead.next++);
+      if (runner.state.at.x == runner.plane.distance && runner.state.at.y == 0.0) return finish(i, false);
+    } else if (const int k = free_aside(i); k < kLanes) {
+      go_to(runner, runner.aside_now(), k);
+      ahead.count = ahead.next = 0;
+    } else {
+      runner.state.side = -runner.state.side;
+    }
+    if (tick_ + 1 >= runner.limit) finish(i, true);
+  }
+
+  int free_aside(int i) {
+    Runner& runner = runners_[i];
+    if (runner.aside_now().count == 0) look_aside(runner);
+    int k = 0;
+    while (k < kLanes && !is_free(i, runner.aside_now(), k)) ++k;
+    return k;
+  }
+
+  /// The task is over, reached or as a fault; those beyond N are done, but not counted.
+  void finish(int i, bool fault) {
+    Runner& runner = runners_[i];
+    const std::int64_t time = fault ? runner.limit - runner.began : tick_ + 1 - runner.began;
+    if (runner.task < tasks_.tasks) {
+      const double t = static_cast<double>(time);
+      ++result_.tasks[i];
+      result_.faults[i] += fault ? 1 : 0;
+      result_.time[i] += t;
+      result_.time2[i] += t * t;
+      if (options_.times[i] != nullptr) options_.times[i][runner.task] = static_cast<std::int32_t>(time);
+      if (fault && options_.stop_at_fault) finished_ = true;
+    }
+    runner.plane.q(*runner.arm, runner.state.at, runner.q);
+    runner.area = runner.next_area(tasks_.areas[i]);
+    ++runner.task;
+    runner.moving = false;
+    runner.until = tick_ + 1 + wait(i);
+    unchanged_since_ = tick_;
+    bool all_done = true;
+    for (int k = 0; k < problem_.arms; ++k) all_done = all_done && runners_[k].task >= tasks_.tasks;
+    finished_ = finished_ || all_done;
+    // differs from paper: what follows a fault it leaves open; all arms begin anew, and who was interrupted repeats.
+    if (fault && !finished_) {
+      tick_ = runner.limit;
+      reset();
+      was_reset_ = true;
+    }
+  }
+
+  /// While all arms are under way nothing but their places and sides decides what comes (Brent's method): when these
+  /// come again, nobody arrives any more, and the first whose time is over is the fault.
+  void watch_for_cycle() {
+    if (snapshot_tick_ < unchanged_since_) {
+      take_snapshot(1);
+      return;
+    }
+    bool same = true;
+    for (int i = 0; i < problem_.arms && same; ++i) {
+      const PlaneState& now = runners_[i].state;
+      same = now.side == snapshot_[i].side && std::fabs(now.at.x - snapshot_[i].at.x) < kSame &&
+             std::fabs(now.at.y - snapshot_[i].at.y) < kSame;
+    }
+    if (same) {
+      int first = 0;
+      for (int i = 1; i < problem_.arms; ++i) {
+        if (runners_[i].limit < runners_[first].limit) first = i;
+      }
+      finish(first, true);
+    } else if (tick_ - snapshot_tick_ >= power_) {
+      take_snapshot(2 * power_);
+    }
+  }
+
+  void take_snapshot(std::int64_t power) {
+    for (int i = 0; i < problem_.arms; ++i) snapshot_[i] = runners_[i].state;
+    snapshot_tick_ = tick_;
+    power_ = power;
+  }
+
+  void forget_distances() {
+    for (auto& row : known_) {
+      for (KnownDistance& known : row) known = {};
+    }
+    for (int i = 0; i < problem_.arms; ++i) runners_[i].travelled = 0.0;
+  }
+
+  const FlatProblem& problem_;
+  const FlatTasks& tasks_;
+  const FlatStrategy* strategies_;
+  const RunOptions& options_;
+  RunResult& result_;
+  Runner runners_[kFlatArms];
+  KnownDistance known_[kFlatArms][kFlatArms];
+  std::int64_t tick_ = 0;
+  int resets_ = 0;
+  bool finished_ = false;
+  bool was_reset_ = false;
+  std::int64_t unchanged_since_ = 0;  ///< the last time that an arm began or ended a task
+  PlaneState snapshot_[kFlatArms];
+  std::int64_t snapshot_tick_ = -1;
+  std::int64_t power_ = 1;
+};
+
+}  // namespace
+
+void run_strategies(const FlatProblem& problem, const FlatTasks& tasks, const FlatStrategy* strategies,
+                    const RunOptions& options, RunResult& result) {
+  Run run(problem, tasks, strategies, options, result);
+  run.run();
+}
+
+unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool others) {
+  static_assert(kFlatArms <= 32);
+  FourPlaces places[kFlatArms];
+  SeenArm seen[kFlatArms];
+  unsigned clear = 0;
+  for (int i = 0; i < problem.arms; ++i) {
+    const FlatArm& arm = problem.arm[i];
+    Lanes lanes[kFlatJoints];
+    for (int j = 0; j < arm.joints; ++j) lanes[j] = four(q[i][j]);
+    place(arm, lanes, places[i]);
+    check_alone(problem, arm, lanes, places[i]);
+    if ((places[i].alone & 1U) != 0) clear |= 1U << i;
+    seen[i].begin(arm);
+    seen[i].set(arm, places[i], 0);
+  }
+  for (int i = 0; others && i < problem.arms; ++i) {
+    for (int k = 0; k < problem.arms; ++k) {
+      if (k != i && arm_distance(problem.arm[i], places[i], 0, seen[k]) < problem.distance) clear &= ~(1U << i);
+    }
+  }
+  return clear;
+}
+
+}  // namespace hecaton::planner::HECATON_ISA

@@ -1,0 +1,185 @@
+#include "planner/strategy_search/search.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include "planner/strategy_search/flat_arm.hpp"
+#include "planner/strategy_search/simplex.hpp"
+
+namespace hecaton::planner {
+
+std::vector<Strategy> StrategyGrid::of_arm(int coefficients) const {
+  std::vector<Strategy> grid(1);
+  for (int k = 0; k < coefficients; ++k) {
+    std::vector<Strategy> wider;
+    for (const Strategy& strategy : grid) {
+      for (const double value : k == 0 ? alpha : beta) {
+        wider.push_back(strategy);
+        wider.back().coefficients[k] = value;
+      }
+    }
+    grid = std::move(wider);
+  }
+  std::vector<Strategy> both;
+  for (const Strategy& strategy : grid) {
+    for (const double direction : {1.0, -1.0}) {
+      both.push_back(strategy);
+      both.back().direction = direction;
+    }
+  }
+  return both;
+}
+
+std::vector<SystemStrategy> StrategyGrid::of(const StrategyProblem& problem, std::size_t most) const {
+  std::vector<SystemStrategy> grid(1);
+  for (int arm = 0; arm < problem.arms(); ++arm) {
+    const std::vector<Strategy> own = of_arm(problem.coefficients(arm));
+    if (grid.size() * own.size() > most) {
+      throw ProblemError("the grid has more than " + std::to_string(most) +
+                         " strategies: it needs fewer values of α and β");
+    }
+    std::vector<SystemStrategy> wider;
+    for (const SystemStrategy& system : grid) {
+      for (const Strategy& strategy : own) {
+        wider.push_back(system);
+        wider.back().push_back(strategy);
+      }
+    }
+    grid = std::move(wider);
+  }
+  return grid;
+}
+
+std::vector<Evaluation> evaluate_round(const StrategyProblem& problem, std::span<const SystemStrategy> strategies,
+                                       const Round& round, const SearchHooks& hooks) {
+  const TaskSet tasks = problem.draw(round.seed, round.tasks);
+  const EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
+  std::vector<Evaluation> evaluations(strategies.size());
+  std::atomic<std::size_t> next{0};
+  std::mutex telling;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < strategies.size(); i = next++) {
+      if (static_cast<int>(i % static_cast<std::size_t>(hooks.parts)) != hooks.part) continue;
+      const Evaluation* known = hooks.known ? hooks.known(round, i) : nullptr;
+      evaluations[i] = known != nullptr ? *known : evaluate(problem, tasks, strategies[i], options);
+      if (!hooks.evaluated) continue;
+      const std::lock_guard lock(telling);
+      hooks.evaluated(round, i, strategies.size(), evaluations[i]);
+    }
+  };
+  std::vector<std::thread> others;
+  for (int i = 1; i < hooks.threads; ++i) others.emplace_back(work);
+  work();
+  for (std::thread& thread : others) thread.join();
+  if (hooks.share) hooks.share(evaluations);
+  return evaluations;
+}
+
+bool better(const Evaluation& a, const Evaluation& b) {
+  const double rate_a = a.fault_rate();
+  const double rate_b = b.fault_rate();
+  if (rate_a != rate_b) return rate_a < rate_b;
+  return a.mean_time() < b.mean_time();
+}
+
+namespace {
+
+/// Rounds of successive halving before the last have 1/9 and 1/3 of its tasks, and keep a third of their candidates.
+constexpr int kKeptShare = 3;
+constexpr int kHalvings = 2;
+
+class Search {
+ public:
+  Search(const StrategyProblem& problem, const SearchPlan& plan, const SearchHooks& hooks)
+      : problem_(problem), plan_(plan), hooks_(hooks) {}
+
+  void begin(const std::vector<SystemStrategy>& strategies) {
+    for (const SystemStrategy& strategy : strategies) report_.best.push_back({strategy, {}});
+  }
+
+  /// Evaluates all that are left and sorts them.
+  void run(Round round) {
+    round.seed = plan_.seed + report_.stages.size();
+    std::vector<SystemStrategy> strategies;
+    for (const Candidate& candidate : report_.best) strategies.push_back(candidate.strategy);
+    const std::vector<Evaluation> evaluations = evaluate_round(problem_, strategies, round, hooks_);
+    SearchReport::Stage stage{round, strategies.size(), 0, 0};
+    for (std::size_t i = 0; i < evaluations.size(); ++i) {
+      stage.without_fault += evaluations[i].all_faults() == 0 ? 1 : 0;
+      stage.arm_ticks += evaluations[i].arm_ticks;
+      report_.best[i].evaluation += evaluations[i];
+    }
+    report_.stages.push_back(stage);
+    std::stable_sort(report_.best.begin(), report_.best.end(),
+                     [](const Candidate& a, const Candidate& b) { return better(a.evaluation, b.evaluation); });
+  }
+
+  /// Those without fault; if there are none, as many as the plan keeps.
+  void keep_faultless() {
+    const auto first_faulty = std::find_if(report_.best.begin(), report_.best.end(),
+                                           [](const Candidate& c) { return c.evaluation.all_faults() > 0; });
+    auto end = first_faulty;
+    if (end == report_.best.begin()) end += static_cast<std::ptrdiff_t>(std::min(plan_.keep, report_.best.size()));
+    report_.best.erase(end, report_.best.end());
+  }
+
+  void keep(std::size_t count) {
+    if (report_.best.size() > count) report_.best.resize(count);
+  }
+
+  /// New candidates near the best; what those have done does not count for these.
+  void refine() {
+    std::vector<Candidate> refined;
+    const std::size_t count = std::min<std::size_t>(plan_.refine, report_.best.size());
+    const TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
+    for (std::size_t i = 0; i < count; ++i) {
+      SimplexOptions options;
+      options.most_steps = plan_.refine_steps;
+      refined.push_back({refine_by_simplex(problem_, tasks, report_.best[i].strategy, options).strategy, {}});
+    }
+    for (Candidate& candidate : report_.best) candidate.evaluation = {};
+    report_.best.insert(report_.best.end(), refined.begin(), refined.end());
+  }
+
+  [[nodiscard]] bool any_faultless() const {
+    return !report_.best.empty() && report_.best.front().evaluation.all_faults() == 0;
+  }
+  [[nodiscard]] std::size_t left() const { return report_.best.size(); }
+  [[nodiscard]] SearchReport& report() { return report_; }
+
+ private:
+  const StrategyProblem& problem_;
+  const SearchPlan& plan_;
+  const SearchHooks& hooks_;
+  SearchReport report_;
+};
+
+}  // namespace
+
+SearchReport search_strategies(const StrategyProblem& problem, const std::vector<SystemStrategy>& candidates,
+                               const SearchPlan& plan, const SearchHooks& hooks) {
+  Search search(problem, plan, hooks);
+  search.begin(candidates);
+  if (plan.complete) {
+    search.run({"complete", plan.screening_tasks, 0, false});
+    return std::move(search.report());
+  }
+  int share = 1;
+  for (int k = 0; plan.halving && k < kHalvings; ++k) share *= kKeptShare;
+  for (; share > 1; share /= kKeptShare) {
+    search.run({"halving", std::max(1, plan.screening_tasks / share), 0, true});
+    search.keep(std::max(plan.keep, search.left() / kKeptShare));
+  }
+  search.run({"screening", plan.screening_tasks, 0, true});
+  search.keep_faultless();
+  if (plan.refine > 0) search.refine();
+  for (int set = 0; set < plan.confirm_sets; ++set) {
+    search.run({"confirmation", plan.confirm_tasks, 0, search.any_faultless()});
+    search.keep_faultless();
+  }
+  return std::move(search.report());
+}
+
+}  // namespace hecaton::planner

@@ -1,0 +1,198 @@
+/// hecaton strategies: the off-line stage of motion strategies [Mediavilla02].
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "planner/strategy_search/flat_arm.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/strategy_plot.hpp"
+#include "services/cli/strategy_progress.hpp"
+#include "services/cli/strategy_simplex.hpp"
+#include "services/cli/strategy_table.hpp"
+#include "services/cli/strategy_validation.hpp"
+#include "services/cli/task_options.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+struct SearchOptions {
+  std::string cell;
+  std::string results;  ///< files' name without its ending; empty: none
+  std::vector<double> alpha;
+  std::vector<double> beta;
+  planner::SearchPlan plan;
+  int threads = 0;  ///< 0: one a processor
+  std::size_t top = 10;
+  bool resume = false;
+};
+
+int thread_count(int asked) {
+  return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+planner::StrategyProblem problem_of(const config::CellFile& file) {
+  try {
+    planner::StrategyProblem problem(file.cell);
+    for (const std::string& note : problem.notes()) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
+    return problem;
+  } catch (const planner::ProblemError& error) {
+    throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
+  }
+}
+
+void write_file(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be written");
+}
+
+Json stages_json(const planner::SearchReport& report) {
+  Json stages = Json::array();
+  for (const planner::SearchReport::Stage& stage : report.stages) {
+    stages.push_back({{"name", stage.round.name},
+                      {"tasks", stage.round.tasks},
+                      {"seed", stage.round.seed},
+                      {"candidates", stage.candidates},
+                      {"without_fault", stage.without_fault},
+                      {"arm_ticks", stage.arm_ticks}});
+  }
+  return stages;
+}
+
+ExitCode search(const Settings& settings, const SearchOptions& options) {
+  const config::CellFile file = config::load_cell_file(options.cell);
+  const planner::StrategyProblem problem = problem_of(file);
+  planner::StrategyGrid grid;
+  if (!options.alpha.empty()) grid.alpha = options.alpha;
+  if (!options.beta.empty()) grid.beta = options.beta;
+  if (!options.results.empty()) write_file(options.results + ".csv", "");
+
+  StrategyProgress progress(options.results.empty() ? "" : options.results + ".progress", options.resume, problem,
+                            options.plan, grid);
+  planner::SearchHooks hooks;
+  hooks.threads = thread_count(options.threads);
+  progress.hook(hooks);
+  const auto began = std::chrono::steady_clock::now();
+  planner::SearchReport report;
+  try {
+    report = planner::search_strategies(problem, grid.of(problem), options.plan, hooks);
+  } catch (const planner::ProblemError& error) {
+    throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
+  }
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  progress.end();
+
+  const StrategyResults results = strategy_results(problem, report.best);
+  if (!options.results.empty()) {
+    write_file(options.results + ".csv", strategy_csv(results));
+    write_file(options.results + ".yaml", strategy_yaml(results, file.cell.name));
+  }
+  const Json value = {{"cell", file.cell.name},
+                      {"seed", options.plan.seed},
+                      {"stages", stages_json(report)},
+                      {"strategies", strategy_json(results, options.top)}};
+  print(settings, value, strategy_table(results, options.top, Palette::for_stream(stdout)));
+  std::uint64_t ticks = 0;
+  for (const planner::SearchReport::Stage& stage : report.stages) {
+    std::fprintf(stderr, "%s: %zu of %zu strategies without fault in %d tasks of each arm (seed %llu)\n",
+                 stage.round.name.c_str(), stage.without_fault, stage.candidates, stage.round.tasks,
+                 static_cast<unsigned long long>(stage.round.seed));
+    ticks += stage.arm_ticks;
+  }
+  std::fprintf(stderr, "%.1f million arm ticks in %s with %d threads\n", 1e-6 * static_cast<double>(ticks),
+               duration_text(spent.count()).c_str(), hooks.threads);
+  const bool found = !results.rows.empty() && results.rows.front().faults == 0;
+  return found ? ExitCode::kDone : ExitCode::kNegative;
+}
+
+void add_threads(CLI::App& app, int& threads) {
+  add_whole_number(
+      app, "--threads", [&threads](std::uint64_t n) { threads = static_cast<int>(n); },
+      "that simulate at the same time; results do not depend on it (one a processor)", 1, 1024);
+}
+
+void add_search(CLI::App& parent, Session& session) {
+  CLI::App* command = parent.add_subcommand(
+      "search", "Looks for the strategies of a cell's motion problem: tries a grid of them, confirms the best");
+  auto options = std::make_shared<SearchOptions>();
+  planner::SearchPlan& plan = options->plan;
+  command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
+  add_whole_number(
+      *command, "--tasks", [&plan](std::uint64_t n) { plan.screening_tasks = static_cast<int>(n); },
+      "of each arm, for each strategy of the grid (300)", 1, 1'000'000);
+  add_whole_number(
+      *command, "--confirm", [&plan](std::uint64_t n) { plan.confirm_tasks = static_cast<int>(n); },
+      "of each arm and set, for each strategy that had no fault (1800)", 1, 1'000'000);
+  add_whole_number(
+      *command, "--sets", [&plan](std::uint64_t n) { plan.confirm_sets = static_cast<int>(n); },
+      "of tasks that confirm, each of a seed of its own (2)", 0, 100);
+  add_seed(*command, plan.seed, "of the first set of tasks; the others use the seeds after it (1)");
+  command->add_flag("--complete", plan.complete,
+                    "simulate all tasks of all strategies, also after faults, and keep all: for `strategies plot`");
+  command->add_flag("--halving", plan.halving,
+                    "successive halving: short rounds first, of which the best third goes on; for large grids");
+  add_whole_number(
+      *command, "--refine", [&plan](std::uint64_t n) { plan.refine = static_cast<int>(n); },
+      "so many of the best are refined by the simplex method before they are confirmed (0)", 0, 1000);
+  add_numbers(*command, "--alpha", options->alpha, 0, "values of each arm's first coefficient (-2 0 2)");
+  add_numbers(*command, "--beta", options->beta, 0, "values of each arm's further coefficients (-2.5 -1 1 2.5)");
+  add_threads(*command, options->threads);
+  add_whole_number(
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "strategies that are shown (10)", 1, 100000);
+  command
+      ->add_option("--results", options->results,
+                   "write all that were confirmed to NAME.csv, the best to NAME.yaml, for `strategy: {file: …}` in a "
+                   "cell file; NAME.progress is what --resume goes on from")
+      ->type_name("NAME");
+  command->add_flag("--resume", options->resume, "go on with a search that was interrupted; needs --results")
+      ->needs("--results");
+  command->footer("Exit code 1 when every strategy had a fault.");
+  command->callback(
+      [&session, options] { session.action = [&session, options] { return search(session.settings, *options); }; });
+}
+
+struct ShowOptions {
+  std::string file;
+  std::size_t top = 20;
+};
+
+void add_show(CLI::App& parent, Session& session) {
+  CLI::App* command = parent.add_subcommand("show", "Shows what a search found");
+  auto options = std::make_shared<ShowOptions>();
+  command->add_option("FILE", options->file, "results (CSV) of a search")->required();
+  add_whole_number(
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "strategies that are shown (20)", 1, 100000);
+  command->callback([&session, options] {
+    session.action = [&session, options] {
+      const StrategyResults results = read_strategy_csv(options->file);
+      print(session.settings, strategy_json(results, options->top),
+            strategy_table(results, options->top, Palette::for_stream(stdout)));
+      return ExitCode::kDone;
+    };
+  });
+}
+
+}  // namespace
+
+void add_strategies(CLI::App& app, Session& session) {
+  CLI::App* command =
+      app.add_subcommand("strategies", "The off-line stage of motion strategies: searches, shows and validates them");
+  command->require_subcommand(1);
+  add_search(*command, session);
+  add_show(*command, session);
+  add_strategy_validation(*command, session);
+  add_strategy_simplex(*command, session);
+  add_strategy_plot(*command, session);
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,144 @@
+#include "services/cli/strategy_validation.hpp"
+
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "planner/strategy_search/flat_arm.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/cli/strategy_table.hpp"
+#include "services/cli/table.hpp"
+#include "services/cli/task_options.hpp"
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+/// Table 1 has as many.
+constexpr int kLags = 6;
+
+struct Options {
+  std::string cell;
+  std::string strategies;  ///< CSV; empty: what the cell file gives its arms
+  std::size_t rank = 1;
+  int tasks = 4200;
+  std::uint64_t seed = 1001;
+};
+
+planner::SystemStrategy strategy_of(const Options& options, const config::CellFile& file,
+                                    const planner::StrategyProblem& problem) {
+  planner::SystemStrategy strategy;
+  if (options.strategies.empty()) {
+    for (const planner::PlannedArm& planned : file.cell.arms) {
+      strategy.push_back(planned.parameters.strategy.strategy);
+    }
+    return strategy;
+  }
+  const StrategyResults results = read_strategy_csv(options.strategies);
+  if (options.rank > results.rows.size()) {
+    throw Failure(ExitCode::kBadInput, "--rank = " + std::to_string(options.rank) + " must be at most " +
+                                           std::to_string(results.rows.size()) + ", the strategies in " +
+                                           options.strategies);
+  }
+  for (int arm = 0; arm < problem.arms(); ++arm) {
+    const auto name = std::find(results.arms.begin(), results.arms.end(), problem.name_of(arm));
+    if (name == results.arms.end()) {
+      throw Failure(ExitCode::kBadInput, options.strategies + " has no strategy for arm " + problem.name_of(arm));
+    }
+    strategy.push_back(results.rows[options.rank - 1].strategy[name - results.arms.begin()]);
+  }
+  return strategy;
+}
+
+Json numbers(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(value);
+  return list;
+}
+
+std::string numbers_text(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + decimal_text(value, 3);
+  return text;
+}
+
+ExitCode validate(const Settings& settings, const Options& options) {
+  const config::CellFile file = config::load_cell_file(options.cell);
+  std::vector<std::vector<std::int32_t>> times;
+  StrategyResults results;
+  planner::Evaluation evaluation;
+  try {
+    const planner::StrategyProblem problem(file.cell);
+    const planner::SystemStrategy strategy = strategy_of(options, file, problem);
+    evaluation = evaluate(problem, problem.draw(options.seed, options.tasks), strategy, {.times = &times});
+    results = strategy_results(problem, {{strategy, evaluation}});
+  } catch (const planner::ProblemError& error) {
+    throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
+  }
+
+  Table table({{"arm"},
+               {"faults", Align::kRight},
+               {"mean t", Align::kRight},
+               {"std t", Align::kRight},
+               {"autocorrelation of t, lags 1 to 6"}});
+  Json arms = Json::array();
+  for (std::size_t arm = 0; arm < results.arms.size(); ++arm) {
+    const planner::Moments moments = planner::moments(times[arm]);
+    const std::vector<double> own = planner::correlations(times[arm], times[arm], kLags);
+    table.add({results.arms[arm], std::to_string(evaluation.faults[arm]), decimal_text(moments.mean, 2),
+               decimal_text(moments.deviation, 2), numbers_text(own)});
+    arms.push_back({{"name", results.arms[arm]},
+                    {"tasks", evaluation.tasks[arm]},
+                    {"faults", evaluation.faults[arm]},
+                    {"mean_steps", moments.mean},
+                    {"std_steps", moments.deviation},
+                    {"autocorrelation", numbers(own)}});
+  }
+  Json pairs = Json::array();
+  std::string text =
+      strategy_table(results, 1, Palette::for_stream(stdout)) + "\n" + table.text(Palette::for_stream(stdout)) + "\n";
+  for (std::size_t a = 0; a < results.arms.size(); ++a) {
+    for (std::size_t b = a + 1; b < results.arms.size(); ++b) {
+      const double value = planner::correlation(times[a], times[b]);
+      pairs.push_back({{"arms", {results.arms[a], results.arms[b]}}, {"correlation", value}});
+      text += "correlation of " + results.arms[a] + " and " + results.arms[b] + ": " + decimal_text(value, 3) + "\n";
+    }
+  }
+  const double significant = 2.0 / std::sqrt(static_cast<double>(options.tasks));
+  text += "of independent times, 95 % are within ±2/√N = " + decimal_text(significant, 3) + "\n";
+  const Json value = {{"cell", file.cell.name},
+                      {"seed", options.seed},
+                      {"tasks", options.tasks},
+                      {"strategy", strategy_json(results, 1).front()},
+                      {"arms", arms},
+                      {"correlations", pairs},
+                      {"two_over_sqrt_n", significant}};
+  print(settings, value, text);
+  return results.rows.front().faults == 0 ? ExitCode::kDone : ExitCode::kNegative;
+}
+
+}  // namespace
+
+void add_strategy_validation(CLI::App& parent, Session& session) {
+  CLI::App* command = parent.add_subcommand(
+      "validate", "Simulates one strategy on fresh tasks: faults with their bounds, times, how they correlate");
+  auto options = std::make_shared<Options>();
+  command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
+  command
+      ->add_option("--strategies", options->strategies,
+                   "results (CSV) of a search; otherwise the strategies that the cell file gives its arms")
+      ->type_name("FILE");
+  add_whole_number(
+      *command, "--rank", [options](std::uint64_t n) { options->rank = n; }, "which of the results (1)", 1, 1'000'000);
+  add_whole_number(
+      *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); }, "of each arm (4200)",
+      1, 10'000'000);
+  add_seed(*command, options->seed, "of the tasks: one that no search has used (1001)");
+  command->footer("Exit code 1 when there was a fault.");
+  command->callback(
+      [&session, options] { session.action = [&session, options] { return validate(session.settings, *options); }; });
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,138 @@
+// hecaton strategies: searches are repeatable, resumable, and end in files that cells load.
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "services/cli/document.hpp"
+#include "services/config/cell_file.hpp"
+#include "tests/unit/services/cli/run_line.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+const std::string kScorbots = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/scorbot_2a.yaml";
+
+/// A small search: 64 strategies.
+std::vector<std::string> small_search(const std::vector<std::string>& more) {
+  std::vector<std::string> words{"strategies", "search", kScorbots, "--tasks", "40", "--confirm", "60",
+                                 "--alpha",    "-2 2",   "--beta",  "-2.5 1",  "-o", "json"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+std::string content(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+class StrategiesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              ("strategies_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string in_folder(const std::string& name) const { return (folder_ / name).string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST_F(StrategiesTest, SearchIsTheSameForAnyNumberOfThreads) {
+  const Ran one = run_line(small_search({"--threads", "1"}));
+  ASSERT_EQ(one.code, ExitCode::kDone) << one.err;
+  EXPECT_EQ(run_line(small_search({"--threads", "3"})).out, one.out);
+  EXPECT_NE(run_line(small_search({"--seed", "5"})).out, one.out);
+  const Json report = Json::parse(one.out);
+  EXPECT_EQ(report["stages"][0]["candidates"], 64);
+  EXPECT_EQ(report["strategies"][0]["faults"], 0);
+  EXPECT_EQ(report["strategies"][0]["tasks"], 2 * (40 + 60 + 60));
+}
+
+TEST_F(StrategiesTest, AnInterruptedSearchGoesOn) {
+  const Ran whole = run_line(small_search({"--results", in_folder("found")}));
+  ASSERT_EQ(whole.code, ExitCode::kDone) << whole.err;
+  const std::string csv = content(in_folder("found.csv"));
+  const std::string progress = content(in_folder("found.progress"));
+  std::ofstream(in_folder("found.progress")) << progress.substr(0, progress.size() / 2);  // a line is cut off
+  const Ran resumed = run_line(small_search({"--results", in_folder("found"), "--resume"}));
+  EXPECT_EQ(resumed.out, whole.out);
+  EXPECT_EQ(content(in_folder("found.csv")), csv);
+  const Ran other = run_line(small_search({"--results", in_folder("found"), "--resume", "--seed", "9"}));
+  EXPECT_EQ(other.code, ExitCode::kBadInput);
+  EXPECT_NE(other.err.find("is of another search"), std::string::npos) << other.err;
+}
+
+TEST_F(StrategiesTest, ShowAndValidateReadWhatSearchWrote) {
+  const Ran search = run_line(small_search({"--results", in_folder("found")}));
+  const Ran show = run_line({"strategies", "show", in_folder("found.csv"), "--top", "10", "-o", "json"});
+  ASSERT_EQ(show.code, ExitCode::kDone) << show.err;
+  EXPECT_EQ(Json::parse(show.out), Json::parse(search.out)["strategies"]);
+  const Ran validate = run_line(
+      {"strategies", "validate", kScorbots, "--strategies", in_folder("found.csv"), "--tasks", "100", "-o", "json"});
+  const Json report = Json::parse(validate.out);
+  EXPECT_EQ(report["arms"].size(), 2U);
+  EXPECT_EQ(report["arms"][0]["autocorrelation"].size(), 6U);
+  EXPECT_EQ(report["strategy"]["tasks"], 200);
+}
+
+// `strategy: {file: …}` takes what search wrote.
+TEST_F(StrategiesTest, ACellLoadsWhatSearchWrote) {
+  const Ran search = run_line(small_search({"--results", in_folder("found")}));
+  std::string cell = content(kScorbots);
+  for (std::size_t own = 0; (own = cell.find("    strategy: {coeff")) != std::string::npos;) {
+    cell.erase(own, cell.find('\n', own) + 1 - own);
+  }
+  const std::string defaults = "  strategy:\n";
+  ASSERT_NE(cell.find(defaults), std::string::npos);
+  cell.insert(cell.find(defaults) + defaults.size(), "    file: " + in_folder("found.yaml") + "\n");
+  const config::CellFile file = config::parse_cell_file(cell, kScorbots);
+  const Json best = Json::parse(search.out)["strategies"][0]["arms"];
+  for (std::size_t arm = 0; arm < 2; ++arm) {
+    const planner::StrategyParameters& loaded = file.cell.arms[arm].parameters.strategy;
+    EXPECT_EQ(best[arm]["name"], file.cell.arms[arm].arm.name);
+    EXPECT_EQ(loaded.coefficients, 2);
+    EXPECT_EQ(loaded.strategy.coefficients[0], best[arm]["coefficients"][0].get<double>());
+    EXPECT_EQ(loaded.strategy.coefficients[1], best[arm]["coefficients"][1].get<double>());
+    EXPECT_EQ(loaded.strategy.direction, best[arm]["direction"].get<double>());
+  }
+}
+
+TEST_F(StrategiesTest, RefusesWhatCannotBe) {
+  const Ran puma =
+      run_line({"strategies", "search", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml"});
+  EXPECT_EQ(puma.code, ExitCode::kBadInput);
+  EXPECT_NE(puma.err.find("tasks.areas is missing"), std::string::npos) << puma.err;
+  EXPECT_EQ(run_line(small_search({"--resume"})).code, ExitCode::kUsage);
+  std::ofstream(in_folder("bad.csv")) << "rank,time,time_error,tasks,faults,a_direction\n1,80,1,100,0,2\n";
+  const Ran bad = run_line({"strategies", "show", in_folder("bad.csv")});
+  EXPECT_EQ(bad.code, ExitCode::kBadInput);
+  EXPECT_NE(bad.err.find("line 2: a direction must be 1 or -1"), std::string::npos) << bad.err;
+}
+
+TEST_F(StrategiesTest, SimplexImprovesTheCellsOwn) {
+  const Ran ran = run_line(
+      {"strategies", "simplex", kScorbots, "--from", "0 1 1 2 1 1", "--tasks", "60", "--steps", "30", "-o", "json"});
+  const Json report = Json::parse(ran.out);
+  EXPECT_LE(report["optimum"]["time_steps"].get<double>(), report["initial"]["time_steps"].get<double>());
+  EXPECT_LE(report["evaluations"], 30);
+  EXPECT_EQ(run_line({"strategies", "simplex", kScorbots, "--from", "1 2"}).code, ExitCode::kBadInput);
+}
+
+// Both ways to move on a strategy, under the referee's eyes.
+TEST_F(StrategiesTest, ArmsReachTheirGoalsWithoutContact) {
+  for (const char* method : {"strategy", "strategy_step"}) {
+    const Ran ran = run_line({"simulate", kScorbots, "--method", method, "--tasks", "20", "-o", "json"});
+    const Json report = Json::parse(ran.out);
+    EXPECT_EQ(report["contacts"], 0) << method;
+    EXPECT_EQ(report["reached"], 20) << method;
+  }
+}
+
+}  // namespace
+}  // namespace hecaton::services::cli
