@@ -41,7 +41,6 @@ def reach(radius, height, pitch):
 def cell(problem, a):
     side = reach(a.radius, a.height, math.radians(a.pitch))
     to_middle = a.spacing / math.sqrt(3)
-    middle = reach(min(a.radius, to_middle - 0.1), a.height, math.radians(a.pitch))
     angle = math.radians(a.angle)
     pose = lambda q1, q: "[" + ", ".join(f"{x:.4f}" for x in (q1, *q, 0.0)) + "]"
     corners = [math.radians(120 * k - 150) for k in range(3)]
@@ -60,7 +59,11 @@ def cell(problem, a):
             "    influence_distance: 0.10", "    security_distance: 0.015", "    self_influence_distance: 0.05",
             "    self_security_distance: 0.005",
             "  poses:", f"    home: {pose(-angle, side)}", f"    left: {pose(angle, side)}",
-            f"    right: {pose(-angle, side)}", f"    middle: {pose(0.0, middle)}", "", "arms:"]
+            f"    right: {pose(-angle, side)}"]
+    if problem == "2c":
+        middle = reach(min(a.radius, to_middle - 0.1), a.height, math.radians(a.pitch))
+        out.append(f"    middle: {pose(0.0, middle)}")
+    out += ["", "arms:"]
     for k in range(ARMS[problem]):
         x, y = to_middle * math.cos(corners[k]), to_middle * math.sin(corners[k])
         yaw = math.remainder(corners[k] + math.pi, 2 * math.pi)

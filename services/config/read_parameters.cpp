@@ -69,28 +69,30 @@ void read_potential(const MapView& map, planner::PotentialParameters& potential)
   read_number(map, "repulsion", {0.0, 10.0, "m⁴", true}, potential.repulsion);
   read_number(map, "influence_distance", kDistance, potential.influence_distance);
   read_number(map, "spacing", {0.005, 10.0, "m"}, potential.spacing);
-  void read_strategy(const MapView& map, planner::StrategyParameters& parameters) {
-    constexpr std::array<std::string_view, 2> kDirections = {"1", "-1"};
-    constexpr Bounds kCoefficient{-1000.0, 1000.0, ""};
-    if (const auto joints = map.find("joints")) parameters.joints = joints->integer(2, planner::kMaxJoints);
-    if (const auto coefficients = map.find("coefficients")) {
-      parameters.coefficients = 0;
-      parameters.strategy.coefficients.fill(0.0);
-      for (const YamlView& item : coefficients->items(0, planner::kMaxJoints - 2, "numbers")) {
-        parameters.strategy.coefficients[parameters.coefficients++] = item.number(kCoefficient);
-      }
+}
+
+void read_strategy(const MapView& map, planner::StrategyParameters& parameters) {
+  constexpr std::array<std::string_view, 2> kDirections = {"1", "-1"};
+  constexpr Bounds kCoefficient{-1000.0, 1000.0, ""};
+  if (const auto joints = map.find("joints")) parameters.joints = joints->integer(2, planner::kMaxJoints);
+  if (const auto coefficients = map.find("coefficients")) {
+    parameters.coefficients = 0;
+    parameters.strategy.coefficients.fill(0.0);
+    for (const YamlView& item : coefficients->items(0, planner::kMaxJoints - 2, "numbers")) {
+      parameters.strategy.coefficients[parameters.coefficients++] = item.number(kCoefficient);
     }
-    if (const auto direction = map.find("direction")) {
-      parameters.strategy.direction = direction->choice(kDirections) == 0 ? 1.0 : -1.0;
-    }
-    if (const auto file = map.find("file")) {
-      for (const char* key : {"coefficients", "direction"}) {
-        if (const auto given = map.find(key)) given->fail("left out, because strategy.file says it");
-      }
-    }
-    read_number(map, "distance", {0.001, 1.0, "m"}, parameters.distance);
-    read_number(map, "step", {1e-4, 1.0, "rad"}, parameters.step);
   }
+  if (const auto direction = map.find("direction")) {
+    parameters.strategy.direction = direction->choice(kDirections) == 0 ? 1.0 : -1.0;
+  }
+  if (const auto file = map.find("file")) {
+    for (const char* key : {"coefficients", "direction"}) {
+      if (const auto given = map.find(key)) given->fail("left out, because strategy.file says it");
+    }
+  }
+  read_number(map, "distance", {0.001, 1.0, "m"}, parameters.distance);
+  read_number(map, "step", {1e-4, 1.0, "rad"}, parameters.step);
+}
 
 }  // namespace
 
