@@ -75,5 +75,20 @@ TEST(Experiments, HastyArmsPassEachOtherHeadOn) {
   EXPECT_EQ(simulate("two_puma_head_on", planner::Method::kBoundaryFollowing, 24, 0, kOfTests).reached, 24);
 }
 
+// Reacting alone, and looking ahead only when held back, one of these arms was pushed into another's way and hit.
+TEST(Experiments, WhatCrossesTheCellIsForeseen) {
+  planner::Cell cell = config::load_cell_file(std::string(kOfTests) + "four_puma_crossed.yaml").cell;
+  for (auto& arm : cell.arms) arm.arm.limits.velocity.setConstant(3.0);
+  planner::BatchOptions options;
+  options.tasks = 24;
+  options.seed = 8;
+  options.threads = 2;
+  const planner::BatchReport report = planner::simulate_tasks(cell, options);
+  EXPECT_EQ(report.failure, "");
+  EXPECT_EQ(report.reached, 24);
+  EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;
+  EXPECT_GT(report.smallest.distance, 0.02);
+}
+
 }  // namespace
 }  // namespace hecaton
