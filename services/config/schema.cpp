@@ -139,10 +139,11 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 std::span<const Section* const> all_sections() {
   using namespace section;
   static constexpr std::array kAll = {
-      &kRoot,     &kNetwork,  &kHosts,    &kWorld,  &kSupervision, &kRecovery, &kTiming,     &kTasks,    &kTaskAreas,
-      &kClutter,  &kPose,     &kDefaults, &kArm,    &kArmLimits,   &kArmPoses, &kPackages,   &kDamper,   &kFollower,
-      &kYielding, &kRollout,  &kSensor,   &kSensed, &kStrategy,    &kObstacle, &kAttachment, &kBox,      &kSphere,
-      &kCapsule,  &kCylinder, &kMesh,     &kStatic, &kWaypoints,   &kCircle,   &kSine,       &kConveyor, &kDynamic};
+      &kRoot,      &kNetwork,    &kHosts,    &kWorld,    &kSupervision, &kRecovery,  &kTiming,    &kTasks,
+      &kTaskAreas, &kClutter,    &kPose,     &kDefaults, &kArm,         &kArmLimits, &kArmPoses,  &kPackages,
+      &kDamper,    &kFollower,   &kYielding, &kRollout,  &kSensor,      &kSensed,    &kPotential, &kStrategy,
+      &kObstacle,  &kAttachment, &kBox,      &kSphere,   &kCapsule,     &kCylinder,  &kMesh,      &kStatic,
+      &kWaypoints, &kCircle,     &kSine,     &kConveyor, &kDynamic};
   return kAll;
 }
 

