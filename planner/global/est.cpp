@@ -1,4 +1,5 @@
-/// Expansive space trees [Hsu00]: two trees that grow where they are sparse, joined as soon as their ends see each other.
+/// Expansive space trees [Hsu00]: two trees that grow where they are sparse, joined as soon as their ends see each
+/// other.
 
 #include <algorithm>
 #include <cmath>
@@ -45,8 +46,8 @@ class SparseTree {
 /// Uniform in the part of the box around `centre` with sides of 2 `radius` that lies in the space.
 void sample_around(const Space& space, const float* centre, float radius, Random& random, float* q) {
   for (int j = 0; j < space.dimensions; ++j) {
-    q[j] = static_cast<float>(random.uniform(std::max(space.lower[j], centre[j] - radius),
-                                             std::min(space.upper[j], centre[j] + radius)));
+    q[j] = static_cast<float>(
+        random.uniform(std::max(space.lower[j], centre[j] - radius), std::min(space.upper[j], centre[j] + radius)));
   }
 }
 
@@ -66,7 +67,7 @@ SearchResult est(const SearchProblem& problem, const EstOptions& options) {
   SparseTree start(problem.space, problem.start, options.crowd_radius);
   SparseTree goal(problem.space, problem.goal, options.crowd_radius);
   std::vector<float> q(problem.space.stride, 0.0F);
-  if (problem.validity.edge_free(problem.start, problem.goal)) {
+  if (problem.edge_free(problem.start, problem.goal)) {
     result.solved = true;
     result.path = joined(start.tree(), 0, goal.tree(), 0);
   }
@@ -76,11 +77,11 @@ SearchResult est(const SearchProblem& problem, const EstOptions& options) {
     const SparseTree& other = from_start ? goal : start;
     const int node = one.draw(random);
     sample_around(problem.space, one.tree()[node], options.range, random, q.data());
-    if (!problem.validity.edge_free(one.tree()[node], q.data())) continue;
+    if (!problem.edge_free(one.tree()[node], q.data())) continue;
     const int added = one.add(q.data(), node);
     const Neighbour near = other.tree().nearest(q.data());
     if (near.distance2 > options.join_range * options.join_range) continue;
-    if (!problem.validity.edge_free(q.data(), other.tree()[near.index])) continue;
+    if (!problem.edge_free(q.data(), other.tree()[near.index])) continue;
     result.solved = true;
     result.path = from_start ? joined(start.tree(), added, goal.tree(), near.index)
                              : joined(start.tree(), near.index, goal.tree(), added);

@@ -43,6 +43,27 @@ SearchResult search(const SearchProblem& problem, const PlanOptions& options) {
   return rrt_connect(problem, options.rrt);
 }
 
+bool is_free(const Points& path, const Validity& validity, int finer) {
+  for (int i = 0; i + 1 < path.size(); ++i) {
+    if (!validity.edge_free(path[i], path[i + 1], finer)) return false;
+  }
+  return true;
+}
+
+/// As fine as need be: most paths that a coarse search finds stand a fine check.
+SearchResult certified_search(SearchProblem problem, const PlanOptions& options) {
+  SearchResult found;
+  std::uint64_t iterations = 0;
+  for (const int finer : {1, 3, options.certify}) {
+    if (finer > options.certify) continue;
+    problem.finer = finer;
+    found = search(problem, options);
+    found.iterations = iterations += found.iterations;
+    if (!found.solved || finer == options.certify || is_free(found.path, problem.validity, options.certify)) break;
+  }
+  return found;
+}
+
 /// Floats round: the ends are what was asked for.
 void take_path(const Points& points, std::span<const double> start, std::span<const double> goal, Plan& plan) {
   plan.path.clear();
@@ -123,7 +144,8 @@ Plan plan(const Validity& validity, std::span<const double> start, std::span<con
   const Space space = space_of(validity, start, goal);
   const std::vector<float> from = padded(validity, start);
   const std::vector<float> to = padded(validity, goal);
-  const SearchResult found = search({validity, space, from.data(), to.data(), options.seed, options.budget}, options);
+  const SearchResult found =
+      certified_search({validity, space, from.data(), to.data(), options.seed, options.budget}, options);
   result.iterations = found.iterations;
   result.nodes = found.nodes;
   if (found.solved) {
@@ -148,7 +170,12 @@ void simplify(const Validity& validity, const PlanOptions& options, Plan& plan) 
   for (const std::vector<double>& q : plan.path) points.add(padded(validity, q).data());
   SimplifyOptions shortcuts = options.shortcuts;
   shortcuts.seed = options.seed;
-  take_path(simplified(points, validity, space, shortcuts), start, goal, plan);
+  Points shorter = simplified(points, validity, space, shortcuts);
+  if (options.certify > 1 && !is_free(shorter, validity, options.certify)) {
+    shortcuts.finer = options.certify;
+    shorter = simplified(points, validity, space, shortcuts);
+  }
+  take_path(shorter, start, goal, plan);
   plan.checks += validity.checks() - checks_before;
 }
 

@@ -22,6 +22,9 @@ struct PlanOptions {
   PrmOptions prm = {};
   bool simplify = true;
   SimplifyOptions shortcuts = {};
+  /// Paths are looked at again at so many times as many configurations, and where that finds something, planned anew
+  /// so; 1: not. What a coarse check steps over is thin or grazed.
+  int certify = 10;
 };
 
 enum class PlanStatus {

@@ -20,7 +20,7 @@ SearchResult Roadmap::query(const SearchProblem& problem, const PrmOptions& opti
     if (way.empty()) {
       if (problem.budget.over(result.iterations)) break;
       grow(problem, options, random, result);
-    } else if (confirm(way, problem.validity)) {
+    } else if (confirm(way, problem)) {
       result.solved = true;
       result.path = Points(space_.stride);
       for (const int node : way) result.path.add(points_[node]);
@@ -70,7 +70,7 @@ int Roadmap::add(const float* q, const SearchProblem& problem, const PrmOptions&
   nodes_.push_back({edition_, true});
   edges_of_.emplace_back();
   for (std::size_t i = 0; i < count; ++i) {
-    const bool free = problem.validity.edge_free(points_[near[i].index], points_[node]);
+    const bool free = problem.edge_free(points_[near[i].index], points_[node]);
     // A blocked one is kept, too: what blocks it may go.
     edges_of_[node].push_back(edges());
     edges_of_[near[i].index].push_back(edges());
@@ -119,15 +119,15 @@ std::vector<int> Roadmap::shortest(int start, int goal, RoadmapSearch search) co
   return way;
 }
 
-bool Roadmap::confirm(const std::vector<int>& way, const Validity& validity) {
+bool Roadmap::confirm(const std::vector<int>& way, const SearchProblem& problem) {
   for (const int node : way) {
     Known& known = nodes_[node];
-    if (known.edition != edition_) known = {edition_, validity.state_free(points_[node])};
+    if (known.edition != edition_) known = {edition_, problem.validity.state_free(points_[node])};
     if (!known.free) return false;
   }
   for (std::size_t i = 0; i + 1 < way.size(); ++i) {
     Edge& edge = edge_between(way[i], way[i + 1]);
-    if (edge.known.edition != edition_) edge.known = {edition_, validity.edge_free(points_[edge.a], points_[edge.b])};
+    if (edge.known.edition != edition_) edge.known = {edition_, problem.edge_free(points_[edge.a], points_[edge.b])};
     if (!edge.known.free) return false;
   }
   return true;

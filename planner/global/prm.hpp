@@ -9,8 +9,8 @@
 
 namespace hecaton::planner::global {
 
-/// A roadmap of one robot, kept between queries. When something in the world has moved, nothing is thrown away: nodes and
-/// edges are looked at again when a path is to use them.
+/// A roadmap of one robot, kept between queries. When something in the world has moved, nothing is thrown away: nodes
+/// and edges are looked at again when a path is to use them.
 class Roadmap {
  public:
   explicit Roadmap(Space space) : space_(std::move(space)), nearest_(space_.dimensions), points_(space_.stride) {}
@@ -46,7 +46,7 @@ class Roadmap {
   [[nodiscard]] std::vector<int> shortest(int start, int goal, RoadmapSearch search) const;
   [[nodiscard]] bool blocked(const Known& known) const { return known.edition == edition_ && !known.free; }
   /// Looks at what of the way was not seen in this edition of the world. True when all of it is free.
-  bool confirm(const std::vector<int>& way, const Validity& validity);
+  bool confirm(const std::vector<int>& way, const SearchProblem& problem);
   [[nodiscard]] Edge& edge_between(int a, int b);
 
   Space space_;

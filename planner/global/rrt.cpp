@@ -1,5 +1,5 @@
-/// RRT [LaValle01], [Cardenas10] fig. 8 and 9: one tree from the start, drawn towards random configurations and, now and
-/// then, towards the goal.
+/// RRT [LaValle01], [Cardenas10] fig. 8 and 9: one tree from the start, drawn towards random configurations and, now
+/// and then, towards the goal.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ Extend extend(const SearchProblem& problem, Tree& tree, const float* q, float ra
   } else {
     problem.space.interpolate(tree[near.index], q, range / distance, next.data());
   }
-  if (!problem.validity.edge_free(tree[near.index], next.data())) return Extend::kTrapped;
+  if (!problem.edge_free(tree[near.index], next.data())) return Extend::kTrapped;
   tree.add(next.data(), near.index);
   return reaches ? Extend::kReached : Extend::kAdvanced;
 }

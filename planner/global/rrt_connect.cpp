@@ -22,7 +22,7 @@ class Search {
 
   SearchResult run() {
     SearchResult result;
-    result.solved = problem_.validity.edge_free(problem_.start, problem_.goal);
+    result.solved = problem_.edge_free(problem_.start, problem_.goal);
     if (result.solved) {
       result.path = Points(problem_.space.stride);
       result.path.add(problem_.start);
@@ -48,15 +48,17 @@ class Search {
   Extend extend(Tree& tree) {
     const Neighbour near = tree.nearest(sample_.data());
     const float distance = std::sqrt(near.distance2);
-    if (distance > tree.domain(near.index) || distance <= 0.0F) return Extend::kTrapped;
-    const bool reaches = distance <= options_.range;
-    problem_.space.interpolate(tree[near.index], sample_.data(), reaches ? 1.0F : options_.range / distance,
-                               next_.data());
-    if (!problem_.validity.edge_free(tree[near.index], next_.data())) {
-      shrink_domain(tree, near.index);
+    if (distance <= 0.0F) return Extend::kTrapped;
+    const float range = std::min(options_.range, tree.domain(near.index));
+    const bool reaches = distance <= range;
+    problem_.space.interpolate(tree[near.index], sample_.data(), reaches ? 1.0F : range / distance, next_.data());
+    if (!problem_.edge_free(tree[near.index], next_.data())) {
+      if (options_.domain_shrinks < 1.0F) {
+        tree.set_domain(near.index, std::max(range * options_.domain_shrinks, options_.least_domain));
+      }
       return Extend::kTrapped;
     }
-    tree.set_domain(near.index, tree.domain(near.index) * (1.0F + options_.domain_change));
+    tree.set_domain(near.index, tree.domain(near.index) / options_.domain_shrinks);
     tree.add(next_.data(), near.index);
     return reaches ? Extend::kReached : Extend::kAdvanced;
   }
@@ -71,18 +73,10 @@ class Search {
     for (int i = 1; i <= steps; ++i) {
       problem_.space.interpolate(from.data(), q, static_cast<float>(i) / static_cast<float>(steps), next_.data());
       if (i == steps) std::copy(q, q + problem_.space.stride, next_.data());
-      if (!problem_.validity.edge_free(tree[last], next_.data())) return i > 1 ? Extend::kAdvanced : Extend::kTrapped;
+      if (!problem_.edge_free(tree[last], next_.data())) return i > 1 ? Extend::kAdvanced : Extend::kTrapped;
       last = tree.add(next_.data(), last);
     }
     return Extend::kReached;
-  }
-
-  void shrink_domain(Tree& tree, int node) {
-    if (options_.domain <= 0.0F) return;
-    const float domain = tree.domain(node);
-    tree.set_domain(node, std::isinf(domain)
-                              ? options_.domain
-                              : std::max(domain * (1.0F - options_.domain_change), options_.least_domain));
   }
 
   /// The last nodes of both trees are the same configuration.

@@ -5,12 +5,12 @@
 namespace hecaton::planner::global {
 namespace {
 
-Points farthest_seen(const Points& path, const Validity& validity) {
+Points farthest_seen(const Points& path, const Validity& validity, int finer) {
   Points result(path.stride());
   result.add(path[0]);
   for (int from = 0; from + 1 < path.size();) {
     int to = path.size() - 1;
-    while (to > from + 1 && !validity.edge_free(path[from], path[to])) --to;
+    while (to > from + 1 && !validity.edge_free(path[from], path[to], finer)) --to;
     result.add(path[to]);
     from = to;
   }
@@ -25,8 +25,13 @@ struct Place {
 
 class Shortcutter {
  public:
-  Shortcutter(Points path, const Validity& validity, const Space& space)
-      : path_(std::move(path)), validity_(validity), space_(space), one_(space.stride), two_(space.stride) {}
+  Shortcutter(Points path, const Validity& validity, const Space& space, int finer)
+      : path_(std::move(path)),
+        validity_(validity),
+        space_(space),
+        finer_(finer),
+        one_(space.stride),
+        two_(space.stride) {}
 
   void try_once(Random& random) {
     const double whole = length(path_, space_);
@@ -38,10 +43,10 @@ class Shortcutter {
     if (from.edge == to.edge) return;
     space_.interpolate(path_[from.edge], path_[from.edge + 1], from.t, one_.data());
     space_.interpolate(path_[to.edge], path_[to.edge + 1], to.t, two_.data());
-    if (!validity_.edge_free(one_.data(), two_.data())) return;
+    if (!validity_.edge_free(one_.data(), two_.data(), finer_)) return;
     // Parts of checked edges are checked again: their configurations fall elsewhere.
-    if (!validity_.edge_free(path_[from.edge], one_.data())) return;
-    if (!validity_.edge_free(two_.data(), path_[to.edge + 1])) return;
+    if (!validity_.edge_free(path_[from.edge], one_.data(), finer_)) return;
+    if (!validity_.edge_free(two_.data(), path_[to.edge + 1], finer_)) return;
     Points shorter(path_.stride());
     for (int i = 0; i <= from.edge; ++i) shorter.add(path_[i]);
     shorter.add(one_.data());
@@ -66,6 +71,7 @@ class Shortcutter {
   Points path_;
   const Validity& validity_;
   const Space& space_;
+  int finer_;
   std::vector<float> one_;
   std::vector<float> two_;
 };
@@ -80,10 +86,10 @@ double length(const Points& path, const Space& space) {
 
 Points simplified(const Points& path, const Validity& validity, const Space& space, const SimplifyOptions& options) {
   if (path.size() <= 2) return path;
-  Shortcutter shortcutter(farthest_seen(path, validity), validity, space);
+  Shortcutter shortcutter(farthest_seen(path, validity, options.finer), validity, space, options.finer);
   Random random(options.seed);
   for (int i = 0; i < options.rounds && shortcutter.path().size() > 2; ++i) shortcutter.try_once(random);
-  return farthest_seen(shortcutter.path(), validity);
+  return farthest_seen(shortcutter.path(), validity, options.finer);
 }
 
 }  // namespace hecaton::planner::global

@@ -8,6 +8,7 @@ namespace hecaton::planner::global {
 struct SimplifyOptions {
   int rounds = 40;  ///< random shortcuts that are tried after the greedy ones
   std::uint64_t seed = 1;
+  int finer = 1;  ///< as SearchProblem's
 };
 
 /// A path with the same ends whose straight ways are free, too, and that is not longer: first every point is joined

@@ -8,8 +8,8 @@
 namespace hecaton::planner::global {
 
 struct CoverOptions {
-  double excess = 0.010;  ///< the cover sticks out of the shape by no more than this, where `most` balls suffice [m]
-  int most = 16;          ///< balls for one shape
+  double excess = 0.004;  ///< the cover sticks out of the shape by no more than this, where `most` balls suffice [m]
+  int most = 48;          ///< balls for one shape
 };
 
 /// Every point of the shape lies in one of the balls, which are in the shape's frame S. Balls and capsules are covered

@@ -40,8 +40,8 @@ KernelBall kernel_ball(const Pose& X_FS, const world::BoundingSphere& ball, doub
           static_cast<float>(std::max(0.0, inner - 2.0 * rounding))};
 }
 
-/// Of the largest ball around p that lies within the shape; 0 when p does not. A point's depth in a convex shape is just
-/// that. [m]
+/// Of the largest ball around p that lies within the shape; 0 when p does not. A point's depth in a convex shape is
+/// just that. [m]
 double inner_radius(const SweptCore& core, const Eigen::Vector3d& p) {
   static const SweptCore point = make_swept_core(world::Sphere{0.0});
   const Pose at(Eigen::Translation3d{p});

@@ -34,10 +34,9 @@ struct ValidityOptions {
 };
 
 /// The own arms of one or several geometries as one robot in a standing world. The robots' joints follow one another in
-/// a configuration. Links are covered by balls, all numbers are floats and rounding is made up for by larger balls; where
-/// balls do not tell, the shapes' exact distance does. What is said to be free is free, what is said to collide may have
-/// a few hundredths of a millimetre left. As elsewhere, bodies that
-/// no joint moves may stand in obstacles.
+/// a configuration. Links are covered by balls, all numbers are floats and rounding is made up for by larger balls;
+/// where balls do not tell, the shapes' exact distance does. What is said to be free is free, what is said to collide
+/// may have a few hundredths of a millimetre left. As elsewhere, bodies that no joint moves may stand in obstacles.
 class Validity {
  public:
   /// Throws std::invalid_argument for more than kMostDimensions joints.

@@ -75,8 +75,8 @@ struct KernelWorld {
   std::vector<std::array<std::array<float, kWidth>, 6>> boxes;
 };
 
-/// Decides where balls cannot: a body's own shape at the pose that a frame gives it in one lane. Frames are four columns
-/// of x, y, z: the axes and the origin.
+/// Decides where balls cannot: a body's own shape at the pose that a frame gives it in one lane. Frames are four
+/// columns of x, y, z: the axes and the origin.
 struct ExactCheck {
   const void* context = nullptr;
   bool (*meets_obstacle)(const void* context, int body, const float* frame, int obstacle) = nullptr;

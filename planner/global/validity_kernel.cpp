@@ -85,8 +85,8 @@ struct Hits {
   }
 };
 
-/// Everything about eight configurations. Balls tell most of it: where a ball that covers is clear, so is the shape, and
-/// where a ball inside is not, neither is the shape. What lies between is put off until nothing else decides.
+/// Everything about eight configurations. Balls tell most of it: where a ball that covers is clear, so is the shape,
+/// and where a ball inside is not, neither is the shape. What lies between is put off until nothing else decides.
 class Block {
  public:
   Block(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const V* q)
@@ -230,7 +230,8 @@ class Block {
       case ObstacleKind::kSphere:
         return nearer(dot(d, d), radius + o.half[0], inner + o.half[0]);
       case ObstacleKind::kBox: {
-        const Vec out{max(abs(along(d, &o.axes[0])) - o.half[0], zero), max(abs(along(d, &o.axes[3])) - o.half[1], zero),
+        const Vec out{max(abs(along(d, &o.axes[0])) - o.half[0], zero),
+                      max(abs(along(d, &o.axes[3])) - o.half[1], zero),
                       max(abs(along(d, &o.axes[6])) - o.half[2], zero)};
         return nearer(dot(out, out), radius, inner);
       }
@@ -292,7 +293,8 @@ class Block {
   Frame frames_[kMostFrames];
 };
 
-unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* q, int stride) {
+unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* q,
+                    int stride) {
   V lanes[kMostDimensions];
   for (int j = 0; j < robot.dimensions; ++j) {
     for (int lane = 0; lane < kWidth; ++lane) lanes[j][lane] = q[lane * stride + j];
@@ -300,8 +302,8 @@ unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const Ex
   return Block(robot, world, exact, lanes).collisions(false);
 }
 
-bool edge_free(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* a, const float* b,
-               int blocks) {
+bool edge_free(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* a,
+               const float* b, int blocks) {
   const V lane_start = V{1, 2, 3, 4, 5, 6, 7, 8} * static_cast<float>(blocks);
   const float step = 1.0F / static_cast<float>(blocks * kWidth);
   V lanes[kMostDimensions];

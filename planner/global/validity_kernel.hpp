@@ -10,7 +10,8 @@ struct ValidityKernel {
   unsigned (*collisions)(const KernelRobot&, const KernelWorld&, const ExactCheck&, const float* q, int stride);
   /// True when none of `blocks` times eight configurations, evenly spread over the straight way from a (not itself) to
   /// b (itself), is in collision. Each block is spread over the whole way, so that what is in the way is met early.
-  bool (*edge_free)(const KernelRobot&, const KernelWorld&, const ExactCheck&, const float* a, const float* b, int blocks);
+  bool (*edge_free)(const KernelRobot&, const KernelWorld&, const ExactCheck&, const float* a, const float* b,
+                    int blocks);
 };
 
 [[nodiscard]] const ValidityKernel& fastest_validity();

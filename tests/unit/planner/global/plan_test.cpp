@@ -92,7 +92,8 @@ TEST_P(EveryMethod, SaysThatItsBudgetEnded) {
   EXPECT_GT(blocked, 5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Global, EveryMethod, testing::Values(Method::kRrtConnect, Method::kRrt, Method::kEst, Method::kPrm),
+INSTANTIATE_TEST_SUITE_P(Global, EveryMethod,
+                         testing::Values(Method::kRrtConnect, Method::kRrt, Method::kEst, Method::kPrm),
                          [](const auto& tried) { return std::string(name_of(tried.param)); });
 
 TEST(Plan, NamesThePairThatMakesAStartInvalid) {

@@ -16,9 +16,7 @@ struct Side {
   Validity validity{{CellGeometry({test::puma()}, 0)}, {}};
   Space space = space_of(validity, std::vector<double>(6, 0.0), std::vector<double>(6, 0.0));
 
-  [[nodiscard]] SearchProblem problem() const {
-    return {validity, space, left.data(), right.data(), 7, {20'000, {}}};
-  }
+  [[nodiscard]] SearchProblem problem() const { return {validity, space, left.data(), right.data(), 7, {20'000, {}}}; }
   [[nodiscard]] bool free(const Points& path) const {
     for (int i = 0; i + 1 < path.size(); ++i) {
       if (!validity.edge_free(path[i], path[i + 1])) return false;

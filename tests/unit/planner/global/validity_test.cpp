@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/fcl_referee.hpp"
 #include "planner/global/plan.hpp"
 #include "planner/global/space.hpp"
 #include "planner/global/validity_kernel.hpp"
 #include "planner/simd/instruction_set.hpp"
+#include "tests/support/fcl_referee.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 #include "tests/unit/planner/collision/random_cell.hpp"
 
@@ -108,8 +108,10 @@ TEST(Validity, BothCompilationsAgreeAboutEveryConfiguration) {
   std::vector<float> eight(static_cast<std::size_t>(kWidth) * space.stride);
   for (int i = 0; i < 2000; ++i) {
     for (int lane = 0; lane < kWidth; ++lane) space.sample(random, eight.data() + lane * space.stride);
-    EXPECT_EQ(baseline::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(), space.stride),
-              avx2::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(), space.stride));
+    EXPECT_EQ(
+        baseline::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(),
+                                       space.stride),
+        avx2::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(), space.stride));
   }
 }
 
