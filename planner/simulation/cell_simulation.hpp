@@ -54,9 +54,9 @@ struct EpisodeOptions {
 };
 
 /// All arms start at rest at `starts` and get their goals at once; ends when all have reached them, at the cell's time
-/// limit, or when none moves any more although goals are open. Whose goal is open then: kBlocked when it does not move or
-/// has not come nearer for long (planner/approach.hpp), otherwise kTimedOut.
-/// Deterministic: same cell, starts, goals and options, same outcome to the last bit.
+/// limit, or when none moves any more although goals are open. Whose goal is open then: kBlocked when it does not move
+/// or has not come nearer for long (planner/approach.hpp), otherwise kTimedOut. Deterministic: same cell, starts, goals
+/// and options, same outcome to the last bit.
 [[nodiscard]] EpisodeOutcome simulate_episode(const Cell& cell, const CellConfiguration& starts,
                                               const CellConfiguration& goals, const EpisodeOptions& options);
 

@@ -7,70 +7,13 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/planar_point.hpp"
+#include "tests/unit/planner/local/journey.hpp"
 
 namespace hecaton::planner {
 namespace {
 
 using test::box_obstacle;
 using test::joints;
-
-/// One point among boxes; steps its own ticks and remembers the smallest distance to a box's surface.
-struct Journey {
-  Journey(const std::vector<world::Obstacle>& boxes, Method method, std::uint64_t seed = 1)
-      : geometry({test::planar_point()}, 0), obstacles(boxes), memory{LocalMemory(seed)}, scratch(geometry) {
-    geometry.set_obstacles(obstacles);
-    scratch.rebuild(geometry);
-    parameters.method = method;
-    for (const auto& box : boxes) states.push_back({box.X_WO, {}, 0.0});
-    input.qd = joints({0, 0});
-    input.has_goal = true;
-    input.arms = observations;
-    input.obstacles = states;
-  }
-
-  TickResult step() {
-    TickResult result = tick(geometry, parameters, input, memory, scratch);
-    input.q = result.q;
-    input.qd = result.qd;
-    for (const auto& box : obstacles) {
-      const auto& half = std::get<world::Box>(box.shapes[0].shape).half_extents;
-      const Eigen::Vector3d p(input.q[0], input.q[1], 0.0);
-      const Eigen::Vector3d outside = ((p - box.X_WO.translation()).cwiseAbs() - half).cwiseMax(0.0);
-      nearest = std::min(nearest, outside.norm() - 0.05);
-    }
-    return result;
-  }
-
-  /// Ticks until reached; the status of the last one.
-  TickStatus drive(const JointVector& from, const JointVector& to, int most_ticks) {
-    input.q = from;
-    input.q_goal = to;
-    TickResult result;
-    for (ticks = 0; ticks < most_ticks; ++ticks) {
-      result = step();
-      if (result.status == TickStatus::kReached) break;
-    }
-    return result.status;
-  }
-
-  CellGeometry geometry;
-  std::vector<world::Obstacle> obstacles;
-  std::vector<world::ObstacleState> states;
-  std::array<ArmObservation, 1> observations;
-  LocalParameters parameters;
-  TickMemory memory;
-  TickScratch scratch;
-  TickInput input;
-  double nearest = std::numeric_limits<double>::infinity();
-  int ticks = 0;
-};
-
-const std::vector<world::Obstacle> kWall{box_obstacle("wall", {0, 0, 0}, {0.1, 0.5, 0.2})};
-/// Fig. 11: an L-shaped trap whose second box blocks the way along the first.
-const std::vector<world::Obstacle> kCorner{box_obstacle("wall", {0, 0, 0}, {0.1, 0.6, 0.2}),
-                                           box_obstacle("shelf", {-0.4, 0.5, 0}, {0.4, 0.1, 0.2}),
-                                           box_obstacle("block", {0.9, 0.1, 0}, {0.1, 0.3, 0.2})};
 
 TEST(Tick, ReachesAFreeGoalStraightAndFast) {
   Journey run({}, Method::kLocal);
@@ -260,104 +203,6 @@ TEST(Tick, TwoArmsExchangePlaces) {
 }
 
 // Manoeuvres change only what is remembered; the same dampers, limits and rows hold.
-TEST(Manoeuvre, ADetourVisitsItsWayPointFirst) {
-  Journey journey({}, Method::kBoundaryFollowing);
-  Manoeuvre detour;
-  detour.kind = ManoeuvreKind::kDetour;
-  detour.q = joints({0, 1});
-  detour.patience = 10.0;
-  journey.input.q = joints({0, 0});
-  journey.input.q_goal = joints({1, 0});
-  (void)journey.step();  // a goal that was not seen before would end the detour
-  begin(detour, journey.memory.local);
-  double nearest = 10.0;
-  TickResult result;
-  for (int k = 0; k < 2000 && result.status != TickStatus::kReached; ++k) {
-    result = journey.step();
-    if (nearest > 0.15) {
-      EXPECT_EQ(result.status, TickStatus::kDetouring) << k;
-    }
-    nearest = std::min(nearest, (result.q - detour.q).norm());
-  }
-  EXPECT_LT(nearest, 0.15);
-  EXPECT_EQ(result.status, TickStatus::kReached);
-}
-
-TEST(Manoeuvre, ADetourIsGivenUpWhenItsTimeIsOver) {
-  Journey journey({}, Method::kBoundaryFollowing);
-  Manoeuvre detour;
-  detour.kind = ManoeuvreKind::kDetour;
-  detour.q = joints({0, 2});  // 4 s away
-  detour.patience = 0.1;
-  journey.input.q = joints({0, 0});
-  journey.input.q_goal = joints({1, 0});
-  (void)journey.step();
-  begin(detour, journey.memory.local);
-  for (int k = 0; k < 12; ++k) (void)journey.step();
-  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
-}
-
-TEST(Manoeuvre, ADetourIntoAWallIsGivenUp) {
-  Journey journey({box_obstacle("wall", {0, 0.5, 0}, {3, 0.1, 0.1})}, Method::kBoundaryFollowing);
-  Manoeuvre detour;
-  detour.kind = ManoeuvreKind::kDetour;
-  detour.q = joints({0, 1});
-  detour.patience = 100.0;
-  journey.input.q = joints({0, 0});
-  journey.input.q_goal = joints({1, 0});
-  (void)journey.step();
-  begin(detour, journey.memory.local);
-  TickResult result;
-  for (int k = 0; k < 3000 && result.status != TickStatus::kReached; ++k) result = journey.step();
-  EXPECT_EQ(result.status, TickStatus::kReached);
-  EXPECT_GT(journey.nearest, 0.0);
-}
-
-TEST(Manoeuvre, ANewGoalEndsIt) {
-  Journey journey({}, Method::kBoundaryFollowing);
-  Manoeuvre detour;
-  detour.kind = ManoeuvreKind::kDetour;
-  detour.q = joints({0, 2});
-  detour.patience = 100.0;
-  journey.input.q = joints({0, 0});
-  journey.input.q_goal = joints({1, 0});
-  (void)journey.step();
-  begin(detour, journey.memory.local);
-  EXPECT_EQ(journey.step().status, TickStatus::kDetouring);
-  journey.input.q_goal = joints({-1, 0});
-  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
-}
-
-TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
-  Journey journey({}, Method::kBoundaryFollowing);
-  Manoeuvre evasion;
-  evasion.kind = ManoeuvreKind::kEvade;
-  evasion.q = joints({0, 0.2});
-  evasion.patience = 3.0;
-  journey.input.q = joints({0, 0});
-  journey.input.q_goal = joints({1, 0});
-  (void)journey.step();
-  begin(evasion, journey.memory.local);
-  for (int k = 0; k < 295; ++k) ASSERT_EQ(journey.step().status, TickStatus::kDetouring) << k;
-  EXPECT_LT((journey.input.q - evasion.q).norm(), 0.01);
-  for (int k = 0; k < 10; ++k) (void)journey.step();
-  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
-}
-
-TEST(Manoeuvre, AnArmWithoutAGoalEvadesAndStaysWhereThatLed) {
-  Journey journey({}, Method::kBoundaryFollowing);
-  Manoeuvre evasion;
-  evasion.kind = ManoeuvreKind::kEvade;
-  evasion.q = joints({0, 0.2});
-  evasion.patience = 2.0;
-  journey.input.q = joints({0, 0});
-  journey.input.has_goal = false;
-  (void)journey.step();
-  begin(evasion, journey.memory.local);
-  for (int k = 0; k < 400; ++k) ASSERT_EQ(journey.step().status, TickStatus::kIdle) << k;
-  EXPECT_LT((journey.input.q - evasion.q).norm(), 0.01);
-}
-
 TEST(Tick, TellsHowMuchRoomItHas) {
   Journey alone({}, Method::kBoundaryFollowing);
   alone.input.q = joints({0, 0});

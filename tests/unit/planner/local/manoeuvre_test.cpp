@@ -1,0 +1,111 @@
+// What a manoeuvre makes of the ticks that follow it.
+#include <gtest/gtest.h>
+
+#include "tests/unit/planner/local/journey.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::box_obstacle;
+using test::joints;
+
+TEST(Manoeuvre, ADetourVisitsItsWayPointFirst) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre detour;
+  detour.kind = ManoeuvreKind::kDetour;
+  detour.q = joints({0, 1});
+  detour.patience = 10.0;
+  journey.input.q = joints({0, 0});
+  journey.input.q_goal = joints({1, 0});
+  (void)journey.step();  // a goal that was not seen before would end the detour
+  begin(detour, journey.memory.local);
+  double nearest = 10.0;
+  TickResult result;
+  for (int k = 0; k < 2000 && result.status != TickStatus::kReached; ++k) {
+    result = journey.step();
+    if (nearest > 0.15) {
+      EXPECT_EQ(result.status, TickStatus::kDetouring) << k;
+    }
+    nearest = std::min(nearest, (result.q - detour.q).norm());
+  }
+  EXPECT_LT(nearest, 0.15);
+  EXPECT_EQ(result.status, TickStatus::kReached);
+}
+
+TEST(Manoeuvre, ADetourIsGivenUpWhenItsTimeIsOver) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre detour;
+  detour.kind = ManoeuvreKind::kDetour;
+  detour.q = joints({0, 2});  // 4 s away
+  detour.patience = 0.1;
+  journey.input.q = joints({0, 0});
+  journey.input.q_goal = joints({1, 0});
+  (void)journey.step();
+  begin(detour, journey.memory.local);
+  for (int k = 0; k < 12; ++k) (void)journey.step();
+  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
+}
+
+TEST(Manoeuvre, ADetourIntoAWallIsGivenUp) {
+  Journey journey({box_obstacle("wall", {0, 0.5, 0}, {3, 0.1, 0.1})}, Method::kBoundaryFollowing);
+  Manoeuvre detour;
+  detour.kind = ManoeuvreKind::kDetour;
+  detour.q = joints({0, 1});
+  detour.patience = 100.0;
+  journey.input.q = joints({0, 0});
+  journey.input.q_goal = joints({1, 0});
+  (void)journey.step();
+  begin(detour, journey.memory.local);
+  TickResult result;
+  for (int k = 0; k < 3000 && result.status != TickStatus::kReached; ++k) result = journey.step();
+  EXPECT_EQ(result.status, TickStatus::kReached);
+  EXPECT_GT(journey.nearest, 0.0);
+}
+
+TEST(Manoeuvre, ANewGoalEndsIt) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre detour;
+  detour.kind = ManoeuvreKind::kDetour;
+  detour.q = joints({0, 2});
+  detour.patience = 100.0;
+  journey.input.q = joints({0, 0});
+  journey.input.q_goal = joints({1, 0});
+  (void)journey.step();
+  begin(detour, journey.memory.local);
+  EXPECT_EQ(journey.step().status, TickStatus::kDetouring);
+  journey.input.q_goal = joints({-1, 0});
+  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
+}
+
+TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre evasion;
+  evasion.kind = ManoeuvreKind::kEvade;
+  evasion.q = joints({0, 0.2});
+  evasion.patience = 3.0;
+  journey.input.q = joints({0, 0});
+  journey.input.q_goal = joints({1, 0});
+  (void)journey.step();
+  begin(evasion, journey.memory.local);
+  for (int k = 0; k < 295; ++k) ASSERT_EQ(journey.step().status, TickStatus::kDetouring) << k;
+  EXPECT_LT((journey.input.q - evasion.q).norm(), 0.01);
+  for (int k = 0; k < 10; ++k) (void)journey.step();
+  EXPECT_EQ(journey.step().status, TickStatus::kMoving);
+}
+
+TEST(Manoeuvre, AnArmWithoutAGoalEvadesAndStaysWhereThatLed) {
+  Journey journey({}, Method::kBoundaryFollowing);
+  Manoeuvre evasion;
+  evasion.kind = ManoeuvreKind::kEvade;
+  evasion.q = joints({0, 0.2});
+  evasion.patience = 2.0;
+  journey.input.q = joints({0, 0});
+  journey.input.has_goal = false;
+  (void)journey.step();
+  begin(evasion, journey.memory.local);
+  for (int k = 0; k < 400; ++k) ASSERT_EQ(journey.step().status, TickStatus::kIdle) << k;
+  EXPECT_LT((journey.input.q - evasion.q).norm(), 0.01);
+}
+
+}  // namespace
+}  // namespace hecaton::planner
