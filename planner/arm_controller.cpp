@@ -92,7 +92,7 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   input.hold = hold;
   input.arms = arms;
   input.obstacles = obstacles;
-  const TickResult result =
+  TickResult result =
       cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   setpoint_ = MeasuredState{result.q, result.qd};
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;

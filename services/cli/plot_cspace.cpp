@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 
 #include "planner/cspace/surface_points.hpp"
+#include "services/cli/formatted.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -18,17 +18,8 @@ using planner::cspace::Point;
 using planner::cspace::SensedMap;
 using planner::cspace::Turn;
 
-constexpr double kSide = 480.0;  // of each picture [px]
-constexpr double kGap = 60.0;    // [px]
-
-[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {
-  char buffer[512];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  return buffer;
-}
+constexpr double kSide = 480.0;            // of each picture [px]
+constexpr double kBetweenPictures = 60.0;  // [px]
 
 /// The workspace, in the plane in which the arm is now.
 class Workspace {
@@ -121,7 +112,7 @@ class CspacePicture {
   }
 
  private:
-  [[nodiscard]] double x(double cell) const { return kSide + kGap + scale_ * (cell + 0.5); }
+  [[nodiscard]] double x(double cell) const { return kSide + kBetweenPictures + scale_ * (cell + 0.5); }
   [[nodiscard]] double y(double cell) const { return kSide - scale_ * (cell + 0.5); }
 
   const SensedMap& map_;
@@ -144,7 +135,8 @@ std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std
       "<g font-family='sans-serif' font-size='14'>"
       "<text x='0' y='-10'>%s, t = %.2f s, searches: %d</text>"
       "<text x='%.0f' y='-10'>θ₁ → θ₂ ↑</text></g>\n",
-      2.0 * kSide + kGap + 20.0, kSide + 50.0, planned.arm.name.c_str(), moment.time, planner.searches(), kSide + kGap);
+      2.0 * kSide + kBetweenPictures + 20.0, kSide + 50.0, planned.arm.name.c_str(), moment.time, planner.searches(),
+      kSide + kBetweenPictures);
   for (const world::Obstacle& obstacle : moment.cell.scene.obstacles) svg += workspace.obstacle(obstacle);
   svg += workspace.link_lines(moment.goals[arm], "stroke='#8c8' opacity='0.35'");
   svg += workspace.link_lines(q, "stroke='#36c' opacity='0.8'");

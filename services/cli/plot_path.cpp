@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <numbers>
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/cspace/convex_piece.hpp"
 #include "planner/potential/potential.hpp"
+#include "services/cli/formatted.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -25,15 +25,6 @@ constexpr double kLevel = 0.01;
 /// The field is drawn in so many squares a side, and every so many have an arrow.
 constexpr int kSquares = 72;
 constexpr int kArrowEvery = 3;
-
-[[gnu::format(printf, 1, 2)]] std::string line_of(const char* format, ...) {
-  char buffer[512];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  return buffer;
-}
 
 /// A shape of which the outline from any side is the hull of discs.
 struct Discs {
@@ -110,17 +101,17 @@ class Drawing {
     if (!level_) panels.push_back(panel(2));
     if (picture_.field) panels.push_back(field_panel());
     const auto count = static_cast<double>(panels.size());
-    std::string text = line_of(
+    std::string text = formatted(
         "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
         "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
         "<text x='0' y='-10' font-family='sans-serif' font-size='14'>",
         count * kPanel + (count - 1.0) * kBetween + 20.0, kPanel + 40.0);
     text += picture_.title + "</text>\n";
     for (std::size_t i = 0; i < panels.size(); ++i) {
-      text += line_of("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kPanel + kBetween),
-                      kPanel, kPanel);
+      text += formatted("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kPanel + kBetween),
+                        kPanel, kPanel);
       text += panels[i];
-      text += line_of("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kPanel, kPanel);
+      text += formatted("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kPanel, kPanel);
     }
     return text + "</svg>\n";
   }
@@ -174,9 +165,9 @@ class Drawing {
         points.push_back({p.x() + discs.radius * std::cos(angle), p[axis] + discs.radius * std::sin(angle)});
       }
     }
-    std::string text = line_of("<polygon %s points='", style);
+    std::string text = formatted("<polygon %s points='", style);
     for (const Point& p : planner::cspace::convex_piece(points).corners)
-      text += line_of("%.1f,%.1f ", x(p.x), y(p.y, axis));
+      text += formatted("%.1f,%.1f ", x(p.x), y(p.y, axis));
     return text + "'/>\n";
   }
 
@@ -205,7 +196,7 @@ class Drawing {
     std::string text = "<polyline fill='none' stroke='#c60' stroke-width='1.5' points='";
     for (const JointVector& q : picture_.path) {
       const Eigen::Vector3d p = tool_at(q);
-      text += line_of("%.1f,%.1f ", x(p.x()), y(p[axis], axis));
+      text += formatted("%.1f,%.1f ", x(p.x()), y(p[axis], axis));
     }
     return text + "'/>\n";
   }
@@ -248,8 +239,8 @@ class Drawing {
   }
 
   [[nodiscard]] static std::string arrow(double px, double py, const Eigen::Vector2d& tip) {
-    return line_of("<path d='M%.1f %.1fl%.1f %.1f' stroke='#236' marker-end='url(#tip)'/>\n", px - 0.5 * tip.x(),
-                   py + 0.5 * tip.y(), tip.x(), -tip.y());
+    return formatted("<path d='M%.1f %.1fl%.1f %.1f' stroke='#236' marker-end='url(#tip)'/>\n", px - 0.5 * tip.x(),
+                     py + 0.5 * tip.y(), tip.x(), -tip.y());
   }
 
   /// Red where obstacles repel, arrows downhill. Squares of a row that look alike are one.
@@ -269,8 +260,9 @@ class Drawing {
         const int shade = static_cast<int>(std::lround(10.0 * std::min(1.0, std::sqrt(at.repulsion) / attraction)));
         if (shade != shade_of_run || column == kSquares) {
           if (shade_of_run > 0) {
-            squares += line_of("<rect x='%.1f' y='%.1f' width='%.1f' height='%.2f' fill='#c33' fill-opacity='%.1f'/>\n",
-                               first * pixel, row * pixel, (column - first) * pixel, pixel, 0.1 * shade_of_run);
+            squares +=
+                formatted("<rect x='%.1f' y='%.1f' width='%.1f' height='%.2f' fill='#c33' fill-opacity='%.1f'/>\n",
+                          first * pixel, row * pixel, (column - first) * pixel, pixel, 0.1 * shade_of_run);
           }
           first = column;
           shade_of_run = shade;
@@ -284,7 +276,7 @@ class Drawing {
     return "<defs><marker id='tip' viewBox='0 0 6 6' refX='5' refY='3' markerWidth='4' markerHeight='4' orient='auto'>"
            "<path d='M0 0L6 3L0 6z' fill='#236'/></marker></defs>\n" +
            squares + obstacles(1) + arrows + tool_trace(1) +
-           line_of("<circle cx='%.1f' cy='%.1f' r='5' fill='#090'/>\n", x(goal_W.x()), y(goal_W.y(), 1));
+           formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='#090'/>\n", x(goal_W.x()), y(goal_W.y(), 1));
   }
 
   const PathPicture& picture_;
