@@ -34,13 +34,14 @@ SearchResult Roadmap::query(const SearchProblem& problem, const PrmOptions& opti
 /// A batch of free samples: each lane of a check is another one.
 void Roadmap::grow(const SearchProblem& problem, const PrmOptions& options, Random& random, SearchResult& result) {
   std::vector<float> eight(static_cast<std::size_t>(kWidth) * space_.stride);
+  const auto configuration = [&](int lane) { return eight.data() + static_cast<std::ptrdiff_t>(lane) * space_.stride; };
   for (int added = 0; added < options.batch && !problem.budget.over(result.iterations);) {
-    for (int lane = 0; lane < kWidth; ++lane) space_.sample(random, eight.data() + lane * space_.stride);
+    for (int lane = 0; lane < kWidth; ++lane) space_.sample(random, configuration(lane));
     const unsigned collisions = problem.validity.collisions(eight.data());
     for (int lane = 0; lane < kWidth && !problem.budget.over(result.iterations); ++lane) {
       ++result.iterations;
       if ((collisions >> lane & 1U) != 0) continue;
-      add(eight.data() + lane * space_.stride, problem, options);
+      add(configuration(lane), problem, options);
       ++added;
     }
   }

@@ -56,7 +56,7 @@ Pose pose_of(const float* frame) {
 
 world::BoundingSphere tight_bound(const world::Shape& shape) {
   const auto* convex = std::get_if<world::Convex>(&shape);
-  const world::BoundingSphere rough = world::bounding_sphere(shape);
+  world::BoundingSphere rough = world::bounding_sphere(shape);
   if (convex == nullptr) return rough;
   const world::BoundingSphere ball = enclosing_ball(convex->hull->vertices);
   return ball.radius < rough.radius ? ball : rough;
@@ -155,7 +155,7 @@ void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int fi
     const Pose X_FS = place.X_FL * body.X_CS;
     KernelBody& kernel_body = robot_.bodies.emplace_back();
     kernel_body.frame = place.frame;
-    const SweptCore& core = body_cores_.emplace_back(make_swept_core(body.shape), X_FS).core;
+    const SweptCore& core = body_cores_.emplace_back(PlacedCore{make_swept_core(body.shape), X_FS}).core;
     const auto ball_of = [&](const world::BoundingSphere& ball) {
       return kernel_ball(X_FS, ball, inner_radius(core, ball.centre), rounding);
     };
