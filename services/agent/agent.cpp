@@ -93,7 +93,7 @@ Agent::~Agent() {
 void Agent::run() {
   auto deadline = bus::Clock::now();
   auto patience = bus::Clock::time_point::max();
-  turn();  // all are started
+  turn();  // all are being started
   manager_.ready();
   while (!(ending_ && keeper_.all_ended())) {
     const auto now = bus::Clock::now();

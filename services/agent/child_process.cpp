@@ -8,6 +8,7 @@
 
 #include <fcntl.h>
 #include <linux/close_range.h>
+#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -21,7 +22,7 @@ namespace {
 constexpr int kAliveFd = 3;
 
 [[noreturn]] void fail(const std::filesystem::path& program, int error) {
-  throw std::runtime_error(program.string() + " cannot be started: " + std::strerror(error));
+  throw std::runtime_error(start_failure(program, error));
 }
 
 /// Told through a pipe that exec closes: why the child did not become the program.
@@ -68,16 +69,11 @@ void reset_signals() {
   report_and_leave(pipe);
 }
 
-int start_failure(int pipe) {
-  int error = 0;
-  ssize_t got = 0;
-  do {
-    got = read(pipe, &error, sizeof error);
-  } while (got < 0 && errno == EINTR);
-  return got == sizeof error ? error : 0;
-}
-
 }  // namespace
+
+std::string start_failure(const std::filesystem::path& program, int error) {
+  return program.string() + " cannot be started: " + std::strerror(error);
+}
 
 ChildProcess::ChildProcess(const ChildCommand& command) {
   const std::string program = command.program.string();
@@ -102,21 +98,19 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   const int fork_error = errno;
   close(pipe[1]);
   if (sockets[1] >= 0) close(sockets[1]);
+  start_ = pipe[0];
   if (pid_ < 0) {
-    close(pipe[0]);
     close_own();
     fail(command.program, fork_error);
   }
   // Nobody else reaps it, so the number is still its own.
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
-  const int pidfd_error = errno;
-  const int error = start_failure(pipe[0]);
-  close(pipe[0]);
-  if (pidfd_ < 0 || error != 0) {
+  if (pidfd_ < 0) {
+    const int error = errno;
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
     close_own();
-    fail(command.program, error != 0 ? error : pidfd_error);
+    fail(command.program, error);
   }
 }
 
@@ -124,6 +118,8 @@ ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       pidfd_(std::exchange(other.pidfd_, -1)),
       alive_(std::exchange(other.alive_, -1)),
+      start_(std::exchange(other.start_, -1)),
+      start_error_(other.start_error_),
       end_(other.end_) {}
 
 ChildProcess::~ChildProcess() {
@@ -137,6 +133,17 @@ ChildProcess::~ChildProcess() {
 void ChildProcess::close_own() {
   if (pidfd_ >= 0) close(pidfd_);
   if (alive_ >= 0) close(alive_);
+  if (start_ >= 0) close(start_);
+}
+
+std::optional<int> ChildProcess::poll_start() {
+  if (start_ < 0) return start_error_;
+  pollfd known{start_, POLLIN, 0};
+  if (poll(&known, 1, 0) <= 0) return std::nullopt;
+  int error = 0;
+  if (read(start_, &error, sizeof error) == sizeof error) start_error_ = error;
+  close(std::exchange(start_, -1));
+  return start_error_;
 }
 
 bool ChildProcess::told_alive() {

@@ -23,11 +23,15 @@ struct ChildEnd {
   int signal_number = 0;  ///< 0 when it returned
 };
 
+/// "… cannot be started: No such file or directory".
+[[nodiscard]] std::string start_failure(const std::filesystem::path& program, int error);
+
 class ChildProcess {
  public:
   /// The child has a process group of its own, default signal handlers, an empty signal mask, no descriptors of ours
   /// but stdout and stderr (stdin reads nothing) and the socket for signs of life, and is killed when the thread that
-  /// started it ends. Throws std::runtime_error with a sentence when the program cannot be run.
+  /// started it ends. Does not wait for its program to be read, from a disk that may be slow: see poll_start(). Throws
+  /// std::runtime_error with a sentence when there can be no process.
   explicit ChildProcess(const ChildCommand& command);
   /// Kills and reaps a child that still runs.
   ~ChildProcess();
@@ -37,6 +41,10 @@ class ChildProcess {
   [[nodiscard]] pid_t pid() const { return pid_; }
   /// Readable once the child has ended.
   [[nodiscard]] int fd() const { return pidfd_; }
+  /// Readable once poll_start() knows; below 0: it does.
+  [[nodiscard]] int start_fd() const { return start_; }
+  /// Empty: not known yet; otherwise errno of why the child did not become its program, 0: it did.
+  [[nodiscard]] std::optional<int> poll_start();
   void signal(int number) const;
   /// Whether it has told since the last call that it lives.
   [[nodiscard]] bool told_alive();
@@ -49,6 +57,8 @@ class ChildProcess {
   pid_t pid_ = -1;
   int pidfd_ = -1;
   int alive_ = -1;  ///< our end of the socket
+  int start_ = -1;  ///< our end of the pipe that exec closes
+  int start_error_ = 0;
   std::optional<ChildEnd> end_;
 };
 

@@ -25,6 +25,7 @@ std::vector<Incident> Keeper::turn(Clock::time_point now) {
   std::vector<Incident> incidents;
   const bool watches = options_.watchdog.count() > 0 && !ending_ && now - watched_ >= options_.watchdog / kLooks;
   for (Kept& kept : kept_) {
+    settle(kept, now, incidents);
     reap(kept, now, incidents);
     if (kept.start_at && *kept.start_at <= now) start(kept, now, incidents);
     if (watches) watch(kept, now, incidents);
@@ -55,19 +56,36 @@ void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   if (!options_.logs.empty()) command.log = options_.logs / (kept.service.name + ".log");
   try {
     kept.child.emplace(command);
-    ++kept.starts;
-    kept.failure.clear();
-    incidents.push_back(incident(kept, Incident::Kind::kStarted));
+    kept.starting = true;
   } catch (const std::runtime_error& error) {
-    incidents.push_back(incident(kept, Incident::Kind::kNotStarted));
-    kept.failure = error.what();
-    incidents.back().reason = kept.failure;
-    plan_restart(kept, now, incidents);
+    not_started(kept, error.what(), now, incidents);
   }
 }
 
+void Keeper::settle(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
+  if (!kept.starting) return;
+  const auto error = kept.child->poll_start();
+  if (!error) return;
+  kept.starting = false;
+  if (*error != 0) {
+    kept.child.reset();
+    not_started(kept, start_failure(options_.programs / kept.service.program, *error), now, incidents);
+    return;
+  }
+  ++kept.starts;
+  kept.failure.clear();
+  incidents.push_back(incident(kept, Incident::Kind::kStarted));
+}
+
+void Keeper::not_started(Kept& kept, const std::string& why, Clock::time_point now, std::vector<Incident>& incidents) {
+  incidents.push_back(incident(kept, Incident::Kind::kNotStarted));
+  kept.failure = why;
+  incidents.back().reason = why;
+  if (!ending_) plan_restart(kept, now, incidents);
+}
+
 void Keeper::reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
-  if (!kept.child) return;
+  if (!kept.child || kept.starting) return;
   const auto end = kept.child->poll_end();
   if (!end) return;
   incidents.push_back(incident(kept, Incident::Kind::kExited));
@@ -112,7 +130,7 @@ void Keeper::kill_all() {
 
 void Keeper::append_descriptors(std::vector<pollfd>& descriptors) const {
   for (const Kept& kept : kept_) {
-    if (kept.child) descriptors.push_back({kept.child->fd(), POLLIN, 0});
+    if (kept.child) descriptors.push_back({kept.starting ? kept.child->start_fd() : kept.child->fd(), POLLIN, 0});
   }
 }
 

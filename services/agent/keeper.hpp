@@ -48,7 +48,7 @@ class Keeper {
   void ask_to_end();
   void kill_all();
 
-  /// Readable when turn() has something to reap.
+  /// Readable when turn() has something to reap, or to tell of a start.
   void append_descriptors(std::vector<pollfd>& descriptors) const;
   /// When the next restart is due.
   [[nodiscard]] std::optional<Clock::time_point> next_start() const;
@@ -64,11 +64,14 @@ class Keeper {
     std::optional<Clock::time_point> start_at{};
     Clock::time_point started{};
     std::optional<Clock::time_point> alive_at{};  // it told that it lives; empty: not yet
+    bool starting = false;                        // its program is being read
     unsigned starts = 0;
     bool given_up = false;
     std::string failure{};  // why it could not be started the last time; empty: it could
   };
   void start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void settle(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void not_started(Kept& kept, const std::string& why, Clock::time_point now, std::vector<Incident>& incidents);
   void reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);

@@ -7,6 +7,7 @@
 
 #include "services/agent/agent.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
 
 namespace {
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
     make_folder(agent.logs);
     const config::CellFile file = config::load_cell_file(options.cell);
     const services::LogScope log(services::agent_node(options.host.empty() ? "all" : options.host), options);
+    services::lock_memory();
     services::Agent(file, options, agent, shutdown).run();
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';

@@ -1,6 +1,7 @@
 #pragma once
-/// A folder for what a cell must remember while it is up; gone afterwards. In memory (/dev/shm) unless TMPDIR names another:
-/// drivers keep theirs in a mapped file every period, and a page that is being written to a disk would make them wait.
+/// A folder for what a cell must remember while it is up; gone afterwards. In memory (/dev/shm) unless TMPDIR names
+/// another: drivers keep theirs in a mapped file every period, and a page that is being written to a disk would make
+/// them wait.
 
 #include <filesystem>
 #include <string>

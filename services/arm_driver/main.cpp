@@ -1,6 +1,7 @@
 #include "services/arm_driver/arm_driver.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
 
@@ -13,6 +14,7 @@ int main(int argc, char** argv) {
         const config::CellFile file = config::load_cell_file(options.cell);
         const int arm = services::find_arm(file, options.arm);
         const services::LogScope log(services::driver_node(options.arm), options);
+        services::lock_memory();
         services::ArmDriver(file, arm, options, shutdown).run();
       });
 }

@@ -2,6 +2,7 @@
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/run_service.hpp"
 
 int main(int argc, char** argv) {
@@ -13,6 +14,7 @@ int main(int argc, char** argv) {
         const int arm = services::find_arm(file, options.arm);
         const auto planners = services::planners_of(file, static_cast<std::size_t>(arm));
         const services::LogScope log(planners[services::index_on(planners, options.host)].node, options);
+        services::lock_memory();
         services::PlannerService(file, arm, options, shutdown).run();
       });
 }

@@ -1,5 +1,6 @@
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/run_service.hpp"
 #include "services/supervisor/supervisor.hpp"
 
@@ -11,6 +12,7 @@ int main(int argc, char** argv) {
         const config::CellFile file = config::load_cell_file(options.cell);
         const auto supervisors = services::supervisors_of(file);
         const services::LogScope log(supervisors[services::index_on(supervisors, options.host)].node, options);
+        services::lock_memory();
         services::Supervisor(file, options, shutdown).run();
       });
 }

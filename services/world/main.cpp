@@ -1,5 +1,6 @@
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
 #include "services/world/world_service.hpp"
@@ -11,6 +12,7 @@ int main(int argc, char** argv) {
                                [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
                                  const config::CellFile file = config::load_cell_file(options.cell);
                                  const services::LogScope log(services::world_node(), options);
+                                 services::lock_memory();
                                  services::WorldService(file, options, shutdown).run();
                                });
 }

@@ -17,7 +17,7 @@ class Containers(Hosts):
                 raise CannotRun(f"{tool} is missing")
         if subprocess.run(["podman", "image", "exists", image]).returncode != 0:
             raise CannotRun(f"podman has no image {image}: ./run image makes it")
-        tried = subprocess.run(["podman", "run", "--rm", image, "--version"], capture_output=True, text=True)
+        tried = subprocess.run(["podman", "run", "--rm", "--cap-add", "IPC_LOCK", image, "--version"], capture_output=True, text=True)
         if tried.returncode != 0:
             raise CannotRun(f"podman runs no container: {tried.stderr.strip() or tried.returncode}")
         self._image = image
@@ -37,7 +37,7 @@ class Containers(Hosts):
     def start(self, host, arguments, log):
         return subprocess.Popen(
             ["podman", "run", "--rm", "--name", self._name(host), "--hostname", host, "--network", self._network,
-             "--ip", self._addresses[host], *self._volumes, self._image, *arguments],
+             "--ip", self._addresses[host], "--cap-add", "IPC_LOCK", *self._volumes, self._image, *arguments],
             stdout=log, stderr=log)
 
     def inside(self, host, words):

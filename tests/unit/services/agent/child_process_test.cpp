@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
-#include <stdexcept>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -33,6 +32,11 @@ class ChildProcessTest : public ::testing::Test {
     pollfd ended{child.fd(), POLLIN, 0};
     EXPECT_EQ(poll(&ended, 1, kMostWaiting), 1);
     return child.poll_end();
+  }
+  static std::optional<int> await_start(ChildProcess& child) {
+    pollfd known{child.start_fd(), POLLIN, 0};
+    EXPECT_EQ(poll(&known, 1, kMostWaiting), 1);
+    return child.poll_start();
   }
   std::string log() {
     std::ifstream file(folder_ / "log");
@@ -71,12 +75,18 @@ TEST_F(ChildProcessTest, LogsToItsFile) {
 }
 
 TEST_F(ChildProcessTest, MissingProgramIsASentence) {
-  try {
-    ChildProcess child({"/no/such/program", {}, {}});
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "/no/such/program cannot be started: No such file or directory");
-  }
+  ChildProcess child({"/no/such/program", {}, {}});
+  const auto error = await_start(child);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(start_failure("/no/such/program", *error), "/no/such/program cannot be started: No such file or directory");
+  EXPECT_TRUE(await_end(child));
+}
+
+TEST_F(ChildProcessTest, TellsThatItsProgramRuns) {
+  auto child = shell("exec sleep 600");
+  EXPECT_EQ(await_start(child), 0);
+  EXPECT_LT(child.start_fd(), 0);
+  EXPECT_EQ(child.poll_start(), 0);  // and goes on telling it
 }
 
 TEST_F(ChildProcessTest, InheritsNoSignalMaskAndNoIgnoredSignals) {
@@ -127,9 +137,9 @@ TEST_F(ChildProcessTest, DiesWithTheProcessThatStartedIt) {
   const pid_t middle = fork();
   ASSERT_GE(middle, 0);
   if (middle == 0) {
-    const auto child = shell("exec sleep 600");
+    auto child = shell("exec sleep 600");
     const pid_t its_pid = child.pid();
-    if (write(told[1], &its_pid, sizeof its_pid) == sizeof its_pid) pause();
+    if (await_start(child) == 0 && write(told[1], &its_pid, sizeof its_pid) == sizeof its_pid) pause();
     _exit(1);
   }
   pid_t pid = 0;
