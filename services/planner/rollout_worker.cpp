@@ -43,8 +43,22 @@ struct RolloutWorker::Impl {
     }
   }
 
-  planner::RolloutSearch search;  ///< of the thread alone, with
-  Obstacles known;                ///< its obstacles
+  /// The thread may be without a processor while it holds the lock: then another period.
+  void hand_over() {
+    if (!unasked) return;
+    {
+      const std::unique_lock lock(mutex, std::try_to_lock);
+      if (!lock) return;
+      question = std::exchange(unasked, std::nullopt);
+      obstacles = unasked_obstacles;
+    }
+    wake.notify_one();
+  }
+
+  std::optional<planner::RolloutQuestion> unasked;  ///< of the control loop alone, with
+  Obstacles unasked_obstacles;                      ///< its obstacles
+  planner::RolloutSearch search;                    ///< of the thread alone, with
+  Obstacles known;                                  ///< its obstacles
   int share;
   std::mutex mutex;
   std::condition_variable wake;
@@ -62,25 +76,24 @@ RolloutWorker::RolloutWorker(std::vector<planner::Arm> arms, std::vector<planner
 RolloutWorker::~RolloutWorker() = default;
 
 void RolloutWorker::ask(planner::RolloutQuestion question, Obstacles obstacles) {
-  {
-    const std::scoped_lock lock(impl_->mutex);
-    impl_->obstacles = std::move(obstacles);
-    impl_->question = std::move(question);
-  }
-  impl_->wake.notify_one();
+  impl_->unasked = std::move(question);
+  impl_->unasked_obstacles = std::move(obstacles);
+  impl_->hand_over();
 }
 
 void RolloutWorker::grant() {
+  impl_->hand_over();
   {
-    const std::scoped_lock lock(impl_->mutex);
+    const std::unique_lock lock(impl_->mutex, std::try_to_lock);
+    if (!lock) return;
     impl_->granted = true;
   }
   impl_->wake.notify_one();
 }
 
 std::optional<planner::RolloutAnswer> RolloutWorker::answer() {
-  const std::scoped_lock lock(impl_->mutex);
-  return std::exchange(impl_->answer, std::nullopt);
+  const std::unique_lock lock(impl_->mutex, std::try_to_lock);
+  return lock ? std::exchange(impl_->answer, std::nullopt) : std::nullopt;
 }
 
 }  // namespace hecaton::services

@@ -1,6 +1,7 @@
 #pragma once
 /// Runs rollouts on a thread of its own, a share in every control period, so that they never delay a command and never
-/// take more of a processor than they were granted.
+/// take more of a processor than they were granted. The loop's side never waits for the thread, which may be without a
+/// processor while it holds the lock.
 
 #include <memory>
 #include <optional>
