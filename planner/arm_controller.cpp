@@ -1,6 +1,8 @@
 #include "planner/arm_controller.hpp"
 
+#include <limits>
 #include <sstream>
+#include <utility>
 
 #include "planner/cspace/surface_points.hpp"
 #include "planner/goal_check.hpp"
@@ -47,6 +49,7 @@ std::string ArmController::reject_goal(const JointVector& q_goal, std::span<cons
 
 void ArmController::set_goal(const JointVector& q_goal) {
   goal_ = q_goal;
+  follow({});
   approach_.restart();
   // The same goal again, after the arm had been there and stepped aside, is a new one.
   if (!under_way()) memory_.local.q_goal = {};
@@ -54,6 +57,32 @@ void ArmController::set_goal(const JointVector& q_goal) {
 
 void ArmController::cancel_goal() {
   goal_.reset();
+  follow({});
+}
+
+void ArmController::begin(const Manoeuvre& manoeuvre) {
+  if (route_.under_way() && manoeuvre.kind != ManoeuvreKind::kEvade) return;
+  planner::begin(manoeuvre, memory_.local);
+}
+
+void ArmController::follow(std::vector<JointVector> points) {
+  // The way to come is measured along the route, which may lead away from the goal at first.
+  if (!route_.under_way() && points.size() > 1) approach_.restart();
+  route_.take(std::move(points));
+  if (!route_.under_way() && memory_.local.detour.of_route) memory_.local.detour = {};
+}
+
+/// The next point of the route is the local planner's aim, unless it evades something.
+void ArmController::go_by_route(const JointVector& q) {
+  Detour& detour = memory_.local.detour;
+  route_.pass(geometry_.own_arm().limits, q);
+  if (!route_.under_way()) {
+    if (detour.of_route) detour = {};
+    return;
+  }
+  if (detour.active && detour.stays) return;
+  detour = {true, route_.next(), std::numeric_limits<double>::infinity(), false, true};
+  memory_.local.follower.following = false;
 }
 
 void ArmController::let_pass(double time) {
@@ -89,15 +118,18 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   if (follows) input.tracking_error = *tracking_error;
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
+  if (input.has_goal && !hold) go_by_route(input.q);
   input.hold = hold;
   input.arms = arms;
   input.obstacles = obstacles;
-  TickResult result =
-      cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
+  TickResult result = cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
+  if (result.status == TickStatus::kDetouring && memory_.local.detour.of_route) result.status = TickStatus::kRouted;
   setpoint_ = MeasuredState{result.q, result.qd};
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
   if (goal_ && free_to_plan) {
-    approach_.note(joint_difference(geometry_.own_arm().limits, result.q, *goal_).norm(), dt_);
+    const JointLimits& limits = geometry_.own_arm().limits;
+    approach_.note(
+        route_.under_way() ? route_.length(limits, result.q) : joint_difference(limits, result.q, *goal_).norm(), dt_);
   }
   return result;
 }

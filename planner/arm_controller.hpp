@@ -11,6 +11,7 @@
 #include "planner/cspace/sensed_planner.hpp"
 #include "planner/local/old_news.hpp"
 #include "planner/model/range_sensor.hpp"
+#include "planner/route.hpp"
 #include "planner/setpoint_log.hpp"
 #include "planner/tick.hpp"
 
@@ -58,8 +59,11 @@ class ArmController {
 
   /// An arm that finds its way blocked waits up to `time` [s] for a manoeuvre before it turns aside by itself.
   void think_first(double time) { memory_.local.time_to_think = time; }
-  /// From the next period on the arm tries this.
-  void begin(const Manoeuvre& manoeuvre) { planner::begin(manoeuvre, memory_.local); }
+  /// From the next period on the arm tries this; an arm on a route only evades what comes.
+  void begin(const Manoeuvre& manoeuvre);
+  /// From the next period on the arm goes by these points, the last of which is its goal; empty: it finds its own way.
+  void follow(std::vector<JointVector> points);
+  [[nodiscard]] const Route& route() const { return route_; }
 
   /// Has a goal and has not been there yet; as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
@@ -82,6 +86,7 @@ class ArmController {
                        std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
                        bool hold);
 
+  void go_by_route(const JointVector& q);
   [[nodiscard]] TickResult tick_through_cspace(TickInput& input);
   void stay_in_sight(const TickInput& input, TickResult& result) const;
 
@@ -92,6 +97,7 @@ class ArmController {
   TickMemory memory_;
   std::optional<JointVector> goal_;
   Approach approach_;
+  Route route_;
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
   std::unique_ptr<cspace::SensedPlanner> cspace_;

@@ -25,7 +25,8 @@ ALLOWED = {
     "planner": ["planner/simd", "planner/strategy", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/global": ["planner/local", "planner/collision", "planner/model", "planner/simd", "world/model"],
-    "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/local", "planner/collision", "planner/model",
+    "planner/route": ["planner", "planner/global", "planner/local", "planner/collision", "planner/model", "world/model"],
+    "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
     "services/config": ["planner", "planner/strategy", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
@@ -33,7 +34,7 @@ ALLOWED = {
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
-           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/simulation",
+           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/route", "planner/simulation",
            "planner/strategy", "planner/strategy_search",
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):

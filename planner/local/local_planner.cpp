@@ -95,7 +95,7 @@ bool inside(const VelocityBounds& bounds, const JointVector& qd) {
 void update_detour(const LocalInput& input, const JointVector& intended, const JointVector& wanted, Detour& detour) {
   detour.time_left -= input.dt;
   if (detour.time_left <= 0.0) detour.active = false;
-  if (detour.stays) return;
+  if (detour.stays || detour.of_route) return;
   const JointVector way = joint_difference(input.limits, input.q, detour.q);
   const bool there = way.cwiseAbs().maxCoeff() < kDetourTolerance;
   const bool blocked = deadlocked(intended, wanted, input.parameters.follower.deadlock_fraction);
@@ -106,11 +106,12 @@ bool follows_boundaries(Method method) {
   return method == Method::kBoundaryFollowing || method == Method::kSingleSubspace || method == Method::kStrategy;
 }
 
-/// Another arm's claim is followed at once, except during a detour, which ends soon. Whoever got the right of way goes
-/// straight, as the others retreat.
+/// Another arm's claim is followed at once, except during a detour of its own, which ends soon. Whoever got the right
+/// of way goes straight, as the others retreat.
 void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
   RightOfWay& right = memory.right_of_way;
-  if (input.parameters.method != Method::kBoundaryFollowing || memory.detour.active) {
+  const bool detours = memory.detour.active && !memory.detour.of_route;
+  if (input.parameters.method != Method::kBoundaryFollowing || detours) {
     right.yields_to = -1;
     return;
   }
@@ -211,7 +212,7 @@ void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
   if (manoeuvre.kind == ManoeuvreKind::kGoOn) return;
   memory.random = Random(manoeuvre.seed);
   const bool evades = manoeuvre.kind == ManoeuvreKind::kEvade;
-  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience, evades};
+  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience, evades, false};
   memory.subspace_wanted = manoeuvre.kind == ManoeuvreKind::kSubspace;
   if (manoeuvre.kind != ManoeuvreKind::kSubspace) memory.follower.following = false;
 }

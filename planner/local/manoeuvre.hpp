@@ -29,6 +29,7 @@ struct Detour {
   JointVector q;           ///< [rad | m]
   double time_left = 0.0;  ///< [s]
   bool stays = false;      ///< it ends with its time, not at its way-point
+  bool of_route = false;  ///< a point of a route (planner/route.hpp), which says when it ends; the arm still makes room
 };
 
 }  // namespace hecaton::planner

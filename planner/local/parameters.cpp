@@ -87,6 +87,9 @@ std::string LocalParameters::validate() const {
   if (rollout.ticks_per_period < 1) {
     return sentence("rollout.ticks_per_period", rollout.ticks_per_period, "1 or more");
   }
+  if (!std::isfinite(route.after) || route.after < 0.0) {
+    return sentence("route.after", route.after, "0 (never) or a time in seconds");
+  }
   if (sensed.cells < 36 || sensed.cells > 1440 || sensed.cells % 4 != 0) {
     return sentence("sensed.cells", sensed.cells, "a multiple of 4 from 36 to 1440");
   }

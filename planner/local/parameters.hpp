@@ -88,6 +88,11 @@ struct RolloutParameters {
   int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
 };
 
+/// When an arm asks a global planner for a way around everything as it stands (planner/route).
+struct RouteParameters {
+  double after = 1.0;  ///< when it has not come nearer to its goal for so long [s]; 0: never
+};
+
 /// How long an arm remembers what it saw (docs/design/0012-sensed-cspace.md says when it then arrives).
 enum class Remember {
   kNever,        ///< it plans with what it sees now, as published: "We do not accumulate historical FO_i"
@@ -123,6 +128,7 @@ struct LocalParameters {
   FollowerParameters follower;
   YieldingParameters yielding;
   RolloutParameters rollout;
+  RouteParameters route;
   SensedParameters sensed;
   PotentialParameters potential;
   StrategyParameters strategy;

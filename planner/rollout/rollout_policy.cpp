@@ -56,7 +56,8 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
       if (arm.has_goal) arm.q_goal = *controller.goal();
       arm.plans = true;
       arm.memory = controller.memory();
-      arm.memory.time_to_think = 0.0;  // who goes on turns aside now
+      arm.memory.time_to_think = 0.0;      // who goes on turns aside now
+      arm.memory.detour.of_route = false;  // what comes after its next point is not played
       continue;
     }
     const ArmObservation& seen = arms[i];
@@ -100,9 +101,10 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
                                                    std::span<const world::ObstacleState> obstacles) {
   const double dt = controller.control_period();
   since_answer_ += dt;
-  const bool trouble = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
-                       result.status == TickStatus::kBlocked ||
-                       (result.status == TickStatus::kYielding && controller.under_way()) || result.thinks;
+  const bool held_back = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
+                         result.status == TickStatus::kBlocked ||
+                         (result.status == TickStatus::kYielding && controller.under_way()) || result.thinks;
+  const bool trouble = held_back && !controller.route().under_way();  // else the route is looked at, and left
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_foresight_ += dt;

@@ -46,6 +46,7 @@ struct BatchReport {
   double duration = 0.0;       ///< virtual [s]
   std::uint64_t ticks = 0;
   std::uint64_t rollouts = 0;       ///< answers of the rollout search
+  std::uint64_t routes = 0;         ///< begun
   std::uint64_t rollout_ticks = 0;  ///< played for them, of single arms
   std::uint64_t relaxed_ticks = 0;
   std::uint64_t redraws = 0;

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <ctime>
 #include <memory>
+#include <optional>
 
 #include "planner/rollout/rollout_policy.hpp"
+#include "planner/route/route_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
 #include "planner/simulation/cell_news.hpp"
 #include "planner/simulation/crew.hpp"
@@ -17,6 +19,9 @@ namespace {
 
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
 constexpr double kHopeless = 10.0;
+/// Configurations that a planner's second thread looks at in a control period, in a search for a route: a third of a
+/// microsecond each, and it shares its processor.
+constexpr std::uint64_t kChecksPerPeriod = 10'000;
 /// So that a thread has some 50 µs of ticks to do: a choice, of the order of what waking it costs.
 constexpr int kArmsPerThread = 10;
 
@@ -53,6 +58,7 @@ class Episode {
       controllers_.emplace_back(CellGeometry(arms_, i), parameters_[i], cell.timing.control_period, random.next());
       controllers_.back().set_obstacles(cell.scene.obstacles);
       policies_.emplace_back(parameters_[i], random.next());
+      route_policies_.emplace_back(parameters_[i], options.seed + static_cast<std::uint64_t>(i));
       drives_.emplace_back(arms_[i].limits, starts[i], cell.timing.command_timeout);
       news_.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
     }
@@ -60,6 +66,8 @@ class Episode {
     caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
     searches_.resize(n);
+    route_searches_.resize(n);
+    route_answers_.resize(n);
     results_.resize(n);
     kinematics_.resize(n);
     spent_.resize(n);
@@ -105,6 +113,12 @@ class Episode {
     return bodies;
   }
 
+  /// An answer that becomes known `at` this time [s].
+  struct DueRoute {
+    double at;
+    RouteAnswer answer;
+  };
+
   /// What one arm's planner took in a period [µs].
   struct Spent {
     double tick = 0.0;     ///< on the machine's clock
@@ -143,6 +157,7 @@ class Episode {
     const bool timed = options_.times != nullptr;
     const double thinks_from = timed ? processor_us() : 0.0;
     think(i);
+    plan_route(i, now);
     if (timed) spent_[i].rollout = processor_us() - thinks_from;
     drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
   }
@@ -176,6 +191,25 @@ class Episode {
         ++outcome_.arms[i].rollouts;
       }
     }
+  }
+
+  /// A route is there when the configurations that it took could have been looked at.
+  void plan_route(int i, double now) {
+    auto& answer = route_answers_[i];
+    if (answer && now >= answer->at) {
+      route_policies_[i].answered(std::move(answer->answer), controllers_[i]);
+      answer.reset();
+      outcome_.arms[i].routes = route_policies_[i].found();
+    }
+    const auto question = route_policies_[i].next(controllers_[i], results_[i], news_[i].arms(), news_[i].obstacles());
+    if (!question) return;
+    if (!route_searches_[i]) {
+      route_searches_[i] = std::make_unique<RouteSearch>(arms_, i, parameters_[i]);
+      route_searches_[i]->set_obstacles(cell_.scene.obstacles);
+    }
+    RouteAnswer found = route_searches_[i]->answer(*question);
+    const auto periods = static_cast<double>(1 + found.checks / kChecksPerPeriod);
+    answer = DueRoute{now + (periods - 0.5) * cell_.timing.control_period, std::move(found)};
   }
 
   void move(int i, double dt) {
@@ -246,6 +280,9 @@ class Episode {
   std::vector<ArmController> controllers_;
   std::vector<RolloutPolicy> policies_;
   std::vector<std::unique_ptr<RolloutSearch>> searches_;  ///< null until the first question
+  std::vector<RoutePolicy> route_policies_;
+  std::vector<std::unique_ptr<RouteSearch>> route_searches_;  ///< null until the first question
+  std::vector<std::optional<DueRoute>> route_answers_;
   std::vector<ArmModel> drives_;
   std::vector<CellNews> news_;
   std::vector<RangeScanner> scanners_;

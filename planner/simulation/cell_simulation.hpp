@@ -23,6 +23,7 @@ struct ArmOutcome {
   double time = 0.0;       ///< until reached, or the time limit [s]
   int redraws = 0;         ///< subspaces drawn
   int rollouts = 0;        ///< answers of the rollout search
+  int routes = 0;          ///< routes begun
   int relaxed_ticks = 0;   ///< ticks that braked because the rows asked for more
   int yielding_ticks = 0;  ///< ticks in which it made room for another arm
   Chatter chatter;

@@ -27,6 +27,7 @@ struct Options {
   std::string cell;
   std::string method;
   int rollouts = -1;  ///< −1: as the cell file says
+  bool no_routes = false;
   std::string report;
   std::string plot;    ///< folder for pictures; empty: none
   double speed = 0.0;  ///< [rad/s]; 0: the cell's limits
@@ -86,6 +87,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.extra["relaxed_ticks"] = batch.relaxed_ticks;
   report.extra["subspaces_drawn"] = batch.redraws;
   report.extra["yielding_ticks"] = batch.yielding_ticks;
+  report.extra["routes"] = batch.routes;
   const planner::Chatter& chatter = batch.chatter;
   report.chatter = ChatterReport{chatter.turns_per_second(), chatter.quick_per_second(), chatter.joint_time};
   return report;
@@ -98,6 +100,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   check_writable(options.report);
   for (planner::PlannedArm& planned : cell.arms) {
     if (options.rollouts >= 0) planned.parameters.rollout.candidates = options.rollouts;
+    if (options.no_routes) planned.parameters.route.after = 0.0;
   }
   if (!options.method.empty()) {
     for (planner::PlannedArm& planned : cell.arms) {
@@ -154,6 +157,9 @@ void add_simulate(CLI::App& app, Session& session) {
       *command, "--rollouts", [options](std::uint64_t n) { options->rollouts = static_cast<int>(n); },
       "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; 0: none", 0,
       1000);
+  command->add_flag("--no-routes", options->no_routes,
+                    "arms that do not come nearer plan no routes around what stands in their way, whatever the cell "
+                    "file says");
   add_duration(*command, "--age", batch.network.age,
                "mean age of the states that arms see of each other and of obstacles, up to 10s (0ms)", 0.0, 10.0);
   add_duration(*command, "--jitter", batch.network.jitter, "ages are uniform within age ± jitter, at most age (0ms)",

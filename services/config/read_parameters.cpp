@@ -55,6 +55,10 @@ void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
   if (const auto ticks = map.find("ticks_per_period")) rollout.ticks_per_period = ticks->integer(1, 1'000'000);
 }
 
+void read_route(const MapView& map, planner::RouteParameters& route) {
+  read_seconds(map, "after", {0.0, 3600.0, "s"}, route.after);
+}
+
 void read_sensed(const MapView& map, planner::SensedParameters& sensed) {
   if (const auto cells = map.find("cells")) sensed.cells = cells->integer(36, 1440);
   read_number(map, "margin", {0.0, 1.0, "m", true}, sensed.margin);
@@ -117,6 +121,7 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
   if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
+  if (const auto route = map.find("route")) read_route(route->map(section::kRoute), parameters.route);
   if (const auto sensed = map.find("sensed")) read_sensed(sensed->map(section::kSensed), parameters.sensed);
   if (const auto field = map.find("potential")) read_potential(field->map(section::kPotential), parameters.potential);
   if (const auto strategy = map.find("strategy")) read_strategy(strategy->map(section::kStrategy), parameters.strategy);

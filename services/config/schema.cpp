@@ -47,6 +47,7 @@ constexpr std::array kArmKeys = {
     Words("follower"),
     Words("yielding"),
     Words("rollout"),
+    Words("route"),
     Words("goal_tolerance"),
     Words("acceleration_of_obstacles"),
     Words("state_age_limit"),
@@ -63,6 +64,7 @@ constexpr std::array kFollowerKeys = {Words("deadlock_fraction"), Words("exit_fr
 constexpr std::array kYieldingKeys = {Words("patience"), Words("at_rest")};
 constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
                                      Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
+constexpr std::array kRouteKeys = {Words("after")};
 constexpr std::array kSensorKeys = {Words("name"),        Words("link"),         Words("position"), Words("direction"),
                                     Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
                                     Words("noise"),       Words("period"),       Words("simulated")};
@@ -117,6 +119,7 @@ constexpr Section kDamper{"arms[].damper", kDamperKeys};
 constexpr Section kFollower{"arms[].follower", kFollowerKeys};
 constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
 constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
+constexpr Section kRoute{"arms[].route", kRouteKeys};
 constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
 constexpr Section kSensed{"arms[].sensed", kSensedKeys};
 constexpr Section kPotential{"arms[].potential", kPotentialKeys};
@@ -139,11 +142,11 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 std::span<const Section* const> all_sections() {
   using namespace section;
   static constexpr std::array kAll = {
-      &kRoot,      &kNetwork,    &kHosts,    &kWorld,    &kSupervision, &kRecovery,  &kTiming,    &kTasks,
-      &kTaskAreas, &kClutter,    &kPose,     &kDefaults, &kArm,         &kArmLimits, &kArmPoses,  &kPackages,
-      &kDamper,    &kFollower,   &kYielding, &kRollout,  &kSensor,      &kSensed,    &kPotential, &kStrategy,
-      &kObstacle,  &kAttachment, &kBox,      &kSphere,   &kCapsule,     &kCylinder,  &kMesh,      &kStatic,
-      &kWaypoints, &kCircle,     &kSine,     &kConveyor, &kDynamic};
+      &kRoot,      &kNetwork,   &kHosts,      &kWorld,    &kSupervision, &kRecovery,  &kTiming,   &kTasks,
+      &kTaskAreas, &kClutter,   &kPose,       &kDefaults, &kArm,         &kArmLimits, &kArmPoses, &kPackages,
+      &kDamper,    &kFollower,  &kYielding,   &kRollout,  &kRoute,       &kSensor,    &kSensed,   &kPotential,
+      &kStrategy,  &kObstacle,  &kAttachment, &kBox,      &kSphere,      &kCapsule,   &kCylinder, &kMesh,
+      &kStatic,    &kWaypoints, &kCircle,     &kSine,     &kConveyor,    &kDynamic};
   return kAll;
 }
 

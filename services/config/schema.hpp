@@ -35,6 +35,7 @@ extern const Section kDamper;
 extern const Section kFollower;
 extern const Section kYielding;
 extern const Section kRollout;
+extern const Section kRoute;
 extern const Section kSensor;
 extern const Section kSensed;
 extern const Section kPotential;

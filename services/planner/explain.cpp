@@ -73,6 +73,10 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
     case planner::TickStatus::kDetouring:
       progress.trying = "makes a detour";
       break;
+    case planner::TickStatus::kRouted:
+      progress.held_back = result.has_binding || approach.hopeless();
+      progress.trying = "goes by a route around what stands in its way";
+      break;
     case planner::TickStatus::kYielding:
       progress.trying = "makes room for arm " + geometry.arms()[result.yields_to].name;
       break;

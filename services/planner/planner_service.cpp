@@ -112,7 +112,9 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       resolver_(arms_of(file.cell), arm),
       rollout_policy_(file.cell.arms[arm].parameters, seed_of(name_)),
       rollouts_(arms_of(file.cell), parameters_of(file.cell), arm,
-                file.cell.arms[arm].parameters.rollout.ticks_per_period) {
+                file.cell.arms[arm].parameters.rollout.ticks_per_period),
+      route_policy_(file.cell.arms[arm].parameters, seed_of(name_)),
+      routes_(arms_of(file.cell), arm, file.cell.arms[arm].parameters) {
   command_.arm(name_);
   command_.node(node_);
   command_.period(file.cell.timing.control_period);
@@ -269,6 +271,7 @@ void PlannerService::plan() {
   const planner::TickResult result = controller_.step(news_of(own), observed, obstacles, !hold_reason_.empty());
   command(result);
   if (in_charge_) look_ahead(result, observed, obstacles);
+  if (in_charge_) plan_route(result, observed, obstacles);
 
   const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
@@ -315,6 +318,20 @@ void PlannerService::look_ahead(const planner::TickResult& result, std::span<con
     rollouts_.ask(std::move(*question), obstacles_.obstacles());
   } else {
     rollouts_.grant();
+  }
+}
+
+void PlannerService::plan_route(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
+                                std::span<const world::ObstacleState> obstacles) {
+  if (auto answer = routes_.answer()) {
+    if (answer->route.kind == planner::RouteAnswer::Kind::kFound) {
+      log_debug("route", {{"points", answer->route.points.size()},
+                          {"ms", std::chrono::duration<double, std::milli>(answer->taken).count()}});
+    }
+    route_policy_.answered(std::move(answer->route), controller_);
+  }
+  if (auto question = route_policy_.next(controller_, result, arms, obstacles)) {
+    routes_.ask(std::move(*question), obstacles_.obstacles());
   }
 }
 

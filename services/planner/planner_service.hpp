@@ -12,6 +12,7 @@
 
 #include "planner/arm_controller.hpp"
 #include "planner/rollout/rollout_policy.hpp"
+#include "planner/route/route_policy.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/arm_view.hpp"
@@ -20,6 +21,7 @@
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
 #include "services/planner/rollout_worker.hpp"
+#include "services/planner/route_worker.hpp"
 #include "services/planner/sensor_view.hpp"
 #include "services/planner/unsaid_statuses.hpp"
 #include "services/runtime/cell_mode.hpp"
@@ -52,6 +54,8 @@ class PlannerService {
   [[nodiscard]] planner::OwnNews news_of(const ArmView::Heard& own) const;
   void note_reaction(Clock::duration taken);
   void look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
+                  std::span<const world::ObstacleState> obstacles);
+  void plan_route(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles);
   void command(const planner::TickResult& result);
   void answer_clients(Progress progress);
@@ -96,6 +100,8 @@ class PlannerService {
   GoalResolver resolver_;
   planner::RolloutPolicy rollout_policy_;
   RolloutWorker rollouts_;
+  planner::RoutePolicy route_policy_;
+  RouteWorker routes_;
 
   Clock::time_point now_{};
   Clock::duration reaction_{};  ///< from hearing to commanding

@@ -1,4 +1,4 @@
-// The three experiments of [Lahouar06, section 4], and [Li96]'s arms, with every part a process on DDS.
+// The three experiments of [Lahouar06, section 4], [Li96]'s arms and routes, with every part a process on DDS.
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -54,6 +54,11 @@ TEST(LiveExperiments, SensorsShowAPlanarArmItsWayOverDds) {
 
 TEST(LiveExperiments, SensorsShowAPumaItsWayOverDds) {
   EXPECT_EQ(run_live("puma_sensed", 4)["reached"], 4);
+}
+
+// Between two walls, with a cart that cuts the routes: nobody gets through without one.
+TEST(LiveExperiments, RoutesLeadThroughANarrowPassageOverDds) {
+  EXPECT_EQ(run_live("narrow_passage", 3)["reached"], 3);
 }
 
 }  // namespace

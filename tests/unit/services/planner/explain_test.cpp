@@ -34,6 +34,7 @@ class ExplainTest : public testing::Test {
 TEST_F(ExplainTest, WhatIsTriedHasAName) {
   EXPECT_EQ(told(TickStatus::kMoving).trying, "goes straight to the goal");
   EXPECT_EQ(told(TickStatus::kDetouring).trying, "makes a detour");
+  EXPECT_EQ(told(TickStatus::kRouted).trying, "goes by a route around what stands in its way");
   result_.redraws = 2;
   EXPECT_EQ(told(TickStatus::kFollowing).trying, "follows the boundary, in subspace 2");
   result_.yields_to = 1;
@@ -43,6 +44,7 @@ TEST_F(ExplainTest, WhatIsTriedHasAName) {
 TEST_F(ExplainTest, OnlyWhoGoesFreelyIsNotHeldBack) {
   result_.yields_to = 1;
   EXPECT_FALSE(told(TickStatus::kMoving).held_back);
+  EXPECT_FALSE(told(TickStatus::kRouted).held_back);
   EXPECT_FALSE(told(TickStatus::kReached).held_back);
   EXPECT_FALSE(told(TickStatus::kHolding).held_back) << "it is told to, nothing is in its way";
   for (const TickStatus status :

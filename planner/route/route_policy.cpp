@@ -1,0 +1,102 @@
+#include "planner/route/route_policy.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hecaton::planner {
+namespace {
+
+/// Between two looks at whether a route is free [s].
+constexpr double kLookInterval = 0.1;
+/// On a route an arm must come nearer to its end, by this share of what is left, within this time [s].
+constexpr double kNearer = 0.98;
+constexpr double kPatienceOnRoute = 2.0;
+/// Off a route, each question that did not help is followed by a pause that is so many times longer, up to kLongest
+/// [s].
+constexpr double kGrowth = 1.5;
+constexpr double kLongest = 8.0;
+
+/// An arm with a joint faster than this is on its way, and where it is now is not where it will be in the way [rad/s |
+/// m/s].
+constexpr double kMoves = 0.1;
+
+RouteQuestion make_question(const ArmController& controller, std::span<const ArmObservation> arms,
+                            std::span<const world::ObstacleState> obstacles) {
+  RouteQuestion question;
+  const int self = controller.geometry().self();
+  question.q = controller.setpoint().q;
+  question.q_goal = *controller.goal();
+  question.left.assign(controller.route().left().begin(), controller.route().left().end());
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    const JointLimits& limits = controller.geometry().arms()[i].limits;
+    JointVector& q = question.arms.emplace_back();
+    const bool moves = arms[i].qd.cwiseAbs().maxCoeff() > kMoves;
+    if (i != self && !moves) q = (arms[i].q + arms[i].qd * arms[i].age).cwiseMax(limits.lower).cwiseMin(limits.upper);
+  }
+  for (const world::ObstacleState& obstacle : obstacles) {
+    question.obstacles.push_back(obstacle);
+    question.obstacles.back().X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, obstacle.age);
+  }
+  return question;
+}
+
+bool knows_all(const ArmController& controller, std::span<const ArmObservation> arms) {
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    if (i != controller.geometry().self() && !arms[i].known) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+RoutePolicy::RoutePolicy(const LocalParameters& parameters, std::uint64_t seed)
+    : after_(parameters.method == Method::kBoundaryFollowing ? parameters.route.after : 0.0),
+      patience_(after_),
+      random_(seed),
+      since_answer_(after_) {}
+
+std::optional<RouteQuestion> RoutePolicy::next(ArmController& controller, const TickResult& result,
+                                               std::span<const ArmObservation> arms,
+                                               std::span<const world::ObstacleState> obstacles) {
+  if (after_ <= 0.0) return std::nullopt;
+  const double dt = controller.control_period();
+  since_answer_ += dt;
+  const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
+  const Route& route = controller.route();
+  if (!controller.under_way() || !free_to_plan) return std::nullopt;
+  if (route.under_way()) {
+    const double left = route.length(controller.geometry().own_arm().limits, controller.setpoint().q);
+    const bool nearer = !on_route_ || left < kNearer * nearest_;
+    if (nearer) nearest_ = left;
+    stuck_ = nearer || result.yields_to >= 0 ? 0.0 : stuck_ + dt;
+    if (stuck_ > kPatienceOnRoute) controller.follow({});
+  }
+  on_route_ = route.under_way();
+  const bool lost = controller.approach().lost() >= after_;
+  if (!lost && !on_route_) patience_ = after_;
+  const bool due = since_answer_ >= (on_route_ ? kLookInterval : patience_) && (on_route_ || lost);
+  if (open_ || !due || !knows_all(controller, arms)) return std::nullopt;
+  open_ = true;
+  RouteQuestion question = make_question(controller, arms, obstacles);
+  question.seed = random_.next();
+  q_goal_ = question.q_goal;
+  return question;
+}
+
+void RoutePolicy::answered(RouteAnswer answer, ArmController& controller) {
+  open_ = false;
+  since_answer_ = 0.0;
+  if (!controller.goal() || *controller.goal() != q_goal_) return;
+  const bool was_on_route = controller.route().under_way();
+  if (!was_on_route) patience_ = std::min(kLongest, kGrowth * patience_);
+  const bool goes = answer.kind == RouteAnswer::Kind::kFound;
+  if (goes) {
+    ++found_;
+    on_route_ = false;  // another route is another length
+  }
+  // What was asked while the arm was on a route that it has left meanwhile has no answer any more.
+  if (answer.kind == RouteAnswer::Kind::kKept && !was_on_route) return;
+  if (goes || was_on_route) controller.follow(std::move(answer.points));
+}
+
+}  // namespace hecaton::planner

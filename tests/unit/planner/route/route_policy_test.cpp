@@ -1,0 +1,137 @@
+#include "planner/route/route_policy.hpp"
+
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/planner/route/room.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::joints;
+
+/// One arm, its policy and its search, period by period; answers take `delay` periods.
+class OnTheWay {
+ public:
+  OnTheWay(const std::vector<world::Obstacle>& boxes, double after) : boxes_(boxes), states_(test::states_of(boxes)) {
+    parameters_.route.after = after;
+    parameters_.rollout.candidates = 0;
+    policy_.emplace(parameters_, 7);
+    controller_.emplace(CellGeometry({test::planar_point()}, 0), parameters_, 0.01, 3);
+    controller_->set_obstacles(boxes);
+    search_.set_obstacles(boxes);
+  }
+
+  void start(const JointVector& from, const JointVector& to) {
+    measured_ = {from, joints({0, 0})};
+    controller_->set_goal(to);
+  }
+
+  TickResult step() {
+    if (waiting_ && --delay_ <= 0) {
+      policy_->answered(std::move(*waiting_), *controller_);
+      waiting_.reset();
+    }
+    const std::vector<ArmObservation> arms(1);
+    const TickResult result = controller_->step(measured_, arms, states_, false);
+    if (const auto question = policy_->next(*controller_, result, arms, states_)) {
+      waiting_ = search_.answer(*question);
+      delay_ = 2;
+      ++questions;
+    }
+    measured_ = {result.q, result.qd};
+    least_room = std::min(least_room, test::room_at(result.q, boxes_, states_));
+    return result;
+  }
+
+  /// Until it is there; the time that took [s], or −1.
+  double drive(double limit) {
+    for (int period = 1; period * 0.01 <= limit; ++period) {
+      if (step().status == TickStatus::kReached) return period * 0.01;
+    }
+    return -1.0;
+  }
+
+  [[nodiscard]] ArmController& controller() { return *controller_; }
+  [[nodiscard]] const RoutePolicy& policy() const { return *policy_; }
+  std::vector<world::ObstacleState>& states() { return states_; }
+
+  double least_room = std::numeric_limits<double>::infinity();
+  int questions = 0;
+
+ private:
+  LocalParameters parameters_;
+  std::vector<world::Obstacle> boxes_;
+  std::vector<world::ObstacleState> states_;
+  std::optional<RoutePolicy> policy_;
+  std::optional<ArmController> controller_;
+  RouteSearch search_{{test::planar_point()}, 0, parameters_};
+  MeasuredState measured_;
+  std::optional<RouteAnswer> waiting_;
+  int delay_ = 0;
+};
+
+/// A pocket open to the left, 2 m deep and wide: from inside, the way to a goal behind it leads back first.
+std::vector<world::Obstacle> pocket() {
+  return {test::box_obstacle("end", {1.0, 0, 0}, {0.1, 1.2, 0.5}),
+          test::box_obstacle("floor", {0.0, -1.1, 0}, {1.1, 0.1, 0.5}),
+          test::box_obstacle("roof", {0.0, 1.1, 0}, {1.1, 0.1, 0.5})};
+}
+
+TEST(RoutePolicy, LeadsOutOfAPocket) {
+  OnTheWay arm(pocket(), 0.5);
+  arm.start(joints({0.5, 0.1}), joints({2, 0}));
+  EXPECT_GT(arm.drive(60.0), 0.0);
+  EXPECT_GE(arm.policy().found(), 1);
+  EXPECT_GT(arm.least_room, 0.0);
+}
+
+TEST(RoutePolicy, AsksNothingWhileTheArmComesNearer) {
+  OnTheWay arm({test::box_obstacle("far", {0, 2.5, 0}, {0.1, 0.1, 0.5})}, 0.5);
+  arm.start(joints({-1, 0}), joints({1, 0}));
+  EXPECT_GT(arm.drive(20.0), 0.0);
+  EXPECT_EQ(arm.questions, 0);
+}
+
+TEST(RoutePolicy, NeverAsksWhenToldSo) {
+  OnTheWay arm(pocket(), 0.0);
+  arm.start(joints({0.5, 0.1}), joints({2, 0}));
+  arm.drive(5.0);
+  EXPECT_EQ(arm.questions, 0);
+}
+
+// Two gaps, y = 1.2 and y = 2.4; the nearer one is closed while the arm is on its way there: it goes on to the other
+// one without having stood.
+TEST(RoutePolicy, AnotherRouteIsBegunWithoutStopping) {
+  const std::vector<world::Obstacle> boxes{test::box_obstacle("below", {0, -1.55, 0}, {0.1, 2.5, 0.5}),
+                                           test::box_obstacle("middle", {0, 1.8, 0}, {0.1, 0.35, 0.5}),
+                                           test::box_obstacle("above", {0, 3.4, 0}, {0.1, 0.75, 0.5}),
+                                           test::box_obstacle("door", {0, 9, 0}, {0.1, 0.3, 0.5})};
+  OnTheWay arm(boxes, 0.3);
+  arm.start(joints({-1, -0.5}), joints({1, -0.5}));
+  while (!arm.controller().route().under_way()) arm.step();
+  while (arm.controller().setpoint().qd[1] < 0.3) arm.step();
+  ASSERT_TRUE(arm.controller().route().under_way());
+  arm.states()[3].X_WO.translation().y() = 1.2;
+  const int before = arm.policy().found();
+  double slowest = 1.0;
+  for (int period = 0; period < 100; ++period) slowest = std::min(slowest, arm.step().qd.norm());
+  EXPECT_EQ(arm.policy().found(), before + 1);
+  EXPECT_GT(slowest, 0.2);
+  EXPECT_GT(arm.drive(60.0), 0.0);
+  EXPECT_GT(arm.least_room, 0.0);
+}
+
+TEST(RoutePolicy, ARouteToAnOldGoalIsForgotten) {
+  OnTheWay arm(pocket(), 0.3);
+  arm.start(joints({0.5, 0.1}), joints({2, 0}));
+  while (!arm.controller().route().under_way()) arm.step();
+  arm.controller().set_goal(joints({-2, 0}));
+  EXPECT_FALSE(arm.controller().route().under_way());
+  EXPECT_FALSE(arm.controller().memory().detour.active);
+  EXPECT_GT(arm.drive(20.0), 0.0);
+}
+
+}  // namespace
+}  // namespace hecaton::planner
