@@ -14,6 +14,9 @@ find_package(fastrtps REQUIRED)
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 pkg_check_modules(NLOPT REQUIRED IMPORTED_TARGET nlopt_cxx)
+# Only for searches by several processes; its C++ bindings are not used.
+set(MPI_CXX_SKIP_MPICXX ON)
+find_package(MPI COMPONENTS CXX)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
 
 # Debian's fcl carries no -march, so neither may a file that passes Eigen types to it.

@@ -3,6 +3,10 @@ include(GNUInstallDirs)
 
 install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+# In a package of its own: whoever searches with one process needs no Open MPI.
+if(MPI_CXX_FOUND)
+  install(TARGETS hecaton-mpi LIBRARY DESTINATION lib/hecaton COMPONENT mpi)
+endif()
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
@@ -31,4 +35,14 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/package/postinst
                                        ${PROJECT_SOURCE_DIR}/deploy/package/postrm)
+# hecaton, and hecaton-mpi with what the component has.
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME hecaton)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SUGGESTS hecaton-mpi)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA})
+unset(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA)
+set(CPACK_COMPONENT_UNSPECIFIED_DESCRIPTION ${PROJECT_DESCRIPTION})
+set(CPACK_COMPONENT_MPI_DESCRIPTION "Searches for motion strategies by several processes, on several machines (Open MPI)")
+set(CPACK_DEBIAN_MPI_PACKAGE_NAME hecaton-mpi)
+set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "hecaton (= ${PROJECT_VERSION}), openmpi-bin")
 include(CPack)

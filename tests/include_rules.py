@@ -47,6 +47,7 @@ ONLY_IN = {
     r"^(bt[A-Z]\w*\.h|Bullet\w*/|LinearMath/)": ["world/sim/", "tests/"],
     r"^assimp/": ["planner/model/mesh_"],
     r"^nlopt": ["planner/strategy_search/simplex"],
+    r"^mpi\.h$": ["services/cli/mpi/"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
     r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/"],

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <future>
 #include <mutex>
-#include <thread>
+#include <stdexcept>
 
+#include "planner/strategy_search/as_text.hpp"
 #include "planner/strategy_search/flat_arm.hpp"
 #include "planner/strategy_search/simplex.hpp"
 
@@ -52,28 +54,55 @@ std::vector<SystemStrategy> StrategyGrid::of(const StrategyProblem& problem, std
   return grid;
 }
 
+namespace {
+
+/// work(i) for each candidate of this process, on all its threads. What one of them throws is thrown here.
+template <typename Work>
+void for_own(const SearchHooks& hooks, std::size_t count, const Work& work) {
+  std::atomic<std::size_t> next{static_cast<std::size_t>(hooks.part)};
+  const auto parts = static_cast<std::size_t>(hooks.parts);
+  const auto take = [&] {
+    for (std::size_t i = next.fetch_add(parts); i < count; i = next.fetch_add(parts)) work(i);
+  };
+  std::vector<std::future<void>> others;
+  for (int i = 1; i < hooks.threads; ++i) others.push_back(std::async(std::launch::async, take));
+  take();
+  for (std::future<void>& other : others) other.get();
+}
+
+/// Brings what other processes have found, if there are any.
+template <typename Found, typename FromText>
+void share(const SearchHooks& hooks, std::vector<Found>& found, const FromText& from_text) {
+  if (!hooks.share) return;
+  std::vector<std::string> texts(found.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (is_own(hooks, i)) texts[i] = text_of(found[i]);
+  }
+  hooks.share(texts);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (is_own(hooks, i)) continue;
+    auto theirs = from_text(texts.at(i));
+    if (!theirs) throw std::runtime_error("another process of the search has sent something else than a result");
+    found[i] = std::move(*theirs);
+  }
+}
+
+}  // namespace
+
 std::vector<Evaluation> evaluate_round(const StrategyProblem& problem, std::span<const SystemStrategy> strategies,
                                        const Round& round, const SearchHooks& hooks) {
   const TaskSet tasks = problem.draw(round.seed, round.tasks);
   const EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
   std::vector<Evaluation> evaluations(strategies.size());
-  std::atomic<std::size_t> next{0};
   std::mutex telling;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < strategies.size(); i = next++) {
-      if (static_cast<int>(i % static_cast<std::size_t>(hooks.parts)) != hooks.part) continue;
-      const Evaluation* known = hooks.known ? hooks.known(round, i) : nullptr;
-      evaluations[i] = known != nullptr ? *known : evaluate(problem, tasks, strategies[i], options);
-      if (!hooks.evaluated) continue;
-      const std::lock_guard lock(telling);
-      hooks.evaluated(round, i, strategies.size(), evaluations[i]);
-    }
-  };
-  std::vector<std::thread> others;
-  for (int i = 1; i < hooks.threads; ++i) others.emplace_back(work);
-  work();
-  for (std::thread& thread : others) thread.join();
-  if (hooks.share) hooks.share(evaluations);
+  for_own(hooks, strategies.size(), [&](std::size_t i) {
+    const Evaluation* known = hooks.known ? hooks.known(round, i) : nullptr;
+    evaluations[i] = known != nullptr ? *known : evaluate(problem, tasks, strategies[i], options);
+    if (!hooks.evaluated) return;
+    const std::lock_guard lock(telling);
+    hooks.evaluated(round, i, strategies.size(), evaluations[i]);
+  });
+  share(hooks, evaluations, evaluation_of);
   return evaluations;
 }
 
@@ -131,16 +160,16 @@ class Search {
 
   /// New candidates near the best; what those have done does not count for these.
   void refine() {
-    std::vector<Candidate> refined;
-    const std::size_t count = std::min<std::size_t>(plan_.refine, report_.best.size());
+    std::vector<SystemStrategy> refined(std::min<std::size_t>(plan_.refine, report_.best.size()));
     const TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
-    for (std::size_t i = 0; i < count; ++i) {
+    for_own(hooks_, refined.size(), [&](std::size_t i) {
       SimplexOptions options;
       options.most_steps = plan_.refine_steps;
-      refined.push_back({refine_by_simplex(problem_, tasks, report_.best[i].strategy, options).strategy, {}});
-    }
+      refined[i] = refine_by_simplex(problem_, tasks, report_.best[i].strategy, options).strategy;
+    });
+    share(hooks_, refined, strategy_of);
     for (Candidate& candidate : report_.best) candidate.evaluation = {};
-    report_.best.insert(report_.best.end(), refined.begin(), refined.end());
+    for (SystemStrategy& strategy : refined) report_.best.push_back({std::move(strategy), {}});
   }
 
   [[nodiscard]] bool any_faultless() const {

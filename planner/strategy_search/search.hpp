@@ -48,9 +48,16 @@ struct SearchHooks {
   /// An evaluation that is known already, of a search that is resumed; nullptr: it is made.
   std::function<const Evaluation*(const Round& round, std::size_t index)> known = {};
   int part = 0;   ///< only candidates whose index has this remainder …
-  int parts = 1;  ///< … when divided by this are evaluated here, as one of several processes; then
-  std::function<void(std::vector<Evaluation>&)> share = {};  ///< brings the others' evaluations
+  int parts = 1;  ///< … when divided by this are evaluated here, as one of several processes
+  /// Then brings what the others have: a text for each candidate, at first empty for theirs (planner/strategy_search/
+  /// as_text).
+  std::function<void(std::vector<std::string>& texts)> share = {};
 };
+
+/// Whether this process evaluates that candidate.
+[[nodiscard]] inline bool is_own(const SearchHooks& hooks, std::size_t index) {
+  return index % static_cast<std::size_t>(hooks.parts) == static_cast<std::size_t>(hooks.part);
+}
 
 /// Evaluates each, in the order given, whatever the number of threads and parts.
 [[nodiscard]] std::vector<Evaluation> evaluate_round(const StrategyProblem& problem,

@@ -130,7 +130,7 @@ ExitCode run_application(int argc, const char* const* argv) {
   Session session;
   const auto app = make_application(session);
   const auto complain = [](ExitCode code, const std::string& sentence) {
-    std::fprintf(stderr, "hecaton: %s\n", sentence.c_str());
+    if (!sentence.empty()) std::fprintf(stderr, "hecaton: %s\n", sentence.c_str());
     return code;
   };
   try {

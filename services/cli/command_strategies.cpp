@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <thread>
 
 #include <CLI/CLI.hpp>
 
@@ -14,6 +13,7 @@
 #include "services/cli/quantities.hpp"
 #include "services/cli/strategy_plot.hpp"
 #include "services/cli/strategy_progress.hpp"
+#include "services/cli/strategy_ranks.hpp"
 #include "services/cli/strategy_simplex.hpp"
 #include "services/cli/strategy_table.hpp"
 #include "services/cli/strategy_validation.hpp"
@@ -35,20 +35,6 @@ struct SearchOptions {
   bool resume = false;
 };
 
-int thread_count(int asked) {
-  return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-planner::StrategyProblem problem_of(const config::CellFile& file) {
-  try {
-    planner::StrategyProblem problem(file.cell);
-    for (const std::string& note : problem.notes()) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
-    return problem;
-  } catch (const planner::ProblemError& error) {
-    throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
-  }
-}
-
 void write_file(const std::string& path, const std::string& text) {
   std::ofstream file(path);
   file << text;
@@ -69,39 +55,33 @@ Json stages_json(const planner::SearchReport& report) {
   return stages;
 }
 
-ExitCode search(const Settings& settings, const SearchOptions& options) {
+/// What every rank reads for itself, and finds the same.
+struct Task {
+  std::string cell;
+  std::unique_ptr<planner::StrategyProblem> problem;
+  std::vector<planner::SystemStrategy> candidates;
+  std::string title;
+};
+
+Task read_task(const SearchOptions& options, bool notes) {
   const config::CellFile file = config::load_cell_file(options.cell);
-  const planner::StrategyProblem problem = problem_of(file);
   planner::StrategyGrid grid;
   if (!options.alpha.empty()) grid.alpha = options.alpha;
   if (!options.beta.empty()) grid.beta = options.beta;
-  if (!options.results.empty()) write_file(options.results + ".csv", "");
-
-  StrategyProgress progress(options.results.empty() ? "" : options.results + ".progress", options.resume, problem,
-                            options.plan, grid);
-  planner::SearchHooks hooks;
-  hooks.threads = thread_count(options.threads);
-  progress.hook(hooks);
-  const auto began = std::chrono::steady_clock::now();
-  planner::SearchReport report;
   try {
-    report = planner::search_strategies(problem, grid.of(problem), options.plan, hooks);
+    Task task{file.cell.name, std::make_unique<planner::StrategyProblem>(file.cell), {}, {}};
+    for (const std::string& note : task.problem->notes()) {
+      if (notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
+    }
+    task.candidates = grid.of(*task.problem);
+    task.title = search_title(*task.problem, options.plan, grid);
+    return task;
   } catch (const planner::ProblemError& error) {
     throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
   }
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-  progress.end();
+}
 
-  const StrategyResults results = strategy_results(problem, report.best);
-  if (!options.results.empty()) {
-    write_file(options.results + ".csv", strategy_csv(results));
-    write_file(options.results + ".yaml", strategy_yaml(results, file.cell.name));
-  }
-  const Json value = {{"cell", file.cell.name},
-                      {"seed", options.plan.seed},
-                      {"stages", stages_json(report)},
-                      {"strategies", strategy_json(results, options.top)}};
-  print(settings, value, strategy_table(results, options.top, Palette::for_stream(stdout)));
+void say_what_was_done(const planner::SearchReport& report, double seconds, const StrategyRanks& ranks, int threads) {
   std::uint64_t ticks = 0;
   for (const planner::SearchReport::Stage& stage : report.stages) {
     std::fprintf(stderr, "%s: %zu of %zu strategies without fault in %d tasks of each arm (seed %llu)\n",
@@ -109,8 +89,58 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
                  static_cast<unsigned long long>(stage.round.seed));
     ticks += stage.arm_ticks;
   }
-  std::fprintf(stderr, "%.1f million arm ticks in %s with %d threads\n", 1e-6 * static_cast<double>(ticks),
-               duration_text(spent.count()).c_str(), hooks.threads);
+  const std::string processes = ranks.count() > 1 ? std::to_string(ranks.count()) + " processes with " : "";
+  std::fprintf(stderr, "%.1f million arm ticks in %s by %s%d thread%s\n", 1e-6 * static_cast<double>(ticks),
+               duration_text(seconds).c_str(), processes.c_str(), threads, threads == 1 ? "" : "s");
+}
+
+ExitCode search(const Settings& settings, const SearchOptions& options) {
+  StrategyRanks ranks;
+  const bool keeps = ranks.first() && !options.results.empty();
+  const std::string so_far_path = options.results + ".progress";
+  Task task;
+  StrategyProgress progress;
+  std::string so_far;
+  ranks.together([&] { task = read_task(options, ranks.first()); });
+  ranks.require_same(task.title);
+  ranks.together([&] {
+    if (keeps && options.resume) so_far = search_so_far(so_far_path, task.title);
+    if (keeps) write_file(options.results + ".csv", "");
+    if (keeps) progress.keep(so_far_path, task.title);
+  });
+  progress.know(ranks.first_of(so_far));
+
+  planner::SearchHooks hooks;
+  hooks.threads = options.threads > 0 ? options.threads : ranks.threads();
+  progress.hook(hooks);
+  progress.tell_in_lines(!ranks.alone());
+  ranks.divide(hooks);
+  const auto began = std::chrono::steady_clock::now();
+  planner::SearchReport report;
+  ranks.together([&] {
+    try {
+      report = planner::search_strategies(*task.problem, task.candidates, options.plan, hooks);
+    } catch (const planner::ProblemError& error) {
+      throw Failure(ExitCode::kBadInput, options.cell + ": " + error.what());
+    }
+  });
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  if (!ranks.first()) return ExitCode::kDone;
+  progress.end();
+
+  const StrategyResults results = strategy_results(*task.problem, report.best);
+  if (keeps) {
+    write_file(options.results + ".csv", strategy_csv(results));
+    write_file(options.results + ".yaml", strategy_yaml(results, task.cell));
+  }
+  const Json value = {{"cell", task.cell},
+                      {"seed", options.plan.seed},
+                      {"stages", stages_json(report)},
+                      {"strategies", strategy_json(results, options.top)}};
+  // What mpirun gives a process is a terminal, wherever it passes that on to.
+  const Palette palette = ranks.alone() ? Palette::for_stream(stdout) : Palette(false);
+  print(settings, value, strategy_table(results, options.top, palette));
+  say_what_was_done(report, spent.count(), ranks, hooks.threads);
   const bool found = !results.rows.empty() && results.rows.front().faults == 0;
   return found ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -118,7 +148,9 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
 void add_threads(CLI::App& app, int& threads) {
   add_whole_number(
       app, "--threads", [&threads](std::uint64_t n) { threads = static_cast<int>(n); },
-      "that simulate at the same time; results do not depend on it (one a processor)", 1, 1024);
+      "that simulate at the same time; results do not depend on it (one a processor, divided among this machine's "
+      "processes under mpirun)",
+      1, 1024);
 }
 
 void add_search(CLI::App& parent, Session& session) {
@@ -156,7 +188,10 @@ void add_search(CLI::App& parent, Session& session) {
       ->type_name("NAME");
   command->add_flag("--resume", options->resume, "go on with a search that was interrupted; needs --results")
       ->needs("--results");
-  command->footer("Exit code 1 when every strategy had a fault.");
+  command->footer(
+      "Exit code 1 when every strategy had a fault. `mpirun hecaton strategies search …` divides the work among the "
+      "processes that mpirun starts, on several machines, too: each reads the same cell file, the first writes the "
+      "results; these do not depend on how many there are.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return search(session.settings, *options); }; });
 }

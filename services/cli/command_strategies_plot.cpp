@@ -1,5 +1,3 @@
-#include "services/cli/strategy_plot.hpp"
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -8,6 +6,7 @@
 
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/cli/strategy_plot.hpp"
 #include "services/cli/strategy_table.hpp"
 
 namespace hecaton::services::cli {

@@ -1,5 +1,3 @@
-#include "services/cli/strategy_simplex.hpp"
-
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +9,7 @@
 #include "planner/strategy_search/simplex.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/cli/strategy_simplex.hpp"
 #include "services/cli/strategy_table.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/config/cell_file.hpp"

@@ -1,5 +1,3 @@
-#include "services/cli/strategy_validation.hpp"
-
 #include <cstdio>
 #include <memory>
 
@@ -9,6 +7,7 @@
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/strategy_table.hpp"
+#include "services/cli/strategy_validation.hpp"
 #include "services/cli/table.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/config/cell_file.hpp"

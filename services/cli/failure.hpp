@@ -8,7 +8,7 @@
 
 namespace hecaton::services::cli {
 
-/// what() is the one sentence that people read.
+/// what() is the one sentence that people read; empty where another process says it.
 class Failure : public std::runtime_error {
  public:
   Failure(ExitCode code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}

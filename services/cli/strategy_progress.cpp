@@ -1,9 +1,11 @@
 #include "services/cli/strategy_progress.hpp"
 
+#include <bit>
 #include <sstream>
 
 #include <unistd.h>
 
+#include "planner/strategy_search/as_text.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
 
@@ -11,10 +13,59 @@ namespace hecaton::services::cli {
 namespace {
 
 constexpr auto kRedraw = std::chrono::milliseconds(200);
+constexpr auto kNextLine = std::chrono::seconds(5);
 
-/// What a file's evaluations depend on: another of it, another search.
-std::string title_of(const planner::StrategyProblem& problem, const planner::SearchPlan& plan,
-                     const planner::StrategyGrid& grid) {
+/// FNV-1a over the bits of what is added.
+class Fingerprint {
+ public:
+  void add(double value) {
+    std::uint64_t bits = std::bit_cast<std::uint64_t>(value + 0.0);  // −0 is 0
+    for (int byte = 0; byte < 8; ++byte, bits >>= 8U) hash_ = (hash_ ^ (bits & 0xFFU)) * 0x100000001b3U;
+  }
+  template <std::size_t N>
+  void add(const double (&values)[N]) {
+    for (const double value : values) add(value);
+  }
+  [[nodiscard]] std::uint64_t value() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325U;
+};
+
+/// Of all that is simulated, and of the tasks that are drawn first: they tell whether another machine draws the same.
+std::uint64_t fingerprint(const planner::StrategyProblem& problem, const planner::SearchPlan& plan) {
+  Fingerprint print;
+  const planner::FlatProblem& flat = problem.flat();
+  for (const double value : {flat.step, flat.distance, flat.self_distance, double(flat.patience)}) print.add(value);
+  for (int i = 0; i < flat.boxes; ++i) {
+    print.add(flat.box[i].R);
+    print.add(flat.box[i].c);
+    print.add(flat.box[i].half);
+  }
+  const planner::TaskSet tasks = problem.draw(plan.seed, plan.screening_tasks);
+  for (int i = 0; i < problem.arms(); ++i) {
+    const planner::FlatArm& arm = flat.arm[i];
+    for (int j = 0; j < arm.joints; ++j) {
+      print.add(arm.joint[j].R);
+      print.add(arm.joint[j].p);
+      for (const double value : {arm.joint[j].lower, arm.joint[j].upper}) print.add(value);
+    }
+    for (int k = 0; k < arm.bodies; ++k) {
+      print.add(arm.body[k].p);
+      print.add(arm.body[k].d);
+      print.add(arm.body[k].radius);
+    }
+    for (const double value : tasks.goals[i]) print.add(value);
+    for (const double value : tasks.starts[i]) print.add(value);
+    for (const std::int32_t value : tasks.waits[i]) print.add(value);
+  }
+  return print.value();
+}
+
+}  // namespace
+
+std::string search_title(const planner::StrategyProblem& problem, const planner::SearchPlan& plan,
+                         const planner::StrategyGrid& grid) {
   std::ostringstream out;
   out.precision(17);
   out << "hecaton strategies, seed " << plan.seed << ", tasks " << plan.screening_tasks << ' ' << plan.confirm_tasks
@@ -23,61 +74,42 @@ std::string title_of(const planner::StrategyProblem& problem, const planner::Sea
   for (const double value : grid.alpha) out << ' ' << value;
   out << ", beta";
   for (const double value : grid.beta) out << ' ' << value;
-  // Of the problem, what its first tasks are says nearly all.
-  const planner::TaskSet tasks = problem.draw(plan.seed, 2);
-  out << ", problem " << problem.flat().boxes << ' ' << problem.flat().step << ' ' << problem.flat().distance;
-  for (int arm = 0; arm < problem.arms(); ++arm) {
-    const planner::FlatArm& flat = problem.flat().arm[arm];
-    double mixed = flat.bodies + tasks.waits[arm].front();
-    for (const double value : tasks.goals[arm]) mixed = 0.7 * mixed + value;
-    for (int i = 0; i < flat.bodies; ++i) mixed = 0.7 * mixed + flat.body[i].radius + flat.body[i].p[0];
-    for (int j = 0; j < flat.joints; ++j) mixed = 0.7 * mixed + flat.joint[j].p[0] + flat.joint[j].p[2];
-    out << ' ' << problem.name_of(arm) << ' ' << mixed;
-  }
+  out << ", arms";
+  for (int arm = 0; arm < problem.arms(); ++arm) out << ' ' << problem.name_of(arm);
+  out << ", problem " << std::hex << fingerprint(problem, plan);
   return out.str();
 }
 
-}  // namespace
-
-StrategyProgress::StrategyProgress(const std::string& path, bool resume, const planner::StrategyProblem& problem,
-                                   const planner::SearchPlan& plan, const planner::StrategyGrid& grid)
-    : terminal_(isatty(STDERR_FILENO) != 0) {
-  if (path.empty()) return;
-  const std::string title = title_of(problem, plan, grid);
-  if (resume) read(path, title);
-  file_.open(path, std::ios::trunc);
-  file_.precision(17);
-  file_ << title << '\n';
-  if (!file_) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be written");
-}
-
-void StrategyProgress::read(const std::string& path, const std::string& title) {
+std::string search_so_far(const std::string& path, const std::string& title) {
   std::ifstream file(path);
   std::string line;
   if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be read, so nothing can be resumed");
   if (!std::getline(file, line) || line != title) {
     throw Failure(ExitCode::kBadInput, path + " is of another search, or of another cell: it cannot be resumed");
   }
-  while (std::getline(file, line)) {
+  std::ostringstream rest;
+  rest << file.rdbuf();
+  return rest.str();
+}
+
+StrategyProgress::StrategyProgress() : terminal_(isatty(STDERR_FILENO) != 0) {}
+
+void StrategyProgress::keep(const std::string& path, const std::string& title) {
+  file_.open(path, std::ios::trunc);
+  file_ << title << '\n';
+  file_.flush();
+  if (!file_) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be written");
+}
+
+void StrategyProgress::know(const std::string& so_far) {
+  std::istringstream lines(so_far);
+  for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     Key key;
-    planner::Evaluation evaluation;
-    std::size_t arms = 0;
-    words >> key.first >> key.second >> evaluation.complete >> evaluation.arm_ticks >> arms;
-    for (std::size_t i = 0; i < arms && words; ++i) {
-      std::int64_t tasks = 0;
-      std::int64_t faults = 0;
-      double time = 0.0;
-      double time2 = 0.0;
-      words >> tasks >> faults >> time >> time2;
-      evaluation.tasks.push_back(tasks);
-      evaluation.faults.push_back(faults);
-      evaluation.time.push_back(time);
-      evaluation.time2.push_back(time2);
-    }
-    std::string end;
-    words >> end;
-    if (end == ".") known_[key] = std::move(evaluation);  // a line that was cut off is evaluated again
+    std::string text;
+    if (!(words >> key.first >> key.second) || !std::getline(words, text)) continue;
+    // A line that was cut off is evaluated again.
+    if (const auto evaluation = planner::evaluation_of(text)) known_[key] = *evaluation;
   }
 }
 
@@ -88,15 +120,7 @@ void StrategyProgress::hook(planner::SearchHooks& hooks) {
   };
   hooks.evaluated = [this](const planner::Round& round, std::size_t index, std::size_t all,
                            const planner::Evaluation& evaluation) {
-    if (file_.is_open()) {
-      file_ << round.seed << ' ' << index << ' ' << evaluation.complete << ' ' << evaluation.arm_ticks << ' '
-            << evaluation.tasks.size();
-      for (std::size_t i = 0; i < evaluation.tasks.size(); ++i) {
-        file_ << ' ' << evaluation.tasks[i] << ' ' << evaluation.faults[i] << ' ' << evaluation.time[i] << ' '
-              << evaluation.time2[i];
-      }
-      file_ << " .\n";
-    }
+    if (file_.is_open()) file_ << round.seed << ' ' << index << ' ' << planner::text_of(evaluation) << '\n';
     show(round, all);
   };
 }
@@ -108,17 +132,20 @@ void StrategyProgress::show(const planner::Round& round, std::size_t all) {
     done_ = 0;
     began_ = now;
     shown_ = now;
+    said_ = now;
   }
   ++done_;
-  if (!terminal_ || (now - shown_ < kRedraw && done_ != all)) return;
+  if (now - shown_ < kRedraw && done_ != all) return;
   shown_ = now;
   if (file_.is_open()) file_.flush();
+  if (!terminal_ && !(lines_ && now - said_ >= kNextLine)) return;
+  said_ = now;
   constexpr std::size_t kWidth = 30;
   const std::chrono::duration<double> spent = now - began_;
   const double left = spent.count() / static_cast<double>(done_) * static_cast<double>(all - done_);
   const std::string bar(kWidth * done_ / all, '#');
-  std::fprintf(stderr, "\r%-12s [%-30s] %zu of %zu, %s left \x1b[K", round.name.c_str(), bar.c_str(), done_, all,
-               duration_text(left).c_str());
+  std::fprintf(stderr, "%s%-12s [%-30s] %zu of %zu, %s left%s", terminal_ ? "\r" : "", round.name.c_str(), bar.c_str(),
+               done_, all, duration_text(left).c_str(), terminal_ ? " \x1b[K" : "\n");
 }
 
 void StrategyProgress::end() {

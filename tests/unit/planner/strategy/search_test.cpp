@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/strategy_search/as_text.hpp"
 #include "planner/strategy_search/flat_arm.hpp"
 #include "planner/strategy_search/simplex.hpp"
 #include "services/config/cell_file.hpp"
@@ -63,6 +64,62 @@ TEST(SearchTest, IsTheSameForAnyNumberOfThreadsPartsAndResumptions) {
     EXPECT_TRUE(parts[1 - i % 2][i].tasks.empty()) << i;
     EXPECT_TRUE(same(one[i], again[i])) << i;
   }
+}
+
+// Each of three processes has its own texts; sharing gives all of them to all.
+TEST(SearchTest, ProcessesShareWhatTheyFound) {
+  const StrategyProblem problem(two_scorbots());
+  const std::vector<SystemStrategy> grid = StrategyGrid{}.of(problem);
+  const std::vector<SystemStrategy> some(grid.begin() + 100, grid.begin() + 150);
+  const Round round{"screening", 20, 5, true};
+  const std::vector<Evaluation> alone = evaluate_round(problem, some, round);
+  std::vector<std::string> known(some.size());
+  for (int part = 0; part < 3; ++part) {
+    SearchHooks hooks;
+    hooks.part = part;
+    hooks.parts = 3;
+    hooks.share = [&](std::vector<std::string>& texts) {
+      for (std::size_t i = 0; i < texts.size(); ++i) {
+        EXPECT_EQ(texts[i].empty(), !is_own(hooks, i));
+        if (is_own(hooks, i)) known[i] = texts[i];
+        texts[i] = is_own(hooks, i) ? texts[i] : text_of(alone[i]);
+      }
+    };
+    const std::vector<Evaluation> all = evaluate_round(problem, some, round, hooks);
+    for (std::size_t i = 0; i < some.size(); ++i) EXPECT_TRUE(same(all[i], alone[i])) << part << ' ' << i;
+  }
+  for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(known[i], text_of(alone[i])) << i;
+
+  SearchHooks garbled;
+  garbled.parts = 2;
+  garbled.share = [](std::vector<std::string>& texts) { texts[1] = "1 2"; };
+  EXPECT_THROW(static_cast<void>(evaluate_round(problem, some, round, garbled)), std::runtime_error);
+}
+
+TEST(AsTextTest, ReadsWhatItWroteAndNothingElse) {
+  Evaluation evaluation;
+  evaluation.tasks = {3, 4};
+  evaluation.faults = {0, 1};
+  evaluation.time = {1.0 / 3.0, 2e17};
+  evaluation.time2 = {0.1, 7.0};
+  evaluation.arm_ticks = 12;
+  evaluation.complete = true;
+  const std::string text = text_of(evaluation);
+  const std::optional<Evaluation> read = evaluation_of(text);
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(same(*read, evaluation));
+  EXPECT_EQ(read->time2, evaluation.time2);
+  EXPECT_TRUE(read->complete);
+  for (std::size_t cut = 0; cut < text.size(); ++cut) EXPECT_FALSE(evaluation_of(text.substr(0, cut))) << cut;
+  EXPECT_FALSE(evaluation_of(text + " 5"));
+
+  SystemStrategy strategy(2);
+  strategy[0].coefficients = {-0.1, 1.0 / 7.0};
+  strategy[1].direction = -1.0;
+  const std::optional<SystemStrategy> again = strategy_of(text_of(strategy));
+  ASSERT_TRUE(again);
+  EXPECT_EQ(*again, strategy);
+  EXPECT_FALSE(strategy_of(text));
 }
 
 TEST(SearchTest, ConfirmsWhatWasWithoutFault) {
