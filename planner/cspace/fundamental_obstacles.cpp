@@ -26,4 +26,18 @@ std::vector<FundamentalObstacle> border(std::span<const Point> corners, double s
   return found;
 }
 
+std::vector<Point> border_points(std::span<const Point> corners, double spacing) {
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Point& from = corners[i];
+    const Point& to = corners[(i + 1) % corners.size()];
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::hypot(to.x - from.x, to.y - from.y) / spacing)));
+    for (int k = 0; k < steps; ++k) {
+      const double share = static_cast<double>(k) / steps;
+      points.push_back({from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)});
+    }
+  }
+  return points;
+}
+
 }  // namespace hecaton::planner::cspace

@@ -52,7 +52,9 @@ ImageDatabase::ImageDatabase(const PlanarArm& arm, AngleGrid grid, int images)
 }
 
 const PointImage& ImageDatabase::at(double r) const {
-  return images_[static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(r / spacing_)), 1, size()) - 1)];
+  static const PointImage kOutOfReach;
+  const double n = std::max(1.0, std::floor(r / spacing_));
+  return n > size() ? kOutOfReach : images_[static_cast<std::size_t>(n) - 1];
 }
 
 std::size_t ImageDatabase::bytes() const {

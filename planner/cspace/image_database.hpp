@@ -29,7 +29,7 @@ class ImageDatabase {
 
   [[nodiscard]] const AngleGrid& grid() const { return grid_; }
   [[nodiscard]] double spacing() const { return spacing_; }  ///< δ [m]
-  /// Of MFO_n, n = ⌊r/δ⌋ as in algorithm 1; the outermost beyond it, the innermost nearer than δ.
+  /// Of MFO_n, n = ⌊r/δ⌋ as in algorithm 1; the innermost nearer than δ; empty where the arm does not reach.
   [[nodiscard]] const PointImage& at(double r) const;
   [[nodiscard]] int size() const { return static_cast<int>(images_.size()); }
   [[nodiscard]] std::size_t bytes() const;

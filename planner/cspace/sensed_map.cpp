@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "planner/simd/sine_cosine.hpp"
 
@@ -16,6 +17,19 @@ constexpr double kStep = 0.25;
 constexpr double kAside = 0.5 * kStep + 0.0625;
 /// How far from a cell's centre the arm may be and the cell still speaks for it: half a cell, and that half step.
 constexpr double kCover = 0.5 + 0.5 * kStep;
+
+/// A cell of which the joint's limit leaves less than this share is none: the one next to it speaks for what is left,
+/// and nobody has to arrive in a place that is no place.
+constexpr double kSliver = 0.5 * kStep;
+
+/// The first and the last cell that hold places between these.
+std::pair<int, int> cells_between(double low, double high) {
+  int first = static_cast<int>(std::floor(low + 0.5));
+  int last = static_cast<int>(std::floor(high + 0.5));
+  if (first < last && first + 0.5 - low < kSliver) ++first;
+  if (first < last && high - (last - 0.5) < kSliver) --last;
+  return {first, last};
+}
 
 /// No point of the second link moves farther than this while all angles change by `angle`, of the first one less [m].
 double stray(const ArmPlanes& planes, double angle) {
@@ -62,8 +76,9 @@ SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const S
   const Angles a = arm_.angles(within(limits.lower));
   const Angles b = arm_.angles(within(limits.upper));
   for (int i = arm_.spatial() ? 0 : 1; i < 3; ++i) {
-    first_[i] = static_cast<int>(std::floor(grid_.place(std::min(a[i], b[i])) + 0.5));
-    size_[i] = static_cast<int>(std::floor(grid_.place(std::max(a[i], b[i])) + 0.5)) - first_[i] + 1;
+    const auto [first, last] = cells_between(grid_.place(std::min(a[i], b[i])), grid_.place(std::max(a[i], b[i])));
+    first_[i] = first;
+    size_[i] = last - first + 1;
     for (int k = 0; k < size_[i]; ++k) wrapped_[i].push_back(static_cast<std::int16_t>(grid_.wrapped(first_[i] + k)));
   }
   planes_.assign(size_[0], CspaceMap(grid_));

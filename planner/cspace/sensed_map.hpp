@@ -52,7 +52,7 @@ class SensedMap {
   [[nodiscard]] int nearest(int angle, double place) const;
   [[nodiscard]] bool any_blocked(const Cell3& first, const Cell3& last) const;
 
-  const ArmPlanes arm_;
+  ArmPlanes arm_;
   AngleGrid grid_;
   std::array<int, 3> first_{};  ///< first cell of each angle, not wrapped
   Cell3 size_{1, 1, 1};

@@ -27,6 +27,8 @@ constexpr double kJump = 8.0;
 constexpr double kAtRest = 1e-3;
 /// Who is nearer to a point has arrived there [rad].
 constexpr double kArrived = 1e-4;
+/// Who has rested so many periods although it has somewhere to go is not let go there.
+constexpr int kPatience = 10;
 /// What is nearer has no direction [rad].
 constexpr double kSame = 1e-6;
 
@@ -40,8 +42,10 @@ SensedPlanner::SensedPlanner(const Arm& arm, const SensedParameters& parameters,
       dt_(dt),
       remember_(parameters.remember),
       planes_(*arm.model),
-      map_(planes_, arm.limits, parameters),
-      search_(map_) {}
+      known_(SensedMap(planes_, arm.limits, parameters)),
+      search_(known_.map()) {
+  if (remember_ != Remember::kAlways) anew_ = known_;
+}
 
 void SensedPlanner::sense(const RangeScan& scan) {
   if (scan.sensor >= static_cast<int>(now_.size())) now_.resize(static_cast<std::size_t>(scan.sensor) + 1);
@@ -52,45 +56,51 @@ void SensedPlanner::sense(const RangeScan& scan) {
   for (const RangeReading& reading : scan.readings) {
     if (!reading.hit) continue;
     seen.emplace_back(X_BL * (reading.ray.origin_L + reading.distance * reading.ray.direction_L));
-    if (!map_.holds(seen.back())) unmapped_.push_back({reading.distance, seen.back()});
+    known_.note(reading.distance, seen.back());
+    if (modelling_anew_) anew_->note(reading.distance, seen.back());
   }
   changed_ = true;
 }
 
 void SensedPlanner::see(const Eigen::Vector3d& p_W) {
-  blocked_more_ = map_.see(X_BW_ * p_W) || blocked_more_;
+  blocked_more_ = known_.see(X_BW_ * p_W) || blocked_more_;
 }
 
-/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see. Where it forgets, it is made anew at once, but
-/// only when that is something else than before.
+/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see, a share of the work in each period. The arm
+/// stands until nothing that is new is left to be mapped.
 void SensedPlanner::model() {
-  if (remember_ == Remember::kAlways || (remember_ == Remember::kUntilNearer && detours_)) {
-    map_nearest();
-    return;
+  const int planes = known_.map().size()[0];
+  const int share = std::max(1, kMappingsPerPeriod / planes);
+  int left = share;
+  blocked_more_ = known_.advance(left) || blocked_more_;
+  const bool remembers = remember_ == Remember::kAlways || (remember_ == Remember::kUntilNearer && detours_);
+  if (remembers) {
+    modelling_anew_ = false;
+  } else {
+    model_anew(left);
   }
-  unmapped_.clear();
-  if (!changed_) return;
-  changed_ = false;
-  std::vector<Eigen::Vector3d> seen;
-  for (const auto& points : now_) seen.insert(seen.end(), points.begin(), points.end());
-  if (map_.holds_just(seen)) return;
-  map_.forget();
-  blocked_more_ = forgot_ = true;
-  for (const Eigen::Vector3d& p_B : seen) (void)map_.see(p_B);
+  mapped_ += static_cast<std::int64_t>(share - left) * planes;
 }
 
-/// A share of what is new, the nearest to the sensors first. The arm stands until nothing is left.
-void SensedPlanner::map_nearest() {
-  std::stable_sort(unmapped_.begin(), unmapped_.end(),
-                   [](const Unmapped& a, const Unmapped& b) { return a.distance < b.distance; });
-  int points = std::max(1, kMappingsPerPeriod / map_.size()[0]);
-  auto next = unmapped_.begin();
-  for (; next != unmapped_.end() && points > 0; ++next) {
-    if (map_.holds(next->p_B)) continue;
-    blocked_more_ = map_.see(next->p_B) || blocked_more_;
-    --points;
+/// What the arm no longer sees is forgotten as soon as a second map of all that it sees now is ready; only begun when
+/// that is something else than it knows. Until then both take what is new, so that the arm never knows less than it
+/// sees.
+void SensedPlanner::model_anew(int& points) {
+  if (!modelling_anew_) {
+    if (!changed_) return;
+    changed_ = false;
+    std::vector<Eigen::Vector3d> seen;
+    for (const auto& of_sensor : now_) seen.insert(seen.end(), of_sensor.begin(), of_sensor.end());
+    if (known_.complete() && known_.map().holds_just(seen)) return;
+    anew_->forget();
+    for (const Eigen::Vector3d& p_B : seen) anew_->note(0.0, p_B);
+    modelling_anew_ = true;
   }
-  unmapped_.erase(unmapped_.begin(), next);
+  (void)anew_->advance(points);
+  if (!anew_->complete()) return;
+  std::swap(known_, *anew_);
+  modelling_anew_ = false;
+  blocked_more_ = forgot_ = true;
 }
 
 /// differs from paper: [Li96] takes its way round an obstacle from Lumelsky's rules for a point, which follow a
@@ -101,7 +111,7 @@ void SensedPlanner::note_progress(const JointVector& q, bool straight) {
   const double distance = (q_goal_ - q).norm();
   if (!detours_ && !straight) {
     detours_ = true;
-    nearest_ = std::min(nearest_, distance) - map_.pitch();
+    nearest_ = std::min(nearest_, distance) - map().pitch();
   } else if (detours_ && straight && distance < nearest_) {
     detours_ = false;
   }
@@ -109,19 +119,19 @@ void SensedPlanner::note_progress(const JointVector& q, bool straight) {
 
 bool SensedPlanner::way_free() const {
   return std::none_of(way_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, way_.size())), way_.end(),
-                      [&](const Cell3& cell) { return map_.blocked(cell); });
+                      [&](const Cell3& cell) { return map().blocked(cell); });
 }
 
 /// A cell's centre, or what the limits leave of the cell next to it. The last one is the goal itself.
 JointVector SensedPlanner::point_of_way(std::size_t i) const {
   if (i + 1 == way_.size()) return q_goal_;
-  return map_.centre(way_[i]).cwiseMax(limits_.lower).cwiseMin(limits_.upper);
+  return map().centre(way_[i]).cwiseMax(limits_.lower).cwiseMin(limits_.upper);
 }
 
 void SensedPlanner::search_from(const JointVector& q) {
   at_ = 0;
   forgot_ = false;
-  search_.begin(map_, map_.cell_at(q), map_.cell_at(q_goal_));
+  search_.begin(map(), map().cell_at(q), map().cell_at(q_goal_));
   ++searches_;
 }
 
@@ -129,20 +139,26 @@ void SensedPlanner::search_from(const JointVector& q) {
 /// True: there is a way.
 bool SensedPlanner::search_on() {
   using State = CspaceSearch::State;
-  const State state = search_.advance(map_, kCellsPerPeriod);
-  if (state == State::kFound) way_ = search_.way(map_);
+  const State state = search_.advance(map(), kCellsPerPeriod);
+  if (state == State::kFound) way_ = search_.way(map());
   if ((state == State::kFound && !way_free()) || (state == State::kNone && forgot_)) drop_way();
   return !way_.empty();
 }
 
 SensedPlanner::Guidance SensedPlanner::guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) {
   model();
+  const Guidance chosen = choose(q, qd, q_goal);
+  none_ = chosen.way == Way::kNone;
+  return chosen;
+}
+
+SensedPlanner::Guidance SensedPlanner::choose(const JointVector& q, const JointVector& qd, const JointVector& q_goal) {
   const bool other_goal = q_goal_.size() != q_goal.size() || q_goal_ != q_goal;
   if (other_goal) begin(q_goal);
   const JointVector rest = rest_position(limits_, q, qd);
-  if (map_.blocked(map_.cell_at(q))) return go_back(q, qd);
+  if (map().blocked(map().cell_at(q))) return go_back(q, qd);
   remember_place(q);
-  straight_ = map_.straight_way_free(q, q_goal, !straight_);
+  straight_ = map().straight_way_free(q, q_goal, !straight_);
   note_progress(q, straight_);
   if (blocked_more_ && !way_.empty() && !way_free()) {
     careful_ = false;
@@ -150,22 +166,33 @@ SensedPlanner::Guidance SensedPlanner::guide(const JointVector& q, const JointVe
   }
   blocked_more_ = false;
   if (way_.empty()) {
-    const bool may_begin = !map_.blocked(map_.cell_at(rest)) && (!careful_ || qd.cwiseAbs().maxCoeff() < kAtRest);
+    const bool may_begin = !map().blocked(map().cell_at(rest)) && (!careful_ || qd.cwiseAbs().maxCoeff() < kAtRest);
     if (search_.state() == CspaceSearch::State::kIdle && may_begin) search_from(rest);
     if (!search_on()) return {search_.state() == CspaceSearch::State::kNone ? Way::kNone : Way::kSearching, rest};
   }
   const bool direct = straight_ && !careful_;
-  if (!look_ahead(q) && !direct) {  // it has left the line, because the target changed on the way
+  const bool in_sight = look_ahead(q) || direct;
+  const JointVector target = direct ? q_goal : point_of_way(at_);
+  if (!in_sight || stands(q, qd, target)) {
     drop_way();
     careful_ = true;
     return {Way::kSearching, rest};
   }
-  return {straight_ ? Way::kStraight : Way::kAround, ahead(q, qd, direct ? q_goal : point_of_way(at_))};
+  return {straight_ ? Way::kStraight : Way::kAround, ahead(q, qd, target)};
+}
+
+/// The target changed on the way and the arm has left the line, so that what is in sight is not where it may go: a line
+/// is looked at in places, and those of a stop on it are others. From rest to rest along the way, all of them are free.
+bool SensedPlanner::stands(const JointVector& q, const JointVector& qd, const JointVector& target) {
+  const bool rests = qd.cwiseAbs().maxCoeff() < kAtRest && (target - q).norm() > kArrived && known_.complete();
+  standing_ = rests ? standing_ + 1 : 0;
+  return standing_ > kPatience && !careful_;
 }
 
 void SensedPlanner::begin(const JointVector& q_goal) {
   q_goal_ = q_goal;
   detours_ = straight_ = careful_ = false;
+  standing_ = 0;
   nearest_ = std::numeric_limits<double>::infinity();
   drop_way();
 }
@@ -176,7 +203,7 @@ void SensedPlanner::drop_way() {
 }
 
 void SensedPlanner::remember_place(const JointVector& q) {
-  const double step = trail_.empty() ? 0.0 : (q - trail_.back()).cwiseAbs().maxCoeff() / map_.pitch();
+  const double step = trail_.empty() ? 0.0 : (q - trail_.back()).cwiseAbs().maxCoeff() / map().pitch();
   if (!trail_.empty() && step < kTrailStep) return;
   if (step > kJump) trail_.clear();
   if (trail_.size() == kLongestTrail) trail_.erase(trail_.begin(), trail_.begin() + kLongestTrail / 2);
@@ -186,7 +213,7 @@ void SensedPlanner::remember_place(const JointVector& q) {
 /// Nothing is sure about a blocked cell's neighbours: they may be inside of what was seen. Where the arm was is sure.
 SensedPlanner::Guidance SensedPlanner::go_back(const JointVector& q, const JointVector& qd) {
   drop_way();
-  const double near = 0.5 * kTrailStep * map_.pitch();
+  const double near = 0.5 * kTrailStep * map().pitch();
   while (!trail_.empty() && (q - trail_.back()).cwiseAbs().maxCoeff() < near) trail_.pop_back();
   if (trail_.empty()) return {Way::kNone, rest_position(limits_, q, qd)};
   return {Way::kAround, ahead(q, qd, trail_.back())};
@@ -197,12 +224,12 @@ SensedPlanner::Guidance SensedPlanner::go_back(const JointVector& q, const Joint
 bool SensedPlanner::look_ahead(const JointVector& q) {
   const bool arrived = (point_of_way(at_) - q).norm() < kArrived;
   if (arrived && at_ + 1 < way_.size()) ++at_;
-  const auto wide_open = [&](std::size_t i) { return map_.straight_way_free(q, point_of_way(i), true); };
+  const auto wide_open = [&](std::size_t i) { return map().straight_way_free(q, point_of_way(i), true); };
   for (int look = 0; (arrived || !careful_) && look < kLooksPerPeriod; ++look) {
     if (at_ + 1 >= way_.size() || !wide_open(at_ + 1)) break;
     ++at_;
   }
-  return map_.straight_way_free(q, point_of_way(at_));
+  return map().straight_way_free(q, point_of_way(at_));
 }
 
 /// No farther on the line to the target than keeps the arm on it: every joint reaches its part of the speed within one
@@ -222,10 +249,20 @@ JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, co
 }
 
 bool SensedPlanner::may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const {
-  if (!unmapped_.empty()) return false;
-  if (map_.straight_way_free(q, rest_position(limits_, q, qd))) return true;
+  if (!known_.complete()) return false;
+  if (map().straight_way_free(q, rest_position(limits_, q, qd))) return true;
   const bool slow = (qd.array().abs() <= kLeavingSpeed * limits_.velocity.array()).all();
-  return slow && map_.blocked(map_.cell_at(from));
+  return slow && map().blocked(map().cell_at(from));
+}
+
+std::string SensedPlanner::why_none(const JointVector& q) const {
+  if (!none_) return {};
+  const auto too_near = [&](const char* what) {
+    return std::string(what) + " is nearer to an obstacle that it knows than sensed.margin and a cell of its map allow";
+  };
+  if (map().blocked(map().cell_at(q))) return too_near("where the arm stands");
+  if (map().blocked(map().cell_at(q_goal_))) return too_near("its goal");
+  return "what it knows of the obstacles leaves no way to the goal";
 }
 
 }  // namespace hecaton::planner::cspace

@@ -3,10 +3,11 @@
 /// cells that are not known to be blocked, and searches another when what it sees blocks that one.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "planner/cspace/cspace_search.hpp"
-#include "planner/cspace/sensed_map.hpp"
+#include "planner/cspace/growing_map.hpp"
 #include "planner/model/arm.hpp"
 #include "planner/model/kinematics.hpp"
 #include "planner/model/range_sensor.hpp"
@@ -40,17 +41,18 @@ class SensedPlanner {
   /// be blocked. Out of a blocked cell it always may, slowly. Nowhere while something that was seen is not mapped yet.
   [[nodiscard]] bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const;
 
-  [[nodiscard]] const SensedMap& map() const { return map_; }
+  /// Why guide() found no way for an arm at `q`, as a sentence's middle; empty if it has not said so.
+  [[nodiscard]] std::string why_none(const JointVector& q) const;
+
+  [[nodiscard]] const SensedMap& map() const { return known_.map(); }
   [[nodiscard]] const std::vector<Cell3>& way() const { return way_; }
-  [[nodiscard]] int searches() const { return searches_; }  ///< begun so far
+  [[nodiscard]] int searches() const { return searches_; }       ///< begun so far
+  [[nodiscard]] std::int64_t mapped() const { return mapped_; }  ///< points that were mapped so far, times planes
 
  private:
-  struct Unmapped {
-    double distance;  ///< from the sensor [m]
-    Eigen::Vector3d p_B;
-  };
+  [[nodiscard]] Guidance choose(const JointVector& q, const JointVector& qd, const JointVector& q_goal);
   void model();
-  void map_nearest();
+  void model_anew(int& points);
   void begin(const JointVector& q_goal);
   void drop_way();
   void remember_place(const JointVector& q);
@@ -59,6 +61,7 @@ class SensedPlanner {
   void search_from(const JointVector& q);
   [[nodiscard]] bool search_on();
   [[nodiscard]] bool look_ahead(const JointVector& q);
+  [[nodiscard]] bool stands(const JointVector& q, const JointVector& qd, const JointVector& target);
   [[nodiscard]] bool way_free() const;
   [[nodiscard]] JointVector point_of_way(std::size_t i) const;
   [[nodiscard]] JointVector ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const;
@@ -69,17 +72,21 @@ class SensedPlanner {
   double dt_;
   Remember remember_;
   ArmPlanes planes_;
-  SensedMap map_;
+  GrowingMap known_;
+  std::optional<GrowingMap> anew_;  ///< of an arm that forgets: takes the place of what it knows when it is complete
+  bool modelling_anew_ = false;
   CspaceSearch search_;
   std::vector<std::vector<Eigen::Vector3d>> now_;  ///< what each sensor saw last, in B [m]
-  bool changed_ = false;                           ///< since the map was brought up to `now_`
-  std::vector<Unmapped> unmapped_;                 ///< seen, to be mapped
-  bool detours_ = false;                           ///< something has come in the straight way, see Remember
-  double nearest_ = 0.0;                           ///< a detour ends nearer to the goal than this [rad]
-  bool blocked_more_ = false;                      ///< since the way was checked
-  bool forgot_ = false;                            ///< since the search began
-  bool straight_ = false;                          ///< the straight way to the goal was free
-  bool careful_ = false;                           ///< the way is gone from rest to rest
+  bool changed_ = false;                           ///< since `anew_` was begun from `now_`
+  std::int64_t mapped_ = 0;
+  bool detours_ = false;       ///< something has come in the straight way, see Remember
+  double nearest_ = 0.0;       ///< a detour ends nearer to the goal than this [rad]
+  bool blocked_more_ = false;  ///< since the way was checked
+  bool forgot_ = false;        ///< since the search began
+  bool straight_ = false;      ///< the straight way to the goal was free
+  bool none_ = false;          ///< there was no way
+  bool careful_ = false;       ///< the way is gone from rest to rest
+  int standing_ = 0;           ///< periods at rest with somewhere to go
   JointVector q_goal_;
   std::vector<Cell3> way_;
   std::vector<JointVector> trail_;  ///< where the arm was, in cells that were free

@@ -15,6 +15,8 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/document.hpp"
 #include "services/cli/failure.hpp"
+#include "services/cli/method_option.hpp"
+#include "services/cli/plan_by_cspace.hpp"
 #include "services/cli/plan_by_field.hpp"
 #include "services/cli/plan_query.hpp"
 #include "services/cli/quantities.hpp"
@@ -27,8 +29,9 @@ namespace {
 namespace global = planner::global;
 using Clock = std::chrono::steady_clock;
 
-/// A method of its own: it does not search.
+/// Methods of their own: they do not search among all configurations.
 constexpr const char* kByField = "potential_field";
+constexpr std::array kByCspace = {planner::Method::kSensedCspace, planner::Method::kKnownCspace};
 
 constexpr std::array kMethods = {global::Method::kRrtConnect, global::Method::kRrt, global::Method::kEst,
                                  global::Method::kPrm};
@@ -87,7 +90,12 @@ struct Outcome {
   double planning_us = 0.0;
   double simplify_us = 0.0;
   double clearance = HUGE_VAL;  ///< [m]
+  std::string effort;           ///< in words, for people
 };
+
+std::string effort_of(const global::Plan& plan) {
+  return std::to_string(plan.checks) + " configurations checked, " + std::to_string(plan.nodes) + " nodes";
+}
 
 Json to_json(const Outcome& outcome, const Options& options) {
   const global::Plan& plan = outcome.plan;
@@ -110,11 +118,11 @@ Json to_json(const Outcome& outcome, const Options& options) {
 std::string table_text(const Outcome& outcome, const Options& options, const Palette& palette) {
   const global::Plan& plan = outcome.plan;
   if (!plan.solved()) return palette.red("not solved") + ": " + plan.reason + "\n";
-  std::string text = palette.green("solved") + " by " + options.method + " in " +
-                     duration_text(1e-6 * outcome.planning_us) + ", simplified in " +
-                     duration_text(1e-6 * outcome.simplify_us) + "; " + std::to_string(plan.checks) +
-                     " configurations checked, " + std::to_string(plan.nodes) + " nodes\nlength " +
-                     decimal_text(plan.length, 3) + ", smallest clearance " + distance_text(outcome.clearance) + "\n";
+  std::string text =
+      palette.green("solved") + " by " + options.method + " in " + duration_text(1e-6 * outcome.planning_us);
+  if (outcome.simplify_us > 0.0) text += ", simplified in " + duration_text(1e-6 * outcome.simplify_us);
+  text += "; " + outcome.effort + "\nlength " + decimal_text(plan.length, 3) + ", smallest clearance " +
+          distance_text(outcome.clearance) + "\n";
   for (const auto& q : plan.path) {
     for (std::size_t j = 0; j < q.size(); ++j) text += (j == 0 ? "" : " ") + decimal_text(q[j], 4);
     text += "\n";
@@ -129,6 +137,7 @@ Outcome timed(const Options& options, const Plan& plan, const Shorten& shorten) 
   const auto began = Clock::now();
   outcome.plan = plan(began);
   outcome.planning_us = microseconds_since(began);
+  outcome.effort = effort_of(outcome.plan);
   if (!outcome.plan.solved() || !options.simplify) return outcome;
   const auto shortening = Clock::now();
   shorten(outcome.plan);
@@ -157,6 +166,27 @@ Outcome by_field(const PlanQuery& query, const Options& options) {
       options, [&](Clock::time_point) { return field.plan(); }, [&](global::Plan& plan) { field.refine(plan); });
 }
 
+std::optional<planner::Method> cspace_method(const Options& options) {
+  const auto* found = std::find_if(kByCspace.begin(), kByCspace.end(),
+                                   [&](planner::Method method) { return method_name(method) == options.method; });
+  return found == kByCspace.end() ? std::nullopt : std::optional(*found);
+}
+
+/// The path is the one that the arm went: nothing is shortened.
+Outcome by_cspace(const PlanQuery& query, const global::Validity& validity, planner::Method method,
+                  const Options& options) {
+  Outcome outcome;
+  const auto began = Clock::now();
+  CspaceWalk walk = plan_by_cspace(query, validity, method, options.seed, options.plot);
+  outcome.planning_us = microseconds_since(began);
+  outcome.plan = std::move(walk.plan);
+  outcome.effort = "gone in " + duration_text(walk.duration) + ", " + std::to_string(outcome.plan.iterations) +
+                   (outcome.plan.iterations == 1 ? " search, " : " searches, ") + std::to_string(outcome.plan.nodes) +
+                   " points known";
+  if (walk.pictures > 0) std::fprintf(stderr, "%d pictures in %s\n", walk.pictures, options.plot.c_str());
+  return outcome;
+}
+
 void draw(const PlanQuery& query, const Outcome& outcome, const Options& options) {
   std::ofstream file(options.plot);
   file << plan_picture(query, outcome.plan, options.method == kByField, options.method);
@@ -169,9 +199,12 @@ ExitCode run(const Settings& settings, const Options& options) {
   validity_options.step = options.step;
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
-  Outcome outcome = options.method == kByField ? by_field(query, options) : by_search(query, validity, options);
+  const auto cspace = cspace_method(options);
+  Outcome outcome = cspace                       ? by_cspace(query, validity, *cspace, options)
+                    : options.method == kByField ? by_field(query, options)
+                                                 : by_search(query, validity, options);
   if (outcome.plan.solved()) outcome.clearance = smallest_clearance(validity, outcome.plan);
-  if (!options.plot.empty()) draw(query, outcome, options);
+  if (!options.plot.empty() && !cspace) draw(query, outcome, options);
   print(settings, to_json(outcome, options), table_text(outcome, options, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -187,6 +220,7 @@ void add_plan(CLI::App& app, Session& session) {
   std::vector<std::string> methods;
   for (const global::Method method : kMethods) methods.emplace_back(name_of(method));
   methods.emplace_back(kByField);
+  for (const planner::Method method : kByCspace) methods.emplace_back(method_name(method));
   add_choice(*command, "--method", options->method, methods, "how paths are found (rrt_connect)");
   command->add_option("--arm", words.arms, "cell only: arm to plan for (the first); several are planned as one")
       ->expected(1)
@@ -213,9 +247,17 @@ void add_plan(CLI::App& app, Session& session) {
       *command, "--clearance", [options = options.get()](double distance) { options->clearance = distance; },
       "distance to keep from all obstacles and other arms (0)", kClearance);
   command->add_flag("!--raw", options->simplify, "print the path as it was found, without shortening it");
-  command->add_option("--plot", options->plot, "draw one arm on its path into this file, as SVG")->type_name("FILE");
+  command
+      ->add_option("--plot", options->plot,
+                   "draw one arm on its path into this file, as SVG; with sensed_cspace or known_cspace every step of "
+                   "it, in workspace and C-space, into this folder")
+      ->type_name("FILE|DIR");
   add_robot_options(*command, words.robot);
-  command->footer("Exit code 1 when there is no path: the reason says why.");
+  command->footer(
+      "By sensed_cspace and known_cspace the arm goes its way in virtual time, for tasks.time_limit at most; --seed "
+      "is\n"
+      "that of its sensors' noise, --budget and --raw do not matter.\n"
+      "Exit code 1 when there is no path: the reason says why.");
   command->callback([&session, options, command] {
     check_robot_options(options->words.robot);
     session.action = [&session, options, command] {

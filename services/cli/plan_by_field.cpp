@@ -5,7 +5,6 @@
 
 #include "planner/local/goal_objective.hpp"
 #include "planner/potential/refine_path.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/plot_path.hpp"
 #include "services/cli/quantities.hpp"
 
@@ -19,39 +18,17 @@ using planner::global::PlanStatus;
 /// Configurations of a path that a picture shows.
 constexpr int kShown = 30;
 
-const planner::Arm& arm_of(const PlanQuery& query) {
-  if (query.planned.size() != 1) {
-    throw Failure(ExitCode::kUsage, "--method potential_field and --plot are for one arm, not for " +
-                                        std::to_string(query.planned.size()));
-  }
-  return query.planned.front().own_arm();
-}
-
-/// Everything that stands in the way, and what the arm carries.
-std::vector<world::Obstacle> standing(const PlanQuery& query) {
-  std::vector<world::Obstacle> obstacles;
-  for (const planner::global::WorldBody& body : query.world) {
-    world::Obstacle& obstacle = obstacles.emplace_back();
-    obstacle.name = body.name;
-    obstacle.shapes.push_back({body.shape});
-    obstacle.X_WO = body.X_WS;
-  }
-  const std::string& name = arm_of(query).name;
-  for (const world::Obstacle& obstacle : query.obstacles) {
-    if (obstacle.attachment && obstacle.attachment->arm == name) obstacles.push_back(obstacle);
-  }
-  return obstacles;
-}
+constexpr const char* kWho = "potential_field";
 
 planner::CellGeometry alone(const PlanQuery& query) {
-  planner::CellGeometry geometry({arm_of(query)}, 0);
-  geometry.set_obstacles(standing(query));
+  planner::CellGeometry geometry({only_arm(query, kWho)}, 0);
+  geometry.set_obstacles(standing(query, kWho));
   return geometry;
 }
 
 std::vector<world::ObstacleState> states_of(const PlanQuery& query) {
   std::vector<world::ObstacleState> states;
-  for (const world::Obstacle& obstacle : standing(query)) states.push_back({obstacle.X_WO, {}, 0.0});
+  for (const world::Obstacle& obstacle : standing(query, kWho)) states.push_back({obstacle.X_WO, {}, 0.0});
   return states;
 }
 
@@ -109,7 +86,7 @@ std::vector<JointVector> spread(const std::vector<JointVector>& path, int count)
 FieldQuery::FieldQuery(const PlanQuery& query, double margin)
     : query_(query),
       geometry_(alone(query)),
-      field_(geometry_, query.potential),
+      field_(geometry_, query.first.parameters.potential),
       motion_(geometry_, states_of(query), {}, margin) {}
 
 Plan FieldQuery::plan() {
@@ -140,9 +117,9 @@ void FieldQuery::refine(Plan& plan) {
 
 std::string plan_picture(const PlanQuery& query, const Plan& plan, bool field, const std::string& title) {
   planner::PlannedArm planned;
-  planned.arm = arm_of(query);
-  planned.parameters.potential = query.potential;
-  const std::vector<world::Obstacle> obstacles = standing(query);
+  planned.arm = only_arm(query, kWho);
+  planned.parameters.potential = query.first.parameters.potential;
+  const std::vector<world::Obstacle> obstacles = standing(query, kWho);
   const JointVector goal = joints_of(query.goal);
   const std::vector<JointVector> path =
       plan.solved() ? spread(joints_of(plan.path), kShown) : std::vector<JointVector>{joints_of(query.start)};

@@ -122,7 +122,9 @@ PlanQuery make_plan_query(const PlanWords& words) {
   }
   PlanQuery query;
   query.obstacles = cell.scene.obstacles;
-  query.potential = cell.arms[arms.front()].parameters.potential;
+  query.first = cell.arms[arms.front()];
+  query.timing = cell.timing;
+  query.time_limit = cell.tasks.time_limit;
   std::vector<planner::Arm> all;
   std::vector<planner::JointVector> others;
   for (const planner::PlannedArm& planned : cell.arms) {
@@ -143,6 +145,29 @@ PlanQuery make_plan_query(const PlanWords& words) {
   query.world = planner::global::world_bodies(query.planned.front(), X_WO, others);
   read_ends(words, cell, arms, query);
   return query;
+}
+
+const planner::Arm& only_arm(const PlanQuery& query, const std::string& who) {
+  if (query.planned.size() != 1) {
+    throw Failure(ExitCode::kUsage,
+                  "--method " + who + " and --plot are for one arm, not for " + std::to_string(query.planned.size()));
+  }
+  return query.planned.front().own_arm();
+}
+
+std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& who) {
+  const std::string& name = only_arm(query, who).name;
+  std::vector<world::Obstacle> obstacles;
+  for (const planner::global::WorldBody& body : query.world) {
+    world::Obstacle& obstacle = obstacles.emplace_back();
+    obstacle.name = body.name;
+    obstacle.shapes.push_back({body.shape});
+    obstacle.X_WO = body.X_WS;
+  }
+  for (const world::Obstacle& obstacle : query.obstacles) {
+    if (obstacle.attachment && obstacle.attachment->arm == name) obstacles.push_back(obstacle);
+  }
+  return obstacles;
 }
 
 }  // namespace hecaton::services::cli

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "planner/cell.hpp"
 #include "planner/global/validity.hpp"
-#include "planner/local/parameters.hpp"
 #include "services/cli/robot_options.hpp"
 
 namespace hecaton::services::cli {
@@ -26,11 +26,19 @@ struct PlanQuery {
   std::vector<world::Obstacle> obstacles;  ///< as in the cell at t = 0
   std::vector<double> start;               ///< [rad | m]
   std::vector<double> goal;
-  planner::PotentialParameters potential = {};  ///< of the first planned arm
+  planner::PlannedArm first = {};  ///< the first planned arm, as its cell has it
+  planner::Timing timing = {};     ///< of the cell
+  double time_limit = 0.0;         ///< of its tasks, virtual [s]
 };
 
 /// Other arms stand where they start, obstacles where they are at t = 0. Throws Failure (bad input), ConfigError and
 /// ModelError.
 [[nodiscard]] PlanQuery make_plan_query(const PlanWords& words);
+
+/// The planned arm. Throws Failure (usage) when there are several; `who`: the methods that are for one.
+[[nodiscard]] const planner::Arm& only_arm(const PlanQuery& query, const std::string& who);
+
+/// Everything that stands in the only planned arm's way, and what it carries.
+[[nodiscard]] std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& who);
 
 }  // namespace hecaton::services::cli

@@ -15,6 +15,8 @@ void check_dampers(const planner::Cell& cell, Findings& findings);
 void check_clearances(const planner::Cell& cell, Findings& findings);
 /// Obstacles that run through an arm's base or faster than an arm can flee.
 void check_obstacles(const planner::Cell& cell, Findings& findings);
+/// Margins of arms that sense against what is between beams, and their noise.
+void check_sensors(const planner::Cell& cell, Findings& findings);
 /// How much of the task area each arm reaches.
 void check_reach(const planner::Cell& cell, Findings& findings);
 

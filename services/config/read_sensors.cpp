@@ -61,6 +61,7 @@ std::vector<planner::RangeSensor> read_sensors(const ArmView& view, const planne
     sensor.rays = read_rays(map);
     read_number(map, "range", kLength, sensor.range);
     read_number(map, "noise", {0.0, 1.0, "m"}, sensor.noise);
+    if (3.0 * sensor.noise > sensor.range) map.at("noise").fail("at most a third of range: it is off by up to three");
     read_seconds(map, "period", {0.001, 10.0, "s"}, sensor.period);
     read_boolean(map, "simulated", sensor.simulated);
     sensors.push_back(std::move(sensor));

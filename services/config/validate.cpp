@@ -33,6 +33,7 @@ std::vector<Finding> validate(const CellFile& file) {
   check_clearances(file.cell, findings);
   check_dampers(file.cell, findings);
   check_obstacles(file.cell, findings);
+  check_sensors(file.cell, findings);
   note_standbys(file, findings);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });

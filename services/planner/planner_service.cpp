@@ -279,6 +279,11 @@ void PlannerService::plan() {
   if (!desk_.has_active()) return;
   Progress progress =
       explain(result, controller_.approach(), controller_.geometry(), observed, obstacles, hold_reason_);
+  if (const planner::cspace::SensedPlanner* cspace = controller_.cspace();
+      cspace != nullptr && result.status == planner::TickStatus::kBlocked && !result.has_binding) {
+    if (std::string why = cspace->why_none(own.q); !why.empty()) progress.reason = std::move(why);
+    progress.trying = "stays until it sees a way";
+  }
   const planner::Arm& arm = controller_.geometry().own_arm();
   const planner::JointVector to_go = planner::joint_difference(arm.limits, own.q, desk_.q_goal());
   progress.distance = to_go.norm();

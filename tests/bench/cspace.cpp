@@ -11,7 +11,8 @@ namespace {
 using namespace planner::cspace;
 
 constexpr int kObstacles = 10'000;
-/// What a place in the grid of fundamental obstacles and in that of the rows is off at most is made up by this [m].
+/// Added to the widths: for what the grid of fundamental obstacles and that of the images is off, and half of what is
+/// between two boundary points [m].
 constexpr double kInflation = 0.5;
 
 /// Cells that a way of mapping misses, and blocks for nothing, beside the truth.
@@ -42,7 +43,8 @@ class Account {
 };
 
 /// R4: random convex obstacles of the arm of [Li96], mapped by brute force (the truth), as published, by the union of
-/// the images of all fundamental obstacles, and exactly.
+/// the images of all fundamental obstacles, by that over points of the border, each mapped exactly as arms map what
+/// their sensors see, and exactly.
 void cspace(benchmark::State& state) {
   const PlanarArm arm;
   const AngleGrid grid{360};
@@ -51,14 +53,16 @@ void cspace(benchmark::State& state) {
   const double build_us = time_once([&] { benchmark::DoNotOptimize(ImageDatabase(arm, grid)); });
   const test::BruteForce brute_force(arm, grid);
   ObstacleMapper mapper(arm, grid);
+  ObstacleMapper point_mapper(arm.grown(kInflation), grid);
   planner::Random random(1996);
   ObstacleImage image;
   ObstacleImage published_image;
   CspaceMap exact_map(grid);
   CspaceMap published_map(grid);
   CspaceMap union_map(grid);
-  Timings exact, published, united, brute;
-  Account exact_account, published_account, union_account;
+  CspaceMap points_map(grid);
+  Timings exact, published, united, pointwise, brute;
+  Account exact_account, published_account, union_account, points_account;
   for (auto _ : state) {
     const std::vector<Point> corners = test::random_convex(random, arm);
     const ConvexPiece piece = convex_piece(corners);
@@ -76,7 +80,15 @@ void cspace(benchmark::State& state) {
                         published_map.block(published_image);
                       });
     united.measure([&] { union_map.clear(); }, [&] { map_union(obstacles, inflated, union_map); });
+    pointwise.measure([&] { points_map.clear(); },
+                      [&] {
+                        for (const Point& point : border_points(corners, 2.0 * kInflation)) {
+                          point_mapper.map(convex_piece(std::span(&point, 1)), image);
+                          points_map.block(image);
+                        }
+                      });
     exact_account.add(truth, exact_map);
+    points_account.add(truth, points_map);
     published_account.add(truth, published_map);
     union_account.add(truth, union_map);
   }
@@ -88,6 +100,9 @@ void cspace(benchmark::State& state) {
   state.counters["union_p50_us"] = united.percentile(0.5);
   state.counters["union_p99_us"] = united.percentile(0.99);
   union_account.report(state, "union_");
+  state.counters["points_p50_us"] = pointwise.percentile(0.5);
+  state.counters["points_p99_us"] = pointwise.percentile(0.99);
+  points_account.report(state, "points_");
   state.counters["images"] = images.size();
   state.counters["images_build_us"] = build_us;
   state.counters["images_kB"] = static_cast<double>(images.bytes()) / 1e3;

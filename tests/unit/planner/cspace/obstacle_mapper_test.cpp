@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/cspace/direction_kernel.hpp"
+#include "planner/cspace/fundamental_obstacles.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "tests/support/brute_force_cspace.hpp"
 
@@ -88,6 +89,29 @@ TEST(ObstacleMapper, MissesNoCellOfThePapersArm) {
 }
 TEST(ObstacleMapper, MissesNoCellOfArmsOfAnyLengthsAndWidths) {
   expect_exact(60, 40, AngleGrid{120}, 7);
+}
+
+// Of what sensors see: the union over boundary points, inflated by half of what is between two of them.
+TEST(ObstacleMapper, TheUnionOverBoundaryPointsMissesNoCell) {
+  constexpr double kSpacing = 1.0;
+  const AngleGrid grid{360};
+  Random random(77);
+  int cells = 0;
+  for (int i = 0; i < 12; ++i) {
+    PlanarArm arm;
+    if (i > 0) arm = {random.uniform(5.0, 30.0), random.uniform(5.0, 30.0), random.uniform(0.1, 3.0), 1.0};
+    ObstacleMapper mapper(arm.grown(0.5 * kSpacing), grid);
+    const test::BruteForce brute_force(arm, grid);
+    for (int k = 0; k < 12; ++k) {
+      const std::vector<Point> corners = test::random_convex(random, arm);
+      CspaceMap map(grid);
+      for (const Point& point : border_points(corners, kSpacing)) map.block(mapped(mapper, std::span(&point, 1)));
+      const CspaceMap truth = brute_force.map(corners);
+      EXPECT_EQ(compare(truth, map).missed, 0) << "arm " << i << ", obstacle " << k;
+      cells += truth.blocked_cells();
+    }
+  }
+  EXPECT_GT(cells, 100'000);
 }
 
 TEST(ObstacleMapper, NearTheElbowAndTheBase) {

@@ -132,6 +132,45 @@ TEST(SensedMap, FreeCellsKeepTheMargin) {
   }
 }
 
+// A limit a hair within the next cell: to arrive in that one would be a matter of rounding, and an arm that cannot goes
+// from search to search.
+TEST(SensedMap, WhatALimitLeavesOfACellIsOneOrPartOfTheNext) {
+  const auto model = robot("planar_2r");
+  const ArmPlanes planes(*model);
+  constexpr int kCells = 120;
+  const double pitch = AngleGrid{kCells}.pitch();
+  const SensedParameters parameters{.cells = kCells, .margin = 0.03};
+  Random random(21);
+  int near = 0;
+  for (const double into : {0.001, 0.05, 0.12, 0.13, 0.4, 0.6, 0.99}) {  // of the outermost cells
+    JointLimits limits = model->limits;
+    limits.lower.setConstant(-(20.5 + into) * pitch);
+    limits.upper.setConstant((20.5 + into) * pitch);
+    SensedMap map(planes, limits, parameters);
+    for (int angle = 1; angle < 3; ++angle) EXPECT_EQ(map.size()[angle], into < 0.125 ? 41 : 43) << into;
+    for (const Cell3& cell : {Cell3{0, 0, 0}, Cell3{0, map.size()[1] - 1, map.size()[2] - 1}}) {
+      const JointVector inside = map.centre(cell).cwiseMax(limits.lower).cwiseMin(limits.upper);
+      for (const double off : {-0.1, 0.1}) {
+        EXPECT_EQ(map.cell_at(inside + JointVector::Constant(2, off * pitch)), cell) << into;
+      }
+    }
+    for (int i = 0; i < 4; ++i) (void)map.see({random.uniform(-1.1, 1.1), random.uniform(-1.1, 1.1), 0.0});
+    for (int i = 0; i < 500; ++i) {
+      JointVector q = random_joints(random, limits);
+      q[i % 2] = i % 4 < 2 ? limits.lower[i % 2] : limits.upper[i % 2];
+      if (map.blocked(map.cell_at(q))) continue;
+      Kinematics kinematics;
+      forward_kinematics(*model, Pose::Identity(), q, kinematics);
+      for (const Eigen::Vector3d& p_B : map.points()) {
+        const double distance = distance_to_links(*model, kinematics, p_B);
+        near += distance < 0.15 ? 1 : 0;
+        ASSERT_GE(distance, parameters.margin) << into << ", q = " << q.transpose();
+      }
+    }
+  }
+  EXPECT_GT(near, 200) << "otherwise the test shows nothing";
+}
+
 TEST(SensedMap, AStraightWayEndsAtWhatBlocksIt) {
   const auto model = robot("planar_2r");
   SensedMap map(ArmPlanes(*model), model->limits, {.cells = 360});

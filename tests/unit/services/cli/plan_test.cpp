@@ -132,6 +132,64 @@ TEST(PlanCommand, GoesDownAPotentialFieldAndDrawsIt) {
   std::filesystem::remove(file);
 }
 
+std::string picture_of(const std::filesystem::path& file) {
+  std::stringstream picture;
+  picture << std::ifstream(file).rdbuf();
+  return picture.str();
+}
+
+// [Li96] figure 4: every step in workspace and C-space. Who senses finds its way as who knows, and both keep clear.
+TEST(PlanCommand, GoesThroughCspaceAndDrawsEveryStep) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("steps" + std::to_string(::getpid()));
+  for (const std::string method : {"sensed_cspace", "known_cspace"}) {
+    const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--arm", "arm",
+                              "--to", "across", "--method", method, "--plot", folder.string(), "-o", "json"});
+    ASSERT_EQ(ran.code, ExitCode::kDone) << method << ran.err << ran.out;
+    const Json plan = Json::parse(ran.out);
+    EXPECT_EQ(plan["status"], "solved");
+    EXPECT_EQ(plan["method"], method);
+    EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.03) << "the margin";
+    EXPECT_GT(plan["path"].size(), 2U) << "something is in the straight way";
+    EXPECT_GT(plan["nodes"].get<int>(), 10) << "points that it knows";
+    std::size_t pictures = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::string svg = picture_of(entry.path());
+      EXPECT_TRUE(svg.starts_with("<svg"));
+      EXPECT_TRUE(svg.ends_with("</svg>\n"));
+      EXPECT_EQ(svg.find("nan"), std::string::npos);
+      ++pictures;
+    }
+    EXPECT_GT(pictures, 10U);
+    EXPECT_NE(ran.err.find(std::to_string(pictures) + " pictures in " + folder.string()), std::string::npos) << ran.err;
+    std::filesystem::remove_all(folder);
+  }
+}
+
+TEST(PlanCommand, SaysWhyThereIsNoWayThroughCspace) {
+  const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml";
+  // The crate is about the tip at (0.7, −0.1): who senses goes there to see that.
+  const std::string inside = "0.65 -1.6";
+  const Ran sensed = run_line({"plan", cell, "--to", inside, "--method", "sensed_cspace", "-o", "json"});
+  EXPECT_EQ(sensed.code, ExitCode::kNegative) << sensed.out;
+  const Json plan = Json::parse(sensed.out);
+  EXPECT_EQ(plan["status"], "stuck");
+  EXPECT_NE(plan["reason"].get<std::string>().find("its goal is nearer to an obstacle that it knows"),
+            std::string::npos)
+      << plan["reason"];
+  const Ran known = run_line({"plan", cell, "--to", inside, "--method", "known_cspace", "-o", "json"});
+  EXPECT_EQ(known.code, ExitCode::kNegative) << known.out;
+  EXPECT_EQ(Json::parse(known.out)["status"], "goal_invalid");
+  const Ran beyond = run_line({"plan", cell, "--to", "9 9", "--method", "sensed_cspace", "-o", "json"});
+  EXPECT_EQ(Json::parse(beyond.out)["status"], "goal_invalid") << beyond.out;
+  const Ran on_it =
+      run_line({"plan", cell, "--from", inside, "--to", "home", "--method", "sensed_cspace", "-o", "json"});
+  EXPECT_EQ(Json::parse(on_it.out)["status"], "start_invalid") << on_it.out;
+  const Ran six = run_line({"plan", kPlanCell, "--to", "ready", "--method", "sensed_cspace"});
+  EXPECT_EQ(six.code, ExitCode::kBadInput);
+  EXPECT_NE(six.err.find("--method = sensed_cspace must be given to an arm of two links"), std::string::npos)
+      << six.err;
+}
+
 TEST(PlanCommand, SaysInWhatADescentEnded) {
   const ScratchFile wall("wall_scene",
                          "world:\n  collision_objects:\n    - id: wall\n      primitives:\n"

@@ -88,6 +88,28 @@ TEST(ValidateTest, InfluenceDistanceMustLeaveRoomToBrake) {
               Severity::kWarning, {"arms[0].damper.self_influence_distance = 0.2 ", "at least 0.22 m"});
 }
 
+// Half of 100 mm between two of eleven beams, and three times 4 mm of noise.
+TEST(ValidateTest, TheMarginMustCoverWhatIsBetweenBeams) {
+  const auto with = [](const std::string& margin, const std::string& method) {
+    return kHead + arm("left", "[0, 1]",
+                       kDamper + "    method: " + method + "\n    sensed: {margin: " + margin +
+                           "}\n    sensors:\n      - {name: side, link: fore, position: [0, 0.1, 0], to_position: "
+                           "[1, 0.1, 0], direction: [0, 1, 0], rays: 11, noise: 0.004}\n");
+  };
+  expect_only(with("0.05", "sensed_cspace"), Severity::kWarning,
+              {"arms[0].sensed.margin = 0.05", "at least 0.062 m", "sensor side", "three times its noise"});
+  EXPECT_TRUE(findings_of(with("0.062", "sensed_cspace")).empty());
+  EXPECT_TRUE(findings_of(with("0.05", "local")).empty()) << "it is told all obstacles";
+}
+
+TEST(ValidateTest, ReadyCellsSeeWhatTheirMarginsLeaveToThem) {
+  for (const char* cell : {"planar_2r", "puma_sensed"}) {
+    for (const Finding& finding : validate(load_cell_file(kReadyCells + "/" + cell + ".yaml"))) {
+      EXPECT_EQ(finding.sentence.find("sensed.margin"), std::string::npos) << finding.sentence;
+    }
+  }
+}
+
 TEST(ValidateTest, PosesMustKeepTheSecurityDistanceFromStandingObstacles) {
   // The upper arm is 0.08 m wide, the wall begins at y = −0.05.
   expect_only(

@@ -1,0 +1,126 @@
+#include "services/cli/plan_by_cspace.hpp"
+
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include "planner/goal_check.hpp"
+#include "planner/simulation/cell_simulation.hpp"
+#include "services/cli/episode_plotter.hpp"
+#include "services/cli/failure.hpp"
+#include "services/cli/quantities.hpp"
+#include "services/config/method_rules.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using planner::JointVector;
+using planner::global::PlanStatus;
+
+/// What is as near to the straight way between its neighbours is left out of a path [rad].
+constexpr double kThinned = 5e-4;
+
+/// The planned arm alone among what stands in its way.
+planner::Cell cell_of(const PlanQuery& query, planner::Method method) {
+  planner::Cell cell;
+  cell.name = query.first.arm.name;
+  cell.arms.push_back(query.first);
+  cell.arms.front().parameters.method = method;
+  cell.scene.obstacles = standing(query, "sensed_cspace, known_cspace");
+  cell.timing = query.timing;
+  cell.tasks.time_limit = query.time_limit;
+  if (const std::string complaint = config::complain_about_method(cell.arms.front()); !complaint.empty()) {
+    throw Failure(ExitCode::kBadInput, "--method = " + complaint);
+  }
+  return cell;
+}
+
+double off_segment(const JointVector& p, const JointVector& a, const JointVector& b) {
+  const JointVector way = b - a;
+  const double share = way.squaredNorm() > 0.0 ? std::clamp((p - a).dot(way) / way.squaredNorm(), 0.0, 1.0) : 0.0;
+  return (p - a - share * way).norm();
+}
+
+/// Douglas and Peucker: what of the path after its first configuration is kept, its last one included.
+void thin(std::span<const JointVector> path, std::vector<std::vector<double>>& kept) {
+  std::size_t farthest = 0;
+  double off = kThinned;
+  for (std::size_t i = 1; i + 1 < path.size(); ++i) {
+    const double distance = off_segment(path[i], path.front(), path.back());
+    if (distance > off) {
+      off = distance;
+      farthest = i;
+    }
+  }
+  if (farthest == 0) {
+    kept.emplace_back(path.back().begin(), path.back().end());
+    return;
+  }
+  thin(path.first(farthest + 1), kept);
+  thin(path.subspan(farthest), kept);
+}
+
+void keep_path(const std::vector<JointVector>& path, planner::global::Plan& plan) {
+  plan.path.emplace_back(path.front().begin(), path.front().end());
+  thin(path, plan.path);
+  for (std::size_t i = 1; i < path.size(); ++i) plan.length += (path[i] - path[i - 1]).norm();
+}
+
+/// Who only senses is not told that something unknown is where it shall go.
+void refuse_ends(const PlanQuery& query, const planner::global::Validity& validity, planner::Method method,
+                 const JointVector& goal, planner::global::Plan& plan) {
+  if (plan.reason = planner::global::reject(validity, "start", query.start); !plan.reason.empty()) {
+    plan.status = PlanStatus::kStartInvalid;
+    return;
+  }
+  plan.reason = method == planner::Method::kKnownCspace ? planner::global::reject(validity, "goal", query.goal)
+                                                        : planner::reject_goal(query.planned.front(), goal, {});
+  if (!plan.reason.empty()) plan.status = PlanStatus::kGoalInvalid;
+}
+
+}  // namespace
+
+CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validity& validity, planner::Method method,
+                          std::uint64_t seed, const std::string& plot) {
+  const planner::Cell cell = cell_of(query, method);
+  const planner::CellConfiguration start{JointVector(
+      Eigen::Map<const Eigen::VectorXd>(query.start.data(), static_cast<Eigen::Index>(query.start.size())))};
+  const planner::CellConfiguration goal{
+      JointVector(Eigen::Map<const Eigen::VectorXd>(query.goal.data(), static_cast<Eigen::Index>(query.goal.size())))};
+  CspaceWalk walk;
+  planner::global::Plan& plan = walk.plan;
+  refuse_ends(query, validity, method, goal[0], plan);
+  if (!plan.reason.empty()) return walk;
+
+  std::optional<EpisodePlotter> plotter;
+  if (!plot.empty()) plotter.emplace(plot, cell);
+  std::vector<JointVector> gone = start;
+  planner::EpisodeOptions options;
+  options.seed = seed;
+  options.observe = [&](double time, const planner::CellConfiguration& measured,
+                        std::span<const planner::ArmController> planners) {
+    gone.push_back(measured[0]);
+    const planner::cspace::SensedPlanner& way = *planners[0].cspace();
+    plan.iterations = static_cast<std::uint64_t>(way.searches());
+    plan.nodes = static_cast<int>(way.map().points().size());
+    plan.reason = way.why_none(measured[0]);
+    if (plotter) plotter->draw({cell, goal, time, measured, planners});
+  };
+  const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, start, goal, options);
+  if (plotter && !plotter->failure().empty()) throw Failure(ExitCode::kBadInput, plotter->failure());
+  if (plotter) walk.pictures = plotter->pictures();
+  plan.checks = outcome.ticks;
+  walk.duration = outcome.duration;
+  if (outcome.arms[0].outcome == planner::TaskOutcome::kReached) {
+    plan.status = PlanStatus::kSolved;
+    plan.reason.clear();
+    keep_path(gone, plan);
+  } else if (!plan.reason.empty()) {
+    plan.status = PlanStatus::kStuck;
+  } else {
+    plan.reason = "the arm was still on its way after tasks.time_limit = " + duration_text(query.time_limit);
+  }
+  return walk;
+}
+
+}  // namespace hecaton::services::cli
