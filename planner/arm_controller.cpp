@@ -61,7 +61,7 @@ void ArmController::cancel_goal() {
 }
 
 void ArmController::begin(const Manoeuvre& manoeuvre) {
-  if (route_.under_way() && manoeuvre.kind != ManoeuvreKind::kEvade) return;
+  if (aim_ || (route_.under_way() && manoeuvre.kind != ManoeuvreKind::kEvade)) return;
   planner::begin(manoeuvre, memory_.local);
 }
 
@@ -72,9 +72,26 @@ void ArmController::follow(std::vector<JointVector> points) {
   if (!route_.under_way() && memory_.local.detour.of_route) memory_.local.detour = {};
 }
 
-/// The next point of the route is the local planner's aim, unless it evades something.
-void ArmController::go_by_route(const JointVector& q) {
+void ArmController::go_together(const JointVector& q_aim) {
+  follow({});
+  aim_ = q_aim;
+}
+
+void ArmController::leave_company() {
+  if (!aim_) return;
+  aim_.reset();
+  memory_.local.detour = {};
+}
+
+/// What all arms go to together, or the next point of the route, is the local planner's aim, unless it evades
+/// something.
+void ArmController::take_aim(const JointVector& q) {
   Detour& detour = memory_.local.detour;
+  if (aim_) {
+    detour = {true, *aim_, std::numeric_limits<double>::infinity(), true, false};
+    memory_.local.follower.following = false;
+    return;
+  }
   route_.pass(geometry_.own_arm().limits, q);
   if (!route_.under_way()) {
     if (detour.of_route) detour = {};
@@ -118,12 +135,16 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   if (follows) input.tracking_error = *tracking_error;
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
-  if (input.has_goal && !hold) go_by_route(input.q);
+  if ((input.has_goal || aim_) && !hold) take_aim(input.q);
   input.hold = hold;
   input.arms = arms;
   input.obstacles = obstacles;
   TickResult result = cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
-  if (result.status == TickStatus::kDetouring && memory_.local.detour.of_route) result.status = TickStatus::kRouted;
+  if (aim_ && (result.status == TickStatus::kDetouring || result.status == TickStatus::kIdle)) {
+    result.status = TickStatus::kTogether;
+  } else if (result.status == TickStatus::kDetouring && memory_.local.detour.of_route) {
+    result.status = TickStatus::kRouted;
+  }
   setpoint_ = MeasuredState{result.q, result.qd};
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
   if (goal_ && free_to_plan) {

@@ -64,6 +64,11 @@ class ArmController {
   /// From the next period on the arm goes by these points, the last of which is its goal; empty: it finds its own way.
   void follow(std::vector<JointVector> points);
   [[nodiscard]] const Route& route() const { return route_; }
+  /// From the next period on the arm goes to q_aim, and stays there, with or without a goal of its own; it makes room
+  /// for nobody, and leaves its route.
+  void go_together(const JointVector& q_aim);
+  /// It finds its own way again.
+  void leave_company();
 
   /// Has a goal and has not been there yet; as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
@@ -86,7 +91,7 @@ class ArmController {
                        std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
                        bool hold);
 
-  void go_by_route(const JointVector& q);
+  void take_aim(const JointVector& q);
   [[nodiscard]] TickResult tick_through_cspace(TickInput& input);
   void stay_in_sight(const TickInput& input, TickResult& result) const;
 
@@ -98,6 +103,7 @@ class ArmController {
   std::optional<JointVector> goal_;
   Approach approach_;
   Route route_;
+  std::optional<JointVector> aim_;  ///< of go_together()
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
   std::unique_ptr<cspace::SensedPlanner> cspace_;

@@ -166,17 +166,20 @@ void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int fi
     }
     kernel_body.count = static_cast<int>(robot_.balls.size()) - kernel_body.first;
   }
-  for (const auto& [a, b] : geometry.self_pairs()) robot_.pairs.push_back({first_body + a, first_body + b});
+  body_arm_.resize(robot_.bodies.size(), body_arm_.empty() ? 0 : body_arm_.back() + 1);
+  const auto padding = static_cast<float>(options_.self_padding);
+  for (const auto& [a, b] : geometry.self_pairs()) robot_.pairs.push_back({first_body + a, first_body + b, padding});
 }
 
 void Validity::add_pairs(const std::vector<int>& first_body) {
+  const auto padding = static_cast<float>(options_.padding);
   const auto end_of = [&](std::size_t arm) {
     return arm + 1 < first_body.size() ? first_body[arm + 1] : static_cast<int>(robot_.bodies.size());
   };
   for (std::size_t one = 0; one < first_body.size(); ++one) {
     for (std::size_t two = one + 1; two < first_body.size(); ++two) {
       for (int a = first_body[one]; a < end_of(one); ++a) {
-        for (int b = first_body[two]; b < end_of(two); ++b) robot_.pairs.push_back({a, b});
+        for (int b = first_body[two]; b < end_of(two); ++b) robot_.pairs.push_back({a, b, padding});
       }
     }
   }
@@ -205,8 +208,10 @@ bool Validity::meets_body(const void* self, int a, const float* frame_a, int b, 
   const auto& validity = *static_cast<const Validity*>(self);
   const PlacedCore& one = validity.body_cores_[a];
   const PlacedCore& two = validity.body_cores_[b];
+  const ValidityOptions& options = validity.options_;
+  const double padding = validity.body_arm_[a] == validity.body_arm_[b] ? options.self_padding : options.padding;
   return prepared_distance(one.core, pose_of(frame_a) * one.X_FS, two.core, pose_of(frame_b) * two.X_FS).distance <=
-         2.0 * kBodyRounding * validity.scale_;
+         padding + 2.0 * kBodyRounding * validity.scale_;
 }
 
 bool Validity::state_free(const float* q) const {

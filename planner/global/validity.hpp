@@ -29,8 +29,10 @@ struct WorldBody {
 
 struct ValidityOptions {
   CoverOptions cover;
-  double step = 0.03;    ///< between configurations that are checked on a straight way, in joint space [rad | m]
-  double padding = 0.0;  ///< all distances are kept above this, but for a body that no joint moves [m]
+  double step = 0.03;  ///< between configurations that are checked on a straight way, in joint space [rad | m]
+  /// Distances from obstacles and between arms are kept above this, but for a body that no joint moves [m].
+  double padding = 0.0;
+  double self_padding = 0.0;  ///< and between links of one arm above this [m]
 };
 
 /// The own arms of one or several geometries as one robot in a standing world. The robots' joints follow one another in
@@ -90,6 +92,7 @@ class Validity {
   KernelRobot robot_;
   KernelWorld world_;
   std::vector<PlacedCore> body_cores_;
+  std::vector<int> body_arm_;  ///< of the planned ones
   std::vector<PlacedCore> world_cores_;
   mutable std::uint64_t checks_ = 0;
 };

@@ -37,6 +37,7 @@ struct KernelBody {
 struct KernelPair {
   int a = 0;  ///< of KernelRobot::bodies
   int b = 0;
+  float padding = 0.0F;  ///< distance to be kept between the two [m]
 };
 
 /// One or several robots that are planned as one.

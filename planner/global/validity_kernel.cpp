@@ -102,7 +102,7 @@ class Block {
       if (decided()) return hits_;
     }
     for (const KernelPair& pair : robot_.pairs) {
-      note(pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b]), pair.a, pair.b, false);
+      note(pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b], pair.padding), pair.a, pair.b, false);
       if (decided()) return hits_;
     }
     for (int i = 0; i < doubts_count_ && !decided(); ++i) resolve(doubts_[i], any_is_enough);
@@ -261,23 +261,24 @@ class Block {
     return {kAll, kAll};
   }
 
-  Hits pair_hits(const KernelBody& a, const KernelBody& b) const {
+  Hits pair_hits(const KernelBody& a, const KernelBody& b, float padding) const {
     const auto distance2 = [](const Vec& p, const Vec& q) {
       const Vec d = p - q;
       return dot(d, d);
     };
     const auto within = [](V d2, float radius) { return bits(d2 < all_floats(radius * radius)); };
     const Vec bound_b = centre(b.frame, b.bound);
-    if (within(distance2(centre(a.frame, a.bound), bound_b), a.bound.radius + b.bound.radius) == 0) return {};
+    if (within(distance2(centre(a.frame, a.bound), bound_b), a.bound.radius + b.bound.radius + padding) == 0) return {};
     Hits hits;
     for (int i = a.first; i < a.first + a.count; ++i) {
       const KernelBall& ball = robot_.balls[i];
       const Vec p = centre(a.frame, ball);
-      if (within(distance2(p, bound_b), ball.radius + b.bound.radius) == 0) continue;
+      const float reach = ball.radius + padding;
+      if (within(distance2(p, bound_b), reach + b.bound.radius) == 0) continue;
       for (int k = b.first; k < b.first + b.count; ++k) {
         const KernelBall& other = robot_.balls[k];
         const V d2 = distance2(p, centre(b.frame, other));
-        hits.maybe |= within(d2, ball.radius + other.radius);
+        hits.maybe |= within(d2, reach + other.radius);
         if (ball.inner > 0.0F && other.inner > 0.0F) hits.sure |= within(d2, ball.inner + other.inner);
       }
     }

@@ -90,6 +90,9 @@ std::string LocalParameters::validate() const {
   if (!std::isfinite(route.after) || route.after < 0.0) {
     return sentence("route.after", route.after, "0 (never) or a time in seconds");
   }
+  if (!std::isfinite(route.together_after) || route.together_after < 0.0) {
+    return sentence("route.together_after", route.together_after, "0 (never) or a time in seconds");
+  }
   if (sensed.cells < 36 || sensed.cells > 1440 || sensed.cells % 4 != 0) {
     return sentence("sensed.cells", sensed.cells, "a multiple of 4 from 36 to 1440");
   }

@@ -24,9 +24,10 @@ RouteQuestion make_question(const ArmController& controller, std::span<const Arm
                             std::span<const world::ObstacleState> obstacles) {
   RouteQuestion question;
   const int self = controller.geometry().self();
-  question.q = controller.setpoint().q;
-  question.q_goal = *controller.goal();
-  question.left.assign(controller.route().left().begin(), controller.route().left().end());
+  question.planned = {self};
+  question.q = {controller.setpoint().q};
+  question.q_goal = {*controller.goal()};
+  for (const JointVector& point : controller.route().left()) question.left.push_back({point});
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     const JointLimits& limits = controller.geometry().arms()[i].limits;
     JointVector& q = question.arms.emplace_back();
@@ -79,11 +80,11 @@ std::optional<RouteQuestion> RoutePolicy::next(ArmController& controller, const 
   open_ = true;
   RouteQuestion question = make_question(controller, arms, obstacles);
   question.seed = random_.next();
-  q_goal_ = question.q_goal;
+  q_goal_ = *controller.goal();
   return question;
 }
 
-void RoutePolicy::answered(RouteAnswer answer, ArmController& controller) {
+void RoutePolicy::answered(const RouteAnswer& answer, ArmController& controller) {
   open_ = false;
   since_answer_ = 0.0;
   if (!controller.goal() || *controller.goal() != q_goal_) return;
@@ -96,7 +97,10 @@ void RoutePolicy::answered(RouteAnswer answer, ArmController& controller) {
   }
   // What was asked while the arm was on a route that it has left meanwhile has no answer any more.
   if (answer.kind == RouteAnswer::Kind::kKept && !was_on_route) return;
-  if (goes || was_on_route) controller.follow(std::move(answer.points));
+  if (!goes && !was_on_route) return;
+  std::vector<JointVector> points;
+  for (const JointPoint& point : answer.points) points.push_back(point.front());
+  controller.follow(std::move(points));
 }
 
 }  // namespace hecaton::planner

@@ -21,7 +21,7 @@ class RoutePolicy {
                                                   std::span<const ArmObservation> arms,
                                                   std::span<const world::ObstacleState> obstacles);
   /// The answer has come: the arm follows it from the next period on.
-  void answered(RouteAnswer answer, ArmController& controller);
+  void answered(const RouteAnswer& answer, ArmController& controller);
 
   /// Routes that were begun so far.
   [[nodiscard]] int found() const { return found_; }

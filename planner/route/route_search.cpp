@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
-
-#include "planner/local/goal_objective.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -16,7 +15,9 @@ constexpr std::array kBeyondSecurity = {0.03, 0.01, 0.002};
 /// An arm in trouble stands near something: from there, and to such a goal, the last step may keep this much less than
 /// dₛ [m]. Dampers always let an arm go away from things.
 constexpr double kLeastBelowSecurity = 0.01;
-/// So many samples at each distance: some ms at most.
+/// The same between links of one arm [m]: they are near each other by their build.
+constexpr double kBeyondSelfSecurity = 0.002;
+/// So many samples at each distance for one arm, some ms at most; for n arms as one n² times as many.
 constexpr std::uint64_t kIterations = 4000;
 /// Configurations around a crowded end, at most so far away in each joint [rad | m].
 constexpr int kBeside = 256;
@@ -25,121 +26,171 @@ constexpr double kFarthestBeside = 0.6;
 constexpr double kStep = 0.05;
 /// Continuous joints go the short way round: no straight part of a route turns a joint farther than this [rad].
 constexpr double kLongestPart = 1.5;
+/// Arms that go together wait for each other at every point: no part moves a joint farther than this [rad | m].
+constexpr double kTogether = 0.3;
 
-std::vector<double> as_vector(const JointVector& q) {
-  return {q.data(), q.data() + q.size()};
-}
-
-std::vector<float> padded(const global::Validity& validity, const JointVector& q) {
+std::vector<float> padded(const global::Validity& validity, const std::vector<double>& q) {
   std::vector<float> result(validity.stride(), 0.0F);
-  std::transform(q.data(), q.data() + q.size(), result.begin(), [](double x) { return static_cast<float>(x); });
-  return result;
-}
-
-/// The points after the first, with long parts divided.
-std::vector<JointVector> divided(const std::vector<JointVector>& points) {
-  std::vector<JointVector> result;
-  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-    const JointVector way = points[i + 1] - points[i];
-    const int parts = std::max(1, static_cast<int>(std::ceil(way.cwiseAbs().maxCoeff() / kLongestPart)));
-    for (int k = 1; k < parts; ++k) result.push_back(points[i] + way * (static_cast<double>(k) / parts));
-    result.push_back(points[i + 1]);
-  }
+  std::transform(q.begin(), q.end(), result.begin(), [](double x) { return static_cast<float>(x); });
   return result;
 }
 
 }  // namespace
 
-RouteSearch::RouteSearch(std::vector<Arm> arms, int self, const LocalParameters& parameters)
-    : geometry_(std::move(arms), self), parameters_(parameters) {}
+RouteSearch::RouteSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self)
+    : arms_(std::move(arms)), parameters_(std::move(parameters)), self_(self), geometry_(arms_, self) {}
 
 void RouteSearch::set_obstacles(std::span<const world::Obstacle> obstacles) {
-  geometry_.set_obstacles(obstacles);
+  obstacles_.assign(obstacles.begin(), obstacles.end());
+  geometry_.set_obstacles(obstacles_);
   levels_.clear();
 }
 
-/// Not before the first question: to cover an arm's links with balls takes a while.
-void RouteSearch::build() {
-  if (!levels_.empty()) return;
-  const double security = parameters_.damper.security_distance;
+/// Not before the first question: to cover links with balls takes a while.
+void RouteSearch::build(const std::vector<int>& planned) {
+  if (!levels_.empty() && planned == planned_) return;
+  levels_.clear();
+  planned_ = planned;
+  lower_.clear();
+  upper_.clear();
+  std::vector<CellGeometry> geometries;
+  double security = 0.0;
+  double self_security = 0.0;
+  for (const int arm : planned) {
+    geometries.emplace_back(arms_, arm).set_obstacles(obstacles_);
+    const JointLimits& limits = arms_[arm].limits;
+    lower_.insert(lower_.end(), limits.lower.begin(), limits.lower.end());
+    upper_.insert(upper_.end(), limits.upper.begin(), limits.upper.end());
+    security = std::max(security, parameters_[arm].damper.security_distance);
+    self_security = std::max(self_security, parameters_[arm].damper.self_security_distance);
+  }
   global::ValidityOptions options;
   options.step = kStep;
   for (const double beyond : kBeyondSecurity) {
     options.padding = security + beyond;
-    levels_.emplace_back(std::vector{geometry_}, std::span<const global::WorldBody>(), options);
+    options.self_padding = self_security + std::min(beyond, kBeyondSelfSecurity);
+    levels_.emplace_back(geometries, std::span<const global::WorldBody>(), options);
   }
   options.padding = std::max(0.0, security - kLeastBelowSecurity);
-  levels_.emplace_back(std::vector{geometry_}, std::span<const global::WorldBody>(), options);
+  options.self_padding = std::max(0.0, self_security - kLeastBelowSecurity);
+  levels_.emplace_back(geometries, std::span<const global::WorldBody>(), options);
 }
 
-bool RouteSearch::straight(int level, const JointVector& a, const JointVector& b) const {
+RouteSearch::Configuration RouteSearch::joined(const JointPoint& point) const {
+  Configuration all;
+  for (const JointVector& q : point) all.insert(all.end(), q.begin(), q.end());
+  return all;
+}
+
+JointPoint RouteSearch::parted(const Configuration& q) const {
+  JointPoint point;
+  const double* from = q.data();
+  for (const int arm : planned_) {
+    const Eigen::Index joints = arms_[arm].limits.lower.size();
+    point.emplace_back(Eigen::Map<const Eigen::VectorXd>(from, joints));
+    from += joints;
+  }
+  return point;
+}
+
+/// `to` as it is reached from `from`: continuous joints go the short way round.
+RouteSearch::Configuration RouteSearch::nearest_turn(const Configuration& from, const Configuration& to) const {
+  Configuration near = to;
+  for (std::size_t j = 0; j < near.size(); ++j) {
+    if (std::isinf(upper_[j])) near[j] = from[j] + std::remainder(to[j] - from[j], 2.0 * std::numbers::pi);
+  }
+  return near;
+}
+
+bool RouteSearch::straight(int level, const Configuration& a, const Configuration& b) const {
   const global::Validity& validity = levels_[level];
-  const JointVector to = a + joint_difference(geometry_.own_arm().limits, a, b);
-  return validity.edge_free(padded(validity, a).data(), padded(validity, to).data());
+  return validity.edge_free(padded(validity, a).data(), padded(validity, nearest_turn(a, b)).data());
 }
 
 /// The farthest point that is in sight, and the rest as it was. The last level: who follows a route is near things.
-std::optional<std::vector<JointVector>> RouteSearch::keep(const RouteQuestion& question) const {
+std::optional<std::vector<JointPoint>> RouteSearch::keep(const RouteQuestion& question) const {
   const int level = static_cast<int>(kBeyondSecurity.size()) - 1;
-  const std::vector<JointVector>& left = question.left;
+  std::vector<Configuration> left;
+  for (const JointPoint& point : question.left) left.push_back(joined(point));
   for (std::size_t i = 0; i + 1 < left.size(); ++i) {
     if (!straight(level + (i + 2 == left.size() ? 1 : 0), left[i], left[i + 1])) return std::nullopt;
   }
+  const Configuration from = joined(question.q);
   for (std::size_t i = left.size(); i > 0; --i) {
-    if (!straight(i == 1 ? level + 1 : level, question.q, left[i - 1])) continue;
-    return std::vector(left.begin() + static_cast<std::ptrdiff_t>(i) - 1, left.end());
+    if (!straight(i == 1 ? level + 1 : level, from, left[i - 1])) continue;
+    return std::vector(question.left.begin() + static_cast<std::ptrdiff_t>(i) - 1, question.left.end());
   }
   return std::nullopt;
 }
 
 /// q itself if it keeps the distance of `level`; otherwise what does so nearby and is reached straight.
-std::optional<JointVector> RouteSearch::beside(int level, const JointVector& q, Random& random) const {
+std::optional<RouteSearch::Configuration> RouteSearch::beside(int level, const Configuration& q, Random& random) const {
   const global::Validity& validity = levels_[level];
   if (validity.state_free(padded(validity, q).data())) return q;
   const int least = static_cast<int>(levels_.size()) - 1;
-  const JointLimits& limits = geometry_.own_arm().limits;
   for (int i = 1; i <= kBeside; ++i) {
     const double reach = kFarthestBeside * i / kBeside;
-    JointVector near = q;
-    for (Eigen::Index j = 0; j < q.size(); ++j) {
-      near[j] = std::clamp(q[j] + random.uniform(-reach, reach), limits.lower[j], limits.upper[j]);
+    Configuration near = q;
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      near[j] = std::clamp(q[j] + random.uniform(-reach, reach), lower_[j], upper_[j]);
     }
     if (validity.state_free(padded(validity, near).data()) && straight(least, q, near)) return near;
   }
   return std::nullopt;
 }
 
-std::optional<std::vector<JointVector>> RouteSearch::search(int level, const RouteQuestion& question) const {
+/// The points after the first, with long parts divided.
+std::vector<JointPoint> RouteSearch::divided(const std::vector<Configuration>& points) const {
+  std::vector<JointPoint> result;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    const Configuration& a = points[i];
+    const Configuration& b = points[i + 1];
+    double longest = 0.0;
+    for (std::size_t j = 0; j < a.size(); ++j) longest = std::max(longest, std::abs(b[j] - a[j]));
+    const int parts =
+        std::max(1, static_cast<int>(std::ceil(longest / (planned_.size() > 1 ? kTogether : kLongestPart))));
+    for (int k = 1; k <= parts; ++k) {
+      Configuration point = b;
+      for (std::size_t j = 0; k < parts && j < a.size(); ++j) point[j] = a[j] + (b[j] - a[j]) * k / parts;
+      result.push_back(parted(point));
+    }
+  }
+  return result;
+}
+
+std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const RouteQuestion& question) const {
   Random random(question.seed);
-  const JointVector goal = question.q + joint_difference(geometry_.own_arm().limits, question.q, question.q_goal);
-  const auto first = beside(level, question.q, random);
+  const Configuration start = joined(question.q);
+  const Configuration goal = nearest_turn(start, joined(question.q_goal));
+  const auto first = beside(level, start, random);
   const auto last = beside(level, goal, random);
   if (!first || !last) return std::nullopt;
   global::PlanOptions options;
   options.seed = random.next();
-  options.budget.iterations = kIterations;
+  options.budget.iterations = kIterations * planned_.size() * planned_.size();
   options.certify = 1;
-  const global::Plan plan = global::plan(levels_[level], as_vector(*first), as_vector(*last), options);
+  const global::Plan plan = global::plan(levels_[level], *first, *last, options);
   if (!plan.solved()) return std::nullopt;
-  std::vector<JointVector> points{question.q};
-  for (const std::vector<double>& q : plan.path) {
-    const JointVector point = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
-    if (point != points.back()) points.push_back(point);
+  std::vector<Configuration> points{start};
+  for (const Configuration& q : plan.path) {
+    if (q != points.back()) points.push_back(q);
   }
   if (points.back() != goal) points.push_back(goal);
   return divided(points);
 }
 
 RouteAnswer RouteSearch::answer(const RouteQuestion& question) {
-  build();
+  build(question.planned);
   std::vector<Pose> X_WO;
   for (const world::ObstacleState& obstacle : question.obstacles) X_WO.push_back(obstacle.X_WO);
-  const std::vector<global::WorldBody> bodies = global::world_bodies(geometry_, X_WO, question.arms);
+  std::vector<JointVector> others = question.arms;
+  for (const int arm : question.planned) others[arm].resize(0);
+  const std::vector<global::WorldBody> bodies = global::world_bodies(geometry_, X_WO, others);
   for (global::Validity& level : levels_) level.set_world(bodies);
   const std::uint64_t before = checks();
   const int searched = static_cast<int>(kBeyondSecurity.size());
   RouteAnswer answer;
-  if (straight(searched - 1, question.q, question.q_goal)) {
+  if (straight(searched - 1, joined(question.q), joined(question.q_goal))) {
     answer.kind = RouteAnswer::Kind::kStraight;
   } else if (auto kept = keep(question); kept && !question.left.empty()) {
     answer.kind = RouteAnswer::Kind::kKept;

@@ -1,5 +1,6 @@
 #pragma once
-/// A way around everything as it stands now: what a planner that does not come nearer asks beside its ticks.
+/// A way around everything as it stands now, for one arm or for several as one: what a planner that does not come
+/// nearer asks beside its ticks.
 
 #include <cstdint>
 #include <optional>
@@ -13,11 +14,15 @@
 
 namespace hecaton::planner {
 
+/// The configurations of the planned arms, in their order [rad | m].
+using JointPoint = std::vector<JointVector>;
+
 /// What the planner knows when it asks.
 struct RouteQuestion {
-  JointVector q;                                ///< from here [rad | m]
-  JointVector q_goal;                           ///< to here
-  std::vector<JointVector> left;                ///< of the route under way, up to the goal; empty: there is none
+  std::vector<int> planned;                     ///< arms to be moved, as indices in the cell; the own one is among them
+  JointPoint q;                                 ///< from here
+  JointPoint q_goal;                            ///< to here
+  std::vector<JointPoint> left;                 ///< of the route under way, up to the goal; empty: there is none
   std::vector<JointVector> arms;                ///< of the whole cell, where they are by now; empty: to be left out
   std::vector<world::ObstacleState> obstacles;  ///< of the whole cell, where they are by now
   std::uint64_t seed = 1;
@@ -31,31 +36,42 @@ struct RouteAnswer {
     kNone,      ///< none was found
   };
   Kind kind = Kind::kNone;
-  std::vector<JointVector> points;  ///< kKept and kFound: the last one is the goal [rad | m]
-  std::uint64_t checks = 0;         ///< configurations looked at
+  std::vector<JointPoint> points;  ///< kKept and kFound: after q, up to the goal
+  std::uint64_t checks = 0;        ///< configurations looked at
 };
 
 class RouteSearch {
  public:
-  /// `arms`: of the whole cell; `self`: index of the own one.
-  RouteSearch(std::vector<Arm> arms, int self, const LocalParameters& parameters);
+  /// `arms`, `parameters`: of the whole cell; `self`: index of the own arm.
+  RouteSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self);
 
-  /// What the own arm carries is part of it.
+  /// What planned arms carry is part of them.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// The same question has the same answer on every machine. Ways that keep more distance are looked for first.
+  /// The same question has the same answer on every machine. Ways that keep more distance are looked for first. Throws
+  /// std::invalid_argument when the planned arms have more joints than global::kMostDimensions.
   [[nodiscard]] RouteAnswer answer(const RouteQuestion& question);
 
  private:
-  void build();
-  [[nodiscard]] bool straight(int level, const JointVector& a, const JointVector& b) const;
-  [[nodiscard]] std::optional<std::vector<JointVector>> keep(const RouteQuestion& question) const;
-  [[nodiscard]] std::optional<JointVector> beside(int level, const JointVector& q, Random& random) const;
-  [[nodiscard]] std::optional<std::vector<JointVector>> search(int level, const RouteQuestion& question) const;
+  using Configuration = std::vector<double>;  // of all planned arms, one after the other
+  void build(const std::vector<int>& planned);
+  [[nodiscard]] Configuration joined(const JointPoint& point) const;
+  [[nodiscard]] JointPoint parted(const Configuration& q) const;
+  [[nodiscard]] Configuration nearest_turn(const Configuration& from, const Configuration& to) const;
+  [[nodiscard]] bool straight(int level, const Configuration& a, const Configuration& b) const;
+  [[nodiscard]] std::optional<std::vector<JointPoint>> keep(const RouteQuestion& question) const;
+  [[nodiscard]] std::optional<Configuration> beside(int level, const Configuration& q, Random& random) const;
+  [[nodiscard]] std::vector<JointPoint> divided(const std::vector<Configuration>& points) const;
+  [[nodiscard]] std::optional<std::vector<JointPoint>> search(int level, const RouteQuestion& question) const;
   [[nodiscard]] std::uint64_t checks() const;
 
-  CellGeometry geometry_;
-  LocalParameters parameters_;
+  std::vector<Arm> arms_;
+  std::vector<LocalParameters> parameters_;
+  int self_;
+  std::vector<world::Obstacle> obstacles_;
+  CellGeometry geometry_;                 ///< of the own arm: everybody's bodies
+  std::vector<int> planned_;              ///< of `levels_`
+  std::vector<double> lower_, upper_;     ///< of all planned joints [rad | m]
   std::vector<global::Validity> levels_;  ///< from the most distance that is kept to the least; empty: not built yet
 };
 

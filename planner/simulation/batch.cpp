@@ -100,6 +100,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
     report.yielding_ticks += static_cast<std::uint64_t>(arm.yielding_ticks);
     report.chatter += arm.chatter;
     report.rollouts += static_cast<std::uint64_t>(arm.rollouts);
+    report.composites += static_cast<std::uint64_t>(arm.composites);
     report.routes += static_cast<std::uint64_t>(arm.routes);
     report.redraws += static_cast<std::uint64_t>(arm.redraws);
     switch (arm.outcome) {

@@ -47,6 +47,7 @@ struct BatchReport {
   std::uint64_t ticks = 0;
   std::uint64_t rollouts = 0;       ///< answers of the rollout search
   std::uint64_t routes = 0;         ///< begun
+  std::uint64_t composites = 0;     ///< composite plans proposed
   std::uint64_t rollout_ticks = 0;  ///< played for them, of single arms
   std::uint64_t relaxed_ticks = 0;
   std::uint64_t redraws = 0;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "planner/rollout/rollout_policy.hpp"
+#include "planner/route/composite_policy.hpp"
 #include "planner/route/route_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
 #include "planner/simulation/cell_news.hpp"
@@ -58,7 +59,8 @@ class Episode {
       controllers_.emplace_back(CellGeometry(arms_, i), parameters_[i], cell.timing.control_period, random.next());
       controllers_.back().set_obstacles(cell.scene.obstacles);
       policies_.emplace_back(parameters_[i], random.next());
-      route_policies_.emplace_back(parameters_[i], options.seed + static_cast<std::uint64_t>(i));
+      routes_.emplace_back(RoutePolicy(parameters_[i], options.seed + static_cast<std::uint64_t>(i)));
+      companies_.emplace_back(CompositePolicy(parameters_[i], options.seed + static_cast<std::uint64_t>(i)));
       drives_.emplace_back(arms_[i].limits, starts[i], cell.timing.command_timeout);
       news_.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
     }
@@ -66,8 +68,6 @@ class Episode {
     caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
     searches_.resize(n);
-    route_searches_.resize(n);
-    route_answers_.resize(n);
     results_.resize(n);
     kinematics_.resize(n);
     spent_.resize(n);
@@ -112,12 +112,6 @@ class Episode {
     for (const PlannedArm& planned : cell.arms) bodies.push_back(arm_bodies(planned.arm));
     return bodies;
   }
-
-  /// An answer that becomes known `at` this time [s].
-  struct DueRoute {
-    double at;
-    RouteAnswer answer;
-  };
 
   /// What one arm's planner took in a period [µs].
   struct Spent {
@@ -171,7 +165,10 @@ class Episode {
             true,
             controllers_[arm].under_way(),
             goal.value_or(JointVector()),
-            controllers_[arm].claim()};
+            controllers_[arm].claim(),
+            {},
+            companies_[arm].policy.progress(),
+            companies_[arm].policy.proposal()};
   }
 
   /// A period's share of the rollouts that a planner runs beside its ticks.
@@ -193,23 +190,40 @@ class Episode {
     }
   }
 
-  /// A route is there when the configurations that it took could have been looked at.
+  /// Policies that ask for ways, whose answers come when the configurations that they took could have been looked at.
+  template <class Policy>
+  struct Asking {
+    explicit Asking(Policy asks) : policy(std::move(asks)) {}
+    Policy policy;
+    std::unique_ptr<RouteSearch> search;  ///< null until the first question
+    std::optional<RouteAnswer> answer;    ///< known to the arm `at` this time [s]
+    double at = 0.0;
+  };
+
   void plan_route(int i, double now) {
-    auto& answer = route_answers_[i];
-    if (answer && now >= answer->at) {
-      route_policies_[i].answered(std::move(answer->answer), controllers_[i]);
-      answer.reset();
-      outcome_.arms[i].routes = route_policies_[i].found();
+    ArmController& controller = controllers_[i];
+    ask(companies_[i], i, now, [&](const RouteAnswer& answer) { companies_[i].policy.answered(answer); });
+    if (companies_[i].policy.takes_part()) return;
+    ask(routes_[i], i, now, [&](const RouteAnswer& answer) { routes_[i].policy.answered(answer, controller); });
+    outcome_.arms[i].routes = routes_[i].policy.found();
+    outcome_.arms[i].composites = static_cast<int>(companies_[i].policy.proposed());
+  }
+
+  template <class Policy, class Answered>
+  void ask(Asking<Policy>& asking, int i, double now, const Answered& answered) {
+    if (asking.answer && now >= asking.at) {
+      answered(*asking.answer);
+      asking.answer.reset();
     }
-    const auto question = route_policies_[i].next(controllers_[i], results_[i], news_[i].arms(), news_[i].obstacles());
+    const auto question = asking.policy.next(controllers_[i], results_[i], news_[i].arms(), news_[i].obstacles());
     if (!question) return;
-    if (!route_searches_[i]) {
-      route_searches_[i] = std::make_unique<RouteSearch>(arms_, i, parameters_[i]);
-      route_searches_[i]->set_obstacles(cell_.scene.obstacles);
+    if (!asking.search) {
+      asking.search = std::make_unique<RouteSearch>(arms_, parameters_, i);
+      asking.search->set_obstacles(cell_.scene.obstacles);
     }
-    RouteAnswer found = route_searches_[i]->answer(*question);
-    const auto periods = static_cast<double>(1 + found.checks / kChecksPerPeriod);
-    answer = DueRoute{now + (periods - 0.5) * cell_.timing.control_period, std::move(found)};
+    asking.answer = asking.search->answer(*question);
+    const auto periods = static_cast<double>(1 + asking.answer->checks / kChecksPerPeriod);
+    asking.at = now + (periods - 0.5) * cell_.timing.control_period;
   }
 
   void move(int i, double dt) {
@@ -280,9 +294,8 @@ class Episode {
   std::vector<ArmController> controllers_;
   std::vector<RolloutPolicy> policies_;
   std::vector<std::unique_ptr<RolloutSearch>> searches_;  ///< null until the first question
-  std::vector<RoutePolicy> route_policies_;
-  std::vector<std::unique_ptr<RouteSearch>> route_searches_;  ///< null until the first question
-  std::vector<std::optional<DueRoute>> route_answers_;
+  std::vector<Asking<RoutePolicy>> routes_;
+  std::vector<Asking<CompositePolicy>> companies_;
   std::vector<ArmModel> drives_;
   std::vector<CellNews> news_;
   std::vector<RangeScanner> scanners_;

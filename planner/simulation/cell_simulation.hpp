@@ -24,6 +24,7 @@ struct ArmOutcome {
   int redraws = 0;         ///< subspaces drawn
   int rollouts = 0;        ///< answers of the rollout search
   int routes = 0;          ///< routes begun
+  int composites = 0;      ///< composite plans proposed
   int relaxed_ticks = 0;   ///< ticks that braked because the rows asked for more
   int yielding_ticks = 0;  ///< ticks in which it made room for another arm
   Chatter chatter;

@@ -88,6 +88,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.extra["subspaces_drawn"] = batch.redraws;
   report.extra["yielding_ticks"] = batch.yielding_ticks;
   report.extra["routes"] = batch.routes;
+  report.extra["composite_plans"] = batch.composites;
   const planner::Chatter& chatter = batch.chatter;
   report.chatter = ChatterReport{chatter.turns_per_second(), chatter.quick_per_second(), chatter.joint_time};
   return report;
@@ -100,7 +101,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   check_writable(options.report);
   for (planner::PlannedArm& planned : cell.arms) {
     if (options.rollouts >= 0) planned.parameters.rollout.candidates = options.rollouts;
-    if (options.no_routes) planned.parameters.route.after = 0.0;
+    if (options.no_routes) planned.parameters.route = {0.0, 0.0};
   }
   if (!options.method.empty()) {
     for (planner::PlannedArm& planned : cell.arms) {
@@ -158,7 +159,8 @@ void add_simulate(CLI::App& app, Session& session) {
       "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; 0: none", 0,
       1000);
   command->add_flag("--no-routes", options->no_routes,
-                    "arms that do not come nearer plan no routes around what stands in their way, whatever the cell "
+                    "arms that do not come nearer plan neither routes around what stands in their way nor for each "
+                    "other, whatever the cell "
                     "file says");
   add_duration(*command, "--age", batch.network.age,
                "mean age of the states that arms see of each other and of obstacles, up to 10s (0ms)", 0.0, 10.0);

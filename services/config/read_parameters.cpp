@@ -57,6 +57,7 @@ void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
 
 void read_route(const MapView& map, planner::RouteParameters& route) {
   read_seconds(map, "after", {0.0, 3600.0, "s"}, route.after);
+  read_seconds(map, "together_after", {0.0, 3600.0, "s"}, route.together_after);
 }
 
 void read_sensed(const MapView& map, planner::SensedParameters& sensed) {

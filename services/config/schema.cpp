@@ -64,7 +64,7 @@ constexpr std::array kFollowerKeys = {Words("deadlock_fraction"), Words("exit_fr
 constexpr std::array kYieldingKeys = {Words("patience"), Words("at_rest")};
 constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
                                      Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
-constexpr std::array kRouteKeys = {Words("after")};
+constexpr std::array kRouteKeys = {Words("after"), Words("together_after")};
 constexpr std::array kSensorKeys = {Words("name"),        Words("link"),         Words("position"), Words("direction"),
                                     Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
                                     Words("noise"),       Words("period"),       Words("simulated")};

@@ -73,6 +73,9 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
     case planner::TickStatus::kDetouring:
       progress.trying = "makes a detour";
       break;
+    case planner::TickStatus::kTogether:
+      progress.trying = "goes by a plan for all arms that stand in each other's way";
+      break;
     case planner::TickStatus::kRouted:
       progress.held_back = result.has_binding || approach.hopeless();
       progress.trying = "goes by a route around what stands in its way";

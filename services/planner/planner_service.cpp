@@ -114,7 +114,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       rollouts_(arms_of(file.cell), parameters_of(file.cell), arm,
                 file.cell.arms[arm].parameters.rollout.ticks_per_period),
       route_policy_(file.cell.arms[arm].parameters, seed_of(name_)),
-      routes_(arms_of(file.cell), arm, file.cell.arms[arm].parameters) {
+      routes_(arms_of(file.cell), parameters_of(file.cell), arm) {
   command_.arm(name_);
   command_.node(node_);
   command_.period(file.cell.timing.control_period);
@@ -333,7 +333,7 @@ void PlannerService::plan_route(const planner::TickResult& result, std::span<con
       log_debug("route", {{"points", answer->route.points.size()},
                           {"ms", std::chrono::duration<double, std::milli>(answer->taken).count()}});
     }
-    route_policy_.answered(std::move(answer->route), controller_);
+    route_policy_.answered(answer->route, controller_);
   }
   if (auto question = route_policy_.next(controller_, result, arms, obstacles)) {
     routes_.ask(std::move(*question), obstacles_.obstacles());

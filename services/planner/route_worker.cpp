@@ -15,8 +15,8 @@ struct RouteWorker::Impl {
     Obstacles obstacles;
   };
 
-  Impl(std::vector<planner::Arm> arms, int self, const planner::LocalParameters& parameters)
-      : search(std::move(arms), self, parameters), thread([this] { work(); }) {}
+  Impl(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self)
+      : search(std::move(arms), std::move(parameters), self), thread([this] { work(); }) {}
   ~Impl() {
     {
       const std::scoped_lock lock(mutex);
@@ -70,8 +70,8 @@ struct RouteWorker::Impl {
   std::thread thread;  ///< last: everything it uses exists before it starts
 };
 
-RouteWorker::RouteWorker(std::vector<planner::Arm> arms, int self, const planner::LocalParameters& parameters)
-    : impl_(std::make_unique<Impl>(std::move(arms), self, parameters)) {}
+RouteWorker::RouteWorker(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self)
+    : impl_(std::make_unique<Impl>(std::move(arms), std::move(parameters), self)) {}
 RouteWorker::~RouteWorker() = default;
 
 void RouteWorker::ask(planner::RouteQuestion question, Obstacles obstacles) {

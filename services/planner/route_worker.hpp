@@ -13,7 +13,7 @@ namespace hecaton::services {
 class RouteWorker {
  public:
   /// As RouteSearch.
-  RouteWorker(std::vector<planner::Arm> arms, int self, const planner::LocalParameters& parameters);
+  RouteWorker(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self);
   ~RouteWorker();  ///< waits for the question under way
   RouteWorker(const RouteWorker&) = delete;
   RouteWorker& operator=(const RouteWorker&) = delete;

@@ -42,7 +42,7 @@ class Room {
 /// The answer to an arm of three that is held back among 20 boxes: questions whose straight way is not free.
 void routes(benchmark::State& state) {
   PairsCell cell(20060521);
-  RouteSearch search(cell.geometry().arms(), 0, LocalParameters());
+  RouteSearch search(cell.geometry().arms(), std::vector<LocalParameters>(3), 0);
   search.set_obstacles(cell.obstacles());
   Room room(cell);
   Timings answers;
@@ -56,8 +56,9 @@ void routes(benchmark::State& state) {
     room.look(from);
     if (!room.at(from.q[0]) || !room.at(to.q[0])) continue;
     RouteQuestion question;
-    question.q = from.q[0];
-    question.q_goal = to.q[0];
+    question.planned = {0};
+    question.q = {from.q[0]};
+    question.q_goal = {to.q[0]};
     question.arms = from.q;
     question.obstacles.assign(from.obstacles.begin(), from.obstacles.end());
     question.seed = static_cast<std::uint64_t>(draw) + 1;

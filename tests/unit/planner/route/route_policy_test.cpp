@@ -30,7 +30,7 @@ class OnTheWay {
 
   TickResult step() {
     if (waiting_ && --delay_ <= 0) {
-      policy_->answered(std::move(*waiting_), *controller_);
+      policy_->answered(*waiting_, *controller_);
       waiting_.reset();
     }
     const std::vector<ArmObservation> arms(1);
@@ -66,7 +66,7 @@ class OnTheWay {
   std::vector<world::ObstacleState> states_;
   std::optional<RoutePolicy> policy_;
   std::optional<ArmController> controller_;
-  RouteSearch search_{{test::planar_point()}, 0, parameters_};
+  RouteSearch search_{{test::planar_point()}, {parameters_}, 0};
   MeasuredState measured_;
   std::optional<RouteAnswer> waiting_;
   int delay_ = 0;

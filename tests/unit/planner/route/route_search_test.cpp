@@ -13,13 +13,14 @@ using test::joints;
 class RouteSearchTest : public testing::Test {
  protected:
   RouteAnswer ask(const std::vector<world::Obstacle>& boxes, const JointVector& from, const JointVector& to,
-                  std::vector<JointVector> left = {}) {
+                  const std::vector<JointVector>& left = {}) {
     boxes_ = boxes;
     search_.set_obstacles(boxes);
     RouteQuestion question;
-    question.q = from;
-    question.q_goal = to;
-    question.left = std::move(left);
+    question.planned = {0};
+    question.q = {from};
+    question.q_goal = {to};
+    for (const JointVector& point : left) question.left.push_back({point});
     question.arms.resize(1);
     question.obstacles = test::states_of(boxes);
     return search_.answer(question);
@@ -28,7 +29,8 @@ class RouteSearchTest : public testing::Test {
   double least_room(const JointVector& from, const RouteAnswer& answer) const {
     double least = std::numeric_limits<double>::infinity();
     JointVector a = from;
-    for (const JointVector& b : answer.points) {
+    for (const JointPoint& point : answer.points) {
+      const JointVector& b = point.front();
       for (int k = 0; k <= 100; ++k) {
         least = std::min(least, test::room_at(a + 0.01 * k * (b - a), boxes_, test::states_of(boxes_)));
       }
@@ -38,14 +40,14 @@ class RouteSearchTest : public testing::Test {
   }
 
   LocalParameters parameters_;
-  RouteSearch search_{{test::planar_point()}, 0, parameters_};
+  RouteSearch search_{{test::planar_point()}, {parameters_}, 0};
   std::vector<world::Obstacle> boxes_;
 };
 
 TEST_F(RouteSearchTest, ThroughAGapAndWithRoom) {
   const auto answer = ask(test::wall_with_gap(1.5, 0.4), joints({-1, 0}), joints({1, 0}));
   ASSERT_EQ(answer.kind, Kind::kFound);
-  EXPECT_EQ(answer.points.back(), joints({1, 0}));
+  EXPECT_EQ(answer.points.back().front(), joints({1, 0}));
   EXPECT_GT(answer.checks, 0U);
   EXPECT_GT(least_room(joints({-1, 0}), answer), parameters_.damper.security_distance + 0.02);
 }
@@ -74,7 +76,7 @@ TEST_F(RouteSearchTest, ARouteThatIsFreeIsKeptAndShortened) {
   const auto answer = ask(boxes, joints({-1, 0}), joints({1, 0}), left);
   ASSERT_EQ(answer.kind, Kind::kKept);
   ASSERT_EQ(answer.points.size(), 3U) << "the second point is in sight";
-  EXPECT_EQ(answer.points.front(), joints({-0.5, 1.5}));
+  EXPECT_EQ(answer.points.front().front(), joints({-0.5, 1.5}));
 }
 
 TEST_F(RouteSearchTest, ARouteThatIsCutIsReplaced) {

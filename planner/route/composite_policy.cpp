@@ -1,0 +1,202 @@
+#include "planner/route/composite_policy.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "planner/global/validity_data.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// An arm joins where the plan begins no farther from it than this, in each joint, and has it go where it wants to go
+/// [rad | m].
+constexpr double kNearBeginning = 0.3;
+constexpr double kSameGoal = 0.05;
+/// A point counts as reached within this, in each joint [rad | m].
+constexpr double kReached = 0.08;
+/// All arms must have joined after the first time, and all have reached the next point after the second [s].
+constexpr double kToJoin = 1.0;
+constexpr double kToAdvance = 4.0;
+/// Each question is followed by a pause that is so many times longer, up to kLongestPause [s].
+constexpr double kPauseGrowth = 1.5;
+constexpr double kLongestPause = 20.0;
+
+double farthest_joint(const JointLimits& limits, const JointVector& a, const JointVector& b) {
+  return joint_difference(limits, a, b).cwiseAbs().maxCoeff();
+}
+
+JointVector where_now(const CellGeometry& geometry, std::span<const ArmObservation> arms, int i) {
+  const JointLimits& limits = geometry.arms()[i].limits;
+  return (arms[i].q + arms[i].qd * arms[i].age).cwiseMax(limits.lower).cwiseMin(limits.upper);
+}
+
+bool may_meet(const CellGeometry& geometry, int i, double influence) {
+  const world::BoundingSphere& own = geometry.arm_reach(geometry.self());
+  const world::BoundingSphere& other = geometry.arm_reach(i);
+  return (own.centre - other.centre).norm() < own.radius + other.radius + influence;
+}
+
+}  // namespace
+
+CompositePolicy::CompositePolicy(const LocalParameters& parameters, std::uint64_t seed)
+    : after_(parameters.method == Method::kBoundaryFollowing ? parameters.route.together_after : 0.0),
+      patience_(after_),
+      random_(seed),
+      since_answer_(after_) {}
+
+std::optional<RouteQuestion> CompositePolicy::next(ArmController& controller, const TickResult& result,
+                                                   std::span<const ArmObservation> arms,
+                                                   std::span<const world::ObstacleState> obstacles) {
+  if (after_ <= 0.0 || arms.size() < 2) return std::nullopt;
+  const double dt = controller.control_period();
+  since_answer_ += dt;
+  const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
+  if (!free_to_plan) {
+    leave(controller);
+    return std::nullopt;
+  }
+  join_or_stay(controller, arms);
+  if (takes_part()) advance(controller, arms, dt);
+  if (takes_part() || open_ || !controller.under_way()) return std::nullopt;
+  const double lost = controller.approach().lost();
+  if (lost < after_) patience_ = after_;
+  if (lost < after_ || since_answer_ < patience_ || !controller.memory().right_of_way.leads) return std::nullopt;
+  question_ = make_question(controller, arms, obstacles);
+  if (question_.planned.size() < 2) return std::nullopt;
+  open_ = true;
+  return question_;
+}
+
+RouteQuestion CompositePolicy::make_question(const ArmController& controller, std::span<const ArmObservation> arms,
+                                             std::span<const world::ObstacleState> obstacles) {
+  RouteQuestion question;
+  const CellGeometry& geometry = controller.geometry();
+  const double influence = controller.parameters().damper.influence_distance;
+  int joints = geometry.own_arm().model->joints();
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    const bool own = i == geometry.self();
+    question.arms.push_back(own || !arms[i].known ? JointVector() : where_now(geometry, arms, i));
+    const int more = geometry.arms()[i].model->joints();
+    const bool follows = arms[i].known && arms[i].plans && !arms[i].lost() && may_meet(geometry, i, influence);
+    if (!own && (!follows || joints + more > global::kMostDimensions)) continue;
+    if (!own) joints += more;
+    question.planned.push_back(i);
+    question.q.push_back(own ? controller.setpoint().q : question.arms.back());
+    question.q_goal.push_back(own ? *controller.goal() : arms[i].has_goal ? arms[i].q_goal : question.arms.back());
+  }
+  for (const world::ObstacleState& obstacle : obstacles) {
+    question.obstacles.push_back(obstacle);
+    question.obstacles.back().X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, obstacle.age);
+  }
+  question.seed = random_.next();
+  return question;
+}
+
+void CompositePolicy::answered(const RouteAnswer& answer) {
+  open_ = false;
+  since_answer_ = 0.0;
+  patience_ = std::min(kLongestPause, kPauseGrowth * patience_);
+  const bool goes = answer.kind == RouteAnswer::Kind::kFound || answer.kind == RouteAnswer::Kind::kStraight;
+  if (!goes || takes_part()) return;
+  auto plan = std::make_shared<CompositePlan>();
+  plan->number = ++number_;
+  plan->arms = question_.planned;
+  plan->points.push_back(question_.q);
+  if (answer.kind == RouteAnswer::Kind::kStraight) plan->points.push_back(question_.q_goal);
+  plan->points.insert(plan->points.end(), answer.points.begin(), answer.points.end());
+  proposal_ = std::move(plan);
+}
+
+bool CompositePolicy::suits(const CompositePlan& plan, const ArmController& controller) const {
+  const int self = controller.geometry().self();
+  const auto found = std::find(plan.arms.begin(), plan.arms.end(), self);
+  if (found == plan.arms.end() || plan.points.empty()) return false;
+  const auto index = static_cast<std::size_t>(found - plan.arms.begin());
+  for (const auto& point : plan.points) {
+    const bool fits = point.size() == plan.arms.size() && point[index].size() == controller.setpoint().q.size();
+    if (!fits) return false;
+  }
+  const JointLimits& limits = controller.geometry().own_arm().limits;
+  const JointVector& begins = plan.points.front()[index];
+  const JointVector& ends = plan.points.back()[index];
+  const JointVector& wanted = controller.under_way() ? *controller.goal() : begins;
+  return farthest_joint(limits, controller.setpoint().q, begins) < kNearBeginning &&
+         farthest_joint(limits, wanted, ends) < kSameGoal;
+}
+
+/// The plan of whoever goes first [planner/local/right_of_way.hpp] counts; one that the arm has left it does not join
+/// again.
+void CompositePolicy::join_or_stay(ArmController& controller, std::span<const ArmObservation> arms) {
+  const int self = controller.geometry().self();
+  const auto offered = [&](int i) { return i == self ? proposal_ : arms[i].proposal; };
+  const auto claim = [&](int i) { return Claim{i == self ? controller.claim() : arms[i].claim, i}; };
+  if (takes_part()) {
+    const auto current = offered(progress_.proposer);
+    if (!current || current->number != progress_.number) leave(controller);
+  }
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    const auto plan = offered(i);
+    if (!plan || progress_.of(i, plan->number) || last_.of(i, plan->number)) continue;
+    if (takes_part() && !claim(i).precedes(claim(progress_.proposer))) continue;
+    if (!suits(*plan, controller)) continue;
+    if (takes_part()) leave(controller);
+    join(i, plan);
+    index_ = static_cast<int>(std::find(plan->arms.begin(), plan->arms.end(), self) - plan->arms.begin());
+  }
+  // What nobody goes by is withdrawn.
+  if (proposal_ && !progress_.of(self, proposal_->number)) proposal_.reset();
+}
+
+void CompositePolicy::join(int proposer, std::shared_ptr<const CompositePlan> plan) {
+  progress_ = {proposer, plan->number, -1};
+  plan_ = std::move(plan);
+  together_ = -1;
+  since_together_ = 0.0;
+  all_joined_ = false;
+}
+
+void CompositePolicy::leave(ArmController& controller) {
+  if (!takes_part()) return;
+  last_ = progress_;
+  progress_ = {};
+  plan_.reset();
+  controller.leave_company();
+}
+
+/// To the next point once all have reached the last one.
+void CompositePolicy::advance(ArmController& controller, std::span<const ArmObservation> arms, double dt) {
+  const int self = controller.geometry().self();
+  const int last = static_cast<int>(plan_->points.size()) - 1;
+  int together = progress_.reached;
+  bool all_joined = true;
+  for (const int i : plan_->arms) {
+    if (i == self) continue;
+    const bool joined = arms[i].progress.of(progress_.proposer, progress_.number);
+    all_joined = all_joined && joined;
+    together = std::min(together, joined ? arms[i].progress.reached : -1);
+  }
+  since_together_ = together > together_ || (all_joined && !all_joined_) ? 0.0 : since_together_ + dt;
+  const bool left = all_joined_ && !all_joined && together_ < last;
+  all_joined_ = all_joined_ || all_joined;
+  together_ = std::max(together_, together);
+  const bool late = since_together_ > (all_joined_ ? kToAdvance : kToJoin);
+  const bool wants_it = !controller.under_way() || suits_goal(controller);
+  if (left || late || !wants_it || together_ == last) {
+    leave(controller);
+    return;
+  }
+  const int next = std::min(all_joined_ ? together_ + 1 : 0, last);
+  const JointVector& aim = plan_->points[next][index_];
+  const JointLimits& limits = controller.geometry().own_arm().limits;
+  if (all_joined_ && farthest_joint(limits, controller.setpoint().q, aim) < kReached) {
+    progress_.reached = std::max(progress_.reached, next);
+  }
+  controller.go_together(aim);
+}
+
+bool CompositePolicy::suits_goal(const ArmController& controller) const {
+  const JointLimits& limits = controller.geometry().own_arm().limits;
+  return farthest_joint(limits, *controller.goal(), plan_->points.back()[index_]) < kSameGoal;
+}
+
+}  // namespace hecaton::planner
