@@ -15,14 +15,22 @@ inline double dot_of(const double* a, const double* b, int n) {
   return sum;
 }
 
+/// Which axes Gram–Schmidt goes through, in which order. Arms use the first; the others are there to compare with.
+enum BasisOrder { kFromSecondAxis = 0, kFromLastAxis = 1, kFromFirstAxis = 2 };
+
+inline int basis_axis(BasisOrder order, int k, int n) {
+  if (order == kFromLastAxis) return n - 1 - k;
+  return order == kFromFirstAxis ? k : (k + 1) % n;
+}
+
 /// Rows v₁ … v_{n−1}: see null_space_basis() in planner/strategy/strategy.hpp.
-inline void null_space(const double* u1, int n, double (*v)[kPlaneJoints]) {
+inline void null_space(const double* u1, int n, double (*v)[kPlaneJoints], BasisOrder order = kFromSecondAxis) {
   constexpr double kLeast = 1e-6;
   int found = 0;
-  for (int k = 1; k <= n && found < n - 1; ++k) {
+  for (int k = 0; k < n && found < n - 1; ++k) {
     double* w = v[found];
     for (int j = 0; j < n; ++j) w[j] = 0.0;
-    w[k % n] = 1.0;
+    w[basis_axis(order, k, n)] = 1.0;
     // Twice, or what rounding leaves of the others would matter for nearly parallel axes.
     for (int pass = 0; pass < 2; ++pass) {
       const double along = dot_of(w, u1, n);
@@ -40,9 +48,10 @@ inline void null_space(const double* u1, int n, double (*v)[kPlaneJoints]) {
 }
 
 /// eq. 7: u₂ = λ (v₁ + α v₂ + β v₃ + …) / √(1 + α² + β² + …).
-inline void strategy_direction(const double* u1, int n, const double* coefficients, double direction, double* u2) {
-  double v[kPlaneJoints][kPlaneJoints];
-  null_space(u1, n, v);
+inline void strategy_direction(const double* u1, int n, const double* coefficients, double direction, double* u2,
+                               BasisOrder order = kFromSecondAxis) {
+  double v[kPlaneJoints][kPlaneJoints] = {};
+  null_space(u1, n, v, order);
   double squares = 1.0;
   for (int j = 0; j < n; ++j) u2[j] = v[0][j];
   for (int i = 0; i + 2 < n; ++i) {

@@ -136,6 +136,7 @@ FlatBody flat_body(const Part& part) {
   body.radius = part.radius;
   const double length2 = (part.q - part.p).squaredNorm();
   body.inverse2 = length2 > 1e-16 ? 1.0 / length2 : 0.0;
+  body.reach = 0.5 * std::sqrt(length2) + part.radius;
   return body;
 }
 
@@ -211,6 +212,17 @@ FlatArm flatten(const Arm& arm, int avoiding, const JointVector& q_rest) {
     }
   }
   return flat;
+}
+
+double reach_from_first_joint(const FlatArm& arm, const FlatBody& body) {
+  double way = 0.0;
+  for (int j = 0; j <= body.joint; ++j) {
+    const FlatJoint& joint = arm.joint[j];
+    if (j > 0) way += Eigen::Vector3d(joint.p).norm();
+    if (joint.slides) way += std::max(std::abs(joint.lower), std::abs(joint.upper));
+  }
+  const Eigen::Vector3d p(body.p);
+  return way + std::max(p.norm(), (p + Eigen::Vector3d(body.d)).norm());
 }
 
 double reach_of(const FlatArm& arm) {

@@ -18,6 +18,9 @@ class ProblemError : public std::runtime_error {
 /// shapes become the capsules that enclose them. Throws ProblemError when it has more of anything than fits.
 [[nodiscard]] FlatArm flatten(const Arm& arm, int avoiding, const JointVector& q_rest);
 
+/// No point of the body's segment can be farther from the origin of the first joint [m].
+[[nodiscard]] double reach_from_first_joint(const FlatArm& arm, const FlatBody& body);
+
 /// The way from the first joint's axis to the farthest that any of the arm's capsules can be [m].
 [[nodiscard]] double reach_of(const FlatArm& arm);
 

@@ -15,7 +15,8 @@ using Point = Vector<Lanes>;
 struct FourPlaces {
   Point p[kFlatBodies];
   Point d[kFlatBodies];
-  unsigned alone = 0;  ///< bit k: configuration k is within limits, clear of itself and of boxes
+  Point middle[kFlatBodies];  ///< of its segment
+  unsigned alone = 0;         ///< bit k: configuration k is within limits, clear of itself and of boxes
 };
 
 inline Lanes four(double x) {
@@ -54,6 +55,7 @@ inline void place(const FlatArm& arm, const Lanes* q, FourPlaces& places) {
   for (int i = 0; i < arm.fixed; ++i) {
     places.p[i] = constant(arm.body[i].p);
     places.d[i] = constant(arm.body[i].d);
+    places.middle[i] = places.p[i] + four(0.5) * places.d[i];
   }
   const double unit[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   FourFrames frame{constant(unit), constant(unit + 3), constant(unit + 6), Point{}};
@@ -76,6 +78,7 @@ inline void place(const FlatArm& arm, const Lanes* q, FourPlaces& places) {
     for (; body < arm.bodies && arm.body[body].joint == j; ++body) {
       places.p[body] = frame.origin + frame.turned(arm.body[body].p);
       places.d[body] = frame.turned(arm.body[body].d);
+      places.middle[body] = places.p[body] + four(0.5) * places.d[body];
     }
   }
 }
@@ -101,17 +104,19 @@ inline T segment_distance2(const Vector<T>& p, const Vector<T>& d, const T& inve
   return dot(gap, gap);
 }
 
-/// Bit k: in configuration k the body is nearer than `limit` to the box.
-inline unsigned near_box(const FlatBox& box, const Point& p, const Point& d, double limit) {
-  const Lanes reach = four(limit);
-  const Point q = p + d;
-  const Point low = min(p, q);
-  const Point high = max(p, q);
-  const LaneMask apart = (low.x - reach > four(box.high[0])) | (high.x + reach < four(box.low[0])) |
-                         (low.y - reach > four(box.high[1])) | (high.y + reach < four(box.low[1])) |
-                         (low.z - reach > four(box.high[2])) | (high.z + reach < four(box.low[2]));
-  const unsigned candidates = ~bits(apart) & 0xFU;
-  if (candidates == 0) return 0;
+inline constexpr unsigned kAllLanes = 0xFU;
+
+/// Bit k: in configuration k the bounding box of the segment from `low` to `high` is within `reach` of that other one.
+inline unsigned overlap(const Point& low, const Point& high, const Lanes& reach, const double* other_low,
+                        const double* other_high) {
+  const LaneMask apart = (low.x - reach > four(other_high[0])) | (high.x + reach < four(other_low[0])) |
+                         (low.y - reach > four(other_high[1])) | (high.y + reach < four(other_low[1])) |
+                         (low.z - reach > four(other_high[2])) | (high.z + reach < four(other_low[2]));
+  return ~bits(apart) & kAllLanes;
+}
+
+/// Bit k: in configuration k the body is nearer than `reach` to the box; of those in `candidates`.
+inline unsigned near_box(const FlatBox& box, const Point& p, const Point& q, const Lanes& reach, unsigned candidates) {
   const Point x = constant(box.R);
   const Point y = constant(box.R + 3);
   const Point z = constant(box.R + 6);
@@ -122,25 +127,50 @@ inline unsigned near_box(const FlatBox& box, const Point& p, const Point& d, dou
   return candidates & bits(dot(gap.way, gap.way) < reach * reach);
 }
 
+/// Bit k: in configuration k the body is nearer than h to a box.
+inline unsigned near_boxes(const FlatProblem& problem, const FlatBody& body, const Point& p, const Point& d) {
+  const Lanes reach = four(body.radius + problem.distance);
+  const Point q = p + d;
+  const Point low = min(p, q);
+  const Point high = max(p, q);
+  unsigned near = 0;
+  for (int k = 0; body.boxes >> k != 0; ++k) {
+    if ((body.boxes >> k & 1U) == 0) continue;
+    const FlatBox& box = problem.box[k];
+    const unsigned candidates = overlap(low, high, reach, box.low, box.high) & ~near;
+    if (candidates != 0) near |= near_box(box, p, q, reach, candidates);
+  }
+  return near;
+}
+
+/// Whether two capsules may be nearer than `limit` to each other in any lane, by the balls that hold them. What is
+/// rounded off is less than kRounding.
+inline constexpr double kRounding = 1e-9;
+inline unsigned may_be_near(const Point& middle, const Point& other, const Lanes& limit) {
+  const Point way = middle - other;
+  return bits(dot(way, way) < limit * limit);
+}
+
 /// Fills places.alone.
 inline void check_alone(const FlatProblem& problem, const FlatArm& arm, const Lanes* q, FourPlaces& places) {
   unsigned bad = 0;
   for (int j = 0; j < arm.joints; ++j) {
     bad |= bits((q[j] < four(arm.joint[j].lower)) | (q[j] > four(arm.joint[j].upper)));
   }
-  for (int k = 0; k < arm.pairs; ++k) {
+  for (int i = arm.fixed; i < arm.bodies && bad != kAllLanes; ++i) {
+    if (arm.body[i].boxes != 0) bad |= near_boxes(problem, arm.body[i], places.p[i], places.d[i]);
+  }
+  for (int k = 0; k < arm.pairs && bad != kAllLanes; ++k) {
     const FlatPair& pair = arm.pair[k];
     const FlatBody& a = arm.body[pair.first];
     const FlatBody& b = arm.body[pair.second];
+    const double ball = a.reach + b.reach + problem.self_distance + kRounding;
+    if (may_be_near(places.middle[pair.first], places.middle[pair.second], four(ball)) == 0) continue;
     const double limit = a.radius + b.radius + problem.self_distance;
     bad |= bits(segment_distance2(places.p[pair.first], places.d[pair.first], four(a.inverse2), places.p[pair.second],
                                   places.d[pair.second], four(b.inverse2)) < four(limit * limit));
   }
-  for (int i = arm.fixed; i < arm.bodies; ++i) {
-    const double limit = arm.body[i].radius + problem.distance;
-    for (int k = 0; k < problem.boxes; ++k) bad |= near_box(problem.box[k], places.p[i], places.d[i], limit);
-  }
-  places.alone = ~bad & 0xFU;
+  places.alone = ~bad & kAllLanes;
 }
 
 /// Where an arm is, as others see it: its bodies in lanes. What fills the last group up is far away.
@@ -148,6 +178,8 @@ struct SeenArm {
   static constexpr double kFarAway = 1e6;
   alignas(32) double px[kFlatBodies], py[kFlatBodies], pz[kFlatBodies];
   alignas(32) double dx[kFlatBodies], dy[kFlatBodies], dz[kFlatBodies];
+  alignas(32) double mx[kFlatBodies], my[kFlatBodies], mz[kFlatBodies];  ///< middles
+  alignas(32) double reach[kFlatBodies];                                 ///< FlatBody's
   alignas(32) double inverse2[kFlatBodies];
   alignas(32) double radius[kFlatBodies];
   int groups = 0;
@@ -157,6 +189,8 @@ struct SeenArm {
     for (int i = 0; i < kLanes * groups; ++i) {
       const bool is = i < arm.bodies;
       px[i] = py[i] = pz[i] = is ? 0.0 : kFarAway;
+      mx[i] = my[i] = mz[i] = px[i];
+      reach[i] = is ? arm.body[i].reach : 0.0;
       dx[i] = dy[i] = dz[i] = 0.0;
       inverse2[i] = is ? arm.body[i].inverse2 : 0.0;
       radius[i] = is ? arm.body[i].radius : 0.0;
@@ -171,28 +205,62 @@ struct SeenArm {
       dx[i] = places.d[i].x[k];
       dy[i] = places.d[i].y[k];
       dz[i] = places.d[i].z[k];
+      mx[i] = places.middle[i].x[k];
+      my[i] = places.middle[i].y[k];
+      mz[i] = places.middle[i].z[k];
     }
   }
 };
 
+inline double least_of(const Lanes& x) {
+  return min(min(x[0], x[1]), min(x[2], x[3]));
+}
+
+/// One body of an arm and a group of another's.
+struct NearestBodies {
+  int body = -1;
+  int group = 0;
+};
+
+/// Distance of one body to a group of others [m].
+inline double body_distance(const FlatArm& arm, const FourPlaces& places, int k, const SeenArm& other, int i, int g) {
+  const int at = kLanes * g;
+  const Point p{four(places.p[i].x[k]), four(places.p[i].y[k]), four(places.p[i].z[k])};
+  const Point d{four(places.d[i].x[k]), four(places.d[i].y[k]), four(places.d[i].z[k])};
+  const Point p_other{load(other.px + at), load(other.py + at), load(other.pz + at)};
+  const Point d_other{load(other.dx + at), load(other.dy + at), load(other.dz + at)};
+  const Lanes distance2 =
+      segment_distance2(p, d, four(arm.body[i].inverse2), p_other, d_other, load(other.inverse2 + at));
+  return least_of(sqrt(distance2) - four(arm.body[i].radius) - load(other.radius + at));
+}
+
 /// Distance of an arm in configuration k to another arm, fixed bodies of the first left out: no motion of it changes
-/// theirs [m].
-inline double arm_distance(const FlatArm& arm, const FourPlaces& places, int k, const SeenArm& other) {
-  Lanes least = four(SeenArm::kFarAway);
-  for (int i = arm.fixed; i < arm.bodies; ++i) {
-    const Point p{four(places.p[i].x[k]), four(places.p[i].y[k]), four(places.p[i].z[k])};
-    const Point d{four(places.d[i].x[k]), four(places.d[i].y[k]), four(places.d[i].z[k])};
-    const Lanes inverse2 = four(arm.body[i].inverse2);
-    const Lanes radius = four(arm.body[i].radius);
-    for (int g = 0; g < other.groups; ++g) {
+/// theirs [m]. Below `enough` only that it is at most so much. `nearest` is looked at first, and told: most often the
+/// balls of the rest then say that these are farther.
+inline double arm_distance(const FlatArm& arm, const FourPlaces& places, int k, const SeenArm& other, double enough,
+                           NearestBodies& nearest) {
+  const NearestBodies before = nearest;
+  double least = SeenArm::kFarAway;
+  if (before.body >= 0) {
+    least = body_distance(arm, places, k, other, before.body, before.group);
+    if (least < enough) return least;
+  }
+  for (int i = arm.bodies - 1; i >= arm.fixed; --i) {
+    const Point middle{four(places.middle[i].x[k]), four(places.middle[i].y[k]), four(places.middle[i].z[k])};
+    const double reach = arm.body[i].reach + kRounding;
+    for (int g = other.groups - 1; g >= 0; --g) {
+      if (i == before.body && g == before.group) continue;
       const int at = kLanes * g;
-      const Point p_other{load(other.px + at), load(other.py + at), load(other.pz + at)};
-      const Point d_other{load(other.dx + at), load(other.dy + at), load(other.dz + at)};
-      const Lanes distance2 = segment_distance2(p, d, inverse2, p_other, d_other, load(other.inverse2 + at));
-      least = min(least, sqrt(distance2) - radius - load(other.radius + at));
+      const Point middle_other{load(other.mx + at), load(other.my + at), load(other.mz + at)};
+      if (may_be_near(middle, middle_other, four(least + reach) + load(other.reach + at)) == 0) continue;
+      const double distance = body_distance(arm, places, k, other, i, g);
+      if (distance >= least) continue;
+      least = distance;
+      nearest = {i, g};
+      if (least < enough) return least;
     }
   }
-  return min(min(least[0], least[1]), min(least[2], least[3]));
+  return least;
 }
 
 }  // namespace hecaton::planner::HECATON_ISA

@@ -53,6 +53,19 @@ JointVector draw_in_ball(Random& random, const JointVector& centre, double radiu
   return centre + (r / direction.norm()) * direction;
 }
 
+/// Which boxes each body can come near: those within its reach round the first joint.
+void find_boxes_in_reach(const FlatProblem& problem, FlatArm& arm) {
+  const Eigen::Vector3d origin(arm.joint[0].p);
+  for (int i = arm.fixed; i < arm.bodies; ++i) {
+    FlatBody& body = arm.body[i];
+    const double reach = reach_from_first_joint(arm, body) + body.radius + problem.distance;
+    for (int k = 0; k < problem.boxes; ++k) {
+      const Eigen::AlignedBox3d bounds(Eigen::Vector3d(problem.box[k].low), Eigen::Vector3d(problem.box[k].high));
+      if (bounds.exteriorDistance(origin) <= reach) body.boxes |= 1U << k;
+    }
+  }
+}
+
 /// A stream of its own for each purpose, arm and task: N tasks begin like N + 1 do.
 Random stream(std::uint64_t seed, int purpose, int arm, int index) {
   Random mixed(seed);
@@ -101,6 +114,7 @@ StrategyProblem::StrategyProblem(const Cell& cell)
     }
   }
   for (const world::Obstacle& obstacle : cell.scene.obstacles) add_obstacle(obstacle);
+  for (int i = 0; i < flat_.arms; ++i) find_boxes_in_reach(flat_, flat_.arm[i]);
 }
 
 void StrategyProblem::add_obstacle(const world::Obstacle& obstacle) {

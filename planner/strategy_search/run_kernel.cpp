@@ -9,7 +9,11 @@ namespace {
 /// States of a cycle agree as exactly as this in every coordinate of their planes [rad].
 constexpr double kSame = 1e-9;
 /// In the paper's order, and nearest to the goal first: of the last two, straight back is nearer than back and aside.
-constexpr int kOrder[2][kNeighbours - 1] = {{1, 2, 3, 4}, {1, 2, 4, 3}};
+constexpr int kOrder[2][kNeighbours] = {{0, 1, 2, 3, 4}, {0, 1, 2, 4, 3}};
+
+/// So many steps towards the goal after one aside, and the way counts as clear.
+constexpr int kStepsInRow = 2;
+constexpr int kKnownPlaces = 8;
 
 /// The plane of one task.
 struct Plane {
@@ -35,6 +39,8 @@ struct Looked {
   PlanePoint at[kLanes];
   FourPlaces places;
   int count = 0;  ///< that are valid
+  PlaneState of;  ///< whose neighbours they are …
+  int first = 0;  ///< … from this one on
   int next = 0;   ///< the first that was not gone to yet
   /// Which arm was found too near each, and how far it may have travelled at most while it certainly still is [m].
   int blocker[kLanes];
@@ -48,9 +54,13 @@ struct Runner {
   Plane plane;
   PlaneState state;
   SeenArm seen;
-  Looked ahead;            ///< on the straight way
-  Looked aside[2];         ///< the other four neighbours of the present place, to either side
-  double travelled = 0.0;  ///< no segment has moved farther since the run began [m]
+  Looked ahead;                ///< on the straight way
+  bool keeps_way = true;       ///< the last steps led towards the goal: several of them are looked at together
+  Looked known[kKnownPlaces];  ///< neighbours of the last places: who is held up comes to the same ones again and again
+  int forgotten = 0;           ///< the next of these to be replaced
+  int steps_in_row = 0;        ///< towards the goal, since one aside
+  double travelled = 0.0;      ///< no segment has moved farther since the run began [m]
+  NearestBodies nearest[kFlatArms];  ///< when its distance to another arm was measured last
   bool moving = false;
   int area = 0;            ///< where it is, or where it comes from
   int task = 0;            ///< the number of the present or next
@@ -58,8 +68,9 @@ struct Runner {
   std::int64_t began = 0;
   std::int64_t limit = 0;  ///< the task's time is over
 
-  [[nodiscard]] Looked& aside_now() { return aside[state.side > 0.0 ? 0 : 1]; }
-  void leave_place() { aside[0].count = aside[1].count = 0; }
+  void forget_places() {
+    for (Looked& looked : known) looked.count = 0;
+  }
   [[nodiscard]] int next_area(int areas) const { return area + 1 == areas ? 0 : area + 1; }
 };
 
@@ -140,7 +151,8 @@ class Run {
     }
     plane.distance = sqrt(dot_of(plane.u1, plane.u1, n));
     for (int j = 0; j < n; ++j) plane.u1[j] /= plane.distance;
-    strategy_direction(plane.u1, n, strategies_[i].coefficients, strategies_[i].direction, plane.u2);
+    strategy_direction(plane.u1, n, strategies_[i].coefficients, strategies_[i].direction, plane.u2,
+                       static_cast<BasisOrder>(problem_.basis));
     plane.speed1 = plane.speed2 = 0.0;
     for (int j = 0; j < n; ++j) {
       plane.speed1 += std::fabs(plane.u1[j]) * arm.joint[j].lever;
@@ -148,7 +160,8 @@ class Run {
     }
     runner.state = {};
     runner.ahead.count = runner.ahead.next = 0;
-    runner.leave_place();
+    runner.forget_places();
+    runner.keeps_way = true;
     runner.moving = true;
     runner.began = tick_ + 1;
     const double free_time = std::ceil(plane.distance / problem_.step - 1e-9);
@@ -172,15 +185,27 @@ class Run {
     look(runner, ahead);
   }
 
-  void look_aside(Runner& runner) {
-    Looked& aside = runner.aside_now();
-    const PlaneFrame frame = plane_frame(runner.state.at, runner.plane.distance);
-    for (int k = 0; k < kLanes; ++k) {
-      const int order = kOrder[problem_.nearest_first ? 1 : 0][k];
-      aside.at[k] = neighbour(runner.state, frame, runner.plane.distance, problem_.step, order);
+  /// Neighbours of the present place, from `first` on, in the order in which they are tried.
+  Looked& neighbours(Runner& runner, int first) {
+    const PlaneState& now = runner.state;
+    for (Looked& known : runner.known) {
+      if (known.count > 0 && known.of.at.x == now.at.x && known.of.at.y == now.at.y && known.of.side == now.side &&
+          known.first == first) {
+        return known;
+      }
     }
-    aside.count = kLanes;
-    look(runner, aside);
+    Looked& looked = runner.known[runner.forgotten];
+    runner.forgotten = runner.forgotten + 1 == kKnownPlaces ? 0 : runner.forgotten + 1;
+    looked.of = now;
+    looked.first = first;
+    looked.count = kNeighbours - first < kLanes ? kNeighbours - first : kLanes;
+    const PlaneFrame frame = plane_frame(now.at, runner.plane.distance);
+    for (int k = 0; k < kLanes; ++k) {
+      const int order = kOrder[problem_.nearest_first ? 1 : 0][k < looked.count ? first + k : first];
+      looked.at[k] = neighbour(now, frame, runner.plane.distance, problem_.step, order);
+    }
+    look(runner, looked);
+    return looked;
   }
 
   void look(Runner& runner, Looked& looked) const {
@@ -202,7 +227,8 @@ class Run {
       KnownDistance& known = known_[i < other ? i : other][i < other ? other : i];
       const double travelled = runner.travelled + way + runners_[other].travelled;
       if (known.slack > travelled) continue;
-      const double distance = arm_distance(*runner.arm, looked.places, k, runners_[other].seen);
+      const double distance =
+          arm_distance(*runner.arm, looked.places, k, runners_[other].seen, problem_.distance, runner.nearest[other]);
       if (distance < problem_.distance) {
         looked.blocker[k] = other;
         looked.blocked_until[k] = runners_[other].travelled + problem_.distance - distance;
@@ -224,32 +250,52 @@ class Run {
     runner.travelled += way_to(runner, looked.at[k]);
     runner.state.at = looked.at[k];
     runner.seen.set(*runner.arm, looked.places, k);
-    runner.leave_place();
   }
 
   /// The three behaviours.
   void move(int i) {
     Runner& runner = runners_[i];
-    Looked& ahead = runner.ahead;
-    if (ahead.next == ahead.count) look_ahead(runner);
-    if (is_free(i, ahead, ahead.next)) {
-      go_to(runner, ahead, ahead.next++);
+    if (go_towards_goal(i)) {
       if (runner.state.at.x == runner.plane.distance && runner.state.at.y == 0.0) return finish(i, false);
-    } else if (const int k = free_aside(i); k < kLanes) {
-      go_to(runner, runner.aside_now(), k);
-      ahead.count = ahead.next = 0;
-    } else {
+    } else if (!go_aside(i)) {
       runner.state.side = -runner.state.side;
     }
     if (tick_ + 1 >= runner.limit) finish(i, true);
   }
 
-  int free_aside(int i) {
+  bool go_towards_goal(int i) {
     Runner& runner = runners_[i];
-    if (runner.aside_now().count == 0) look_aside(runner);
-    int k = 0;
-    while (k < kLanes && !is_free(i, runner.aside_now(), k)) ++k;
-    return k;
+    Looked& ahead = runner.ahead;
+    if (runner.keeps_way) {
+      if (ahead.next == ahead.count) look_ahead(runner);
+      if (is_free(i, ahead, ahead.next)) {
+        go_to(runner, ahead, ahead.next++);
+        return true;
+      }
+      ahead.count = ahead.next = 0;
+      runner.keeps_way = false;
+      return false;
+    }
+    Looked& around = neighbours(runner, 0);
+    if (!is_free(i, around, 0)) return false;
+    go_to(runner, around, 0);
+    runner.keeps_way = ++runner.steps_in_row >= kStepsInRow;
+    return true;
+  }
+
+  bool go_aside(int i) {
+    Runner& runner = runners_[i];
+    runner.steps_in_row = 0;
+    Looked& around = neighbours(runner, 0);
+    for (int k = 1; k < kLanes; ++k) {
+      if (!is_free(i, around, k)) continue;
+      go_to(runner, around, k);
+      return true;
+    }
+    Looked& last = neighbours(runner, kLanes);
+    if (!is_free(i, last, 0)) return false;
+    go_to(runner, last, 0);
+    return true;
   }
 
   /// The task is over, reached or as a fault; those beyond N are done, but not counted.
@@ -361,7 +407,10 @@ unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool oth
   }
   for (int i = 0; others && i < problem.arms; ++i) {
     for (int k = 0; k < problem.arms; ++k) {
-      if (k != i && arm_distance(problem.arm[i], places[i], 0, seen[k]) < problem.distance) clear &= ~(1U << i);
+      if (k == i) continue;
+      NearestBodies nearest;
+      const double distance = arm_distance(problem.arm[i], places[i], 0, seen[k], problem.distance, nearest);
+      if (distance < problem.distance) clear &= ~(1U << i);
     }
   }
   return clear;

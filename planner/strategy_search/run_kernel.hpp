@@ -30,6 +30,8 @@ struct FlatBody {
   double d[3] = {};       ///< from there to the other [m]
   double radius = 0.0;    ///< [m]
   double inverse2 = 0.0;  ///< 1/|d|², 0 for a point [1/m²]
+  unsigned boxes = 0;     ///< bit k: it can come near FlatProblem::box[k]
+  double reach = 0.0;     ///< of the ball round the segment's middle that holds the capsule [m]
 };
 
 struct FlatPair {
@@ -68,6 +70,7 @@ struct FlatProblem {
   double distance = 0.05;      ///< h, to arms and obstacles [m]
   double self_distance = 0.0;  ///< between links of one arm [m]
   int patience = 200;          ///< a task that takes this many times its free time is a fault
+  int basis = 0;               ///< BasisOrder of planner/strategy/plane.hpp
   bool nearest_first = false;  ///< neighbours are tried nearest to the goal first, not in the paper's order
 };
 

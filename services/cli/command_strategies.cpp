@@ -8,9 +8,11 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/strategy_search/flat_arm.hpp"
+#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/cli/strategy_choice.hpp"
 #include "services/cli/strategy_plot.hpp"
 #include "services/cli/strategy_progress.hpp"
 #include "services/cli/strategy_ranks.hpp"
@@ -29,6 +31,9 @@ struct SearchOptions {
   std::string results;  ///< files' name without its ending; empty: none
   std::vector<double> alpha;
   std::vector<double> beta;
+  std::string combine;  ///< CSV of pairs; empty: the grid
+  std::string basis = "second";
+  std::string neighbours = "listed";
   planner::SearchPlan plan;
   int threads = 0;  ///< 0: one a processor
   std::size_t top = 10;
@@ -73,8 +78,11 @@ Task read_task(const SearchOptions& options, bool notes) {
     for (const std::string& note : task.problem->notes()) {
       if (notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
     }
-    task.candidates = grid.of(*task.problem);
-    task.title = search_title(*task.problem, options.plan, grid);
+    planner::FlatProblem& flat = task.problem->flat();
+    flat.nearest_first = options.neighbours == "nearest";
+    flat.basis = options.basis == "last" ? 1 : options.basis == "first" ? 2 : 0;
+    task.candidates = options.combine.empty() ? grid.of(*task.problem) : combine_pairs(options.combine, *task.problem);
+    task.title = search_title(*task.problem, options.plan, task.candidates);
     return task;
   } catch (const planner::ProblemError& error) {
     throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
@@ -178,6 +186,18 @@ void add_search(CLI::App& parent, Session& session) {
       "so many of the best are refined by the simplex method before they are confirmed (0)", 0, 1000);
   add_numbers(*command, "--alpha", options->alpha, 0, "values of each arm's first coefficient (-2 0 2)");
   add_numbers(*command, "--beta", options->beta, 0, "values of each arm's further coefficients (-2.5 -1 1 2.5)");
+  command
+      ->add_option("--combine", options->combine,
+                   "instead of a grid: all combinations of which every two neighbours had no fault in these results "
+                   "(CSV) of a cell of two such arms")
+      ->type_name("FILE")
+      ->excludes("--alpha")
+      ->excludes("--beta");
+  add_choice(*command, "--basis", options->basis, {"second", "last", "first"},
+             "for comparison: the joint's axis at which the null space's basis begins; arms only know `second`");
+  add_choice(*command, "--neighbours", options->neighbours, {"listed", "nearest"},
+             "for comparison: the order of neighbours, as the paper lists them or nearest to the goal first; arms only "
+             "know `listed`");
   add_threads(*command, options->threads);
   add_whole_number(
       *command, "--top", [options](std::uint64_t n) { options->top = n; }, "strategies that are shown (10)", 1, 100000);
@@ -186,6 +206,7 @@ void add_search(CLI::App& parent, Session& session) {
                    "write all that were confirmed to NAME.csv, the best to NAME.yaml, for `strategy: {file: …}` in a "
                    "cell file; NAME.progress is what --resume goes on from")
       ->type_name("NAME");
+  for (const char* comparison : {"--basis", "--neighbours"}) command->get_option(comparison)->excludes("--results");
   command->add_flag("--resume", options->resume, "go on with a search that was interrupted; needs --results")
       ->needs("--results");
   command->footer(

@@ -9,6 +9,7 @@
 #include "planner/strategy_search/simplex.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/cli/strategy_choice.hpp"
 #include "services/cli/strategy_simplex.hpp"
 #include "services/cli/strategy_table.hpp"
 #include "services/cli/task_options.hpp"
@@ -25,31 +26,6 @@ struct Options {
   planner::SimplexOptions simplex;
 };
 
-/// α, β, …, λ of each arm, one after the other.
-planner::SystemStrategy initial_strategy(const Options& options, const config::CellFile& file,
-                                         const planner::StrategyProblem& problem) {
-  planner::SystemStrategy strategy(problem.arms());
-  if (options.from.empty()) {
-    for (int arm = 0; arm < problem.arms(); ++arm) strategy[arm] = file.cell.arms[arm].parameters.strategy.strategy;
-    return strategy;
-  }
-  std::size_t at = 0;
-  for (int arm = 0; arm < problem.arms(); ++arm) at += static_cast<std::size_t>(problem.coefficients(arm)) + 1;
-  if (options.from.size() != at) {
-    throw Failure(ExitCode::kBadInput, "--from must be " + std::to_string(at) +
-                                           " numbers for this cell: the coefficients and the direction of each arm");
-  }
-  at = 0;
-  for (int arm = 0; arm < problem.arms(); ++arm) {
-    for (int k = 0; k < problem.coefficients(arm); ++k) strategy[arm].coefficients[k] = options.from[at++];
-    strategy[arm].direction = options.from[at++];
-    if (std::abs(strategy[arm].direction) != 1.0) {
-      throw Failure(ExitCode::kBadInput, "--from: the direction of arm " + problem.name_of(arm) + " must be 1 or -1");
-    }
-  }
-  return strategy;
-}
-
 ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   const auto began = std::chrono::steady_clock::now();
@@ -57,7 +33,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   planner::SimplexResult found;
   try {
     const planner::StrategyProblem problem(file.cell);
-    const planner::SystemStrategy initial = initial_strategy(options, file, problem);
+    const planner::SystemStrategy initial = strategy_from(options.from, file, problem);
     found = refine_by_simplex(problem, problem.draw(options.seed, options.tasks), initial, options.simplex);
     results = strategy_results(problem, {{initial, found.initial}, {found.strategy, found.final}});
   } catch (const planner::ProblemError& error) {

@@ -6,6 +6,7 @@
 #include "planner/strategy_search/flat_arm.hpp"
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/cli/strategy_choice.hpp"
 #include "services/cli/strategy_table.hpp"
 #include "services/cli/strategy_validation.hpp"
 #include "services/cli/table.hpp"
@@ -20,7 +21,8 @@ constexpr int kLags = 6;
 
 struct Options {
   std::string cell;
-  std::string strategies;  ///< CSV; empty: what the cell file gives its arms
+  std::string strategies;    ///< CSV; empty: `from`
+  std::vector<double> from;  ///< empty: what the cell file gives its arms
   std::size_t rank = 1;
   int tasks = 4200;
   std::uint64_t seed = 1001;
@@ -28,25 +30,27 @@ struct Options {
 
 planner::SystemStrategy strategy_of(const Options& options, const config::CellFile& file,
                                     const planner::StrategyProblem& problem) {
-  planner::SystemStrategy strategy;
-  if (options.strategies.empty()) {
-    for (const planner::PlannedArm& planned : file.cell.arms) {
-      strategy.push_back(planned.parameters.strategy.strategy);
-    }
-    return strategy;
-  }
+  if (options.strategies.empty()) return strategy_from(options.from, file, problem);
   const StrategyResults results = read_strategy_csv(options.strategies);
   if (options.rank > results.rows.size()) {
     throw Failure(ExitCode::kBadInput, "--rank = " + std::to_string(options.rank) + " must be at most " +
                                            std::to_string(results.rows.size()) + ", the strategies in " +
                                            options.strategies);
   }
+  planner::SystemStrategy strategy;
+  const StrategyRow& row = results.rows[options.rank - 1];
   for (int arm = 0; arm < problem.arms(); ++arm) {
     const auto name = std::find(results.arms.begin(), results.arms.end(), problem.name_of(arm));
     if (name == results.arms.end()) {
       throw Failure(ExitCode::kBadInput, options.strategies + " has no strategy for arm " + problem.name_of(arm));
     }
-    strategy.push_back(results.rows[options.rank - 1].strategy[name - results.arms.begin()]);
+    const auto at = name - results.arms.begin();
+    if (row.coefficients[at] != problem.coefficients(arm)) {
+      throw Failure(ExitCode::kBadInput, options.strategies + ": arm " + problem.name_of(arm) + " must have " +
+                                             std::to_string(problem.coefficients(arm)) + " coefficients, not " +
+                                             std::to_string(row.coefficients[at]));
+    }
+    strategy.push_back(row.strategy[at]);
   }
   return strategy;
 }
@@ -129,6 +133,8 @@ void add_strategy_validation(CLI::App& parent, Session& session) {
       ->add_option("--strategies", options->strategies,
                    "results (CSV) of a search; otherwise the strategies that the cell file gives its arms")
       ->type_name("FILE");
+  add_from(*command, options->from, "the strategy instead: coefficients and direction of each arm");
+  command->get_option("--from")->excludes("--strategies");
   add_whole_number(
       *command, "--rank", [options](std::uint64_t n) { options->rank = n; }, "which of the results (1)", 1, 1'000'000);
   add_whole_number(

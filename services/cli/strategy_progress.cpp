@@ -33,10 +33,19 @@ class Fingerprint {
 };
 
 /// Of all that is simulated, and of the tasks that are drawn first: they tell whether another machine draws the same.
-std::uint64_t fingerprint(const planner::StrategyProblem& problem, const planner::SearchPlan& plan) {
+std::uint64_t fingerprint(const planner::StrategyProblem& problem, const planner::SearchPlan& plan,
+                          const std::vector<planner::SystemStrategy>& candidates) {
   Fingerprint print;
+  for (const planner::SystemStrategy& candidate : candidates) {
+    for (int arm = 0; arm < problem.arms(); ++arm) {
+      print.add(candidate[arm].direction);
+      for (int k = 0; k < problem.coefficients(arm); ++k) print.add(candidate[arm].coefficients[k]);
+    }
+  }
   const planner::FlatProblem& flat = problem.flat();
-  for (const double value : {flat.step, flat.distance, flat.self_distance, double(flat.patience)}) print.add(value);
+  for (const double value : {flat.step, flat.distance, flat.self_distance, static_cast<double>(flat.patience),
+                             static_cast<double>(flat.basis), static_cast<double>(flat.nearest_first)})
+    print.add(value);
   for (int i = 0; i < flat.boxes; ++i) {
     print.add(flat.box[i].R);
     print.add(flat.box[i].c);
@@ -65,18 +74,15 @@ std::uint64_t fingerprint(const planner::StrategyProblem& problem, const planner
 }  // namespace
 
 std::string search_title(const planner::StrategyProblem& problem, const planner::SearchPlan& plan,
-                         const planner::StrategyGrid& grid) {
+                         const std::vector<planner::SystemStrategy>& candidates) {
   std::ostringstream out;
   out.precision(17);
   out << "hecaton strategies, seed " << plan.seed << ", tasks " << plan.screening_tasks << ' ' << plan.confirm_tasks
       << ' ' << plan.confirm_sets << ", complete " << plan.complete << ", halving " << plan.halving << ", refine "
-      << plan.refine << ", alpha";
-  for (const double value : grid.alpha) out << ' ' << value;
-  out << ", beta";
-  for (const double value : grid.beta) out << ' ' << value;
+      << plan.refine << ", strategies " << candidates.size();
   out << ", arms";
   for (int arm = 0; arm < problem.arms(); ++arm) out << ' ' << problem.name_of(arm);
-  out << ", problem " << std::hex << fingerprint(problem, plan);
+  out << ", problem " << std::hex << fingerprint(problem, plan, candidates);
   return out.str();
 }
 

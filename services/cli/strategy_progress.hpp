@@ -14,7 +14,7 @@ namespace hecaton::services::cli {
 
 /// What a search's evaluations depend on: another title, another search.
 [[nodiscard]] std::string search_title(const planner::StrategyProblem& problem, const planner::SearchPlan& plan,
-                                       const planner::StrategyGrid& grid);
+                                       const std::vector<planner::SystemStrategy>& candidates);
 /// What the file of an earlier, interrupted run has under its title. Throws Failure when it is of another search.
 [[nodiscard]] std::string search_so_far(const std::string& path, const std::string& title);
 
