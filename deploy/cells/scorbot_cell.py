@@ -1,11 +1,12 @@
 """Writes the cells of Mediavilla's motion problems: scorbot_2a, 2b, 2c and 3a.
 
-usage: scorbot_cell.py PROBLEM [--spacing M] [--angle DEG] [--radius M] [--height M] [--pitch DEG] [--tables M] [-o FILE]
+usage: scorbot_cell.py PROBLEM [--spacing M] [--angle DEG] [--radius M] [--height M] [--pitch DEG] [--tables M]
+       [--distance M] [--step RAD] [--urdf FILE] [-o FILE]
 
 Bases stand at the corners of an equilateral triangle of --spacing, turned so that their x axes point at its centre.
 Each arm's side tables are --angle to either side of that direction, where its gripper's tip is --radius from the base's
 axis and --height above the floor, the hand --pitch above the horizon; the central table is in the middle. Table tops
-are --tables high; 0: no tables.
+are --tables high; 0: no tables. --distance is h and --step Δ; --urdf says where the arm's file is.
 """
 import argparse
 import math
@@ -53,9 +54,9 @@ def cell(problem, a):
     for k in range(ARMS[problem]):
         out.append(f"    {names[k]}: [{', '.join(AREAS[problem][k])}]")
     out += ["  # ε_alea = 0.1 m over a reach of 0.85 m", "  spread: 0.1176", "  mean_wait: 10", "  time_limit: 60s", "",
-            "defaults:", "  urdf: urdf/scorbot_er9.urdf", "  limits:", "    acceleration: 6",
+            "defaults:", f"  urdf: {a.urdf}", "  limits:", "    acceleration: 6",
             "  method: strategy", "  strategy:",
-            "    # h; and Δ = ε / reach = 0.05 m / 0.85 m", "    distance: 0.05", "    step: 0.0588", "  damper:",
+            "    # h; and Δ = ε / reach = 0.05 m / 0.85 m", f"    distance: {a.distance:g}", f"    step: {a.step:g}", "  damper:",
             "    influence_distance: 0.10", "    security_distance: 0.015", "    self_influence_distance: 0.05",
             "    self_security_distance: 0.005",
             "  poses:", f"    home: {pose(-angle, side)}", f"    left: {pose(angle, side)}",
@@ -98,6 +99,9 @@ parser.add_argument("--radius", type=float, default=0.65)
 parser.add_argument("--height", type=float, default=0.2)
 parser.add_argument("--pitch", type=float, default=-20.0)
 parser.add_argument("--tables", type=float, default=0.1)
+parser.add_argument("--distance", type=float, default=0.05)
+parser.add_argument("--step", type=float, default=0.0588)
+parser.add_argument("--urdf", default="urdf/scorbot_er9.urdf")
 parser.add_argument("-o", "--output", default="/dev/stdout")
 arguments = parser.parse_args()
 with open(arguments.output, "w", encoding="utf-8") as file:

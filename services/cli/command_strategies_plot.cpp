@@ -5,9 +5,8 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/cli/strategy_pictures.hpp"
 #include "services/cli/strategy_plot.hpp"
-#include "services/cli/strategy_table.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -24,23 +23,31 @@ std::string quoted(const std::string& path) {
   return text + "'";
 }
 
-/// T(L) against the share of faults, one point a strategy, and its standard error.
-std::string script(const StrategyResults& results, const Options& options) {
-  std::string text = "set terminal svg size 800,560 dynamic background rgb 'white'\nset output " +
-                     quoted(options.picture) +
-                     "\nset xlabel 'faults of tasks [%]'\nset ylabel 'T(L) [steps]'\nset logscale y\nset grid\n"
-                     "set key top left\nset offsets graph 0.02, graph 0.02, graph 0.05, graph 0.05\n$found << EOD\n";
-  for (const StrategyRow& row : results.rows) {
-    text += decimal_text(100.0 * static_cast<double>(row.faults) / static_cast<double>(row.tasks), 6) + " " +
-            decimal_text(row.time, 6) + " " + decimal_text(row.error, 6) + "\n";
+constexpr const char* kSvg = "set terminal svg size 900,560 dynamic background rgb 'white'\n";
+constexpr const char* kPng = "set terminal pngcairo size 1200,750 background rgb 'white'\n";
+
+std::string output(const std::string& picture) {
+  const std::string ending = std::filesystem::path(picture).extension();
+  if (ending != ".svg" && ending != ".png") {
+    throw Failure(ExitCode::kBadInput, "--picture = " + picture + " must end in .svg or .png");
   }
-  return text + "EOD\nplot $found using 1:2:3 with yerrorbars pt 7 ps 0.4 lc rgb '#3465a4' title '" +
-         std::to_string(results.rows.size()) + " strategies'\n";
+  return (ending == ".png" ? kPng : kSvg) + ("set output " + quoted(picture) + "\n");
 }
 
 ExitCode run(const Options& options) {
-  const StrategyResults results = read_strategy_csv(options.file);
-  const std::string text = script(results, options);
+  std::string text = output(options.picture);
+  std::string what;
+  if (is_sensitivity(options.file)) {
+    const std::vector<SensitivityRow> rows = read_sensitivity(options.file);
+    text += sensitivity_script(rows);
+    what = std::to_string(rows.size()) + " variants";
+  } else {
+    const StrategyResults results = read_strategy_csv(options.file);
+    text += faults_script(results);
+    what = std::to_string(results.rows.size()) + " strategies";
+  }
+  std::error_code none;
+  std::filesystem::remove(options.picture, none);  // one that was there would pass for this one
   std::FILE* gnuplot = popen("gnuplot 2>/dev/null", "w");
   const bool written = gnuplot != nullptr && std::fputs(text.c_str(), gnuplot) >= 0;
   const int status = gnuplot != nullptr ? pclose(gnuplot) : -1;
@@ -48,23 +55,27 @@ ExitCode run(const Options& options) {
   if (status == kNoProgram) {
     throw Failure(ExitCode::kBadInput, "pictures are drawn by gnuplot, which is not installed (Debian: gnuplot-nox)");
   }
-  std::error_code none;
   if (!written || status != 0 || std::filesystem::file_size(options.picture, none) == 0 || none) {
     throw Failure(ExitCode::kBadInput, "file '" + options.picture + "' cannot be written");
   }
-  std::fprintf(stderr, "%zu strategies in %s\n", results.rows.size(), options.picture.c_str());
+  std::fprintf(stderr, "%s in %s\n", what.c_str(), options.picture.c_str());
   return ExitCode::kDone;
 }
 
 }  // namespace
 
 void add_strategy_plot(CLI::App& parent, Session& session) {
-  CLI::App* command =
-      parent.add_subcommand("plot", "Draws the time of strategies against their faults, as SVG (by gnuplot)");
+  CLI::App* command = parent.add_subcommand(
+      "plot", "Draws the time of strategies against their faults, or a sensitivity table (by gnuplot)");
   auto options = std::make_shared<Options>();
-  command->add_option("FILE", options->file, "results (CSV) of a search; with --complete it has strategies with faults")
+  command
+      ->add_option(
+          "FILE", options->file,
+          "results (CSV) of a search; with --complete it has strategies with faults. Or a sensitivity table (CSV) "
+          "of tests/bench/strategy_sensitivity.py")
       ->required();
-  command->add_option("--picture", options->picture, "the file to write (strategies.svg)")->type_name("FILE");
+  command->add_option("--picture", options->picture, "the file to write, SVG or PNG (strategies.svg)")
+      ->type_name("FILE");
   options->picture = "strategies.svg";
   command->callback([&session, options] { session.action = [options] { return run(*options); }; });
 }

@@ -58,8 +58,8 @@ void add_strategy_simplex(CLI::App& parent, Session& session) {
       "simplex", "Improves one strategy locally by the simplex method of Nelder and Mead; directions stay");
   auto options = std::make_shared<Options>();
   command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
-  add_numbers(*command, "--from", options->from, 0,
-              "coefficients and direction of each arm, one after the other: \"0 -2.5 1 2 -2.5 1\" (the cell file's)");
+  add_from(*command, options->from,
+           "coefficients and direction of each arm, one after the other: \"0 -2.5 1 2 -2.5 1\" (the cell file's)");
   add_whole_number(
       *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); },
       "of each arm, the same in every evaluation (600)", 1, 1'000'000);

@@ -1,3 +1,4 @@
+#include "planner/local/random.hpp"
 #include "planner/strategy_search/search.hpp"
 #include "services/config/cell_file.hpp"
 #include "tests/bench/fcl_peer.hpp"
@@ -9,7 +10,7 @@ namespace {
 using namespace planner;
 
 Cell scorbots(const std::string& problem) {
-  return services::config::load_cell_file(HECATON_SOURCE_DIR "/deploy/cells/scorbot_" + problem + ".yaml").cell;
+  return config::load_cell_file(HECATON_SOURCE_DIR "/deploy/cells/scorbot_" + problem + ".yaml").cell;
 }
 
 /// FCL's distances of one arm to all others and to the tables: what each step would cost by them, without the

@@ -124,6 +124,63 @@ TEST_F(StrategiesTest, SimplexImprovesTheCellsOwn) {
   EXPECT_EQ(run_line({"strategies", "simplex", kScorbots, "--from", "1 2"}).code, ExitCode::kBadInput);
 }
 
+// Of pairs (a, b), (b, a), (b, b), (c, c), the last with a fault: in a ring of three, only a–b–b turned, and b–b–b.
+TEST_F(StrategiesTest, CombinesPairsForThreeArms) {
+  std::ofstream(in_folder("pairs.csv")) << "rank,time,time_error,tasks,faults,robot1_direction,robot1_1,robot1_2,"
+                                           "robot2_direction,robot2_1,robot2_2\n"
+                                           "1,80,1,100,0,1,-2,1,1,2,1\n2,80,1,100,0,1,2,1,1,-2,1\n"
+                                           "3,80,1,100,0,1,2,1,1,2,1\n4,80,1,100,1,-1,2,1,-1,2,1\n";
+  const std::string three = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/scorbot_3a.yaml";
+  const Ran ran = run_line({"strategies", "search", three, "--combine", in_folder("pairs.csv"), "--tasks", "10",
+                            "--complete", "-o", "json"});
+  const Json report = Json::parse(ran.out);
+  EXPECT_EQ(report["stages"][0]["candidates"], 4);
+  for (const Json& found : report["strategies"]) {
+    int turned = 0;
+    for (const Json& arm : found["arms"]) turned += arm["coefficients"][0] == -2.0 ? 1 : 0;
+    EXPECT_LE(turned, 1);
+  }
+  const Ran none = run_line({"strategies", "search", kScorbots, "--combine", in_folder("missing.csv")});
+  EXPECT_EQ(none.code, ExitCode::kBadInput);
+}
+
+// Other bases and orders are there to compare with; no arm could use what they find.
+TEST_F(StrategiesTest, ComparisonsWriteNoResults) {
+  const Ran as_arms = run_line(small_search({"--sets", "0"}));
+  for (const char* basis : {"last", "first"}) {
+    const Ran ran = run_line(small_search({"--sets", "0", "--basis", basis}));
+    EXPECT_NE(ran.out, as_arms.out) << basis;
+  }
+  EXPECT_NE(run_line(small_search({"--sets", "0", "--neighbours", "nearest"})).out, as_arms.out);
+  EXPECT_EQ(run_line(small_search({"--basis", "last", "--results", in_folder("found")})).code, ExitCode::kUsage);
+}
+
+TEST_F(StrategiesTest, ValidatesAStrategyGivenInNumbers) {
+  const std::vector<std::string> tasks{"--tasks", "50", "-o", "json"};
+  std::vector<std::string> words{"strategies", "validate", kScorbots, "--from=-2 1 1 2 1 1"};
+  words.insert(words.end(), tasks.begin(), tasks.end());
+  std::vector<std::string> own{"strategies", "validate", kScorbots};  // the cell's are the same
+  own.insert(own.end(), tasks.begin(), tasks.end());
+  EXPECT_EQ(run_line(words).out, run_line(own).out);
+}
+
+TEST_F(StrategiesTest, DrawsASensitivityTable) {
+  const std::string table = in_folder("sensitivity.csv");
+  std::ofstream(table) << "group,variant,candidates,screened,confirmed,time\n"
+                          "layout,as documented,576,159,114,83.71\ntrials,\"100 tasks, 2 x 100\",576,201,160,83.8\n";
+  for (const char* ending : {".svg", ".png"}) {
+    const Ran ran = run_line({"strategies", "plot", table, "--picture", in_folder(std::string("picture") + ending)});
+    ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  }
+  const std::string picture = content(in_folder("picture.svg"));
+  EXPECT_NE(picture.find("trials: 100 tasks, 2 x 100"), std::string::npos);
+  std::ofstream(table) << "group,variant,candidates,screened,confirmed,time\nlayout,a,576,many,114,83\n";
+  const Ran bad = run_line({"strategies", "plot", table, "--picture", in_folder("picture.svg")});
+  EXPECT_EQ(bad.code, ExitCode::kBadInput);
+  EXPECT_NE(bad.err.find("line 2: 'many' must be a finite number"), std::string::npos) << bad.err;
+  EXPECT_EQ(run_line({"strategies", "plot", table, "--picture", in_folder("picture.gif")}).code, ExitCode::kBadInput);
+}
+
 // Both ways to move on a strategy, under the referee's eyes.
 TEST_F(StrategiesTest, ArmsReachTheirGoalsWithoutContact) {
   for (const char* method : {"strategy", "strategy_step"}) {
