@@ -73,8 +73,9 @@ void refuse_ends(const PlanQuery& query, const planner::global::Validity& validi
     plan.status = PlanStatus::kStartInvalid;
     return;
   }
-  plan.reason = method == planner::Method::kKnownCspace ? planner::global::reject(validity, "goal", query.goal)
-                                                        : planner::reject_goal(query.planned.front(), goal, {});
+  plan.reason = method == planner::Method::kKnownCspace
+                    ? planner::global::reject(validity, "goal", query.goal)
+                    : planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {});
   if (!plan.reason.empty()) plan.status = PlanStatus::kGoalInvalid;
 }
 
@@ -111,7 +112,11 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
   if (plotter) walk.pictures = plotter->pictures();
   plan.checks = outcome.ticks;
   walk.duration = outcome.duration;
-  if (outcome.arms[0].outcome == planner::TaskOutcome::kReached) {
+  if (outcome.referee.contacts > 0) {
+    const world::Separation& touch = outcome.referee.smallest;
+    plan.status = PlanStatus::kStuck;
+    plan.reason = touch.a + " touched " + touch.b + ", which its sensors do not show in time";
+  } else if (outcome.arms[0].outcome == planner::TaskOutcome::kReached) {
     plan.status = PlanStatus::kSolved;
     plan.reason.clear();
     keep_path(gone, plan);

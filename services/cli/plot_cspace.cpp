@@ -119,6 +119,17 @@ class CspacePicture {
   double scale_;
 };
 
+/// "θ₀ = −74°, θ₁ → −225° … 45°, θ₂ ↑ −48° … 222°"
+std::string axes(const ArmPlanes& planes, const SensedMap& map, const JointVector& q) {
+  const auto degrees = [](double angle) { return formatted("%.0f°", angle * 180.0 / planner::cspace::kPi); };
+  const Cell3 size = map.size();
+  const Angles low = planes.angles(map.centre({0, 0, 0}));
+  const Angles high = planes.angles(map.centre({size[0] - 1, size[1] - 1, size[2] - 1}));
+  const auto range = [&](int angle) { return degrees(low[angle]) + " … " + degrees(high[angle]); };
+  const std::string plane = planes.spatial() ? "θ₀ = " + degrees(planes.angles(q)[0]) + ", " : "";
+  return plane + "θ₁ → " + range(1) + ", θ₂ ↑ " + range(2);
+}
+
 }  // namespace
 
 std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std::vector<JointVector>& trace) {
@@ -134,9 +145,9 @@ std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std
       "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
       "<g font-family='sans-serif' font-size='14'>"
       "<text x='0' y='-10'>%s, t = %.2f s, searches: %d</text>"
-      "<text x='%.0f' y='-10'>θ₁ → θ₂ ↑</text></g>\n",
+      "<text x='%.0f' y='-10'>%s</text></g>\n",
       2.0 * kSide + kBetweenPictures + 20.0, kSide + 50.0, planned.arm.name.c_str(), moment.time, planner.searches(),
-      kSide + kBetweenPictures);
+      kSide + kBetweenPictures, axes(ArmPlanes(*planned.arm.model), map, q).c_str());
   for (const world::Obstacle& obstacle : moment.cell.scene.obstacles) svg += workspace.obstacle(obstacle);
   svg += workspace.link_lines(moment.goals[arm], "stroke='#8c8' opacity='0.35'");
   svg += workspace.link_lines(q, "stroke='#36c' opacity='0.8'");

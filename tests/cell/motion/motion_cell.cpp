@@ -18,13 +18,15 @@ std::string write_cell(int arms, const std::string& obstacles, const std::string
   std::ofstream file(path);
   file << "name: " << kCellName << "\n"
        << "network: {interface: 127.0.0.1}\n"
-       << "defaults:\n"
-       << "  urdf: " << HECATON_SOURCE_DIR << "/deploy/cells/urdf/puma560.urdf\n"
-       << "  limits: {velocity: 1.5, acceleration: 10}\n"
-       << "  poses:\n"
-       << "    home: [0, -1.9, 2.6, 0, 0.6, 0]\n"
-       << "    ready: [-0.3, -1.25, 3.5, 0, 0.89, 0]\n"
-       << defaults << "arms:\n";
+       << "defaults:\n";
+  if (defaults.find("urdf: ") == std::string::npos) {
+    file << "  urdf: " << HECATON_SOURCE_DIR << "/deploy/cells/urdf/puma560.urdf\n"
+         << "  limits: {velocity: 1.5, acceleration: 10}\n"
+         << "  poses:\n"
+         << "    home: [0, -1.9, 2.6, 0, 0.6, 0]\n"
+         << "    ready: [-0.3, -1.25, 3.5, 0, 0.89, 0]\n";
+  }
+  file << defaults << "arms:\n";
   for (int i = 1; i <= arms; ++i) {
     file << "  - {name: arm" << i << ", base: {xyz: [0, " << 1.2 * (i - 1) << ", 0]}}\n";
   }

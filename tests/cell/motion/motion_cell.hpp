@@ -28,7 +28,7 @@ constexpr auto kLimit = 60s;
 class MotionCell : public testing::Test {
  protected:
   /// Writes a cell file with `arms` PUMAs (arm1, arm2, … 1.2 m apart), the obstacles given as YAML list items, and more
-  /// lines of the arms' defaults.
+  /// lines of the arms' defaults; all of them, if there is a urdf among them.
   explicit MotionCell(int arms = 1, const std::string& obstacles = "", const std::string& defaults = "");
   ~MotionCell() override;
 
