@@ -24,7 +24,7 @@ ALLOWED = {
     # tick, arm_controller, goal_check, cell: what one arm's planner is
     "planner": ["planner/simd", "planner/strategy", "planner/cspace", "planner/potential", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
-    "planner/global": ["planner/local", "planner/collision", "planner/model", "planner/simd", "world/model"],
+    "planner/global": ["planner/local", "planner/collision", "planner/trajectory", "planner/model", "planner/simd", "world/model"],
     "planner/route": ["planner", "planner/global", "planner/local", "planner/collision", "planner/model", "world/model"],
     "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],

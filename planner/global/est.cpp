@@ -87,6 +87,10 @@ SearchResult est(const SearchProblem& problem, const EstOptions& options) {
                              : joined(start.tree(), near.index, goal.tree(), added);
   }
   result.nodes = start.tree().size() + goal.tree().size();
+  if (problem.record != nullptr) {
+    start.tree().record(*problem.record);
+    goal.tree().record(*problem.record);
+  }
   return result;
 }
 

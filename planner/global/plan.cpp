@@ -43,9 +43,9 @@ SearchResult search(const SearchProblem& problem, const PlanOptions& options) {
   return rrt_connect(problem, options.rrt);
 }
 
-bool is_free(const Points& path, const Validity& validity, int finer) {
+bool is_proven(const Points& path, const Validity& validity) {
   for (int i = 0; i + 1 < path.size(); ++i) {
-    if (!validity.edge_free(path[i], path[i + 1], finer)) return false;
+    if (!validity.proven_free(path[i], path[i + 1])) return false;
   }
   return true;
 }
@@ -54,12 +54,12 @@ bool is_free(const Points& path, const Validity& validity, int finer) {
 SearchResult certified_search(SearchProblem problem, const PlanOptions& options) {
   SearchResult found;
   std::uint64_t iterations = 0;
-  for (const int finer : {1, 3, options.certify}) {
-    if (finer > options.certify) continue;
-    problem.finer = finer;
+  for (const EdgeCheck check : {EdgeCheck{1}, EdgeCheck{3}, EdgeCheck{1, true}}) {
+    problem.check = check;
+    if (options.record != nullptr) *options.record = SearchRecord();
     found = search(problem, options);
     found.iterations = iterations += found.iterations;
-    if (!found.solved || finer == options.certify || is_free(found.path, problem.validity, options.certify)) break;
+    if (!found.solved || !options.certify || check.proven || is_proven(found.path, problem.validity)) break;
   }
   return found;
 }
@@ -144,8 +144,8 @@ Plan plan(const Validity& validity, std::span<const double> start, std::span<con
   const Space space = space_of(validity, start, goal);
   const std::vector<float> from = padded(validity, start);
   const std::vector<float> to = padded(validity, goal);
-  const SearchResult found =
-      certified_search({validity, space, from.data(), to.data(), options.seed, options.budget}, options);
+  const SearchResult found = certified_search(
+      {validity, space, from.data(), to.data(), options.seed, options.budget, {}, options.record}, options);
   result.iterations = found.iterations;
   result.nodes = found.nodes;
   if (found.solved) {
@@ -171,8 +171,8 @@ void simplify(const Validity& validity, const PlanOptions& options, Plan& plan) 
   SimplifyOptions shortcuts = options.shortcuts;
   shortcuts.seed = options.seed;
   Points shorter = simplified(points, validity, space, shortcuts);
-  if (options.certify > 1 && !is_free(shorter, validity, options.certify)) {
-    shortcuts.finer = options.certify;
+  if (options.certify && !is_proven(shorter, validity)) {
+    shortcuts.check.proven = true;
     shorter = simplified(points, validity, space, shortcuts);
   }
   take_path(shorter, start, goal, plan);

@@ -22,9 +22,10 @@ struct PlanOptions {
   PrmOptions prm = {};
   bool simplify = true;
   SimplifyOptions shortcuts = {};
-  /// Paths are looked at again at so many times as many configurations, and where that finds something, planned anew
-  /// so; 1: not. What a coarse check steps over is thin or grazed.
-  int certify = 10;
+  /// A found path is proven free everywhere (Validity::proven_free), and planned anew with ever finer checks where that
+  /// fails: what a coarse check steps over is thin or grazed. Shortcuts are proven, too.
+  bool certify = true;
+  SearchRecord* record = nullptr;  ///< of the search that found the path, or the last; null: none
 };
 
 enum class PlanStatus {

@@ -28,7 +28,16 @@ SearchResult Roadmap::query(const SearchProblem& problem, const PrmOptions& opti
     }
   }
   result.nodes = nodes();
+  if (problem.record != nullptr) record(*problem.record);
   return result;
+}
+
+void Roadmap::record(SearchRecord& out) const {
+  out.nodes = points_;
+  out.edges.clear();
+  for (const Edge& edge : edges_) {
+    if (!blocked(edge.known)) out.edges.emplace_back(edge.a, edge.b);
+  }
 }
 
 /// A batch of free samples: each lane of a check is another one.

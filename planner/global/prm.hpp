@@ -25,6 +25,8 @@ class Roadmap {
   [[nodiscard]] int nodes() const { return points_.size(); }
   [[nodiscard]] int edges() const { return static_cast<int>(edges_.size()); }
   [[nodiscard]] const Points& points() const { return points_; }
+  /// Its nodes, and its edges that are not known to be blocked.
+  void record(SearchRecord& out) const;
 
  private:
   /// What is known of a node or an edge, and of which edition of the world.

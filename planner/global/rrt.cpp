@@ -51,6 +51,7 @@ SearchResult rrt(const SearchProblem& problem, const RrtOptions& options) {
     result.path.reverse();
   }
   result.nodes = tree.size();
+  if (problem.record != nullptr) tree.record(*problem.record);
   return result;
 }
 

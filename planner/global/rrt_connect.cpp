@@ -40,6 +40,10 @@ class Search {
       result.path = joined();
     }
     result.nodes = start_.size() + goal_.size();
+    if (problem_.record != nullptr) {
+      start_.record(*problem_.record);
+      goal_.record(*problem_.record);
+    }
     return result;
   }
 

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <utility>
+#include <vector>
 
 #include "planner/global/space.hpp"
 #include "planner/global/validity.hpp"
@@ -19,6 +21,23 @@ struct Budget {
   }
 };
 
+/// How straight ways are looked at.
+struct EdgeCheck {
+  int finer = 1;           ///< at so many times as many configurations as the validity says
+  bool proven = false;     ///< and then everywhere in between (Validity::proven_free)
+  double clearance = 0.0;  ///< proven only: kept from the world beyond the validity's padding [m]
+
+  [[nodiscard]] bool free(const Validity& validity, const float* a, const float* b) const {
+    return validity.edge_free(a, b, finer) && (!proven || validity.proven_free(a, b, clearance));
+  }
+};
+
+/// What a search has built, for pictures.
+struct SearchRecord {
+  Points nodes;
+  std::vector<std::pair<int, int>> edges;  ///< of nodes
+};
+
 struct SearchProblem {
   const Validity& validity;
   const Space& space;
@@ -26,9 +45,10 @@ struct SearchProblem {
   const float* goal;   ///< free
   std::uint64_t seed = 1;
   Budget budget = {};
-  int finer = 1;  ///< straight ways are checked at so many times as many configurations as the validity says
+  EdgeCheck check = {};
+  SearchRecord* record = nullptr;  ///< filled at the end of a search; null: not
 
-  [[nodiscard]] bool edge_free(const float* a, const float* b) const { return validity.edge_free(a, b, finer); }
+  [[nodiscard]] bool edge_free(const float* a, const float* b) const { return check.free(validity, a, b); }
 };
 
 struct SearchResult {

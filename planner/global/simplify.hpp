@@ -8,11 +8,14 @@ namespace hecaton::planner::global {
 struct SimplifyOptions {
   int rounds = 40;  ///< random shortcuts that are tried after the greedy ones
   std::uint64_t seed = 1;
-  int finer = 1;  ///< as SearchProblem's
+  EdgeCheck check = {};
+  /// Wanted from the world beyond the validity's padding, where the path has it, so far as it has it: no shortcut is
+  /// nearer to the world than the nearest of what it replaces. In three grades: all of it, a quarter of it, none [m].
+  double clearance = 0.0;
 };
 
-/// A path with the same ends whose straight ways are free, too, and that is not longer: first every point is joined
-/// with the farthest one that it sees, then random pairs of points on the path [Geraerts07].
+/// A path with the same ends whose straight ways pass the check as those of `path` do, and that is not longer: first
+/// every point is joined with the farthest one that it sees, then random pairs of points on the path [Geraerts07].
 [[nodiscard]] Points simplified(const Points& path, const Validity& validity, const Space& space,
                                 const SimplifyOptions& options = {});
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "planner/global/nearest.hpp"
-#include "planner/global/space.hpp"
+#include "planner/global/search.hpp"
 
 namespace hecaton::planner::global {
 
@@ -30,6 +30,16 @@ class Tree {
   /// Radius of the node's dynamic domain [Yershova05]: samples farther away do not extend it.
   [[nodiscard]] float domain(int i) const { return domains_[i]; }
   void set_domain(int i, float radius) { domains_[i] = radius; }
+
+  /// Adds its nodes and edges.
+  void record(SearchRecord& out) const {
+    if (out.nodes.stride() != points_.stride()) out.nodes = Points(points_.stride());
+    const int first = out.nodes.size();
+    for (int i = 0; i < size(); ++i) {
+      out.nodes.add(points_[i]);
+      if (parents_[i] >= 0) out.edges.emplace_back(first + parents_[i], first + i);
+    }
+  }
 
   /// The points from node i to the root.
   [[nodiscard]] Points way_to_root(int i) const {

@@ -7,6 +7,7 @@
 
 #include "planner/collision/core_distance.hpp"
 #include "planner/collision/exact_distance.hpp"
+#include "planner/global/body_levers.hpp"
 #include "planner/global/kernel_world.hpp"
 #include "planner/global/validity_kernel.hpp"
 #include "planner/simd/instruction_set.hpp"
@@ -115,6 +116,7 @@ Validity::Validity(std::vector<CellGeometry> planned, std::span<const WorldBody>
     add_arm(geometry, static_cast<int>(robot_.frames.size()), first_body.back());
   }
   add_pairs(first_body);
+  levers_ = body_levers(planned_);
   for (int i = static_cast<int>(robot_.bodies.size()) - 1; i >= 0; --i) {
     if (robot_.bodies[i].frame >= 0) robot_.order.push_back(i);
   }
@@ -196,22 +198,22 @@ void Validity::set_world(std::span<const WorldBody> world) {
   for (const WorldBody& body : world_bodies_) world_cores_.push_back({make_swept_core(body.shape), X_OW_ * body.X_WS});
 }
 
-bool Validity::meets_obstacle(const void* self, int body, const float* frame, int obstacle) {
+double Validity::from_obstacle(const void* self, int body, const float* frame, int obstacle) {
   const auto& validity = *static_cast<const Validity*>(self);
   const PlacedCore& own = validity.body_cores_[body];
   const PlacedCore& other = validity.world_cores_[obstacle];
-  const double near = validity.options_.padding + kBodyRounding * validity.scale_;
-  return prepared_distance(own.core, pose_of(frame) * own.X_FS, other.core, other.X_FS).distance <= near;
+  return prepared_distance(own.core, pose_of(frame) * own.X_FS, other.core, other.X_FS).distance -
+         kBodyRounding * validity.scale_;
 }
 
-bool Validity::meets_body(const void* self, int a, const float* frame_a, int b, const float* frame_b) {
+double Validity::from_body(const void* self, int a, const float* frame_a, int b, const float* frame_b) {
   const auto& validity = *static_cast<const Validity*>(self);
   const PlacedCore& one = validity.body_cores_[a];
   const PlacedCore& two = validity.body_cores_[b];
   const ValidityOptions& options = validity.options_;
   const double padding = validity.body_arm_[a] == validity.body_arm_[b] ? options.self_padding : options.padding;
-  return prepared_distance(one.core, pose_of(frame_a) * one.X_FS, two.core, pose_of(frame_b) * two.X_FS).distance <=
-         padding + 2.0 * kBodyRounding * validity.scale_;
+  return prepared_distance(one.core, pose_of(frame_a) * one.X_FS, two.core, pose_of(frame_b) * two.X_FS).distance -
+         padding - 2.0 * kBodyRounding * validity.scale_;
 }
 
 bool Validity::state_free(const float* q) const {

@@ -53,13 +53,20 @@ class Validity {
   [[nodiscard]] const ValidityOptions& options() const { return options_; }
   [[nodiscard]] const KernelRobot& robot() const { return robot_; }
   [[nodiscard]] const KernelWorld& world() const { return world_; }
-  [[nodiscard]] ExactCheck exact() const { return {this, meets_obstacle, meets_body}; }
+  [[nodiscard]] ExactCheck exact() const { return {this, from_obstacle, from_body}; }
 
   [[nodiscard]] bool state_free(const float* q) const;
   /// Bit i: configuration i of eight, stride() floats each, collides.
   [[nodiscard]] unsigned collisions(const float* eight) const;
   /// The way from a to b; a itself is taken to be free. `finer`: checks this many times as often.
   [[nodiscard]] bool edge_free(const float* a, const float* b, int finer = 1) const;
+
+  /// Whether the way from a to b is free everywhere, not only where it is looked at: each stretch of it with its bodies
+  /// made larger by the farthest that they can move on it, halved where that does not tell. `clearance` is kept from
+  /// the world beyond the padding [m].
+  [[nodiscard]] bool proven_free(const float* a, const float* b, double clearance = 0.0) const;
+  /// The same of the parabola with these control points: (1 − t)² a + 2 t (1 − t) corner + t² b.
+  [[nodiscard]] bool proven_free(const float* a, const float* corner, const float* b, double clearance = 0.0) const;
 
   /// Configurations looked at since construction.
   [[nodiscard]] std::uint64_t checks() const { return checks_; }
@@ -75,8 +82,8 @@ class Validity {
  private:
   void add_arm(const CellGeometry& geometry, int first_dimension, int first_body);
   void add_pairs(const std::vector<int>& first_body);
-  static bool meets_obstacle(const void* self, int body, const float* frame, int obstacle);
-  static bool meets_body(const void* self, int a, const float* frame_a, int b, const float* frame_b);
+  static double from_obstacle(const void* self, int body, const float* frame, int obstacle);
+  static double from_body(const void* self, int a, const float* frame_a, int b, const float* frame_b);
 
   /// A shape, prepared, and its place: in its kernel frame, or for the world's in O.
   struct PlacedCore {
@@ -93,6 +100,7 @@ class Validity {
   KernelWorld world_;
   std::vector<PlacedCore> body_cores_;
   std::vector<int> body_arm_;  ///< of the planned ones
+  std::vector<float> levers_;  ///< by body and coordinate: no point of it moves farther for a unit [m/rad | 1]
   std::vector<PlacedCore> world_cores_;
   mutable std::uint64_t checks_ = 0;
 };

@@ -76,12 +76,26 @@ struct KernelWorld {
   std::vector<std::array<std::array<float, kWidth>, 6>> boxes;
 };
 
-/// Decides where balls cannot: a body's own shape at the pose that a frame gives it in one lane. Frames are four
-/// columns of x, y, z: the axes and the origin.
+/// Decides where balls cannot: how far a body's own shape, at the pose that a frame gives it in one lane, is at least
+/// away, whatever rounding costs [m]. Frames are four columns of x, y, z: the axes and the origin.
 struct ExactCheck {
   const void* context = nullptr;
-  bool (*meets_obstacle)(const void* context, int body, const float* frame, int obstacle) = nullptr;
-  bool (*meets_body)(const void* context, int a, const float* frame_a, int b, const float* frame_b) = nullptr;
+  double (*from_obstacle)(const void* context, int body, const float* frame, int obstacle) = nullptr;
+  double (*from_body)(const void* context, int a, const float* frame_a, int b, const float* frame_b) = nullptr;
+};
+
+/// A stretch of a way is free when its middle is and all bodies there, made larger by how far they move on it, are.
+struct KernelSweep {
+  const float* growth = nullptr;       ///< by body: no point of it is farther from where it is in the middle [m]
+  const float* pair_growth = nullptr;  ///< by pair: the same of one body as seen from the other [m]
+  float padding = 0.0F;                ///< distance to be kept from the world [m]
+  bool exact = true;                   ///< ask for exact distances where balls do not tell
+};
+
+/// Lanes in which the middle collides, and those in which the stretch around it may.
+struct SweepHits {
+  unsigned sure = 0;
+  unsigned maybe = 0;
 };
 
 }  // namespace hecaton::planner::global

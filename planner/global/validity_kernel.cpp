@@ -87,27 +87,35 @@ struct Hits {
 
 /// Everything about eight configurations. Balls tell most of it: where a ball that covers is clear, so is the shape,
 /// and where a ball inside is not, neither is the shape. What lies between is put off until nothing else decides.
+/// kSwept: of stretches around the configurations, as KernelSweep says.
+template <bool kSwept>
 class Block {
  public:
-  Block(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const V* q)
-      : robot_(robot), world_(world), exact_(exact) {
+  Block(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const KernelSweep& sweep,
+        const V* q)
+      : robot_(robot), world_(world), exact_(exact), sweep_(sweep) {
     for (int i = 0; i < robot.dimensions; ++i) place(i, q[i]);
   }
 
   /// `any_is_enough`: some lane, when there is one, instead of all.
   unsigned collisions(bool any_is_enough) {
-    const auto decided = [&] { return hits_ == kAll || (any_is_enough && hits_ != 0); };
+    const auto decided = [&] { return (hits_ | maybe_) == kAll || (any_is_enough && hits_ != 0); };
     for (const int body : robot_.order) {
       world_hits(body);
       if (decided()) return hits_;
     }
-    for (const KernelPair& pair : robot_.pairs) {
-      note(pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b], pair.padding), pair.a, pair.b, false);
+    for (std::size_t i = 0; i < robot_.pairs.size(); ++i) {
+      const KernelPair& pair = robot_.pairs[i];
+      const float growth = kSwept ? sweep_.pair_growth[i] : 0.0F;
+      note(pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b], pair.padding + growth), pair.a, pair.b, false,
+           growth);
       if (decided()) return hits_;
     }
     for (int i = 0; i < doubts_count_ && !decided(); ++i) resolve(doubts_[i], any_is_enough);
     return hits_;
   }
+  /// After collisions(): lanes that these are not, but nothing proves free. Swept only.
+  [[nodiscard]] unsigned maybe() const { return maybe_; }
 
  private:
   static constexpr unsigned kAll = 0xFF;
@@ -119,32 +127,40 @@ class Block {
     int other;  ///< body or obstacle
     bool of_world;
     unsigned lanes;
+    float growth;  ///< [m]
   };
 
-  void note(const Hits& hits, int body, int other, bool of_world) {
+  void note(const Hits& hits, int body, int other, bool of_world, float growth) {
     hits_ |= hits.sure;
-    const unsigned doubtful = hits.maybe & ~hits.sure;
+    const unsigned doubtful = hits.maybe & ~hits.sure & ~maybe_;
     if (doubtful == 0) return;
-    if (doubts_count_ < kMostDoubts) {
-      doubts_[doubts_count_++] = {body, other, of_world, doubtful};
+    if (doubts_count_ < kMostDoubts && (!kSwept || sweep_.exact)) {
+      doubts_[doubts_count_++] = {body, other, of_world, doubtful, growth};
+    } else if (kSwept) {
+      maybe_ |= doubtful;
     } else {
       hits_ |= doubtful;
     }
   }
 
   void resolve(const Doubt& doubt, bool any_is_enough) {
-    for (unsigned left = doubt.lanes & ~hits_; left != 0; left &= left - 1) {
+    for (unsigned left = doubt.lanes & ~hits_ & ~maybe_; left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(left);
       float frame[12];
       float other[12];
       lane_frame(doubt.body, lane, frame);
       if (!doubt.of_world) lane_frame(doubt.other, lane, other);
-      const bool meets = doubt.of_world ? exact_.meets_obstacle(exact_.context, doubt.body, frame, doubt.other)
-                                        : exact_.meets_body(exact_.context, doubt.body, frame, doubt.other, other);
-      hits_ |= meets ? 1U << lane : 0U;
-      if (meets && any_is_enough) return;
+      const double distance = doubt.of_world
+                                  ? exact_.from_obstacle(exact_.context, doubt.body, frame, doubt.other) - padding()
+                                  : exact_.from_body(exact_.context, doubt.body, frame, doubt.other, other);
+      hits_ |= distance <= 0.0 ? 1U << lane : 0U;
+      if (distance <= 0.0 && any_is_enough) return;
+      if (kSwept && distance <= doubt.growth) maybe_ |= 1U << lane;
     }
   }
+
+  [[nodiscard]] float padding() const { return kSwept ? sweep_.padding : world_.padding; }
+  [[nodiscard]] float growth_of(int body) const { return kSwept ? sweep_.growth[body] : 0.0F; }
 
   void lane_frame(int body, int lane, float* out) const {
     const int frame = robot_.bodies[body].frame;
@@ -191,7 +207,9 @@ class Block {
   void world_hits(int index) {
     const KernelBody& body = robot_.bodies[index];
     const Vec bound = centre(body.frame, body.bound);
-    const float r = body.bound.radius + world_.padding;
+    const float growth = growth_of(index);
+    const float around = padding() + growth;
+    const float r = body.bound.radius + around;
     const V low_x = all_floats(least(bound.x) - r), high_x = all_floats(r - least(-bound.x));
     const V low_y = all_floats(least(bound.y) - r), high_y = all_floats(r - least(-bound.y));
     const V low_z = all_floats(least(bound.z) - r), high_z = all_floats(r - least(-bound.z));
@@ -202,29 +220,30 @@ class Block {
                            (side(2) <= high_z) & (side(5) >= low_z));
       for (; near != 0; near &= near - 1) {
         const int obstacle = static_cast<int>(group) * kWidth + __builtin_ctz(near);
-        note(obstacle_hits(body, bound, world_.obstacles[obstacle]), index, obstacle, true);
+        note(obstacle_hits(body, bound, world_.obstacles[obstacle], around), index, obstacle, true, growth);
       }
     }
   }
 
-  Hits obstacle_hits(const KernelBody& body, const Vec& bound, const KernelObstacle& obstacle) const {
-    const Hits near = ball_hits(bound, body.bound, obstacle);
+  Hits obstacle_hits(const KernelBody& body, const Vec& bound, const KernelObstacle& obstacle, float around) const {
+    const Hits near = ball_hits(bound, body.bound, obstacle, around);
     if (near.maybe == 0 || body.count == 1) return near;
     Hits hits;
     for (int i = body.first; i < body.first + body.count; ++i) {
       const KernelBall& ball = robot_.balls[i];
-      hits.add(ball_hits(centre(body.frame, ball), ball, obstacle));
+      hits.add(ball_hits(centre(body.frame, ball), ball, obstacle, around));
     }
     return hits;
   }
 
-  Hits ball_hits(const Vec& p, const KernelBall& ball, const KernelObstacle& o) const {
+  /// `around`: added to the ball [m].
+  Hits ball_hits(const Vec& p, const KernelBall& ball, const KernelObstacle& o, float around) const {
     const Vec d = p - constant(o.centre.data());
     const V zero{};
     const auto nearer = [](V distance2, float radius, float inner) {
       return Hits{bits(distance2 < all_floats(radius * radius)), bits(distance2 < all_floats(inner * inner))};
     };
-    const float radius = ball.radius + world_.padding;
+    const float radius = ball.radius + around;
     const float inner = ball.inner;
     switch (o.kind) {
       case ObstacleKind::kSphere:
@@ -261,24 +280,26 @@ class Block {
     return {kAll, kAll};
   }
 
-  Hits pair_hits(const KernelBody& a, const KernelBody& b, float padding) const {
+  /// `around`: added to the distance at which two balls meet [m].
+  Hits pair_hits(const KernelBody& a, const KernelBody& b, float around) const {
     const auto distance2 = [](const Vec& p, const Vec& q) {
       const Vec d = p - q;
       return dot(d, d);
     };
     const auto within = [](V d2, float radius) { return bits(d2 < all_floats(radius * radius)); };
     const Vec bound_b = centre(b.frame, b.bound);
-    if (within(distance2(centre(a.frame, a.bound), bound_b), a.bound.radius + b.bound.radius + padding) == 0) return {};
+    if (within(distance2(centre(a.frame, a.bound), bound_b), a.bound.radius + b.bound.radius + around) == 0) {
+      return {};
+    }
     Hits hits;
     for (int i = a.first; i < a.first + a.count; ++i) {
       const KernelBall& ball = robot_.balls[i];
       const Vec p = centre(a.frame, ball);
-      const float reach = ball.radius + padding;
-      if (within(distance2(p, bound_b), reach + b.bound.radius) == 0) continue;
+      if (within(distance2(p, bound_b), ball.radius + b.bound.radius + around) == 0) continue;
       for (int k = b.first; k < b.first + b.count; ++k) {
         const KernelBall& other = robot_.balls[k];
         const V d2 = distance2(p, centre(b.frame, other));
-        hits.maybe |= within(d2, reach + other.radius);
+        hits.maybe |= within(d2, ball.radius + other.radius + around);
         if (ball.inner > 0.0F && other.inner > 0.0F) hits.sure |= within(d2, ball.inner + other.inner);
       }
     }
@@ -288,19 +309,34 @@ class Block {
   const KernelRobot& robot_;
   const KernelWorld& world_;
   const ExactCheck& exact_;
+  const KernelSweep& sweep_;
   unsigned hits_ = 0;
+  unsigned maybe_ = 0;
   int doubts_count_ = 0;
   Doubt doubts_[kMostDoubts];
   Frame frames_[kMostFrames];
 };
 
-unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* q,
-                    int stride) {
-  V lanes[kMostDimensions];
+void to_lanes(const KernelRobot& robot, const float* q, int stride, V* lanes) {
   for (int j = 0; j < robot.dimensions; ++j) {
     for (int lane = 0; lane < kWidth; ++lane) lanes[j][lane] = q[lane * stride + j];
   }
-  return Block(robot, world, exact, lanes).collisions(false);
+}
+
+unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* q,
+                    int stride) {
+  V lanes[kMostDimensions];
+  to_lanes(robot, q, stride, lanes);
+  return Block<false>(robot, world, exact, {}, lanes).collisions(false);
+}
+
+SweepHits swept(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const KernelSweep& sweep,
+                const float* q, int stride) {
+  V lanes[kMostDimensions];
+  to_lanes(robot, q, stride, lanes);
+  Block<true> block(robot, world, exact, sweep, lanes);
+  const unsigned sure = block.collisions(true);
+  return {sure, block.maybe()};
 }
 
 bool edge_free(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* a,
@@ -311,13 +347,13 @@ bool edge_free(const KernelRobot& robot, const KernelWorld& world, const ExactCh
   for (int block = 0; block < blocks; ++block) {
     const V t = (lane_start - static_cast<float>(block)) * step;
     for (int j = 0; j < robot.dimensions; ++j) lanes[j] = a[j] * (1.0F - t) + b[j] * t;
-    if (Block(robot, world, exact, lanes).collisions(true) != 0) return false;
+    if (Block<false>(robot, world, exact, {}, lanes).collisions(true) != 0) return false;
   }
   return true;
 }
 
 }  // namespace
 
-extern const ValidityKernel kValidity{collisions, edge_free};
+extern const ValidityKernel kValidity{collisions, edge_free, swept};
 
 }  // namespace hecaton::planner::global::HECATON_ISA

@@ -12,6 +12,10 @@ struct ValidityKernel {
   /// b (itself), is in collision. Each block is spread over the whole way, so that what is in the way is met early.
   bool (*edge_free)(const KernelRobot&, const KernelWorld&, const ExactCheck&, const float* a, const float* b,
                     int blocks);
+  /// Of eight stretches with their middles in these configurations, each `stride` floats after the one before. Gives up
+  /// where one collides for sure.
+  SweepHits (*swept)(const KernelRobot&, const KernelWorld&, const ExactCheck&, const KernelSweep&, const float* q,
+                     int stride);
 };
 
 [[nodiscard]] const ValidityKernel& fastest_validity();

@@ -168,7 +168,7 @@ std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const Rout
   global::PlanOptions options;
   options.seed = random.next();
   options.budget.iterations = kIterations * planned_.size() * planned_.size();
-  options.certify = 1;
+  options.certify = false;
   const global::Plan plan = global::plan(levels_[level], *first, *last, options);
   if (!plan.solved()) return std::nullopt;
   std::vector<Configuration> points{start};

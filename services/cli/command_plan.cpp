@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/global/plan.hpp"
+#include "planner/global/timed_path.hpp"
 #include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/document.hpp"
@@ -18,7 +19,10 @@
 #include "services/cli/method_option.hpp"
 #include "services/cli/plan_by_cspace.hpp"
 #include "services/cli/plan_by_field.hpp"
+#include "services/cli/plan_outcome.hpp"
 #include "services/cli/plan_query.hpp"
+#include "services/cli/plot_graph.hpp"
+#include "services/cli/plot_path.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/cli/terminal.hpp"
@@ -44,100 +48,31 @@ struct Options {
   double step = 0.03;      ///< [rad | m]
   double clearance = 0.0;  ///< [m]
   bool simplify = true;
-  std::string plot;  ///< file for a picture; empty: none
+  double keep = 0.01;       ///< clearance that shortening keeps where the path has it [m]
+  double deviation = 0.05;  ///< of rounded corners [rad | m]
+  double period = 0.0;      ///< of the trajectory's samples [s]; 0: none
+  std::string plot;         ///< file for a picture; empty: none
 };
 
 double microseconds_since(Clock::time_point began) {
   return std::chrono::duration<double, std::micro>(Clock::now() - began).count();
 }
 
-/// The smallest exact distance on the path, looked at ten times as finely as the planner does.
-double smallest_clearance(const global::Validity& validity, const global::Plan& plan) {
-  double smallest = HUGE_VAL;
-  for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
-    const auto& a = plan.path[i];
-    const auto& b = plan.path[i + 1];
-    double length2 = 0.0;
-    for (std::size_t j = 0; j < a.size(); ++j) length2 += std::pow(b[j] - a[j], 2);
-    const int steps = std::max(1, static_cast<int>(std::ceil(10.0 * std::sqrt(length2) / validity.options().step)));
-    for (int k = 0; k <= steps; ++k) {
-      std::vector<double> q(a.size());
-      for (std::size_t j = 0; j < a.size(); ++j) q[j] = a[j] + k * (b[j] - a[j]) / steps;
-      smallest = std::min(smallest, validity.nearest(q).distance);
-    }
-  }
-  return smallest;
-}
-
-std::string status_name(global::PlanStatus status) {
-  switch (status) {
-    case global::PlanStatus::kSolved:
-      return "solved";
-    case global::PlanStatus::kStartInvalid:
-      return "start_invalid";
-    case global::PlanStatus::kGoalInvalid:
-      return "goal_invalid";
-    case global::PlanStatus::kBudgetEnded:
-      return "budget_ended";
-    case global::PlanStatus::kStuck:
-      return "stuck";
-  }
-  return "";
-}
-
-struct Outcome {
-  global::Plan plan;
-  double planning_us = 0.0;
-  double simplify_us = 0.0;
-  double clearance = HUGE_VAL;  ///< [m]
-  std::string effort;           ///< in words, for people
-};
-
 std::string effort_of(const global::Plan& plan) {
   return std::to_string(plan.checks) + " configurations checked, " + std::to_string(plan.nodes) + " nodes";
 }
 
-Json to_json(const Outcome& outcome, const Options& options) {
-  const global::Plan& plan = outcome.plan;
-  Json json = {{"solved", plan.solved()},
-               {"status", status_name(plan.status)},
-               {"reason", plan.reason},
-               {"method", options.method},
-               {"seed", options.seed},
-               {"planning_us", outcome.planning_us},
-               {"simplify_us", outcome.simplify_us},
-               {"checks", plan.checks},
-               {"iterations", plan.iterations},
-               {"nodes", plan.nodes},
-               {"path", plan.path},
-               {"length", plan.solved() ? Json(plan.length) : Json(nullptr)},
-               {"min_clearance_m", plan.solved() ? Json(outcome.clearance) : Json(nullptr)}};
-  return json;
-}
-
-std::string table_text(const Outcome& outcome, const Options& options, const Palette& palette) {
-  const global::Plan& plan = outcome.plan;
-  if (!plan.solved()) return palette.red("not solved") + ": " + plan.reason + "\n";
-  std::string text =
-      palette.green("solved") + " by " + options.method + " in " + duration_text(1e-6 * outcome.planning_us);
-  if (outcome.simplify_us > 0.0) text += ", simplified in " + duration_text(1e-6 * outcome.simplify_us);
-  text += "; " + outcome.effort + "\nlength " + decimal_text(plan.length, 3) + ", smallest clearance " +
-          distance_text(outcome.clearance) + "\n";
-  for (const auto& q : plan.path) {
-    for (std::size_t j = 0; j < q.size(); ++j) text += (j == 0 ? "" : " ") + decimal_text(q[j], 4);
-    text += "\n";
-  }
-  return text;
-}
-
 /// Plans, then shortens what was found; both are timed.
 template <typename Plan, typename Shorten>
-Outcome timed(const Options& options, const Plan& plan, const Shorten& shorten) {
-  Outcome outcome;
+PlanOutcome timed(const Options& options, const Plan& plan, const Shorten& shorten) {
+  PlanOutcome outcome;
+  outcome.method = options.method;
+  outcome.seed = options.seed;
   const auto began = Clock::now();
   outcome.plan = plan(began);
   outcome.planning_us = microseconds_since(began);
   outcome.effort = effort_of(outcome.plan);
+  outcome.found = outcome.plan.path;
   if (!outcome.plan.solved() || !options.simplify) return outcome;
   const auto shortening = Clock::now();
   shorten(outcome.plan);
@@ -145,22 +80,27 @@ Outcome timed(const Options& options, const Plan& plan, const Shorten& shorten) 
   return outcome;
 }
 
-Outcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options) {
+PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options) {
   global::PlanOptions plan_options;
   plan_options.method = *std::find_if(kMethods.begin(), kMethods.end(),
                                       [&](global::Method method) { return name_of(method) == options.method; });
   plan_options.seed = options.seed;
   plan_options.simplify = false;
-  return timed(
+  plan_options.shortcuts.clearance = options.keep;
+  global::SearchRecord record;
+  if (!options.plot.empty()) plan_options.record = &record;
+  PlanOutcome outcome = timed(
       options,
       [&](Clock::time_point began) {
         plan_options.budget.ended = [began, &options] { return microseconds_since(began) > 1e6 * options.budget; };
         return global::plan(validity, query.start, query.goal, plan_options);
       },
       [&](global::Plan& plan) { global::simplify(validity, plan_options, plan); });
+  outcome.record = std::move(record);
+  return outcome;
 }
 
-Outcome by_field(const PlanQuery& query, const Options& options) {
+PlanOutcome by_field(const PlanQuery& query, const Options& options) {
   FieldQuery field(query, options.clearance);
   return timed(
       options, [&](Clock::time_point) { return field.plan(); }, [&](global::Plan& plan) { field.refine(plan); });
@@ -173,13 +113,16 @@ std::optional<planner::Method> cspace_method(const Options& options) {
 }
 
 /// The path is the one that the arm went: nothing is shortened.
-Outcome by_cspace(const PlanQuery& query, const global::Validity& validity, planner::Method method,
-                  const Options& options) {
-  Outcome outcome;
+PlanOutcome by_cspace(const PlanQuery& query, const global::Validity& validity, planner::Method method,
+                      const Options& options) {
+  PlanOutcome outcome;
+  outcome.method = options.method;
+  outcome.seed = options.seed;
   const auto began = Clock::now();
   CspaceWalk walk = plan_by_cspace(query, validity, method, options.seed, options.plot);
   outcome.planning_us = microseconds_since(began);
   outcome.plan = std::move(walk.plan);
+  outcome.duration = walk.duration;
   outcome.effort = "gone in " + duration_text(walk.duration) + ", " + std::to_string(outcome.plan.iterations) +
                    (outcome.plan.iterations == 1 ? " search, " : " searches, ") + std::to_string(outcome.plan.nodes) +
                    " points known";
@@ -187,9 +130,41 @@ Outcome by_cspace(const PlanQuery& query, const global::Validity& validity, plan
   return outcome;
 }
 
-void draw(const PlanQuery& query, const Outcome& outcome, const Options& options) {
+/// Rounds corners where that keeps as much room as shortening has to, or as the path has.
+void time_path(const global::Validity& validity, const Options& options, PlanOutcome& outcome) {
+  const auto began = Clock::now();
+  global::TimedPathOptions timing;
+  timing.blend.deviation = options.deviation;
+  const double beyond = outcome.clearance - options.clearance;
+  timing.clearance = std::clamp(0.9 * beyond, 0.0, options.keep);
+  outcome.trajectory = global::timed_path(validity, outcome.plan.path, timing);
+  outcome.timing_us = microseconds_since(began);
+  outcome.duration = outcome.trajectory.duration();
+}
+
+/// What the search has built, where that can be seen: in two dimensions.
+std::vector<std::string> graph_panels(const PlanQuery& query, const global::Validity& validity,
+                                      const PlanOutcome& outcome) {
+  if (validity.dimensions() != 2 || outcome.record.nodes.size() == 0) return {};
+  const std::vector<std::string>& joints = query.planned.front().own_arm().model->joint_names;
+  const global::Space space = space_of(validity, query.start, query.goal);
+  return {graph_panel({.validity = validity,
+                       .space = space,
+                       .record = outcome.record,
+                       .found = outcome.found,
+                       .path = outcome.plan.path,
+                       .start = query.start,
+                       .goal = query.goal,
+                       .across = joints[0],
+                       .up = joints[1]},
+                      kPanel)};
+}
+
+void draw(const PlanQuery& query, const global::Validity& validity, const PlanOutcome& outcome,
+          const Options& options) {
   std::ofstream file(options.plot);
-  file << plan_picture(query, outcome.plan, options.method == kByField, options.method);
+  file << plan_picture(query, outcome.plan, options.method == kByField, options.method,
+                       graph_panels(query, validity, outcome));
   if (!file.flush()) throw Failure(ExitCode::kBadInput, "--plot: " + options.plot + " cannot be written");
 }
 
@@ -200,12 +175,18 @@ ExitCode run(const Settings& settings, const Options& options) {
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
   const auto cspace = cspace_method(options);
-  Outcome outcome = cspace                       ? by_cspace(query, validity, *cspace, options)
-                    : options.method == kByField ? by_field(query, options)
-                                                 : by_search(query, validity, options);
-  if (outcome.plan.solved()) outcome.clearance = smallest_clearance(validity, outcome.plan);
-  if (!options.plot.empty() && !cspace) draw(query, outcome, options);
-  print(settings, to_json(outcome, options), table_text(outcome, options, Palette::for_stream(stdout)));
+  if (cspace && options.period > 0.0) {
+    throw Failure(ExitCode::kUsage, "--trajectory is not for " + options.method + ": the arm itself goes its way");
+  }
+  PlanOutcome outcome = cspace                       ? by_cspace(query, validity, *cspace, options)
+                        : options.method == kByField ? by_field(query, options)
+                                                     : by_search(query, validity, options);
+  if (outcome.plan.solved()) {
+    outcome.clearance = smallest_clearance(validity, outcome.plan);
+    if (!cspace) time_path(validity, options, outcome);
+  }
+  if (!options.plot.empty() && !cspace) draw(query, validity, outcome, options);
+  print(settings, plan_json(outcome, options.period), plan_text(outcome, options.period, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
 
@@ -246,11 +227,22 @@ void add_plan(CLI::App& app, Session& session) {
   add_number(
       *command, "--clearance", [options = options.get()](double distance) { options->clearance = distance; },
       "distance to keep from all obstacles and other arms (0)", kClearance);
+  add_number(
+      *command, "--keep", [options = options.get()](double distance) { options->keep = distance; },
+      "distance beyond --clearance that shortening keeps, where the path that was found has it (0.01)", kClearance);
+  constexpr config::Bounds kDeviation{0.0, 1.0, "rad | m"};
+  add_number(
+      *command, "--deviation", [options = options.get()](double deviation) { options->deviation = deviation; },
+      "how far rounded corners may leave the path, in joint space; 0: the arm stops at every corner (0.05)",
+      kDeviation);
+  add_duration(*command, "--trajectory", options->period,
+               "also print the trajectory, sampled so often: positions, velocities, accelerations", 1e-4, 3600.0);
   command->add_flag("!--raw", options->simplify, "print the path as it was found, without shortening it");
   command
       ->add_option("--plot", options->plot,
-                   "draw one arm on its path into this file, as SVG; with sensed_cspace or known_cspace every step of "
-                   "it, in workspace and C-space, into this folder")
+                   "draw one arm on its path into this file, as SVG, beside it, for a robot of two joints, the tree or "
+                   "roadmap; with sensed_cspace or known_cspace every step of it, in workspace and C-space, into this "
+                   "folder")
       ->type_name("FILE|DIR");
   add_robot_options(*command, words.robot);
   command->footer(

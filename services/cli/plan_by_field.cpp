@@ -115,7 +115,8 @@ void FieldQuery::refine(Plan& plan) {
   set_path(planner::potential::refine(joints_of(plan.path), motion_), plan);
 }
 
-std::string plan_picture(const PlanQuery& query, const Plan& plan, bool field, const std::string& title) {
+std::string plan_picture(const PlanQuery& query, const Plan& plan, bool field, const std::string& title,
+                         std::vector<std::string> panels) {
   planner::PlannedArm planned;
   planned.arm = only_arm(query, kWho);
   planned.parameters.potential = query.first.parameters.potential;
@@ -123,8 +124,13 @@ std::string plan_picture(const PlanQuery& query, const Plan& plan, bool field, c
   const JointVector goal = joints_of(query.goal);
   const std::vector<JointVector> path =
       plan.solved() ? spread(joints_of(plan.path), kShown) : std::vector<JointVector>{joints_of(query.start)};
-  return plot_path(
-      {.planned = planned, .obstacles = obstacles, .path = path, .goal = goal, .title = title, .field = field});
+  return plot_path({.planned = planned,
+                    .obstacles = obstacles,
+                    .path = path,
+                    .goal = goal,
+                    .title = title,
+                    .field = field,
+                    .panels = std::move(panels)});
 }
 
 }  // namespace hecaton::services::cli

@@ -27,8 +27,8 @@ class FieldQuery {
   planner::potential::FreeMotion motion_;
 };
 
-/// The first planned arm on `plan`'s path, as an SVG; with `field` its potential field beside it.
+/// The first planned arm on `plan`'s path, as an SVG; with `field` its potential field beside it, then `panels`.
 [[nodiscard]] std::string plan_picture(const PlanQuery& query, const planner::global::Plan& plan, bool field,
-                                       const std::string& title);
+                                       const std::string& title, std::vector<std::string> panels);
 
 }  // namespace hecaton::services::cli

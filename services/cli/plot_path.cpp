@@ -17,7 +17,6 @@ using planner::JointVector;
 using planner::Pose;
 using planner::cspace::Point;
 
-constexpr double kPanel = 480.0;   // of each panel [px]
 constexpr double kBetween = 24.0;  // [px]
 constexpr double kAround = 0.1;    // of the scene, left free [m]
 /// An arm whose bodies' centres change their height less than this stays at one height [m].
@@ -100,6 +99,7 @@ class Drawing {
     std::vector<std::string> panels{panel(1)};
     if (!level_) panels.push_back(panel(2));
     if (picture_.field) panels.push_back(field_panel());
+    panels.insert(panels.end(), picture_.panels.begin(), picture_.panels.end());
     const auto count = static_cast<double>(panels.size());
     std::string text = formatted(
         "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"

@@ -2,10 +2,10 @@
 
 #include "planner/global/plan.hpp"
 
-#include <chrono>
 #include <string>
 
 #include "tests/bench/ompl_peer.hpp"
+#include "tests/bench/query_set.hpp"
 #include "tests/bench/timings.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
@@ -16,18 +16,7 @@ using namespace planner;
 using namespace planner::global;
 using Configuration = std::vector<double>;
 
-constexpr double kLongest = 2.0;  ///< that a planner may search [s]
-constexpr int kFiner = 10;        ///< FCL looks at paths so many times as finely as the planners do
-
-Configuration draw_free(const Validity& validity, test::FclReferee& referee, Random& random) {
-  const Configuration zero(validity.dimensions(), 0.0);
-  const Space space = space_of(validity, zero, zero);
-  std::vector<float> q(space.stride);
-  do {
-    space.sample(random, q.data());
-  } while (!validity.state_free(q.data()) || referee.collides(q.data()));
-  return {q.begin(), q.begin() + space.dimensions};
-}
+constexpr int kFiner = 10;  ///< FCL looks at paths so many times as finely as the planners do
 
 /// Eight random configurations at a time, against each of them by FCL: the costs of one are an eighth.
 void measure_states(benchmark::State& state, const Validity& validity, std::span<const WorldBody> world) {
@@ -45,14 +34,14 @@ void measure_states(benchmark::State& state, const Validity& validity, std::span
   for (auto _ : state) {
     for (int i = 0; i < kBatch * kWidth; ++i) space.sample(random, states.data() + i * space.stride);
     const auto block = [&](int i) { return states.data() + static_cast<std::ptrdiff_t>(i) * kWidth * space.stride; };
-    const double us = time_once([&] {
+    const double us = processor_time_once([&] {
       for (int i = 0; i < kBatch; ++i) benchmark::DoNotOptimize(validity.collisions(block(i)));
     });
     ours.add(us / (kBatch * kWidth));
     set_iteration_time(state, us / (kBatch * kWidth));
     const unsigned collisions = validity.collisions(block(0));
     unsigned fcl = 0;
-    peer.add(time_once([&] {
+    peer.add(processor_time_once([&] {
                for (int lane = 0; lane < kWidth; ++lane) {
                  fcl |= referee.collides(block(0) + lane * space.stride) ? 1U << lane : 0U;
                }
@@ -84,17 +73,6 @@ void three_arms(benchmark::State& state) {
   measure_states(state, Validity({CellGeometry(arms, 0), CellGeometry(arms, 1), CellGeometry(arms, 2)}, world), world);
 }
 
-/// Random boxes leave pockets that nothing leads out of: a query counts when either planner, with another seed, has
-/// found a way.
-bool has_a_way(const Validity& validity, test::FclReferee& referee, const Configuration& start,
-               const Configuration& goal) {
-  PlanOptions options;
-  options.seed = 77;
-  options.certify = 1;
-  options.budget.iterations = 20'000;
-  return plan(validity, start, goal, options).solved() || plan_with_ompl(validity, referee, start, goal, 1.0).solved;
-}
-
 /// P4: random starts and goals of a PUMA 560 among 20 boxes that the straight way does not join.
 void puma_among_boxes(benchmark::State& state, Method method) {
   Timings ours;
@@ -119,20 +97,23 @@ void puma_among_boxes(benchmark::State& state, Method method) {
     PlanOptions plan_options;
     plan_options.method = method;
     plan_options.simplify = false;
-    plan_options.certify = 1;  // as the peer does
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(kLongest);
-    plan_options.budget.ended = [end] { return std::chrono::steady_clock::now() > end; };
+    plan_options.certify = false;  // as the peer does
+    plan_options.budget.ended = processor_deadline(kLongestSearch);
     Plan found;
-    const double us = time_once([&] { found = plan(validity, start, goal, plan_options); });
+    const double us = processor_time_once([&] { found = plan(validity, start, goal, plan_options); });
     ours.add(us);
     set_iteration_time(state, us);
-    plan_options.certify = kFiner;
-    simplified.add(us + time_once([&] { simplify(validity, plan_options, found); }));
     solved += found.solved() ? 1.0 : 0.0;
+    plan_options.certify = true;
+    plan_options.budget.ended = processor_deadline(kLongestSearch);
+    simplified.add(processor_time_once([&] {
+      found = plan(validity, start, goal, plan_options);
+      simplify(validity, plan_options, found);
+    }));
     invalid += referee.collisions_on(found.path, options.step / kFiner) > 0 ? 1.0 : 0.0;
     if (method != Method::kRrtConnect) continue;
     OmplPlan of_peer;
-    peer.add(time_once([&] { of_peer = plan_with_ompl(validity, referee, start, goal, kLongest); }));
+    peer.add(processor_time_once([&] { of_peer = plan_with_ompl(validity, referee, start, goal, kLongestSearch); }));
     solved_by_peer += of_peer.solved ? 1.0 : 0.0;
   }
   state.counters["solved"] = solved;

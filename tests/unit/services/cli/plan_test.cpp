@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -45,6 +46,42 @@ TEST(PlanCommand, PlansForAnArmOfACell) {
   EXPECT_GT(plan["length"].get<double>(), 1.15);  // of the straight way: √(0.3² + 0.65² + 0.9² + 0.29²) = 1.185
   EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.0);
   EXPECT_GT(plan["checks"].get<int>(), 0);
+}
+
+TEST(PlanCommand, PrintsATrajectoryWithinTheLimits) {
+  const Ran ran = run_line({"plan", kPlanCell, "--arm", "west", "--to", "ready", "--trajectory", "10ms", "-o", "json"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const Json plan = Json::parse(ran.out);
+  const double duration = plan["duration_s"].get<double>();
+  const Json& samples = plan["trajectory"]["samples"];
+  ASSERT_EQ(samples.size(), static_cast<std::size_t>(std::ceil(duration / 0.01)) + 1);
+  EXPECT_EQ(samples.front()["q"], plan["path"].front());
+  EXPECT_EQ(samples.back()["t"], plan["duration_s"]);
+  EXPECT_EQ(samples.back()["qd"], Json::parse("[0, 0, 0, 0, 0, 0]").get<std::vector<double>>());
+  for (std::size_t i = 0; i + 1 < samples.size(); ++i) {
+    for (int j = 0; j < 6; ++j) {
+      const auto value = [&](std::size_t at, const char* key) { return samples[at][key][j].get<double>(); };
+      // What positions do from sample to sample is what the velocities say, within what accelerations can add.
+      const double dt = samples[i + 1]["t"].get<double>() - samples[i]["t"].get<double>();
+      ASSERT_NEAR(value(i + 1, "q") - value(i, "q"), 0.5 * dt * (value(i, "qd") + value(i + 1, "qd")), 2e-3);
+    }
+  }
+  const Ran table = run_line({"plan", kPlanCell, "--arm", "west", "--to", "ready", "--trajectory", "100ms"});
+  EXPECT_NE(table.out.find("takes the arm "), std::string::npos);
+  EXPECT_NE(table.out.find("trajectory: t q"), std::string::npos);
+}
+
+TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
+  const std::vector<std::string> words{"plan", kPlanCell, "--arm", "west",     "--to", "ready",
+                                       "-o",   "json",    "--raw", "--method", "prm"};
+  const auto duration = [&](const char* deviation) {
+    std::vector<std::string> line = words;
+    line.insert(line.end(), {"--deviation", deviation});
+    const Ran ran = run_line(line);
+    EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
+    return Json::parse(ran.out)["duration_s"].get<double>();
+  };
+  EXPECT_LT(duration("0.1"), duration("0"));
 }
 
 TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {
@@ -104,6 +141,8 @@ TEST(PlanCommand, RefusesWhatCannotBe) {
   refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0"}, ExitCode::kBadInput, "must say where arm puma560 is");
   refused({"plan", kPlanCell, "--to", "ready", "--method", "magic"}, ExitCode::kUsage, "rrt_connect");
+  refused({"plan", kPlanCell, "--to", "ready", "--trajectory", "10"}, ExitCode::kBadInput, "a number with its unit");
+  refused({"plan", kPlanCell, "--to", "ready", "--deviation", "-1"}, ExitCode::kBadInput, "--deviation");
   refused({"plan", kPlanCell, "--to", "ready", "--tool", "hand"}, ExitCode::kUsage, "--tool is for a URDF alone");
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0", "--arm", "x"}, ExitCode::kUsage, "--arm is for a cell file");
   const ScratchFile cone("cone_scene", scene("1", "cone"));

@@ -1,0 +1,116 @@
+#include "services/cli/plan_outcome.hpp"
+
+#include <algorithm>
+
+#include "services/cli/quantities.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using planner::global::PlanStatus;
+
+std::string status_name(PlanStatus status) {
+  switch (status) {
+    case PlanStatus::kSolved:
+      return "solved";
+    case PlanStatus::kStartInvalid:
+      return "start_invalid";
+    case PlanStatus::kGoalInvalid:
+      return "goal_invalid";
+    case PlanStatus::kBudgetEnded:
+      return "budget_ended";
+    case PlanStatus::kStuck:
+      return "stuck";
+  }
+  return "";
+}
+
+/// Every period, and the end. None for a path that leads nowhere.
+template <typename Use>
+void each_sample(const planner::Trajectory& trajectory, double period, const Use& use) {
+  if (trajectory.pieces().empty()) return;
+  const auto whole = static_cast<std::uint64_t>(std::ceil(trajectory.duration() / period - 1e-9));
+  for (std::uint64_t i = 0; i <= whole; ++i) {
+    const double t = std::min(static_cast<double>(i) * period, trajectory.duration());
+    use(t, trajectory.at(t));
+  }
+}
+
+std::vector<double> numbers(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
+
+Json samples(const planner::Trajectory& trajectory, double period) {
+  Json list = Json::array();
+  each_sample(trajectory, period, [&](double t, const planner::TrajectoryPoint& at) {
+    list.push_back({{"t", t}, {"q", numbers(at.q)}, {"qd", numbers(at.qd)}, {"qdd", numbers(at.qdd)}});
+  });
+  return {{"period_s", period}, {"samples", list}};
+}
+
+std::string row(const std::vector<double>& values) {
+  std::string text;
+  for (std::size_t j = 0; j < values.size(); ++j) text += (j == 0 ? "" : " ") + decimal_text(values[j], 4);
+  return text + "\n";
+}
+
+}  // namespace
+
+double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan) {
+  double smallest = HUGE_VAL;
+  for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
+    const auto& a = plan.path[i];
+    const auto& b = plan.path[i + 1];
+    double length2 = 0.0;
+    for (std::size_t j = 0; j < a.size(); ++j) length2 += std::pow(b[j] - a[j], 2);
+    const int steps = std::max(1, static_cast<int>(std::ceil(10.0 * std::sqrt(length2) / validity.options().step)));
+    for (int k = 0; k <= steps; ++k) {
+      std::vector<double> q(a.size());
+      for (std::size_t j = 0; j < a.size(); ++j) q[j] = a[j] + k * (b[j] - a[j]) / steps;
+      smallest = std::min(smallest, validity.nearest(q).distance);
+    }
+  }
+  return smallest;
+}
+
+Json plan_json(const PlanOutcome& outcome, double period) {
+  const planner::global::Plan& plan = outcome.plan;
+  Json json = {{"solved", plan.solved()},
+               {"status", status_name(plan.status)},
+               {"reason", plan.reason},
+               {"method", outcome.method},
+               {"seed", outcome.seed},
+               {"planning_us", outcome.planning_us},
+               {"simplify_us", outcome.simplify_us},
+               {"timing_us", outcome.timing_us},
+               {"checks", plan.checks},
+               {"iterations", plan.iterations},
+               {"nodes", plan.nodes},
+               {"path", plan.path},
+               {"length", plan.solved() ? Json(plan.length) : Json(nullptr)},
+               {"min_clearance_m", plan.solved() ? Json(outcome.clearance) : Json(nullptr)},
+               {"duration_s", plan.solved() ? Json(outcome.duration) : Json(nullptr)}};
+  if (period > 0.0) json["trajectory"] = plan.solved() ? samples(outcome.trajectory, period) : Json(nullptr);
+  return json;
+}
+
+std::string plan_text(const PlanOutcome& outcome, double period, const Palette& palette) {
+  const planner::global::Plan& plan = outcome.plan;
+  if (!plan.solved()) return palette.red("not solved") + ": " + plan.reason + "\n";
+  std::string text =
+      palette.green("solved") + " by " + outcome.method + " in " + duration_text(1e-6 * outcome.planning_us);
+  if (outcome.simplify_us > 0.0) text += ", simplified in " + duration_text(1e-6 * outcome.simplify_us);
+  text += "; " + outcome.effort + "\nlength " + decimal_text(plan.length, 3) + ", smallest clearance " +
+          distance_text(outcome.clearance) + ", takes the arm " + duration_text(outcome.duration) + "\n";
+  for (const auto& q : plan.path) text += row(q);
+  if (period <= 0.0) return text;
+  text += "trajectory: t q\n";
+  each_sample(outcome.trajectory, period, [&](double t, const planner::TrajectoryPoint& at) {
+    std::vector<double> values = numbers(at.q);
+    values.insert(values.begin(), t);
+    text += row(values);
+  });
+  return text;
+}
+
+}  // namespace hecaton::services::cli

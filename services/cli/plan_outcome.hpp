@@ -1,0 +1,37 @@
+#pragma once
+/// What `hecaton plan` says.
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "planner/global/plan.hpp"
+#include "planner/trajectory/time_optimal.hpp"
+#include "services/cli/document.hpp"
+#include "services/cli/terminal.hpp"
+
+namespace hecaton::services::cli {
+
+struct PlanOutcome {
+  std::string method;
+  std::uint64_t seed = 1;
+  planner::global::Plan plan;
+  double planning_us = 0.0;
+  double simplify_us = 0.0;
+  double timing_us = 0.0;                  ///< of rounding the corners and finding the times
+  double clearance = HUGE_VAL;             ///< on the path [m]
+  std::string effort;                      ///< in words, for people
+  double duration = 0.0;                   ///< that the arm takes on a solved plan's path [s]
+  planner::Trajectory trajectory;          ///< on it, unless the method is one that goes it itself
+  std::vector<std::vector<double>> found;  ///< the path before it was shortened [rad | m]
+  planner::global::SearchRecord record;    ///< of a search that is to be drawn
+};
+
+/// The smallest exact distance on the path, looked at ten times as finely as the planner does [m].
+[[nodiscard]] double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan);
+
+/// `period` [s]: of the samples of the trajectory; 0: none are printed.
+[[nodiscard]] Json plan_json(const PlanOutcome& outcome, double period);
+[[nodiscard]] std::string plan_text(const PlanOutcome& outcome, double period, const Palette& palette);
+
+}  // namespace hecaton::services::cli

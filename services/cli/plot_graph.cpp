@@ -1,0 +1,108 @@
+#include "services/cli/plot_graph.hpp"
+
+#include <algorithm>
+
+#include "services/cli/formatted.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using planner::global::kWidth;
+
+/// The space is looked at in so many squares a side.
+constexpr int kGraphSquares = 240;
+static_assert(kGraphSquares % kWidth == 0);
+
+class Panel {
+ public:
+  Panel(const GraphPicture& picture, double side)
+      : picture_(picture),
+        side_(side),
+        width_(picture.space.upper[0] - picture.space.lower[0]),
+        height_(picture.space.upper[1] - picture.space.lower[1]) {}
+
+  [[nodiscard]] std::string text() const {
+    std::string text = blocked() + graph();
+    text += way(picture_.found, "#e80", 2.0) + way(picture_.path, "#000", 2.5);
+    text += dot(picture_.start, "#e80") + dot(picture_.goal, "#090");
+    text += formatted("<text x='%.0f' y='%.0f' font-family='sans-serif' font-size='12'>", 6.0, side_ - 6.0);
+    text += picture_.across + " →, " + picture_.up + " ↑</text>\n";
+    return text;
+  }
+
+ private:
+  [[nodiscard]] double x(double q0) const { return side_ * (q0 - picture_.space.lower[0]) / width_; }
+  [[nodiscard]] double y(double q1) const { return side_ * (picture_.space.upper[1] - q1) / height_; }
+
+  /// Squares of a row that are blocked one after the other are one.
+  [[nodiscard]] std::string blocked() const {
+    const double square = side_ / kGraphSquares;
+    const int stride = picture_.space.stride;
+    std::string text;
+    for (int row = 0; row < kGraphSquares; ++row) {
+      int run = 0;
+      for (int column = 0; column <= kGraphSquares; column += kWidth) {
+        const unsigned hits = column < kGraphSquares ? collisions(row, column, stride) : 0U;
+        for (int lane = 0; lane < kWidth; ++lane) {
+          if ((hits >> lane & 1U) != 0) {
+            ++run;
+            continue;
+          }
+          if (run > 0) {
+            text += formatted("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='#bbb'/>\n",
+                              (column + lane - run) * square, row * square, run * square, square + 0.2);
+          }
+          run = 0;
+        }
+      }
+    }
+    return text;
+  }
+
+  [[nodiscard]] unsigned collisions(int row, int column, int stride) const {
+    std::vector<float> eight(static_cast<std::size_t>(kWidth) * stride, 0.0F);
+    for (int lane = 0; lane < kWidth; ++lane) {
+      float* q = eight.data() + static_cast<std::ptrdiff_t>(lane) * stride;
+      q[0] = picture_.space.lower[0] + static_cast<float>(width_ * (column + lane + 0.5) / kGraphSquares);
+      q[1] = picture_.space.upper[1] - static_cast<float>(height_ * (row + 0.5) / kGraphSquares);
+    }
+    return picture_.validity.collisions(eight.data());
+  }
+
+  [[nodiscard]] std::string graph() const {
+    const planner::global::Points& nodes = picture_.record.nodes;
+    std::string text = "<g stroke='#36c' stroke-width='0.8' fill='#36c'>\n";
+    for (const auto& [a, b] : picture_.record.edges) {
+      text += formatted("<path d='M%.1f %.1fL%.1f %.1f'/>\n", x(nodes[a][0]), y(nodes[a][1]), x(nodes[b][0]),
+                        y(nodes[b][1]));
+    }
+    for (int i = 0; i < nodes.size(); ++i) {
+      text += formatted("<circle cx='%.1f' cy='%.1f' r='1.6' stroke='none'/>\n", x(nodes[i][0]), y(nodes[i][1]));
+    }
+    return text + "</g>\n";
+  }
+
+  [[nodiscard]] std::string way(const std::vector<std::vector<double>>& path, const char* colour, double width) const {
+    if (path.empty()) return {};
+    std::string text = formatted("<polyline fill='none' stroke='%s' stroke-width='%.1f' points='", colour, width);
+    for (const std::vector<double>& q : path) text += formatted("%.1f,%.1f ", x(q[0]), y(q[1]));
+    return text + "'/>\n";
+  }
+
+  [[nodiscard]] std::string dot(const std::vector<double>& q, const char* colour) const {
+    return formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='%s'/>\n", x(q[0]), y(q[1]), colour);
+  }
+
+  const GraphPicture& picture_;
+  double side_;
+  double width_;
+  double height_;
+};
+
+}  // namespace
+
+std::string graph_panel(const GraphPicture& picture, double side) {
+  return Panel(picture, side).text();
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,42 @@
+#pragma once
+/// Queries that all methods are given: a PUMA 560 among boxes.
+
+#include <vector>
+
+#include "planner/global/plan.hpp"
+#include "tests/support/fcl_referee.hpp"
+
+namespace hecaton::bench {
+
+inline constexpr double kLongestSearch = 2.0;  ///< [s], of processor time
+
+/// So much processor time of this thread from now on.
+[[nodiscard]] std::function<bool()> processor_deadline(double seconds);
+
+struct QueryScene {
+  std::vector<planner::global::WorldBody> world;
+  planner::global::Validity validity;
+
+  struct Query {
+    std::vector<double> start;
+    std::vector<double> goal;
+    double length = 0.0;  ///< of RRT-Connect's path, shortened: what others are compared with [rad]
+  };
+  std::vector<Query> queries;
+
+  QueryScene(int boxes, planner::Random& random);
+};
+
+/// Free for the fast check and for FCL.
+[[nodiscard]] std::vector<double> draw_free(const planner::global::Validity& validity, test::FclReferee& referee,
+                                            planner::Random& random);
+
+/// Random boxes leave pockets that nothing leads out of: a query counts when either planner, with another seed, has
+/// found a way.
+[[nodiscard]] bool has_a_way(const planner::global::Validity& validity, test::FclReferee& referee,
+                             const std::vector<double>& start, const std::vector<double>& goal);
+
+/// Ten scenes of 20 boxes with 20 queries each that the straight way does not solve. Always the same.
+[[nodiscard]] const std::vector<QueryScene>& query_set();
+
+}  // namespace hecaton::bench

@@ -1,0 +1,73 @@
+#include "planner/global/timed_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include "planner/global/plan.hpp"
+#include "tests/support/fcl_referee.hpp"
+#include "tests/support/puma_among_boxes.hpp"
+
+namespace hecaton::planner::global {
+namespace {
+
+/// The whole trajectory, not the path that it was made of, is what FCL and the limits are held against.
+TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
+  int blends = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    const auto world = test::random_boxes(14, random);
+    const Validity validity({CellGeometry({test::puma()}, 0)}, world);
+    const Space space = space_of(validity, std::vector<double>(6, 0.0), std::vector<double>(6, 0.0));
+    const auto draw = [&] {
+      std::vector<float> q(space.stride);
+      do {
+        space.sample(random, q.data());
+      } while (!validity.state_free(q.data()));
+      return std::vector<double>(q.begin(), q.begin() + 6);
+    };
+    PlanOptions options;
+    options.budget.iterations = 20'000;
+    const std::vector<double> start = draw(), goal = draw();
+    const Plan found = plan(validity, start, goal, options);
+    if (!found.solved()) continue;
+    const Trajectory trajectory = timed_path(validity, found.path);
+    TimedPathOptions stopping;
+    stopping.blend.deviation = 0.0;
+    EXPECT_LE(trajectory.duration(), timed_path(validity, found.path, stopping).duration() * (1 + 1e-9));
+    for (const PathPiece& piece : trajectory.pieces()) blends += piece.blend ? 1 : 0;
+    test::FclReferee referee(validity, world);
+    const MotionLimits limits = motion_limits(validity);
+    for (int k = 0; k <= 1000; ++k) {
+      const TrajectoryPoint at = trajectory.at(trajectory.duration() * k / 1000);
+      ASSERT_FALSE(referee.collides(at.q.data())) << "seed " << seed << " sample " << k;
+      ASSERT_TRUE((at.qd.cwiseAbs().array() <= limits.velocity.array() * (1 + 1e-9)).all());
+      ASSERT_TRUE((at.qdd.cwiseAbs().array() <= limits.acceleration.array() * (1 + 1e-6)).all());
+    }
+    const Eigen::VectorXd first = trajectory.at(0).q;
+    EXPECT_EQ(std::vector<double>(first.begin(), first.end()), start);
+  }
+  EXPECT_GT(blends, 10);
+}
+
+TEST(TimedPath, BlendsKeepTheClearance) {
+  // A corner around a ball that the blend would come nearer to.
+  const Validity free({CellGeometry({test::puma()}, 0)}, {});
+  const std::vector<std::vector<double>> corner{
+      {0.0, -0.3, 1.5, 0, 0, 0}, {0.6, -0.3, 1.5, 0, 0, 0}, {0.6, -0.9, 1.5, 0, 0, 0}};
+  const auto blended_length = [&](const Validity& validity, double clearance) {
+    TimedPathOptions options;
+    options.clearance = clearance;
+    double length = 0.0;
+    const Trajectory trajectory = timed_path(validity, corner, options);
+    for (const PathPiece& piece : trajectory.pieces()) length += piece.blend ? piece.length : 0;
+    return length;
+  };
+  EXPECT_GT(blended_length(free, 0.02), 0.1);
+  // More than any point of the cell is away from the ball: no blend keeps it.
+  const WorldBody ball{world::Sphere{0.05}, Pose(Eigen::Translation3d(0.0, 0.0, 3.0)), "ball"};
+  const Validity beside({CellGeometry({test::puma()}, 0)}, std::vector{ball});
+  EXPECT_EQ(blended_length(beside, 5.0), 0.0);
+  EXPECT_GT(blended_length(beside, 0.02), 0.1);
+}
+
+}  // namespace
+}  // namespace hecaton::planner::global
