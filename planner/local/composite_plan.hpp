@@ -23,6 +23,7 @@ struct CompositeProgress {
   std::uint32_t number = 0;  ///< of that plan
   int reached = -1;          ///< the last of its points that the arm was near to; −1: it has joined
 
+  bool operator==(const CompositeProgress&) const = default;
   [[nodiscard]] bool of(int plan_proposer, std::uint32_t plan_number) const {
     return proposer == plan_proposer && number == plan_number;
   }

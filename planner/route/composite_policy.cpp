@@ -38,11 +38,12 @@ bool may_meet(const CellGeometry& geometry, int i, double influence) {
 
 }  // namespace
 
-CompositePolicy::CompositePolicy(const LocalParameters& parameters, std::uint64_t seed)
+CompositePolicy::CompositePolicy(const LocalParameters& parameters, std::uint64_t seed, std::uint32_t numbers_after)
     : after_(parameters.method == Method::kBoundaryFollowing ? parameters.route.together_after : 0.0),
       patience_(after_),
       random_(seed),
-      since_answer_(after_) {}
+      since_answer_(after_),
+      number_(numbers_after) {}
 
 std::optional<RouteQuestion> CompositePolicy::next(ArmController& controller, const TickResult& result,
                                                    std::span<const ArmObservation> arms,
@@ -100,11 +101,17 @@ void CompositePolicy::answered(const RouteAnswer& answer) {
   if (!goes || takes_part()) return;
   auto plan = std::make_shared<CompositePlan>();
   plan->number = ++number_;
+  ++proposed_;
   plan->arms = question_.planned;
   plan->points.push_back(question_.q);
   if (answer.kind == RouteAnswer::Kind::kStraight) plan->points.push_back(question_.q_goal);
   plan->points.insert(plan->points.end(), answer.points.begin(), answer.points.end());
   proposal_ = std::move(plan);
+}
+
+void CompositePolicy::resign(ArmController& controller) {
+  leave(controller);
+  proposal_.reset();
 }
 
 bool CompositePolicy::suits(const CompositePlan& plan, const ArmController& controller) const {

@@ -15,8 +15,9 @@ namespace hecaton::planner {
 
 class CompositePolicy {
  public:
-  /// `seed` of the searches. Only Method::kBoundaryFollowing takes part.
-  CompositePolicy(const LocalParameters& parameters, std::uint64_t seed);
+  /// `seed` of the searches. Only Method::kBoundaryFollowing takes part. `numbers_after`: own proposals get greater
+  /// numbers; who restarts must not use old ones again.
+  CompositePolicy(const LocalParameters& parameters, std::uint64_t seed, std::uint32_t numbers_after = 0);
 
   /// After a period of `controller`, which it leads by the points of the plan while the arm takes part in one. A
   /// question when the arm has the right of way and nevertheless comes no nearer for long: a plan for itself and all
@@ -25,6 +26,8 @@ class CompositePolicy {
                                                   std::span<const ArmObservation> arms,
                                                   std::span<const world::ObstacleState> obstacles);
   void answered(const RouteAnswer& answer);
+  /// Somebody else commands the arm: it takes part in nothing, and proposes nothing.
+  void resign(ArmController& controller);
 
   /// To be published; null: none.
   [[nodiscard]] const std::shared_ptr<const CompositePlan>& proposal() const { return proposal_; }
@@ -32,7 +35,7 @@ class CompositePolicy {
   /// The arm goes by a plan.
   [[nodiscard]] bool takes_part() const { return plan_ != nullptr; }
   /// Plans that were proposed so far.
-  [[nodiscard]] std::uint32_t proposed() const { return number_; }
+  [[nodiscard]] int proposed() const { return proposed_; }
 
  private:
   void join_or_stay(ArmController& controller, std::span<const ArmObservation> arms);
@@ -50,7 +53,8 @@ class CompositePolicy {
   RouteQuestion question_;  ///< the open one
   bool open_ = false;
   double since_answer_ = 0.0;                      ///< [s]
-  std::uint32_t number_ = 0;                       ///< of the last own proposal
+  std::uint32_t number_;                           ///< of the last own proposal
+  int proposed_ = 0;
   std::shared_ptr<const CompositePlan> proposal_;  ///< the own one
   std::shared_ptr<const CompositePlan> plan_;      ///< that the arm takes part in
   CompositeProgress progress_;

@@ -206,7 +206,7 @@ class Episode {
     if (companies_[i].policy.takes_part()) return;
     ask(routes_[i], i, now, [&](const RouteAnswer& answer) { routes_[i].policy.answered(answer, controller); });
     outcome_.arms[i].routes = routes_[i].policy.found();
-    outcome_.arms[i].composites = static_cast<int>(companies_[i].policy.proposed());
+    outcome_.arms[i].composites = companies_[i].policy.proposed();
   }
 
   template <class Policy, class Answered>

@@ -74,6 +74,51 @@ std::string ArmView::apply(const msg::GoalStatus& status) {
   return {};
 }
 
+int ArmView::index_of(const std::string& name) const {
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  return found == names_.end() ? -1 : static_cast<int>(found - names_.begin());
+}
+
+std::string ArmView::apply(const msg::CompositePlan& plan) {
+  const std::string what = "CompositePlan of " + plan.arm();
+  const int proposer = index_of(plan.arm());
+  if (proposer < 0) return what + ": no such arm in this cell";
+  auto heard = std::make_shared<planner::CompositePlan>();
+  heard->number = plan.number();
+  std::size_t joints = 0;
+  for (const std::string& name : plan.arms()) {
+    const int arm = index_of(name);
+    if (arm < 0) return what + ": arm " + name + " is not in this cell";
+    if (!heard->arms.empty() && arm <= heard->arms.back()) return what + ": its arms are not in the cell's order";
+    heard->arms.push_back(arm);
+    joints += static_cast<std::size_t>(joints_[arm]);
+  }
+  if (plan.q().size() != joints * plan.points()) {
+    return what + ": " + std::to_string(plan.q().size()) + " joint values must be " + std::to_string(plan.points()) +
+           " points of " + std::to_string(joints) + " joints";
+  }
+  auto from = plan.q().begin();
+  for (std::uint32_t point = 0; point < plan.points(); ++point) {
+    auto& at = heard->points.emplace_back();
+    for (const int arm : heard->arms) {
+      const auto q = bus::joints_from_message({from, from + joints_[arm]}, what + ": q", joints_[arm]);
+      if (!q) return q.error;
+      at.push_back(*q);
+      from += joints_[arm];
+    }
+  }
+  observations_[proposer].proposal = heard->arms.empty() ? nullptr : std::move(heard);
+  return {};
+}
+
+std::string ArmView::apply(const msg::CompositeProgress& progress) {
+  const int arm = index_of(progress.arm());
+  if (arm < 0) return "CompositeProgress of " + progress.arm() + ": no such arm in this cell";
+  const int proposer = progress.proposer().empty() ? -1 : index_of(progress.proposer());
+  observations_[arm].progress = {proposer, progress.number(), progress.reached()};
+  return {};
+}
+
 double ArmView::age(int index, Clock::time_point now) const {
   if (!heard_[index]) return std::numeric_limits<double>::infinity();
   return std::max(0.0, std::chrono::duration<double>(now - heard_[index]->at).count());

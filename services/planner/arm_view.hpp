@@ -47,6 +47,10 @@ class ArmView {
   /// Where an arm is under way to, as its planner says. A sentence when the message cannot be used.
   std::string apply(const msg::GoalStatus& status);
 
+  /// What an arm proposes to others, and which plan it has joined. A sentence when the message cannot be used.
+  std::string apply(const msg::CompositePlan& plan);
+  std::string apply(const msg::CompositeProgress& progress);
+
   [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
   /// Of its last state [s]: since it arrived and what it was delayed; infinite before the first.
   [[nodiscard]] double age(int index, Clock::time_point now) const;
@@ -58,6 +62,8 @@ class ArmView {
   [[nodiscard]] std::span<const planner::ArmObservation> observe(Clock::time_point now, const CellModeView& mode);
 
  private:
+  /// −1: there is none of this name.
+  [[nodiscard]] int index_of(const std::string& name) const;
   void observe_lost(int index, const msg::LostArm& lost);
 
   int self_;
