@@ -45,11 +45,8 @@ int main(int count, char** arguments) {
     if (words[i] == "-h" || words[i] == "--help") std::fputs(kUsage, stdout);
     if (words[i].starts_with("-")) continue;
     if (!is_group(words[i])) {
-<<<<<<< HEAD
-      std::fprintf(stderr, "hecaton-bench: '%s' must be tick, distance, growth, plays, routes or cspace\n%s",
-=======
-      std::fprintf(stderr, "hecaton-bench: '%s' must be tick, distance, growth, plays, cspace or strategies\n%s",
->>>>>>> 6240a5b (strategies: a third less time; combinations, other bases and neighbours' orders)
+      std::fprintf(stderr,
+                   "hecaton-bench: '%s' must be tick, distance, growth, plays, routes, cspace or strategies\n%s",
                    words[i].c_str(), kUsage);
       return 2;
     }
