@@ -48,7 +48,7 @@ ExitCode run(const Options& options) {
   }
   std::error_code none;
   std::filesystem::remove(options.picture, none);  // one that was there would pass for this one
-  std::FILE* gnuplot = popen("gnuplot 2>/dev/null", "w");
+  std::FILE* gnuplot = popen("gnuplot >/dev/null 2>&1", "w");
   const bool written = gnuplot != nullptr && std::fputs(text.c_str(), gnuplot) >= 0;
   const int status = gnuplot != nullptr ? pclose(gnuplot) : -1;
   constexpr int kNoProgram = 127 << 8;  // as the shell says it

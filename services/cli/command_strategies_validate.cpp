@@ -37,6 +37,11 @@ planner::SystemStrategy strategy_of(const Options& options, const config::CellFi
                                            std::to_string(results.rows.size()) + ", the strategies in " +
                                            options.strategies);
   }
+  if (static_cast<int>(results.arms.size()) != problem.arms()) {
+    throw Failure(ExitCode::kBadInput, options.strategies + " is of another cell: it has strategies for " +
+                                           std::to_string(results.arms.size()) + " arms, and this one has " +
+                                           std::to_string(problem.arms()));
+  }
   planner::SystemStrategy strategy;
   const StrategyRow& row = results.rows[options.rank - 1];
   for (int arm = 0; arm < problem.arms(); ++arm) {

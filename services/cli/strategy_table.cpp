@@ -159,7 +159,9 @@ std::string strategy_csv(const StrategyResults& results) {
 
 StrategyResults read_strategy_csv(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be read");
+  if (!file || file.peek() == std::ifstream::traits_type::eof()) {
+    throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be read, or is empty");
+  }
   int number = 0;
   const auto fail = [&](const std::string& says) {
     throw Failure(ExitCode::kBadInput, path + ": line " + std::to_string(number) + ": " + says);
@@ -186,6 +188,8 @@ StrategyResults read_strategy_csv(const std::string& path) {
     StrategyRow row;
     row.time = values[1];
     row.error = values[2];
+    constexpr double kMost = 1e15;
+    if (std::abs(values[3]) > kMost || std::abs(values[4]) > kMost) fail("no search has so many tasks or faults");
     row.tasks = static_cast<std::int64_t>(values[3]);
     row.faults = static_cast<std::int64_t>(values[4]);
     if (row.tasks < 1 || row.faults < 0 || row.faults > row.tasks) {

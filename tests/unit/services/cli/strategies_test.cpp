@@ -115,6 +115,35 @@ TEST_F(StrategiesTest, RefusesWhatCannotBe) {
   EXPECT_NE(bad.err.find("line 2: a direction must be 1 or -1"), std::string::npos) << bad.err;
 }
 
+// Files of other cells, and others that are no results: one sentence each.
+TEST_F(StrategiesTest, RefusesFilesThatDoNotFit) {
+  const auto says = [&](const std::vector<std::string>& words, const std::string& sentence) {
+    const Ran ran = run_line(words);
+    EXPECT_EQ(ran.code, ExitCode::kBadInput) << sentence;
+    EXPECT_NE(ran.err.find(sentence), std::string::npos) << ran.err;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  };
+  std::ofstream(in_folder("empty.csv")) << "";
+  const std::string first = "rank,time,time_error,tasks,faults,robot1_direction,robot1_1,robot1_2";
+  std::ofstream(in_folder("one.csv")) << first << "\n1,80,1,100,0,1,-2,1\n";
+  std::ofstream(in_folder("three.csv")) << first << ",robot2_direction,robot2_1,robot2_2,robot3_direction\n"
+                                        << "1,80,1,100,0,1,-2,1,1,2,1,1\n";
+  std::ofstream(in_folder("other.csv")) << first << ",south_direction,south_1,south_2\n1,80,1,100,0,1,-2,1,1,2,1\n";
+  std::ofstream(in_folder("fewer.csv")) << first << ",robot2_direction,robot2_1\n1,80,1,100,0,1,-2,1,1,2\n";
+  std::ofstream(in_folder("huge.csv")) << first << "\n1,80,1,1e300,0,1,-2,1\n";
+  says({"strategies", "show", in_folder("empty.csv")}, "cannot be read, or is empty");
+  says({"strategies", "show", in_folder("huge.csv")}, "line 2: no search has so many tasks");
+  const auto validate = [&](const std::string& file) {
+    return std::vector<std::string>{"strategies", "validate", kScorbots, "--strategies", in_folder(file)};
+  };
+  says(validate("one.csv"), "is of another cell: it has strategies for 1 arms");
+  says(validate("three.csv"), "is of another cell: it has strategies for 3 arms");
+  says(validate("other.csv"), "has no strategy for arm robot2");
+  says(validate("fewer.csv"), "arm robot2 must have 2 coefficients, not 1");
+  says({"strategies", "search", kScorbots, "--combine", in_folder("three.csv")},
+       "must have the strategies of two arms");
+}
+
 TEST_F(StrategiesTest, SimplexImprovesTheCellsOwn) {
   const Ran ran = run_line(
       {"strategies", "simplex", kScorbots, "--from", "0 1 1 2 1 1", "--tasks", "60", "--steps", "30", "-o", "json"});
