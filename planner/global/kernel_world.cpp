@@ -95,6 +95,10 @@ KernelWorld kernel_world(std::span<const WorldBody> bodies, const Pose& X_OW) {
     for (int k = 0; k < 9; ++k) maker.obstacle.axes[k] = static_cast<float>(X_OS.linear()(k % 3, k / 3));
     for (int k = 0; k < 3; ++k) maker.obstacle.centre[k] = static_cast<float>(X_OS.translation()[k]);
     std::visit(maker, body.shape);
+    const world::BoundingSphere ball = world::bounding_sphere(body.shape);
+    const Eigen::Vector3d middle = X_OS * ball.centre;
+    for (int k = 0; k < 3; ++k) maker.obstacle.middle[k] = static_cast<float>(middle[k]);
+    maker.obstacle.reach = static_cast<float>(ball.radius + 4.0 * rounding);
     const std::size_t lane = world.obstacles.size() % kWidth;
     world.obstacles.push_back(maker.obstacle);
     if (lane == 0) {

@@ -14,7 +14,7 @@ const NearestKernel& kernel() {
 
 }  // namespace
 
-void NearestPoints::add(const float* q) {
+void PointGroups::add(const float* q) {
   const int lane = size_ % kWidth;
   if (lane == 0) groups_.resize(groups_.size() + static_cast<std::size_t>(dimensions_) * kWidth, kFar);
   float* group = groups_.data() + groups_.size() - static_cast<std::ptrdiff_t>(dimensions_) * kWidth;
@@ -22,11 +22,11 @@ void NearestPoints::add(const float* q) {
   ++size_;
 }
 
-Neighbour NearestPoints::nearest(const float* q) const {
+Neighbour PointGroups::nearest(const float* q) const {
   return kernel().nearest(groups_.data(), (size_ + kWidth - 1) / kWidth, dimensions_, q);
 }
 
-void NearestPoints::within(const float* q, float radius, std::vector<Neighbour>& out) const {
+void PointGroups::within(const float* q, float radius, std::vector<Neighbour>& out) const {
   const int groups = (size_ + kWidth - 1) / kWidth;
   std::vector<float> distances(static_cast<std::size_t>(groups) * kWidth);
   kernel().distances2(groups_.data(), groups, dimensions_, q, distances.data());

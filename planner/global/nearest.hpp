@@ -12,13 +12,16 @@ struct Neighbour {
   float distance2 = 0.0F;  ///< squared
 };
 
-/// Compares all points, eight at a time: for the hundreds of points that trees of arms have, faster than any structure.
-class NearestPoints {
+/// Points that are compared eight at a time.
+class PointGroups {
  public:
-  explicit NearestPoints(int dimensions) : dimensions_(dimensions) {}
+  explicit PointGroups(int dimensions) : dimensions_(dimensions) {}
 
   void add(const float* q);
   [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] float coordinate(int i, int j) const {
+    return groups_[static_cast<std::size_t>(i / kWidth * dimensions_ + j) * kWidth + i % kWidth];
+  }
   /// The first of the nearest; none (−1) of no points.
   [[nodiscard]] Neighbour nearest(const float* q) const;
   /// All points nearer than `radius`, in the order of their indices.
@@ -27,7 +30,7 @@ class NearestPoints {
  private:
   int dimensions_;
   int size_ = 0;
-  std::vector<float> groups_;  ///< eight points a group, coordinate by coordinate; filled up with far ones
+  std::vector<float> groups_;  ///< coordinate by coordinate; filled up with far ones
 };
 
 /// The kernel's two compilations.

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planner/global/nearest.hpp"
+#include "planner/global/nearest_points.hpp"
 #include "planner/global/search.hpp"
 
 namespace hecaton::planner::global {

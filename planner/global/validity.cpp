@@ -115,6 +115,12 @@ Validity::Validity(std::vector<CellGeometry> planned, std::span<const WorldBody>
     first_body.push_back(static_cast<int>(robot_.bodies.size()));
     add_arm(geometry, static_cast<int>(robot_.frames.size()), first_body.back());
   }
+  if (robot_.bodies.size() > kMostBodies || robot_.balls.size() > kMostBalls) {
+    throw std::invalid_argument("arms of " + std::to_string(robot_.bodies.size()) + " bodies and " +
+                                std::to_string(robot_.balls.size()) + " balls that cover them; at most " +
+                                std::to_string(kMostBodies) + " and " + std::to_string(kMostBalls) +
+                                " can be planned as one");
+  }
   add_pairs(first_body);
   levers_ = body_levers(planned_);
   for (int i = static_cast<int>(robot_.bodies.size()) - 1; i >= 0; --i) {

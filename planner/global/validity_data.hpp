@@ -11,6 +11,8 @@ namespace hecaton::planner::global {
 inline constexpr int kWidth = 8;
 inline constexpr int kMostDimensions = 48;  ///< joints of all planned arms together
 inline constexpr int kMostFrames = kMostDimensions;
+inline constexpr int kMostBodies = 512;
+inline constexpr int kMostBalls = 4096;
 
 /// A moving joint and the frame behind it. Frames are turned so that every joint moves about or along its own z.
 struct KernelFrame {
@@ -59,6 +61,8 @@ struct KernelObstacle {
   std::array<float, 3> half{};  ///< box: half extents; capsule, cylinder: radius, –, half length; sphere: radius [m]
   int first = 0;                ///< convex: of KernelWorld::planes
   int count = 0;
+  std::array<float, 3> middle{};  ///< a ball of radius `reach` around this encloses it [m]
+  float reach = 0.0F;
 };
 
 /// n · x − offset > 0 outside.

@@ -94,6 +94,7 @@ class Block {
   Block(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const KernelSweep& sweep,
         const V* q)
       : robot_(robot), world_(world), exact_(exact), sweep_(sweep) {
+    std::memset(known_, 0, robot.bodies.size());
     for (int i = 0; i < robot.dimensions; ++i) place(i, q[i]);
   }
 
@@ -107,8 +108,7 @@ class Block {
     for (std::size_t i = 0; i < robot_.pairs.size(); ++i) {
       const KernelPair& pair = robot_.pairs[i];
       const float growth = kSwept ? sweep_.pair_growth[i] : 0.0F;
-      note(pair_hits(robot_.bodies[pair.a], robot_.bodies[pair.b], pair.padding + growth), pair.a, pair.b, false,
-           growth);
+      note(pair_hits(pair, pair.padding + growth), pair.a, pair.b, false, growth);
       if (decided()) return hits_;
     }
     for (int i = 0; i < doubts_count_ && !decided(); ++i) resolve(doubts_[i], any_is_enough);
@@ -203,10 +203,27 @@ class Block {
     return frame < 0 ? constant(ball.centre.data()) : placed(frames_[frame], ball.centre.data());
   }
 
+  /// Centres of the ball around a body and of those that cover it, computed when they are first asked for.
+  const Vec& bound_of(int body) {
+    if ((known_[body] & 1U) == 0) {
+      bounds_[body] = centre(robot_.bodies[body].frame, robot_.bodies[body].bound);
+      known_[body] |= 1U;
+    }
+    return bounds_[body];
+  }
+  const Vec* balls_of(int index) {
+    const KernelBody& body = robot_.bodies[index];
+    if ((known_[index] & 2U) == 0) {
+      for (int i = body.first; i < body.first + body.count; ++i) balls_[i] = centre(body.frame, robot_.balls[i]);
+      known_[index] |= 2U;
+    }
+    return balls_ + body.first;
+  }
+
   /// The ball around the body in all lanes at once decides which obstacles are looked at, eight of them at a time.
   void world_hits(int index) {
     const KernelBody& body = robot_.bodies[index];
-    const Vec bound = centre(body.frame, body.bound);
+    const Vec& bound = bound_of(index);
     const float growth = growth_of(index);
     const float around = padding() + growth;
     const float r = body.bound.radius + around;
@@ -220,18 +237,24 @@ class Block {
                            (side(2) <= high_z) & (side(5) >= low_z));
       for (; near != 0; near &= near - 1) {
         const int obstacle = static_cast<int>(group) * kWidth + __builtin_ctz(near);
-        note(obstacle_hits(body, bound, world_.obstacles[obstacle], around), index, obstacle, true, growth);
+        const KernelObstacle& met = world_.obstacles[obstacle];
+        // Lanes that are known to collide need no more looks.
+        const float reach = r + met.reach;
+        const Vec d = bound - constant(met.middle.data());
+        if ((bits(dot(d, d) < all_floats(reach * reach)) & ~hits_) == 0) continue;
+        note(obstacle_hits(index, bound, met, around), index, obstacle, true, growth);
       }
     }
   }
 
-  Hits obstacle_hits(const KernelBody& body, const Vec& bound, const KernelObstacle& obstacle, float around) const {
+  Hits obstacle_hits(int index, const Vec& bound, const KernelObstacle& obstacle, float around) {
+    const KernelBody& body = robot_.bodies[index];
     const Hits near = ball_hits(bound, body.bound, obstacle, around);
-    if (near.maybe == 0 || body.count == 1) return near;
+    if ((near.maybe & ~hits_) == 0 || body.count == 1) return near;
+    const Vec* balls = balls_of(index);
     Hits hits;
-    for (int i = body.first; i < body.first + body.count; ++i) {
-      const KernelBall& ball = robot_.balls[i];
-      hits.add(ball_hits(centre(body.frame, ball), ball, obstacle, around));
+    for (int i = 0; i < body.count; ++i) {
+      hits.add(ball_hits(balls[i], robot_.balls[body.first + i], obstacle, around));
     }
     return hits;
   }
@@ -281,24 +304,27 @@ class Block {
   }
 
   /// `around`: added to the distance at which two balls meet [m].
-  Hits pair_hits(const KernelBody& a, const KernelBody& b, float around) const {
+  Hits pair_hits(const KernelPair& pair, float around) {
+    const KernelBody& a = robot_.bodies[pair.a];
+    const KernelBody& b = robot_.bodies[pair.b];
     const auto distance2 = [](const Vec& p, const Vec& q) {
       const Vec d = p - q;
       return dot(d, d);
     };
     const auto within = [](V d2, float radius) { return bits(d2 < all_floats(radius * radius)); };
-    const Vec bound_b = centre(b.frame, b.bound);
-    if (within(distance2(centre(a.frame, a.bound), bound_b), a.bound.radius + b.bound.radius + around) == 0) {
-      return {};
-    }
+    const Vec& bound_b = bound_of(pair.b);
+    const unsigned near = within(distance2(bound_of(pair.a), bound_b), a.bound.radius + b.bound.radius + around);
+    if ((near & ~hits_) == 0) return {};
+    const Vec* balls_a = balls_of(pair.a);
+    const Vec* balls_b = balls_of(pair.b);
     Hits hits;
-    for (int i = a.first; i < a.first + a.count; ++i) {
-      const KernelBall& ball = robot_.balls[i];
-      const Vec p = centre(a.frame, ball);
-      if (within(distance2(p, bound_b), ball.radius + b.bound.radius + around) == 0) continue;
-      for (int k = b.first; k < b.first + b.count; ++k) {
-        const KernelBall& other = robot_.balls[k];
-        const V d2 = distance2(p, centre(b.frame, other));
+    for (int i = 0; i < a.count; ++i) {
+      const KernelBall& ball = robot_.balls[a.first + i];
+      const unsigned meets = within(distance2(balls_a[i], bound_b), ball.radius + b.bound.radius + around);
+      if ((meets & ~hits_) == 0) continue;
+      for (int k = 0; k < b.count; ++k) {
+        const KernelBall& other = robot_.balls[b.first + k];
+        const V d2 = distance2(balls_a[i], balls_b[k]);
         hits.maybe |= within(d2, ball.radius + other.radius + around);
         if (ball.inner > 0.0F && other.inner > 0.0F) hits.sure |= within(d2, ball.inner + other.inner);
       }
@@ -315,6 +341,9 @@ class Block {
   int doubts_count_ = 0;
   Doubt doubts_[kMostDoubts];
   Frame frames_[kMostFrames];
+  unsigned char known_[kMostBodies];  ///< bit 0: of bounds_, bit 1: of balls_
+  Vec bounds_[kMostBodies];
+  Vec balls_[kMostBalls];
 };
 
 void to_lanes(const KernelRobot& robot, const float* q, int stride, V* lanes) {

@@ -11,17 +11,22 @@
 namespace {
 
 constexpr const char* kUsage =
-    "usage: hecaton-bench-plan [motionbenchmaker URDF SRDF PROBLEMS] [Google Benchmark's options]\n"
-    "\n"
-    "Alone: random configurations of a PUMA 560 among 21 boxes, and of three as one, beside FCL; the methods on "
-    "random\n"
-    "queries among 20 boxes, RRT-Connect beside OMPL's with FCL at the same step and with an explicit condition to "
-    "end.\n"
-    "motionbenchmaker: RRT-Connect on the pairs of sceneNNNN.yaml and requestNNNN.yaml below PROBLEMS; `certified`:\n"
-    "paths looked at ten times as finely, and planned anew where that finds something.\n"
-    "Times in microseconds; simplified: search and shortening; invalid: paths in which FCL, at steps a tenth of the\n"
-    "planner's, finds a collision; permissive: configurations called free that FCL calls colliding.\n"
-    "Exit codes: 0 done, 2 usage, 3 bad input.\n\n";
+    R"(usage: hecaton-bench-plan [motionbenchmaker URDF SRDF PROBLEMS] [Google Benchmark's options]
+
+Alone, or what --benchmark_filter=REGEX chooses of it:
+  plan/      random configurations of a PUMA 560 among 21 boxes, and of three as one, beside FCL; the methods on random
+             queries among 20 boxes, RRT-Connect beside OMPL's with FCL at the same step and with an explicit condition
+             to end
+  methods/   all methods, the potential fields too, on the same 200 queries
+  roadmap/   a roadmap that is kept between queries, and after a box has moved
+  nearest/   nearest points by a scan and by a tree
+motionbenchmaker: RRT-Connect on the pairs of sceneNNNN.yaml and requestNNNN.yaml below PROBLEMS; `certified`: paths
+proven free everywhere, and planned anew where that fails.
+Times in microseconds of processor time; simplified: search and shortening; invalid: paths in which FCL, at steps a
+tenth of the planner's, finds a collision; permissive: configurations called free that FCL calls colliding.
+Exit codes: 0 done, 2 usage, 3 bad input.
+
+)";
 
 }  // namespace
 

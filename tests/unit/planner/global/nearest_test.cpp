@@ -1,7 +1,6 @@
-#include "planner/global/nearest.hpp"
-
 #include <gtest/gtest.h>
 
+#include "planner/global/nearest_points.hpp"
 #include "planner/global/space.hpp"
 #include "planner/simd/instruction_set.hpp"
 
@@ -35,6 +34,52 @@ TEST(NearestPoints, AreThoseThatAreFoundOneByOne) {
       for (int k = 0; k < points.size(); ++k) count += space.distance(points[k], q.data()) < 1.9999F ? 1 : 0;
       EXPECT_GE(static_cast<int>(near.size()), count);
     }
+  }
+}
+
+TEST(KdTree, SaysWhatTheScanSaysToTheLastBit) {
+  Random random(9);
+  for (const int dimensions : {1, 2, 3, 6, 7, 12, 18}) {
+    PointGroups all(dimensions);
+    KdTree tree(dimensions);
+    std::vector<float> q(dimensions, 0.0F);
+    EXPECT_EQ(tree.nearest(q.data()).index, -1);
+    for (int i = 0; i < 3000; ++i) {
+      // Some on a coarse grid: many points and many distances are the same.
+      for (float& x : q) {
+        x = static_cast<float>(random.uniform(-3.0, 3.0));
+        if (i % 2 == 0) x = std::round(x);
+      }
+      all.add(q.data());
+      tree.add(q.data());
+      for (float& x : q) x = i % 3 == 0 ? std::round(2 * x) / 2 : static_cast<float>(random.uniform(-3.0, 3.0));
+      const Neighbour scanned = all.nearest(q.data());
+      const Neighbour found = tree.nearest(q.data());
+      ASSERT_EQ(found.index, scanned.index) << dimensions << " " << i;
+      ASSERT_EQ(found.distance2, scanned.distance2);
+    }
+  }
+}
+
+TEST(KdTree, HoldsManyOfTheSamePoint) {
+  KdTree tree(2);
+  const float q[] = {1.0F, 2.0F};
+  for (int i = 0; i < 500; ++i) tree.add(q);
+  EXPECT_EQ(tree.nearest(q).index, 0);
+  EXPECT_EQ(tree.size(), 500);
+}
+
+TEST(NearestPoints, GoOnAsATreeWhereThatIsFaster) {
+  Random random(10);
+  PointGroups all(2);
+  NearestPoints points(2);
+  std::vector<float> q(2);
+  for (int i = 0; i < NearestPoints::worth_a_tree(2) + 100; ++i) {
+    for (float& x : q) x = static_cast<float>(random.uniform(-3.0, 3.0));
+    all.add(q.data());
+    points.add(q.data());
+    for (float& x : q) x = static_cast<float>(random.uniform(-3.0, 3.0));
+    ASSERT_EQ(points.nearest(q.data()).index, all.nearest(q.data()).index);
   }
 }
 

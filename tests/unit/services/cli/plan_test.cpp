@@ -84,6 +84,13 @@ TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
   EXPECT_LT(duration("0.1"), duration("0"));
 }
 
+TEST(PlanCommand, RefusesATrajectoryOfWhoGoesItself) {
+  const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--to", "across",
+                            "--method", "known_cspace", "--trajectory", "10ms"});
+  EXPECT_EQ(ran.code, ExitCode::kUsage);
+  EXPECT_NE(ran.err.find("--trajectory is not for known_cspace"), std::string::npos) << ran.err;
+}
+
 TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {
   const Ran ran =
       run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--arm", "east", "--to", "ready", "-o", "json"});
@@ -227,6 +234,24 @@ TEST(PlanCommand, SaysWhyThereIsNoWayThroughCspace) {
   EXPECT_EQ(six.code, ExitCode::kBadInput);
   EXPECT_NE(six.err.find("--method = sensed_cspace must be given to an arm of two links"), std::string::npos)
       << six.err;
+}
+
+TEST(PlanCommand, DrawsTheTreeOfARobotOfTwoJoints) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("tree" + std::to_string(::getpid()) + ".svg");
+  for (const std::string method : {"rrt_connect", "rrt", "est", "prm"}) {
+    const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--to",
+                              "across", "--method", method, "--plot", file.string(), "-o", "json"});
+    ASSERT_EQ(ran.code, ExitCode::kDone) << method << ran.err << ran.out;
+    std::stringstream picture;
+    picture << std::ifstream(file).rdbuf();
+    const std::string text = picture.str();
+    // One circle a node, and those of start and goal.
+    std::size_t circles = 0;
+    for (std::size_t at = text.find("<circle"); at != std::string::npos; at = text.find("<circle", at + 1)) ++circles;
+    EXPECT_EQ(circles, Json::parse(ran.out)["nodes"].get<std::size_t>() + 2) << method;
+  }
+  std::filesystem::remove(file);
 }
 
 TEST(PlanCommand, SaysInWhatADescentEnded) {

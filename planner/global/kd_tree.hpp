@@ -1,0 +1,47 @@
+#pragma once
+/// The nearest of many points, by a tree over them.
+
+#include <vector>
+
+#include "planner/global/nearest.hpp"
+
+namespace hecaton::planner::global {
+
+/// Points in buckets that are cut in halves at the median of their widest coordinate when they overflow [Bentley75].
+/// Built as points come; not balanced again: those of trees and roadmaps come from all over the space.
+class KdTree {
+ public:
+  explicit KdTree(int dimensions);
+
+  void add(const float* q);
+  [[nodiscard]] int size() const { return size_; }
+  /// The first of the nearest; none (−1) of no points. As the scan of NearestPoints says it, to the last bit.
+  [[nodiscard]] Neighbour nearest(const float* q) const;
+
+ private:
+  struct Node {
+    int axis = -1;  ///< −1: a bucket
+    float cut = 0.0F;
+    int below = -1;  ///< index of nodes_; of a bucket: of buckets_
+    int above = -1;
+  };
+  struct Bucket {
+    PointGroups points;
+    std::vector<int> indices;
+  };
+  struct Query {
+    const float* q;
+    Neighbour best;
+    float offsets[kMostDimensions];  ///< from q to the node's box, by coordinate
+  };
+
+  void split(int node);
+  void visit(int node, float bound, Query& query) const;
+
+  int dimensions_;
+  int size_ = 0;
+  std::vector<Node> nodes_;
+  std::vector<Bucket> buckets_;
+};
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,31 @@
+#pragma once
+/// The nearest of a growing set of points, by what is fastest at its size.
+
+#include <optional>
+
+#include "planner/global/kd_tree.hpp"
+
+namespace hecaton::planner::global {
+
+/// Compares all of them while they are few, and goes by a tree when they are many: both say the same to the last bit.
+class NearestPoints {
+ public:
+  explicit NearestPoints(int dimensions) : dimensions_(dimensions), all_(dimensions) {}
+
+  void add(const float* q);
+  [[nodiscard]] int size() const { return all_.size(); }
+  /// The first of the nearest; none (−1) of no points.
+  [[nodiscard]] Neighbour nearest(const float* q) const { return tree_ ? tree_->nearest(q) : all_.nearest(q); }
+  /// All points nearer than `radius`, in the order of their indices.
+  void within(const float* q, float radius, std::vector<Neighbour>& out) const { all_.within(q, radius, out); }
+
+  /// From so many points on a tree is faster, as measured by `hecaton-bench-plan` (docs/global-planning.md).
+  [[nodiscard]] static int worth_a_tree(int dimensions);
+
+ private:
+  int dimensions_;
+  PointGroups all_;
+  std::optional<KdTree> tree_;
+};
+
+}  // namespace hecaton::planner::global

@@ -1,0 +1,61 @@
+/// The nearest of many points: a scan in lanes beside a tree, to tell from how many points on the tree pays.
+
+#include <string>
+
+#include "planner/global/kd_tree.hpp"
+#include "planner/local/random.hpp"
+#include "tests/bench/timings.hpp"
+
+namespace hecaton::bench {
+namespace {
+
+using namespace planner;
+using namespace planner::global;
+
+constexpr int kQueries = 200;
+
+/// Points and queries all over a box: as samples of a search are.
+void scan_beside_tree(benchmark::State& state) {
+  const auto points = static_cast<int>(state.range(0));
+  const auto dimensions = static_cast<int>(state.range(1));
+  Random random(1);
+  std::vector<float> q(dimensions);
+  const auto draw = [&] {
+    for (float& x : q) x = static_cast<float>(random.uniform(-3.0, 3.0));
+    return q.data();
+  };
+  PointGroups all(dimensions);
+  KdTree tree(dimensions);
+  const double scan_adds = processor_time_once([&] {
+    for (int i = 0; i < points; ++i) all.add(draw());
+  });
+  random = Random(1);
+  const double tree_adds = processor_time_once([&] {
+    for (int i = 0; i < points; ++i) tree.add(draw());
+  });
+  Timings scanned, found;
+  for (auto _ : state) {
+    for (int i = 0; i < kQueries; ++i) {
+      draw();
+      scanned.add(processor_time_once([&] { benchmark::DoNotOptimize(all.nearest(q.data())); }));
+      found.add(processor_time_once([&] { benchmark::DoNotOptimize(tree.nearest(q.data())); }));
+    }
+    set_iteration_time(state, scanned.total());
+  }
+  state.counters["scan_p50_us"] = scanned.percentile(0.5);
+  state.counters["tree_p50_us"] = found.percentile(0.5);
+  state.counters["scan_mean_us"] = scanned.total() / kQueries;
+  state.counters["tree_mean_us"] = found.total() / kQueries;
+  state.counters["tree_add_us"] = (tree_adds - scan_adds) / points;
+}
+
+BENCHMARK(scan_beside_tree)
+    ->Name("nearest/scan_and_tree")
+    ->ArgNames({"points", "dimensions"})
+    ->ArgsProduct({{256, 1000, 4000, 10'000, 30'000, 100'000}, {2, 3, 6, 7, 9, 12, 18}})
+    ->Iterations(1)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace hecaton::bench
