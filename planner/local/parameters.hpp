@@ -91,7 +91,7 @@ struct RolloutParameters {
 /// When an arm asks a global planner for a way around everything as it stands (planner/route).
 struct RouteParameters {
   double after = 1.0;           ///< when it has not come nearer to its goal for so long [s]; 0: never
-  double together_after = 4.0;  ///< the same with the right of way: it proposes a plan for all that can come near [s]
+  double together_after = 2.0;  ///< the same with the right of way: it proposes a plan for all that can come near [s]
 };
 
 /// How long an arm remembers what it saw (docs/design/0012-sensed-cspace.md says when it then arrives).

@@ -61,5 +61,10 @@ TEST(LiveExperiments, RoutesLeadThroughANarrowPassageOverDds) {
   EXPECT_EQ(run_live("narrow_passage", 3)["reached"], 3);
 }
 
+// Two discs exchange places in a corridor: by a plan that one proposes and the other joins.
+TEST(LiveExperiments, APlanForBothLetsTwoArmsPassEachOtherOverDds) {
+  EXPECT_EQ(run_live("corridor", 2)["reached"], 2);
+}
+
 }  // namespace
 }  // namespace hecaton

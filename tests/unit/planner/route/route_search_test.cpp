@@ -1,5 +1,8 @@
 #include "planner/route/route_search.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/planner/route/room.hpp"
@@ -92,6 +95,41 @@ TEST_F(RouteSearchTest, FromWhereTheDampersHoldTheArm) {
   const auto answer = ask(test::wall_with_gap(1.5, 0.4), stuck, joints({1, 0}));
   ASSERT_EQ(answer.kind, Kind::kFound);
   EXPECT_GT(least_room(stuck, answer), 0.0);
+}
+
+// Two balls exchange places where one of them must step aside into the gap between two walls.
+TEST_F(RouteSearchTest, ArmsThatArePlannedAsOneKeepRoomFromEachOther) {
+  std::vector<Arm> arms{test::planar_point("left"), test::planar_point("right")};
+  for (Arm& arm : arms) {
+    arm.limits.lower = joints({-1.2, -0.12});
+    arm.limits.upper = joints({1.2, 0.5});
+  }
+  const std::vector<world::Obstacle> boxes{test::box_obstacle("south", {0, -0.2, 0}, {2, 0.05, 0.5}),
+                                           test::box_obstacle("west", {-1.2, 0.4, 0}, {1, 0.25, 0.5}),
+                                           test::box_obstacle("east", {1.2, 0.4, 0}, {1, 0.25, 0.5})};
+  RouteSearch search(arms, {parameters_, parameters_}, 0);
+  search.set_obstacles(boxes);
+  RouteQuestion question;
+  question.planned = {0, 1};
+  question.q = {joints({-1, 0}), joints({1, 0})};
+  question.q_goal = {joints({1, 0}), joints({-1, 0})};
+  question.arms = question.q;
+  question.obstacles = test::states_of(boxes);
+  const RouteAnswer answer = search.answer(question);
+  ASSERT_EQ(answer.kind, Kind::kFound);
+  EXPECT_EQ(answer.points.back(), question.q_goal);
+  JointPoint from = question.q;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const JointPoint& to : answer.points) {
+    for (int k = 0; k <= 20; ++k) {
+      const JointVector a = from[0] + 0.05 * k * (to[0] - from[0]);
+      const JointVector b = from[1] + 0.05 * k * (to[1] - from[1]);
+      nearest = std::min({nearest, (a - b).norm() - 0.1, test::room_at(a, boxes, question.obstacles),
+                          test::room_at(b, boxes, question.obstacles)});
+    }
+    from = to;
+  }
+  EXPECT_GT(nearest, parameters_.damper.security_distance);
 }
 
 TEST_F(RouteSearchTest, TheSameQuestionHasTheSameAnswer) {
