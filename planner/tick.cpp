@@ -84,12 +84,33 @@ struct BuiltRows {
   int count = 0;
   double stop_time = std::numeric_limits<double>::infinity();  ///< no longer than this while these things are near [s]
   double nearest = std::numeric_limits<double>::infinity();    ///< of obstacles and other arms [m]
+  double nearest_moving = std::numeric_limits<double>::infinity();  ///< of obstacles that move [m]
 };
+
+/// A thing that must be fled loosens the limit near things only where that leaves too little for the flight: where all
+/// joints together, no faster than it allows, part the pair less than this many times as fast as is asked. (Twice,
+/// because other rows may need some of the joints.)
+constexpr double kSpareFlight = 2.0;
+/// Then stops may take this many times longer: a single stop at once still ends before contact
+/// (docs/design/0001-braking.md, "Flight").
+constexpr double kLongerInFlight = 2.0;
+
+bool flees_slowly(const JointLimits& limits, const Row& row, double stop_time) {
+  const auto slower = limits.velocity.array().min(limits.acceleration.array() * stop_time);
+  return (row.g.array().abs() * slower).sum() >= -kSpareFlight * row.h;
+}
+
+/// What is slower than this stands: no retreat from it can fail for long [m/s].
+constexpr double kMoves = 0.02;
+
+bool moves(const world::ObstacleState& state) {
+  return state.velocity.linear.squaredNorm() > kMoves * kMoves || !state.velocity.angular.isZero();
+}
 
 BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::span<const Clearance> clearances,
                      std::span<Row> rows) {
   BuiltRows built;
-  bool flees = false;
+  const JointLimits& limits = scene.geometry.own_arm().limits;
   for (int i = 0; i < static_cast<int>(clearances.size()) && built.count < static_cast<int>(rows.size()); ++i) {
     Row& row = rows[built.count];
     row = velocity_damper(scene, clearances[i]);
@@ -97,15 +118,21 @@ BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::
     // What no joint moves cannot be helped by moving: such a row would only make the others infeasible.
     const double reach = row.g.cwiseAbs().dot(fastest);
     if (reach > 0.0) built.stop_time = std::min(built.stop_time, row.stop_time);
-    flees = flees || (reach > 0.0 && row.h < 0.0);
     if (reach > 0.0 && clearances[i].counterpart != Counterpart::kSelf) {
       built.nearest = std::min(built.nearest, clearances[i].distance);
+      if (clearances[i].counterpart == Counterpart::kObstacle && moves(scene.obstacles[clearances[i].other])) {
+        built.nearest_moving = std::min(built.nearest_moving, clearances[i].distance);
+      }
     }
     const bool can_bind = reach > row.h;
     if (reach > 0.0 && (row.influences || can_bind)) ++built.count;
   }
-  // What must be fled is fled as fast as the arm can.
-  if (flees) built.stop_time = std::numeric_limits<double>::infinity();
+  const auto kept = rows.first(built.count);
+  const double stop_time = built.stop_time;
+  if (std::any_of(kept.begin(), kept.end(),
+                  [&](const Row& row) { return row.h < 0.0 && !flees_slowly(limits, row, stop_time); })) {
+    built.stop_time *= kLongerInFlight;
+  }
   return built;
 }
 
@@ -174,6 +201,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   result.q = input.q + 0.5 * (input.qd + local.qd) * input.dt;
   result.rows = rows.count;
   result.room = rows.nearest - parameters.damper.security_distance;
+  result.room_of_moving = rows.nearest_moving - parameters.damper.security_distance;
   result.relaxed = local.relaxed;
   result.thinks = local.thinks;
   result.near = std::any_of(s.rows.begin(), s.rows.begin() + rows.count, [](const Row& row) { return row.influences; });

@@ -55,6 +55,7 @@ struct TickResult {
   /// The least distance of what it can move from obstacles and other arms, beyond dₛ, when the period began [m]; as far
   /// as it was measured: infinite when nothing is near.
   double room = std::numeric_limits<double>::infinity();
+  double room_of_moving = std::numeric_limits<double>::infinity();  ///< the same from obstacles that move [m]
   bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
   int redraws = 0;       ///< subspaces drawn for this goal
 };

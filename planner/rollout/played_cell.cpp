@@ -19,12 +19,17 @@ void PlayedCell::set_obstacles(std::span<const world::Obstacle> obstacles) {
   }
 }
 
-void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles) {
+void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles,
+                       std::span<const Eigen::Vector3d> accelerations, double dt) {
   time_ = 0.0;
+  dt_ = dt;
+  accelerations_.assign(accelerations.begin(), accelerations.end());
+  accelerations_.resize(obstacles.size(), Eigen::Vector3d::Zero());
   arms_.assign(arms.begin(), arms.end());
   obstacles_.assign(obstacles.begin(), obstacles.end());
   reached_.assign(arms.size(), -1.0);
   room_.assign(arms.size(), std::numeric_limits<double>::infinity());
+  room_of_moving_ = room_;
   seen_.resize(arms.size());
   for (world::ObstacleState& obstacle : obstacles_) obstacle.age = 0.0;
 }
@@ -58,13 +63,19 @@ void PlayedCell::step() {
     TickMemory memory{std::move(arm.memory)};
     const TickResult result = tick(geometries_[i], parameters_[i], input, memory, scratch_[i]);
     arm.memory = std::move(memory.local);
-    if (time_ <= kForeseen + 0.5 * dt_) room_[i] = std::min(room_[i], result.room);
+    if (time_ <= kForeseen + 0.5 * dt_) {
+      room_[i] = std::min(room_[i], result.room);
+      room_of_moving_[i] = std::min(room_of_moving_[i], result.room_of_moving);
+    }
     arm.q = result.q;
     arm.qd = result.qd;
     if (result.status == TickStatus::kReached && reached_[i] < 0.0) reached_[i] = time_;
   }
-  for (world::ObstacleState& obstacle : obstacles_) {
+  const double gain = std::max(0.0, 1.0 - time_ / kAccelerates) * dt_;
+  for (std::size_t i = 0; i < obstacles_.size(); ++i) {
+    world::ObstacleState& obstacle = obstacles_[i];
     obstacle.X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, dt_);
+    obstacle.velocity.linear += gain * accelerations_[i];
   }
 }
 

@@ -12,6 +12,8 @@ namespace hecaton::planner {
 
 /// What obstacles do is foreseen for so long: later they have turned, or others have come [s].
 inline constexpr double kForeseen = 1.5;
+/// How an obstacle accelerates now says less and less about the next second, and nothing about later [s].
+inline constexpr double kAccelerates = 1.0;
 
 /// One arm when the play begins.
 struct PlayedArm {
@@ -31,8 +33,13 @@ class PlayedCell {
 
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// Begins anew. `obstacles`: one per obstacle.
-  void begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles);
+  /// Begins anew, in steps of `dt`. `obstacles`: one per obstacle; `accelerations`: theirs when the play begins [m/s²],
+  /// or none.
+  void begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles,
+             std::span<const Eigen::Vector3d> accelerations, double dt);
+  void begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles) {
+    begin(arms, obstacles, {}, dt_);
+  }
   /// dt forward: all arms tick on the same instant.
   void step();
 
@@ -46,6 +53,7 @@ class PlayedCell {
   [[nodiscard]] double reached(int i) const { return reached_[i]; }
   /// The least room (TickResult) that arm i has had in the first `kForeseen` seconds [m].
   [[nodiscard]] double room(int i) const { return room_[i]; }
+  [[nodiscard]] double room_of_moving(int i) const { return room_of_moving_[i]; }
 
  private:
   /// As its planner tells the others: whoever has arrived needs no room any more.
@@ -59,8 +67,10 @@ class PlayedCell {
   std::vector<PlayedArm> arms_;
   std::vector<double> reached_;
   std::vector<double> room_;
+  std::vector<double> room_of_moving_;
   std::vector<ArmObservation> seen_;
   std::vector<world::ObstacleState> obstacles_;
+  std::vector<Eigen::Vector3d> accelerations_;  ///< of obstacles when the play began [m/s²]
 };
 
 }  // namespace hecaton::planner

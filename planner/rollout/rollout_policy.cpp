@@ -11,6 +11,8 @@ constexpr double kOutOfTrouble = 0.5;
 constexpr double kLongestThought = 0.15;
 /// Between two looks at what comes; an arm at 3 rad/s and an obstacle at 1 m/s go half a metre [s].
 constexpr double kForesightInterval = 0.1;
+/// Over so long the change of an obstacle's velocity is measured [s].
+constexpr double kCourse = 0.05;
 /// What is slower than this is left to the dampers [m/s].
 constexpr double kMoves = 0.02;
 /// Ways out that are tried, for each manoeuvre of an arm that is held back: a look ahead is short, and a way out rare.
@@ -83,6 +85,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
 
 RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed)
     : parameters_(parameters.rollout),
+      strongest_(parameters.acceleration_of_obstacles),
       random_(seed),
       since_answer_(parameters.rollout.interval),
       since_foresight_(kForesightInterval),
@@ -94,6 +97,30 @@ void RolloutPolicy::prepare(ArmController& controller) const {
   const bool could_ask =
       open_ != Open::kHeldBack && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
   if (could_ask) controller.think_first(kLongestThought);
+}
+
+/// States come with ages of their own: what counts is how far apart the instants are at which they were true.
+void RolloutPolicy::watch(std::span<const world::ObstacleState> obstacles, double dt) {
+  const bool anew = courses_.size() != obstacles.size();
+  courses_.resize(obstacles.size());
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    Course& course = courses_[i];
+    const Eigen::Vector3d& velocity = obstacles[i].velocity.linear;
+    if (anew) course = {velocity, obstacles[i].age, Eigen::Vector3d::Zero()};
+    course.since += dt;
+    const double between = course.since - obstacles[i].age;
+    if (between < kCourse) continue;
+    course.acceleration = (velocity - course.velocity) / between;
+    if (course.acceleration.norm() > strongest_) course.acceleration.setZero();
+    course.velocity = velocity;
+    course.since = obstacles[i].age;
+  }
+}
+
+std::vector<Eigen::Vector3d> RolloutPolicy::accelerations() const {
+  std::vector<Eigen::Vector3d> all;
+  for (const Course& course : courses_) all.push_back(course.acceleration);
+  return all;
 }
 
 std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controller, const TickResult& result,
@@ -108,22 +135,27 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_foresight_ += dt;
+  if (parameters_.candidates > 0) watch(obstacles, dt);
   if (open_ != Open::kNone || parameters_.candidates == 0) return std::nullopt;
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     if (i != controller.geometry().self() && !arms[i].known) return std::nullopt;
   }
-  if (trouble && since_answer_ >= parameters_.interval) {
+  // What comes is looked at first: the other search may take long.
+  const bool looks = since_foresight_ >= kForesightInterval && something_comes(controller, result, obstacles);
+  if (!looks && trouble && since_answer_ >= parameters_.interval) {
     open_ = Open::kHeldBack;
     RolloutQuestion question = make_question(controller, arms, obstacles);
+    question.accelerations = accelerations();
     question.candidates = parameters_.candidates;
     question.horizon = horizon_;
     question.seed = random_.next();
     horizon_ = std::min(parameters_.longest_horizon, horizon_ * parameters_.horizon_growth);
     return question;
   }
-  if (since_foresight_ < kForesightInterval || !something_comes(controller, result, obstacles)) return std::nullopt;
+  if (!looks) return std::nullopt;
   open_ = Open::kForesight;
   RolloutQuestion question = make_question(controller, arms, obstacles);
+  question.accelerations = accelerations();
   question.candidates = kEscapes * parameters_.candidates;
   question.horizon = kForeseen;
   question.seed = random_.next();

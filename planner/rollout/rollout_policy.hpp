@@ -31,8 +31,19 @@ class RolloutPolicy {
 
  private:
   enum class Open : std::uint8_t { kNone, kHeldBack, kForesight };
+  /// What is known of how an obstacle's velocity changes.
+  struct Course {
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< when it was last looked at [m/s]
+    double since = 0.0;                                      ///< that was true [s]
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< from then to the look before [m/s²]
+  };
+
+  void watch(std::span<const world::ObstacleState> obstacles, double dt);
+  [[nodiscard]] std::vector<Eigen::Vector3d> accelerations() const;
 
   RolloutParameters parameters_;
+  double strongest_;             ///< no obstacle accelerates more [m/s²]; what seems to has turned a corner
+  std::vector<Course> courses_;  ///< of obstacles
   Random random_;
   Open open_ = Open::kNone;
   double since_answer_ = 0.0;     ///< to a question of an arm that was held back [s]

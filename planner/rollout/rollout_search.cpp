@@ -13,6 +13,8 @@ namespace {
 
 /// Step of the play [s]: coarser than a control period, since only the choice depends on it, never the motion.
 constexpr double kStep = 0.025;
+/// Of a look at what comes: whether a retreat succeeds may hang on a few hundredths of a second.
+constexpr double kStepOfForesight = 0.0125;
 /// Way that is left at the horizon counts this much more than the time it would take straight: something is in its way.
 constexpr double kDoubt = 2.0;
 /// Going on is kept unless something else is expected to be this much faster [s]: plays are predictions.
@@ -27,6 +29,8 @@ constexpr double kShortestStay = 0.4;   // [s]
 constexpr double kLongestStay = 1.2;    // [s]
 /// Whoever comes nearer than dₛ by this share of it is in danger: plays are coarse, and dampers let dₛ be touched.
 constexpr double kTolerated = 0.3;
+/// From what moves no dampers let an arm get there: who does has lost the flight, however little the play says.
+constexpr double kToleratedOfMoving = 0.05;
 /// What it is worth not to come nearer by another dₛ, which is a contact [s]: more than any detour.
 constexpr double kWorthOfRoom = 50.0;
 
@@ -137,14 +141,17 @@ Manoeuvre RolloutSearch::draw_escape(int candidate) {
 
 void RolloutSearch::start_candidate() {
   manoeuvre_ = draw(candidate_);
-  cell_.begin(question_.arms, question_.obstacles);
+  cell_.begin(question_.arms, question_.obstacles, question_.accelerations,
+              question_.foresees ? kStepOfForesight : kStep);
   hecaton::planner::begin(manoeuvre_, cell_.arm(own_).memory);
 }
 
 /// How far arm i came nearer than it may, in units of dₛ.
 double RolloutSearch::danger(int arm) const {
   const double security = parameters_[played_[arm]].damper.security_distance;
-  return std::max(0.0, -cell_.room(arm) / security - kTolerated);
+  const double of_any = -cell_.room(arm) / security - kTolerated;
+  const double of_moving = -cell_.room_of_moving(arm) / security - kToleratedOfMoving;
+  return std::max({0.0, of_any, of_moving});
 }
 
 double RolloutSearch::dangers() const {
@@ -188,7 +195,8 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
       best_.cost = cost;
       best_.arrives = cell_.reached(own_) >= 0.0;
     }
-    const bool well = question_.foresees && candidate_ == 0 && danger(own_) <= 0.0;
+    // Also when it is another arm that is run down: whose way out this one may be in.
+    const bool well = question_.foresees && candidate_ == 0 && dangers() <= 0.0;
     if (well) candidate_ = question_.candidates;
     if (++candidate_ > question_.candidates) return best_;
     start_candidate();

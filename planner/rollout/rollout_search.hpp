@@ -16,6 +16,7 @@ namespace hecaton::planner {
 struct RolloutQuestion {
   std::vector<PlayedArm> arms;                  ///< of the whole cell
   std::vector<world::ObstacleState> obstacles;  ///< of the whole cell
+  std::vector<Eigen::Vector3d> accelerations;   ///< of those [m/s²], or empty: they go on as they do
   double horizon = 2.0;                         ///< [s]
   int candidates = 8;                           ///< besides going on
   std::uint64_t seed = 0;                       ///< of the candidates

@@ -149,13 +149,21 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   BatchReport report;
   for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
   if (records[0].missing != nullptr) records.resize(1);
+  const char* missing = nullptr;
   for (const EpisodeRecord& record : records) {
-    if (record.missing != nullptr) {
-      report.failure = "cell '" + cell.name + "': " + record.missing;
-      continue;
+    if (record.missing == nullptr) {
+      add(report, record, options.tasks - report.tasks);
+    } else if (missing == nullptr) {
+      missing = record.missing;
     }
-    add(report, record, options.tasks - report.tasks);
   }
+  if (missing == nullptr) return report;
+  report.failure = "cell '" + cell.name + "': ";
+  if (report.tasks > 0) {
+    report.failure += std::to_string(report.tasks) + " of " + std::to_string(options.tasks) +
+                      " tasks could be drawn; for the others ";
+  }
+  report.failure += missing;
   return report;
 }
 

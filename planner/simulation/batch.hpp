@@ -56,7 +56,7 @@ struct BatchReport {
   std::vector<double> times;  ///< of the tasks that were reached, in task order [s]
   ClockedTimes clocked;       ///< when measured
   std::vector<ArmTally> arms;
-  std::string failure;  ///< not empty: the cell admits no such tasks; one sentence
+  std::string failure;  ///< one sentence when not all tasks could be drawn; `tasks` of them were
 };
 
 /// Starts and goals depend on the seed and the cell alone, never on how the arms move: methods can be compared on the

@@ -194,7 +194,8 @@ void add_simulate(CLI::App& app, Session& session) {
                     "rollouts.us, which are null "
                     "otherwise, and which no seed makes repeatable");
   command->footer(
-      "Exit code 1 when a task was missed or a contact seen. Figures of the machine's clock go to stderr, so that the "
+      "Exit code 1 when a task was missed or could not be drawn, or a contact was seen; 3 when none could be drawn. "
+      "Figures of the machine's clock go to stderr, so that the "
       "report is the same on every run.");
   command->callback([&session, options] {
     if (options->batch.network.jitter > options->batch.network.age) {

@@ -36,13 +36,16 @@ double processor_time_once(const Work& work) {
 class Timings {
  public:
   /// Times one piece of work: the fastest of three calls, so that percentiles tell how works differ, and not when
-  /// another process had the processor. `prepare` runs untimed before each call and makes all three the same. [µs]
+  /// another process had the processor. `prepare` runs untimed before each call and makes all three the same. The
+  /// first call, for which caches and branch predictors are as other work left them, is kept apart as well. [µs]
   template <typename Prepare, typename Work>
   double measure(const Prepare& prepare, const Work& work) {
     double fastest = std::numeric_limits<double>::infinity();
     for (int call = 0; call < 3; ++call) {
       prepare();
-      fastest = std::min(fastest, time_once(work));
+      const double taken = time_once(work);
+      if (call == 0) first_.push_back(taken);
+      fastest = std::min(fastest, taken);
     }
     add(fastest);
     return fastest;
@@ -56,16 +59,19 @@ class Timings {
 
   /// The value below which this fraction of all calls stayed [µs]; NaN before the first.
   [[nodiscard]] double percentile(double fraction) const;
+  /// The same of first calls.
+  [[nodiscard]] double first_percentile(double fraction) const;
   [[nodiscard]] double total() const;
 
  private:
   std::vector<double> microseconds_;
+  std::vector<double> first_;
 };
 
 /// Google Benchmark's time of this iteration; its benchmarks are registered with UseManualTime.
 void set_iteration_time(benchmark::State& state, double microseconds);
 
-/// The columns p50, p99 and max [µs] of a benchmark.
+/// The columns p50, p99 and max [µs] of a benchmark, and p50 and p99 of first calls.
 void report(benchmark::State& state, const Timings& ours);
 /// And the peer's, timed in turns with ours: how many times longer it took, by the medians.
 void report(benchmark::State& state, const Timings& ours, const Timings& peer);

@@ -75,6 +75,19 @@ TEST(Experiments, HastyArmsPassEachOtherHeadOn) {
   EXPECT_EQ(simulate("two_puma_head_on", planner::Method::kBoundaryFollowing, 24, 0, kOfTests).reached, 24);
 }
 
+// A stretched arm beside the disc's line can hardly leave it, and another arm may stand in its way out.
+TEST(Experiments, NobodyIsRunDownByASlowDisc) {
+  planner::Cell cell = config::load_cell_file(std::string(kOfTests) + "three_planar_disc.yaml").cell;
+  planner::BatchOptions options;
+  options.tasks = 36;
+  options.seed = 11;
+  options.threads = 2;
+  const planner::BatchReport report = planner::simulate_tasks(cell, options);
+  EXPECT_EQ(report.reached, 36);
+  EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;
+  EXPECT_GT(report.smallest.distance, 0.0);
+}
+
 // Reacting alone, and looking ahead only when held back, one of these arms was pushed into another's way and hit.
 TEST(Experiments, WhatCrossesTheCellIsForeseen) {
   planner::Cell cell = config::load_cell_file(std::string(kOfTests) + "four_puma_crossed.yaml").cell;

@@ -1,5 +1,8 @@
 // What stands for a mesh is never farther away than FCL finds the mesh's own hull.
 
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -57,21 +60,32 @@ std::vector<StandIn> stand_ins(const std::string& path) {
   return all;
 }
 
+/// HECATON_MESH_PAIRS in the environment asks for more than the tests have time for.
+long pairs_wanted() {
+  const char* text = std::getenv("HECATON_MESH_PAIRS");
+  return text != nullptr ? std::max(1L, std::atol(text)) : 120'000L;
+}
+
+constexpr int kShapes = 40;   // beside a mesh
+constexpr int kPlaces = 100;  // of each
+
 TEST(FclContract, OfMeshesNeverReportsMoreClearanceThanFclDoesOfTheirHulls) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("hecaton_mesh_" + std::to_string(getpid()) + ".obj")).string();
   test::Random random(12);
+  const long wanted = pairs_wanted();
   long pairs = 0;
+  int meshes = 0;
   int reduced = 0;
-  for (int mesh = 0; mesh < 60; ++mesh) {
+  for (; pairs < wanted; ++meshes) {
     const world::ConvexHull hull = write_mesh(random, path);
     reduced += hull.vertices.size() > kMaxHullVertices ? 1 : 0;
     const auto stands = stand_ins(path);
     fcl::CollisionObjectd theirs(test::fcl_shape(world::Convex{std::make_shared<world::ConvexHull>(hull)}));
-    for (int other = 0; other < 40; ++other) {
+    for (int other = 0; other < kShapes; ++other) {
       const world::Shape shape = test::random_shape(static_cast<test::Kind>(other % test::kKinds), random);
       fcl::CollisionObjectd thing(test::fcl_shape(shape));
-      for (int pose = 0; pose < 10; ++pose, ++pairs) {
+      for (int pose = 0; pose < kPlaces; ++pose, ++pairs) {
         const Pose X_WM = test::random_pose(random, 0.6);
         const Pose X_WO = test::random_pose(random, 0.6);
         theirs.setTransform(X_WM);
@@ -80,14 +94,15 @@ TEST(FclContract, OfMeshesNeverReportsMoreClearanceThanFclDoesOfTheirHulls) {
         const double distance = std::max(0.0, fcl::distance(&theirs, &thing, fcl::DistanceRequestd(), result));
         for (const StandIn& ours : stands) {
           ASSERT_LE(shape_distance(ours.shape, X_WM * ours.X_MS, shape, X_WO).distance, distance + kAccuracy)
-              << "mesh " << mesh << ", shape " << other << ", pose " << pose;
+              << "mesh " << meshes << ", shape " << other << ", pose " << pose;
         }
       }
     }
   }
   std::filesystem::remove(path);
-  EXPECT_GT(reduced, 50);
-  EXPECT_EQ(pairs, 24'000);
+  EXPECT_GE(reduced, meshes - meshes / 5) << "of most a planner keeps fewer vertices than they have";
+  RecordProperty("pairs", std::to_string(pairs));
+  std::printf("%ld pairs of %d meshes\n", pairs, meshes);
 }
 
 }  // namespace
