@@ -85,6 +85,7 @@ struct PlaneFrame {
 inline PlaneFrame plane_frame(const PlanePoint& at, double distance) {
   const double x = distance - at.x;
   const double y = -at.y;
+  if (y == 0.0 && x > 0.0) return {1.0, 0.0, x};  // on the straight way: the same without roots and quotients
   const double left = sqrt(x * x + y * y);
   if (!(left > 0.0)) return {};
   return {x / left, y / left, left};

@@ -39,12 +39,21 @@ struct Looked {
   PlanePoint at[kLanes];
   FourPlaces places;
   int count = 0;  ///< that are valid
-  PlaneState of;  ///< whose neighbours they are …
-  int first = 0;  ///< … from this one on
   int next = 0;   ///< the first that was not gone to yet
   /// Which arm was found too near each, and how far it may have travelled at most while it certainly still is [m].
   int blocker[kLanes];
   double blocked_until[kLanes];
+};
+
+/// Neighbours of which place, and from which on: what a Looked is known by.
+struct LookedAt {
+  PlanePoint at;
+  double side = 0.0;  ///< 0: nothing is known
+  int first = 0;
+
+  [[nodiscard]] bool is(const PlaneState& state, int from) const {
+    return at.x == state.at.x && at.y == state.at.y && side == state.side && first == from;
+  }
 };
 
 /// One arm of a run.
@@ -57,9 +66,10 @@ struct Runner {
   Looked ahead;                ///< on the straight way
   bool keeps_way = true;       ///< the last steps led towards the goal: several of them are looked at together
   Looked known[kKnownPlaces];  ///< neighbours of the last places: who is held up comes to the same ones again and again
-  int forgotten = 0;           ///< the next of these to be replaced
-  int steps_in_row = 0;        ///< towards the goal, since one aside
-  double travelled = 0.0;      ///< no segment has moved farther since the run began [m]
+  LookedAt known_by[kKnownPlaces];   ///< apart from them: it is what is searched
+  int forgotten = 0;                 ///< the next of these to be replaced
+  int steps_in_row = 0;              ///< towards the goal, since one aside
+  double travelled = 0.0;            ///< no segment has moved farther since the run began [m]
   NearestBodies nearest[kFlatArms];  ///< when its distance to another arm was measured last
   bool moving = false;
   int area = 0;            ///< where it is, or where it comes from
@@ -69,7 +79,7 @@ struct Runner {
   std::int64_t limit = 0;  ///< the task's time is over
 
   void forget_places() {
-    for (Looked& looked : known) looked.count = 0;
+    for (LookedAt& place : known_by) place.side = 0.0;
   }
   [[nodiscard]] int next_area(int areas) const { return area + 1 == areas ? 0 : area + 1; }
 };
@@ -188,16 +198,12 @@ class Run {
   /// Neighbours of the present place, from `first` on, in the order in which they are tried.
   Looked& neighbours(Runner& runner, int first) {
     const PlaneState& now = runner.state;
-    for (Looked& known : runner.known) {
-      if (known.count > 0 && known.of.at.x == now.at.x && known.of.at.y == now.at.y && known.of.side == now.side &&
-          known.first == first) {
-        return known;
-      }
+    for (int k = 0; k < kKnownPlaces; ++k) {
+      if (runner.known_by[k].is(now, first)) return runner.known[k];
     }
     Looked& looked = runner.known[runner.forgotten];
+    runner.known_by[runner.forgotten] = {now.at, now.side, first};
     runner.forgotten = runner.forgotten + 1 == kKnownPlaces ? 0 : runner.forgotten + 1;
-    looked.of = now;
-    looked.first = first;
     looked.count = kNeighbours - first < kLanes ? kNeighbours - first : kLanes;
     const PlaneFrame frame = plane_frame(now.at, runner.plane.distance);
     for (int k = 0; k < kLanes; ++k) {
