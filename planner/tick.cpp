@@ -88,9 +88,9 @@ struct BuiltRows {
 };
 
 /// A thing that must be fled loosens the limit near things only where that leaves too little for the flight: where all
-/// joints together, no faster than it allows, part the pair less than this many times as fast as is asked. (Twice,
+/// joints together, no faster than it allows, part the pair less than this many times as fast as is asked. (Four,
 /// because other rows may need some of the joints.)
-constexpr double kSpareFlight = 2.0;
+constexpr double kSpareFlight = 4.0;
 /// Then stops may take this many times longer: a single stop at once still ends before contact
 /// (docs/design/0001-braking.md, "Flight").
 constexpr double kLongerInFlight = 2.0;

@@ -1,4 +1,5 @@
 // How fast an arm may be while something must be fled (docs/design/0001-braking.md, "Flight"), on the planar point.
+#include <algorithm>
 #include <array>
 
 #include <gtest/gtest.h>
@@ -45,7 +46,7 @@ class Flight : public testing::Test {
       const TickResult result = tick(geometry, {}, input, memory, scratch);
       input.q = result.q;
       input.qd = result.qd;
-      states[0].X_WO = world::extrapolate(states[0].X_WO, v, kPeriod);
+      states[0].X_WO = world::extrapolate(states[0].X_WO, states[0].velocity, kPeriod);
       fastest = std::max(fastest, result.qd.cwiseAbs().maxCoeff());
     }
     return fastest;

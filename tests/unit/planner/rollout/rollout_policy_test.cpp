@@ -183,16 +183,17 @@ TEST_F(PolicyBesideABox, AsksWithoutAGoalButNotWhenItIsHeld) {
   EXPECT_TRUE(asked->arms[0].plans);
 }
 
-TEST_F(PolicyBesideABox, WhatHoldsTheArmBackComesFirst) {
+TEST_F(PolicyBesideABox, WhatComesIsLookedAtFirst) {
   RolloutPolicy policy(parameters_, 1);
   const auto asked = next(policy, TickStatus::kFollowing);
   ASSERT_TRUE(asked.has_value());
-  EXPECT_FALSE(asked->foresees);
-  EXPECT_TRUE(policy.looks_ahead());
+  EXPECT_TRUE(asked->foresees);
+  EXPECT_FALSE(policy.looks_ahead());
   policy.answered();
   const auto then = next(policy, TickStatus::kFollowing);
   ASSERT_TRUE(then.has_value()) << "it is too soon for another of those";
-  EXPECT_TRUE(then->foresees);
+  EXPECT_FALSE(then->foresees);
+  EXPECT_TRUE(policy.looks_ahead());
 }
 
 TEST_F(PolicyBesideABox, NothingIsForeseenWithoutCandidates) {
