@@ -52,7 +52,7 @@ TEST(TaskGenerator, RoutesThatCannotBeginAreRefusedAtOnce) {
   const BatchReport report = simulate_tasks(route_under(0.01), options);
   EXPECT_EQ(report.tasks, 0);
   EXPECT_EQ(report.failure,
-            "cell 'test': moving obstacles are always in the way of arms at their start; move them or the arms");
+            "cell 'route': moving obstacles are always in the way of arms at their start; move them or the arms");
 }
 
 // Those that begin "here" cannot, those that begin "there" can; of the first episode it is the seed that decides.
@@ -65,7 +65,7 @@ TEST(TaskGenerator, SaysHowManyTasksCouldBeDrawn) {
   }
   ASSERT_GT(report.tasks, 0);
   ASSERT_LT(report.tasks, 60);
-  EXPECT_EQ(report.failure.find("cell 'test': " + std::to_string(report.tasks) +
+  EXPECT_EQ(report.failure.find("cell 'route': " + std::to_string(report.tasks) +
                                 " of 60 tasks could be drawn; for the others "),
             0U)
       << report.failure;

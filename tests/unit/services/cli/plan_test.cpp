@@ -72,8 +72,11 @@ TEST(PlanCommand, PrintsATrajectoryWithinTheLimits) {
 }
 
 TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
-  const std::vector<std::string> words{"plan", kPlanCell, "--arm", "west",     "--to", "ready",
-                                       "-o",   "json",    "--raw", "--method", "prm"};
+  const std::vector<std::string> words{"plan",  std::string(HECATON_SOURCE_DIR) + "/deploy/cells/narrow_passage.yaml",
+                                       "--to",  "across",
+                                       "-o",    "json",
+                                       "--raw", "--method",
+                                       "prm"};
   const auto duration = [&](const char* deviation) {
     std::vector<std::string> line = words;
     line.insert(line.end(), {"--deviation", deviation});

@@ -54,6 +54,7 @@ arms:
     follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, redraw_after: 2s, redraw_growth: 1.5,
                redraw_longest: 9s}
     yielding: {patience: 3s, at_rest: false}
+    route: {after: 700ms, together_after: 3s}
     rollout: {candidates: 5, horizon: 1.5s, horizon_growth: 1.2, longest_horizon: 6s, interval: 300ms,
               ticks_per_period: 250}
     sensors:
@@ -207,6 +208,8 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_DOUBLE_EQ(parameters.rollout.longest_horizon, 6.0);
   EXPECT_DOUBLE_EQ(parameters.rollout.interval, 0.3);
   EXPECT_EQ(parameters.rollout.ticks_per_period, 250);
+  EXPECT_DOUBLE_EQ(parameters.route.after, 0.7);
+  EXPECT_DOUBLE_EQ(parameters.route.together_after, 3.0);
   EXPECT_DOUBLE_EQ(parameters.goal_tolerance, 0.01);
   EXPECT_DOUBLE_EQ(parameters.acceleration_of_obstacles, 6.0);
   EXPECT_DOUBLE_EQ(parameters.state_age_limit, 0.15);
