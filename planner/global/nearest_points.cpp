@@ -7,7 +7,8 @@ namespace hecaton::planner::global {
 int NearestPoints::worth_a_tree(int dimensions) {
   if (dimensions <= 3) return 512;
   if (dimensions <= 7) return 4096;
-  if (dimensions <= 9) return 32768;
+  if (dimensions <= 9) return 8192;
+  if (dimensions <= 12) return 32768;
   return std::numeric_limits<int>::max();
 }
 

@@ -21,6 +21,7 @@ TickStatus drive(const std::vector<world::Obstacle>& obstacles, const JointVecto
   LocalParameters parameters;
   parameters.method = Method::kPotentialField;
   parameters.damper.security_distance = security_distance;
+  parameters.damper.influence_distance = security_distance + 0.1;
   FieldSetup setup(arm, obstacles, parameters.potential, 0.0);
   constexpr double kPeriod = 0.01;
   ArmController controller(CellGeometry({arm}, 0), parameters, kPeriod, 1);
