@@ -72,20 +72,11 @@ TEST(PlanCommand, PrintsATrajectoryWithinTheLimits) {
 }
 
 TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
-<<<<<<< HEAD
   const std::vector<std::string> words{"plan",  std::string(HECATON_SOURCE_DIR) + "/deploy/cells/narrow_passage.yaml",
                                        "--to",  "across",
                                        "-o",    "json",
                                        "--raw", "--method",
                                        "prm"};
-=======
-  const std::vector<std::string> words{
-      "plan",     std::string(HECATON_SOURCE_DIR) + "/deploy/cells/mobile_rectangle.yaml",
-      "--to",     "across",
-      "--method", "rrt",
-      "--raw",    "-o",
-      "json"};
->>>>>>> 22ebf26 (docs: trajectories, all methods on the same queries, kept roadmaps, nearest nodes; pictures of trees)
   const auto duration = [&](const char* deviation) {
     std::vector<std::string> line = words;
     line.insert(line.end(), {"--deviation", deviation});
