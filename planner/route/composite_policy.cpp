@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "planner/global/validity_data.hpp"
+#include "planner/route/by_now.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -23,11 +24,6 @@ constexpr double kLongestPause = 20.0;
 
 double farthest_joint(const JointLimits& limits, const JointVector& a, const JointVector& b) {
   return joint_difference(limits, a, b).cwiseAbs().maxCoeff();
-}
-
-JointVector where_now(const CellGeometry& geometry, std::span<const ArmObservation> arms, int i) {
-  const JointLimits& limits = geometry.arms()[i].limits;
-  return (arms[i].q + arms[i].qd * arms[i].age).cwiseMax(limits.lower).cwiseMin(limits.upper);
 }
 
 bool may_meet(const CellGeometry& geometry, int i, double influence) {
@@ -76,7 +72,7 @@ RouteQuestion CompositePolicy::make_question(const ArmController& controller, st
   int joints = geometry.own_arm().model->joints();
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     const bool own = i == geometry.self();
-    question.arms.push_back(own || !arms[i].known ? JointVector() : where_now(geometry, arms, i));
+    question.arms.push_back(own || !arms[i].known ? JointVector() : by_now(geometry, arms, i));
     const int more = geometry.arms()[i].model->joints();
     const bool follows = arms[i].known && arms[i].plans && !arms[i].lost() && may_meet(geometry, i, influence);
     if (!own && (!follows || joints + more > global::kMostDimensions)) continue;
@@ -85,10 +81,7 @@ RouteQuestion CompositePolicy::make_question(const ArmController& controller, st
     question.q.push_back(own ? controller.setpoint().q : question.arms.back());
     question.q_goal.push_back(own ? *controller.goal() : arms[i].has_goal ? arms[i].q_goal : question.arms.back());
   }
-  for (const world::ObstacleState& obstacle : obstacles) {
-    question.obstacles.push_back(obstacle);
-    question.obstacles.back().X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, obstacle.age);
-  }
+  question.obstacles = by_now(obstacles);
   question.seed = random_.next();
   return question;
 }

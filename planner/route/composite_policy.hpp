@@ -52,8 +52,8 @@ class CompositePolicy {
   Random random_;
   RouteQuestion question_;  ///< the open one
   bool open_ = false;
-  double since_answer_ = 0.0;                      ///< [s]
-  std::uint32_t number_;                           ///< of the last own proposal
+  double since_answer_ = 0.0;  ///< [s]
+  std::uint32_t number_;       ///< of the last own proposal
   int proposed_ = 0;
   std::shared_ptr<const CompositePlan> proposal_;  ///< the own one
   std::shared_ptr<const CompositePlan> plan_;      ///< that the arm takes part in

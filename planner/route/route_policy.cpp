@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "planner/route/by_now.hpp"
+
 namespace hecaton::planner {
 namespace {
 
@@ -28,16 +30,11 @@ RouteQuestion make_question(const ArmController& controller, std::span<const Arm
   question.q = {controller.setpoint().q};
   question.q_goal = {*controller.goal()};
   for (const JointVector& point : controller.route().left()) question.left.push_back({point});
+  const auto stands = [&](int i) { return i != self && arms[i].qd.cwiseAbs().maxCoeff() <= kMoves; };
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
-    const JointLimits& limits = controller.geometry().arms()[i].limits;
-    JointVector& q = question.arms.emplace_back();
-    const bool moves = arms[i].qd.cwiseAbs().maxCoeff() > kMoves;
-    if (i != self && !moves) q = (arms[i].q + arms[i].qd * arms[i].age).cwiseMax(limits.lower).cwiseMin(limits.upper);
+    question.arms.push_back(stands(i) ? by_now(controller.geometry(), arms, i) : JointVector());
   }
-  for (const world::ObstacleState& obstacle : obstacles) {
-    question.obstacles.push_back(obstacle);
-    question.obstacles.back().X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, obstacle.age);
-  }
+  question.obstacles = by_now(obstacles);
   return question;
 }
 
