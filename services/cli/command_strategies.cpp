@@ -40,8 +40,9 @@ struct SearchOptions {
   bool resume = false;
 };
 
-void write_file(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
+/// `mode`: append to see early whether it can be written, for what is there stays until something replaces it.
+void write_file(const std::string& path, const std::string& text, std::ios::openmode mode = std::ios::trunc) {
+  std::ofstream file(path, mode);
   file << text;
   file.close();
   if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be written");
@@ -113,7 +114,7 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
   ranks.require_same(task.title);
   ranks.together([&] {
     if (keeps && options.resume) so_far = search_so_far(so_far_path, task.title);
-    if (keeps) write_file(options.results + ".csv", "");
+    if (keeps) write_file(options.results + ".csv", "", std::ios::app);
     if (keeps) progress.keep(so_far_path, task.title);
   });
   progress.know(ranks.first_of(so_far));

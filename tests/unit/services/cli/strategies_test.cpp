@@ -68,6 +68,17 @@ TEST_F(StrategiesTest, AnInterruptedSearchGoesOn) {
   EXPECT_NE(other.err.find("is of another search"), std::string::npos) << other.err;
 }
 
+// What was found before stays until a search has found something: one may be broken off, or read it.
+TEST_F(StrategiesTest, ASearchThatFailsLeavesWhatWasFoundBefore) {
+  const std::string csv = in_folder("found") + ".csv";
+  std::ofstream(csv) << "found before\n";
+  EXPECT_NE(run_line(small_search({"--combine", csv, "--results", in_folder("found")})).code, ExitCode::kDone);
+  std::ifstream file(csv);
+  std::string line;
+  EXPECT_TRUE(std::getline(file, line));
+  EXPECT_EQ(line, "found before");
+}
+
 TEST_F(StrategiesTest, ShowAndValidateReadWhatSearchWrote) {
   const Ran search = run_line(small_search({"--results", in_folder("found")}));
   const Ran show = run_line({"strategies", "show", in_folder("found.csv"), "--top", "10", "-o", "json"});
