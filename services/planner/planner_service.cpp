@@ -54,11 +54,6 @@ std::uint64_t seed_of(const std::string& name) {
   return hash;
 }
 
-/// What numbers of plans begin after: greater than any that this planner gave before it was restarted.
-std::uint32_t milliseconds_now() {
-  return static_cast<std::uint32_t>(stamp_now() / 1'000'000);
-}
-
 const char* state_name(msg::GoalState state) {
   switch (state) {
     case msg::GOAL_ACCEPTED:
@@ -100,12 +95,8 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       scans_(participant_, &mailbox_),
       goals_(participant_, &mailbox_),
       goals_of_others_(participant_, &mailbox_),
-      proposals_(participant_, &mailbox_),
-      progress_of_others_(participant_, &mailbox_),
       commands_(participant_),
       statuses_(participant_),
-      proposal_(participant_),
-      progress_(participant_),
       pulse_(participant_,
              {node_, msg::NODE_PLANNER, name_, options.host.empty() ? planners_[place_].host : options.host},
              pulse_timing(file, options)),
@@ -124,8 +115,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
                 file.cell.arms[arm].parameters.rollout.ticks_per_period),
       route_policy_(file.cell.arms[arm].parameters, seed_of(name_)),
       routes_(arms_of(file.cell), parameters_of(file.cell), arm),
-      company_(file.cell.arms[arm].parameters, seed_of(name_), milliseconds_now()),
-      company_routes_(arms_of(file.cell), parameters_of(file.cell), arm) {
+      company_(participant_, &mailbox_, arms_of(file.cell), parameters_of(file.cell), arm, node_, seed_of(name_)) {
   command_.arm(name_);
   command_.node(node_);
   command_.period(file.cell.timing.control_period);
@@ -164,12 +154,7 @@ void PlannerService::listen() {
     complain(unusable);
     if (unusable.empty()) follow_goals_of_the_other(sample.value);
   }
-  for (const auto& sample : proposals_.take()) {
-    if (!sample.disposed && sample.value.arm() != name_) complain(arms_.apply(sample.value));
-  }
-  for (const auto& sample : progress_of_others_.take()) {
-    if (!sample.disposed && sample.value.arm() != name_) complain(arms_.apply(sample.value));
-  }
+  company_.listen(arms_, complain);
   for (const auto& sample : obstacle_shapes_.take()) {
     if (sample.disposed) {
       obstacles_.withdraw(sample.key);
@@ -289,8 +274,8 @@ void PlannerService::plan() {
   command(result);
   if (in_charge_) look_ahead(result, observed, obstacles);
   if (in_charge_) {
-    plan_together(result, observed, obstacles);
-  } else if (company_.takes_part() || company_.proposal()) {
+    company_.plan(controller_, result, observed, obstacles, obstacles_.obstacles());
+  } else {
     company_.resign(controller_);
   }
   if (in_charge_ && !company_.takes_part()) plan_route(result, observed, obstacles);
@@ -346,50 +331,6 @@ void PlannerService::look_ahead(const planner::TickResult& result, std::span<con
   } else {
     rollouts_.grant();
   }
-}
-
-void PlannerService::plan_together(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
-                                   std::span<const world::ObstacleState> obstacles) {
-  if (const auto answer = company_routes_.answer()) company_.answered(answer->route);
-  const bool took_part = company_.takes_part();
-  if (auto question = company_.next(controller_, result, arms, obstacles)) {
-    company_routes_.ask(std::move(*question), obstacles_.obstacles());
-  }
-  if (company_.takes_part() != took_part) {
-    log_info(took_part ? "leaves a plan for several arms" : "joins a plan for several arms", {{"arm", name_}});
-  }
-  publish_company();
-}
-
-void PlannerService::publish_company() {
-  const auto& arms = controller_.geometry().arms();
-  if (company_.proposal() != published_plan_) {
-    published_plan_ = company_.proposal();
-    msg::CompositePlan plan;
-    plan.arm(name_);
-    plan.node(node_);
-    plan.stamp_ns(stamp_now());
-    if (published_plan_) {
-      plan.number(published_plan_->number);
-      for (const int arm : published_plan_->arms) plan.arms().push_back(arms[arm].name);
-      plan.points(static_cast<std::uint32_t>(published_plan_->points.size()));
-      for (const auto& point : published_plan_->points) {
-        for (const planner::JointVector& q : point) plan.q().insert(plan.q().end(), q.begin(), q.end());
-      }
-    }
-    (void)proposal_.write(plan);  // the bus logs a refusal; nobody joins then
-  }
-  const planner::CompositeProgress& progress = company_.progress();
-  if (progress == published_progress_) return;
-  published_progress_ = progress;
-  msg::CompositeProgress message;
-  message.arm(name_);
-  message.node(node_);
-  message.stamp_ns(stamp_now());
-  if (progress.proposer >= 0) message.proposer(arms[progress.proposer].name);
-  message.number(progress.number);
-  message.reached(progress.reached);
-  (void)progress_.write(message);
 }
 
 void PlannerService::plan_route(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,

@@ -12,11 +12,11 @@
 
 #include "planner/arm_controller.hpp"
 #include "planner/rollout/rollout_policy.hpp"
-#include "planner/route/composite_policy.hpp"
 #include "planner/route/route_policy.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/arm_view.hpp"
+#include "services/planner/company.hpp"
 #include "services/planner/duty.hpp"
 #include "services/planner/goal_desk.hpp"
 #include "services/planner/goal_resolver.hpp"
@@ -56,9 +56,6 @@ class PlannerService {
   void note_reaction(Clock::duration taken);
   void look_ahead(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles);
-  void plan_together(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
-                     std::span<const world::ObstacleState> obstacles);
-  void publish_company();
   void plan_route(const planner::TickResult& result, std::span<const planner::ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles);
   void command(const planner::TickResult& result);
@@ -88,12 +85,8 @@ class PlannerService {
   bus::Reader<msg::RangeScan> scans_;
   bus::Reader<msg::Goal> goals_;
   bus::Reader<msg::GoalStatus> goals_of_others_;
-  bus::Reader<msg::CompositePlan> proposals_;
-  bus::Reader<msg::CompositeProgress> progress_of_others_;
   bus::Writer<msg::ArmCommand> commands_;
   bus::Writer<msg::GoalStatus> statuses_;
-  bus::Writer<msg::CompositePlan> proposal_;
-  bus::Writer<msg::CompositeProgress> progress_;
   Pulse pulse_;
   PeriodicLoop loop_;
 
@@ -110,10 +103,7 @@ class PlannerService {
   RolloutWorker rollouts_;
   planner::RoutePolicy route_policy_;
   RouteWorker routes_;
-  planner::CompositePolicy company_;
-  RouteWorker company_routes_;
-  std::shared_ptr<const planner::CompositePlan> published_plan_;
-  planner::CompositeProgress published_progress_;
+  Company company_;
 
   Clock::time_point now_{};
   Clock::duration reaction_{};  ///< from hearing to commanding
