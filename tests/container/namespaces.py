@@ -5,6 +5,7 @@ import os
 import pathlib
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 
@@ -37,14 +38,6 @@ def enter():
     os.execvpe(words[0], [*words, sys.executable, *sys.argv], {**os.environ, INSIDE: "yes"})
 
 
-def clock_library():
-    """What gives processes another wall clock."""
-    found = sorted(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
-    if not found:
-        raise CannotRun("hosts have no clocks of their own without libfaketime (Debian package libfaketime)")
-    return str(found[0])
-
-
 class Namespaces(Hosts):
     """The operator's machine is the bridge, so to say: the first namespace, with the network's first address."""
 
@@ -57,7 +50,9 @@ class Namespaces(Hosts):
     def __init__(self, hecaton, own_clocks=False):
         """`own_clocks`: each host has a wall clock of its own, for step_clock()."""
         self._hecaton = str(hecaton)
-        self._clock_library = clock_library() if own_clocks else None
+        self._clock_library = pathlib.Path(hecaton).with_name("libhost_clock.so") if own_clocks else None
+        if own_clocks and not self._clock_library.exists():
+            raise FileNotFoundError(f"{self._clock_library}: hosts have no clocks of their own without it")
         run("mount", "-t", "tmpfs", "tmpfs", "/run")  # ip keeps its list of namespaces there
         run("ip", "link", "add", self.BRIDGE, "type", "bridge")
         run("ip", "link", "set", "lo", "up")
@@ -84,17 +79,14 @@ class Namespaces(Hosts):
     def start(self, host, arguments, log):
         own = {"TMPDIR": str(self.DISKS / host)}
         if self._clock_library:
-            # Steady clocks stay as they are; the offset is looked up once a second.
-            own |= {"LD_PRELOAD": self._clock_library, "FAKETIME_TIMESTAMP_FILE": str(self.CLOCKS / host),
-                    "FAKETIME_CACHE_DURATION": "1", "FAKETIME_DONT_FAKE_MONOTONIC": "1"}
+            own |= {"LD_PRELOAD": str(self._clock_library), "HOST_CLOCK": str(self.CLOCKS / host)}
         return subprocess.Popen(["ip", "netns", "exec", host, self._hecaton, *arguments], stderr=log,
                                 env={**os.environ, **own})
 
     def step_clock(self, host, seconds):
-        """The host's wall clock is so far from this machine's; within a second."""
-        new = self.CLOCKS / f".{host}"
-        new.write_text(f"{seconds:+d}s\n")
-        new.rename(self.CLOCKS / host)
+        """The host's wall clock is so far from this machine's, at once (`host_clock.cpp`)."""
+        with open(self.CLOCKS / host, "r+b" if (self.CLOCKS / host).exists() else "wb") as file:
+            file.write(struct.pack("=q", seconds * 1_000_000_000))
 
     def inside(self, host, words):
         return run("ip", "netns", "exec", host, *words)
