@@ -6,6 +6,7 @@
 
 #include "services/bus/incompatible.hpp"
 #include "services/bus/quality.hpp"
+#include "services/bus/source_time.hpp"
 
 namespace hecaton::bus {
 namespace {
@@ -52,8 +53,13 @@ WriteResult WriterBase::send(Action action, void* data, const std::string& key) 
   if (keyed_ && key.empty()) return refuse(action, key, "the key is empty");
   if (key.size() > kLongestKey) return refuse(action, key, "the key is longer than 200 characters");
   if (action == Action::kRetire && !keyed_) return refuse(action, key, "the topic has no key");
-  const auto code = action == Action::kWrite ? writer_->write(data, dds::HANDLE_NIL)
-                                             : writer_->unregister_instance(data, dds::HANDLE_NIL);
+  const auto code = [&] {
+    // Of two threads' samples the one with the lower number must also be the older.
+    const std::scoped_lock lock(order_);
+    const auto now = duration(source_time());
+    return action == Action::kWrite ? writer_->write_w_timestamp(data, dds::HANDLE_NIL, now)
+                                    : writer_->unregister_instance_w_timestamp(data, dds::HANDLE_NIL, now);
+  }();
   if (code == ReturnCode::RETCODE_OK) return {true, {}};
   return refuse(action, key, explain(code, info_));
 }

@@ -48,6 +48,7 @@ class WriterBase : public dds::DataWriterListener {
   dds::TypeSupport type_;
   bool keyed_;
   Mailbox* mailbox_;
+  std::mutex order_;  ///< held while a sample gets its time and its number
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::atomic<int> matched_ = 0;
