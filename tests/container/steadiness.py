@@ -23,9 +23,9 @@ class TimerLateness:
             if late > STALL:
                 self.stalls.append((time.time_ns() // 1_000_000, late * 1e3))
 
-    def stood_still(self, since, until):
-        """In some part of the time between these [ms, wall clock]."""
-        return any(at > since and at - late <= until for at, late in self.stalls)
+    def stood_still(self, since, until, stall=STALL):
+        """For so long [s], STALL at least, and for some of that between these instants [ms, wall clock]."""
+        return any(late > 1e3 * stall and at > since and at - late <= until for at, late in self.stalls)
 
 
 class NodeLateness:
