@@ -1,12 +1,12 @@
 """Faults at random, from a seed, against a cell of three arms with standbys on five hosts, while the arms work.
 
-usage: chaos.py --programs DIR --cell FILE [--faults N | --quiet MINUTES] [--seed S] [--only KIND…] [--alone]
-                [--no-standbys] [--logs DIR] [--report FILE]
+usage: chaos.py --programs DIR --cell FILE [--faults N | --quiet MINUTES] [--seed S] [--only KIND…] [--of NAME…]
+                [--alone] [--no-standbys] [--logs DIR] [--report FILE]
 
-An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault. All the time
-no contact may be seen, and no arm may follow an older term or two planners in one; every fault must be told and blamed on
-who had it, and nothing else; after each episode the cell must run again and every goal be reached. With --quiet nothing is
-done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is dead cannot
+An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
+of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one;
+every fault must be told and blamed on who had it, and nothing else; after each episode the cell must run again and every
+goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is dead cannot
 make way. SIGTERM (`pkill -f chaos.py`) ends it after the episode under way, with what it found so far. Exit code 0: all
 of it held; 1: not, and what did not is in the output; 75: not, while the machine itself stood still; 77: no hosts here."""
 import argparse
@@ -65,6 +65,7 @@ class Chaos:
         self.cell = cell
         self.only = options.only
         self.alone = options.alone
+        self.of = tuple(options.of)
         self.rng = random.Random(options.seed)
         self.lateness = TimerLateness()
         self.faults = 0
@@ -77,6 +78,7 @@ class Chaos:
         self.tasks = 0
         self.reached = 0
         self.supervisor_returned = 0  # [ms, wall clock]
+        self.returned_before = 0  # the same when this episode began
         self.discarded = 0  # episodes
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
         self.pose = "home"
@@ -120,6 +122,9 @@ class Chaos:
         status = self.cell.status()
         self.nodes = {entry["node"]: entry["host"] for entry in status["nodes"] if not entry["node"].startswith("agent/")}
         self.hosts = {entry["host"] for entry in status["hosts"]}
+        self.victims = {node: host for node, host in self.nodes.items() if node.startswith(self.of)}
+        if not self.victims:
+            raise SystemExit(f"--of {' '.join(self.of)}: no service's name begins so; they are {', '.join(self.nodes)}")
 
     def give_goals(self):
         self.pose = "ready" if self.pose == "home" else "home"
@@ -142,7 +147,7 @@ class Chaos:
         goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
-            injection = draw(self.rng, self.nodes, self.hosts, self.only)
+            injection = draw(self.rng, self.victims, self.hosts, self.only, self.alone)
             # Of one victim only one thing at a time can be told.
             hosts = [other.host for other in injections]
             if injection.host not in hosts:
@@ -173,6 +178,7 @@ class Chaos:
             begin = self.rng.uniform(0.0, 0.5)
             agenda += [(begin, index, injection.begin), (begin + injection.duration, index, injection.end)]
         injected = {}
+        self.returned_before = self.supervisor_returned
         start = time.monotonic()
         for at, index, act in sorted(agenda, key=lambda entry: entry[0]):
             time.sleep(max(0.0, start + at - time.monotonic()))
@@ -204,7 +210,8 @@ class Chaos:
         """A process hangs whose host has just come back: that need not be told."""
         if injection.name != "stop":
             return False
-        return at < self.supervisor_returned + 1000 * RETURN or any(
+        returned = self.returned_before if self.alone else self.supervisor_returned
+        return at < returned + 1000 * RETURN or any(
             fault["kind"] == "agent_lost" and fault["subject"] == injection.host
             and fault["since_unix_ms"] + 1000 * (fault["duration_s"] + RETURN) > at
             for fault in self.cell.faults().values())
@@ -287,7 +294,9 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what happens to whom (1)")
     parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, metavar="KIND",
                         help=f"of these kinds ({', '.join(KINDS)})")
-    parser.add_argument("--alone", action="store_true", help="one fault at a time")
+    parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
+    parser.add_argument("--of", nargs="+", default=[""], metavar="NAME",
+                        help="processes are killed and stopped whose names begin so (driver, planner, supervisor, world)")
     parser.add_argument("--no-standbys", action="store_true", help="the cell as its file is, without standbys")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")

@@ -268,20 +268,21 @@ class StepClock(OfHost):
 KINDS = ("kill", "stop", "cut", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
 
 
-def draw(rng: random.Random, nodes, hosts, only=KINDS):
-    """`nodes`: {node: host} of all services but agents."""
+def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False):
+    """`nodes`: {node: host} of all services but agents. `told`: what lasts lasts long enough that it must be told."""
     node = rng.choice(sorted(nodes))
     host = rng.choice(sorted(hosts))
     about = lambda low, high: round(rng.uniform(low, high), 3)
+    silent = lambda limit, low: about(surely_told(limit) + 0.1 if told else low, 3.0)
     kinds = {
         "kill": (6, lambda: Kill(node, nodes[node])),
-        "stop": (4, lambda: Stop(node, nodes[node], about(0.05, 3.0))),
-        "cut": (3, lambda: Cut(host, about(0.1, 3.0))),
-        "mute": (2, lambda: Mute(host, about(0.1, 3.0))),
+        "stop": (4, lambda: Stop(node, nodes[node], silent(SILENCE, 0.05))),
+        "cut": (3, lambda: Cut(host, silent(LEASE, 0.1))),
+        "mute": (2, lambda: Mute(host, silent(LEASE, 0.1))),
         "deafen": (2, lambda: Deafen(host, about(0.1, 3.0))),
         "loss": (2, lambda: Lose(host, about(0.5, 2.0), rng.randint(1, 30))),
-        "pause": (1, lambda: Pause(host, about(0.1, 3.0))),
-        "agent": (1, lambda: KillAgent(host, about(0.5, 2.0))),
+        "pause": (1, lambda: Pause(host, silent(LEASE, 0.1))),
+        "agent": (1, lambda: KillAgent(host, silent(LEASE, 0.5) if told else about(0.5, 2.0))),
         "slow": (1, lambda: SlowDown(host, about(0.5, 2.0))),
         "disk": (1, lambda: FillDisk(host, about(0.5, 2.0))),
         "clock": (1, lambda: StepClock(host, about(1.5, 3.0), rng.choice((-1, 1)) * rng.choice((1, 60, 86400)))),
