@@ -106,6 +106,9 @@ using FloatLanes = float __attribute__((vector_size(kFloatLanes * sizeof(float))
 using FloatMask = decltype(FloatLanes{} < FloatLanes{});
 /// Four doubles, rounded.
 using FourFloats = float __attribute__((vector_size(kLanes * sizeof(float))));
+inline FourFloats min(FourFloats a, FourFloats b) {
+  return a < b ? a : b;
+}
 
 inline FourFloats rounded(Lanes lanes) {
   return __builtin_convertvector(lanes, FourFloats);
@@ -131,6 +134,9 @@ inline FloatLanes min(FloatLanes a, FloatLanes b) {
 inline FloatLanes max(FloatLanes a, FloatLanes b) {
   return _mm256_max_ps(a, b);
 }
+inline FloatLanes sqrt(FloatLanes x) {
+  return _mm256_sqrt_ps(x);
+}
 inline unsigned bits(FloatMask mask) {
   return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
 }
@@ -140,6 +146,10 @@ inline FloatLanes min(FloatLanes a, FloatLanes b) {
 }
 inline FloatLanes max(FloatLanes a, FloatLanes b) {
   return a > b ? a : b;
+}
+inline FloatLanes sqrt(FloatLanes x) {
+  for (int i = 0; i < kFloatLanes; ++i) x[i] = std::sqrt(x[i]);
+  return x;
 }
 inline unsigned bits(FloatMask mask) {
   unsigned result = 0;

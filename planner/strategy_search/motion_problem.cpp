@@ -66,6 +66,26 @@ void find_boxes_in_reach(const FlatProblem& problem, FlatArm& arm) {
   }
 }
 
+/// What distances in single precision are off by at most, with room to spare: coordinates and products are rounded to
+/// 6·10⁻⁸ of what they are, and nearly parallel capsules lose 10⁻⁶ |d|² of their squared distance (rough_distance.hpp).
+double rounding_of(const FlatProblem& problem) {
+  double farthest = 1.0;
+  double longest2 = 0.0;
+  double thinnest = HUGE_VAL;
+  for (int i = 0; i < problem.arms; ++i) {
+    const FlatArm& arm = problem.arm[i];
+    for (int k = 0; k < arm.bodies; ++k) {
+      const FlatBody& body = arm.body[k];
+      const double base = body.joint < 0 ? Eigen::Vector3d(body.p).norm() : Eigen::Vector3d(arm.joint[0].p).norm();
+      const double reach = body.joint < 0 ? 0.0 : reach_from_first_joint(arm, body);
+      farthest = std::max(farthest, base + reach);
+      if (body.inverse2 > 0.0) longest2 = std::max(longest2, 1.0 / body.inverse2);
+      thinnest = std::min(thinnest, body.radius);
+    }
+  }
+  return 1e-5 * farthest + 2e-6 * longest2 / (problem.distance + 2.0 * thinnest);
+}
+
 /// A stream of its own for each purpose, arm and task: N tasks begin like N + 1 do.
 Random stream(std::uint64_t seed, int purpose, int arm, int index) {
   Random mixed(seed);
@@ -81,6 +101,10 @@ RunKernel fastest_run() {
 }
 ClearKernel fastest_clear() {
   return fastest(&baseline::clear_arms, &avx2::clear_arms);
+}
+
+WaysKernel fastest_ways() {
+  return fastest(&baseline::look_at_ways, &avx2::look_at_ways);
 }
 
 StrategyProblem::StrategyProblem(const Cell& cell)
@@ -107,14 +131,10 @@ StrategyProblem::StrategyProblem(const Cell& cell)
     area_names_.push_back(found->second);
     auto& centres = areas_.emplace_back();
     for (const std::string& pose : found->second) centres.push_back(arm.named.at(pose).head(avoiding));
-    for (std::size_t k = 0; k < centres.size(); ++k) {
-      if ((centres[k] - centres[(k + 1) % centres.size()]).norm() > 2.0 * spread_) continue;
-      throw ProblemError("tasks.areas." + arm.name + ": two areas in a row overlap: their poses must be more than " +
-                         std::to_string(2.0 * spread_) + " rad apart, twice tasks.spread");
-    }
   }
   for (const world::Obstacle& obstacle : cell.scene.obstacles) add_obstacle(obstacle);
   for (int i = 0; i < flat_.arms; ++i) find_boxes_in_reach(flat_, flat_.arm[i]);
+  flat_.rounding = rounding_of(flat_);
 }
 
 void StrategyProblem::add_obstacle(const world::Obstacle& obstacle) {
@@ -191,6 +211,37 @@ TaskSet StrategyProblem::draw(std::uint64_t seed, int tasks) const {
     set.flat.start[i] = set.starts[i].data();
   }
   return set;
+}
+
+void StrategyProblem::look_at_ways(TaskSet& set) const {
+  constexpr std::size_t kMostNumbers = 12'000'000;  // of each arm: 48 MB
+  constexpr std::size_t kSpare = 2 * kRoughLanes;   // what is looked at together may go beyond the goal
+  set.ways.resize(arms());
+  for (int i = 0; i < arms(); ++i) {
+    const FlatArm& arm = flat_.arm[i];
+    const std::size_t numbers = rough_numbers(arm);
+    TaskSet::Ways& ways = set.ways[i];
+    ways = {};
+    const double* from = set.starts[i].data();
+    std::size_t steps = 0;
+    for (int task = 0; task < set.tasks; ++task) {
+      const int area = (task + 1) % set.flat.areas[i];
+      const double* goal =
+          set.flat.goals[i] + (static_cast<std::int64_t>(task) * set.flat.areas[i] + area) * arm.joints;
+      const Eigen::Map<const Eigen::VectorXd> q_from(from, arm.joints);
+      const Eigen::Map<const Eigen::VectorXd> q_to(goal, arm.joints);
+      const std::size_t more = static_cast<std::size_t>((q_to - q_from).norm() / flat_.step) + kSpare;
+      if ((steps + more) * numbers > kMostNumbers) break;
+      ways.first.push_back(static_cast<std::int32_t>(steps));
+      steps += more;
+      from = goal;
+    }
+    ways.alone.resize(steps);
+    ways.places.resize(steps * numbers);
+    set.flat.ways[i] = {static_cast<int>(ways.first.size()), ways.first.data(), ways.alone.data(), ways.places.data()};
+  }
+  static const WaysKernel look = fastest_ways();
+  look(flat_, set.flat);
 }
 
 }  // namespace hecaton::planner

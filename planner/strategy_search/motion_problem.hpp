@@ -16,6 +16,13 @@ struct TaskSet {
   std::vector<std::vector<double>> goals;
   std::vector<std::vector<std::int32_t>> waits;
   std::vector<std::vector<double>> starts;
+  /// What look_at_ways() has found.
+  struct Ways {
+    std::vector<std::int32_t> first;
+    std::vector<std::uint8_t> alone;
+    std::vector<float> places;
+  };
+  std::vector<Ways> ways;
   FlatTasks flat;  ///< refers to the above
   TaskSet() = default;
   TaskSet(TaskSet&&) = default;
@@ -27,6 +34,7 @@ struct TaskSet {
 
 class StrategyProblem {
  public:
+  /// No two areas in a row may overlap: the reader of cell files sees to that.
   /// Throws ProblemError when the cell has no motion problem, an arm has no areas, or something does not fit.
   explicit StrategyProblem(const Cell& cell);
 
@@ -41,6 +49,10 @@ class StrategyProblem {
   /// Goals in the balls of the areas, each clear of its arm's limits, itself and obstacles; starts at which arms are
   /// clear of each other, too. Throws ProblemError when none are found.
   [[nodiscard]] TaskSet draw(std::uint64_t seed, int tasks) const;
+
+  /// Looks at straight ways beforehand, of as many tasks as fit into some megabytes: worth it for tasks that several
+  /// strategies are tried on, and of no consequence for what is found.
+  void look_at_ways(TaskSet& tasks) const;
 
   /// Sentences about what of the cell is simulated otherwise than it is.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }

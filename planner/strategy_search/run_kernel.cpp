@@ -1,7 +1,10 @@
 #include "planner/strategy_search/run_kernel.hpp"
 
+#include <algorithm>
+
 #include "planner/strategy/plane.hpp"
 #include "planner/strategy_search/flat_kernels.hpp"
+#include "planner/strategy_search/runner.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 namespace {
@@ -13,79 +16,10 @@ constexpr int kOrder[2][kNeighbours] = {{0, 1, 2, 3, 4}, {0, 1, 2, 4, 3}};
 
 /// So many steps towards the goal after one aside, and the way counts as clear.
 constexpr int kStepsInRow = 2;
-constexpr int kKnownPlaces = 8;
-
-/// The plane of one task.
-struct Plane {
-  double start[kFlatJoints];
-  double u1[kFlatJoints];
-  double u2[kFlatJoints];
-  double distance = 0.0;
-  double speed1 = 0.0;  ///< no segment moves faster per unit along u₁ [m/rad]
-  double speed2 = 0.0;  ///< … along u₂
-
-  void q(const FlatArm& arm, const PlanePoint& at, double* out) const {
-    for (int j = 0; j < arm.joints; ++j) out[j] = start[j] + at.x * u1[j] + at.y * u2[j];
-  }
-  void four_q(const FlatArm& arm, const PlanePoint* at, Lanes* out) const {
-    const Lanes x{at[0].x, at[1].x, at[2].x, at[3].x};
-    const Lanes y{at[0].y, at[1].y, at[2].y, at[3].y};
-    for (int j = 0; j < arm.joints; ++j) out[j] = four(start[j]) + x * four(u1[j]) + y * four(u2[j]);
-  }
-};
-
-/// Four configurations looked at together, and where in the plane they are.
-struct Looked {
-  PlanePoint at[kLanes];
-  FourPlaces places;
-  int count = 0;  ///< that are valid
-  int next = 0;   ///< the first that was not gone to yet
-  /// Which arm was found too near each, and how far it may have travelled at most while it certainly still is [m].
-  int blocker[kLanes];
-  double blocked_until[kLanes];
-};
-
-/// Neighbours of which place, and from which on: what a Looked is known by.
-struct LookedAt {
-  PlanePoint at;
-  double side = 0.0;  ///< 0: nothing is known
-  int first = 0;
-
-  [[nodiscard]] bool is(const PlaneState& state, int from) const {
-    return at.x == state.at.x && at.y == state.at.y && side == state.side && first == from;
-  }
-};
-
-/// One arm of a run.
-struct Runner {
-  const FlatArm* arm = nullptr;
-  double q[kFlatJoints];
-  Plane plane;
-  PlaneState state;
-  SeenArm seen;
-  Looked ahead;                ///< on the straight way
-  bool keeps_way = true;       ///< the last steps led towards the goal: several of them are looked at together
-  Looked known[kKnownPlaces];  ///< neighbours of the last places: who is held up comes to the same ones again and again
-  LookedAt known_by[kKnownPlaces];   ///< apart from them: it is what is searched
-  int forgotten = 0;                 ///< the next of these to be replaced
-  int steps_in_row = 0;              ///< towards the goal, since one aside
-  double travelled = 0.0;            ///< no segment has moved farther since the run began [m]
-  NearestBodies nearest[kFlatArms];  ///< when its distance to another arm was measured last
-  bool moving = false;
-  int area = 0;            ///< where it is, or where it comes from
-  int task = 0;            ///< the number of the present or next
-  std::int64_t until = 0;  ///< waits
-  std::int64_t began = 0;
-  std::int64_t limit = 0;  ///< the task's time is over
-
-  void forget_places() {
-    for (LookedAt& place : known_by) place.side = 0.0;
-  }
-  [[nodiscard]] int next_area(int areas) const { return area + 1 == areas ? 0 : area + 1; }
-};
 
 /// What is known of the distance of two arms: it was so much when they had travelled so far.
 struct KnownDistance {
+  RoughNormal n;        ///< from the arm of the higher number to the other, across what lay between them last
   double slack = -1.0;  ///< distance − h − what both had travelled, at an earlier time; + what they have: a bound
 };
 
@@ -95,7 +29,11 @@ class Run {
       RunResult& result)
       : problem_(problem), tasks_(tasks), strategies_(strategies), options_(options), result_(result) {
     result = RunResult{};
-    for (int i = 0; i < problem.arms; ++i) runners_[i].arm = &problem.arm[i];
+    for (int i = 0; i < problem.arms; ++i) {
+      runners_[i].arm = &problem.arm[i];
+      runners_[i].rough.begin(problem.arm[i]);
+      for (int& body : runners_[i].nearest) body = problem.arm[i].bodies - 1;
+    }
   }
 
   void run() {
@@ -132,17 +70,36 @@ class Run {
       Runner& runner = runners_[i];
       const FlatArm& arm = *runner.arm;
       for (int j = 0; j < arm.joints; ++j) runner.q[j] = tasks_.start[i][start * arm.joints + j];
-      Lanes q[kFlatJoints];
-      for (int j = 0; j < arm.joints; ++j) q[j] = four(runner.q[j]);
-      place(arm, q, runner.ahead.places);
-      runner.seen.begin(arm);
-      runner.seen.set(arm, runner.ahead.places, 0);
+      FourPlaces places;
+      place_all(arm, runner.q, places);
+      put_rough(arm, places, runner.ahead);
+      stand_at(runner, runner.ahead.places[0]);
       runner.moving = false;
       runner.area = 0;
       runner.until = tick_ + wait(i);
     }
     forget_distances();
     unchanged_since_ = tick_;
+  }
+
+  /// The same configuration four times.
+  static void place_all(const FlatArm& arm, const double* q, FourPlaces& places) {
+    Lanes lanes[kFlatJoints];
+    for (int j = 0; j < arm.joints; ++j) lanes[j] = four(q[j]);
+    place(arm, lanes, places);
+  }
+
+  static void put_rough(const FlatArm& arm, const FourPlaces& places, Looked& looked) {
+    float* to[kLanes];
+    for (int k = 0; k < kLanes; ++k) to[k] = looked.places[k].numbers;
+    round_places(arm, places, to);
+  }
+
+  static void stand_at(Runner& runner, const RoughPlace& place) {
+    for (int k = 0; k < 6 * runner.rough.stride; k += kFloatLanes) {
+      store(runner.own.numbers + k, load(place.numbers + k));
+    }
+    runner.here = runner.own.numbers;
   }
 
   [[nodiscard]] std::int64_t wait(int i) const { return tasks_.waits[i][runners_[i].task % tasks_.tasks]; }
@@ -155,12 +112,7 @@ class Run {
     const int task = runner.task % tasks_.tasks;
     const double* goal = tasks_.goals[i] + (static_cast<std::int64_t>(task) * tasks_.areas[i] + to) * n;
     Plane& plane = runner.plane;
-    for (int j = 0; j < n; ++j) {
-      plane.start[j] = runner.q[j];
-      plane.u1[j] = goal[j] - runner.q[j];
-    }
-    plane.distance = sqrt(dot_of(plane.u1, plane.u1, n));
-    for (int j = 0; j < n; ++j) plane.u1[j] /= plane.distance;
+    plane.begin(runner.q, goal, n);
     strategy_direction(plane.u1, n, strategies_[i].coefficients, strategies_[i].direction, plane.u2,
                        static_cast<BasisOrder>(problem_.basis));
     plane.speed1 = plane.speed2 = 0.0;
@@ -172,6 +124,9 @@ class Run {
     runner.ahead.count = runner.ahead.next = 0;
     runner.forget_places();
     runner.keeps_way = true;
+    // Until a fault, who has arrived has done so on the same goals whatever the strategy.
+    const FlatWays& ways = tasks_.ways[i];
+    runner.way = resets_ == 1 && runner.task < ways.tasks ? ways.first[runner.task] : -1;
     runner.moving = true;
     runner.began = tick_ + 1;
     const double free_time = std::ceil(plane.distance / problem_.step - 1e-9);
@@ -182,16 +137,8 @@ class Run {
   /// The next four places of the straight way, or fewer up to the goal.
   void look_ahead(Runner& runner) {
     Looked& ahead = runner.ahead;
-    ahead.count = ahead.next = 0;
-    PlaneState state = runner.state;
-    for (int k = 0; k < kLanes; ++k) {
-      const PlaneFrame frame = plane_frame(state.at, runner.plane.distance);
-      if (k == 0 || frame.left > 0.0) {
-        state.at = neighbour(state, frame, runner.plane.distance, problem_.step, 0);
-        ++ahead.count;
-      }
-      ahead.at[k] = state.at;
-    }
+    ahead.next = 0;
+    ahead.count = runner.plane.next_places(runner.state, problem_.step, ahead.at);
     look(runner, ahead);
   }
 
@@ -218,33 +165,81 @@ class Run {
     for (int& blocker : looked.blocker) blocker = -1;
     Lanes q[kFlatJoints];
     runner.plane.four_q(*runner.arm, looked.at, q);
-    place(*runner.arm, q, looked.places);
-    check_alone(problem_, *runner.arm, q, looked.places);
+    FourPlaces places;
+    place(*runner.arm, q, places);
+    check_alone(problem_, *runner.arm, q, places);
+    looked.alone = places.alone;
+    put_rough(*runner.arm, places, looked);
   }
 
   /// Arm i may go to what it looked at in lane k.
   bool is_free(int i, Looked& looked, int k) {
-    if ((looked.places.alone & (1U << k)) == 0) return false;
+    if ((looked.alone & (1U << k)) == 0) return false;
     if (looked.blocker[k] >= 0 && runners_[looked.blocker[k]].travelled < looked.blocked_until[k]) return false;
+    double excess = 0.0;
+    const int blocker = nearer_than_h(i, looked.at[k], looked.places[k].numbers, excess);
+    if (blocker < 0) return true;
+    looked.blocker[k] = blocker;
+    looked.blocked_until[k] = runners_[blocker].travelled + excess;
+    return false;
+  }
+
+  /// Which arm is nearer than h to arm i there (−1: none), and by how much at least [m].
+  int nearer_than_h(int i, const PlanePoint& at, const float* place, double& excess) {
     Runner& runner = runners_[i];
-    const double way = way_to(runner, looked.at[k]);
+    const double way = way_to(runner, at);
+    const double surely = problem_.distance - problem_.rounding;
     for (int other = 0; other < problem_.arms; ++other) {
       if (other == i) continue;
       KnownDistance& known = known_[i < other ? i : other][i < other ? other : i];
       const double travelled = runner.travelled + way + runners_[other].travelled;
       if (known.slack > travelled) continue;
-      const double distance =
-          arm_distance(*runner.arm, looked.places, k, runners_[other].seen, problem_.distance, runner.nearest[other]);
-      if (distance < problem_.distance) {
-        looked.blocker[k] = other;
-        looked.blocked_until[k] = runners_[other].travelled + problem_.distance - distance;
-        return false;
+      const double distance = measure(i, place, other, known);
+      if (distance < problem_.distance + problem_.rounding &&
+          (distance < surely || !is_clear(runner, at, runners_[other]))) {
+        excess = surely - distance;
+        return other;
       }
       // From there back to here it is `way` at most: true for either place.
-      known.slack = distance - problem_.distance + travelled - 2.0 * way;
-      continue;
+      known.slack = distance - problem_.rounding - problem_.distance + travelled - 2.0 * way;
     }
-    return true;
+    return -1;
+  }
+
+  /// Distance of arm i there to another; if they are clear of each other it may say less.
+  double measure(int i, const float* place, int other, KnownDistance& known) {
+    Runner& runner = runners_[i];
+    const Runner& theirs = runners_[other];
+    const float sign = i < other ? 1.0F : -1.0F;
+    const RoughNormal before{sign * known.n.x, sign * known.n.y, sign * known.n.z};
+    const float apart = rough_gap_along(runner.rough, place, theirs.rough, theirs.here, before);
+    if (apart >= problem_.distance + problem_.rounding) return apart;
+    RoughNormal n;
+    const float distance =
+        rough_distance(runner.rough, place, theirs.rough, theirs.here,
+                       static_cast<float>(problem_.distance - problem_.rounding), runner.nearest[other], n);
+    if (distance >= problem_.distance) known.n = {sign * n.x, sign * n.y, sign * n.z};
+    return distance;
+  }
+
+  /// In double precision.
+  [[nodiscard]] bool is_clear(const Runner& runner, const PlanePoint& at, const Runner& other) const {
+    double q[kFlatJoints];
+    FourPlaces places;
+    runner.plane.q(*runner.arm, at, q);
+    place_all(*runner.arm, q, places);
+    if (other.moving) {
+      other.plane.q(*other.arm, other.state.at, q);
+    } else {
+      std::copy(other.q, other.q + other.arm->joints, q);
+    }
+    FourPlaces theirs;
+    place_all(*other.arm, q, theirs);
+    SeenArm seen;
+    seen.begin(*other.arm);
+    seen.set(*other.arm, theirs, 0);
+    NearestBodies nearest;
+    return !(arm_distance(*runner.arm, places, 0, seen, problem_.distance, nearest) < problem_.distance);
   }
 
   [[nodiscard]] static double way_to(const Runner& runner, const PlanePoint& to) {
@@ -255,13 +250,13 @@ class Run {
   void go_to(Runner& runner, const Looked& looked, int k) {
     runner.travelled += way_to(runner, looked.at[k]);
     runner.state.at = looked.at[k];
-    runner.seen.set(*runner.arm, looked.places, k);
+    stand_at(runner, looked.places[k]);
   }
 
   /// The three behaviours.
   void move(int i) {
     Runner& runner = runners_[i];
-    if (go_towards_goal(i)) {
+    if (runner.keeps_way ? keep_way(i) : go_towards_goal(i)) {
       if (runner.state.at.x == runner.plane.distance && runner.state.at.y == 0.0) return finish(i, false);
     } else if (!go_aside(i)) {
       runner.state.side = -runner.state.side;
@@ -269,22 +264,46 @@ class Run {
     if (tick_ + 1 >= runner.limit) finish(i, true);
   }
 
+  bool keep_way(int i) {
+    Runner& runner = runners_[i];
+    if (runner.way >= 0) {
+      runner.keeps_way = keep_known_way(i);
+      return runner.keeps_way;
+    }
+    Looked& ahead = runner.ahead;
+    if (ahead.next == ahead.count) look_ahead(runner);
+    if (is_free(i, ahead, ahead.next)) {
+      go_to(runner, ahead, ahead.next++);
+      return true;
+    }
+    ahead.count = ahead.next = 0;
+    runner.keeps_way = false;
+    return false;
+  }
+
+  bool keep_known_way(int i) {
+    Runner& runner = runners_[i];
+    const FlatWays& ways = tasks_.ways[i];
+    if (ways.alone[runner.way] == 0) return false;
+    const PlaneFrame frame = plane_frame(runner.state.at, runner.plane.distance);
+    const PlanePoint at = neighbour(runner.state, frame, runner.plane.distance, problem_.step, 0);
+    const float* place = ways.places + runner.way * 6 * runner.rough.stride;
+    double excess = 0.0;
+    if (nearer_than_h(i, at, place, excess) >= 0) return false;
+    runner.travelled += way_to(runner, at);
+    runner.state.at = at;
+    runner.here = place;
+    ++runner.way;
+    for (int k = 0; k < 6; k += 2) __builtin_prefetch(place + (12 + k) * runner.rough.stride);
+    return true;
+  }
+
   bool go_towards_goal(int i) {
     Runner& runner = runners_[i];
-    Looked& ahead = runner.ahead;
-    if (runner.keeps_way) {
-      if (ahead.next == ahead.count) look_ahead(runner);
-      if (is_free(i, ahead, ahead.next)) {
-        go_to(runner, ahead, ahead.next++);
-        return true;
-      }
-      ahead.count = ahead.next = 0;
-      runner.keeps_way = false;
-      return false;
-    }
     Looked& around = neighbours(runner, 0);
     if (!is_free(i, around, 0)) return false;
     go_to(runner, around, 0);
+    if (runner.way >= 0) ++runner.way;
     runner.keeps_way = ++runner.steps_in_row >= kStepsInRow;
     return true;
   }
@@ -292,15 +311,16 @@ class Run {
   bool go_aside(int i) {
     Runner& runner = runners_[i];
     runner.steps_in_row = 0;
-    Looked& around = neighbours(runner, 0);
-    for (int k = 1; k < kLanes; ++k) {
-      if (!is_free(i, around, k)) continue;
-      go_to(runner, around, k);
-      return true;
+    Looked* looked = &neighbours(runner, 0);
+    int k = 1;
+    while (k < kLanes && !is_free(i, *looked, k)) ++k;
+    if (k == kLanes) {
+      looked = &neighbours(runner, kLanes);
+      k = 0;
+      if (!is_free(i, *looked, k)) return false;
     }
-    Looked& last = neighbours(runner, kLanes);
-    if (!is_free(i, last, 0)) return false;
-    go_to(runner, last, 0);
+    go_to(runner, *looked, k);
+    runner.way = -1;
     return true;
   }
 

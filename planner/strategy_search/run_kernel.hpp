@@ -34,6 +34,10 @@ struct FlatBody {
   double reach = 0.0;     ///< of the ball round the segment's middle that holds the capsule [m]
 };
 
+/// Numbers that say roughly where an arm's bodies are (rough_distance.hpp).
+inline constexpr int kRoughLanes = 8;
+inline constexpr int kRoughMost = 6 * kFlatBodies;
+
 struct FlatPair {
   int first = 0;   ///< indices into FlatArm::body
   int second = 0;  ///< the one that moves more
@@ -48,6 +52,10 @@ struct FlatArm {
   int pairs = 0;
   FlatPair pair[kFlatPairs];
 };
+
+inline int rough_numbers(const FlatArm& arm) {
+  return 6 * kRoughLanes * ((arm.bodies + kRoughLanes - 1) / kRoughLanes);
+}
 
 /// A box that stands still.
 struct FlatBox {
@@ -68,10 +76,20 @@ struct FlatProblem {
   FlatBox box[kFlatBoxes];
   double step = 0.05 / 0.85;   ///< Δ [rad]
   double distance = 0.05;      ///< h, to arms and obstacles [m]
+  double rounding = 0.0;       ///< distances of two arms in single precision are off by less [m]
   double self_distance = 0.0;  ///< between links of one arm [m]
   int patience = 200;          ///< a task that takes this many times its free time is a fault
   int basis = 0;               ///< BasisOrder of planner/strategy/plane.hpp
   bool nearest_first = false;  ///< neighbours are tried nearest to the goal first, not in the paper's order
+};
+
+/// The straight ways of an arm's first tasks as far as no fault comes between them: the same for all strategies, and
+/// looked at once. Places after each step.
+struct FlatWays {
+  int tasks = 0;                  ///< 0: none are known
+  std::int32_t* first = nullptr;  ///< [task]: its first step in what follows
+  std::uint8_t* alone = nullptr;  ///< [step]: 1: within limits, clear of itself and of boxes
+  float* places = nullptr;        ///< [step][rough_numbers]
 };
 
 /// What the arms have to do, drawn beforehand, so that all strategies get the same. Areas of an arm are numbered in the
@@ -83,6 +101,7 @@ struct FlatTasks {
   const std::int32_t* waits[kFlatArms] = {};  ///< [task]: steps before it begins
   int starts = 0;                             ///< > 0
   const double* start[kFlatArms] = {};        ///< [start][joint]: at the beginning, and after the k-th fault [rad]
+  FlatWays ways[kFlatArms];
 };
 
 struct FlatStrategy {
@@ -111,19 +130,26 @@ using RunKernel = void (*)(const FlatProblem& problem, const FlatTasks& tasks, c
 /// boxes, and (if `others`) the other arms. Bit i: arm i is.
 using ClearKernel = unsigned (*)(const FlatProblem& problem, const double* const* q, bool others);
 
+/// Fills the arrays of tasks.ways for the tasks that they have room for: of each, as many steps as lie between its
+/// first and the next one's, and then some.
+using WaysKernel = void (*)(const FlatProblem& problem, const FlatTasks& tasks);
+
 /// The ones for this machine; both give the same result to the last bit.
 [[nodiscard]] RunKernel fastest_run();
 [[nodiscard]] ClearKernel fastest_clear();
+[[nodiscard]] WaysKernel fastest_ways();
 
 namespace baseline {
 void run_strategies(const FlatProblem& problem, const FlatTasks& tasks, const FlatStrategy* strategies,
                     const RunOptions& options, RunResult& result);
 unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool others);
+void look_at_ways(const FlatProblem& problem, const FlatTasks& tasks);
 }  // namespace baseline
 namespace avx2 {
 void run_strategies(const FlatProblem& problem, const FlatTasks& tasks, const FlatStrategy* strategies,
                     const RunOptions& options, RunResult& result);
 unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool others);
+void look_at_ways(const FlatProblem& problem, const FlatTasks& tasks);
 }  // namespace avx2
 
 }  // namespace hecaton::planner

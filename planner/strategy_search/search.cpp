@@ -91,7 +91,9 @@ void share(const SearchHooks& hooks, std::vector<Found>& found, const FromText& 
 
 std::vector<Evaluation> evaluate_round(const StrategyProblem& problem, std::span<const SystemStrategy> strategies,
                                        const Round& round, const SearchHooks& hooks) {
-  const TaskSet tasks = problem.draw(round.seed, round.tasks);
+  TaskSet tasks = problem.draw(round.seed, round.tasks);
+  constexpr std::size_t kWorthLooking = 4;
+  if (strategies.size() >= kWorthLooking) problem.look_at_ways(tasks);
   const EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
   std::vector<Evaluation> evaluations(strategies.size());
   std::mutex telling;
@@ -161,7 +163,8 @@ class Search {
   /// New candidates near the best; what those have done does not count for these.
   void refine() {
     std::vector<SystemStrategy> refined(std::min<std::size_t>(plan_.refine, report_.best.size()));
-    const TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
+    TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
+    problem_.look_at_ways(tasks);
     for_own(hooks_, refined.size(), [&](std::size_t i) {
       SimplexOptions options;
       options.most_steps = plan_.refine_steps;
@@ -169,7 +172,12 @@ class Search {
     });
     share(hooks_, refined, strategy_of);
     for (Candidate& candidate : report_.best) candidate.evaluation = {};
-    for (SystemStrategy& strategy : refined) report_.best.push_back({std::move(strategy), {}});
+    for (SystemStrategy& strategy : refined) {
+      // Where nothing better was found, it is one that is there already.
+      const bool known = std::any_of(report_.best.begin(), report_.best.end(),
+                                     [&](const Candidate& other) { return other.strategy == strategy; });
+      if (!known) report_.best.push_back({std::move(strategy), {}});
+    }
   }
 
   [[nodiscard]] bool any_faultless() const {

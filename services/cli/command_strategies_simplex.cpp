@@ -34,7 +34,9 @@ ExitCode run(const Settings& settings, const Options& options) {
   try {
     const planner::StrategyProblem problem(file.cell);
     const planner::SystemStrategy initial = strategy_from(options.from, file, problem);
-    found = refine_by_simplex(problem, problem.draw(options.seed, options.tasks), initial, options.simplex);
+    planner::TaskSet tasks = problem.draw(options.seed, options.tasks);
+    problem.look_at_ways(tasks);
+    found = refine_by_simplex(problem, tasks, initial, options.simplex);
     results = strategy_results(problem, {{initial, found.initial}, {found.strategy, found.final}});
   } catch (const planner::ProblemError& error) {
     throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
@@ -62,7 +64,7 @@ void add_strategy_simplex(CLI::App& parent, Session& session) {
            "coefficients and direction of each arm, one after the other: \"0 -2.5 1 2 -2.5 1\" (the cell file's)");
   add_whole_number(
       *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); },
-      "of each arm, the same in every evaluation (600)", 1, 1'000'000);
+      "tasks of each arm, the same in every evaluation (600)", 1, 1'000'000);
   add_whole_number(
       *command, "--steps", [options](std::uint64_t n) { options->simplex.most_steps = static_cast<int>(n); },
       "evaluations at most (200)", 1, 1'000'000);

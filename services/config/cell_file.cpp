@@ -29,7 +29,24 @@ void require_of_every_arm(const MapView& root, const planner::Cell& cell, const 
   }
 }
 
-// Areas are poses of arms that there are.
+// Where two areas in a row overlap, a task may have no way, and a strategy's plane no direction; nor would it be clear
+// which of them an arm has come from.
+void check_overlap(const MapView& tasks, const planner::PlannedArm& planned, const std::vector<std::string>& poses,
+                   double spread) {
+  const planner::Arm& arm = planned.arm;
+  const int joints = planner::avoiding_joints(planned.parameters.strategy, arm.model->joints());
+  const int n = std::min(joints, arm.model->joints());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const std::string& next = poses[(k + 1) % poses.size()];
+    const double way = (arm.named.at(poses[k]).head(n) - arm.named.at(next).head(n)).norm();
+    if (way > 2.0 * spread) continue;
+    tasks.fail("areas." + arm.name, poses[k] + ", " + next,
+               "poses more than twice tasks.spread apart in the joints that avoid, " + number_text(2.0 * spread) +
+                   " rad, for their areas must not overlap; it is " + number_text(way));
+  }
+}
+
+// Areas are poses of arms that there are, and lie apart.
 void check_areas(const MapView& root, const planner::Cell& cell) {
   for (const auto& [name, poses] : cell.tasks.problem.areas) {
     const MapView tasks = root.at("tasks").map(section::kTasks);
@@ -40,6 +57,7 @@ void check_areas(const MapView& root, const planner::Cell& cell) {
     for (const std::string& pose : poses) {
       if (!arm->arm.named.contains(pose)) tasks.fail("areas." + name, pose, "the name of a pose that the arm has");
     }
+    check_overlap(tasks, *arm, poses, cell.tasks.problem.spread);
   }
 }
 

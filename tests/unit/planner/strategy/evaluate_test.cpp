@@ -114,6 +114,49 @@ TEST(EvaluateTest, IsTheSameOnEveryInstructionSet) {
   }
 }
 
+/// Some of the grid's strategies have the same results in both problems, each with its tasks. Returns their faults.
+std::int64_t expect_same(const StrategyProblem& a, const TaskSet& tasks_a, const StrategyProblem& b,
+                         const TaskSet& tasks_b) {
+  const std::vector<SystemStrategy> grid = StrategyGrid{{-2, 2}, {-1, 1}}.of(a);
+  const std::size_t step = grid.size() / 9;
+  std::int64_t faults = 0;
+  for (std::size_t i = 0; i < grid.size(); i += step) {
+    const Evaluation first = evaluate(a, tasks_a, grid[i]);
+    const Evaluation second = evaluate(b, tasks_b, grid[i]);
+    EXPECT_EQ(first.faults, second.faults) << i;
+    EXPECT_EQ(first.time, second.time) << i;
+    EXPECT_EQ(first.arm_ticks, second.arm_ticks) << i;
+    faults += first.all_faults();
+  }
+  return faults;
+}
+
+// Distances in single precision must never decide what those in double precision would decide otherwise.
+TEST(EvaluateTest, SinglePrecisionDecidesNothing) {
+  std::int64_t faults = 0;
+  for (const char* name : {"2a", "3a"}) {
+    const StrategyProblem problem(scorbots(name));
+    StrategyProblem exact(scorbots(name));
+    EXPECT_LT(problem.flat().rounding, 1e-3) << "or it would be of little use";
+    exact.flat().rounding = 10.0;  // more than any distance: each is looked at in double precision
+    faults += expect_same(problem, problem.draw(5, 20), exact, exact.draw(5, 20));
+  }
+  EXPECT_GT(faults, 0);
+}
+
+// Nor must it matter whether straight ways were looked at beforehand, also after faults and beyond an arm's N.
+TEST(EvaluateTest, LookingAtWaysBeforehandChangesNoResult) {
+  std::int64_t faults = 0;
+  for (const char* name : {"2a", "2c", "3a"}) {
+    const StrategyProblem problem(scorbots(name));
+    TaskSet known = problem.draw(6, 30);
+    problem.look_at_ways(known);
+    EXPECT_EQ(known.flat.ways[0].tasks, 30);
+    faults += expect_same(problem, known, problem, problem.draw(6, 30));
+  }
+  EXPECT_GT(faults, 0);
+}
+
 // Who repeats himself is not simulated until his time is over; nothing else may change by that.
 TEST(EvaluateTest, FindingCyclesChangesNoResult) {
   const StrategyProblem problem(scorbots("2a"));

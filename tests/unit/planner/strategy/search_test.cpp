@@ -162,9 +162,6 @@ TEST(StrategyProblemTest, RefusesWhatItCannotSimulate) {
   cell = two_scorbots();
   cell.tasks.problem.areas.erase("robot2");
   EXPECT_THROW(StrategyProblem{cell}, ProblemError);
-  cell = two_scorbots();
-  cell.tasks.problem.spread = 1.5;  // the areas overlap
-  EXPECT_THROW(StrategyProblem{cell}, ProblemError);
 }
 
 }  // namespace

@@ -357,6 +357,8 @@ TEST(AreasTest, NamePosesOfArms) {
   EXPECT_THROW(cell("areas: {two: [there, home]}"), ConfigError);
   EXPECT_THROW(cell("areas: {one: [there, nowhere]}"), ConfigError);
   EXPECT_THROW(cell("areas: {one: [there]}"), ConfigError);
+  EXPECT_THROW(cell("areas: {one: [there, home]}, spread: 3"), ConfigError) << "they overlap";
+  EXPECT_THROW(cell("areas: {one: [there, home, there]}"), ConfigError) << "the last and the first are the same";
   EXPECT_THROW(cell("areas: {one: [there, home]}, radius: 1"), ConfigError);
   EXPECT_THROW(cell("centre: [0, 0, 0], spread: 1"), ConfigError);
 }

@@ -1,0 +1,52 @@
+#include "planner/strategy_search/rough_distance.hpp"
+#include "planner/strategy_search/run_kernel.hpp"
+#include "planner/strategy_search/task_plane.hpp"
+
+namespace hecaton::planner::HECATON_ISA {
+namespace {
+
+/// Looks at a straight way, four places at a time; the goal is among them.
+void look_at_way(const FlatProblem& problem, const FlatArm& arm, const Plane& plane, std::uint8_t* alone,
+                 float* places) {
+  const int numbers = rough_numbers(arm);
+  PlaneState state;
+  while (plane_frame(state.at, plane.distance).left > 0.0) {
+    PlanePoint at[kLanes];
+    const int count = plane.next_places(state, problem.step, at);
+    Lanes q[kFlatJoints];
+    plane.four_q(arm, at, q);
+    FourPlaces four_places;
+    place(arm, q, four_places);
+    check_alone(problem, arm, q, four_places);
+    float* to[kLanes];
+    for (int k = 0; k < kLanes; ++k) to[k] = places + k * numbers;
+    round_places(arm, four_places, to);
+    for (int k = 0; k < kLanes; ++k) alone[k] = (four_places.alone >> k) & 1U;
+    alone += count;
+    places += count * numbers;
+    state.at = at[count - 1];
+  }
+}
+
+}  // namespace
+
+void look_at_ways(const FlatProblem& problem, const FlatTasks& tasks) {
+  for (int i = 0; i < problem.arms; ++i) {
+    const FlatArm& arm = problem.arm[i];
+    const FlatWays& ways = tasks.ways[i];
+    double q[kFlatJoints];
+    for (int j = 0; j < arm.joints; ++j) q[j] = tasks.start[i][j];
+    int area = 0;
+    for (int task = 0; task < ways.tasks; ++task) {
+      area = area + 1 == tasks.areas[i] ? 0 : area + 1;
+      Plane plane;
+      plane.begin(q, tasks.goals[i] + (static_cast<std::int64_t>(task) * tasks.areas[i] + area) * arm.joints,
+                  arm.joints);
+      const auto first = static_cast<std::int64_t>(ways.first[task]);
+      look_at_way(problem, arm, plane, ways.alone + first, ways.places + first * rough_numbers(arm));
+      plane.q(arm, {plane.distance, 0.0}, q);
+    }
+  }
+}
+
+}  // namespace hecaton::planner::HECATON_ISA
