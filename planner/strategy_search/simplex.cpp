@@ -2,6 +2,8 @@
 
 #include <nlopt.hpp>
 
+#include "planner/strategy/coefficient_limit.hpp"
+
 namespace hecaton::planner {
 namespace {
 
@@ -50,6 +52,8 @@ SimplexResult refine_by_simplex(const StrategyProblem& problem, const TaskSet& t
   search.set_min_objective([](const std::vector<double>& at, std::vector<double>&,
                               void* data) { return (*static_cast<Objective*>(data))(at); },
                            &objective);
+  search.set_lower_bounds(-kMostCoefficient);
+  search.set_upper_bounds(kMostCoefficient);
   search.set_initial_step(options.first_size);
   search.set_ftol_abs(options.tolerance);
   search.set_maxeval(options.most_steps);

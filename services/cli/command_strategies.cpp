@@ -1,5 +1,6 @@
 /// hecaton strategies: the off-line stage of motion strategies [Mediavilla02].
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -21,6 +22,7 @@
 #include "services/cli/strategy_validation.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/read_parameters.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -61,6 +63,15 @@ Json stages_json(const planner::SearchReport& report) {
   return stages;
 }
 
+/// Twice the same strategy would be counted twice.
+void refuse_repeated(const char* option, const std::vector<double>& values) {
+  for (auto value = values.begin(); value != values.end(); ++value) {
+    if (std::find(values.begin(), value, *value) == value) continue;
+    throw Failure(ExitCode::kBadInput,
+                  std::string(option) + " has " + config::number_text(*value + 0.0) + " twice: its values must differ");
+  }
+}
+
 /// What every rank reads for itself, and finds the same.
 struct Task {
   std::string cell;
@@ -70,6 +81,8 @@ struct Task {
 };
 
 Task read_task(const SearchOptions& options, bool notes) {
+  refuse_repeated("--alpha", options.alpha);
+  refuse_repeated("--beta", options.beta);
   const config::CellFile file = config::load_cell_file(options.cell);
   planner::StrategyGrid grid;
   if (!options.alpha.empty()) grid.alpha = options.alpha;
@@ -170,13 +183,13 @@ void add_search(CLI::App& parent, Session& session) {
   command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
   add_whole_number(
       *command, "--tasks", [&plan](std::uint64_t n) { plan.screening_tasks = static_cast<int>(n); },
-      "of each arm, for each strategy of the grid (300)", 1, 1'000'000);
+      "tasks of each arm that each strategy of the grid is tried on, up to its first fault (300)", 1, 1'000'000);
   add_whole_number(
       *command, "--confirm", [&plan](std::uint64_t n) { plan.confirm_tasks = static_cast<int>(n); },
-      "of each arm and set, for each strategy that had no fault (1800)", 1, 1'000'000);
+      "tasks of each arm and set that confirm each strategy without fault (1800)", 1, 1'000'000);
   add_whole_number(
       *command, "--sets", [&plan](std::uint64_t n) { plan.confirm_sets = static_cast<int>(n); },
-      "of tasks that confirm, each of a seed of its own (2)", 0, 100);
+      "sets of fresh tasks that confirm, one after the other, each of a seed of its own (2)", 0, 100);
   add_seed(*command, plan.seed, "of the first set of tasks; the others use the seeds after it (1)");
   command->add_flag("--complete", plan.complete,
                     "simulate all tasks of all strategies, also after faults, and keep all: for `strategies plot`");
@@ -185,8 +198,10 @@ void add_search(CLI::App& parent, Session& session) {
   add_whole_number(
       *command, "--refine", [&plan](std::uint64_t n) { plan.refine = static_cast<int>(n); },
       "so many of the best are refined by the simplex method before they are confirmed (0)", 0, 1000);
-  add_numbers(*command, "--alpha", options->alpha, 0, "values of each arm's first coefficient (-2 0 2)");
-  add_numbers(*command, "--beta", options->beta, 0, "values of each arm's further coefficients (-2.5 -1 1 2.5)");
+  add_numbers(*command, "--alpha", options->alpha, 0, "the grid's values of each arm's first coefficient (-2 0 2)",
+              config::kCoefficient);
+  add_numbers(*command, "--beta", options->beta, 0, "… and of each arm's further ones, if it has any (-2.5 -1 1 2.5)",
+              config::kCoefficient);
   command
       ->add_option("--combine", options->combine,
                    "instead of a grid: all combinations of which every two neighbours had no fault in these results "
@@ -201,7 +216,8 @@ void add_search(CLI::App& parent, Session& session) {
              "know `listed`");
   add_threads(*command, options->threads);
   add_whole_number(
-      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "strategies that are shown (10)", 1, 100000);
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "so many of the best are shown (10)", 1,
+      100000);
   command
       ->add_option("--results", options->results,
                    "write all that were confirmed to NAME.csv, the best to NAME.yaml, for `strategy: {file: …}` in a "
@@ -228,7 +244,8 @@ void add_show(CLI::App& parent, Session& session) {
   auto options = std::make_shared<ShowOptions>();
   command->add_option("FILE", options->file, "results (CSV) of a search")->required();
   add_whole_number(
-      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "strategies that are shown (20)", 1, 100000);
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "so many of the best are shown (20)", 1,
+      100000);
   command->callback([&session, options] {
     session.action = [&session, options] {
       const StrategyResults results = read_strategy_csv(options->file);
@@ -245,6 +262,15 @@ void add_strategies(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("strategies", "The off-line stage of motion strategies: searches, shows and validates them");
   command->require_subcommand(1);
+  command->footer(
+      "A strategy says, for each arm, in which plane of joint space it goes round what is in its way: coefficients α, "
+      "β, "
+      "…, and which way it turns first, λ = 1 or -1. A fault is a task that takes 200 times the time it would take "
+      "alone; "
+      "T is the mean time of a task, summed over the arms [steps]. docs/strategies.md says more.\n\n"
+      "  hecaton strategies search CELL --results found             the best of a grid\n"
+      "  hecaton strategies validate CELL --strategies found.csv    is the winner as good on fresh tasks?\n"
+      "  strategy: {file: found.yaml}                               in the cell file, for arms to use it");
   add_search(*command, session);
   add_show(*command, session);
   add_strategy_validation(*command, session);

@@ -138,15 +138,19 @@ void add_strategy_validation(CLI::App& parent, Session& session) {
       ->add_option("--strategies", options->strategies,
                    "results (CSV) of a search; otherwise the strategies that the cell file gives its arms")
       ->type_name("FILE");
-  add_from(*command, options->from, "the strategy instead: coefficients and direction of each arm");
+  add_from(*command, options->from,
+           "the strategy itself: coefficients and direction of each arm, one after the other: \"0 -2.5 1 2 -2.5 1\"");
   command->get_option("--from")->excludes("--strategies");
   add_whole_number(
-      *command, "--rank", [options](std::uint64_t n) { options->rank = n; }, "which of the results (1)", 1, 1'000'000);
+      *command, "--rank", [options](std::uint64_t n) { options->rank = n; }, "which of the results, 1 is the best (1)",
+      1, 1'000'000);
   add_whole_number(
-      *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); }, "of each arm (4200)",
-      1, 10'000'000);
+      *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); },
+      "tasks of each arm (4200)", 1, 10'000'000);
   add_seed(*command, options->seed, "of the tasks: one that no search has used (1001)");
-  command->footer("Exit code 1 when there was a fault.");
+  command->footer(
+      "P at most: what the probability of a fault does not exceed, with 97.5 % confidence (the upper end of the exact "
+      "binomial 95 % interval). Exit code 1 when there was a fault.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return validate(session.settings, *options); }; });
 }

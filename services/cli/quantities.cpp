@@ -77,10 +77,14 @@ CLI::Option* add_duration(CLI::App& app, const std::string& name, double& second
 }
 
 CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<double>& numbers, std::size_t count,
-                         const std::string& description) {
-  const auto set = [name, &numbers, count](const std::vector<std::string>& words) {
+                         const std::string& description, const std::optional<config::Bounds>& bounds) {
+  const auto set = [name, &numbers, count, bounds](const std::vector<std::string>& words) {
     ParsedNumbers parsed = parse_numbers(words, count);
     if (!parsed.error.empty()) throw Failure(ExitCode::kBadInput, name + ": " + parsed.error);
+    for (const double number : parsed.numbers) {
+      if (!bounds || bounds->allow(number)) continue;
+      refuse(name, config::number_text(number), "a number " + bounds->text());
+    }
     numbers = std::move(parsed.numbers);
   };
   return app.add_option_function<std::vector<std::string>>(name, set, description)

@@ -31,9 +31,9 @@ CLI::Option* add_duration(CLI::App& app, const std::string& name, double& second
                           double low, double high);
 
 /// An option for numbers: in one word separated by blanks or commas, or in several words. Exactly `count` of them
-/// (0: at least one), all finite.
+/// (0: at least one), all finite and within the bounds.
 CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<double>& numbers, std::size_t count,
-                         const std::string& description);
+                         const std::string& description, const std::optional<config::Bounds>& bounds = {});
 
 /// An option for a pose, six numbers x y z [m] roll pitch yaw [rad] within the bounds of the cell file's poses.
 CLI::Option* add_pose(CLI::App& app, const std::string& name, std::vector<double>& xyz_rpy,

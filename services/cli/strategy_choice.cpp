@@ -7,6 +7,7 @@
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/strategy_table.hpp"
+#include "services/config/read_parameters.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -29,7 +30,8 @@ std::vector<Pair> faultless_pairs(const std::string& path, int coefficients) {
       throw Failure(ExitCode::kBadInput, "--combine: " + path + " must have strategies with " +
                                              std::to_string(coefficients) + " coefficients, as this cell's arms");
     }
-    if (row.faults == 0) pairs.emplace_back(row.strategy[0], row.strategy[1]);
+    if (row.faults > 0 || has(pairs, row.strategy[0], row.strategy[1])) continue;
+    pairs.emplace_back(row.strategy[0], row.strategy[1]);
   }
   return pairs;
 }
@@ -37,7 +39,7 @@ std::vector<Pair> faultless_pairs(const std::string& path, int coefficients) {
 }  // namespace
 
 void add_from(CLI::App& app, std::vector<double>& from, const std::string& description) {
-  add_numbers(app, "--from", from, 0, description);
+  add_numbers(app, "--from", from, 0, description, config::kCoefficient);
 }
 
 planner::SystemStrategy strategy_from(const std::vector<double>& from, const config::CellFile& file,

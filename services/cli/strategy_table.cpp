@@ -7,6 +7,7 @@
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/table.hpp"
+#include "services/config/read_parameters.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -204,6 +205,9 @@ StrategyResults read_strategy_csv(const std::string& path) {
         if (std::abs(value) != 1.0) fail("a direction must be 1 or -1");
         strategy.direction = value;
       } else {
+        if (!config::kCoefficient.allow(value)) {
+          fail("a coefficient must be a number " + config::kCoefficient.text());
+        }
         strategy.coefficients[columns[i].coefficient] = value;
         row.coefficients[columns[i].arm] = columns[i].coefficient + 1;
       }

@@ -78,7 +78,6 @@ void read_potential(const MapView& map, planner::PotentialParameters& potential)
 
 void read_strategy(const MapView& map, planner::StrategyParameters& parameters) {
   constexpr std::array<std::string_view, 2> kDirections = {"1", "-1"};
-  constexpr Bounds kCoefficient{-1000.0, 1000.0, ""};
   if (const auto joints = map.find("joints")) parameters.joints = joints->integer(2, planner::kMaxJoints);
   if (const auto coefficients = map.find("coefficients")) {
     parameters.coefficients = 0;
