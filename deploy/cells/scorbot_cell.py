@@ -1,12 +1,12 @@
 """Writes the cells of Mediavilla's motion problems: scorbot_2a, 2b, 2c and 3a.
 
 usage: scorbot_cell.py PROBLEM [--spacing M] [--angle DEG] [--radius M] [--height M] [--pitch DEG] [--tables M]
-       [--distance M] [--step RAD] [--urdf FILE] [-o FILE]
+       [--distance M] [--step RAD] [--opposite] [--urdf FILE] [-o FILE]
 
 Bases stand at the corners of an equilateral triangle of --spacing, turned so that their x axes point at its centre.
 Each arm's side tables are --angle to either side of that direction, where its gripper's tip is --radius from the base's
 axis and --height above the floor, the hand --pitch above the horizon; the central table is in the middle. Table tops
-are --tables high; 0: no tables. --distance is h and --step Δ; --urdf says where the arm's file is.
+are --tables high; 0: no tables. --opposite: the second arm begins at its other table. --distance is h and --step Δ; --urdf says where the arm's file is.
 """
 import argparse
 import math
@@ -21,7 +21,7 @@ AREAS = {"2a": [("left", "right"), ("left", "right")],
          "3a": [("left", "right"), ("left", "right"), ("left", "right")]}
 # What `hecaton strategies search` found for the layout below (docs/strategies.md).
 STRATEGIES = {"2a": [(-2, 1, 1), (2, 1, 1)],
-              "2b": [(-2, 1, 1), (2, 1, 1)],
+              "2b": [(2, 1, 1), (-2, 1, 1)],
               "2c": [(0, 1, 1), (-2, 1, 1)],
               "3a": [(2, 1, 1), (2, 1, 1), (-2, 1, 1)]}
 DOMAINS = {"2a": 52, "2b": 53, "2c": 54, "3a": 55}
@@ -51,8 +51,15 @@ def cell(problem, a):
            "# A demonstration shares its machine with whatever else runs there: silence counts late.",
            "supervision:", "  heartbeat_deadline: 250ms", "  host_lease: 1s", "",
            "tasks:", "  areas:"]
+    areas = list(AREAS[problem])
+    if a.opposite:
+        areas[1] = areas[1][::-1]
+    if problem == "3a":
+        out += ["    # The paper has it both ways: section 2.2 lets all three travel in the same direction, section 5 lets them",
+                "    # start in opposite ones. Here all start in the same, from their left tables." if not a.opposite else
+                "    # start in opposite ones. Here the second starts against the others."]
     for k in range(ARMS[problem]):
-        out.append(f"    {names[k]}: [{', '.join(AREAS[problem][k])}]")
+        out.append(f"    {names[k]}: [{', '.join(areas[k])}]")
     out += ["  # ε_alea = 0.1 m over a reach of 0.85 m", "  spread: 0.1176", "  mean_wait: 10", "  time_limit: 60s", "",
             "defaults:", f"  urdf: {a.urdf}", "  limits:", "    acceleration: 6",
             "  method: strategy", "  strategy:",
@@ -70,7 +77,7 @@ def cell(problem, a):
         yaw = math.remainder(corners[k] + math.pi, 2 * math.pi)
         out += [f"  - name: {names[k]}",
                 f"    base: {{xyz: [{x:.6f}, {y:.6f}, 0], rpy: [0, 0, {yaw:.6f}]}}",
-                f"    start: {AREAS[problem][k][0]}",
+                f"    start: {areas[k][0]}",
                 f"    strategy: {{coefficients: {list(STRATEGIES[problem][k][:2])}, direction: {STRATEGIES[problem][k][2]}}}"]
     if a.tables > 0:
         out += ["", "obstacles:"]
@@ -101,6 +108,7 @@ parser.add_argument("--pitch", type=float, default=-20.0)
 parser.add_argument("--tables", type=float, default=0.1)
 parser.add_argument("--distance", type=float, default=0.05)
 parser.add_argument("--step", type=float, default=0.0588)
+parser.add_argument("--opposite", action="store_true")
 parser.add_argument("--urdf", default="urdf/scorbot_er9.urdf")
 parser.add_argument("-o", "--output", default="/dev/stdout")
 arguments = parser.parse_args()

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -124,6 +125,86 @@ TEST_F(StrategiesTest, RefusesWhatCannotBe) {
   const Ran bad = run_line({"strategies", "show", in_folder("bad.csv")});
   EXPECT_EQ(bad.code, ExitCode::kBadInput);
   EXPECT_NE(bad.err.find("line 2: a direction must be 1 or -1"), std::string::npos) << bad.err;
+}
+
+TEST_F(StrategiesTest, RefusesCoefficientsThatCellFilesRefuse) {
+  std::ofstream(in_folder("far.csv")) << "rank,time,time_error,tasks,faults,a_direction,a_1\n1,80,1,100,0,1,1001\n";
+  const std::vector<std::vector<std::string>> lines = {
+      {"strategies", "search", kScorbots, "--alpha", "0 1001"},
+      {"strategies", "search", kScorbots, "--beta=-1e9"},
+      {"strategies", "validate", kScorbots, "--from", "1001 1 1 2 1 1"},
+      {"strategies", "simplex", kScorbots, "--from", "1001 1 1 2 1 1"},
+      {"strategies", "show", in_folder("far.csv")}};
+  for (const std::vector<std::string>& line : lines) {
+    const Ran ran = run_line(line);
+    EXPECT_EQ(ran.code, ExitCode::kBadInput) << line[1];
+    EXPECT_NE(ran.err.find("must be a number between -1000 and 1000"), std::string::npos) << ran.err;
+  }
+}
+
+// Twice the same strategy would count twice, in the grid and among what is kept.
+TEST_F(StrategiesTest, RefusesValuesGivenTwice) {
+  const Ran ran = run_line({"strategies", "search", kScorbots, "--alpha", "0 2 -0"});
+  EXPECT_EQ(ran.code, ExitCode::kBadInput);
+  EXPECT_NE(ran.err.find("--alpha has 0 twice"), std::string::npos) << ran.err;
+}
+
+// One rule, whoever reads the cell.
+TEST_F(StrategiesTest, AreasThatOverlapAreRefusedByAll) {
+  std::string cell = content(kScorbots);
+  const std::string spread = "spread: 0.1176";
+  ASSERT_NE(cell.find(spread), std::string::npos);
+  cell.replace(cell.find(spread), spread.size(), "spread: 1.2");
+  const std::string urdf = "urdf: urdf/";
+  cell.replace(cell.find(urdf), urdf.size(), "urdf: " HECATON_SOURCE_DIR "/deploy/cells/urdf/");
+  const std::string file = in_folder("overlap.yaml");
+  std::ofstream(file) << cell;
+  const std::vector<std::vector<std::string>> lines = {
+      {"check", file}, {"simulate", file, "--tasks", "1"}, {"up", file}, {"strategies", "search", file}};
+  for (const std::vector<std::string>& line : lines) {
+    const Ran ran = run_line(line);
+    EXPECT_EQ(ran.code, ExitCode::kBadInput) << line[0];
+    EXPECT_NE(ran.err.find("tasks.areas.robot1 = left, right must be poses more than twice tasks.spread apart"),
+              std::string::npos)
+        << line[0] << ": " << ran.err;
+  }
+}
+
+/// What docs/strategies.md says that commands print: "$ hecaton …", and then their output.
+std::vector<std::pair<std::string, std::string>> quoted_runs() {
+  std::istringstream page(content(HECATON_SOURCE_DIR "/docs/strategies.md"));
+  std::vector<std::pair<std::string, std::string>> runs;
+  const std::string indent = "    ";
+  const std::string prompt = indent + "$ hecaton ";
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with(prompt)) {
+      runs.emplace_back(line.substr(prompt.size()), "");
+      inside = true;
+    } else if (inside && (line.empty() || line.starts_with(indent))) {
+      runs.back().second += (line.empty() ? "" : line.substr(indent.size())) + "\n";
+    } else {
+      inside = false;
+    }
+  }
+  return runs;
+}
+
+// The page says what the commands say.
+TEST_F(StrategiesTest, PageQuotesWhatCommandsPrint) {
+  const auto runs = quoted_runs();
+  ASSERT_GE(runs.size(), 2U);
+  for (const auto& [command, expected] : runs) {
+    std::vector<std::string> words;
+    std::istringstream text(command);
+    for (std::string word; text >> std::quoted(word);) words.push_back(word);
+    for (std::string& word : words) {
+      if (word.starts_with("deploy/")) word.insert(0, std::string(HECATON_SOURCE_DIR) + "/");
+    }
+    const Ran ran = run_line(words);
+    const auto trimmed = [](std::string lines) { return lines.erase(lines.find_last_not_of('\n') + 1); };
+    EXPECT_EQ(trimmed(ran.out), trimmed(expected)) << command;
+  }
 }
 
 // Files of other cells, and others that are no results: one sentence each.
