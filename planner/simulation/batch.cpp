@@ -11,9 +11,11 @@ namespace {
 
 /// Obstacles begin anywhere in this span of their scripts [s].
 constexpr double kScriptSpan = 60.0;
+/// A batch whose first episodes, as many as these, could all not be drawn is given up.
+constexpr int kMostInVain = 50;
 
 struct EpisodeRecord {
-  const char* missing = nullptr;  ///< what could not be drawn
+  std::string missing;  ///< why its task could not be drawn; empty: it could
   EpisodeOutcome outcome;
   ClockedTimes clocked;
 };
@@ -31,15 +33,13 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   const auto starts = generator.draw_configuration(random);
   const auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
   if (!goals) {
-    record.missing =
-        "no goals were found in the task area that all arms reach and that bring them into each other's way; move it "
-        "or the arms";
+    record.missing = generator.shortage();
     return record;
   }
   if (!generator.clear_at(episode_options.world_time, *starts)) {  // the stops of a route may be in an obstacle's way
     const auto time = generator.draw_time(random, kScriptSpan, *starts);
     if (!time) {
-      record.missing = "moving obstacles are always in the way of arms at their start; move them or the arms";
+      record.missing = generator.shortage();
       return record;
     }
     episode_options.world_time = *time;
@@ -57,7 +57,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
 EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, bool observed) {
   constexpr int kScenes = 50;
   EpisodeRecord record;
-  for (int scene = 0; scene < kScenes && (scene == 0 || record.missing != nullptr); ++scene) {
+  for (int scene = 0; scene < kScenes && (scene == 0 || !record.missing.empty()); ++scene) {
     Cell cluttered = cell;
     for (world::Obstacle& obstacle : draw_clutter(cell.tasks.clutter, random)) {
       cluttered.scene.obstacles.push_back(std::move(obstacle));
@@ -68,10 +68,10 @@ EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions
   return record;
 }
 
-EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode) {
+EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode,
+                          bool observed) {
   // One stream of random numbers an episode, so that its tasks depend on its number alone.
   const Random random(Random(options.seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
-  const bool observed = episode == 0;
   return cell.tasks.clutter.count > 0 ? run_in_clutter(cell, random, options, observed)
                                       : run_in_scene(cell, generator, random, options, observed);
 }
@@ -127,10 +127,16 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   const int arms = static_cast<int>(cell.arms.size());
   const int episodes = (options.tasks + arms - 1) / arms;
   std::vector<EpisodeRecord> records(episodes);
-  // A cell that admits no tasks shows it in the first one; to find that out takes a while.
+  // A cell that admits no tasks shows it in the first ones; to find that out takes a while for each.
   TaskGenerator first(cell);
-  records[0] = run_episode(cell, first, options, 0);
-  std::atomic<int> next = records[0].missing == nullptr ? 1 : episodes;
+  int next_in_turn = 0;
+  bool drawn = false;
+  while (!drawn && next_in_turn < std::min(episodes, kMostInVain)) {
+    records[next_in_turn] = run_episode(cell, first, options, next_in_turn, true);
+    drawn = records[next_in_turn++].missing.empty();
+  }
+  if (!drawn) records.resize(next_in_turn);
+  std::atomic<int> next = drawn ? next_in_turn : episodes;
   const int at_once = std::clamp(episodes - 1, 1, options.threads);
   BatchOptions each = options;
   each.threads = options.threads / at_once;
@@ -138,7 +144,7 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
     if (next >= episodes) return;
     TaskGenerator generator(cell);
     for (int episode = next++; episode < episodes; episode = next++) {
-      records[episode] = run_episode(cell, generator, each, episode);
+      records[episode] = run_episode(cell, generator, each, episode, false);
     }
   };
   {
@@ -148,21 +154,20 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   }
   BatchReport report;
   for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
-  if (records[0].missing != nullptr) records.resize(1);
-  const char* missing = nullptr;
+  std::string missing;
   for (const EpisodeRecord& record : records) {
-    if (record.missing == nullptr) {
+    if (record.missing.empty()) {
       add(report, record, options.tasks - report.tasks);
-    } else if (missing == nullptr) {
+    } else if (missing.empty()) {
       missing = record.missing;
     }
   }
-  if (missing == nullptr) return report;
+  if (missing.empty()) return report;
   report.failure = "cell '" + cell.name + "': ";
-  if (report.tasks > 0) {
-    report.failure += std::to_string(report.tasks) + " of " + std::to_string(options.tasks) +
-                      " tasks could be drawn; for the others ";
-  }
+  report.failure += drawn ? std::to_string(report.tasks) + " of " + std::to_string(options.tasks) +
+                                " tasks could be drawn; for the first of the others, "
+                          : "no task could be drawn in " + std::to_string(records.size()) +
+                                (records.size() == 1 ? " episode: " : " episodes: for the first, ");
   report.failure += missing;
   return report;
 }

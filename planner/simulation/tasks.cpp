@@ -8,6 +8,7 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/model/inverse_kinematics.hpp"
+#include "planner/simulation/draw_account.hpp"
 #include "world/sim/obstacle_motion.hpp"
 
 namespace hecaton::planner {
@@ -169,6 +170,8 @@ struct TaskGenerator::Impl {
 
   std::optional<JointVector> draw_arm(int i, Random& random) {
     const Arm& arm = cell.arms[i].arm;
+    DrawTally& tally = tallies[i];
+    ++tally.draws;
     const TaskArea& area = cell.tasks;
     const double radius = area.radius * std::sqrt(random.uniform());
     const double angle = 2.0 * std::numbers::pi * random.uniform();
@@ -182,8 +185,37 @@ struct TaskGenerator::Impl {
     options.seeds = 2;
     options.iterations = 60;
     options.random_seed = random.next();
-    options.accept = [&](const JointVector& q) { return free_alone(i, q); };
-    return inverse_kinematics(arm, X_WT, start, options);
+    options.accept = [&](const JointVector& q) {
+      tally.reached = true;
+      return free_alone(i, q);
+    };
+    auto drawn = inverse_kinematics(arm, X_WT, start, options);
+    tally.clear = tally.clear || drawn.has_value();
+    return drawn;
+  }
+
+  /// All arms in the area that they share, drawn together until they are clear of each other.
+  std::optional<CellConfiguration> draw_all(Random& random, int attempts) {
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+      CellConfiguration q;
+      for (int i = 0; i < arms(); ++i) {
+        auto drawn = draw_arm(i, random);
+        if (!drawn) break;
+        q.push_back(std::move(*drawn));
+      }
+      if (static_cast<int>(q.size()) == arms() && apart(q)) return q;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<CellConfiguration> draw_configuration(Random& random, int attempts) {
+    tallies.assign(arms(), {});
+    if (!cell.tasks.route.empty()) return stop(random.next() % cell.tasks.route.size());
+    if (!cell.tasks.problem.areas.empty()) {
+      const std::size_t turn = random.next() % 2;
+      return draw_in_areas(std::vector<std::size_t>(arms(), turn), random, attempts);
+    }
+    return cell.tasks.of_each_arm ? draw_each(random, attempts) : draw_all(random, attempts);
   }
 
   /// All arms in areas of their own: one after the other, each drawn until it is clear of those before it, because many
@@ -284,6 +316,8 @@ struct TaskGenerator::Impl {
   std::vector<Kinematics> kinematics;
   std::vector<std::vector<world::ObstacleState>> sweep;
   std::array<Clearance, 8> found;
+  std::vector<DrawTally> tallies;  ///< of the last configuration
+  std::string shortage;
 };
 
 TaskGenerator::TaskGenerator(const Cell& cell) : impl_(std::make_unique<Impl>(cell)) {}
@@ -291,23 +325,13 @@ TaskGenerator::~TaskGenerator() = default;
 TaskGenerator::TaskGenerator(TaskGenerator&&) noexcept = default;
 
 std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& random, int attempts) {
-  const std::size_t stops = impl_->cell.tasks.route.size();
-  if (stops > 0) return impl_->stop(random.next() % stops);
-  if (!impl_->cell.tasks.problem.areas.empty()) {
-    const std::size_t turn = random.next() % 2;
-    return impl_->draw_in_areas(std::vector<std::size_t>(impl_->arms(), turn), random, attempts);
-  }
-  if (impl_->cell.tasks.of_each_arm) return impl_->draw_each(random, attempts);
-  for (int attempt = 0; attempt < attempts; ++attempt) {
-    CellConfiguration q;
-    for (int i = 0; i < impl_->arms(); ++i) {
-      auto drawn = impl_->draw_arm(i, random);
-      if (!drawn) break;
-      q.push_back(std::move(*drawn));
-    }
-    if (static_cast<int>(q.size()) == impl_->arms() && impl_->apart(q)) return q;
-  }
-  return std::nullopt;
+  auto drawn = impl_->draw_configuration(random, attempts);
+  if (!drawn) impl_->shortage = why_no_configuration(impl_->cell, impl_->tallies);
+  return drawn;
+}
+
+const std::string& TaskGenerator::shortage() const {
+  return impl_->shortage;
 }
 
 bool TaskGenerator::clear_at(double time, const CellConfiguration& starts) {
@@ -329,6 +353,7 @@ std::optional<double> TaskGenerator::draw_time(Random& random, double span, cons
     const double time = random.uniform(0.0, span);
     if (clear_at(time, starts)) return time;
   }
+  impl_->shortage = why_no_instant(impl_->cell, attempts);
   return std::nullopt;
 }
 
@@ -339,13 +364,16 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
   if (!impl_->cell.tasks.problem.areas.empty()) {
     std::vector<std::size_t> next;
     for (int i = 0; i < impl_->arms(); ++i) next.push_back(impl_->nearest_area(i, starts[i]) + 1);
-    return impl_->draw_in_areas(next, random, attempts);
+    auto goals = impl_->draw_in_areas(next, random, attempts);
+    if (!goals) impl_->shortage = why_no_configuration(impl_->cell, {});
+    return goals;
   }
   for (int attempt = 0; attempt < attempts; ++attempt) {
     auto goals = draw_configuration(random);
     if (!goals) return std::nullopt;
     if (impl_->arms() == 1 || straight_motion_collides(starts, *goals)) return goals;  // one arm is in nobody's way
   }
+  impl_->shortage = why_no_conflict(impl_->cell, attempts);
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 /// straight joint-space lines would collide.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "planner/cell.hpp"
@@ -27,6 +28,9 @@ class TaskGenerator {
   /// obstacles ever sweep, by a margin above the dampers' security distance. Nothing when `attempts` draws (of each
   /// arm, if each has an area of its own) found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
+
+  /// Why the last draw that found nothing did so: the end of a sentence.
+  [[nodiscard]] const std::string& shortage() const;
 
   /// Whether arms that stand at `starts` are as clear of the scripted obstacles at this instant of their scripts [s] as
   /// drawn configurations are of everything.

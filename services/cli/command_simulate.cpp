@@ -194,9 +194,10 @@ void add_simulate(CLI::App& app, Session& session) {
                     "rollouts.us, which are null "
                     "otherwise, and which no seed makes repeatable");
   command->footer(
-      "Exit code 1 when a task was missed or could not be drawn, or a contact was seen; 3 when none could be drawn. "
-      "Figures of the machine's clock go to stderr, so that the "
-      "report is the same on every run.");
+      "Exit code 1 when a task was missed or could not be drawn, or a contact was seen; 3 when none could be drawn in "
+      "the first 50 episodes (of one task for every arm) or in all of them. Figures of the machine's clock go to "
+      "stderr, "
+      "so that the report is the same on every run.");
   command->callback([&session, options] {
     if (options->batch.network.jitter > options->batch.network.age) {
       throw Failure(ExitCode::kBadInput, "--jitter = " + duration_text(options->batch.network.jitter) +

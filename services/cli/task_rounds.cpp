@@ -76,9 +76,7 @@ void TaskRounds::run() {
 void TaskRounds::start_round() {
   const auto drawn = generator_.draw_conflicting_goals(random_, measured());
   if (!drawn) {
-    throw Failure(ExitCode::kBadInput, cell_.file().path +
-                                           ": no goals were found in the task area that all arms reach and that bring "
-                                           "them into each other's way; move it or the arms");
+    throw Failure(ExitCode::kBadInput, cell_.file().path + ": tasks: " + generator_.shortage());
   }
   ++rounds_;
   round_.clear();

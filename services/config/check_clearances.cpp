@@ -45,23 +45,43 @@ void check_poses(const planner::Cell& cell, const planner::CellGeometry& geometr
   }
 }
 
+/// All arms in these poses of theirs at once.
+void check_apart(const planner::Cell& cell, const planner::CellGeometry& geometry,
+                 const std::vector<planner::JointVector>& poses, const std::string& key, const std::string& consequence,
+                 Findings& findings) {
+  std::vector<Bodies> arms;
+  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    arms.push_back(place_arm(cell.scene.obstacles, geometry, arm, poses[arm]));
+    for (int other = 0; other < arm; ++other) {
+      const double needed = std::max(cell.arms[arm].parameters.damper.security_distance,
+                                     cell.arms[other].parameters.damper.security_distance);
+      const NearestPair pair = nearest_pair(arms[arm], arms[other], needed, false);
+      if (pair.found) add(key.empty() ? arm_key(arm) + ".start" : key, pair, needed, consequence, findings);
+    }
+  }
+}
+
 }  // namespace
 
 void check_clearances(const planner::Cell& cell, Findings& findings) {
+  if (cell.arms.empty()) return;
   std::vector<planner::Arm> models;
   for (const auto& planned : cell.arms) models.push_back(planned.arm);
-  std::vector<Bodies> starts;
+  std::vector<planner::JointVector> starts;
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     planner::CellGeometry geometry(models, arm);
     geometry.set_obstacles(cell.scene.obstacles);
     check_poses(cell, geometry, arm, standing_obstacles(cell, geometry), findings);
-    starts.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].start));
-    for (int other = 0; other < arm; ++other) {
-      const double needed = std::max(cell.arms[arm].parameters.damper.security_distance,
-                                     cell.arms[other].parameters.damper.security_distance);
-      const NearestPair pair = nearest_pair(starts[arm], starts[other], needed, false);
-      if (pair.found) add(arm_key(arm) + ".start", pair, needed, "both arms begin with a retreat", findings);
-    }
+    starts.push_back(cell.arms[arm].start);
+  }
+  planner::CellGeometry geometry(models, 0);
+  geometry.set_obstacles(cell.scene.obstacles);
+  check_apart(cell, geometry, starts, "", "both arms begin with a retreat", findings);
+  for (std::size_t stop = 0; stop < cell.tasks.route.size(); ++stop) {
+    std::vector<planner::JointVector> poses;
+    for (const auto& planned : cell.arms) poses.push_back(planned.arm.named.at(cell.tasks.route[stop]));
+    const std::string key = "tasks.route[" + std::to_string(stop) + "] = " + cell.tasks.route[stop];
+    check_apart(cell, geometry, poses, key, "the arms never quite get there at once", findings);
   }
 }
 

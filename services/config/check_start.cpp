@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <variant>
 
 #include "services/config/config_error.hpp"
 #include "services/config/placed_bodies.hpp"
@@ -64,6 +65,26 @@ void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, co
   }
 }
 
+/// All arms stand there at once; obstacles that move may be elsewhere by then.
+void check_stop(const planner::Cell& cell, const planner::CellGeometry& geometry, const std::vector<Bodies>& obstacles,
+                int stop, const std::string& file) {
+  const std::string& pose = cell.tasks.route[stop];
+  const std::string key = file + ": tasks.route[" + std::to_string(stop) + "] = " + pose;
+  std::vector<Bodies> arms;
+  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    arms.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].arm.named.at(pose)));
+    for (int other = 0; other < arm; ++other) {
+      const NearestPair pair = nearest_pair(arms[arm], arms[other], 0.0, false);
+      if (pair.found) throw ConfigError(key + " must keep all arms clear of each other, but " + overlap_text(pair));
+    }
+    for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {
+      if (!std::holds_alternative<world::StaticMotion>(cell.scene.obstacles[i].motion)) continue;
+      const NearestPair pair = overlap_of_moving(arms[arm], obstacles[i]);
+      if (pair.found) throw ConfigError(key + " must be clear of obstacles that stand, but " + overlap_text(pair));
+    }
+  }
+}
+
 }  // namespace
 
 world::Pose initial_pose(const world::Obstacle& obstacle) {
@@ -92,6 +113,12 @@ void check_start(const planner::Cell& cell, const std::string& file) {
   }
   check_bases(arms, file);
   for (int arm = 0; arm < static_cast<int>(arms.size()); ++arm) check_others(cell, arms, obstacles, arm, file);
+  if (arms.empty() || cell.tasks.route.empty()) return;
+  planner::CellGeometry geometry(models, 0);
+  geometry.set_obstacles(cell.scene.obstacles);
+  for (int stop = 0; stop < static_cast<int>(cell.tasks.route.size()); ++stop) {
+    check_stop(cell, geometry, obstacles, stop, file);
+  }
 }
 
 }  // namespace hecaton::config

@@ -10,7 +10,9 @@ namespace hecaton::config {
 /// Throws ConfigError, naming both bodies and the depth, when
 /// - the parts of two arms that no joint moves overlap,
 /// - an arm in its start or in any of its named poses touches itself,
-/// - at the start an arm touches another arm, or one of its moving parts an obstacle.
+/// - at the start an arm touches another arm, or one of its moving parts an obstacle,
+/// - at a stop of the cell's route, where all arms stand at once, an arm touches another, or one of its moving parts an
+///   obstacle that stands.
 /// `file` is named in the messages.
 void check_start(const planner::Cell& cell, const std::string& file);
 

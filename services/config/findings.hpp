@@ -11,7 +11,7 @@ using Findings = std::vector<Finding>;
 
 /// Dampers against latency and against what braking can follow.
 void check_dampers(const planner::Cell& cell, Findings& findings);
-/// Named poses and starts that the dampers do not let the arm keep.
+/// Named poses, starts and stops of the route that the dampers do not let the arm keep.
 void check_clearances(const planner::Cell& cell, Findings& findings);
 /// Obstacles that run through an arm's base or faster than an arm can flee.
 void check_obstacles(const planner::Cell& cell, Findings& findings);
