@@ -77,7 +77,7 @@ struct Tally {
   long relaxed = 0;
   long near = 0;          ///< stops that began with something within dᵢ
   long touched = 0;       ///< stops that met what stands, the own arm or an arm that stops at the same time
-  long driven_into = 0;   ///< stops that met what moves while the arm itself came nearer to it
+  long driven_into = 0;   ///< stops, not from relaxed ticks, that met what moves while the arm itself came nearer to it
   double nearest = 10.0;  ///< to what stands, during any stop [m]
 };
 
