@@ -122,9 +122,13 @@ class Chaos:
         status = self.cell.status()
         self.nodes = {entry["node"]: entry["host"] for entry in status["nodes"] if not entry["node"].startswith("agent/")}
         self.hosts = {entry["host"] for entry in status["hosts"]}
-        self.victims = {node: host for node, host in self.nodes.items() if node.startswith(self.of)}
-        if not self.victims:
-            raise SystemExit(f"--of {' '.join(self.of)}: no service's name begins so; they are {', '.join(self.nodes)}")
+        for name in self.of:
+            if not self.victims(name):
+                raise SystemExit(f"--of {name}: no service's name begins so; they are {', '.join(self.nodes)}")
+
+    def victims(self, name):
+        """{node: host} of all services whose names begin so."""
+        return {node: host for node, host in self.nodes.items() if node.startswith(name)}
 
     def give_goals(self):
         self.pose = "ready" if self.pose == "home" else "home"
@@ -147,7 +151,7 @@ class Chaos:
         goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
-            injection = draw(self.rng, self.victims, self.hosts, self.only, self.alone)
+            injection = draw(self.rng, self.victims(self.rng.choice(self.of)), self.hosts, self.only, self.alone)
             # Of one victim only one thing at a time can be told.
             hosts = [other.host for other in injections]
             if injection.host not in hosts:
@@ -252,7 +256,8 @@ class Chaos:
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
                 "standby_gap_ms": quantiles(gaps), "arm_stop_ms": quantiles(rests),
                 "timer_lateness_ms": quantiles(self.lateness.late),
-                "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded, "violations": self.violations}
+                "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
+                "violations": self.violations}
 
     def summary(self):
         gaps, rests = log_figures(self.cell.log_lines())
@@ -296,7 +301,7 @@ def main():
                         help=f"of these kinds ({', '.join(KINDS)})")
     parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
     parser.add_argument("--of", nargs="+", default=[""], metavar="NAME",
-                        help="processes are killed and stopped whose names begin so (driver, planner, supervisor, world)")
+                        help="whose processes are killed and stopped: names begin so; as often of each (driver planner …)")
     parser.add_argument("--no-standbys", action="store_true", help="the cell as its file is, without standbys")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
