@@ -126,6 +126,14 @@ TEST(ValidateTest, StartsMustKeepTheSecurityDistanceFromEachOther) {
               Severity::kWarning, {"arms[1].start", "right/fore", "left/fore", "10 mm apart", "20 mm"});
 }
 
+TEST(ValidateTest, StopsMustKeepTheSecurityDistanceFromEachOther) {
+  // The same at a stop; at the start one points along y, the other against it.
+  const std::string poses = "[1.5, 0], out: [0, 0]";
+  expect_only("name: test\ntasks: {route: [home, out]}\narms:\n" + arm("left", poses) + arm("right", poses) +
+                  "    base: {xyz: [3.81, 0, 0], rpy: [0, 0, 3.141592653589793]}\n",
+              Severity::kWarning, {"tasks.route[1] = out", "right/fore", "left/fore", "10 mm apart", "20 mm"});
+}
+
 TEST(ValidateTest, ObstaclesMustNotRunThroughBases) {
   // A ball of radius 0.1 goes to the base's axis, 0.1 m deep in a cylinder of radius 0.1 and height 0.2: out of it by
   // 0.2 m along either.
