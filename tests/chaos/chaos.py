@@ -11,6 +11,7 @@ make way. SIGTERM (`pkill -f chaos.py`) ends it after the episode under way, wit
 of it held; 1: not, and what did not is in the output; 75: not, while the machine itself stood still; 77: no hosts here."""
 import argparse
 import collections
+import itertools
 import json
 import pathlib
 import random
@@ -66,6 +67,8 @@ class Chaos:
         self.only = options.only
         self.alone = options.alone
         self.of = tuple(options.of)
+        # In turn: who is killed ten times in a row within 10 s of life is given up.
+        self.turns = itertools.cycle(self.of)
         self.rng = random.Random(options.seed)
         self.lateness = TimerLateness()
         self.faults = 0
@@ -151,7 +154,7 @@ class Chaos:
         goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
-            injection = draw(self.rng, self.victims(self.rng.choice(self.of)), self.hosts, self.only, self.alone)
+            injection = draw(self.rng, self.victims(next(self.turns)), self.hosts, self.only, self.alone)
             # Of one victim only one thing at a time can be told.
             hosts = [other.host for other in injections]
             if injection.host not in hosts:
@@ -301,7 +304,7 @@ def main():
                         help=f"of these kinds ({', '.join(KINDS)})")
     parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
     parser.add_argument("--of", nargs="+", default=[""], metavar="NAME",
-                        help="whose processes are killed and stopped: names begin so; as often of each (driver planner …)")
+                        help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …)")
     parser.add_argument("--no-standbys", action="store_true", help="the cell as its file is, without standbys")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
