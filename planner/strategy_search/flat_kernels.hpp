@@ -50,7 +50,7 @@ inline void place(const FlatArm& arm, const Lanes* q, FourPlaces& places) {
   alignas(32) double angle[kFlatJoints * kLanes];
   alignas(32) double sine[kFlatJoints * kLanes];
   alignas(32) double cosine[kFlatJoints * kLanes];
-  for (int j = 0; j < arm.joints; ++j) store(angle + kLanes * j, q[j]);
+  for (int j = 0; j < arm.joints; ++j) store(angle + std::ptrdiff_t{kLanes} * j, q[j]);
   sine_cosine(angle, kLanes * arm.joints, sine, cosine);
   for (int i = 0; i < arm.fixed; ++i) {
     places.p[i] = constant(arm.body[i].p);
@@ -69,8 +69,8 @@ inline void place(const FlatArm& arm, const Lanes* q, FourPlaces& places) {
     if (joint.slides) {
       frame.origin = frame.origin + q[j] * frame.z;
     } else {
-      const Lanes s = load(sine + kLanes * j);
-      const Lanes c = load(cosine + kLanes * j);
+      const Lanes s = load(sine + std::ptrdiff_t{kLanes} * j);
+      const Lanes c = load(cosine + std::ptrdiff_t{kLanes} * j);
       const Point x = frame.x;
       frame.x = c * x + s * frame.y;
       frame.y = c * frame.y - s * x;

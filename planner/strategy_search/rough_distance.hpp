@@ -25,7 +25,7 @@ struct RoughArm {
   alignas(32) float at_rest[kFlatBodies] = {};
   int fixed = 0;
   int bodies = 0;
-  int stride = 0;  ///< from one coordinate to the next in a RoughPlace: groups of eight, filled up
+  std::ptrdiff_t stride = 0;  ///< from one coordinate to the next in a RoughPlace: groups of eight, filled up
 
   void begin(const FlatArm& arm) {
     fixed = arm.fixed;
@@ -64,7 +64,7 @@ inline void put_transposed(const Lanes* bodies, float* const* configurations) {
 /// Each of the four configurations by itself.
 inline void round_places(const FlatArm& arm, const FourPlaces& places, float* const* rough) {
   constexpr double kFarAway = 1e6;
-  const int stride = rough_numbers(arm) / 6;
+  const std::ptrdiff_t stride = rough_numbers(arm) / 6;
   const auto put = [&](int from, int axis, Lanes Point::*coordinate) {
     Lanes p[kLanes];
     Lanes d[kLanes];
@@ -91,7 +91,7 @@ struct RoughBody {
   FloatLanes mx, my, mz;
   FloatLanes dx, dy, dz;
 
-  RoughBody(const float* at, int stride, int i)
+  RoughBody(const float* at, std::ptrdiff_t stride, int i)
       : mx(all_floats(at[i])),
         my(all_floats(at[stride + i])),
         mz(all_floats(at[2 * stride + i])),
@@ -166,10 +166,10 @@ inline float rough_gap_along(const RoughArm& arm, const float* at, const RoughAr
   const FloatLanes x = all_floats(n.x);
   const FloatLanes y = all_floats(n.y);
   const FloatLanes z = all_floats(n.z);
-  const auto middle = [&](const float* place, int stride) {
+  const auto middle = [&](const float* place, std::ptrdiff_t stride) {
     return x * load(place) + y * load(place + stride) + z * load(place + 2 * stride);
   };
-  const auto half = [&](const float* place, int stride) {
+  const auto half = [&](const float* place, std::ptrdiff_t stride) {
     const FloatLanes along = x * load(place + 3 * stride) + y * load(place + 4 * stride) + z * load(place + 5 * stride);
     return max(along, -along);
   };

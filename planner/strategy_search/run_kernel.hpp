@@ -2,6 +2,7 @@
 /// The fast simulation of a motion problem [Mediavilla02, section 3.1]: plain arrays in and out, because it is compiled
 /// once for each instruction set (planner/simd). Who needs it includes evaluate.hpp.
 
+#include <cstddef>
 #include <cstdint>
 
 namespace hecaton::planner {
@@ -53,8 +54,8 @@ struct FlatArm {
   FlatPair pair[kFlatPairs];
 };
 
-inline int rough_numbers(const FlatArm& arm) {
-  return 6 * kRoughLanes * ((arm.bodies + kRoughLanes - 1) / kRoughLanes);
+inline std::ptrdiff_t rough_numbers(const FlatArm& arm) {
+  return std::ptrdiff_t{6} * kRoughLanes * ((arm.bodies + kRoughLanes - 1) / kRoughLanes);
 }
 
 /// A box that stands still.

@@ -8,7 +8,7 @@ namespace {
 /// Looks at a straight way, four places at a time; the goal is among them.
 void look_at_way(const FlatProblem& problem, const FlatArm& arm, const Plane& plane, std::uint8_t* alone,
                  float* places) {
-  const int numbers = rough_numbers(arm);
+  const std::ptrdiff_t numbers = rough_numbers(arm);
   PlaneState state;
   while (plane_frame(state.at, plane.distance).left > 0.0) {
     PlanePoint at[kLanes];

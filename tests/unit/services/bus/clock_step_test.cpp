@@ -70,7 +70,7 @@ TEST(ClockStep, EverySampleArrivesWhileTheClockJumpsAndSamplesAreLost) {
       fault.id(std::to_string(i));  // a key comes again when all of its round have arrived
       ASSERT_TRUE(writers[static_cast<std::size_t>(i) % writers.size()]->write(fault));
     }
-    const auto wanted = static_cast<std::size_t>((round + 1) * kFaults);
+    const auto wanted = static_cast<std::uint64_t>(round + 1) * kFaults;
     ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().received >= wanted; }))
         << reader.counters().received << " of " << wanted;
   }
