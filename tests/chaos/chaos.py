@@ -8,7 +8,8 @@ of one kind of process. All the time no contact may be seen, and no arm may foll
 every fault must be told and blamed on who had it, and nothing else; after each episode the cell must run again and every
 goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is dead cannot
 make way. SIGTERM (`pkill -f chaos.py`) ends it after the episode under way, with what it found so far. Exit code 0: all
-of it held; 1: not, and what did not is in the output; 75: not, while the machine itself stood still; 77: no hosts here."""
+of it held; 1: not, and what did not is in the output; 70: what did not was a contact or an older command; 75: not, while the
+machine itself stood still; 77: no hosts here."""
 import argparse
 import collections
 import itertools
@@ -27,13 +28,13 @@ from hosts import CannotRun  # noqa: E402
 from figures import figures, log_figures, quantiles  # noqa: E402
 from injections import KINDS, LEASE, SILENCE, draw  # noqa: E402
 from live_cell import LiveCell, still_text, unix_ms  # noqa: E402
-from steadiness import UNSTEADY, TimerLateness  # noqa: E402
+from steadiness import UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 
 SKIPPED = 77
 ARMS = ("north", "west", "east")
 STANDBYS = {"north-pc": "west-pc", "west-pc": "east-pc", "east-pc": "north-pc", "supervisor-pc": "world-pc"}
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
-LATE = 5.0  # [s] within which a fault that must be told is told
+LATE = 10.0  # [s] within which a fault that must be told is told
 RETURN = 3.0  # [s] after a host's return, in which the silence of what runs there is put down to that; a supervisor that
 # was cut off itself sees every host return
 
@@ -249,8 +250,10 @@ class Chaos:
 
     def says_nothing(self):
         """What was found may be put down to a machine that stood still: never a contact, nor whom an arm follows."""
-        return (self.violations and not self.accounts["contacts"] and not self.accounts["stale_commands_accepted"]
-                and self.lateness.stood_still(self.began, unix_ms()))
+        return self.violations and not self.unsafe() and self.lateness.stood_still(self.began, unix_ms())
+
+    def unsafe(self):
+        return bool(self.accounts["contacts"] or self.accounts["stale_commands_accepted"])
 
     def report(self, seed):
         gaps, rests = log_figures(self.cell.log_lines())
@@ -337,6 +340,8 @@ def main():
         print(f"VIOLATION: {violation}")
     if any(codes.values()):
         print(f"agents ended with {codes}")
+    if chaos.unsafe():
+        return UNSAFE
     if chaos.says_nothing():
         print("the machine stood still meanwhile")
         return UNSTEADY

@@ -4,6 +4,7 @@ import time
 
 STALL = 0.12  # [s] by which a timer is late where the machine itself stood still
 UNSTEADY = 75  # exit code of a run that says nothing: it is to be repeated
+UNSAFE = 70  # exit code of a run in which something was touched, or an arm followed an older command: never repeated
 
 
 class TimerLateness:
