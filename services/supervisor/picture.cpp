@@ -15,6 +15,12 @@ bool newer(const bus::Sample<msg::GoalStatus>& sample, const Heard<msg::GoalStat
          std::make_tuple(known.value.term(), known.value.sequence_number());
 }
 
+/// Told by another process than `before`. Process ids do not say it: a container gives its processes the same ones
+/// again. An endpoint's id is partly random, and should that ever repeat, a new process counts its heartbeats anew.
+bool other_life(const bus::Sample<msg::Heartbeat>& sample, const Heard<msg::Heartbeat>& before) {
+  return sample.writer != before.writer || sample.value.sequence_number() < before.value.sequence_number();
+}
+
 }  // namespace
 
 void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
@@ -29,7 +35,7 @@ void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
 void Picture::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
   const msg::Heartbeat& heartbeat = sample.value;
   const auto* before = find(heartbeats, heartbeat.node());
-  if (heartbeat.kind() == msg::NODE_PLANNER && before && before->value.pid() != heartbeat.pid()) {
+  if (heartbeat.kind() == msg::NODE_PLANNER && before && other_life(sample, *before)) {
     const auto goal = goals.find(heartbeat.subject());
     const auto was_its_own = [&] { return goal->second.value.node() == heartbeat.node(); };  // not its standby's
     // Should the new one have told of a goal before its first heartbeat came: it repeats that.

@@ -61,6 +61,15 @@ class CellStatusTest : public ::testing::Test {
     sample.received = at();
     return sample;
   }
+  static bus::Sample<msg::Heartbeat> beat_of_left(std::uint64_t sequence) {
+    bus::Sample<msg::Heartbeat> sample;
+    sample.value.node(planner_node("left"));
+    sample.value.kind(msg::NODE_PLANNER);
+    sample.value.subject("left");
+    sample.value.pid(1);
+    sample.value.sequence_number(sequence);
+    return sample;
+  }
   msg::CellStatus status() { return cell_status({file_, watch_, picture_, succession_, mode_}, {now_, 1'000'000}); }
   std::string waits() { return waiting_for("left", watch_, picture_); }
 
@@ -148,18 +157,16 @@ TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
 }
 
 TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) {
-  bus::Sample<msg::Heartbeat> beat;
-  beat.value.node(planner_node("left"));
-  beat.value.kind(msg::NODE_PLANNER);
-  beat.value.subject("left");
-  beat.value.pid(1);
+  auto beat = beat_of_left(800);
   picture_.take_heartbeat(beat);
   auto active = goal(800, "g1", msg::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
   picture_.take_goal(active);
-  picture_.take_heartbeat(beat);
+  picture_.take_heartbeat(beat_of_left(801));
   EXPECT_TRUE(status().arms()[0].has_goal());
-  beat.value.pid(2);
+  // Its successor has its process id, as in a container, and has lived longer before it is heard.
+  beat = beat_of_left(900);
+  beat.writer.bytes[0] = 1;
   picture_.take_heartbeat(beat);
   EXPECT_FALSE(status().arms()[0].has_goal());
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
@@ -167,9 +174,18 @@ TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) 
   EXPECT_TRUE(status().arms()[0].has_goal());
   // What is over stays true.
   picture_.take_goal(goal(2, "g1", msg::GOAL_REACHED));
-  beat.value.pid(3);
+  beat.writer.bytes[0] = 2;
   picture_.take_heartbeat(beat);
   EXPECT_EQ(waits(), "a goal; the last was reached");
+}
+
+TEST_F(CellStatusTest, APlannerThatCountsItsHeartbeatsAnewIsAnotherProcess) {
+  picture_.take_heartbeat(beat_of_left(800));
+  auto active = goal(800, "g1", msg::GOAL_ACTIVE);
+  active.value.node(planner_node("left"));
+  picture_.take_goal(active);
+  picture_.take_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
+  EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
 }
 
 TEST_F(CellStatusTest, AgesAreSinceArrival) {
