@@ -14,6 +14,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "services/bus/discovery_server.hpp"
 #include "services/bus/participant_impl.hpp"
 #include "services/bus/quality.hpp"
 #include "services/bus/transport.hpp"
@@ -122,6 +123,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
         " is taken by another program; choose another domain, below 101 at best: the ports of later "
         "ones are given to anybody");
   }
+  ignore_discovery_servers();  // before Fast DDS first looks for them
   use_network_inside_process();
   auto qos = participant_qos(name, options);
   gate_ = add_transports(qos, domain, options);

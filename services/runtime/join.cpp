@@ -8,7 +8,9 @@
 #include <ifaddrs.h>
 #include <netinet/in.h>
 
+#include "services/bus/discovery_server.hpp"
 #include "services/bus/topics.hpp"
+#include "services/runtime/log.hpp"
 #include "services/runtime/peers.hpp"
 
 namespace hecaton::services {
@@ -68,6 +70,9 @@ bus::ParticipantOptions participant_options(const config::CellFile& file) {
 
 bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
                                   bus::Mailbox* mailbox) {
+  for (const std::string& server : bus::ignore_discovery_servers()) {
+    log_warning("environment is ignored: a cell has no Discovery Server", {{"variable", server}});
+  }
   bus::ParticipantOptions participant = participant_options(file);
   participant.mailbox = mailbox;
   return {choose_domain(options, file.network.domain), node, participant};

@@ -1,7 +1,9 @@
 // Joining a domain, and what a participant must not do.
 #include "services/bus/participant.hpp"
 
+#include <cstdlib>
 #include <fstream>
+#include <string>
 #include <vector>
 
 #include <idl/arm.h>
@@ -9,7 +11,9 @@
 #include <idl/world.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
+#include "services/bus/discovery_server.hpp"
 #include "tests/unit/services/bus/bus_test.hpp"
 
 namespace hecaton::bus {
@@ -56,6 +60,27 @@ TEST(Participant, APortOfTheDomainThatAnotherProgramKeepsToItselfIsSaid) {
   EXPECT_EQ(refusal(domain.number(), one_host()), "accepted");
   const Participant first(domain.number(), "first", one_host());
   EXPECT_EQ(refusal(domain.number(), one_host()), "accepted") << "among participants it is shared";
+}
+
+// Nobody answers where these servers would be: clients of theirs would never meet.
+TEST(Participant, DiscoveryServersOfTheEnvironmentAreIgnored) {
+  const test::FreeDomain domain;
+  const char* const servers = "127.0.0.1:9;127.0.0.1:10";
+  ::setenv("ROS_DISCOVERY_SERVER", servers, 1);
+  Participant here(domain.number(), "here", one_host());
+  EXPECT_EQ(std::getenv("ROS_DISCOVERY_SERVER"), nullptr) << "processes that this one starts would be clients";
+  Participant there(domain.number(), "there", one_host());
+  const Writer<msg::CellMode> writer(here);
+  const Reader<msg::CellMode> reader(there);
+  EXPECT_TRUE(writer.wait_matched(1, kPatience));
+  EXPECT_TRUE(reader.wait_matched(1, kPatience));
+
+  ::setenv("ROS_DISCOVERY_SERVER", servers, 1);
+  ::setenv("FASTDDS_ENVIRONMENT_FILE", "servers.json", 1);
+  const std::vector<std::string> both{std::string("ROS_DISCOVERY_SERVER=") + servers,
+                                      "FASTDDS_ENVIRONMENT_FILE=servers.json"};
+  EXPECT_EQ(ignore_discovery_servers(), both);
+  EXPECT_TRUE(ignore_discovery_servers().empty());
 }
 
 /// Fast DDS's shared-memory segments that this process has mapped.
