@@ -119,6 +119,11 @@ void CellWatch::contacts(std::uint64_t count, const std::string& subject, const 
   contacts_ = count;
 }
 
+void CellWatch::adopt(const std::string& cause, const FaultRecord& record, Time now) {
+  faults_.adopt(cause, record, now);
+  if (!expects(cause)) faults_.clear(cause, now);
+}
+
 void CellWatch::judge_contacts(Time now) {
   const auto contact = std::exchange(contact_, std::nullopt);
   if (!contact) return;

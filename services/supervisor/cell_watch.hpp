@@ -77,6 +77,9 @@ class CellWatch {
   /// What the referee has counted in all, and the latest of them. Those of before the first call count as seen where a
   /// contact is remembered.
   void contacts(std::uint64_t count, const std::string& subject, const std::string& seen);
+  /// A fault that another supervisor told while it led. It lasts as long as its cause does in our own judgement; what
+  /// we do not judge (ourselves, a contact) is over.
+  void adopt(const std::string& cause, const FaultRecord& record, Time now);
   /// Of an arm with a standby: only the faults of this planner hold the arm.
   void put_in_charge(const std::string& arm, const std::string& planner) { in_charge_[arm] = planner; }
   void judge(Time now);

@@ -80,13 +80,26 @@ void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
     leader_ = mode.node();
     other_mode_ = mode;
   }
+  hear_faults(self);
+  if (to.leadership.role() == Leadership::Role::kLeading) adopt_faults(to.watch, read_clocks());
+}
+
+void Ears::hear_faults(const bus::EndpointId& self) {
   for (const auto& sample : faults_.take()) {
     if (sample.writer.same_participant(self)) continue;
     if (sample.disposed) {
       other_faults_.forget(sample.key);
-    } else {
-      other_faults_.hear(sample.value);
+    } else if (other_faults_.hear(sample.value)) {
+      unadopted_.insert(sample.value.id());
     }
+  }
+}
+
+void Ears::adopt_faults(CellWatch& watch, const Clocks& clocks) {
+  for (const std::string& id : std::exchange(unadopted_, {})) {
+    const auto fault = other_faults_.all().find(id);
+    if (fault == other_faults_.all().end()) continue;
+    if (const auto told = told_record(fault->second, clocks)) watch.adopt(told->cause, told->record, clocks.now);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "services/runtime/told_faults.hpp"
 #include "services/supervisor/cell_watch.hpp"
 #include "services/supervisor/leadership.hpp"
+#include "services/supervisor/messages.hpp"
 #include "services/supervisor/picture.hpp"
 #include "services/supervisor/succession.hpp"
 
@@ -49,11 +51,15 @@ class Ears {
   /// The newest cell mode of another supervisor that led since the last call.
   [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
   [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
+  /// Whoever leads answers for what others told while they led, also on another side of a partition: adopts what was
+  /// heard since the last call. While we lead, listen() does it.
+  void adopt_faults(CellWatch& watch, const Clocks& clocks);
   /// What others told of faults, by id.
   [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return other_faults_.all(); }
 
  private:
   void hear_leaders(const bus::EndpointId& self, const Listeners& to);
+  void hear_faults(const bus::EndpointId& self);
   void hear_nodes(const Listeners& to);
   void hear_drivers(const Listeners& to);
   void hear_processes(const Listeners& to);
@@ -87,6 +93,7 @@ class Ears {
   std::string leader_;                   // who told it
   Time newest_near_{0}, newest_far_{0};  // arrivals from our own host and from others
   ToldFaults other_faults_;
+  std::set<std::string> unadopted_;  // ids of faults that others told and we have not made ours yet
   std::map<std::string, Acquaintance, std::less<>> agents_;   // by node
   std::vector<bus::Sample<msg::ProcessEvent>> early_events_;  // of agents that have not beaten yet
 };

@@ -63,6 +63,45 @@ bool FaultList::raise(const std::string& cause, const FaultSight& sight, std::ch
   return is_new;
 }
 
+FaultRecord* FaultList::find(const FaultRecord& same) {
+  const auto is_it = [&](const FaultRecord& one) { return one.life == same.life && one.number == same.number; };
+  const auto open = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return is_it(entry.second); });
+  if (open != open_.end()) return &open->second;
+  const auto over = std::find_if(over_.begin(), over_.end(), is_it);
+  return over == over_.end() ? nullptr : &*over;
+}
+
+void FaultList::explain(FaultRecord& ours, const FaultRecord& better) {
+  if (better.kind < ours.kind || (better.kind == ours.kind && better.severity <= ours.severity)) return;
+  ours.kind = better.kind;
+  ours.severity = std::max(ours.severity, better.severity);
+  ours.subject = better.subject;
+  ours.seen = better.seen;
+  changes_.push_back(ours);
+}
+
+void FaultList::adopt(const std::string& cause, FaultRecord record, std::chrono::nanoseconds now) {
+  if (FaultRecord* ours = find(record)) return explain(*ours, record);
+  const auto open = open_.find(cause);
+  if (!record.cleared && open == open_.end()) {
+    changes_.push_back(open_.emplace(cause, std::move(record)).first->second);
+    return;
+  }
+  if (!record.cleared) {  // both saw the same thing, and one record of it is enough from now on
+    explain(open->second, record);
+    record.cleared = now;
+  }
+  changes_.push_back(record);
+  const auto older = [&](const FaultRecord& one) { return one.cleared <= record.cleared; };
+  const auto place = std::find_if(over_.begin(), over_.end(), older);
+  over_.insert(place, std::move(record));
+  trim();
+}
+
+void FaultList::trim() {
+  if (over_.size() > kRemembered) over_.pop_back();
+}
+
 bool FaultList::knows(FaultKind kind) const {
   const auto same = [kind](const FaultRecord& record) { return record.kind == kind; };
   return std::any_of(over_.begin(), over_.end(), same) ||
@@ -83,7 +122,7 @@ void FaultList::clear(std::string_view cause, std::chrono::nanoseconds now) {
   record.cleared = now;
   changes_.push_back(record);
   over_.push_front(std::move(record));
-  if (over_.size() > kRemembered) over_.pop_back();
+  trim();
 }
 
 const FaultRecord* FaultList::open(std::string_view cause) const {

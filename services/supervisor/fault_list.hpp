@@ -77,6 +77,9 @@ class FaultList {
   /// Opens a fault for `cause`, or corrects the open one where `sight` explains it better or makes it more severe.
   /// True: the cause has a fault of this kind only now.
   bool raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now);
+  /// Takes over what another supervisor told of `cause`, as it is: its life, its number, its times. Of a record that is
+  /// known only a better explanation is news. Where `cause` has an open fault of ours already, the other is over.
+  void adopt(const std::string& cause, FaultRecord record, std::chrono::nanoseconds now);
   /// Ends the open fault of `cause`; nothing happens without.
   void clear(std::string_view cause, std::chrono::nanoseconds now);
 
@@ -93,6 +96,10 @@ class FaultList {
   [[nodiscard]] std::vector<FaultRecord> take_changes();
 
  private:
+  [[nodiscard]] FaultRecord* find(const FaultRecord& same);
+  void explain(FaultRecord& ours, const FaultRecord& better);
+  void trim();
+
   std::map<std::string, FaultRecord, std::less<>> open_;  // by cause
   std::deque<FaultRecord> over_;
   std::vector<FaultRecord> changes_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
-#include <optional>
+#include <utility>
 
 #include "services/runtime/node_name.hpp"
 
@@ -128,9 +128,20 @@ Orders orders_in(const msg::CellMode& mode) {
   return orders;
 }
 
+std::string fault_id(const FaultRecord& record) {
+  return "f" + std::to_string(record.life) + "-" + std::to_string(record.number);
+}
+
+std::optional<ToldRecord> told_record(const msg::Fault& fault, const Clocks& clocks) {
+  auto record = fault_record(fault, clocks);
+  if (!record) return std::nullopt;
+  std::string cause = cause_of(*record);
+  return ToldRecord{std::move(cause), *std::move(record)};
+}
+
 msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks) {
   msg::Fault message;
-  message.id("f" + std::to_string(record.life) + "-" + std::to_string(record.number));
+  message.id(fault_id(record));
   message.severity(severity_of(record.severity));
   message.kind(std::string(fault_kind_name(record.kind)));
   message.subject(record.subject);

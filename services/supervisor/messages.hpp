@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include <idl/health.h>
@@ -27,6 +28,15 @@ struct Clocks {
                                          const std::string& node);
 /// Term, sequence number and stamp are left to the caller.
 [[nodiscard]] msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks);
+
+/// A fault as another supervisor told it, on our clock, and whose it is, as the watch names it.
+struct ToldRecord {
+  std::string cause;
+  FaultRecord record;
+};
+/// Empty when it cannot be understood.
+[[nodiscard]] std::optional<ToldRecord> told_record(const msg::Fault& fault, const Clocks& clocks);
+[[nodiscard]] std::string fault_id(const FaultRecord& record);
 
 /// What another leader's mode tells of people's orders.
 [[nodiscard]] Orders orders_in(const msg::CellMode& mode);

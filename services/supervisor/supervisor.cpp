@@ -88,6 +88,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
   }
   watch_.mode().restore(remembered_.orders, remembered_.causes);
   watch_.faults().recall(remembered_.faults);
+  legacy_.leave(remembered_.faults, remembered_.term);
   shutdown_.wake(&urgent_);
 }
 
@@ -132,6 +133,7 @@ void Supervisor::turn(bus::Clock::time_point now) {
     log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
     withdraw();
   }
+  if (leadership_.role() == Leadership::Role::kStandingBy) settle_legacy();
   if (settle_succession()) publish_mode(now);  // at once: all the rest can wait
   takeover_due_ = takeover_due(now);
   // What is told while we listen is history: it is judged once it is complete.
@@ -176,7 +178,21 @@ void Supervisor::come_back(bus::Clock::time_point now) {
 // A driver that starts now must not follow what we granted: it has no memory of what was granted since.
 void Supervisor::withdraw() {
   modes_.forget();
-  faults_.forget();
+  if (!leads_) return;
+  leads_ = false;
+  legacy_.leave(watch_.faults().history(), led_under_);
+  legacy_told_ = true;
+}
+
+void Supervisor::settle_legacy() {
+  if (!legacy_told_) {
+    legacy_told_ = true;
+    const Clocks clocks = read_clocks();
+    for (const auto& [id, left] : legacy_.left()) {
+      static_cast<void>(publish_fault(left.record, legacy_.term(), clocks));
+    }
+  }
+  if (legacy_.strike_out(ears_.faults_of_others())) faults_.forget();
 }
 
 void Supervisor::begin_to_lead() {
@@ -185,10 +201,14 @@ void Supervisor::begin_to_lead() {
   if (other && other->term() > led_under_) {
     watch_.mode().restore(orders_in(*other));
     watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
+    for (const auto& [id, left] : legacy_.left()) watch_.adopt(left.cause, left.record, since_epoch(turned_));
     watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us
   } else {
     watch_.faults().recall(watch_.faults().history());  // what we told under an earlier term, we tell under this one
   }
+  ears_.adopt_faults(watch_, read_clocks());
+  legacy_.clear();
+  leads_ = true;
   led_under_ = leadership_.term();
   watch_.faults().begin_life(leadership_.term());
   constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
@@ -361,14 +381,16 @@ void Supervisor::publish_faults() {
   if (changes.empty()) return;
   remember();
   const Clocks clocks = read_clocks();
-  for (const FaultRecord& record : changes) {
-    msg::Fault fault = fault_message(record, clocks);
-    fault.term(leadership_.term());
-    fault.sequence_number(++fault_sequence_);
-    fault.stamp_ns(stamp_now());
-    static_cast<void>(faults_.write(fault));
-    log_fault(fault);
-  }
+  for (const FaultRecord& record : changes) log_fault(publish_fault(record, leadership_.term(), clocks));
+}
+
+msg::Fault Supervisor::publish_fault(const FaultRecord& record, std::uint64_t term, const Clocks& clocks) {
+  msg::Fault fault = fault_message(record, clocks);
+  fault.term(term);
+  fault.sequence_number(++fault_sequence_);
+  fault.stamp_ns(stamp_now());
+  static_cast<void>(faults_.write(fault));
+  return fault;
 }
 
 void Supervisor::forget_strangers(bus::Clock::time_point now) {

@@ -19,6 +19,7 @@
 #include "services/runtime/shutdown.hpp"
 #include "services/supervisor/cell_watch.hpp"
 #include "services/supervisor/ears.hpp"
+#include "services/supervisor/fault_legacy.hpp"
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/memory.hpp"
 #include "services/supervisor/owed_replies.hpp"
@@ -46,8 +47,11 @@ class Supervisor {
  private:
   void turn(bus::Clock::time_point now);
   void come_back(bus::Clock::time_point now);
-  /// What we told while we led is not for who joins from now on.
+  /// What we granted while we led is not for who joins from now on, and our faults are only until somebody else tells
+  /// them.
   void withdraw();
+  /// While we stand by: tells again what an earlier life left to nobody, and forgets what the leader has adopted.
+  void settle_legacy();
   void begin_to_lead();
   /// While we lead: puts a planner that stands by in the place of one that is out. True when there was one.
   bool settle_succession();
@@ -66,6 +70,7 @@ class Supervisor {
   [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
   void publish_mode(bus::Clock::time_point now);
   void publish_faults();
+  msg::Fault publish_fault(const FaultRecord& record, std::uint64_t term, const Clocks& clocks);
   void remember();
   void forget_strangers(bus::Clock::time_point now);
   void beat(bus::Clock::time_point now);
@@ -91,6 +96,9 @@ class Supervisor {
   bus::Clock::time_point mode_at_{};
   OwedReplies<msg::SupervisorRequest> owed_;
   std::uint64_t fault_sequence_ = 0;
+  FaultLegacy legacy_;
+  bool legacy_told_ = false;  ///< in this life
+  bool leads_ = false;        ///< began to, and has withdrawn nothing since
   bus::Mailbox urgent_, quiet_;
   bus::Participant participant_;
   Ears ears_;

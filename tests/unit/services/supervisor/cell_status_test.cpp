@@ -8,6 +8,7 @@
 
 #include "services/runtime/node_name.hpp"
 #include "services/supervisor/expected_nodes.hpp"
+#include "services/supervisor/fault_legacy.hpp"
 #include "services/supervisor/waiting_for.hpp"
 
 namespace hecaton::services {
@@ -284,6 +285,24 @@ TEST_F(CellStatusTest, FaultsThatTheLastLeaderDidNotTellAreOver) {
   EXPECT_TRUE(after.open.empty());
   ASSERT_EQ(after.over.size(), 1U);
   EXPECT_EQ(after.over.front().cleared, now_ + 1s);
+}
+
+TEST_F(CellStatusTest, WhatALeaderLeftIsStruckOutOnceALaterOneToldIt) {
+  watch_.process_exited("planner/left", {1, -1, 9, false});
+  watch_.judge(now_);
+  FaultLegacy legacy;
+  EXPECT_FALSE(legacy.strike_out({})) << "there was nothing";
+  legacy.leave(watch_.faults().history(), 7);
+  ASSERT_EQ(legacy.left().size(), 1U);
+  msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
+  EXPECT_EQ(legacy.left().begin()->first, fault.id());
+  EXPECT_EQ(legacy.left().begin()->second.cause, "planner/left");
+  fault.term(7);
+  EXPECT_FALSE(legacy.strike_out({{fault.id(), fault}}));
+  fault.term(8);
+  EXPECT_TRUE(legacy.strike_out({{fault.id(), fault}}));
+  EXPECT_TRUE(legacy.left().empty());
+  EXPECT_FALSE(legacy.strike_out({{fault.id(), fault}})) << "only once";
 }
 
 class StandbyStatus : public CellStatusTest {

@@ -432,5 +432,35 @@ TEST(CellWatchStandby, OnlyThePlannerInChargeHoldsItsArm) {
   EXPECT_EQ(watch.silence("planner/arm1@h3"), std::nullopt);
 }
 
+// What another supervisor told on its side of a partition: here all are well.
+TEST_F(CellWatchTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
+  FaultRecord theirs{9, 4, FaultKind::kNodeSilent, FaultSeverity::kError, "planner/arm1", "silent", now - 1s, {}, {}};
+  watch.adopt("planner/arm1", theirs, now);
+  theirs.number = 5;
+  theirs.subject = "supervisor";
+  watch.adopt("supervisor", theirs, now);
+  EXPECT_EQ(the_fault().subject, "planner/arm1") << "nobody judges itself";
+  turn();
+  EXPECT_TRUE(watch.faults().open().empty());
+  ASSERT_EQ(watch.faults().over().size(), 2U);
+  EXPECT_EQ(watch.faults().over().front().number, 4U);
+  EXPECT_EQ(watch.faults().over().front().cleared, now);
+}
+
+TEST_F(CellWatchTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
+  hung.insert("planner/arm1");
+  run_for(100ms);
+  const FaultRecord ours = the_fault();
+  FaultRecord theirs = ours;
+  theirs.life = 9;
+  watch.faults().clear("planner/arm1", now);
+  watch.adopt("planner/arm1", theirs, now);
+  run_for(100ms);
+  EXPECT_EQ(the_fault().life, 9U) << "no second one for the same cause";
+  hung.clear();
+  run_for(200ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+}
+
 }  // namespace
 }  // namespace hecaton::services::testing

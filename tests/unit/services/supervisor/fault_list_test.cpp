@@ -114,5 +114,74 @@ TEST(FaultList, RemembersTheLatest) {
   EXPECT_EQ(faults.over().front().number, more);
 }
 
+FaultRecord of_another(std::uint64_t number, std::optional<std::chrono::nanoseconds> cleared) {
+  return {9, number, FaultKind::kNodeSilent, FaultSeverity::kWarning, "planner/a", "silent", 10ms, 3ms, cleared};
+}
+
+TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
+  FaultList faults;
+  faults.begin_life(10);
+  faults.raise("planner/b", kSilent, 15ms);
+  faults.clear("planner/b", 25ms);
+  static_cast<void>(faults.take_changes());
+  const FaultRecord over = of_another(1, 20ms);
+  const FaultRecord lasting = of_another(2, std::nullopt);
+  faults.adopt("planner/a", over, 40ms);
+  faults.adopt("planner/a", lasting, 40ms);
+  ASSERT_EQ(faults.over().size(), 2U);
+  EXPECT_EQ(faults.over().back(), over) << "after what ended later";
+  ASSERT_NE(faults.open("planner/a"), nullptr);
+  EXPECT_EQ(*faults.open("planner/a"), lasting);
+  EXPECT_EQ(faults.take_changes(), (std::vector{over, lasting})) << "told under our own term";
+  faults.adopt("planner/a", over, 50ms);
+  faults.adopt("planner/a", lasting, 50ms);
+  EXPECT_TRUE(faults.take_changes().empty()) << "known";
+  faults.clear("planner/a", 60ms);
+  EXPECT_EQ(faults.over().front().life, 9U);
+  EXPECT_EQ(faults.over().front().cleared, 60ms);
+}
+
+TEST(FaultList, AdoptsABetterExplanationOfWhatItKnows) {
+  FaultList faults;
+  faults.adopt("planner/a", of_another(1, 20ms), 40ms);
+  faults.adopt("planner/a", of_another(2, std::nullopt), 40ms);
+  for (const std::uint64_t number : {1, 2}) {
+    FaultRecord better = of_another(number, 30ms);
+    better.kind = FaultKind::kProcessDied;
+    better.seen = "signal 9";
+    faults.adopt("planner/a", better, 50ms);
+  }
+  EXPECT_EQ(faults.over().front().seen, "signal 9");
+  EXPECT_EQ(faults.over().front().cleared, 20ms);
+  ASSERT_NE(faults.open("planner/a"), nullptr) << "whoever leads judges when it is over";
+  EXPECT_EQ(faults.open("planner/a")->kind, FaultKind::kProcessDied);
+}
+
+TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
+  FaultList faults;
+  faults.begin_life(10);
+  faults.raise("planner/a", kSilent, 15ms);
+  FaultRecord theirs = of_another(1, std::nullopt);
+  theirs.kind = FaultKind::kProcessDied;
+  theirs.seen = "signal 9";
+  faults.adopt("planner/a", theirs, 40ms);
+  ASSERT_EQ(faults.open().size(), 1U);
+  EXPECT_EQ(faults.open().front().life, 10U);
+  EXPECT_EQ(faults.open().front().seen, "signal 9");
+  ASSERT_EQ(faults.over().size(), 1U);
+  EXPECT_EQ(faults.over().front().life, 9U);
+  EXPECT_EQ(faults.over().front().cleared, 40ms);
+}
+
+TEST(FaultList, AdoptsNoMoreThanItRemembers) {
+  FaultList faults;
+  for (std::uint64_t i = 1; i <= FaultList::kRemembered + 3; ++i) {
+    faults.adopt("planner/a", of_another(i, std::chrono::milliseconds(i)), 1s);
+  }
+  EXPECT_EQ(faults.over().size(), FaultList::kRemembered);
+  EXPECT_EQ(faults.over().front().number, FaultList::kRemembered + 3);
+  EXPECT_EQ(faults.over().back().number, 4U);
+}
+
 }  // namespace
 }  // namespace hecaton::services

@@ -1,0 +1,92 @@
+// Faults that one supervisor told are kept by the one that leads after it. The other supervisor is this test.
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+#include "services/supervisor/messages.hpp"
+#include "tests/cell/supervision/health_cell.hpp"
+#include "tests/support/signal_process.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+const msg::Fault* find_fault(const msg::CellStatus& status, const std::string& id) {
+  const auto found = std::find_if(status.faults().begin(), status.faults().end(),
+                                  [&](const msg::Fault& fault) { return fault.id() == id; });
+  return found == status.faults().end() ? nullptr : &*found;
+}
+
+TEST(FaultAccount, WhatAnotherToldWhileItLedIsKeptAndOutlivesTheSupervisor) {
+  HealthCell cell;
+  const auto before = cell.await_healthy();
+  msg::Fault told;
+  told.id("f1-7");
+  told.term(1);
+  told.sequence_number(1);
+  told.severity(msg::SEVERITY_ERROR);
+  told.kind("node_silent");
+  told.subject("planner/left");
+  told.seen("planner/left: no heartbeat on the other side");
+  told.since_unix_ms(read_clocks().now_unix_ms - 5000);
+  bus::Writer<msg::Fault> another(cell.participant());
+  ASSERT_TRUE(another.write(told));
+  const auto is_over = [&](const msg::CellStatus& status) {
+    const msg::Fault* kept = find_fault(status, told.id());
+    return kept && kept->cleared() && kept->seen() == told.seen();
+  };
+  cell.await("another's fault, over because its cause is gone", is_over);
+  cell.await_healthy();
+
+  ASSERT_TRUE(test::signal_process(pid_of_node(before, "supervisor"), SIGKILL));
+  cell.await("the same, from the next supervisor", [&](const msg::CellStatus& status) {
+    return status.mode().term() > before.mode().term() && is_over(status);
+  });
+}
+
+TEST(FaultAccount, WhatNobodyHasAdoptedStaysWhenItsTellerStandsBack) {
+  HealthCell cell;
+  const int pid = pid_of_node(cell.await_healthy(), "planner/left");
+  ASSERT_TRUE(test::signal_process(pid, SIGKILL));
+  const msg::Fault fault = cell.await_fault("a fault that is over", [](const msg::Fault& told) {
+    return told.kind() == "process_died" && told.subject() == "planner/left" && told.cleared();
+  });
+
+  bus::Reader<msg::Heartbeat> beats(cell.participant(), &cell.mailbox());
+  bus::Writer<msg::CellMode> leader(cell.participant());
+  msg::CellMode mode;
+  mode.term(fault.term() + 1000);
+  leader.set_strength(static_cast<int>(mode.term()));
+  mode.node("supervisor@elsewhere");
+  const auto lead_until = [&](const auto& condition) {
+    for (const auto until = bus::Clock::now() + kPatience; bus::Clock::now() < until;) {
+      mode.sequence_number(mode.sequence_number() + 1);
+      EXPECT_TRUE(leader.write(mode));
+      if (condition()) return true;
+      static_cast<void>(cell.mailbox().wait(20ms));
+      static_cast<void>(cell.mailbox().take_events());
+    }
+    return false;
+  };
+  ASSERT_TRUE(lead_until([&] {
+    const auto taken = beats.take();
+    return std::any_of(taken.begin(), taken.end(), [](const auto& sample) {
+      return !sample.disposed && sample.value.node() == "supervisor" && sample.value.state() == msg::NODE_STANDBY;
+    });
+  })) << "it does not stand back";
+  bus::Reader<msg::Fault> newcomer(cell.participant(), &cell.mailbox());
+  EXPECT_TRUE(lead_until([&] {
+    const auto taken = newcomer.take();
+    return std::any_of(taken.begin(), taken.end(), [&](const auto& sample) {
+      return !sample.disposed && sample.value.id() == fault.id() && sample.value.cleared();
+    });
+  })) << "its account is gone";
+  cell.await("its account, when it leads again", [&](const msg::CellStatus& status) {
+    return status.mode().term() > mode.term() && find_fault(status, fault.id()) != nullptr;
+  });
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing
