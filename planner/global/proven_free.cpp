@@ -38,26 +38,25 @@ struct Curve {
   }
 };
 
-/// How far bodies move at most for a unit of t, and one of a pair as seen from the other: joints that move both do not
-/// move them against each other.
-struct Speeds {
+/// How far bodies move at most when each joint j moves by steps(j), and one of a pair as seen from the other: joints
+/// that move both do not move them against each other.
+struct Motion {
   std::vector<float> body;
   std::vector<float> pair;
-  float fastest = 0.0F;
 
-  Speeds(const KernelRobot& robot, const std::vector<float>& levers, const Curve& curve)
+  template <typename Steps>
+  Motion(const KernelRobot& robot, const std::vector<float>& levers, const Steps& steps)
       : body(robot.bodies.size(), 0.0F), pair(robot.pairs.size(), 0.0F) {
     for (int j = 0; j < robot.dimensions; ++j) {
-      const float rate = curve.fastest(j);
+      const float step = steps(j);
       const auto lever = [&](int i) { return levers[i * robot.dimensions + j]; };
-      for (int i = 0; i < static_cast<int>(body.size()); ++i) body[i] += lever(i) * rate;
+      for (int i = 0; i < static_cast<int>(body.size()); ++i) body[i] += lever(i) * step;
       for (std::size_t i = 0; i < pair.size(); ++i) {
         const float one = lever(robot.pairs[i].a);
         const float two = lever(robot.pairs[i].b);
-        if (one <= 0.0F || two <= 0.0F) pair[i] += (one + two) * rate;
+        if (one <= 0.0F || two <= 0.0F) pair[i] += (one + two) * step;
       }
     }
-    fastest = *std::max_element(body.begin(), body.end());
   }
 };
 
@@ -72,9 +71,11 @@ std::vector<float> first_middles(int count, float half) {
   return middles;
 }
 
-std::vector<float> times(const std::vector<float>& values, float factor) {
+/// values · factor + beyond
+std::vector<float> times(const std::vector<float>& values, float factor, const std::vector<float>& beyond) {
   std::vector<float> result(values.size());
-  std::transform(values.begin(), values.end(), result.begin(), [factor](float x) { return x * factor; });
+  std::transform(values.begin(), values.end(), beyond.begin(), result.begin(),
+                 [factor](float x, float more) { return x * factor + more; });
   return result;
 }
 
@@ -86,19 +87,22 @@ bool Validity::proven_free(const float* a, const float* b, double clearance) con
   return proven_free(a, middle.data(), b, clearance);
 }
 
-bool Validity::proven_free(const float* a, const float* corner, const float* b, double clearance) const {
+bool Validity::proven_free(const float* a, const float* corner, const float* b, double clearance,
+                           const float* spread) const {
   const Curve curve{a, corner, b, stride()};
-  const Speeds speeds(robot_, levers_, curve);
+  const Motion speeds(robot_, levers_, [&](int j) { return curve.fastest(j); });  // for a unit of t
+  const Motion beyond(robot_, levers_, [&](int j) { return spread == nullptr ? 0.0F : spread[j]; });
+  const float fastest = *std::max_element(speeds.body.begin(), speeds.body.end());
   const int first = kWidth * std::max(1, static_cast<int>(std::ceil(curve.longest() / (options_.step * kWidth))));
   float half = 0.5F / static_cast<float>(first);
   std::vector<float> middles = first_middles(first, half);
   std::vector<float> halves;
   std::vector<float> q(static_cast<std::size_t>(kWidth) * stride());
   for (;; half *= 0.5F) {
-    const std::vector<float> growth = times(speeds.body, half);
-    const std::vector<float> pair_growth = times(speeds.pair, half);
+    const std::vector<float> growth = times(speeds.body, half, beyond.body);
+    const std::vector<float> pair_growth = times(speeds.pair, half, beyond.pair);
     const KernelSweep sweep{growth.data(), pair_growth.data(), static_cast<float>(options_.padding + clearance),
-                            speeds.fastest * half < kCoarse};
+                            fastest * half < kCoarse};
     halves.clear();
     for (std::size_t i = 0; i < middles.size(); i += kWidth) {
       const std::size_t count = std::min<std::size_t>(kWidth, middles.size() - i);
@@ -115,7 +119,7 @@ bool Validity::proven_free(const float* a, const float* corner, const float* b, 
       }
     }
     if (halves.empty()) return true;
-    if (speeds.fastest * half < kFinest || halves.size() > kMostStretches) return false;
+    if (fastest * half < kFinest || halves.size() > kMostStretches) return false;
     middles.swap(halves);
   }
 }

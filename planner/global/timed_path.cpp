@@ -11,6 +11,21 @@ std::vector<float> floats_of(const Validity& validity, const Eigen::VectorXd& q)
   return result;
 }
 
+std::vector<Eigen::VectorXd> waypoints_of(const std::vector<std::vector<double>>& path) {
+  std::vector<Eigen::VectorXd> waypoints;
+  for (const std::vector<double>& q : path) {
+    waypoints.emplace_back(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())));
+  }
+  return waypoints;
+}
+
+CurveFree proven_curve(const Validity& validity, double clearance) {
+  return [&validity, clearance](const Eigen::VectorXd& from, const Eigen::VectorXd& corner, const Eigen::VectorXd& to) {
+    return validity.proven_free(floats_of(validity, from).data(), floats_of(validity, corner).data(),
+                                floats_of(validity, to).data(), clearance);
+  };
+}
+
 }  // namespace
 
 MotionLimits motion_limits(const Validity& validity) {
@@ -27,15 +42,19 @@ MotionLimits motion_limits(const Validity& validity) {
 
 Trajectory timed_path(const Validity& validity, const std::vector<std::vector<double>>& path,
                       const TimedPathOptions& options) {
-  std::vector<Eigen::VectorXd> waypoints;
-  for (const std::vector<double>& q : path) {
-    waypoints.emplace_back(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())));
-  }
-  const CurveFree free = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& corner, const Eigen::VectorXd& to) {
-    return validity.proven_free(floats_of(validity, from).data(), floats_of(validity, corner).data(),
-                                floats_of(validity, to).data(), options.clearance);
+  const CurveFree free = proven_curve(validity, options.clearance);
+  return time_optimal(blended(waypoints_of(path), free, options.blend), motion_limits(validity), options.timing);
+}
+
+AveragedTrajectory jerk_limited_path(const Validity& validity, const std::vector<std::vector<double>>& path,
+                                     double jerk, const TimedPathOptions& options) {
+  const WayFree way_free = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread) {
+    const Eigen::VectorXd middle = 0.5 * (from + to);
+    return validity.proven_free(floats_of(validity, from).data(), floats_of(validity, middle).data(),
+                                floats_of(validity, to).data(), options.clearance, floats_of(validity, spread).data());
   };
-  return time_optimal(blended(waypoints, free, options.blend), motion_limits(validity), options.timing);
+  return jerk_limited(waypoints_of(path), proven_curve(validity, options.clearance), way_free, motion_limits(validity),
+                      {jerk, options.blend, options.timing});
 }
 
 }  // namespace hecaton::planner::global

@@ -65,8 +65,10 @@ class Validity {
   /// made larger by the farthest that they can move on it, halved where that does not tell. `clearance` is kept from
   /// the world beyond the padding [m].
   [[nodiscard]] bool proven_free(const float* a, const float* b, double clearance = 0.0) const;
-  /// The same of the parabola with these control points: (1 − t)² a + 2 t (1 − t) corner + t² b.
-  [[nodiscard]] bool proven_free(const float* a, const float* corner, const float* b, double clearance = 0.0) const;
+  /// The same of the parabola with these control points: (1 − t)² a + 2 t (1 − t) corner + t² b. With `spread`, of
+  /// everything that is no farther from it than this, joint by joint [rad | m].
+  [[nodiscard]] bool proven_free(const float* a, const float* corner, const float* b, double clearance = 0.0,
+                                 const float* spread = nullptr) const;
 
   /// Configurations looked at since construction.
   [[nodiscard]] std::uint64_t checks() const { return checks_; }

@@ -92,6 +92,34 @@ TEST(ProvenFree, IsNeverContradictedByFclHoweverFine) {
   EXPECT_GT(proven, 0.9 * seen);
 }
 
+TEST(ProvenFree, HoldsForEverythingWithinTheSpread) {
+  Random random(8);
+  int proven = 0, less = 0;
+  for (int i = 0; i < 60; ++i) {
+    Scene scene(10, random);
+    const Floats a = scene.draw(random);
+    if (!scene.validity.state_free(a.data())) continue;
+    const Floats b = scene.draw_near(a, 0.4, random), c = scene.draw_near(a, 0.4, random);
+    Floats spread(a.size(), 0.0F);
+    for (int j = 0; j < scene.space.dimensions; ++j) spread[j] = static_cast<float>(random.uniform(0.0, 0.03));
+    const bool claimed = scene.validity.proven_free(a.data(), c.data(), b.data(), 0.0, spread.data());
+    less += scene.validity.proven_free(a.data(), c.data(), b.data()) && !claimed ? 1 : 0;
+    if (!claimed) continue;
+    ++proven;
+    for (int k = 0; k < 300; ++k) {
+      Floats q = on_curve(a, c, b, static_cast<float>(random.uniform()));
+      for (int j = 0; j < scene.space.dimensions; ++j) {
+        q[j] += spread[j] * (k % 2 == 0               ? static_cast<float>(random.uniform(-1.0, 1.0))
+                             : random.uniform() < 0.5 ? -1.0F
+                                                      : 1.0F);
+      }
+      ASSERT_FALSE(scene.referee.collides(q.data())) << i;
+    }
+  }
+  EXPECT_GT(proven, 10);
+  EXPECT_GT(less, 0);
+}
+
 TEST(ProvenFree, SeesWhatStepsJumpOver) {
   // A sheet half a millimetre thick across the way of the forearm, and steps of half a radian.
   ValidityOptions options;

@@ -9,13 +9,17 @@
 namespace hecaton::planner::global {
 namespace {
 
-/// The whole trajectory, not the path that it was made of, is what FCL and the limits are held against.
-TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
-  int blends = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    Random random(seed);
-    const auto world = test::random_boxes(14, random);
-    const Validity validity({CellGeometry({test::puma()}, 0)}, world);
+/// A PUMA among boxes, and a path between two of its configurations.
+struct Found {
+  std::vector<WorldBody> world;
+  Validity validity;
+  Plan plan;
+
+  Found(std::uint64_t seed, const PlanOptions& options) : Found(Random(seed), options) {}
+
+ private:
+  Found(Random random, const PlanOptions& options)
+      : world(test::random_boxes(14, random)), validity({CellGeometry({test::puma()}, 0)}, world) {
     const Space space = space_of(validity, std::vector<double>(6, 0.0), std::vector<double>(6, 0.0));
     const auto draw = [&] {
       std::vector<float> q(space.stride);
@@ -24,10 +28,18 @@ TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
       } while (!validity.state_free(q.data()));
       return std::vector<double>(q.begin(), q.begin() + 6);
     };
+    const std::vector<double> start = draw(), goal = draw();
+    plan = global::plan(validity, start, goal, options);
+  }
+};
+
+/// The whole trajectory, not the path that it was made of, is what FCL and the limits are held against.
+TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
+  int blends = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     PlanOptions options;
     options.budget.iterations = 20'000;
-    const std::vector<double> start = draw(), goal = draw();
-    const Plan found = plan(validity, start, goal, options);
+    const auto [world, validity, found] = Found(seed, options);
     if (!found.solved()) continue;
     const Trajectory trajectory = timed_path(validity, found.path);
     TimedPathOptions stopping;
@@ -43,9 +55,42 @@ TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
       ASSERT_TRUE((at.qdd.cwiseAbs().array() <= limits.acceleration.array() * (1 + 1e-6)).all());
     }
     const Eigen::VectorXd first = trajectory.at(0).q;
-    EXPECT_EQ(std::vector<double>(first.begin(), first.end()), start);
+    EXPECT_EQ(std::vector<double>(first.begin(), first.end()), found.path.front());
   }
   EXPECT_GT(blends, 10);
+}
+
+/// Of paths that are proven free, with jerks by finite differences.
+TEST(JerkLimitedPath, IsFreeAndWithinAllLimits) {
+  int rounded = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    PlanOptions options;
+    options.certify = true;
+    options.budget.iterations = 20'000;
+    const auto [world, validity, found] = Found(seed, options);
+    if (!found.solved()) continue;
+    const double jerk = seed % 3 == 0 ? 1000.0 : seed % 3 == 1 ? 100.0 : 20.0;
+    const AveragedTrajectory trajectory = jerk_limited_path(validity, found.path, jerk);
+    for (const PathPiece& piece : trajectory.averaged().pieces()) rounded += piece.blend ? 1 : 0;
+    EXPECT_GT(trajectory.duration(), timed_path(validity, found.path).duration());
+    test::FclReferee referee(validity, world);
+    const MotionLimits limits = motion_limits(validity);
+    constexpr int kSamples = 3000;
+    const double dt = trajectory.duration() / kSamples;
+    TrajectoryPoint before = trajectory.at(0.0);
+    for (int k = 0; k <= kSamples; ++k) {
+      const TrajectoryPoint at = trajectory.at(k * dt);
+      ASSERT_FALSE(referee.collides(at.q.data())) << "seed " << seed << " sample " << k;
+      ASSERT_TRUE((at.qd.cwiseAbs().array() <= limits.velocity.array() * (1 + 1e-9)).all());
+      ASSERT_TRUE((at.qdd.cwiseAbs().array() <= limits.acceleration.array() * (1 + 1e-6)).all());
+      ASSERT_LE((at.qdd - before.qdd).cwiseAbs().maxCoeff(), jerk * dt * (1 + 1e-6) + 1e-7) << "seed " << seed;
+      before = at;
+    }
+    const TrajectoryPoint end = trajectory.at(trajectory.duration());
+    EXPECT_EQ(end.qd.norm(), 0.0);
+    for (int j = 0; j < 6; ++j) EXPECT_NEAR(end.q[j], found.path.back()[j], 1e-9);
+  }
+  EXPECT_GT(rounded, 10);
 }
 
 TEST(TimedPath, BlendsKeepTheClearance) {
