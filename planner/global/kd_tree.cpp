@@ -65,36 +65,69 @@ void KdTree::split(int node) {
   nodes_[node] = {axis, cut, first, first + 1};
 }
 
-Neighbour KdTree::nearest(const float* q) const {
-  Query query{q, {-1, 3e38F}, {}};
-  if (size_ > 0) visit(0, 0.0F, query);
-  return query.best;
-}
-
 // The distance to a node's box is kept up coordinate by coordinate [Arya93].
-void KdTree::visit(int index, float bound, Query& query) const {
+template <typename Limit, typename Look>
+void KdTree::visit(int index, const float* q, float bound, Offsets& offsets, const Limit& limit,
+                   const Look& look) const {
   const Node& node = nodes_[index];
   if (node.axis < 0) {
-    const Bucket& bucket = buckets_[node.below];
-    Neighbour near = bucket.points.nearest(query.q);
-    if (near.index < 0) return;
-    near.index = bucket.indices[near.index];
-    if (near.distance2 < query.best.distance2 ||
-        (near.distance2 == query.best.distance2 && near.index < query.best.index)) {
-      query.best = near;
-    }
+    look(buckets_[node.below]);
     return;
   }
-  const float away = query.q[node.axis] - node.cut;
+  const float away = q[node.axis] - node.cut;
   const bool below = away < 0.0F;
-  visit(below ? node.below : node.above, bound, query);
-  float& offset = query.offsets[node.axis];
+  visit(below ? node.below : node.above, q, bound, offsets, limit, look);
+  float& offset = offsets.of[node.axis];
   const float before = offset;
   const float farther = bound - before * before + away * away;
-  if (farther * kRoundedDown > query.best.distance2) return;
+  if (farther * kRoundedDown > limit()) return;
   offset = away;
-  visit(below ? node.above : node.below, farther, query);
+  visit(below ? node.above : node.below, q, farther, offsets, limit, look);
   offset = before;
+}
+
+Neighbour KdTree::nearest(const float* q) const {
+  Neighbour best{-1, 3e38F};
+  Offsets offsets;
+  visit(
+      0, q, 0.0F, offsets, [&] { return best.distance2; },
+      [&](const Bucket& bucket) {
+        Neighbour near = bucket.points.nearest(q);
+        if (near.index < 0) return;
+        near.index = bucket.indices[near.index];
+        if (near < best) best = near;
+      });
+  return best;
+}
+
+void KdTree::nearest(const float* q, int count, std::vector<Neighbour>& out) const {
+  NearestFew few(count, out);
+  std::vector<float> distances;
+  Offsets offsets;
+  visit(
+      0, q, 0.0F, offsets, [&] { return few.limit(); },
+      [&](const Bucket& bucket) {
+        bucket.points.distances2(q, distances);
+        for (int i = 0; i < bucket.points.size(); ++i) {
+          if (distances[i] <= few.limit()) few.offer({bucket.indices[i], distances[i]});
+        }
+      });
+  few.sort();
+}
+
+void KdTree::within(const float* q, float radius, std::vector<Neighbour>& out) const {
+  out.clear();
+  std::vector<float> distances;
+  Offsets offsets;
+  visit(
+      0, q, 0.0F, offsets, [&] { return radius * radius; },
+      [&](const Bucket& bucket) {
+        bucket.points.distances2(q, distances);
+        for (int i = 0; i < bucket.points.size(); ++i) {
+          if (distances[i] < radius * radius) out.push_back({bucket.indices[i], distances[i]});
+        }
+      });
+  std::sort(out.begin(), out.end(), [](const Neighbour& a, const Neighbour& b) { return a.index < b.index; });
 }
 
 }  // namespace hecaton::planner::global

@@ -17,6 +17,10 @@ class KdTree {
   [[nodiscard]] int size() const { return size_; }
   /// The first of the nearest; none (−1) of no points. As the scan of NearestPoints says it, to the last bit.
   [[nodiscard]] Neighbour nearest(const float* q) const;
+  /// The same of the `count` > 0 nearest, or of all where there are fewer: nearest first.
+  void nearest(const float* q, int count, std::vector<Neighbour>& out) const;
+  /// The same of all points nearer than `radius`: in the order of their indices.
+  void within(const float* q, float radius, std::vector<Neighbour>& out) const;
 
  private:
   struct Node {
@@ -29,14 +33,15 @@ class KdTree {
     PointGroups points;
     std::vector<int> indices;
   };
-  struct Query {
-    const float* q;
-    Neighbour best;
-    float offsets[kMostDimensions];  ///< from q to the node's box, by coordinate
+  /// From a query to the box of the node that is visited, by coordinate.
+  struct Offsets {
+    float of[kMostDimensions] = {};
   };
 
   void split(int node);
-  void visit(int node, float bound, Query& query) const;
+  /// Has `look` look at the buckets whose boxes are no farther than limit(), the square of a distance.
+  template <typename Limit, typename Look>
+  void visit(int node, const float* q, float bound, Offsets& offsets, const Limit& limit, const Look& look) const;
 
   int dimensions_;
   int size_ = 0;

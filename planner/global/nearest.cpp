@@ -26,10 +26,25 @@ Neighbour PointGroups::nearest(const float* q) const {
   return kernel().nearest(groups_.data(), (size_ + kWidth - 1) / kWidth, dimensions_, q);
 }
 
-void PointGroups::within(const float* q, float radius, std::vector<Neighbour>& out) const {
+void PointGroups::distances2(const float* q, std::vector<float>& out) const {
   const int groups = (size_ + kWidth - 1) / kWidth;
-  std::vector<float> distances(static_cast<std::size_t>(groups) * kWidth);
-  kernel().distances2(groups_.data(), groups, dimensions_, q, distances.data());
+  out.resize(static_cast<std::size_t>(groups) * kWidth);
+  kernel().distances2(groups_.data(), groups, dimensions_, q, out.data());
+}
+
+void PointGroups::nearest(const float* q, int count, std::vector<Neighbour>& out) const {
+  std::vector<float> distances;
+  distances2(q, distances);
+  NearestFew few(count, out);
+  for (int i = 0; i < size_; ++i) {
+    if (distances[i] < few.limit()) few.offer({i, distances[i]});
+  }
+  few.sort();
+}
+
+void PointGroups::within(const float* q, float radius, std::vector<Neighbour>& out) const {
+  std::vector<float> distances;
+  distances2(q, distances);
   out.clear();
   for (int i = 0; i < size_; ++i) {
     if (distances[i] < radius * radius) out.push_back({i, distances[i]});

@@ -68,23 +68,18 @@ int Roadmap::find_or_add(const float* q, const SearchProblem& problem, const Prm
 /// Joined with its nearest nodes, as far as the straight ways are free now.
 int Roadmap::add(const float* q, const SearchProblem& problem, const PrmOptions& options) {
   std::vector<Neighbour> near;
-  nearest_.within(q, 1e9F, near);
-  const std::size_t count = std::min(near.size(), static_cast<std::size_t>(options.neighbours));
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end(),
-                    [](const Neighbour& a, const Neighbour& b) {
-                      return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : a.index < b.index;
-                    });
+  nearest_.nearest(q, options.neighbours, near);
   const int node = nodes();
   points_.add(q);
   nearest_.add(points_[node]);
   nodes_.push_back({edition_, true});
   edges_of_.emplace_back();
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool free = problem.edge_free(points_[near[i].index], points_[node]);
+  for (const Neighbour& other : near) {
+    const bool free = problem.edge_free(points_[other.index], points_[node]);
     // A blocked one is kept, too: what blocks it may go.
     edges_of_[node].push_back(edges());
-    edges_of_[near[i].index].push_back(edges());
-    edges_.push_back({near[i].index, node, std::sqrt(near[i].distance2), {edition_, free}});
+    edges_of_[other.index].push_back(edges());
+    edges_.push_back({other.index, node, std::sqrt(other.distance2), {edition_, free}});
   }
   return node;
 }

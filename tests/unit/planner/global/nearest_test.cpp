@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "planner/global/nearest_points.hpp"
@@ -61,12 +64,73 @@ TEST(KdTree, SaysWhatTheScanSaysToTheLastBit) {
   }
 }
 
+void expect_same(const std::vector<Neighbour>& found, const std::vector<Neighbour>& scanned) {
+  ASSERT_EQ(found.size(), scanned.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_EQ(found[i].index, scanned[i].index);
+    ASSERT_EQ(found[i].distance2, scanned[i].distance2);
+  }
+}
+
+TEST(KdTree, FindsSeveralAndAllAroundAsTheScanDoes) {
+  Random random(11);
+  for (const int dimensions : {1, 2, 3, 6, 7, 12}) {
+    PointGroups all(dimensions);
+    KdTree tree(dimensions);
+    std::vector<float> q(dimensions, 0.0F);
+    std::vector<Neighbour> found{{3, 1.0F}}, scanned{{4, 1.0F}};
+    tree.nearest(q.data(), 5, found);
+    tree.within(q.data(), 5.0F, scanned);
+    EXPECT_TRUE(found.empty() && scanned.empty());
+    for (int i = 0; i < 2000; ++i) {
+      for (float& x : q) {
+        x = static_cast<float>(random.uniform(-3.0, 3.0));
+        if (i % 2 == 0) x = std::round(x);
+      }
+      all.add(q.data());
+      tree.add(q.data());
+      for (float& x : q) x = i % 3 == 0 ? std::round(2 * x) / 2 : static_cast<float>(random.uniform(-3.0, 3.0));
+      const int count = 1 + static_cast<int>(random.next() % 20);
+      all.nearest(q.data(), count, scanned);
+      tree.nearest(q.data(), count, found);
+      expect_same(found, scanned);
+      EXPECT_EQ(static_cast<int>(found.size()), std::min(count, i + 1));
+      const auto radius = static_cast<float>(i % 5 == 0 ? 1.0 : random.uniform(0.1, 4.0));
+      all.within(q.data(), radius, scanned);
+      tree.within(q.data(), radius, found);
+      expect_same(found, scanned);
+    }
+  }
+}
+
+TEST(PointGroups, TheNearestFewAreTheFirstOfAllInOrder) {
+  Random random(12);
+  PointGroups all(3);
+  std::vector<float> q(3);
+  for (int i = 0; i < 400; ++i) {
+    for (float& x : q) x = std::round(static_cast<float>(random.uniform(-3.0, 3.0)));
+    all.add(q.data());
+  }
+  std::vector<Neighbour> sorted, few;
+  for (int i = 0; i < 50; ++i) {
+    for (float& x : q) x = std::round(static_cast<float>(random.uniform(-6.0, 6.0))) / 2;
+    all.within(q.data(), 1e9F, sorted);
+    std::sort(sorted.begin(), sorted.end());
+    all.nearest(q.data(), 10, few);
+    expect_same(few, {sorted.begin(), sorted.begin() + 10});
+  }
+}
+
 TEST(KdTree, HoldsManyOfTheSamePoint) {
   KdTree tree(2);
   const float q[] = {1.0F, 2.0F};
   for (int i = 0; i < 500; ++i) tree.add(q);
   EXPECT_EQ(tree.nearest(q).index, 0);
   EXPECT_EQ(tree.size(), 500);
+  std::vector<Neighbour> few;
+  tree.nearest(q, 3, few);
+  ASSERT_EQ(few.size(), 3U);
+  EXPECT_EQ(few[2].index, 2);
 }
 
 TEST(NearestPoints, GoOnAsATreeWhereThatIsFaster) {
@@ -80,6 +144,13 @@ TEST(NearestPoints, GoOnAsATreeWhereThatIsFaster) {
     points.add(q.data());
     for (float& x : q) x = static_cast<float>(random.uniform(-3.0, 3.0));
     ASSERT_EQ(points.nearest(q.data()).index, all.nearest(q.data()).index);
+    std::vector<Neighbour> found, scanned;
+    points.nearest(q.data(), 10, found);
+    all.nearest(q.data(), 10, scanned);
+    expect_same(found, scanned);
+    points.within(q.data(), 0.5F, found);
+    all.within(q.data(), 0.5F, scanned);
+    expect_same(found, scanned);
   }
 }
 
