@@ -10,7 +10,9 @@ endif()
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
-install(FILES README.md docs/cell-file.md docs/guide/three-machines.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
+# As they are here, for they refer to each other; `doc_links` looks that they refer to nothing else.
+install(FILES README.md ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
 
 # The program writes its own man page and completion.
@@ -34,6 +36,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/package/postinst
+                                       ${PROJECT_SOURCE_DIR}/deploy/package/prerm
                                        ${PROJECT_SOURCE_DIR}/deploy/package/postrm)
 # hecaton, and hecaton-mpi with what the component has.
 set(CPACK_DEB_COMPONENT_INSTALL ON)

@@ -1,0 +1,50 @@
+"""Checks that every relative link of the documents leads to something that is installed with them.
+
+usage: doc_links.py ROOT DOCUMENT…     a document is a file or a folder below ROOT
+
+Who reads the package's copies has the documents and nothing else of the sources."""
+import pathlib
+import re
+import sys
+
+LINK = re.compile(r"\]\(\s*<?([^)>\s]+)")  # of Markdown, pictures, too
+HEADING = re.compile(r"^#+ +(.*?) *$", re.M)
+
+
+def without_code(text):
+    """What stands between fences or backticks is no link."""
+    return re.sub(r"`[^`\n]*`", "", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S))
+
+
+def anchors(text):
+    """As the usual renderers name headings."""
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in HEADING.findall(text)}
+
+
+def dead_links(file, documents):
+    """(link, why) of those that lead nowhere."""
+    for link in LINK.findall(without_code(file.read_text())):
+        if re.match(r"[a-z]+:", link):
+            continue
+        path, _, anchor = link.partition("#")
+        target = (file.parent / path).resolve() if path else file
+        if not target.exists():
+            yield link, "there is no such file"
+        elif not any(target == document or document in target.parents for document in documents):
+            yield link, "it is not installed with the documents"
+        elif anchor and target.suffix == ".md" and anchor not in anchors(target.read_text()):
+            yield link, "there is no such heading"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1]).resolve()
+    documents = [root / name for name in sys.argv[2:]]
+    texts = [file for document in documents
+             for file in (sorted(document.rglob("*.md")) if document.is_dir() else [document]) if file.suffix == ".md"]
+    dead = [f"{file.relative_to(root)}: {link}: {why}" for file in texts for link, why in dead_links(file, documents)]
+    print("\n".join(dead) or f"the links of {len(texts)} documents lead somewhere")
+    return 1 if dead or not texts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
