@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 
 #include <arpa/inet.h>
 
@@ -18,23 +20,75 @@ constexpr std::array<std::string_view, 2> kTransports = {"udp", "shm"};
 constexpr std::array<std::string_view, 2> kDiscoveries = {"multicast", "unicast"};
 constexpr std::array<std::string_view, 2> kRecoveries = {"automatic", "resume"};
 
-// Addresses reach resolvers and messages: let nothing else through.
+constexpr std::size_t kLongestHostName = 253;  // RFC 1035, without the last dot
+constexpr std::size_t kLongestLabel = 63;
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+std::optional<std::uint32_t> ipv4(const std::string& text) {
+  in_addr parsed{};
+  if (inet_pton(AF_INET, text.c_str(), &parsed) != 1) return std::nullopt;
+  return ntohl(parsed.s_addr);
+}
+
+/// That one machine can have: not of "this network", a group's, reserved or everybody's (RFC 1122, 1112).
+bool is_of_one_machine(std::uint32_t address) {
+  return address >> 24U != 0 && address >> 24U < 224;
+}
+
+/// RFC 1123, and the underscores that container names have. A last label of digits alone would be a mistyped address:
+/// resolvers take "10.0.7" for 10.0.0.7.
+bool is_host_name(std::string_view text) {
+  if (text.size() > kLongestHostName) return false;
+  bool only_digits = true;
+  while (true) {
+    const std::string_view label = text.substr(0, text.find('.'));
+    const bool allowed = std::all_of(label.begin(), label.end(),
+                                     [](char c) { return is_letter(c) || is_digit(c) || c == '-' || c == '_'; });
+    if (label.empty() || label.size() > kLongestLabel || !allowed || label.front() == '-' || label.back() == '-') {
+      return false;
+    }
+    only_digits = std::all_of(label.begin(), label.end(), is_digit);
+    if (label.size() == text.size()) return !only_digits;
+    text.remove_prefix(label.size() + 1);
+  }
+}
+
 std::string read_address(const YamlView& view) {
-  constexpr std::string_view kRule = "an IP address or a host name";
   std::string address = view.text();
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == ':' ||
-           c == '-' || c == '_' || c == '%';
-  };
-  if (address.size() > 253 || !std::all_of(address.begin(), address.end(), allowed)) view.fail(std::string(kRule));
+  const auto number = ipv4(address);
+  if (number ? !is_of_one_machine(*number) : !is_host_name(address)) {
+    view.fail("the IPv4 address of one machine, such as 10.0.0.2, or a host name, both without a port");
+  }
   return address;
 }
 
 std::string read_ipv4(const YamlView& view) {
   std::string address = view.text();
-  in_addr parsed{};
-  if (inet_pton(AF_INET, address.c_str(), &parsed) != 1) view.fail("an IPv4 address, such as 10.0.0.2");
+  const auto number = ipv4(address);
+  if (!number || !is_of_one_machine(*number)) {
+    view.fail("an IPv4 address of one machine, such as 10.0.0.2, without a port");
+  }
   return address;
+}
+
+// It reaches messages: let nothing through that no interface is called.
+std::string read_interface(const YamlView& view) {
+  constexpr std::size_t kLongest = 15;  // of names (IFNAMSIZ) and of IPv4 addresses
+  std::string name = view.text();
+  const auto allowed = [](char c) {
+    return is_letter(c) || is_digit(c) || c == '.' || c == ':' || c == '-' || c == '_';
+  };
+  if (name.empty() || name.size() > kLongest || !std::all_of(name.begin(), name.end(), allowed)) {
+    view.fail("the name or the IPv4 address of a network interface, such as eth0 or 10.0.0.2");
+  }
+  return name;
 }
 
 std::string host_rule(const std::vector<Host>& hosts) {
@@ -113,7 +167,7 @@ Network read_network(const MapView& root) {
   if (const auto transport = map.find("transport")) {
     network.transport = transport->choice(kTransports) == 0 ? Transport::kUdp : Transport::kSharedMemory;
   }
-  if (const auto interface = map.find("interface")) network.interface = read_address(*interface);
+  if (const auto interface = map.find("interface")) network.interface = read_interface(*interface);
   read_discovery(map, network);
   return network;
 }

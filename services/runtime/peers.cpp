@@ -26,8 +26,8 @@ std::string resolved(const config::Host& host) {
   addrinfo* list = nullptr;
   const int error = getaddrinfo(host.address.c_str(), nullptr, &hints, &list);
   if (error != 0) {
-    log_warning("host is not announced to",
-                {{"host", host.name}, {"address", host.address}, {"reason", gai_strerror(error)}});
+    log_warning("a host's name cannot be resolved: this process does not announce itself there, and waits to be found",
+                {{"key", "hosts." + host.name}, {"name", host.address}, {"reason", gai_strerror(error)}});
     return {};
   }
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(list, freeaddrinfo);
