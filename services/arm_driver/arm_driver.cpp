@@ -1,7 +1,7 @@
 #include "services/arm_driver/arm_driver.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <utility>
 
 #include "services/bus/convert.hpp"
 #include "services/runtime/join.hpp"
@@ -33,6 +33,10 @@ const char* mode_name(msg::ArmMode mode) {
 
 std::chrono::nanoseconds nanoseconds(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
+Commander commander_of(const bus::Sample<msg::ArmCommand>& sample) {
+  return {{sample.value.node(), sample.value.term()}, sample.writer};
 }
 
 /// Where its predecessor left the arm, or else where the cell begins.
@@ -70,6 +74,7 @@ void ArmDriver::run() {
     // What a stall swallowed happened without new commands: the arm moved on, or stopped.
     for (auto k = std::min(loop_.skipped(), kMostPeriodsAtOnce); k > 0; --k) drive_.step(period_);
     listen();
+    note_mandate();
     drive_.step(period_);
     memory_.remember(drive_.arm().q(), drive_.gate().mandate());
     publish();
@@ -92,31 +97,44 @@ void ArmDriver::listen() {
 }
 
 void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
-  const msg::ArmCommand& command = sample.value;
-  const Verdict verdict = drive_.command(command);
-  if (verdict != Verdict::kAccepted && verdict != Verdict::kRepeated) note_refusal(command, verdict);
+  const Verdict verdict = drive_.command(sample.value);
+  if (verdict != Verdict::kAccepted && verdict != Verdict::kRepeated) note_refusal(sample, verdict);
   if (verdict != Verdict::kAccepted) return;
-  if (command.node() != followed_) {
-    const std::chrono::duration<double, std::milli> gap = sample.received - accepted_at_;
-    log_info("follows", {{"planner", command.node()},
-                         {"term", command.term()},
-                         {"instead_of", followed_},
-                         {"gap_ms", followed_.empty() ? 0.0 : gap.count()}});
-    followed_ = command.node();
-  }
-  accepted_at_ = sample.received;
+  note_acceptance(commander_of(sample), sample.received);
 }
 
-// The 1st, 2nd, 4th, 8th … refusal is logged: a stale sender repeats itself a hundred times a second.
-void ArmDriver::note_refusal(const msg::ArmCommand& command, Verdict verdict) const {
+// A planner in another's place is told apart from one that goes on in another process or under another term: the gap
+// before the first is what a standby costs.
+void ArmDriver::note_acceptance(const Commander& commander, bus::Clock::time_point at) {
+  const std::chrono::duration<double, std::milli> gap = at - std::exchange(accepted_at_, at);
+  const auto before = record_.accepted(commander);
+  if (!before) return;
+  const bool replaced = commander.mandate.planner != before->mandate.planner;
+  log_info(replaced ? "follows" : "goes on with", {{"planner", commander.mandate.planner},
+                                                   {"term", commander.mandate.term},
+                                                   {"process", commander.writer.text()},
+                                                   {"instead_of_term", before->mandate.term},
+                                                   {"instead_of", before->mandate.planner},
+                                                   {"gap_ms", before->mandate.term > 0 ? gap.count() : 0.0}});
+}
+
+// From now on commands of older terms are refused, whether or not one of this term ever comes.
+void ArmDriver::note_mandate() {
+  const Mandate& newest = drive_.gate().mandate();
+  if (newest == logged_mandate_) return;
+  log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", logged_mandate_.term}});
+  logged_mandate_ = newest;
+}
+
+void ArmDriver::note_refusal(const bus::Sample<msg::ArmCommand>& sample, Verdict verdict) {
+  const std::uint64_t times = record_.refused(commander_of(sample), static_cast<int>(verdict));
+  if (times == 0) return;
   const bool far = verdict == Verdict::kTooFar;
-  const std::uint64_t refusals = far ? drive_.too_far() : drive_.gate().stale_rejected() + drive_.gate().unusable();
-  if (std::has_single_bit(refusals)) {
-    log_warning("command refused", {{"from", command.node()},
-                                    {"term", command.term()},
-                                    {"refused", refusals},
-                                    {"reason", far ? drive_.complaint() : drive_.gate().complaint()}});
-  }
+  log_warning("command refused", {{"from", sample.value.node()},
+                                  {"term", sample.value.term()},
+                                  {"process", sample.writer.text()},
+                                  {"refused", times},
+                                  {"reason", far ? drive_.complaint() : drive_.gate().complaint()}});
 }
 
 void ArmDriver::look_at_tool() {

@@ -8,6 +8,7 @@
 #include <idl/world.h>
 
 #include "services/arm_driver/arm_memory.hpp"
+#include "services/arm_driver/command_record.hpp"
 #include "services/arm_driver/simulated_drive.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
@@ -29,7 +30,9 @@ class ArmDriver {
  private:
   void listen();
   void take(const bus::Sample<msg::ArmCommand>& sample);
-  void note_refusal(const msg::ArmCommand& command, Verdict verdict) const;
+  void note_acceptance(const Commander& commander, bus::Clock::time_point at);
+  void note_mandate();
+  void note_refusal(const bus::Sample<msg::ArmCommand>& sample, Verdict verdict);
   void look_at_tool();
   void publish();
   void beat();
@@ -49,8 +52,9 @@ class ArmDriver {
   SimulatedDrive drive_;
   msg::ArmState state_;  ///< reused every period
   msg::ArmMode logged_mode_ = msg::ARM_STARTING;
-  std::string followed_;                  ///< the planner whose command was accepted last
-  bus::Clock::time_point accepted_at_{};  ///< when that arrived
+  CommandRecord record_;
+  bus::Clock::time_point accepted_at_{};  ///< when the command that was accepted last arrived
+  Mandate logged_mandate_;
 };
 
 }  // namespace hecaton::services
