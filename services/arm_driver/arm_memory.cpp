@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <stdexcept>
-
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 namespace hecaton::services {
 
@@ -25,24 +18,11 @@ struct ArmMemory::Slot {
   static std::uint64_t layout_of(int joints) { return sizeof(Slot) << 8U | static_cast<unsigned>(joints); }
 };
 
-ArmMemory::ArmMemory(const std::string& path, int joints) : joints_(joints) {
-  if (path.empty()) return;
-  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  void* memory = MAP_FAILED;
-  if (file >= 0 && ::ftruncate(file, 2 * sizeof(Slot)) == 0) {
-    memory = ::mmap(nullptr, 2 * sizeof(Slot), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-  }
-  const int error = errno;
-  if (file >= 0) ::close(file);
-  if (memory == MAP_FAILED) {
-    throw std::runtime_error(path + ": what the driver must not forget cannot be kept there: " + std::strerror(error));
-  }
-  slots_ = static_cast<Slot*>(memory);
+ArmMemory::ArmMemory(const std::string& path, int joints)
+    : joints_(joints),
+      file_(path, 2 * sizeof(Slot), "what the driver must not forget"),
+      slots_(static_cast<Slot*>(file_.data())) {
   if (const Slot* last = newest()) number_ = last->number;
-}
-
-ArmMemory::~ArmMemory() {
-  if (slots_ != nullptr) ::munmap(slots_, 2 * sizeof(Slot));
 }
 
 const ArmMemory::Slot* ArmMemory::newest() const {

@@ -12,6 +12,7 @@
 
 #include "planner/model/limits.hpp"
 #include "services/runtime/mandate.hpp"
+#include "services/runtime/mapped_file.hpp"
 
 namespace hecaton::services {
 
@@ -24,9 +25,6 @@ class ArmMemory {
 
   /// An empty path: nothing is remembered. Throws std::runtime_error with a sentence when the file cannot be used.
   explicit ArmMemory(const std::string& path, int joints);
-  ~ArmMemory();
-  ArmMemory(const ArmMemory&) = delete;
-  ArmMemory& operator=(const ArmMemory&) = delete;
 
   /// What was last remembered, of an arm with so many joints.
   [[nodiscard]] std::optional<Remembered> recall() const;
@@ -37,7 +35,8 @@ class ArmMemory {
   [[nodiscard]] const Slot* newest() const;
 
   int joints_;
-  Slot* slots_ = nullptr;  ///< two, written in turns: one is whole whenever the process ends
+  MappedFile file_;
+  Slot* slots_;  ///< two, written in turns: one is whole whenever the process ends
   std::uint64_t number_ = 0;
 };
 
