@@ -36,7 +36,7 @@ class Containers(Hosts):
 
     def start(self, host, arguments, log):
         return subprocess.Popen(
-            ["podman", "run", "--rm", "--name", self._name(host), "--hostname", host, "--network", self._network,
+            ["podman", "run", "--rm", "--replace", "--name", self._name(host), "--hostname", host, "--network", self._network,
              "--ip", self._addresses[host], "--cap-add", "IPC_LOCK", *self._volumes, self._image, *arguments],
             stdout=log, stderr=log)
 
@@ -52,6 +52,9 @@ class Containers(Hosts):
 
     def go_on(self, host):
         run("podman", "unpause", self._name(host))
+
+    def cut_power(self, host):
+        run("podman", "kill", "--signal", "KILL", self._name(host))
 
     def disconnect(self, host):
         run("podman", "network", "disconnect", self._network, self._name(host))

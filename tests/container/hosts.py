@@ -41,6 +41,10 @@ class Hosts(abc.ABC):
         pass
 
     @abc.abstractmethod
+    def cut_power(self, host):
+        """All its processes end at once, what start() has returned among them; then it can be started again."""
+
+    @abc.abstractmethod
     def disconnect(self, host):
         """Its cable is pulled."""
 

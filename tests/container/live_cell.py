@@ -59,6 +59,10 @@ class LiveCell:
         self._agents[host].kill()
         self._agents[host].wait()
 
+    def cut_power(self, host):
+        self.hosts.cut_power(host)
+        self._agents[host].wait()
+
     def _ask(self, *words, **streams):
         """hecaton, on the operator's machine."""
         return subprocess.Popen([self._hecaton, *words, "--cell", self._file], text=True, stdout=subprocess.PIPE,
@@ -126,6 +130,14 @@ class LiveCell:
         return next(entry["pid"] for entry in self.status()["nodes"] if entry["node"] == node)
 
     # What people do.
+
+    def ask(self, *words):
+        """hecaton's answer; it must succeed."""
+        asked = self._ask(*words, stderr=subprocess.STDOUT)
+        said = asked.communicate()[0]
+        if asked.returncode != 0:
+            raise AssertionError(f"hecaton {' '.join(words)}: exit code {asked.returncode}: {said}")
+        return said
 
     def goal(self, arm, pose):
         """Gives a goal; wait_for_goal() awaits its end."""

@@ -104,6 +104,9 @@ class Namespaces(Hosts):
     def go_on(self, host):
         self._signal_all(host, signal.SIGCONT)
 
+    def cut_power(self, host):
+        self._signal_all(host, signal.SIGKILL)
+
     def disconnect(self, host):
         run("ip", "link", "set", self._ports[host], "down")
 

@@ -83,7 +83,7 @@ class CellTest(unittest.TestCase):
 
 
 class FaultTest(CellTest):
-    disturbed = ("north-pc", "west-pc")
+    disturbed = ("north-pc", "west-pc", "east-pc", "world-pc", "supervisor-pc")
 
     @classmethod
     def cell_file(cls):
@@ -122,8 +122,7 @@ class FaultTest(CellTest):
     def test_a_killed_planner_is_started_again_and_its_arm_reaches_its_goal(self):
         goal = self.cell.goal("north", "ready")
         self.cell.wait_until_it_moves("north")
-        injected = unix_ms()
-        self.cell.hosts.signal("north-pc", self.cell.pid("planner/north"), signal.SIGKILL)
+        injected = self.kill("planner/north", "north-pc")
         fault = self.cell.wait_for_fault("process_died", "planner/north", self.known)
         self.assertIn("signal 9", fault["seen"])
         self.visit("west", "east")
@@ -132,6 +131,66 @@ class FaultTest(CellTest):
         self.visit("north")
         self.expect_all_well(fault)
         self.tell("kill -9 of a planner", injected, fault)
+
+    def kill(self, node, host):
+        """kill -9; returns when [ms, wall clock]."""
+        pid = self.cell.pid(node)
+        injected = unix_ms()
+        self.cell.hosts.signal(host, pid, signal.SIGKILL)
+        return injected
+
+    def test_a_killed_driver_is_started_again_where_its_arm_stands(self):
+        goal = self.cell.goal("east", "ready")
+        self.cell.wait_until_it_moves("east")
+        injected = self.kill("driver/east", "east-pc")
+        fault = self.cell.wait_for_fault("process_died", "driver/east", self.known)
+        self.assertIn("signal 9", fault["seen"])
+        fault = self.cell.wait_until_over(fault)
+        self.cell.wait_for_goal(goal)
+        self.visit("north", "west", "east")
+        self.expect_all_well(fault)
+        self.tell("kill -9 of a driver", injected, fault)
+
+    def test_a_killed_world_is_started_again_with_what_people_have_put_into_it(self):
+        self.cell.ask("obstacle", "add", "crate", "--box", "0.2 0.2 0.2", "--pose", "1.5 1.5 0.1 0 0 0")
+        injected = self.kill("world", "world-pc")
+        fault = self.cell.wait_for_fault("process_died", "world", self.known)
+        fault = self.cell.wait_until_over(fault)
+        self.visit("north", "west", "east")
+        self.cell.ask("obstacle", "remove", "crate")  # or there is none, and it fails
+        self.expect_all_well(fault)
+        self.tell("kill -9 of the world", injected, fault)
+
+    def test_a_killed_supervisor_is_started_again_and_arms_go_on_meanwhile(self):
+        goals = [self.cell.goal(arm, "ready") for arm in ("north", "west")]
+        self.cell.wait_until_it_moves("north")
+        before = self.cell.pid("supervisor")
+        self.kill("supervisor", "supervisor-pc")
+        for goal in goals:
+            self.cell.wait_for_goal(goal)
+        # What happened while there was none nobody need tell: that there is another one is enough.
+        self.cell.wait_for("another supervisor", lambda status: self.cell.pid("supervisor") != before)
+        self.cell.wait_until_it_runs()
+        self.visit("north", "west", "east")
+        self.assertEqual(self.cell.contacts(), 0)
+        self.tell("kill -9 of the supervisor")
+
+    def test_a_host_that_loses_power_is_lost_and_comes_back(self):
+        injected = unix_ms()
+        self.cell.cut_power("west-pc")
+        try:
+            fault = self.cell.wait_for_fault("agent_lost", "west-pc", self.known)
+            goals = {arm: self.cell.goal(arm, "ready") for arm in ("north", "east")}
+            for arm, goal in goals.items():
+                self.cell.wait_until_it_is_there_or_waits(arm, goal, "west")
+        finally:
+            self.cell.start_agent("west-pc")
+        fault = self.cell.wait_until_over(fault)
+        for goal in goals.values():
+            self.cell.wait_for_goal(goal)
+        self.visit("north", "west", "east")
+        self.expect_all_well(fault)
+        self.tell("a host that is switched off and on", injected, fault)
 
     def test_a_paused_host_is_lost_and_found(self):
         self.lose_and_find("a paused host", "north-pc", "north", self.cell.hosts.pause, self.cell.hosts.go_on)
