@@ -185,6 +185,8 @@ ExitCode run(const Settings& settings, const Options& options) {
     outcome.clearance = smallest_clearance(validity, outcome.plan);
     if (!cspace) time_path(validity, options, outcome);
   }
+  outcome.notes = query.notes;
+  for (const std::string& note : query.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
   if (!options.plot.empty() && !cspace) draw(query, validity, outcome, options);
   print(settings, plan_json(outcome, options.period), plan_text(outcome, options.period, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;

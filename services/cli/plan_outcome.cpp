@@ -90,6 +90,7 @@ Json plan_json(const PlanOutcome& outcome, double period) {
                {"length", plan.solved() ? Json(plan.length) : Json(nullptr)},
                {"min_clearance_m", plan.solved() ? Json(outcome.clearance) : Json(nullptr)},
                {"duration_s", plan.solved() ? Json(outcome.duration) : Json(nullptr)}};
+  if (!outcome.notes.empty()) json["notes"] = outcome.notes;
   if (period > 0.0) json["trajectory"] = plan.solved() ? samples(outcome.trajectory, period) : Json(nullptr);
   return json;
 }

@@ -25,6 +25,7 @@ struct PlanOutcome {
   planner::Trajectory trajectory;          ///< on it, unless the method is one that goes it itself
   std::vector<std::vector<double>> found;  ///< the path before it was shortened [rad | m]
   planner::global::SearchRecord record;    ///< of a search that is to be drawn
+  std::vector<std::string> notes;          ///< PlanQuery's
 };
 
 /// The smallest exact distance on the path, looked at ten times as finely as the planner does [m].

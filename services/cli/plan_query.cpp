@@ -70,6 +70,9 @@ std::vector<double> configuration(const std::string& option, const std::string& 
   if (!parsed.error.empty()) {
     refuse(option, text, std::to_string(joints) + " numbers, or the name of a pose that every planned arm has");
   }
+  for (const double number : parsed.numbers) {
+    if (!config::kAngle.allow(number)) refuse(option + "'s value", config::number_text(number), config::kAngle.text());
+  }
   return parsed.numbers;
 }
 
@@ -88,9 +91,37 @@ std::vector<double> by_name(const std::string& file, const std::map<std::string,
   return values;
 }
 
+std::vector<std::string_view> joints_of(const planner::Cell& cell, const std::vector<int>& arms) {
+  std::vector<std::string_view> names;
+  for (const int arm : arms) {
+    for (const std::string& joint : cell.arms[arm].arm.model->joint_names) names.emplace_back(joint);
+  }
+  return names;
+}
+
+/// A start may say where joints are that do not move here; a goal for them cannot be reached.
+void check_names(const std::string& file, const config::MoveItRequest& request,
+                 const std::vector<std::string_view>& planned, PlanQuery& query) {
+  std::vector<std::string_view> others;
+  for (const auto& [joint, position] : request.start) {
+    if (std::find(planned.begin(), planned.end(), joint) == planned.end()) others.emplace_back(joint);
+  }
+  if (!others.empty()) {
+    query.notes.push_back(file + ": start_state: no planned joint is called " + config::alternatives(others) +
+                          ": not read");
+  }
+  for (const auto& [joint, position] : request.goal) {
+    if (std::find(planned.begin(), planned.end(), joint) != planned.end()) continue;
+    throw Failure(ExitCode::kBadInput, file + ": goal_constraints: joint_name = '" + config::printable(joint) +
+                                           "' is no planned joint; " + config::suggestion(joint, planned));
+  }
+}
+
 void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vector<int>& arms, PlanQuery& query) {
   if (!words.moveit_request.empty()) {
     const config::MoveItRequest request = config::read_moveit_request(words.moveit_request);
+    query.notes.insert(query.notes.end(), request.notes.begin(), request.notes.end());
+    check_names(words.moveit_request, request, joints_of(cell, arms), query);
     query.start = by_name(words.moveit_request + ": start_state", request.start, cell, arms);
     query.goal = by_name(words.moveit_request + ": goal_constraints", request.goal, cell, arms);
   }
@@ -116,11 +147,15 @@ void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vec
 PlanQuery make_plan_query(const PlanWords& words) {
   planner::Cell cell = is_robot(words.file) ? cell_of_robot(words) : config::load_cell_file(words.file).cell;
   const std::vector<int> arms = planned_arms(cell, words.arms);
-  if (!words.moveit_scene.empty()) {
-    const auto more = config::read_moveit_scene(words.moveit_scene);
-    cell.scene.obstacles.insert(cell.scene.obstacles.end(), more.begin(), more.end());
-  }
   PlanQuery query;
+  if (!words.moveit_scene.empty()) {
+    // A robot alone stands with its root at the origin.
+    std::vector<std::string> frames = {"world"};
+    if (is_robot(words.file)) frames.push_back(cell.arms.front().arm.model->links.front().name);
+    const auto more = config::read_moveit_scene(words.moveit_scene, frames);
+    cell.scene.obstacles.insert(cell.scene.obstacles.end(), more.obstacles.begin(), more.obstacles.end());
+    query.notes = more.notes;
+  }
   query.obstacles = cell.scene.obstacles;
   query.first = cell.arms[arms.front()];
   query.timing = cell.timing;

@@ -29,6 +29,7 @@ struct PlanQuery {
   planner::PlannedArm first = {};  ///< the first planned arm, as its cell has it
   planner::Timing timing = {};     ///< of the cell
   double time_limit = 0.0;         ///< of its tasks, virtual [s]
+  std::vector<std::string> notes;  ///< sentences: what of MoveIt's files does not matter here
 };
 
 /// Other arms stand where they start, obstacles where they are at t = 0. Throws Failure (bad input), ConfigError and

@@ -1,8 +1,10 @@
 #pragma once
-/// MoveIt's planning scenes and motion plan requests as YAML, as its benchmarks write them. Only what says where
-/// obstacles are and from where to where is read; the rest may be anything.
+/// MoveIt's planning scenes and motion plan requests as YAML, as its benchmarks or ROS write them. Every key of these
+/// messages is either read, or must be as if it were not given, or is harmless to leave out; those of the last kind
+/// that somebody may miss are told. Anything else is refused: what is not understood must not be planned through.
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,16 +12,26 @@
 
 namespace hecaton::config {
 
-/// world.collision_objects: boxes, spheres and cylinders, in the frame of the robot's root. Throws ConfigError, also
-/// for meshes, planes, cones and objects attached to the robot: to leave them out would be to plan through them.
-[[nodiscard]] std::vector<world::Obstacle> read_moveit_scene(const std::string& path);
+struct MoveItScene {
+  std::vector<world::Obstacle> obstacles;
+  std::vector<std::string> notes;  ///< sentences: what of the file does not matter here
+};
+
+/// world.collision_objects: boxes, spheres and cylinders that are added, in the planning frame, which is what an empty
+/// frame_id and those in `frames` mean. Throws ConfigError, also for meshes, planes, cones, octomaps, objects attached
+/// to the robot, padded links and a robot that stands elsewhere: to leave them out would be to plan through them.
+[[nodiscard]] MoveItScene read_moveit_scene(const std::string& path, std::span<const std::string> frames);
+/// The same with the frame `world`.
+[[nodiscard]] MoveItScene read_moveit_scene(const std::string& path);
 
 struct MoveItRequest {
   std::map<std::string, double> start;  ///< by joint name [rad | m]
   std::map<std::string, double> goal;
+  std::vector<std::string> notes;
 };
 
-/// start_state.joint_state, and the first of goal_constraints, which must be joint_constraints. Throws ConfigError.
+/// start_state.joint_state, and the only one of goal_constraints, which must be joint_constraints; their tolerances are
+/// kept by going to the very position. Throws ConfigError, also for every other constraint.
 [[nodiscard]] MoveItRequest read_moveit_request(const std::string& path);
 
 }  // namespace hecaton::config

@@ -26,6 +26,8 @@ class YamlView {
   [[nodiscard]] const std::string& file() const { return *file_; }
   [[nodiscard]] bool is_sequence() const { return node_->kind == YamlNode::Kind::kSequence; }
   [[nodiscard]] bool is_map() const { return node_->kind == YamlNode::Kind::kMap; }
+  /// No value, or an empty text; of lists and maps never.
+  [[nodiscard]] bool is_empty() const { return !is_sequence() && !is_map() && node_->text.empty(); }
   /// The value on one line, shortened.
   [[nodiscard]] std::string value() const;
 

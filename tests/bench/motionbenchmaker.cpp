@@ -36,7 +36,7 @@ std::vector<double> ordered(const RobotModel& model, const std::map<std::string,
 
 Problem read_problem(const RobotModel& model, const std::filesystem::path& scene) {
   Problem problem{scene, {}, {}, {}};
-  for (const world::Obstacle& obstacle : config::read_moveit_scene(scene)) {
+  for (const world::Obstacle& obstacle : config::read_moveit_scene(scene).obstacles) {
     for (const world::PlacedShape& placed : obstacle.shapes) {
       problem.world.push_back({placed.shape, obstacle.X_WO * placed.X_BS, obstacle.name});
     }

@@ -138,6 +138,23 @@ goal_constraints:
   const Json plan = Json::parse(ran.out);
   EXPECT_EQ(plan["path"].size(), 2U) << "nothing is in the way";
   EXPECT_DOUBLE_EQ(plan["path"][1][5].get<double>(), 0.5);
+  ASSERT_EQ(plan["notes"].size(), 1U);
+  EXPECT_NE(ran.err.find("note: " + plan["notes"][0].get<std::string>()), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find("start_state: no planned joint is called gripper"), std::string::npos) << ran.err;
+}
+
+TEST(PlanCommand, RefusesARequestForOtherJoints) {
+  const auto refused = [](const std::string& goal, const std::string& says) {
+    const ScratchFile request("other_request",
+                              "start_state:\n  joint_state: {name: [joint1, joint2, joint3, joint4, joint5, joint6], "
+                              "position: [0, 0, 0, 0, 0, 0]}\ngoal_constraints:\n  - joint_constraints: [" +
+                                  goal + "]\n");
+    const Ran ran = run_line({"plan", kPlanRobot, "--moveit-request", request.path()});
+    EXPECT_EQ(ran.code, ExitCode::kBadInput);
+    EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
+  };
+  refused("{joint_name: joint7, position: 0}", "joint_name = 'joint7' is no planned joint");
+  refused("{joint_name: joint1, position: 0}", "goal_constraints: says nothing of joint 'joint2'");
 }
 
 TEST(PlanCommand, RefusesWhatCannotBe) {
@@ -148,6 +165,7 @@ TEST(PlanCommand, RefusesWhatCannotBe) {
   };
   refused({"plan", kPlanCell, "--arm", "nroth", "--to", "ready"}, ExitCode::kBadInput, "allowed are north, west, east");
   refused({"plan", kPlanCell, "--to", "1 2"}, ExitCode::kBadInput, "must be 6 numbers, or the name of a pose");
+  refused({"plan", kPlanCell, "--to", "1e9 0 0 0 0 0"}, ExitCode::kBadInput, "must be between -100 and 100 rad");
   refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0"}, ExitCode::kBadInput, "must say where arm puma560 is");
   refused({"plan", kPlanCell, "--to", "ready", "--method", "magic"}, ExitCode::kUsage, "rrt_connect");
