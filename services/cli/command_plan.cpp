@@ -51,6 +51,7 @@ struct Options {
   double keep = 0.01;       ///< clearance that shortening keeps where the path has it [m]
   double deviation = 0.05;  ///< of rounded corners [rad | m]
   double period = 0.0;      ///< of the trajectory's samples [s]; 0: none
+  double jerk = 0.0;        ///< that no joint exceeds [rad/s³ | m/s³]; 0: not limited
   std::string plot;         ///< file for a picture; empty: none
 };
 
@@ -137,7 +138,9 @@ void time_path(const global::Validity& validity, const Options& options, PlanOut
   timing.blend.deviation = options.deviation;
   const double beyond = outcome.clearance - options.clearance;
   timing.clearance = std::clamp(0.9 * beyond, 0.0, options.keep);
-  outcome.trajectory = global::timed_path(validity, outcome.plan.path, timing);
+  outcome.trajectory = options.jerk > 0.0
+                           ? global::jerk_limited_path(validity, outcome.plan.path, options.jerk, timing)
+                           : planner::AveragedTrajectory(global::timed_path(validity, outcome.plan.path, timing));
   outcome.timing_us = microseconds_since(began);
   outcome.duration = outcome.trajectory.duration();
 }
@@ -175,8 +178,9 @@ ExitCode run(const Settings& settings, const Options& options) {
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
   const auto cspace = cspace_method(options);
-  if (cspace && options.period > 0.0) {
-    throw Failure(ExitCode::kUsage, "--trajectory is not for " + options.method + ": the arm itself goes its way");
+  if (cspace && (options.period > 0.0 || options.jerk > 0.0)) {
+    throw Failure(ExitCode::kUsage, std::string(options.period > 0.0 ? "--trajectory" : "--jerk") + " is not for " +
+                                        options.method + ": the arm itself goes its way");
   }
   PlanOutcome outcome = cspace                       ? by_cspace(query, validity, *cspace, options)
                         : options.method == kByField ? by_field(query, options)
@@ -239,6 +243,10 @@ void add_plan(CLI::App& app, Session& session) {
       kDeviation);
   add_duration(*command, "--trajectory", options->period,
                "also print the trajectory, sampled so often: positions, velocities, accelerations", 1e-4, 3600.0);
+  constexpr config::Bounds kJerk{0.1, 1e6, "rad/s³ | m/s³"};
+  add_number(
+      *command, "--jerk", [options = options.get()](double jerk) { options->jerk = jerk; },
+      "also limit every joint's jerk, in the trajectory and in how long the arm takes (unlimited)", kJerk);
   command->add_flag("!--raw", options->simplify, "print the path as it was found, without shortening it");
   command
       ->add_option("--plot", options->plot,

@@ -27,8 +27,8 @@ std::string status_name(PlanStatus status) {
 
 /// Every period, and the end. None for a path that leads nowhere.
 template <typename Use>
-void each_sample(const planner::Trajectory& trajectory, double period, const Use& use) {
-  if (trajectory.pieces().empty()) return;
+void each_sample(const planner::AveragedTrajectory& trajectory, double period, const Use& use) {
+  if (trajectory.empty()) return;
   const auto whole = static_cast<std::uint64_t>(std::ceil(trajectory.duration() / period - 1e-9));
   for (std::uint64_t i = 0; i <= whole; ++i) {
     const double t = std::min(static_cast<double>(i) * period, trajectory.duration());
@@ -40,7 +40,7 @@ std::vector<double> numbers(const Eigen::VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-Json samples(const planner::Trajectory& trajectory, double period) {
+Json samples(const planner::AveragedTrajectory& trajectory, double period) {
   Json list = Json::array();
   each_sample(trajectory, period, [&](double t, const planner::TrajectoryPoint& at) {
     list.push_back({{"t", t}, {"q", numbers(at.q)}, {"qd", numbers(at.qd)}, {"qdd", numbers(at.qdd)}});

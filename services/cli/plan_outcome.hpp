@@ -6,7 +6,7 @@
 #include <string>
 
 #include "planner/global/plan.hpp"
-#include "planner/trajectory/time_optimal.hpp"
+#include "planner/trajectory/averaged_trajectory.hpp"
 #include "services/cli/document.hpp"
 #include "services/cli/terminal.hpp"
 
@@ -22,7 +22,7 @@ struct PlanOutcome {
   double clearance = HUGE_VAL;             ///< on the path [m]
   std::string effort;                      ///< in words, for people
   double duration = 0.0;                   ///< that the arm takes on a solved plan's path [s]
-  planner::Trajectory trajectory;          ///< on it, unless the method is one that goes it itself
+  planner::AveragedTrajectory trajectory;  ///< on it, unless the method is one that goes it itself
   std::vector<std::vector<double>> found;  ///< the path before it was shortened [rad | m]
   planner::global::SearchRecord record;    ///< of a search that is to be drawn
   std::vector<std::string> notes;          ///< PlanQuery's

@@ -71,6 +71,30 @@ TEST(PlanCommand, PrintsATrajectoryWithinTheLimits) {
   EXPECT_NE(table.out.find("trajectory: t q"), std::string::npos);
 }
 
+TEST(PlanCommand, LimitsJerkWhenTold) {
+  std::vector<std::string> words{"plan",  kPlanCell,      "--arm", "west", "--to",
+                                 "ready", "--trajectory", "10ms",  "-o",   "json"};
+  const Json quick = Json::parse(run_line(words).out);
+  words.insert(words.end(), {"--jerk", "50"});
+  const Ran ran = run_line(words);
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const Json smooth = Json::parse(ran.out);
+  const auto steepest = [](const Json& plan) {
+    const Json& samples = plan["trajectory"]["samples"];
+    double most = 0.0;
+    for (std::size_t i = 0; i + 2 < samples.size(); ++i) {  // the last one comes after less than a period
+      for (int j = 0; j < 6; ++j) {
+        most = std::max(most, std::abs(samples[i + 1]["qdd"][j].get<double>() - samples[i]["qdd"][j].get<double>()));
+      }
+    }
+    return most / 0.01;
+  };
+  EXPECT_GT(steepest(quick), 100.0);
+  EXPECT_LE(steepest(smooth), 50.0 * (1 + 1e-6));
+  EXPECT_GT(smooth["duration_s"].get<double>(), quick["duration_s"].get<double>());
+  EXPECT_EQ(smooth["path"], quick["path"]);
+}
+
 TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
   const std::vector<std::string> words{"plan",  std::string(HECATON_SOURCE_DIR) + "/deploy/cells/narrow_passage.yaml",
                                        "--to",  "across",
@@ -92,6 +116,10 @@ TEST(PlanCommand, RefusesATrajectoryOfWhoGoesItself) {
                             "--method", "known_cspace", "--trajectory", "10ms"});
   EXPECT_EQ(ran.code, ExitCode::kUsage);
   EXPECT_NE(ran.err.find("--trajectory is not for known_cspace"), std::string::npos) << ran.err;
+  const Ran jerk = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--to", "across",
+                             "--method", "known_cspace", "--jerk", "10"});
+  EXPECT_EQ(jerk.code, ExitCode::kUsage);
+  EXPECT_NE(jerk.err.find("--jerk is not for known_cspace"), std::string::npos) << jerk.err;
 }
 
 TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {
@@ -164,6 +192,7 @@ TEST(PlanCommand, RefusesWhatCannotBe) {
     EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
   };
   refused({"plan", kPlanCell, "--arm", "nroth", "--to", "ready"}, ExitCode::kBadInput, "allowed are north, west, east");
+  refused({"plan", kPlanCell, "--to", "ready", "--jerk", "0"}, ExitCode::kBadInput, "--jerk = '0' must be a number");
   refused({"plan", kPlanCell, "--to", "1 2"}, ExitCode::kBadInput, "must be 6 numbers, or the name of a pose");
   refused({"plan", kPlanCell, "--to", "1e9 0 0 0 0 0"}, ExitCode::kBadInput, "must be between -100 and 100 rad");
   refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
