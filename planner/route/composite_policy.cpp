@@ -97,7 +97,6 @@ void CompositePolicy::answered(const RouteAnswer& answer) {
   ++proposed_;
   plan->arms = question_.planned;
   plan->points.push_back(question_.q);
-  if (answer.kind == RouteAnswer::Kind::kStraight) plan->points.push_back(question_.q_goal);
   plan->points.insert(plan->points.end(), answer.points.begin(), answer.points.end());
   proposal_ = std::move(plan);
 }
@@ -169,8 +168,10 @@ void CompositePolicy::advance(ArmController& controller, std::span<const ArmObse
   const int last = static_cast<int>(plan_->points.size()) - 1;
   int together = progress_.reached;
   bool all_joined = true;
+  bool failed = false;
   for (const int i : plan_->arms) {
     if (i == self) continue;
+    failed = failed || !arms[i].plans || arms[i].lost();  // what it said last it says no more
     const bool joined = arms[i].progress.of(progress_.proposer, progress_.number);
     all_joined = all_joined && joined;
     together = std::min(together, joined ? arms[i].progress.reached : -1);
@@ -181,7 +182,7 @@ void CompositePolicy::advance(ArmController& controller, std::span<const ArmObse
   together_ = std::max(together_, together);
   const bool late = since_together_ > (all_joined_ ? kToAdvance : kToJoin);
   const bool wants_it = !controller.under_way() || suits_goal(controller);
-  if (left || late || !wants_it || together_ == last) {
+  if (left || failed || late || !wants_it || together_ == last) {
     leave(controller);
     return;
   }

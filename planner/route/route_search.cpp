@@ -192,6 +192,10 @@ RouteAnswer RouteSearch::answer(const RouteQuestion& question) {
   RouteAnswer answer;
   if (straight(searched - 1, joined(question.q), joined(question.q_goal))) {
     answer.kind = RouteAnswer::Kind::kStraight;
+    if (planned_.size() > 1) {
+      const Configuration start = joined(question.q);
+      answer.points = divided({start, nearest_turn(start, joined(question.q_goal))});
+    }
   } else if (auto kept = keep(question); kept && !question.left.empty()) {
     answer.kind = RouteAnswer::Kind::kKept;
     answer.points = std::move(*kept);

@@ -36,7 +36,9 @@ struct RouteAnswer {
     kNone,      ///< none was found
   };
   Kind kind = Kind::kNone;
-  std::vector<JointPoint> points;  ///< kKept and kFound: after q, up to the goal
+  /// kKept and kFound, and kStraight of several arms: after q, up to the goal. Of several arms no point is farther from
+  /// the last one than they may go without waiting for each other.
+  std::vector<JointPoint> points;
   std::uint64_t checks = 0;        ///< configurations looked at
 };
 

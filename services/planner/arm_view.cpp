@@ -85,6 +85,8 @@ std::string ArmView::apply(const msg::CompositePlan& plan) {
   if (proposer < 0) return what + ": no such arm in this cell";
   auto heard = std::make_shared<planner::CompositePlan>();
   heard->number = plan.number();
+  const bool withdrawn = plan.arms().empty();
+  if (withdrawn && (plan.points() != 0 || !plan.q().empty())) return what + ": it has points, but no arms";
   std::size_t joints = 0;
   for (const std::string& name : plan.arms()) {
     const int arm = index_of(name);
@@ -93,6 +95,10 @@ std::string ArmView::apply(const msg::CompositePlan& plan) {
     heard->arms.push_back(arm);
     joints += static_cast<std::size_t>(joints_[arm]);
   }
+  const bool own = std::find(heard->arms.begin(), heard->arms.end(), proposer) != heard->arms.end();
+  if (!withdrawn && !own) return what + ": its proposer is not one of its arms";
+  if (!withdrawn && plan.points() == 0) return what + ": it has arms, but no points";
+  // Bounds the number of points by what really came over the wire: every arm has joints.
   if (plan.q().size() != joints * plan.points()) {
     return what + ": " + std::to_string(plan.q().size()) + " joint values must be " + std::to_string(plan.points()) +
            " points of " + std::to_string(joints) + " joints";
@@ -107,7 +113,7 @@ std::string ArmView::apply(const msg::CompositePlan& plan) {
       from += joints_[arm];
     }
   }
-  observations_[proposer].proposal = heard->arms.empty() ? nullptr : std::move(heard);
+  observations_[proposer].proposal = withdrawn ? nullptr : std::move(heard);
   return {};
 }
 

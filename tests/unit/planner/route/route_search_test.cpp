@@ -132,6 +132,26 @@ TEST_F(RouteSearchTest, ArmsThatArePlannedAsOneKeepRoomFromEachOther) {
   EXPECT_GT(nearest, parameters_.damper.security_distance);
 }
 
+// Who goes together waits at every point, also where nothing is in the way.
+TEST_F(RouteSearchTest, AStraightWayOfSeveralArmsIsDividedLikeAnyOther) {
+  RouteSearch search({test::planar_point("one"), test::planar_point("other")}, {parameters_, parameters_}, 0);
+  search.set_obstacles({});
+  RouteQuestion question;
+  question.planned = {0, 1};
+  question.q = {joints({-1, 0}), joints({-1, 1})};
+  question.q_goal = {joints({1, 0}), joints({-0.5, 1})};
+  question.arms = question.q;
+  const RouteAnswer answer = search.answer(question);
+  ASSERT_EQ(answer.kind, Kind::kStraight);
+  ASSERT_GE(answer.points.size(), 7U);
+  EXPECT_EQ(answer.points.back(), question.q_goal);
+  JointPoint last = question.q;
+  for (const JointPoint& point : answer.points) {
+    for (int arm = 0; arm < 2; ++arm) EXPECT_LE((point[arm] - last[arm]).cwiseAbs().maxCoeff(), 0.3 + 1e-9);
+    last = point;
+  }
+}
+
 TEST_F(RouteSearchTest, TheSameQuestionHasTheSameAnswer) {
   const auto boxes = test::wall_with_gap(1.5, 0.4);
   const auto one = ask(boxes, joints({-1, 0}), joints({1, 0}));

@@ -197,5 +197,68 @@ TEST_F(Arms, ALostArmOfUnusableWordsIsUnknown) {
   EXPECT_FALSE(view_.observe(now_, mode({"arm2"}, {broken}))[1].known);
 }
 
+/// Of arm2, for both arms: so many points, all at rest.
+msg::CompositePlan both_arms(std::uint32_t points) {
+  msg::CompositePlan plan;
+  plan.arm("arm2");
+  plan.number(7);
+  plan.arms({"arm1", "arm2"});
+  plan.points(points);
+  plan.q(std::vector<double>(12 * static_cast<std::size_t>(points), 0.5));
+  return plan;
+}
+
+TEST_F(Arms, ACompositePlanIsHeardAndWithdrawn) {
+  EXPECT_EQ(view_.apply(both_arms(3)), "");
+  auto plan = view_.observe(now_, mode())[1].proposal;
+  ASSERT_NE(plan, nullptr);
+  EXPECT_EQ(plan->number, 7U);
+  EXPECT_EQ(plan->arms, (std::vector<int>{0, 1}));
+  ASSERT_EQ(plan->points.size(), 3U);
+  EXPECT_EQ(plan->points[2][1], planner::JointVector::Constant(6, 0.5));
+  msg::CompositePlan none;
+  none.arm("arm2");
+  EXPECT_EQ(view_.apply(none), "");
+  EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
+}
+
+TEST_F(Arms, ACompositePlanThatMakesNoSenseIsRefusedInOneSentence) {
+  const auto refused = [&](const msg::CompositePlan& plan, const std::string& why) {
+    const std::string said = view_.apply(plan);
+    EXPECT_NE(said.find("CompositePlan of " + plan.arm()), std::string::npos) << said;
+    EXPECT_NE(said.find(why), std::string::npos) << said;
+    EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr) << why;
+  };
+  msg::CompositePlan plan = both_arms(2);
+  plan.arm("arm9");
+  refused(plan, "no such arm in this cell");
+  plan = both_arms(2);
+  plan.arms({"arm1", "arm9"});
+  refused(plan, "arm arm9 is not in this cell");
+  plan = both_arms(2);
+  plan.arms({"arm2", "arm2"});
+  refused(plan, "not in the cell's order");
+  plan = both_arms(2);
+  plan.arms({"arm1"});
+  plan.points(4);
+  refused(plan, "its proposer is not one of its arms");
+  plan = both_arms(2);
+  plan.points(0xFFFFFFFFU);
+  refused(plan, "24 joint values must be 4294967295 points of 12 joints");
+  plan.arms().clear();
+  refused(plan, "it has points, but no arms");
+  plan.q().clear();
+  refused(plan, "it has points, but no arms");
+  refused(both_arms(0), "it has arms, but no points");
+  plan = both_arms(2);
+  plan.q().pop_back();
+  refused(plan, "23 joint values must be 2 points of 12 joints");
+  for (const double unsound : {std::nan(""), HUGE_VAL}) {
+    plan = both_arms(2);
+    plan.q()[20] = unsound;
+    refused(plan, "must be finite");
+  }
+}
+
 }  // namespace
 }  // namespace hecaton::services
