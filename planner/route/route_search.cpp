@@ -19,6 +19,10 @@ constexpr double kLeastBelowSecurity = 0.01;
 constexpr double kBeyondSelfSecurity = 0.002;
 /// So many samples at each distance for one arm, some ms at most; for n arms as one n² times as many.
 constexpr std::uint64_t kIterations = 4000;
+/// Of more arms than this each samples so many only: where they get into each other's way it is not samples that help.
+constexpr std::size_t kArmsBySamples = 2;
+/// What a search over the arms' roadmaps takes for a vertex, in configurations that could be looked at meanwhile.
+constexpr std::uint64_t kChecksPerExpansion = 4;
 /// Configurations around a crowded end, at most so far away in each joint [rad | m].
 constexpr int kBeside = 256;
 constexpr double kFarthestBeside = 0.6;
@@ -44,12 +48,14 @@ void RouteSearch::set_obstacles(std::span<const world::Obstacle> obstacles) {
   obstacles_.assign(obstacles.begin(), obstacles.end());
   geometry_.set_obstacles(obstacles_);
   levels_.clear();
+  graphs_.clear();
 }
 
 /// Not before the first question: to cover links with balls takes a while.
 void RouteSearch::build(const std::vector<int>& planned) {
   if (!levels_.empty() && planned == planned_) return;
   levels_.clear();
+  graphs_.clear();
   planned_ = planned;
   lower_.clear();
   upper_.clear();
@@ -74,6 +80,7 @@ void RouteSearch::build(const std::vector<int>& planned) {
   options.padding = std::max(0.0, security - kLeastBelowSecurity);
   options.self_padding = std::max(0.0, self_security - kLeastBelowSecurity);
   levels_.emplace_back(geometries, std::span<const global::WorldBody>(), options);
+  graphs_.resize(levels_.size());
 }
 
 RouteSearch::Configuration RouteSearch::joined(const JointPoint& point) const {
@@ -158,21 +165,44 @@ std::vector<JointPoint> RouteSearch::divided(const std::vector<Configuration>& p
   return result;
 }
 
-std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const RouteQuestion& question) const {
+/// Samples of all joints together; for several arms, where that fails, over the arms' roadmaps.
+global::Plan RouteSearch::plan(int level, const Configuration& from, const Configuration& to, std::uint64_t seed) {
+  const std::size_t arms = planned_.size();
+  global::PlanOptions options;
+  options.seed = seed;
+  options.budget.iterations = arms > kArmsBySamples ? kIterations : kIterations * arms * arms;
+  options.certify = false;
+  global::Plan sampled = global::plan(levels_[level], from, to, options);
+  return sampled.solved() || arms == 1 ? sampled : plan_in_turns(level, from, to, options);
+}
+
+global::Plan RouteSearch::plan_in_turns(int level, const Configuration& from, const Configuration& to,
+                                        const global::PlanOptions& options) {
+  const global::Validity& validity = levels_[level];
+  std::unique_ptr<global::SuperGraph>& graph = graphs_[level];
+  if (!graph) graph = std::make_unique<global::SuperGraph>(validity.planned(), validity.options());
+  graph->set_world(world_);
+  global::Plan plan = graph->plan(from, to, options.seed);
+  expansions_ += plan.iterations;
+  for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
+    // What was looked at arm by arm holds for all of them, but for rounding.
+    if (!straight(level, plan.path[i], plan.path[i + 1])) return {};
+  }
+  global::simplify(validity, options, plan);
+  return plan;
+}
+
+std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const RouteQuestion& question) {
   Random random(question.seed);
   const Configuration start = joined(question.q);
   const Configuration goal = nearest_turn(start, joined(question.q_goal));
   const auto first = beside(level, start, random);
   const auto last = beside(level, goal, random);
   if (!first || !last) return std::nullopt;
-  global::PlanOptions options;
-  options.seed = random.next();
-  options.budget.iterations = kIterations * planned_.size() * planned_.size();
-  options.certify = false;
-  const global::Plan plan = global::plan(levels_[level], *first, *last, options);
-  if (!plan.solved()) return std::nullopt;
+  const global::Plan found = plan(level, *first, *last, random.next());
+  if (!found.solved()) return std::nullopt;
   std::vector<Configuration> points{start};
-  for (const Configuration& q : plan.path) {
+  for (const Configuration& q : found.path) {
     if (q != points.back()) points.push_back(q);
   }
   if (points.back() != goal) points.push_back(goal);
@@ -185,8 +215,9 @@ RouteAnswer RouteSearch::answer(const RouteQuestion& question) {
   for (const world::ObstacleState& obstacle : question.obstacles) X_WO.push_back(obstacle.X_WO);
   std::vector<JointVector> others = question.arms;
   for (const int arm : question.planned) others[arm].resize(0);
-  const std::vector<global::WorldBody> bodies = global::world_bodies(geometry_, X_WO, others);
-  for (global::Validity& level : levels_) level.set_world(bodies);
+  world_ = global::world_bodies(geometry_, X_WO, others);
+  for (global::Validity& level : levels_) level.set_world(world_);
+  expansions_ = 0;
   const std::uint64_t before = checks();
   const int searched = static_cast<int>(kBeyondSecurity.size());
   RouteAnswer answer;
@@ -207,13 +238,14 @@ RouteAnswer RouteSearch::answer(const RouteQuestion& question) {
       }
     }
   }
-  answer.checks = checks() - before;
+  answer.checks = checks() - before + kChecksPerExpansion * expansions_;
   return answer;
 }
 
 std::uint64_t RouteSearch::checks() const {
   std::uint64_t sum = 0;
   for (const global::Validity& level : levels_) sum += level.checks();
+  for (const auto& graph : graphs_) sum += graph ? graph->checks() : 0;
   return sum;
 }
 

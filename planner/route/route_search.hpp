@@ -3,12 +3,14 @@
 /// nearer asks beside its ticks.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/global/plan.hpp"
+#include "planner/global/super_graph.hpp"
 #include "planner/local/observation.hpp"
 #include "planner/local/parameters.hpp"
 
@@ -39,7 +41,7 @@ struct RouteAnswer {
   /// kKept and kFound, and kStraight of several arms: after q, up to the goal. Of several arms no point is farther from
   /// the last one than they may go without waiting for each other.
   std::vector<JointPoint> points;
-  std::uint64_t checks = 0;        ///< configurations looked at
+  std::uint64_t checks = 0;  ///< configurations looked at
 };
 
 class RouteSearch {
@@ -64,7 +66,10 @@ class RouteSearch {
   [[nodiscard]] std::optional<std::vector<JointPoint>> keep(const RouteQuestion& question) const;
   [[nodiscard]] std::optional<Configuration> beside(int level, const Configuration& q, Random& random) const;
   [[nodiscard]] std::vector<JointPoint> divided(const std::vector<Configuration>& points) const;
-  [[nodiscard]] std::optional<std::vector<JointPoint>> search(int level, const RouteQuestion& question) const;
+  [[nodiscard]] std::optional<std::vector<JointPoint>> search(int level, const RouteQuestion& question);
+  [[nodiscard]] global::Plan plan(int level, const Configuration& from, const Configuration& to, std::uint64_t seed);
+  [[nodiscard]] global::Plan plan_in_turns(int level, const Configuration& from, const Configuration& to,
+                                           const global::PlanOptions& options);
   [[nodiscard]] std::uint64_t checks() const;
 
   std::vector<Arm> arms_;
@@ -75,6 +80,9 @@ class RouteSearch {
   std::vector<int> planned_;              ///< of `levels_`
   std::vector<double> lower_, upper_;     ///< of all planned joints [rad | m]
   std::vector<global::Validity> levels_;  ///< from the most distance that is kept to the least; empty: not built yet
+  std::vector<std::unique_ptr<global::SuperGraph>> graphs_;  ///< by level, of several arms; null: not built yet
+  std::vector<global::WorldBody> world_;                     ///< of the present question
+  std::uint64_t expansions_ = 0;                             ///< of the present question
 };
 
 }  // namespace hecaton::planner

@@ -1,5 +1,7 @@
 #include "planner/route/composite_policy.hpp"
 
+#include <memory>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/planar_point.hpp"

@@ -28,7 +28,7 @@ Cell corridor(int balls, double bay, double together_after) {
     planned.parameters.route.together_after = together_after;
     cell.arms.push_back(planned);
   }
-  cell.tasks.time_limit = 25.0;
+  cell.tasks.time_limit = balls > 2 ? 90.0 : 25.0;
   const auto wall = [&](const char* name, double x_from, double x_to, double y_from, double y_to) {
     cell.scene.obstacles.push_back(test::box_obstacle(name, {0.5 * (x_from + x_to), 0.5 * (y_from + y_to), 0.0},
                                                       {0.5 * (x_to - x_from), 0.5 * (y_to - y_from), 0.5}));
@@ -94,6 +94,14 @@ TEST(CompositePlan, IsNotNeededWhereMakingRoomIsEnough) {
   const EpisodeOutcome outcome = turn_round(2, 0.0, 4.0);
   EXPECT_EQ(reached(outcome), 2);
   EXPECT_EQ(proposed(outcome), 0);
+}
+
+// Samples of all joints together do not solve this; the balls' own roadmaps do.
+TEST(CompositePlan, LetsThreeArmsTurnTheirOrderRound) {
+  const EpisodeOutcome outcome = turn_round(3, kFarBay, 2.0);
+  EXPECT_EQ(reached(outcome), 3);
+  EXPECT_GE(proposed(outcome), 1);
+  EXPECT_EQ(outcome.referee.contacts, 0U);
 }
 
 }  // namespace
