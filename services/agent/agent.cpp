@@ -13,6 +13,7 @@
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/process_info.hpp"
+#include "services/runtime/run_origin.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -41,14 +42,33 @@ std::filesystem::path keep_sources(const std::filesystem::path& folder) {
   }
 }
 
+/// In the order of planned_hosts().
+std::vector<RunFolder> run_folders(const config::CellFile& file, const ServiceOptions& options, bool anew) {
+  const std::string origin = run_origin();
+  const int domain = choose_domain(options, file.network.domain);
+  std::vector<RunFolder> folders;
+  for (const std::string& host : planned_hosts(file, options.host)) {
+    const RunFolder& folder = folders.emplace_back(RunName{file.cell.name, domain, host}, origin, anew);
+    if (folder.goes_on()) log_info("goes on with what was remembered", {{"folder", folder.path().string()}});
+    if (folder.forgot()) {
+      log_warning("what was remembered is not used: it is of other files, or of another version",
+                  {{"folder", folder.path().string()}});
+    }
+  }
+  return folders;
+}
+
 std::vector<PlannedService> planned(const config::CellFile& file, const ServiceOptions& options,
-                                    const std::filesystem::path& folder, const std::filesystem::path& sources) {
+                                    const std::vector<RunFolder>& folders, const std::filesystem::path& sources) {
   std::vector<PlannedService> services = plan_services(file, options.host);
+  const std::vector<std::string> hosts = planned_hosts(file, options.host);
   const std::string domain = std::to_string(choose_domain(options, file.network.domain));
   for (PlannedService& service : services) {
     service.arguments.insert(service.arguments.end(), {"--domain", domain, "--log-level", level_name(options.log_level),
                                                        "--sources", sources.string()});
     if (has_memory(service)) {
+      const auto host = std::find(hosts.begin(), hosts.end(), service.host) - hosts.begin();
+      const auto& folder = folders[static_cast<std::size_t>(host)].path();
       service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
     }
   }
@@ -74,10 +94,10 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
              ShutdownSignal& shutdown)
     : period_(file.supervision.heartbeat_period),
       shutdown_(shutdown),
-      folder_(file.cell.name),
+      folders_(run_folders(file, options, agent.anew)),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
-      keeper_(planned(file, options, folder_.path(), keep_sources(folder_.path() / "sources")),
+      keeper_(planned(file, options, folders_, keep_sources(folders_.front().path() / "sources")),
               keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
     pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NODE_AGENT, {}, host},
@@ -93,6 +113,7 @@ Agent::~Agent() {
 void Agent::run() {
   auto deadline = bus::Clock::now();
   auto patience = bus::Clock::time_point::max();
+  for (RunFolder& folder : folders_) folder.keep();
   turn();  // all are being started
   manager_.ready();
   while (!(ending_ && keeper_.all_ended())) {
@@ -114,12 +135,14 @@ void Agent::run() {
       loop_.record_lateness(now - deadline, next.skipped);
       deadline = next.at;
       beat(now);
+      touch_folders(now);
     }
     turn();
     manager_.turns(now);
     loop_.record_tick(bus::Clock::now() - now);
     wait(std::min({deadline, patience, keeper_.next_start().value_or(deadline)}));
   }
+  for (RunFolder& folder : folders_) folder.end();
   // Listeners hear how it ended before our writer is gone; who does not listen any more does not delay us.
   static_cast<void>(events_.wait_acknowledged(std::chrono::milliseconds(200)));
   log_info("agent ends");
@@ -186,6 +209,12 @@ void Agent::beat(bus::Clock::time_point now) {
   if (!vital.detail.empty()) vital.state = msg::NODE_DEGRADED;
   if (ending_) vital.state = msg::NODE_STOPPING;
   for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
+}
+
+void Agent::touch_folders(bus::Clock::time_point now) {
+  if (now < touched_ + std::chrono::minutes(1)) return;
+  touched_ = now;
+  for (const RunFolder& folder : folders_) folder.touch();
 }
 
 }  // namespace hecaton::services

@@ -1,6 +1,7 @@
 #pragma once
 /// The agent of a host: starts the services that the cell file places there, tells of every start and end within a
-/// millisecond, restarts what died. What it started ends with it, however it ends.
+/// millisecond, restarts what died. What it started ends with it, however it ends; what that remembers is there for an
+/// agent that takes its place, unless it was asked to end.
 
 #include <chrono>
 #include <cstdint>
@@ -12,12 +13,12 @@
 #include <idl/health.h>
 
 #include "services/agent/keeper.hpp"
-#include "services/agent/run_folder.hpp"
 #include "services/agent/service_manager.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/pulse.hpp"
+#include "services/runtime/run_folder.hpp"
 #include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services {
@@ -26,6 +27,7 @@ struct AgentOptions {
   std::filesystem::path programs;  ///< folder of the services' executables
   std::filesystem::path logs;      ///< folder of their logs; empty: they log where the agent does
   bool restart = true;
+  bool anew = false;  ///< what an agent that was killed has left is not used
 };
 
 class Agent {
@@ -47,19 +49,21 @@ class Agent {
   void turn();
   void tell(const Incident& incident);
   void beat(bus::Clock::time_point now);
+  void touch_folders(bus::Clock::time_point now);
 
   std::chrono::nanoseconds period_;
   ShutdownSignal& shutdown_;
   ServiceManager manager_;
-  RunFolder folder_;
+  std::vector<RunFolder> folders_;  // one for each host that it stands for
   bus::Mailbox mailbox_;
   bus::Participant participant_;
   bus::Writer<msg::ProcessEvent> events_;
-  std::deque<Pulse> pulses_;  // one for each host that it stands for
+  std::deque<Pulse> pulses_;  // of each of these hosts
   Keeper keeper_;
   LoopStatistics loop_;
   std::vector<pollfd> descriptors_;
   std::uint64_t sequence_ = 0;
+  bus::Clock::time_point touched_{};
   bool ending_ = false;
 };
 

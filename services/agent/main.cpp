@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
   app.add_option("--log-dir", agent.logs, "folder for each service's log; otherwise they go where this one goes");
   app.add_flag("--no-restart", no_restart, "leave services that die dead");
+  app.add_flag("--anew", agent.anew, "forget what an agent that was killed has left, and its services remembered");
   services::add_common_options(app, options);
   if (const auto leave = services::parse_or_explain(app, argc, argv)) return static_cast<int>(*leave);
   try {

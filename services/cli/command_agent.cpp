@@ -21,6 +21,7 @@ struct Options {
   std::string log_dir;
   std::string log_level;
   bool no_restart = false;
+  bool anew = false;
 };
 
 std::vector<std::string> arguments_for(const Settings& settings, const Options& options) {
@@ -33,6 +34,7 @@ std::vector<std::string> arguments_for(const Settings& settings, const Options& 
   add("--log-level", options.log_level);
   if (settings.domain) add("--domain", std::to_string(*settings.domain));
   if (options.no_restart) words.emplace_back("--no-restart");
+  if (options.anew) words.emplace_back("--anew");
   return words;
 }
 
@@ -63,6 +65,8 @@ void add_agent(CLI::App& app, Session& session) {
   add_choice(*command, "--log-level", options->log_level, {"debug", "info", "warning", "error"},
              "least severity that is logged (info)");
   command->add_flag("--no-restart", options->no_restart, "leave services that die dead");
+  command->add_flag("--anew", options->anew,
+                    "forget what an agent that was killed has left, and its services remembered");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_agent(session.settings, *options); };
   });

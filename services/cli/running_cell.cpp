@@ -5,6 +5,7 @@
 
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
+#include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -16,7 +17,7 @@ constexpr auto kProbe = 800ms;
 constexpr auto kAnswer = 500ms;
 
 std::vector<std::string> agent_arguments(const config::CellFile& file, const RunningCell::Options& options) {
-  return {file.path, "--domain", std::to_string(options.domain), "--log-dir", options.log_folder};
+  return {file.path, "--anew", "--domain", std::to_string(options.domain), "--log-dir", options.log_folder};
 }
 
 Membership join_as_member(const config::CellFile& file, int domain) {
@@ -64,8 +65,13 @@ RunningCell::RunningCell(const config::CellFile& file, const Options& options)
     : file_(file),
       log_(options.log_folder + "/agent.log"),
       client_(join_as_member(file, options.domain), kAnswer),
+      leftovers_{file, options.domain},
       agent_(agent_arguments(file, options), log_) {
   shutdown_.wake(&client_.mailbox());
+}
+
+RunningCell::Leftovers::~Leftovers() {
+  for (const config::Host& host : file.hosts) remove_run({file.cell.name, domain, host.name});
 }
 
 bool RunningCell::look() {

@@ -37,10 +37,18 @@ class RunningCell {
   [[nodiscard]] ChildAgent& agent() { return agent_; }
 
  private:
+  /// This run is ours alone: what an agent that was killed would have left for another goes with us.
+  struct Leftovers {
+    ~Leftovers();
+    const config::CellFile& file;
+    int domain;
+  };
+
   const config::CellFile& file_;
   std::string log_;
   Client client_;
   ShutdownSignal shutdown_;
+  Leftovers leftovers_;  // after the agent
   ChildAgent agent_;
   bool answered_ = false;
   msg::CellStatus status_;

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "services/runtime/join.hpp"
+#include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -33,6 +34,7 @@ ServiceOptions client_options(int domain) {
 
 HealthCell::HealthCell(const std::vector<std::string>& agent_options, const std::string& cell)
     : file_(config::load_cell_file(path_of(cell))),
+      run_{file_, domain_.number()},
       agent_(agent_command(agent_options)),
       options_(client_options(domain_.number())),
       participant_(make_participant(file_, options_, "test", &mailbox_)),
@@ -45,6 +47,10 @@ HealthCell::HealthCell(const std::vector<std::string>& agent_options, const std:
       edits_(participant_),
       edit_replies_(participant_, &mailbox_),
       states_(participant_, &mailbox_) {}
+
+HealthCell::OwnRun::~OwnRun() {
+  for (const config::Host& host : file.hosts) remove_run({file.cell.name, domain, host.name});
+}
 
 ChildCommand HealthCell::agent_command(const std::vector<std::string>& options) const {
   ChildCommand command{

@@ -66,8 +66,16 @@ class HealthCell {
   [[nodiscard]] bus::Mailbox& mailbox() { return mailbox_; }
 
  private:
+  /// A cell's agents are killed with it: what they remembered must not be found by the next cell in its domain.
+  struct OwnRun {
+    ~OwnRun();
+    const config::CellFile& file;
+    int domain;
+  };
+
   config::CellFile file_;
   test::FreeDomain domain_;
+  OwnRun run_;
   ChildProcess agent_;
   ServiceOptions options_;
   bus::Mailbox mailbox_;

@@ -1,9 +1,11 @@
 // However a cell ends, nothing of it is left.
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
-#include <filesystem>
 
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
@@ -41,6 +43,61 @@ TEST(HealthEnd, KilledAgentTakesItsServicesAlong) {
   cell.agent().signal(SIGKILL);
   ASSERT_TRUE(cell.await_end());
   EXPECT_TRUE(witnesses.await_all_ended());
+}
+
+class HealthSuccessor : public ::testing::Test {
+ protected:
+  /// A cell on stop, without its ball, whose agent was killed; its term.
+  std::uint64_t stop_edit_and_kill() {
+    cell_.await_healthy();
+    const auto reply = cell_.ask(msg::REQUEST_STOP);
+    EXPECT_TRUE(reply && reply->done());
+    msg::WorldEditRequest edit;
+    edit.kind(msg::EDIT_REMOVE);
+    edit.name("ball");
+    edit.X_WO().qw(1.0);
+    EXPECT_TRUE(cell_.edit(edit).done());
+    const auto status = cell_.await("no ball", [](const auto& seen) { return seen.obstacles().empty(); });
+    const Witnesses witnesses(status);
+    cell_.agent().signal(SIGKILL);
+    EXPECT_TRUE(cell_.await_end());
+    EXPECT_TRUE(witnesses.await_all_ended());
+    return status.mode().term();
+  }
+  /// Of a supervisor that leads with a higher term, once everybody is there.
+  msg::CellStatus await_successors(std::uint64_t term) {
+    return cell_.await("a cell of other processes", [&](const msg::CellStatus& status) {
+      const auto& nodes = status.nodes();
+      return status.mode().term() > term && status.has_referee() && nodes.size() == 7 &&
+             std::all_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.alive(); });
+    });
+  }
+  HealthCell cell_;
+};
+
+TEST_F(HealthSuccessor, OfAKilledAgentGoesOnWithOrdersAndEdits) {
+  const std::uint64_t term = stop_edit_and_kill();
+  const ChildProcess next(cell_.agent_command({}));
+  const auto status = await_successors(term);
+  EXPECT_TRUE(status.mode().mode() == msg::MODE_STOP) << text_of(status);
+  EXPECT_TRUE(status.obstacles().empty());
+}
+
+TEST_F(HealthSuccessor, ThatBeginsAnewForgetsThem) {
+  static_cast<void>(stop_edit_and_kill());
+  const ChildProcess next(cell_.agent_command({"--anew"}));
+  const auto status = cell_.await("the ball", [](const auto& seen) { return seen.obstacles().size() == 1; });
+  EXPECT_TRUE(status.mode().mode() != msg::MODE_STOP) << text_of(status);
+}
+
+TEST(HealthEnd, SecondAgentOfAHostIsRefused) {
+  HealthCell cell;
+  cell.await_healthy();
+  ChildProcess second(cell.agent_command({"--host", "localhost"}));
+  pollfd ended{second.fd(), POLLIN, 0};
+  ASSERT_EQ(poll(&ended, 1, static_cast<int>(std::chrono::milliseconds(kPatience).count())), 1);
+  EXPECT_EQ(second.poll_end()->exit_code, 3);
+  cell.await_healthy();
 }
 
 TEST(HealthEnd, UnknownHostIsBadInput) {
