@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
     agent.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     make_folder(agent.logs);
     const config::CellFile file = config::load_cell_file(options.cell);
+    if (app.count("--host") > 0) services::require_host(file, options.host);  // also when it is empty
     const services::LogScope log(services::agent_node(options.host.empty() ? "all" : options.host), options);
     services::lock_memory();
     services::Agent(file, options, agent, shutdown).run();

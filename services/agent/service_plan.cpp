@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "services/config/text.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/node_name.hpp"
 
@@ -25,14 +26,22 @@ bool has_memory(const PlannedService& service) {
   return service.program != kPlanner;
 }
 
-std::vector<std::string> planned_hosts(const config::CellFile& file, const std::string& host) {
-  std::vector<std::string> hosts;
+void require_host(const config::CellFile& file, const std::string& host) {
   std::string names;
-  for (const config::Host& candidate : file.hosts) {
-    names += (names.empty() ? "" : ", ") + candidate.name;
-    if (host.empty() || candidate.name == host) hosts.push_back(candidate.name);
+  for (const config::Host& known : file.hosts) {
+    if (known.name == host) return;
+    names += (names.empty() ? "" : ", ") + known.name;
   }
-  if (hosts.empty()) throw std::runtime_error(file.path + ": --host " + host + " must be one of " + names);
+  throw std::runtime_error(file.path + ": --host '" + config::printable(host) + "' must be one of " + names);
+}
+
+std::vector<std::string> planned_hosts(const config::CellFile& file, const std::string& host) {
+  if (!host.empty()) {
+    require_host(file, host);
+    return {host};
+  }
+  std::vector<std::string> hosts;
+  for (const config::Host& known : file.hosts) hosts.push_back(known.name);
   return hosts;
 }
 

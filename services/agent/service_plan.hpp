@@ -24,6 +24,9 @@ struct PlannedService {
 /// Throws std::runtime_error with a sentence when the cell has no such host.
 [[nodiscard]] std::vector<PlannedService> plan_services(const config::CellFile& file, const std::string& host);
 
+/// Throws std::runtime_error with a sentence that names the cell's hosts when this, of --host, is none of them.
+void require_host(const config::CellFile& file, const std::string& host);
+
 /// The hosts that plan_services() with the same `host` starts for.
 [[nodiscard]] std::vector<std::string> planned_hosts(const config::CellFile& file, const std::string& host);
 

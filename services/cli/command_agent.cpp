@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
@@ -17,7 +18,7 @@ namespace {
 
 struct Options {
   std::string cell;
-  std::string host;
+  std::optional<std::string> host;
   std::string log_dir;
   std::string log_level;
   bool no_restart = false;
@@ -29,7 +30,7 @@ std::vector<std::string> arguments_for(const Settings& settings, const Options& 
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {name, value});
   };
-  add("--host", options.host);
+  if (options.host) words.insert(words.end(), {"--host", *options.host});  // also an empty one, which is refused
   add("--log-dir", options.log_dir);
   add("--log-level", options.log_level);
   if (settings.domain) add("--domain", std::to_string(*settings.domain));

@@ -18,10 +18,12 @@ LogFolder::LogFolder(const std::string& wanted, const std::string& cell) : path_
     if (error) throw Failure(ExitCode::kBadInput, "log folder '" + path_ + "' cannot be made: " + error.message());
     return;
   }
-  std::string name = std::filesystem::temp_directory_path(error) / ("hecaton-" + cell + "-XXXXXX");
-  if (error || mkdtemp(name.data()) == nullptr) {
-    throw Failure(ExitCode::kBadInput, "no temporary folder can be made for the logs: " +
-                                           (error ? error.message() : std::string(std::strerror(errno))));
+  const char* chosen = std::getenv("TMPDIR");
+  const std::filesystem::path parent = chosen == nullptr || *chosen == '\0' ? "/tmp" : chosen;
+  std::string name = parent / ("hecaton-" + cell + "-XXXXXX");
+  if (mkdtemp(name.data()) == nullptr) {
+    throw Failure(ExitCode::kBadInput, "no folder for the logs can be made in " + parent.string() + ": " +
+                                           std::strerror(errno) + "; TMPDIR or --log-dir may name another place");
   }
   path_ = name;
 }

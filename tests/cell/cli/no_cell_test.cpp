@@ -1,5 +1,8 @@
 /// Every command that needs a running cell, where there is none.
 
+#include <cstdlib>
+#include <optional>
+
 #include "tests/cell/cli/live_cell.hpp"
 
 namespace hecaton::test {
@@ -43,6 +46,50 @@ TEST(NoCell, TheDomainOfTheCellFileIsTriedByDefault) {
       {"status", "--cell", kThreePuma, "--domain", std::to_string(free.number()), "--connect-timeout", "100ms"});
   EXPECT_EQ(ran.code, 5);
   EXPECT_NE(ran.err.find("under the name 'three_puma'"), std::string::npos) << ran.err;
+}
+
+const std::string kThreeHosts = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_hosts.yaml";
+
+TEST(Agent, OfAHostThatTheCellHasNotIsRefused) {
+  const FreeDomain domain;
+  for (const std::string host : {"", "south-pc"}) {
+    const Ran ran = run_hecaton({"agent", kThreeHosts, "--host", host, "--domain", std::to_string(domain.number())});
+    EXPECT_EQ(ran.code, 3);
+    EXPECT_EQ(ran.err, kThreeHosts + ": --host '" + host +
+                           "' must be one of north-pc, west-pc, east-pc, world-pc, supervisor-pc\n");
+  }
+}
+
+/// TMPDIR is another's in this scope.
+class Tmpdir {
+ public:
+  explicit Tmpdir(const char* value) {
+    if (const char* before = std::getenv("TMPDIR")) before_ = before;
+    setenv("TMPDIR", value, 1);
+  }
+  ~Tmpdir() { before_ ? setenv("TMPDIR", before_->c_str(), 1) : unsetenv("TMPDIR"); }
+  Tmpdir(const Tmpdir&) = delete;
+  Tmpdir& operator=(const Tmpdir&) = delete;
+
+ private:
+  std::optional<std::string> before_;
+};
+
+TEST(Tmpdir, ThatDoesNotExistIsASentence) {
+  const FreeDomain free;
+  const std::string domain = std::to_string(free.number());
+  const Tmpdir nowhere("/nonexistent");
+  const Ran agent = run_hecaton({"agent", kThreePuma, "--log-level", "error", "--domain", domain});
+  EXPECT_EQ(agent.code, 3);
+  EXPECT_EQ(agent.err, "the folder of the run, /nonexistent/hecaton-" + domain +
+                           "-three_puma@localhost, cannot be had: No such file or directory; TMPDIR may name another "
+                           "place for it\n");
+  const Ran up = run_hecaton({"up", kThreePuma, "--domain", domain});
+  EXPECT_EQ(up.code, 3);
+  EXPECT_EQ(
+      up.err,
+      "hecaton: no folder for the logs can be made in /nonexistent: No such file or directory; TMPDIR or --log-dir "
+      "may name another place\n");
 }
 
 TEST(Output, ThatCannotBeWrittenIsNoSuccess) {

@@ -65,12 +65,19 @@ TEST(ServicePlan, StandbysRunOnTheirOwnHosts) {
 }
 
 TEST(ServicePlan, UnknownHostIsRefusedWithTheNamesThatAreAllowed) {
-  try {
-    static_cast<void>(plan_services(cell_on_two_hosts(), "pc3"));
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "cell.yaml: --host pc3 must be one of pc1, pc2");
-  }
+  const auto refusal = [](const auto& ask) -> std::string {
+    try {
+      ask();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "not refused";
+  };
+  const config::CellFile file = cell_on_two_hosts();
+  EXPECT_EQ(refusal([&] { static_cast<void>(plan_services(file, "pc3")); }),
+            "cell.yaml: --host 'pc3' must be one of pc1, pc2");
+  EXPECT_EQ(refusal([&] { require_host(file, ""); }), "cell.yaml: --host '' must be one of pc1, pc2");
+  EXPECT_EQ(refusal([&] { require_host(file, "pc2"); }), "not refused");
 }
 
 }  // namespace
