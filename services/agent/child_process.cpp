@@ -91,7 +91,12 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   }
   alive_ = sockets[0];
   int pipe[2];
-  if (pipe2(pipe, O_CLOEXEC) != 0) fail(command.program, errno);
+  if (pipe2(pipe, O_CLOEXEC) != 0) {
+    const int error = errno;
+    if (sockets[1] >= 0) close(sockets[1]);
+    close_own();
+    fail(command.program, error);
+  }
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, pipe[1], sockets[1]);

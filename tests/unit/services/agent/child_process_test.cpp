@@ -6,11 +6,14 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
+#include <vector>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -111,6 +114,23 @@ TEST_F(ChildProcessTest, InheritsNoDescriptors) {
   await_end(child);
   close(stray);
   EXPECT_EQ(log(), "0\n1\n2\n3\n");
+}
+
+// Who cannot be started is tried again for ever: with each try a descriptor less, nobody could be in the end.
+TEST_F(ChildProcessTest, LeavesNoDescriptorsWhereThereWereTooFew) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit few{64, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<int> taken;
+  for (int fd = dup(STDERR_FILENO); fd >= 0; fd = dup(STDERR_FILENO)) taken.push_back(fd);
+  for (std::size_t spare = 0; spare < 4; ++spare) {  // two for signs of life, two to tell of the start
+    for (std::size_t i = 0; i < spare; ++i) close(taken.at(taken.size() - 1 - i));
+    EXPECT_THROW(ChildProcess({"/bin/true", {}, {}, true}), std::runtime_error) << spare;
+    for (std::size_t i = 0; i < spare; ++i) EXPECT_GE(dup(STDERR_FILENO), 0) << i << " of " << spare;
+  }
+  for (const int fd : taken) close(fd);
+  setrlimit(RLIMIT_NOFILE, &before);
 }
 
 TEST_F(ChildProcessTest, ReadsNothing) {
