@@ -18,6 +18,8 @@
 namespace hecaton::services {
 namespace {
 
+constexpr int kStartPatience = 6;
+
 std::string level_name(LogLevel level) {
   switch (level) {
     case LogLevel::kDebug:
@@ -76,7 +78,9 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
 }
 
 KeeperOptions keeper_options(const config::CellFile& file, const AgentOptions& agent) {
-  KeeperOptions options{agent.programs, agent.logs, {}, file.supervision.watchdog};
+  // Before its loop begins it reads the cell, perhaps with large meshes, on a machine on which all others do the same.
+  KeeperOptions options{
+      agent.programs, agent.logs, {}, file.supervision.watchdog, kStartPatience * file.supervision.watchdog};
   if (!agent.restart) {
     options.restart.attempts = 0;
     options.watchdog = std::chrono::nanoseconds(0);

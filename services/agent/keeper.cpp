@@ -12,6 +12,17 @@ namespace {
 /// Signs of life are looked for this often in the time that a loop may be silent.
 constexpr int kLooks = 20;
 
+/// What was done about a service, to follow its name.
+std::string given_up(const RestartLimits& limits, unsigned retries) {
+  if (limits.attempts == 0) return "ended and is not restarted";
+  std::string text = "was given up after " + std::to_string(limits.attempts) + " restarts in a row";
+  if (limits.retry.count() == 0) return text;
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(limits.retry).count();
+  text += ", and is tried again every " + std::to_string(seconds) + " s";
+  if (retries > 0) text += " (" + std::to_string(retries) + (retries == 1 ? " time" : " times") + " so far)";
+  return text;
+}
+
 }  // namespace
 
 Keeper::Keeper(std::vector<PlannedService> services, KeeperOptions options) : options_(std::move(options)) {
@@ -29,6 +40,7 @@ std::vector<Incident> Keeper::turn(Clock::time_point now) {
     reap(kept, now, incidents);
     if (kept.start_at && *kept.start_at <= now) start(kept, now, incidents);
     if (watches) watch(kept, now, incidents);
+    forgive(kept, now);
   }
   if (watches) watched_ = now;
   return incidents;
@@ -36,21 +48,40 @@ std::vector<Incident> Keeper::turn(Clock::time_point now) {
 
 // Who was stopped itself knows nothing of the others for that time.
 void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
-  if (!kept.child) return;
+  if (!kept.child || kept.hangs) return;
   const bool was_away = now - watched_ >= 2 * options_.watchdog / kLooks;
-  if (kept.child->told_alive() || (kept.alive_at && was_away)) kept.alive_at = now;
-  if (!kept.alive_at || now - *kept.alive_at < options_.watchdog) return;
+  const bool told = kept.child->told_alive();
+  if (told && !kept.began) kept.began = now;
+  if (told || was_away) kept.heard = now;
+  const auto limit = kept.began ? options_.watchdog : options_.start_limit;
+  if (limit.count() == 0 || now - kept.heard < limit) return;
+  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - kept.heard);
   incidents.push_back(incident(kept, Incident::Kind::kHung));
-  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *kept.alive_at);
-  incidents.back().reason = "its loop was silent for " + std::to_string(silence.count()) + " ms";
+  incidents.back().reason = (kept.began ? "its loop was silent for " : "its loop did not begin within ") +
+                            std::to_string(silence.count()) + " ms";
   kept.child->signal(SIGKILL);
-  kept.alive_at.reset();
+  kept.hangs = true;
+}
+
+// Only a loop that turns is a life: else who always hangs in its start would be forgiven for how long that took.
+std::chrono::nanoseconds Keeper::lived(const Kept& kept, Clock::time_point now) const {
+  if (options_.watchdog.count() == 0) return now - kept.started;
+  return kept.began ? now - *kept.began : std::chrono::nanoseconds(0);
+}
+
+void Keeper::forgive(Kept& kept, Clock::time_point now) const {
+  if (!kept.given_up || !kept.child || kept.starting || lived(kept, now) < options_.restart.steady) return;
+  kept.given_up = false;
+  kept.retries = 0;
 }
 
 void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
   kept.start_at.reset();
   kept.started = now;
-  kept.alive_at.reset();
+  kept.began.reset();
+  kept.heard = now;
+  kept.hangs = false;
+  if (kept.given_up) ++kept.retries;
   ChildCommand command{
       options_.programs / kept.service.program, kept.service.arguments, {}, options_.watchdog.count() > 0};
   if (!options_.logs.empty()) command.log = options_.logs / (kept.service.name + ".log");
@@ -95,11 +126,12 @@ void Keeper::reap(Kept& kept, Clock::time_point now, std::vector<Incident>& inci
 }
 
 void Keeper::plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
-  if (const auto delay = kept.policy.died(now - kept.started)) {
+  if (const auto delay = kept.policy.died(lived(kept, now))) {
     kept.start_at = now + *delay;
     return;
   }
   kept.given_up = true;
+  if (options_.restart.attempts > 0 && options_.restart.retry.count() > 0) kept.start_at = now + options_.restart.retry;
   incidents.push_back(incident(kept, Incident::Kind::kGivenUp));
   incidents.back().reason = complaint();
 }
@@ -151,13 +183,8 @@ std::string Keeper::complaint() const {
   for (const Kept& kept : kept_) {
     if (!kept.given_up && kept.failure.empty()) continue;
     text += (text.empty() ? "" : "; ") + kept.service.name;
-    if (!kept.failure.empty()) {
-      text += ": " + kept.failure;
-      continue;
-    }
-    text += options_.restart.attempts == 0
-                ? " ended and is not restarted"
-                : " was given up after " + std::to_string(options_.restart.attempts) + " restarts in a row";
+    if (kept.given_up) text += " " + given_up(options_.restart, kept.retries);
+    if (!kept.failure.empty()) text += ": " + kept.failure;
   }
   return text;
 }

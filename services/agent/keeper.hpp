@@ -20,8 +20,10 @@ struct KeeperOptions {
   std::filesystem::path programs;  ///< folder of the executables
   std::filesystem::path logs;      ///< folder of the services' logs; empty: they go where ours goes
   RestartLimits restart;
-  /// Who told of itself, and then does not for this long, is killed; 0: nobody is.
+  /// Who told of itself, and then does not for this long, is killed; 0: nobody is, nor is `start_limit` looked at.
   std::chrono::nanoseconds watchdog{0};
+  /// So is who did not tell of itself for this long after it was started, which counts as no life at all; 0: nobody.
+  std::chrono::nanoseconds start_limit{0};
 };
 
 /// Something happened to a service.
@@ -53,7 +55,8 @@ class Keeper {
   /// When the next restart is due.
   [[nodiscard]] std::optional<Clock::time_point> next_start() const;
   [[nodiscard]] bool all_ended() const;
-  /// "planner-arm1 was given up after 10 restarts in a row"; empty: all is well.
+  /// "planner-arm1 was given up after 10 restarts in a row, and is tried again every 60 s (2 times so far)", until it
+  /// has lived long enough again; empty: all is well.
   [[nodiscard]] std::string complaint() const;
 
  private:
@@ -63,10 +66,13 @@ class Keeper {
     std::optional<ChildProcess> child{};
     std::optional<Clock::time_point> start_at{};
     Clock::time_point started{};
-    std::optional<Clock::time_point> alive_at{};  // it told that it lives; empty: not yet
-    bool starting = false;                        // its program is being read
+    std::optional<Clock::time_point> began{};  // when it first told that it lives
+    Clock::time_point heard{};                 // when it last did, or was started, or we were away ourselves
+    bool hangs = false;                        // and was killed
+    bool starting = false;                     // its program is being read
     unsigned starts = 0;
     bool given_up = false;
+    unsigned retries = 0;   // since then
     std::string failure{};  // why it could not be started the last time; empty: it could
   };
   void start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
@@ -75,6 +81,8 @@ class Keeper {
   void reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void forgive(Kept& kept, Clock::time_point now) const;
+  [[nodiscard]] std::chrono::nanoseconds lived(const Kept& kept, Clock::time_point now) const;
   [[nodiscard]] Incident incident(const Kept& kept, Incident::Kind kind) const;
 
   KeeperOptions options_;

@@ -12,6 +12,8 @@ struct RestartLimits {
   std::chrono::nanoseconds longest = std::chrono::seconds(5);
   std::chrono::nanoseconds steady = std::chrono::seconds(10);  ///< who lived this long starts again from `first`
   int attempts = 10;                                           ///< in a row; 0: never restarts
+  /// Who was given up is tried again after this: what it lacked may be there by then. 0: never.
+  std::chrono::nanoseconds retry = std::chrono::seconds(60);
 };
 
 class RestartPolicy {

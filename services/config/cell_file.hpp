@@ -52,7 +52,7 @@ struct Supervision {
   std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
   /// Liveliness lease between an active service and its standby; > heartbeat_period.
   std::chrono::nanoseconds takeover_lease = std::chrono::milliseconds(20);
-  /// A process whose working loop is silent for this long is killed and started again by its agent; 0: never.
+  /// A process whose loop is silent for this long (before it begins: six times that) is killed and restarted; 0: never.
   std::chrono::nanoseconds watchdog = std::chrono::seconds(10);
   /// Kinds of faults, as in messages: what such a fault holds stays held until people resume it. Others' end by itself.
   std::set<std::string, std::less<>> waits_for_resume = {"contact"};

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
@@ -27,15 +30,20 @@ class KeeperTest : public ::testing::Test {
     keeper.restart.first = 1ms;
     keeper.restart.longest = 4ms;
     keeper.restart.attempts = attempts;
+    keeper.restart.retry = 0ms;
     return keeper;
   }
   /// Turns until `count` incidents of `kind` have happened.
   void turn_until(Keeper& keeper, Kind kind, long count) {
+    turn_until(keeper, [&] {
+      return std::count_if(incidents_.begin(), incidents_.end(), [&](const Incident& i) { return i.kind == kind; }) >=
+             count;
+    });
+  }
+  template <typename Condition>
+  void turn_until(Keeper& keeper, const Condition& condition) {
     const auto until = Keeper::Clock::now() + kPatience;
-    const auto happened = [&] {
-      return std::count_if(incidents_.begin(), incidents_.end(), [&](const Incident& i) { return i.kind == kind; });
-    };
-    while (happened() < count) {
+    while (!condition()) {
       ASSERT_LT(Keeper::Clock::now(), until);
       const auto news = keeper.turn(Keeper::Clock::now());
       incidents_.insert(incidents_.end(), news.begin(), news.end());
@@ -83,14 +91,29 @@ TEST_F(KeeperTest, KillsAndRestartsWhatHangs) {
   EXPECT_EQ(incidents_[2].end.signal_number, SIGKILL);
 }
 
-// Starting may take as long as it likes: reading large meshes, for example.
-TEST_F(KeeperTest, KillsNobodyWhoseLoopHasNotBegun) {
+// Starting may take longer than a loop may be silent: reading large meshes, for example.
+TEST_F(KeeperTest, HasMorePatienceWithALoopThatHasNotBegun) {
   KeeperOptions watching = options(3);
   watching.watchdog = 10ms;
+  watching.start_limit = kPatience;
   Keeper keeper({service("a", "sh", {"-c", "sleep 0.3; exit 5"})}, watching);
   turn_until(keeper, Kind::kExited, 1);
   EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kExited}));
   EXPECT_EQ(incidents_[1].end.exit_code, 5);
+}
+
+// However long it took to hang: that was no life.
+TEST_F(KeeperTest, CountsALoopThatNeverBeginsAsAFailedStart) {
+  KeeperOptions watching = options(1);
+  watching.watchdog = 1s;
+  watching.start_limit = 200ms;
+  watching.restart.steady = 1ms;
+  Keeper keeper({service("a", "sh", {"-c", "exec sleep 600"})}, watching);
+  turn_until(keeper, Kind::kGivenUp, 1);
+  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kHung, Kind::kExited, Kind::kStarted, Kind::kHung,
+                                        Kind::kExited, Kind::kGivenUp}));
+  EXPECT_TRUE(incidents_[1].reason.starts_with("its loop did not begin within ")) << incidents_[1].reason;
+  EXPECT_EQ(incidents_[2].end.signal_number, SIGKILL);
 }
 
 TEST_F(KeeperTest, RestartsWhatWasKilled) {
@@ -118,6 +141,32 @@ TEST_F(KeeperTest, GivesUpAndSaysSo) {
   EXPECT_FALSE(keeper.all_ended());  // b goes on
 }
 
+TEST_F(KeeperTest, TriesAgainWhatWasGivenUpAndCounts) {
+  KeeperOptions trying = options(2);
+  trying.restart.retry = 1ms;
+  Keeper keeper({service("a", "false", {})}, trying);
+  turn_until(keeper, Kind::kGivenUp, 1);
+  EXPECT_EQ(keeper.complaint(), "a was given up after 2 restarts in a row, and is tried again every 0 s");
+  EXPECT_TRUE(keeper.next_start());
+  turn_until(keeper, Kind::kGivenUp, 3);
+  EXPECT_TRUE(keeper.complaint().ends_with(" (2 times so far)")) << keeper.complaint();
+}
+
+// What it lacked is there in the end.
+TEST_F(KeeperTest, ForgivesWhatLivesAgain) {
+  std::string folder = (std::filesystem::temp_directory_path() / "keeper_test-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  KeeperOptions trying = options(1);
+  trying.restart.retry = 1ms;
+  trying.restart.steady = 20ms;
+  Keeper keeper({service("a", "sh", {"-c", "test -e " + folder + "/part && exec sleep 600"})}, trying);
+  turn_until(keeper, Kind::kGivenUp, 2);
+  std::ofstream(folder + "/part") << "here";
+  turn_until(keeper, [&] { return keeper.complaint().empty(); });
+  EXPECT_FALSE(keeper.all_ended());
+  std::filesystem::remove_all(folder);
+}
+
 TEST_F(KeeperTest, WithoutRestartAReturnIsTheEnd) {
   Keeper keeper({service("a", "true", {})}, options(0));
   turn_until(keeper, Kind::kGivenUp, 1);
@@ -131,7 +180,9 @@ TEST_F(KeeperTest, ProgramThatCannotBeStartedIsTriedAgainAndGivenUp) {
   turn_until(keeper, Kind::kGivenUp, 1);
   EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kNotStarted, Kind::kNotStarted, Kind::kNotStarted, Kind::kGivenUp}));
   EXPECT_EQ(incidents_[0].reason, "/bin/no-such-program cannot be started: No such file or directory");
-  EXPECT_EQ(keeper.complaint(), "a: /bin/no-such-program cannot be started: No such file or directory");
+  EXPECT_EQ(
+      keeper.complaint(),
+      "a was given up after 2 restarts in a row: /bin/no-such-program cannot be started: No such file or directory");
 }
 
 TEST_F(KeeperTest, KillsWhatIgnoresItsEnd) {
