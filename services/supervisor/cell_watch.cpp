@@ -17,6 +17,13 @@ std::string milliseconds(Time time) {
   return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count()) + " ms";
 }
 
+/// Between a node and what may be wrong with it beside its not being well.
+constexpr char kBeside = '#';
+/// Two processes that both beat within this are there at one time.
+constexpr Time kTwins = std::chrono::seconds(1);
+/// So often the beats of one come after those of another only when both are alive.
+constexpr int kStragglers = 6;
+
 bool silent(Presence presence) {
   return presence == Presence::kSuspected || presence == Presence::kLost;
 }
@@ -32,6 +39,11 @@ FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit, Time s
 }
 
 }  // namespace
+
+std::string cause_of(FaultKind kind, const std::string& node) {
+  const bool beside = kind == FaultKind::kNodeTwice || kind == FaultKind::kForgetful;
+  return beside ? node + kBeside + std::string(fault_kind_name(kind)) : node;
+}
 
 std::string end_text(const ProcessExit& exit) {
   const std::string process = "process " + std::to_string(exit.pid);
@@ -72,6 +84,7 @@ void CellWatch::heard(std::string_view node, std::int64_t pid, Time at, const st
   State& state = found->second;
   const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
   if (late) return;  // written before its process ended
+  note_process(state, pid);
   state.died.reset();
   state.stopped = false;
   state.pid = pid;
@@ -121,7 +134,40 @@ void CellWatch::contacts(std::uint64_t count, const std::string& subject, const 
 
 void CellWatch::adopt(const std::string& cause, const FaultRecord& record, Time now) {
   faults_.adopt(cause, record, now);
-  if (!expects(cause)) faults_.clear(cause, now);
+  const bool judged =
+      record.kind != FaultKind::kForgetful && expects(std::string_view(cause).substr(0, cause.find(kBeside)));
+  if (!judged) faults_.clear(cause, now);
+}
+
+// The last beats of a process that has ended may come between the first of its successor, but not again and again.
+void CellWatch::note_process(State& state, std::int64_t pid) const {
+  const Time now = clock_.now();
+  if (now - state.beat_at > kTwins) state.returns = 0;
+  if (state.pid != 0 && state.pid != pid) {
+    state.returns = state.former_pid == pid ? state.returns + 1 : 0;
+    state.former_pid = state.pid;
+    state.returned_at = now;
+  }
+  state.beat_at = now;
+}
+
+// Beside what else may be wrong with the node, so a cause of its own.
+void CellWatch::judge_twins(Time now) {
+  for (const ExpectedNode& node : nodes_) {
+    State& state = states_.find(node.name)->second;
+    if (clock_.now() - state.returned_at > kTwins) state.returns = 0;
+    const std::string cause = cause_of(FaultKind::kNodeTwice, node.name);
+    if (state.returns < kStragglers) {
+      faults_.clear(cause, now);
+      continue;
+    }
+    const auto [one, other] = std::minmax(state.pid, state.former_pid);
+    faults_.raise(cause,
+                  {FaultKind::kNodeTwice, FaultSeverity::kError, node.name,
+                   node.name + ": processes " + std::to_string(one) + " and " + std::to_string(other) +
+                       " are this node at one time: end one of them"},
+                  now);
+  }
 }
 
 void CellWatch::judge_contacts(Time now) {
@@ -161,6 +207,7 @@ void CellWatch::judge(Time now) {
       faults_.clear(node.name, now);
     }
   }
+  judge_twins(now);
   judge_contacts(now);
   mode_.set_automatic(holds());
   for (const ExpectedNode& node : nodes_) {

@@ -51,6 +51,9 @@ struct ProcessExit {
 /// "process 123 was ended by signal 9 (Killed)"
 [[nodiscard]] std::string end_text(const ProcessExit& exit);
 
+/// Under which a node's fault of this kind is listed: most explain each other, and share one.
+[[nodiscard]] std::string cause_of(FaultKind kind, const std::string& node);
+
 /// Why nothing is heard of an arm's driver.
 enum class Loss : std::uint8_t {
   kNone,       ///< it is heard, or may be heard again in a moment
@@ -113,6 +116,10 @@ class CellWatch {
     std::string failure{};                  // in its own words
     std::optional<ProcessExit> unjudged{};  // an end that no judgement has seen, whoever came after it
     Time silence_at_end{0};                 // when its last end was told
+    Time beat_at{0};                        // the last, of whichever process
+    std::int64_t former_pid = 0;            // that beat before this one
+    Time returned_at{0};                    // when that last changed
+    int returns = 0;                        // of one of the two after the other, without a pause
   };
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
@@ -125,6 +132,8 @@ class CellWatch {
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
+  void note_process(State& state, std::int64_t pid) const;
+  void judge_twins(Time now);
   void judge_contacts(Time now);
   [[nodiscard]] AutomaticHolds holds() const;
   /// What its being out does to others is this fault's doing; null: no fault's.

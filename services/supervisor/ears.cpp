@@ -90,6 +90,7 @@ void Ears::hear_faults(const bus::EndpointId& self) {
     if (sample.disposed) {
       other_faults_.forget(sample.key);
     } else if (other_faults_.hear(sample.value)) {
+      ++fault_news_;
       unadopted_.insert(sample.value.id());
     }
   }

@@ -48,6 +48,10 @@ class Ears {
 
   /// How our own predecessor ended, once our agent has told that it started us in its place.
   [[nodiscard]] std::optional<ProcessExit> take_predecessor();
+  /// The newest cell mode of another supervisor that led since take_other_mode().
+  [[nodiscard]] const std::optional<msg::CellMode>& other_mode() const { return other_mode_; }
+  /// Grows with everything that others tell of faults.
+  [[nodiscard]] std::uint64_t fault_news() const { return fault_news_; }
   /// The newest cell mode of another supervisor that led since the last call.
   [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
   [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
@@ -93,6 +97,7 @@ class Ears {
   std::string leader_;                   // who told it
   Time newest_near_{0}, newest_far_{0};  // arrivals from our own host and from others
   ToldFaults other_faults_;
+  std::uint64_t fault_news_ = 0;
   std::set<std::string> unadopted_;  // ids of faults that others told and we have not made ours yet
   std::map<std::string, Acquaintance, std::less<>> agents_;   // by node
   std::vector<bus::Sample<msg::ProcessEvent>> early_events_;  // of agents that have not beaten yet

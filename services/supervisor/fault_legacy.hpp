@@ -26,17 +26,17 @@ class FaultLegacy {
       left_.insert_or_assign(std::move(id), ToldRecord{{}, std::move(record)});
     }
   }
-  /// Strikes out what another told under a later term. True when nothing is left of what there was.
+  /// Strikes out what another told under a later term, or under the same if it is another's that we remember. True when
+  /// nothing is left of what there was.
   bool strike_out(const std::map<std::string, msg::Fault>& told) {
     if (left_.empty()) return false;
     std::erase_if(left_, [&](const auto& entry) {
       const auto found = told.find(entry.first);
-      return found != told.end() && found->second.term() > term_;
+      return found != told.end() && found->second.term() >= term_;
     });
     return left_.empty();
   }
   void clear() { left_.clear(); }
-  [[nodiscard]] std::uint64_t term() const { return term_; }
   /// By id. The cause of those that were over is empty: none can be open of them.
   [[nodiscard]] const std::map<std::string, ToldRecord>& left() const { return left_; }
 

@@ -22,6 +22,10 @@ std::string_view fault_kind_name(FaultKind kind) {
       return "node_failed";
     case FaultKind::kAgentLost:
       return "agent_lost";
+    case FaultKind::kNodeTwice:
+      return "node_twice";
+    case FaultKind::kForgetful:
+      return "forgetful";
     case FaultKind::kContact:
       return "contact";
   }

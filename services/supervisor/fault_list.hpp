@@ -23,6 +23,8 @@ enum class FaultKind : std::uint8_t {
   kProcessDied,   ///< its agent saw it end
   kNodeFailed,    ///< it says itself that it cannot do its work
   kAgentLost,     ///< no sign of a host's agent: and of all that is silent on this host
+  kNodeTwice,     ///< two processes are one node at one time; a cause of its own
+  kForgetful,     ///< a supervisor's orders would be lost with its process; likewise
   kContact,       ///< the referee saw two things touch
 };
 

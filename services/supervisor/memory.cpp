@@ -1,9 +1,15 @@
 #include "services/supervisor/memory.hpp"
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace hecaton::services {
 namespace {
@@ -85,6 +91,25 @@ bool parse_line(const std::string& line, Memory& memory) {
   return true;
 }
 
+/// Room is taken in pieces of this size: enough for some hundreds of faults.
+constexpr std::size_t kRoom = 1U << 16U;
+
+/// Writes the text over what the file held, in the room that it has, and empty lines behind it. False: not all of it.
+bool fill(const std::string& path, std::string text) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
+  if (file < 0) return false;
+  struct stat known {};
+  const std::size_t had = fstat(file, &known) == 0 ? static_cast<std::size_t>(known.st_size) : 0;
+  text.resize(std::max((text.size() / kRoom + 1) * kRoom, had), '\n');
+  bool done = posix_fallocate(file, 0, static_cast<off_t>(text.size())) == 0;
+  for (std::size_t at = 0; done && at < text.size();) {
+    const ssize_t wrote = pwrite(file, text.data() + at, text.size() - at, static_cast<off_t>(at));
+    done = wrote > 0 || (wrote < 0 && errno == EINTR);
+    if (wrote > 0) at += static_cast<std::size_t>(wrote);
+  }
+  return close(file) == 0 && done;
+}
+
 }  // namespace
 
 std::string memory_text(const Memory& memory) {
@@ -102,7 +127,7 @@ std::optional<Memory> parse_memory(const std::string& text) {
   Memory memory;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    if (!parse_line(line, memory)) return std::nullopt;
+    if (!line.empty() && !parse_line(line, memory)) return std::nullopt;
   }
   if (memory.term == 0) return std::nullopt;
   return memory;
@@ -118,14 +143,18 @@ std::optional<Memory> read_memory(const std::string& path) {
   return memory;
 }
 
+std::string next_memory(const std::string& path) {
+  return path + ".next";
+}
+
 bool write_memory(const std::string& path, const Memory& memory) {
-  const std::string next = path + ".next";
-  {
-    std::ofstream file(next, std::ios::trunc);
-    file << memory_text(memory);
-    if (!file.flush()) return false;
-  }
-  return std::rename(next.c_str(), path.c_str()) == 0;
+  const std::string next = next_memory(path);
+  if (!fill(next, memory_text(memory))) return false;
+  if (renameat2(AT_FDCWD, next.c_str(), AT_FDCWD, path.c_str(), RENAME_EXCHANGE) == 0) return true;
+  // The first time, or a file system that cannot exchange.
+  if (std::rename(next.c_str(), path.c_str()) != 0) return false;
+  static_cast<void>(fill(next, {}));  // room for the next time
+  return true;
 }
 
 }  // namespace hecaton::services

@@ -1,6 +1,7 @@
 #pragma once
 /// What a supervisor that was killed must still know when it starts again: its term, people's orders and the faults. A
-/// text file, replaced as a whole, so that a crash leaves either the old or the new one.
+/// text file, replaced as a whole, so that a crash leaves either the old or the new one; of two, whose room is taken
+/// beforehand, so that a disk that is full by then loses no order.
 
 #include <cstdint>
 #include <optional>
@@ -29,7 +30,10 @@ struct Memory {
 /// Empty when there is no such file. Throws std::runtime_error with a sentence when it is there and cannot be used: an
 /// order to stop must not be forgotten silently.
 [[nodiscard]] std::optional<Memory> read_memory(const std::string& path);
-/// False when the file cannot be written.
+/// Writes the other file and exchanges the two; empty lines fill up the room. False when it cannot be written: what was
+/// remembered before still is.
 [[nodiscard]] bool write_memory(const std::string& path, const Memory& memory);
+/// Where that other file is.
+[[nodiscard]] std::string next_memory(const std::string& path);
 
 }  // namespace hecaton::services

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "services/runtime/node_name.hpp"
+#include "services/supervisor/cell_watch.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -42,7 +43,7 @@ std::string cause_of(const FaultRecord& record) {
   if (record.kind == FaultKind::kAgentLost && !record.subject.starts_with(agent_node({}))) {
     return agent_node(record.subject);
   }
-  return record.subject;
+  return cause_of(record.kind, record.subject);
 }
 
 FaultSeverity fault_severity(msg::Severity severity) {

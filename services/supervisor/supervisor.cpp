@@ -133,7 +133,10 @@ void Supervisor::turn(bus::Clock::time_point now) {
     log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
     withdraw();
   }
-  if (leadership_.role() == Leadership::Role::kStandingBy) settle_legacy();
+  if (leadership_.role() == Leadership::Role::kStandingBy) {
+    settle_legacy();
+    remember_leader();  // before our heartbeat says that we have heard it
+  }
   if (settle_succession()) publish_mode(now);  // at once: all the rest can wait
   takeover_due_ = takeover_due(now);
   // What is told while we listen is history: it is judged once it is complete.
@@ -188,9 +191,8 @@ void Supervisor::settle_legacy() {
   if (!legacy_told_) {
     legacy_told_ = true;
     const Clocks clocks = read_clocks();
-    for (const auto& [id, left] : legacy_.left()) {
-      static_cast<void>(publish_fault(left.record, legacy_.term(), clocks));
-    }
+    // Under no term, so that whatever somebody else told of them counts more.
+    for (const auto& [id, left] : legacy_.left()) static_cast<void>(publish_fault(left.record, 0, clocks));
   }
   if (legacy_.strike_out(ears_.faults_of_others())) faults_.forget();
 }
@@ -198,7 +200,7 @@ void Supervisor::settle_legacy() {
 void Supervisor::begin_to_lead() {
   // After another leader its orders and faults hold; after our own earlier life those that we remember.
   const auto other = ears_.take_other_mode();
-  if (other && other->term() > led_under_) {
+  if (other && other->term() >= led_under_) {
     watch_.mode().restore(orders_in(*other));
     watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
     for (const auto& [id, left] : legacy_.left()) watch_.adopt(left.cause, left.record, since_epoch(turned_));
@@ -321,7 +323,7 @@ void Supervisor::reply(const msg::SupervisorRequest& request, const std::string&
   reply.client(request.client());
   reply.request_id(request.request_id());
   reply.done(refusal.empty());
-  reply.reason(refusal);
+  reply.reason(refusal.empty() && request.kind() != msg::REQUEST_STATUS ? forgetfulness() : refusal);
   reply.status(cell_status({file_, watch_, picture_, succession_, mode_}, read_clocks()));
   reply.status().uptime(std::chrono::duration<double>(now - began_).count());
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
@@ -365,10 +367,48 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
 }
 
 void Supervisor::remember() {
-  Memory memory{leadership_.term(), watch_.mode().orders(), watch_.mode().causes(), watch_.faults().history()};
-  if (memory_path_.empty() || memory == remembered_) return;
-  if (!write_memory(memory_path_, memory)) log_error("orders cannot be remembered", {{"file", memory_path_}});
-  remembered_ = std::move(memory);
+  write({leadership_.term(), watch_.mode().orders(), watch_.mode().causes(), watch_.faults().history()});
+}
+
+void Supervisor::remember_leader() {
+  const auto& leader = ears_.other_mode();
+  if (!leader || memory_path_.empty()) return;
+  const bool news = ears_.fault_news() != remembered_news_ || leader->sequence_number() != remembered_mode_;
+  if (!news && (!forgetful_ || turned_ - remembered_at_ < kRepeat)) return;
+  remembered_at_ = turned_;
+  Memory memory{leader->term(), orders_in(*leader), {}, remembered_.faults};
+  if (ears_.fault_news() != remembered_news_ || forgetful_) {
+    FaultList account;
+    account.recall(faults_in(ears_.faults_of_others(), leader->term(), read_clocks()));
+    for (const auto& [id, left] : legacy_.left()) account.adopt(left.cause, left.record, since_epoch(turned_));
+    memory.faults = account.history();
+  }
+  remembered_news_ = ears_.fault_news();
+  remembered_mode_ = leader->sequence_number();
+  write(std::move(memory));
+}
+
+// Tried again with every mode that is published, until there is room again.
+void Supervisor::write(Memory memory) {
+  const bool known = memory == remembered_;
+  if (memory_path_.empty() || (known && !forgetful_)) return;
+  const bool written = known || write_memory(memory_path_, memory);
+  const std::string cause = cause_of(FaultKind::kForgetful, node_);
+  const Time now = since_epoch(bus::Clock::now());
+  if (written) {
+    remembered_ = std::move(memory);
+    if (std::exchange(forgetful_, false)) log_info("orders are remembered again", {{"file", memory_path_}});
+    watch_.faults().clear(cause, now);
+    return;
+  }
+  if (!std::exchange(forgetful_, true)) log_error("orders cannot be remembered", {{"file", memory_path_}});
+  watch_.faults().raise(cause, {FaultKind::kForgetful, FaultSeverity::kWarning, node_, node_ + ": " + forgetfulness()},
+                        now);
+}
+
+std::string Supervisor::forgetfulness() const {
+  if (!forgetful_) return {};
+  return "orders and faults are not remembered, and are lost with this process: " + memory_path_ + " cannot be written";
 }
 
 void Supervisor::publish_faults() {
@@ -410,9 +450,12 @@ void Supervisor::beat(bus::Clock::time_point now) {
       break;
     case Leadership::Role::kStandingBy:
       vital.state = msg::NODE_STANDBY;
-      vital.detail = "another supervisor leads";
+      vital.detail = "another supervisor leads" + (forgetful_ ? "; " + forgetfulness() : std::string());
       break;
     case Leadership::Role::kLeading:
+      if (!forgetful_) break;
+      vital.state = msg::NODE_DEGRADED;
+      vital.detail = forgetfulness();
       break;
   }
   pulse_.beat(now, vital, loop_);

@@ -71,7 +71,14 @@ class Supervisor {
   void publish_mode(bus::Clock::time_point now);
   void publish_faults();
   msg::Fault publish_fault(const FaultRecord& record, std::uint64_t term, const Clocks& clocks);
+  /// What we lead by.
   void remember();
+  /// What we would lead by, while we stand by: the leader's orders and faults, so that they outlive both of us as long
+  /// as one memory is left.
+  void remember_leader();
+  void write(Memory memory);
+  /// A sentence when what we last had to remember could not be written; empty: all is well.
+  [[nodiscard]] std::string forgetfulness() const;
   void forget_strangers(bus::Clock::time_point now);
   void beat(bus::Clock::time_point now);
 
@@ -85,8 +92,14 @@ class Supervisor {
   CellWatch watch_;
   Picture picture_;
   Memory remembered_;
+  std::uint64_t remembered_news_ = 0;       ///< of others' faults
+  std::uint64_t remembered_mode_ = 0;       ///< of the leader's, as last looked at
+  bus::Clock::time_point remembered_at_{};  ///< when that was
+  bool forgetful_ = false;                  ///< the newest of what is to be remembered could not be written
   Succession succession_;
-  std::uint64_t led_under_;  ///< the last term under which we led, in this life or an earlier one
+  /// The last term under which we led, in this life or an earlier one, or whose leader we remember. Of an equal one it
+  /// is the other who knows better: we never take each other's.
+  std::uint64_t led_under_;
   std::map<std::string, bus::Clock::time_point> in_charge_since_;  ///< of the planner in charge, by arm
   std::map<std::string, TakeoverPatience> patience_;               ///< by arm that has a standby
   bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();

@@ -142,5 +142,33 @@ TEST(HealthFaults, OthersWorkAroundAnArmWhoseDriverDied) {
   EXPECT_EQ(status.referee().contacts(), 0U);
 }
 
+TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
+  HealthCell cell;
+  const int pid = pid_of(cell.await_healthy(), "planner-left");
+  bus::Writer<msg::Heartbeat> second(cell.participant());
+  const auto is = [](const msg::Fault& told, bool cleared) {
+    return fault_is(told, "node_twice", "planner/left", cleared);
+  };
+  bus::Reader<msg::Fault> faults(cell.participant(), &cell.mailbox());
+  msg::Heartbeat beat;
+  beat.node("planner/left");
+  beat.kind(msg::NODE_PLANNER);
+  beat.host("localhost");
+  beat.pid(1);
+  std::string seen;
+  for (const auto until = bus::Clock::now() + kPatience; seen.empty() && bus::Clock::now() < until;) {
+    beat.sequence_number(beat.sequence_number() + 1);
+    ASSERT_TRUE(second.write(beat));
+    static_cast<void>(cell.mailbox().wait(10ms));
+    static_cast<void>(cell.mailbox().take_events());
+    for (const auto& sample : faults.take()) {
+      if (!sample.disposed && is(sample.value, false)) seen = sample.value.seen();
+    }
+  }
+  EXPECT_NE(seen.find("processes 1 and " + std::to_string(pid)), std::string::npos) << seen;
+  cell.await_fault("its end", [&](const msg::Fault& told) { return is(told, true); });
+  cell.await_healthy();
+}
+
 }  // namespace
 }  // namespace hecaton::services::testing

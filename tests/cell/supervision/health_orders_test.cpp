@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
+#include "services/supervisor/memory.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 
@@ -145,6 +148,46 @@ TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
   EXPECT_EQ(kept->seen(), died.seen());
   EXPECT_EQ(kept->since_ns(), died.since_ns());
   EXPECT_EQ(kept->cleared_ns(), died.cleared_ns());
+}
+
+/// The value that an option has on a process's command line.
+std::string option_of(int pid, const std::string& option) {
+  std::ifstream line("/proc/" + std::to_string(pid) + "/cmdline");
+  bool next = false;
+  for (std::string word; std::getline(line, word, '\0'); next = word == option) {
+    if (next) return word;
+  }
+  return {};
+}
+
+// A folder in the place of its file: nothing can be written there.
+TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
+  const int pid = process_of(cell_.await_healthy(), "supervisor")->pid();
+  const std::string memory = option_of(pid, "--memory");
+  ASSERT_FALSE(memory.empty());
+  const std::string next = next_memory(memory);
+  // Again if it writes just then.
+  for (std::error_code error; !std::filesystem::create_directory(next, error);) std::filesystem::remove(next, error);
+  const auto reply = order(msg::REQUEST_STOP);
+  EXPECT_TRUE(reply.done());
+  EXPECT_NE(reply.reason().find(memory + " cannot be written"), std::string::npos) << reply.reason();
+  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
+  const auto is_degraded = [](const msg::CellStatus& status) {
+    return std::any_of(status.nodes().begin(), status.nodes().end(), [](const msg::NodeStatus& node) {
+      return node.heartbeat().node() == "supervisor" && node.heartbeat().state() == msg::NODE_DEGRADED;
+    });
+  };
+  const auto forgetful = cell_.await("a degraded supervisor", is_degraded);
+  EXPECT_EQ(open_faults(forgetful, "forgetful", "supervisor"), 1) << text_of(forgetful);
+  ASSERT_TRUE(std::filesystem::remove(next));
+  cell_.await("that it remembers again", [&](const msg::CellStatus& status) {
+    return !is_degraded(status) && open_faults(status, "forgetful", "supervisor") == 0;
+  });
+  ASSERT_TRUE(test::signal_process(pid, SIGKILL));
+  const auto after = cell_.await("its successor", [&](const msg::CellStatus& status) {
+    return status.mode().term() > reply.status().mode().term();
+  });
+  EXPECT_EQ(after.mode().mode(), msg::MODE_STOP);
 }
 
 }  // namespace

@@ -184,5 +184,39 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
   expect_arrival();
 }
 
+// Both supervisors die at one time, and the host of the one that led with all that it remembered.
+TEST_F(Standby, RemembersOrdersForWhenBothSupervisorsDie) {
+  const auto started = await_ready();
+  ASSERT_TRUE(cell_.ask(msg::REQUEST_STOP)->done());
+  const bool first_leads = started.supervisor() == "supervisor";
+  const int standby = pid_of_node(started, started.standby());
+  (first_leads ? cell_.agent() : beta_).signal(SIGKILL);
+  ASSERT_EQ(kill(standby, SIGKILL), 0);
+  const auto after = cell_.await("a supervisor", [&](const msg::CellStatus& status) {
+    return status.supervisor() == started.standby() && status.mode().term() > started.mode().term();
+  });
+  EXPECT_EQ(after.mode().mode(), msg::MODE_STOP);
+}
+
+// Both hang, and one of them goes on: it has heard nothing of the other's hanging.
+TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
+  const auto started = await_ready();
+  const std::string leader = started.supervisor();
+  const std::string other = started.standby();
+  const int hung = pid_of_node(started, leader);
+  const int goes_on = pid_of_node(started, other);
+  ASSERT_EQ(kill(goes_on, SIGSTOP), 0);
+  ASSERT_EQ(kill(hung, SIGSTOP), 0);
+  cell_.await_dropped(leader);
+  ASSERT_EQ(kill(goes_on, SIGCONT), 0);
+  const msg::Fault fault = cell_.await_fault("that the other is silent", [&](const msg::Fault& told) {
+    return told.kind() == "node_silent" && told.subject() == leader && !told.cleared();
+  });
+  ASSERT_EQ(kill(hung, SIGCONT), 0);
+  cell_.await_fault("that it is back",
+                    [&](const msg::Fault& told) { return told.id() == fault.id() && told.cleared(); });
+  await_ready();
+}
+
 }  // namespace
 }  // namespace hecaton::services::testing

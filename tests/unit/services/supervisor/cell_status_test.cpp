@@ -297,7 +297,7 @@ TEST_F(CellStatusTest, WhatALeaderLeftIsStruckOutOnceALaterOneToldIt) {
   msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
   EXPECT_EQ(legacy.left().begin()->first, fault.id());
   EXPECT_EQ(legacy.left().begin()->second.cause, "planner/left");
-  fault.term(7);
+  fault.term(6);
   EXPECT_FALSE(legacy.strike_out({{fault.id(), fault}}));
   fault.term(8);
   EXPECT_TRUE(legacy.strike_out({{fault.id(), fault}}));

@@ -462,5 +462,29 @@ TEST_F(CellWatchTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
   EXPECT_TRUE(watch.faults().open().empty());
 }
 
+TEST_F(CellWatchTest, TwoProcessesOfOneNodeAreTold) {
+  const auto beat_of_another = [&](int beats) {
+    for (int i = 0; i < beats; ++i) {
+      turn(10ms);  // it beats, and then the other
+      watch.heard("planner/arm1", 7, now);
+      watch.judge(now);
+    }
+  };
+  beat_of_another(2);
+  EXPECT_TRUE(watch.faults().open().empty()) << "they may be stragglers";
+  beat_of_another(10);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeTwice);
+  EXPECT_EQ(the_fault().subject, "planner/arm1");
+  EXPECT_EQ(the_fault().seen, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
+                                  " are this node at one time: end one of them");
+  EXPECT_TRUE(held().empty());
+  run_for(2s);
+  EXPECT_TRUE(watch.faults().open().empty());
+  kill("planner/arm1", 9);
+  start("planner/arm1");
+  run_for(2s);
+  EXPECT_EQ(watch.faults().over().size(), 2U) << "a successor is no twin";
+}
+
 }  // namespace
 }  // namespace hecaton::services::testing

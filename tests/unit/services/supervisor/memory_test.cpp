@@ -1,10 +1,13 @@
 #include "services/supervisor/memory.hpp"
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace hecaton::services {
@@ -32,7 +35,10 @@ Memory some_memory() {
 
 class MemoryFile : public ::testing::Test {
  protected:
-  ~MemoryFile() override { std::filesystem::remove(path_); }
+  ~MemoryFile() override {
+    std::filesystem::remove(path_);
+    std::filesystem::remove(next_memory(path_));
+  }
   std::string path_ = (std::filesystem::temp_directory_path() / ("memory_test-" + std::to_string(getpid()))).string();
 };
 
@@ -73,6 +79,70 @@ TEST_F(MemoryFile, DamageIsNotTakenForFreedom) {
 
 TEST_F(MemoryFile, UnwritablePlaceIsTold) {
   EXPECT_FALSE(write_memory(path_ + "/no/such/folder", some_memory()));
+}
+
+/// Nothing that this process writes makes a file longer than now: a disk that is full, as far as files are concerned.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit full{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &full);
+    ignored_ = std::signal(SIGXFSZ, SIG_IGN);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, ignored_);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*ignored_)(int) = nullptr;
+};
+
+TEST_F(MemoryFile, TakesItsRoomBeforehand) {
+  ASSERT_TRUE(write_memory(path_, some_memory()));
+  for (const std::string& file : {path_, next_memory(path_)}) {
+    struct stat room {};
+    ASSERT_EQ(stat(file.c_str(), &room), 0);
+    EXPECT_GE(room.st_size, 1 << 16) << file;
+  }
+  struct stat before {};
+  ASSERT_EQ(stat(path_.c_str(), &before), 0);
+  for (std::uint64_t term = 8; term < 12; ++term) {
+    Memory next = some_memory();
+    next.term = term;
+    next.orders.arms["left"] = MoveMode::kHold;
+    ASSERT_TRUE(write_memory(path_, next));
+    EXPECT_EQ(read_memory(path_), next);
+  }
+  struct stat after {};
+  ASSERT_EQ(stat(path_.c_str(), &after), 0);
+  EXPECT_EQ(after.st_ino, before.st_ino) << "the same two files take turns";
+  EXPECT_EQ(after.st_size, before.st_size);
+}
+
+TEST_F(MemoryFile, WithoutRoomWhatWasRememberedStays) {
+  {
+    const FullDisk full(1000);
+    EXPECT_FALSE(write_memory(path_, some_memory())) << "no room was taken yet";
+  }
+  ASSERT_TRUE(write_memory(path_, some_memory()));
+  Memory large = some_memory();
+  large.causes["left"] = std::string(1 << 17, 'x');
+  {
+    const FullDisk full(1 << 16);
+    EXPECT_FALSE(write_memory(path_, large));
+    EXPECT_EQ(read_memory(path_), some_memory());
+    Memory next = some_memory();
+    next.term = 8;
+    EXPECT_TRUE(write_memory(path_, next)) << "what has room still is remembered";
+    EXPECT_EQ(read_memory(path_), next);
+  }
+  EXPECT_TRUE(write_memory(path_, large));
+  EXPECT_EQ(read_memory(path_), large);
 }
 
 }  // namespace
