@@ -50,6 +50,7 @@ std::optional<RouteQuestion> CompositePolicy::next(ArmController& controller, co
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
   if (!free_to_plan) {
     leave(controller);
+    proposal_.reset();
     return std::nullopt;
   }
   join_or_stay(controller, arms);
@@ -89,6 +90,7 @@ RouteQuestion CompositePolicy::make_question(const ArmController& controller, st
 void CompositePolicy::answered(const RouteAnswer& answer) {
   open_ = false;
   since_answer_ = 0.0;
+  if (std::exchange(dropped_, false)) return;
   patience_ = std::min(kLongestPause, kPauseGrowth * patience_);
   const bool goes = answer.kind == RouteAnswer::Kind::kFound || answer.kind == RouteAnswer::Kind::kStraight;
   if (!goes || takes_part()) return;
@@ -104,6 +106,7 @@ void CompositePolicy::answered(const RouteAnswer& answer) {
 void CompositePolicy::resign(ArmController& controller) {
   leave(controller);
   proposal_.reset();
+  dropped_ = open_;
 }
 
 bool CompositePolicy::suits(const CompositePlan& plan, const ArmController& controller) const {

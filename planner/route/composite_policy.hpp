@@ -52,6 +52,7 @@ class CompositePolicy {
   Random random_;
   RouteQuestion question_;  ///< the open one
   bool open_ = false;
+  bool dropped_ = false;       ///< the answer to the open question is of no use any more
   double since_answer_ = 0.0;  ///< [s]
   std::uint32_t number_;       ///< of the last own proposal
   int proposed_ = 0;

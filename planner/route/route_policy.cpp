@@ -18,6 +18,8 @@ constexpr double kPatienceOnRoute = 2.0;
 constexpr double kGrowth = 1.5;
 constexpr double kLongest = 8.0;
 
+/// An answer is for an arm that is still so near to where it asked, in each joint [rad | m].
+constexpr double kStillThere = 0.5;
 /// An arm with a joint faster than this is on its way, and where it is now is not where it will be in the way [rad/s |
 /// m/s].
 constexpr double kMoves = 0.1;
@@ -77,6 +79,7 @@ std::optional<RouteQuestion> RoutePolicy::next(ArmController& controller, const 
   open_ = true;
   RouteQuestion question = make_question(controller, arms, obstacles);
   question.seed = random_.next();
+  q_ = controller.setpoint().q;
   q_goal_ = *controller.goal();
   return question;
 }
@@ -84,7 +87,9 @@ std::optional<RouteQuestion> RoutePolicy::next(ArmController& controller, const 
 void RoutePolicy::answered(const RouteAnswer& answer, ArmController& controller) {
   open_ = false;
   since_answer_ = 0.0;
-  if (!controller.goal() || *controller.goal() != q_goal_) return;
+  if (std::exchange(dropped_, false) || !controller.goal() || *controller.goal() != q_goal_) return;
+  const JointLimits& limits = controller.geometry().own_arm().limits;
+  if (joint_difference(limits, controller.setpoint().q, q_).cwiseAbs().maxCoeff() > kStillThere) return;
   const bool was_on_route = controller.route().under_way();
   if (!was_on_route) patience_ = std::min(kLongest, kGrowth * patience_);
   const bool goes = answer.kind == RouteAnswer::Kind::kFound;

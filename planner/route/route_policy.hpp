@@ -20,8 +20,12 @@ class RoutePolicy {
   [[nodiscard]] std::optional<RouteQuestion> next(ArmController& controller, const TickResult& result,
                                                   std::span<const ArmObservation> arms,
                                                   std::span<const world::ObstacleState> obstacles);
-  /// The answer has come: the arm follows it from the next period on.
+  /// The answer has come: the arm follows it from the next period on. Not when the goal is another one by now, the arm
+  /// is somewhere else, or drop() was called since: it would be the answer to another question.
   void answered(const RouteAnswer& answer, ArmController& controller);
+
+  /// The arm is led by somebody else, in periods of which this hears nothing.
+  void drop() { dropped_ = open_; }
 
   /// Routes that were begun so far.
   [[nodiscard]] int found() const { return found_; }
@@ -31,7 +35,9 @@ class RoutePolicy {
   double patience_;  ///< until the next question off a route [s]
   Random random_;
   bool open_ = false;
-  JointVector q_goal_;    ///< of the open question
+  bool dropped_ = false;  ///< the answer to the open question is of no use any more
+  JointVector q_;         ///< where the arm was when it asked that, and
+  JointVector q_goal_;    ///< where it wanted to go
   double since_answer_;   ///< [s]
   double stuck_ = 0.0;    ///< on a route, and not nearer to its end [s]
   double nearest_ = 0.0;  ///< to the end of the route so far [rad | m]

@@ -204,7 +204,10 @@ class Episode {
     ArmController& controller = controllers_[i];
     ask(companies_[i], i, now, [&](const RouteAnswer& answer) { companies_[i].policy.answered(answer); });
     outcome_.arms[i].composites = companies_[i].policy.proposed();
-    if (companies_[i].policy.takes_part()) return;
+    if (companies_[i].policy.takes_part()) {
+      routes_[i].policy.drop();
+      return;
+    }
     ask(routes_[i], i, now, [&](const RouteAnswer& answer) { routes_[i].policy.answered(answer, controller); });
     outcome_.arms[i].routes = routes_[i].policy.found();
   }

@@ -278,7 +278,11 @@ void PlannerService::plan() {
   } else {
     company_.resign(controller_);
   }
-  if (in_charge_ && !company_.takes_part()) plan_route(result, observed, obstacles);
+  if (in_charge_ && !company_.takes_part()) {
+    plan_route(result, observed, obstacles);
+  } else {
+    route_policy_.drop();
+  }
 
   const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;

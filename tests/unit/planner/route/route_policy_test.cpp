@@ -53,6 +53,14 @@ class OnTheWay {
     return -1.0;
   }
 
+  /// Until it has asked, and what it is answered is on its way.
+  void until_asked() {
+    for (int before = questions; questions == before;) step();
+  }
+  /// Somebody has carried it there.
+  void place(const JointVector& q) { measured_ = {q, joints({0, 0})}; }
+  void drop() { policy_->drop(); }
+
   [[nodiscard]] ArmController& controller() { return *controller_; }
   [[nodiscard]] const RoutePolicy& policy() const { return *policy_; }
   std::vector<world::ObstacleState>& states() { return states_; }
@@ -131,6 +139,34 @@ TEST(RoutePolicy, ARouteToAnOldGoalIsForgotten) {
   EXPECT_FALSE(arm.controller().route().under_way());
   EXPECT_FALSE(arm.controller().memory().detour.active);
   EXPECT_GT(arm.drive(20.0), 0.0);
+}
+
+// What was asked from elsewhere, or before somebody else led the arm, is answered to nobody. The next question is
+// another one.
+TEST(RoutePolicy, AnAnswerForWhoIsNoLongerThereIsNotFollowed) {
+  for (const bool carried : {true, false}) {
+    OnTheWay arm(pocket(), 0.5);
+    arm.start(joints({0.5, 0.1}), joints({2, 0}));
+    arm.until_asked();
+    ASSERT_FALSE(arm.controller().route().under_way());
+    carried ? arm.place(joints({-0.7, -0.5})) : arm.drop();
+    for (int period = 0; period < 5; ++period) arm.step();
+    EXPECT_EQ(arm.policy().found(), 0) << carried;
+    EXPECT_FALSE(arm.controller().route().under_way()) << carried;
+    EXPECT_EQ(arm.questions, 1);
+    EXPECT_GT(arm.drive(60.0), 0.0) << carried;
+    EXPECT_GE(arm.policy().found(), 1) << carried;
+  }
+}
+
+TEST(RoutePolicy, WhatIsDroppedWithoutAQuestionIsNothing) {
+  OnTheWay arm(pocket(), 0.5);
+  arm.start(joints({0.5, 0.1}), joints({2, 0}));
+  arm.step();
+  arm.drop();
+  arm.until_asked();
+  for (int period = 0; period < 5; ++period) arm.step();
+  EXPECT_EQ(arm.policy().found(), 1);
 }
 
 }  // namespace
