@@ -13,6 +13,7 @@ ArmView::ArmView(const planner::Cell& cell, int self)
       state_age_limit_(cell.arms[self].parameters.state_age_limit),
       heard_(cell.arms.size()),
       observations_(cell.arms.size()),
+      said_(cell.arms.size()),
       goals_(cell.arms.size()) {
   for (const planner::PlannedArm& planned : cell.arms) {
     names_.push_back(planned.arm.name);
@@ -113,7 +114,7 @@ std::string ArmView::apply(const msg::CompositePlan& plan) {
       from += joints_[arm];
     }
   }
-  observations_[proposer].proposal = withdrawn ? nullptr : std::move(heard);
+  said_by(proposer, plan.node()).proposal = withdrawn ? nullptr : std::move(heard);
   return {};
 }
 
@@ -121,8 +122,29 @@ std::string ArmView::apply(const msg::CompositeProgress& progress) {
   const int arm = index_of(progress.arm());
   if (arm < 0) return "CompositeProgress of " + progress.arm() + ": no such arm in this cell";
   const int proposer = progress.proposer().empty() ? -1 : index_of(progress.proposer());
-  observations_[arm].progress = {proposer, progress.number(), progress.reached()};
+  said_by(arm, progress.node()).progress = {proposer, progress.number(), progress.reached()};
   return {};
+}
+
+ArmView::Said& ArmView::said_by(int arm, const std::string& planner) {
+  std::vector<Said>& all = said_[arm];
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Said& said) { return said.planner == planner; });
+  if (found == all.end()) return all.emplace_back(Said{planner, {}, nullptr});
+  std::rotate(found, found + 1, all.end());
+  return all.back();
+}
+
+const ArmView::Said* ArmView::company_of(int arm) const {
+  const std::vector<Said>& all = said_[arm];
+  if (all.empty()) return nullptr;
+  const std::optional<Heard>& heard = heard_[arm];
+  if (!heard) return &all.back();
+  // On its own stop profile it may still be on its way: the next command is late, and ends that.
+  if (heard->mode != msg::ARM_RUNNING && heard->mode != msg::ARM_BRAKING) return nullptr;
+  const std::string& commands = heard->mandate.planner;
+  if (commands.empty()) return &all.back();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Said& said) { return said.planner == commands; });
+  return found == all.end() ? nullptr : &*found;
 }
 
 double ArmView::age(int index, Clock::time_point now) const {
@@ -159,7 +181,11 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
   for (std::size_t i = 0; i < heard_.size(); ++i) {
     planner::ArmObservation& seen = observations_[i];
     seen.stray.resize(0);
-    if (lost(static_cast<int>(i), now, mode)) {
+    const bool gone = lost(static_cast<int>(i), now, mode);
+    const Said* said = gone ? nullptr : company_of(static_cast<int>(i));
+    seen.progress = said != nullptr ? said->progress : planner::CompositeProgress{};
+    seen.proposal = said != nullptr ? said->proposal : nullptr;
+    if (gone) {
       observe_lost(static_cast<int>(i), *mode.lost(names_[i]));
       continue;
     }

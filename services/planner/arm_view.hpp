@@ -2,6 +2,7 @@
 /// What a planner knows of the cell's arms from their drivers' messages, with ages on this process's clock.
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,7 +48,9 @@ class ArmView {
   /// Where an arm is under way to, as its planner says. A sentence when the message cannot be used.
   std::string apply(const msg::GoalStatus& status);
 
-  /// What an arm proposes to others, and which plan it has joined. A sentence when the message cannot be used.
+  /// What an arm proposes to others, and which plan it has joined. A sentence when the message cannot be used. It
+  /// counts only while the arm's driver goes by the planner that said it, and does not stand there without anybody's
+  /// commands: a planner that died cannot take back what it said.
   std::string apply(const msg::CompositePlan& plan);
   std::string apply(const msg::CompositeProgress& progress);
 
@@ -65,6 +68,15 @@ class ArmView {
   /// −1: there is none of this name.
   [[nodiscard]] int index_of(const std::string& name) const;
   void observe_lost(int index, const msg::LostArm& lost);
+  /// What one planner of an arm has said last of composite plans.
+  struct Said {
+    std::string planner;  ///< its node
+    planner::CompositeProgress progress;
+    std::shared_ptr<const planner::CompositePlan> proposal;
+  };
+  [[nodiscard]] Said& said_by(int arm, const std::string& planner);
+  /// What counts of that: the words of the planner that commands the arm, while the arm is on its way. Null: nothing.
+  [[nodiscard]] const Said* company_of(int arm) const;
 
   int self_;
   double state_age_limit_;  ///< [s]
@@ -73,7 +85,8 @@ class ArmView {
   std::vector<planner::JointLimits> limits_;
   std::vector<std::optional<Heard>> heard_;
   std::vector<planner::ArmObservation> observations_;
-  std::vector<std::string> goals_;  ///< the one that each arm is under way to; empty: none
+  std::vector<std::vector<Said>> said_;  ///< by arm; who spoke last is last
+  std::vector<std::string> goals_;       ///< the one that each arm is under way to; empty: none
 };
 
 }  // namespace hecaton::services

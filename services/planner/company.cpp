@@ -54,10 +54,18 @@ void Company::plan(planner::ArmController& controller, const planner::TickResult
   publish();
 }
 
+void Company::resign(planner::ArmController& controller) {
+  policy_.resign(controller);
+  has_said_ = false;
+}
+
+// Who begins says that it takes part in nothing: the planner before it, of this name or another, may have died in the
+// midst of a plan, and the others wait for the arm.
 void Company::publish() {
-  if (policy_.proposal() != published_plan_) publish_proposal();
+  const bool first = !std::exchange(has_said_, true);
+  if (first || policy_.proposal() != published_plan_) publish_proposal();
   const planner::CompositeProgress& progress = policy_.progress();
-  if (progress == published_progress_) return;
+  if (!first && progress == published_progress_) return;
   published_progress_ = progress;
   msg::CompositeProgress message;
   message.arm(names_[self_]);

@@ -30,8 +30,8 @@ class Company {
   void plan(planner::ArmController& controller, const planner::TickResult& result,
             std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> states,
             const RouteWorker::Obstacles& obstacles);
-  /// Another planner commands the arm.
-  void resign(planner::ArmController& controller) { policy_.resign(controller); }
+  /// Another planner commands the arm; it also says where the arm stands.
+  void resign(planner::ArmController& controller);
   [[nodiscard]] bool takes_part() const { return policy_.takes_part(); }
 
  private:
@@ -49,6 +49,7 @@ class Company {
   RouteWorker routes_;
   std::shared_ptr<const planner::CompositePlan> published_plan_;
   planner::CompositeProgress published_progress_;
+  bool has_said_ = false;  ///< both, since it commands the arm
 };
 
 }  // namespace hecaton::services

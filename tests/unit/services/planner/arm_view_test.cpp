@@ -191,6 +191,91 @@ TEST_F(Arms, WithoutTheSupervisorNobodyKnowsWhoIsLost) {
   EXPECT_FALSE(view_.observe(now_ + 260ms, mode)[1].lost());
 }
 
+msg::ArmState commanded_by(msg::ArmState state, const std::string& planner, std::uint64_t term) {
+  state.planner(planner);
+  state.newest_term(term);
+  return state;
+}
+
+/// That arm2 takes part in plan 7 of arm1, or in none.
+msg::CompositeProgress progress(const std::string& planner, bool takes_part) {
+  msg::CompositeProgress message;
+  message.arm("arm2");
+  message.node(planner);
+  if (takes_part) message.proposer("arm1");
+  message.number(takes_part ? 7 : 0);
+  message.reached(-1);
+  return message;
+}
+
+msg::CompositePlan proposal(const std::string& planner) {
+  msg::CompositePlan message;
+  message.arm("arm2");
+  message.node(planner);
+  message.number(3);
+  message.arms({"arm1", "arm2"});
+  message.points(1);
+  message.q(std::vector<double>(12, 0.5));
+  return message;
+}
+
+TEST_F(Arms, WhatAPlannerSaidOfPlansIsVoidWhenAnotherCommandsItsArm) {
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), "");
+  EXPECT_EQ(view_.apply(progress("p", true)), "");
+  EXPECT_EQ(view_.apply(proposal("p")), "");
+  EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
+  ASSERT_NE(view_.observe(now_, mode())[1].proposal, nullptr);
+  EXPECT_EQ(view_.observe(now_, mode())[1].proposal->number, 3U);
+
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), "");
+  EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
+  EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
+  EXPECT_EQ(view_.apply(proposal("p")), "") << "late";
+  EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
+  EXPECT_EQ(view_.apply(progress("q", true)), "");
+  EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
+}
+
+// The bus tells of the planner before the driver does, or the other way round.
+TEST_F(Arms, WhatAPlannerSaysBeforeTheDriverGoesByItCountsFromThenOn) {
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), "");
+  EXPECT_EQ(view_.apply(progress("p", false)), "");
+  EXPECT_EQ(view_.apply(progress("q", true)), "");
+  EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), "");
+  EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
+}
+
+TEST_F(Arms, APlannerThatBeginsAgainTakesBackWhatItSaid) {
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), "");
+  EXPECT_EQ(view_.apply(progress("p", true)), "");
+  EXPECT_EQ(view_.apply(proposal("p")), "");
+  EXPECT_EQ(view_.apply(progress("p", false)), "");
+  msg::CompositePlan none;
+  none.arm("arm2");
+  none.node("p");
+  EXPECT_EQ(view_.apply(none), "");
+  EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
+  EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
+}
+
+TEST_F(Arms, WhoStandsWithoutCommandsTakesPartInNothing) {
+  msg::ArmState last = commanded_by(state("arm2", 1), "p", 1);
+  EXPECT_EQ(view_.apply(last, {}, now_), "");
+  EXPECT_EQ(view_.apply(progress("p", true)), "");
+  const auto takes_part = [&](msg::ArmMode arm_mode) {
+    last.sequence_number(last.sequence_number() + 1);
+    last.mode(arm_mode);
+    EXPECT_EQ(view_.apply(last, {}, now_), "");
+    return view_.observe(now_, mode())[1].progress.of(0, 7);
+  };
+  EXPECT_TRUE(takes_part(msg::ARM_BRAKING)) << "a command is late";
+  EXPECT_FALSE(takes_part(msg::ARM_STOPPED));
+  EXPECT_TRUE(takes_part(msg::ARM_RUNNING));
+  EXPECT_FALSE(takes_part(msg::ARM_FAILED));
+  EXPECT_FALSE(takes_part(msg::ARM_STARTING));
+}
+
 TEST_F(Arms, ALostArmOfUnusableWordsIsUnknown) {
   msg::LostArm broken = lost(1, 0.3);
   broken.q().pop_back();
