@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "services/bus/ask.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/process_info.hpp"
 
@@ -65,7 +66,10 @@ Membership join(const Settings& settings) {
   }
   const config::CellFile file = config::load_cell_file(settings.cell_file);
   const int domain = choose_domain(options, file.network.domain);
-  return {visit(file, domain), "DDS domain " + std::to_string(domain) + " under the name '" + file.cell.name + "'"};
+  Membership member{visit(file, domain),
+                    "DDS domain " + std::to_string(domain) + " under the name '" + file.cell.name + "'"};
+  for (const PlacedNode& supervisor : supervisors_of(file)) member.supervisors.push_back(supervisor.node);
+  return member;
 }
 
 bus::Clock::duration seconds(double s) {
@@ -76,6 +80,7 @@ Client::Client(const Settings& settings) : Client(join(settings), seconds(settin
 
 Client::Client(Membership membership, bus::Clock::duration timeout)
     : where_(std::move(membership.where)),
+      supervisors_(std::move(membership.supervisors)),
       timeout_(timeout),
       name_(unique_name()),
       participant_(std::move(membership.participant)),
@@ -88,6 +93,11 @@ Failure Client::unreachable() const {
   }
   return {ExitCode::kUnreachable, "no cell answers in " + where_ +
                                       ": start one with 'hecaton up CELL', or say where it is with --domain or --cell"};
+}
+
+std::string Client::looked_for() const {
+  if (supervisors_.empty()) return "the supervisor of any cell";
+  return (supervisors_.size() == 1 ? "the node " : "the nodes ") + listed(supervisors_);
 }
 
 msg::CellStatus Client::status() {

@@ -28,6 +28,7 @@ namespace hecaton::services::cli {
 struct Membership {
   bus::Participant participant;
   std::string where;
+  std::vector<std::string> supervisors{};  ///< nodes; empty: whatever they are called
 };
 
 /// Joins a cell for the time of a command.
@@ -57,6 +58,8 @@ class Client {
   /// Unique among all clients that run.
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::string& where() const { return where_; }
+  /// Whose answer is waited for: "the nodes supervisor and supervisor@beta".
+  [[nodiscard]] std::string looked_for() const;
   [[nodiscard]] bus::Participant& participant() { return participant_; }
   /// Told of everything that happens on this client's endpoints and on those that others make for it.
   [[nodiscard]] bus::Mailbox& mailbox() { return mailbox_; }
@@ -66,6 +69,7 @@ class Client {
   void refuse_several_cells(const std::string& first);
 
   std::string where_;
+  std::vector<std::string> supervisors_;
   bus::Clock::duration timeout_;
   std::string name_;
   std::uint64_t next_request_ = 1;

@@ -23,11 +23,23 @@ void tell_stopped(const msg::CellMode& mode) {
                names.c_str());
 }
 
+/// Whoever orders a stop must not take silence for obedience.
+msg::SupervisorReply order(Client& client, msg::RequestKind kind, const std::vector<std::string>& arms) {
+  try {
+    require_arms(client.status(), arms);
+    return client.order(kind, arms);
+  } catch (const Failure& failure) {
+    if (failure.code() != ExitCode::kUnreachable) throw;
+    throw Failure(failure.code(), "nobody has obeyed, and what moves goes on: looked for " + client.looked_for() +
+                                      ", but " + failure.what());
+  }
+}
+
 ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
   Client client(settings);
-  require_arms(client.status(), arms);
-  const msg::SupervisorReply reply = client.order(kind, arms);
+  const msg::SupervisorReply reply = order(client, kind, arms);
   if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+  if (!reply.reason().empty()) std::fprintf(stderr, "done, but %s\n", reply.reason().c_str());
   if (kind == msg::REQUEST_RESUME && arms.empty()) tell_stopped(reply.status().mode());
   print(settings, to_json(reply.status().mode()), mode_text(reply.status(), Palette::for_stream(stdout)));
   return ExitCode::kDone;

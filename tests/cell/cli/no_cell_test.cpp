@@ -40,6 +40,28 @@ TEST(NoCell, EveryCommandSaysSoAndExitsWithFive) {
   }
 }
 
+TEST(NoCell, WhoOrdersIsToldThatNobodyObeysAndWhoWasLookedFor) {
+  const FreeDomain free;
+  const std::vector<std::string> nowhere{"--domain", std::to_string(free.number()), "--connect-timeout", "100ms"};
+  const auto stop = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "stop");
+    words.insert(words.end(), nowhere.begin(), nowhere.end());
+    const Ran ran = run_hecaton(words);
+    EXPECT_EQ(ran.code, 5);
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    return ran.err;
+  };
+  EXPECT_NE(
+      stop({}).find("nobody has obeyed, and what moves goes on: looked for the supervisor of any cell, but no cell "
+                    "answers in DDS domain"),
+      std::string::npos);
+  EXPECT_NE(stop({"--cell", kThreePuma}).find("looked for the node supervisor, but no cell answers"),
+            std::string::npos);
+  const std::string standby = std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervision/standby_cell.yaml";
+  EXPECT_NE(stop({"--cell", standby}).find("looked for the nodes supervisor and supervisor@beta, but"),
+            std::string::npos);
+}
+
 TEST(NoCell, TheDomainOfTheCellFileIsTriedByDefault) {
   const FreeDomain free;
   const Ran ran = run_hecaton(
