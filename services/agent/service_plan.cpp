@@ -22,10 +22,6 @@ std::string process_name(std::string node) {
 
 }  // namespace
 
-bool has_memory(const PlannedService& service) {
-  return service.program != kPlanner;
-}
-
 void require_host(const config::CellFile& file, const std::string& host) {
   std::string names;
   for (const config::Host& known : file.hosts) {
@@ -56,8 +52,10 @@ std::vector<PlannedService> plan_services(const config::CellFile& file, const st
     const std::vector<std::string> arguments{file.path, "--arm", arm};
     const std::string driver = driver_node(arm);
     services.push_back({process_name(driver), driver, file.arm_hosts[i].host, "hecaton-arm-driver", arguments});
-    for (const PlacedNode& planner : planners_of(file, i)) {
+    const std::vector<PlacedNode> planners = planners_of(file, i);
+    for (const PlacedNode& planner : planners) {
       services.push_back({process_name(planner.node), planner.node, planner.host, kPlanner, arguments});
+      services.back().has_memory = planners.size() == 1;  // else the other one knows better
     }
   }
   const auto hosts = planned_hosts(file, host);

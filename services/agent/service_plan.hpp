@@ -14,10 +14,8 @@ struct PlannedService {
   std::string host;     ///< of the cell file
   std::string program;  ///< file name of its executable
   std::vector<std::string> arguments;  ///< without the program's own name
+  bool has_memory = true;              ///< it is given a file in which survives what it must not forget
 };
-
-/// It is given a file in which survives what it must not forget.
-[[nodiscard]] bool has_memory(const PlannedService& service);
 
 /// In the order in which they are started: world, supervisors, then each arm's driver and planners.
 /// `host`: the host of the cell file to start for; empty: all of them.

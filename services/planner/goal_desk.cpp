@@ -11,12 +11,23 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kRepeat = 100ms;            // of an active goal's status
-constexpr auto kFree = 500ms;              // without a break, until an arm is no longer held back
-constexpr std::size_t kRemembered = 1024;  // goals handled before, for repetitions
+constexpr auto kRepeat = 100ms;                             // of an active goal's status
+constexpr auto kFree = 500ms;                               // without a break, until an arm is no longer held back
+constexpr std::size_t kRemembered = GoalAccount::kHandled;  // goals handled before, for repetitions
 
 double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
+}
+
+/// Of a goal or its cancellation, as its client sent it: FNV-1a, the same in every process.
+std::uint64_t digest(const msg::Goal& goal) {
+  std::uint64_t hash = 14695981039346656037U;
+  const auto add = [&hash](unsigned char byte) { hash = (hash ^ byte) * 1099511628211U; };
+  for (const char c : goal.client() + "/" + goal.goal() + (goal.cancel() ? "/cancel" : "")) {
+    add(static_cast<unsigned char>(c));
+  }
+  for (unsigned shift = 0; shift < 64; shift += 8) add(static_cast<unsigned char>(goal.sequence_number() >> shift));
+  return hash;
 }
 
 }  // namespace
@@ -24,8 +35,7 @@ double seconds(std::chrono::steady_clock::duration duration) {
 GoalDesk::GoalDesk(std::string arm, std::string node) : arm_(std::move(arm)), node_(std::move(node)) {}
 
 bool GoalDesk::handled_before(const msg::Goal& goal) {
-  const auto id =
-      std::make_pair(goal.client() + "/" + goal.goal() + (goal.cancel() ? "/cancel" : ""), goal.sequence_number());
+  const std::uint64_t id = digest(goal);
   if (std::find(handled_.begin(), handled_.end(), id) != handled_.end()) return true;
   handled_.push_back(id);
   if (handled_.size() > kRemembered) handled_.pop_front();
@@ -85,6 +95,13 @@ bool GoalDesk::answer(const GoalAnswer& answer, Clock::time_point now) {
     tell(answer.goal, msg::GOAL_REJECTED, answer.reason);
     return false;
   }
+  if (answer.goal.goal().size() > GoalAccount::kLongestName ||
+      answer.goal.client().size() > GoalAccount::kLongestName) {
+    tell(answer.goal, msg::GOAL_REJECTED,
+         "the names of a goal and of its client must have at most " + std::to_string(GoalAccount::kLongestName) +
+             " bytes");
+    return false;
+  }
   if (active_) end_active(msg::GOAL_REPLACED, "goal " + answer.goal.goal() + " came later", now);
   forget_ = false;
   begin(Active{answer.goal, answer.q_goal, now, now, msg::GOAL_ACCEPTED, {}});
@@ -119,6 +136,48 @@ void GoalDesk::begin(Active active) {
   begun_.push_back(active.goal.goal());
   if (begun_.size() > kRemembered) begun_.pop_front();
   active_ = std::move(active);
+}
+
+GoalAccount GoalDesk::account(Clock::time_point now) const {
+  GoalAccount account;
+  if (active_) {
+    const msg::Goal& goal = active_->goal;
+    account.active = GoalAccount::Active{
+        goal.goal(),    goal.client(), goal.sequence_number(), goal.time_limit(), seconds(now - active_->since),
+        active_->q_goal};
+  }
+  account.ends.assign(ends_.begin(), ends_.end());
+  std::vector<std::uint64_t> unanswered;
+  if (asked_) unanswered.push_back(digest(*asked_));
+  for (const Waiting& waiting : waiting_) unanswered.push_back(digest(waiting.goal));
+  for (const std::uint64_t id : handled_) {
+    if (std::find(unanswered.begin(), unanswered.end(), id) == unanswered.end()) account.handled.push_back(id);
+  }
+  const std::size_t forgotten = account.handled.size() - std::min(account.handled.size(), GoalAccount::kHandled);
+  account.handled.erase(account.handled.begin(), account.handled.begin() + static_cast<std::ptrdiff_t>(forgotten));
+  return account;
+}
+
+bool GoalDesk::resume(const GoalAccount& account, Clock::duration ago, Clock::time_point now) {
+  handled_.insert(handled_.begin(), account.handled.begin(), account.handled.end());
+  for (const GoalAccount::End& end : account.ends) {
+    msg::Goal goal;
+    goal.goal(end.goal);
+    tell(goal, end.state, "told again by a planner that was restarted");
+  }
+  if (!account.active) return false;
+  const GoalAccount::Active& active = *account.active;
+  msg::Goal goal;
+  goal.arm(arm_);
+  goal.goal(active.goal);
+  goal.client(active.client);
+  goal.sequence_number(active.sequence_number);
+  goal.time_limit(active.time_limit);
+  const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(active.elapsed));
+  const bool followed = active.client.empty();  // then it may still come from its client, too
+  begin(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GOAL_ACTIVE, {}, followed});
+  tell_active(msg::GOAL_ACTIVE, "resumed by a planner that was restarted", now);
+  return true;
 }
 
 void GoalDesk::progress(const Progress& progress, Clock::time_point now) {
@@ -161,6 +220,9 @@ void GoalDesk::tell(const msg::Goal& goal, msg::GoalState state, const std::stri
   status.sequence_number(++sequence_);
   status.state(state);
   status.reason(reason);
+  if (!is_over(state) || goal.goal().size() > GoalAccount::kLongestName) return;
+  ends_.push_back({goal.goal(), state});
+  if (ends_.size() > GoalAccount::kEnds) ends_.pop_front();
 }
 
 void GoalDesk::tell_active(msg::GoalState state, const std::string& reason, Clock::time_point now) {

@@ -3,6 +3,7 @@
 /// No network, no threads; time comes from outside.
 
 #include <chrono>
+#include <cstdint>
 #include <deque>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include <idl/goal.h>
 
+#include "services/planner/goal_account.hpp"
 #include "services/planner/resolve_goal.hpp"
 
 namespace hecaton::services {
@@ -52,6 +54,13 @@ class GoalDesk {
   /// and what it says has ended ends here, too, without a word. True when the goal is now active.
   bool follow(const msg::GoalStatus& status, Clock::time_point now);
 
+  /// For a successor. Goals that have not been answered yet are not in it: their clients still wait, and send them to
+  /// whoever comes.
+  [[nodiscard]] GoalAccount account(Clock::time_point now) const;
+  /// Goes on where a predecessor ended, `ago` after its account, before anything else happened here: what it has
+  /// answered is not asked again, what was over is told once more, and so is the active goal. True when there is one.
+  bool resume(const GoalAccount& account, Clock::duration ago, Clock::time_point now);
+
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
 
@@ -92,8 +101,9 @@ class GoalDesk {
 
   std::string arm_;
   std::string node_;
-  std::deque<std::pair<std::string, std::uint64_t>> handled_;  ///< (client/goal, sequence), the oldest first
-  std::deque<std::string> begun_;                              ///< goals that were active, the oldest first
+  std::deque<std::uint64_t> handled_;  ///< digests, the oldest first
+  std::deque<std::string> begun_;      ///< goals that were active, the oldest first
+  std::deque<GoalAccount::End> ends_;  ///< the last that were told, the oldest first
   std::deque<Waiting> waiting_;
   std::optional<msg::Goal> asked_;
   bool asked_cancelled_ = false;

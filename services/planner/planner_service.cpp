@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
@@ -76,6 +77,16 @@ const char* state_name(msg::GoalState state) {
   return "timed out";
 }
 
+/// An arm that cannot be used because the disk is full would be worse than one whose goal ends with its planner.
+std::unique_ptr<GoalMemory> memory_in(const std::string& path, int joints) {
+  try {
+    return std::make_unique<GoalMemory>(path, joints);
+  } catch (const std::runtime_error& error) {
+    log_warning("goals are not remembered: they are lost when this process ends", {{"reason", error.what()}});
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 PlannerService::PlannerService(const config::CellFile& file, int arm, const ServiceOptions& options,
@@ -107,6 +118,8 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       obstacles_(names_of(file.cell)),
       sensors_(file.cell.arms[arm]),
       desk_(name_, node_),
+      memory_(memory_in(options.memory, file.cell.arms[arm].arm.model->joints())),
+      remembered_(memory_ ? memory_->recall() : std::nullopt),
       controller_(planner::CellGeometry(arms_of(file.cell), arm), file.cell.arms[arm].parameters,
                   file.cell.timing.control_period, seed_of(name_)),
       resolver_(arms_of(file.cell), arm),
@@ -129,6 +142,7 @@ void PlannerService::run() {
     controller_.let_pass(static_cast<double>(loop_.skipped()) * controller_.control_period());
     listen();
     note_duty();
+    resume_goal();
     handle_goals();
     plan();
     note_reaction(Clock::now() - now_);
@@ -204,6 +218,23 @@ void PlannerService::follow_goals_of_the_other(const msg::GoalStatus& status) {
   if (desk_.follow(status, now_)) controller_.set_goal(desk_.q_goal());
 }
 
+// Where another planner may have had the arm since, its goals are that one's to tell: only the mandate under which we
+// remembered ours shows that nobody had.
+void PlannerService::resume_goal() {
+  if (!remembered_) return;
+  const bool alone = planners_.size() == 1;
+  if (!alone && duty_.term() == 0) return;
+  GoalMemory::Remembered remembered = *std::exchange(remembered_, std::nullopt);
+  if (!alone && remembered.mandate != duty_.mandate()) {
+    remembered.account.active.reset();
+    remembered.account.ends.clear();
+  }
+  const auto ago = std::chrono::nanoseconds(std::max<std::int64_t>(0, stamp_now() - remembered.stamp_ns));
+  if (!desk_.resume(remembered.account, ago, now_)) return;
+  controller_.set_goal(desk_.q_goal());
+  log_info("resumes a goal", {{"arm", name_}, {"goal", remembered.account.active->goal}});
+}
+
 bool PlannerService::hears_own_arm() const {
   return arms_.age(self_, now_) <= state_age_limit_;
 }
@@ -225,6 +256,7 @@ void PlannerService::note_hold(const std::string& reason) {
 }
 
 void PlannerService::handle_goals() {
+  if (remembered_) return;  // which of those that wait were answered is not known yet
   for (const auto& sample : goals_.take()) {
     if (!sample.disposed) desk_.receive(sample.value, now_);
   }
@@ -382,6 +414,7 @@ void PlannerService::publish_statuses() {
     unsaid_.keep(std::move(statuses));
     return;
   }
+  if (!statuses.empty()) remember_goals();
   for (msg::GoalStatus& status : statuses) {
     status.term(duty_.term());
     status.stamp_ns(stamp_now());
@@ -393,6 +426,11 @@ void PlannerService::publish_statuses() {
                                               {"distance", status.distance_to_goal()},
                                               {"reason", status.reason()}});
   }
+}
+
+// Before anything of it is told: what was acknowledged is never forgotten. What has ended is told again instead.
+void PlannerService::remember_goals() {
+  if (memory_) memory_->remember({desk_.account(now_), duty_.mandate(), stamp_now()});
 }
 
 void PlannerService::beat() {

@@ -2,6 +2,8 @@
 /// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
 /// standby host it does the same without commanding and answering, until it is put in charge.
 
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +21,7 @@
 #include "services/planner/company.hpp"
 #include "services/planner/duty.hpp"
 #include "services/planner/goal_desk.hpp"
+#include "services/planner/goal_memory.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
 #include "services/planner/rollout_worker.hpp"
@@ -49,6 +52,7 @@ class PlannerService {
   /// Takes in who is in charge now; true: this planner is.
   bool hear_mandate();
   void note_duty();
+  void resume_goal();
   void follow_goals_of_the_other(const msg::GoalStatus& status);
   void handle_goals();
   void plan();
@@ -61,6 +65,7 @@ class PlannerService {
   void command(const planner::TickResult& result);
   void answer_clients(Progress progress);
   void publish_statuses();
+  void remember_goals();
   void beat();
   [[nodiscard]] bool hears_own_arm() const;
   void note_hold(const std::string& reason);
@@ -97,6 +102,8 @@ class PlannerService {
   ObstacleView obstacles_;
   SensorView sensors_;
   GoalDesk desk_;
+  std::unique_ptr<GoalMemory> memory_;                ///< null: it could not be had
+  std::optional<GoalMemory::Remembered> remembered_;  ///< until it is known whether it still counts
   planner::ArmController controller_;
   GoalResolver resolver_;
   planner::RolloutPolicy rollout_policy_;

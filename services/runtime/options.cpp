@@ -60,12 +60,10 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   CLI::App app(description);
   app.set_version_flag("--version", std::string(kVersion));
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
-  if (subject != Subject::kCell) {
+  if (subject == Subject::kArm) {
     app.add_option("--arm", options.arm, "the arm of the cell that it serves")->required();
   }
-  if (subject != Subject::kArm) {
-    app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
-  }
+  app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
   app.add_option("--sources", options.sources, "folder with copies of the cell's files, to read instead of these");
   app.add_option("--alive-fd", options.alive_fd, "descriptor on which its agent waits for signs of life")
       ->check(CLI::Range(0, 1 << 20));

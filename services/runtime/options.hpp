@@ -36,12 +36,11 @@ void add_common_options(CLI::App& app, ServiceOptions& options);
 [[nodiscard]] std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv);
 
 enum class Subject {
-  kCell,           ///< the whole cell, with a memory
-  kArm,            ///< one arm
-  kArmWithMemory,  ///< one arm, with a memory
+  kCell,  ///< the whole cell
+  kArm,   ///< one arm
 };
 
-/// CELL [--arm NAME] [--memory FILE] and the common options, as parse_or_explain does it.
+/// CELL [--arm NAME], with --memory FILE, and the common options, as parse_or_explain does it.
 [[nodiscard]] std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
                                                     Subject subject, ServiceOptions& options);
 

@@ -1,5 +1,6 @@
 // Goals of one arm, through real planner, driver and world processes.
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "tests/cell/motion/motion_cell.hpp"
@@ -144,6 +145,27 @@ TEST_F(MotionGoal, EndsAtItsTimeLimit) {
   send(hasty);
   ASSERT_TRUE(await([&] { return is("hasty", msg::GOAL_TIMED_OUT); }));
   EXPECT_NE(status("hasty")->reason().find("not reached within 0.3 s"), std::string::npos);
+}
+
+// The arm stands, held, so that nothing but the planner's memory can bring it there afterwards.
+TEST_F(MotionGoal, ThatWasJustAcceptedIsResumedByAPlannerThatIsRestarted) {
+  const std::string memory = path_ + ".goals";
+  start_world();
+  start_driver();
+  const ChildProcess& first = start_planner("arm1", memory);
+  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->mode() == msg::ARM_RUNNING; }));
+  set_mode(msg::MODE_HOLD, 1, "for the test");
+  send(joint_goal("replaced", kHome));
+  send(joint_goal("g", kReady));
+  ASSERT_TRUE(await([&] { return status("g") != nullptr; }));
+  first.signal(SIGKILL);
+  ASSERT_TRUE(processes_.back().wait(10s).ended);
+  goals_.forget();  // as if its client had left
+  start_planner("arm1", memory);
+  set_mode(msg::MODE_RUN, 1);
+  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+  EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
+  std::filesystem::remove(memory);
 }
 
 }  // namespace

@@ -76,17 +76,18 @@ MotionCell::~MotionCell() {
   std::filesystem::remove(path_);
 }
 
-ChildProcess& MotionCell::start(const std::string& program, const std::string& arm) {
+ChildProcess& MotionCell::start(const std::string& program, const std::string& arm, const std::string& memory) {
   std::vector<std::string> arguments{path_, "--domain", std::to_string(domain_.number()), "--log-level", "debug"};
   if (!arm.empty()) arguments.insert(arguments.end(), {"--arm", arm});
+  if (!memory.empty()) arguments.insert(arguments.end(), {"--memory", memory});
   return processes_.emplace_back(program, arguments);
 }
 
 ChildProcess& MotionCell::start_driver(const std::string& arm) {
   return start("hecaton-arm-driver", arm);
 }
-ChildProcess& MotionCell::start_planner(const std::string& arm) {
-  return start("hecaton-planner", arm);
+ChildProcess& MotionCell::start_planner(const std::string& arm, const std::string& memory) {
+  return start("hecaton-planner", arm, memory);
 }
 ChildProcess& MotionCell::start_world() {
   return start("hecaton-world", "");

@@ -33,7 +33,8 @@ class MotionCell : public testing::Test {
   ~MotionCell() override;
 
   ChildProcess& start_driver(const std::string& arm = "arm1");
-  ChildProcess& start_planner(const std::string& arm = "arm1");
+  /// `memory`: the file in which it keeps what its successor must know; empty: none.
+  ChildProcess& start_planner(const std::string& arm = "arm1", const std::string& memory = "");
   ChildProcess& start_world();
   /// All services of all arms, and waits until every arm stands ready to follow goals.
   void start_all();
@@ -78,7 +79,7 @@ class MotionCell : public testing::Test {
   int arm_count_;
 
  private:
-  ChildProcess& start(const std::string& program, const std::string& arm);
+  ChildProcess& start(const std::string& program, const std::string& arm, const std::string& memory = "");
   void read_all();
   std::uint64_t goal_count_ = 0;
   std::uint64_t request_count_ = 0;

@@ -243,5 +243,105 @@ TEST_F(Desk, EndsWhatThePlannerInChargeHasEnded) {
   EXPECT_FALSE(desk_.take_forget()) << "the arm keeps the place that it was sent to";
 }
 
+class Restarted : public Desk {
+ protected:
+  /// A desk that knows what ours would tell its successor now.
+  GoalDesk successor(GoalDesk::Clock::duration ago = 0s) {
+    GoalDesk desk("arm1", "planner/arm1");
+    resumed_ = desk.resume(desk_.account(now_), ago, now_ + ago);
+    return desk;
+  }
+  static Told told_by(GoalDesk& desk) {
+    Told list;
+    for (const auto& status : desk.take_statuses()) list.emplace_back(status.goal(), status.state());
+    return list;
+  }
+  bool resumed_ = false;
+};
+
+TEST_F(Restarted, GoesOnWithTheGoalThatWasAcceptedBeforeAnybodyWasTold) {
+  const msg::Goal a = goal("a");
+  send_and_accept(a);  // its status is not even taken
+  GoalDesk desk = successor();
+  EXPECT_TRUE(resumed_);
+  ASSERT_TRUE(desk.has_active());
+  EXPECT_EQ(desk.q_goal(), planner::JointVector::Zero(1));
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_ACTIVE}}));
+  // Its client is still there, and the bus hands its goal to the newcomer.
+  desk.receive(a, now_);
+  EXPECT_FALSE(desk.next_question());
+  desk.progress(in(msg::GOAL_REACHED), now_);
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_REACHED}}));
+}
+
+TEST_F(Restarted, AGoalThatWasReplacedDoesNotReturnWithItsClient) {
+  const msg::Goal a = goal("a");
+  send_and_accept(a);
+  send_and_accept(goal("b"));
+  GoalDesk desk = successor();
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_REPLACED}, {"b", msg::GOAL_ACTIVE}}));
+  desk.receive(a, now_);
+  EXPECT_FALSE(desk.next_question());
+}
+
+TEST_F(Restarted, AnEndIsToldOnceMoreAndNothingIsUnderWay) {
+  send_and_accept(goal("a"));
+  msg::Goal withdrawn = goal("a");
+  withdrawn.cancel(true);
+  desk_.receive(withdrawn, now_);
+  GoalDesk desk = successor();
+  EXPECT_FALSE(resumed_);
+  EXPECT_FALSE(desk.has_active());
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_CANCELLED}}));
+}
+
+TEST_F(Restarted, WhatWasNotAnsweredIsAskedAgain) {
+  const msg::Goal asked = goal("asked");
+  const msg::Goal waiting = goal("waiting");
+  desk_.receive(asked, now_);
+  desk_.receive(waiting, now_);
+  ASSERT_TRUE(desk_.next_question());
+  GoalDesk desk = successor();
+  EXPECT_FALSE(resumed_);
+  desk.receive(asked, now_);
+  desk.receive(waiting, now_);
+  const auto question = desk.next_question();
+  ASSERT_TRUE(question);
+  EXPECT_EQ(question->goal(), "asked");
+  (void)desk.answer(yes(*question), now_);
+  EXPECT_TRUE(desk.next_question());
+}
+
+TEST_F(Restarted, TheTimeLimitGoesOnWhileNobodyIsThere) {
+  send_and_accept(goal("a", 5.0));
+  now_ += 2s;
+  GoalDesk desk = successor(2s);
+  (void)told_by(desk);
+  desk.progress(in(msg::GOAL_ACTIVE), now_ + 2900ms);
+  EXPECT_TRUE(desk.has_active()) << "4.9 s after it was accepted";
+  desk.progress(in(msg::GOAL_ACTIVE), now_ + 3100ms);
+  EXPECT_FALSE(desk.has_active());
+  EXPECT_EQ(told_by(desk).back().second, msg::GOAL_TIMED_OUT);
+}
+
+TEST_F(Restarted, AndASuccessorOfTheSuccessorKnowsItAll) {
+  const msg::Goal a = goal("a");
+  const msg::Goal b = goal("b");
+  send_and_accept(a);
+  send_and_accept(b);
+  GoalDesk desk = successor();
+  const GoalAccount first = desk_.account(now_);
+  EXPECT_TRUE(desk.account(now_) == first);
+  EXPECT_EQ(first.handled.size(), 2U);
+}
+
+TEST_F(Desk, AGoalWhoseNameIsTooLongToBeRememberedIsRejected) {
+  desk_.receive(goal(std::string(GoalAccount::kLongestName + 1, 'x')), now_);
+  EXPECT_FALSE(ask_and_accept());
+  ASSERT_EQ(told().back().second, msg::GOAL_REJECTED);
+  EXPECT_EQ(statuses_.back().reason(), "the names of a goal and of its client must have at most 255 bytes");
+  send_and_accept(goal(std::string(GoalAccount::kLongestName, 'x')));
+}
+
 }  // namespace
 }  // namespace hecaton::services
