@@ -46,16 +46,21 @@ class SparseTree {
 /// Uniform in the part of the box around `centre` with sides of 2 `radius` that lies in the space.
 void sample_around(const Space& space, const float* centre, float radius, Random& random, float* q) {
   for (int j = 0; j < space.dimensions; ++j) {
+    if (space.closed() && space.turns[j] > 0.0F) {
+      q[j] = static_cast<float>(random.uniform(centre[j] - radius, centre[j] + radius));
+      continue;
+    }
     q[j] = static_cast<float>(
         random.uniform(std::max(space.lower[j], centre[j] - radius), std::min(space.upper[j], centre[j] + radius)));
   }
 }
 
-Points joined(const Tree& start, int from, const Tree& goal, int to) {
+Points joined(const Space& space, const Tree& start, int from, const Tree& goal, int to) {
   Points path = start.way_to_root(from);
   path.reverse();
   const Points rest = goal.way_to_root(to);
   for (int i = 0; i < rest.size(); ++i) path.add(rest[i]);
+  path.join_turns(space, start[0]);
   return path;
 }
 
@@ -67,11 +72,12 @@ SearchResult est(const SearchProblem& problem, const EstOptions& options) {
   SparseTree start(problem.space, problem.start, options.crowd_radius);
   SparseTree goal(problem.space, problem.goal, options.crowd_radius);
   std::vector<float> q(problem.space.stride, 0.0F);
-  if (problem.edge_free(problem.start, problem.goal)) {
+  std::vector<float> place;
+  if (problem.edge_free(problem.start, problem.space.beside(problem.start, problem.goal, place))) {
     result.solved = true;
-    result.path = joined(start.tree(), 0, goal.tree(), 0);
+    result.path = joined(problem.space, start.tree(), 0, goal.tree(), 0);
   }
-  while (!result.solved && !problem.budget.over(result.iterations)) {
+  while (!result.solved && !problem.over(result.iterations)) {
     const bool from_start = result.iterations++ % 2 == 0;
     SparseTree& one = from_start ? start : goal;
     const SparseTree& other = from_start ? goal : start;
@@ -81,10 +87,10 @@ SearchResult est(const SearchProblem& problem, const EstOptions& options) {
     const int added = one.add(q.data(), node);
     const Neighbour near = other.tree().nearest(q.data());
     if (near.distance2 > options.join_range * options.join_range) continue;
-    if (!problem.edge_free(q.data(), other.tree()[near.index])) continue;
+    if (!problem.edge_free(q.data(), problem.space.beside(q.data(), other.tree()[near.index], place))) continue;
     result.solved = true;
-    result.path = from_start ? joined(start.tree(), added, goal.tree(), near.index)
-                             : joined(start.tree(), near.index, goal.tree(), added);
+    result.path = from_start ? joined(problem.space, start.tree(), added, goal.tree(), near.index)
+                             : joined(problem.space, start.tree(), near.index, goal.tree(), added);
   }
   result.nodes = start.tree().size() + goal.tree().size();
   if (problem.record != nullptr) {

@@ -16,7 +16,7 @@ enum class Method { kRrtConnect, kRrt, kEst, kPrm };
 struct PlanOptions {
   Method method = Method::kRrtConnect;
   std::uint64_t seed = 1;
-  Budget budget = {};
+  Budget budget = {};  ///< of the search; its clock also ends shortening
   RrtOptions rrt = {};
   EstOptions est = {};
   PrmOptions prm = {};
@@ -38,9 +38,11 @@ enum class PlanStatus {
 
 struct Plan {
   PlanStatus status = PlanStatus::kBudgetEnded;
-  std::string reason;                     ///< a sentence; empty when solved
-  std::vector<std::vector<double>> path;  ///< start … goal [rad | m]; empty unless solved
-  double length = 0.0;                    ///< in joint space [rad | m]
+  std::string reason;  ///< a sentence; empty when solved
+  /// start … goal [rad | m], without jumps: a joint that turns without end may reach the goal turns aside; empty unless
+  /// solved
+  std::vector<std::vector<double>> path;
+  double length = 0.0;  ///< in joint space [rad | m]
   std::uint64_t iterations = 0;
   std::uint64_t checks = 0;  ///< configurations looked at
   int nodes = 0;
@@ -48,7 +50,9 @@ struct Plan {
   [[nodiscard]] bool solved() const { return status == PlanStatus::kSolved; }
 };
 
-/// The box of the planned arms' limits. Continuous joints get a turn to either side of start and goal.
+/// The box of the planned arms' limits, closed along continuous joints.
+[[nodiscard]] Space space_of(const Validity& validity);
+/// For who does not know closed spaces: an open box, in which continuous joints get half a turn beyond start and goal.
 [[nodiscard]] Space space_of(const Validity& validity, std::span<const double> start, std::span<const double> goal);
 
 /// Start or goal as messages say why it cannot be; empty when it can. `which`: "start", "goal".

@@ -18,12 +18,13 @@ SearchResult Roadmap::query(const SearchProblem& problem, const PrmOptions& opti
   while (true) {
     const std::vector<int> way = shortest(start, goal, options.search);
     if (way.empty()) {
-      if (problem.budget.over(result.iterations)) break;
+      if (problem.over(result.iterations)) break;
       grow(problem, options, random, result);
     } else if (confirm(way, problem)) {
       result.solved = true;
       result.path = Points(space_.stride);
       for (const int node : way) result.path.add(points_[node]);
+      result.path.join_turns(space_, problem.start);
       break;
     }
   }
@@ -44,10 +45,10 @@ void Roadmap::record(SearchRecord& out) const {
 void Roadmap::grow(const SearchProblem& problem, const PrmOptions& options, Random& random, SearchResult& result) {
   std::vector<float> eight(static_cast<std::size_t>(kWidth) * space_.stride);
   const auto configuration = [&](int lane) { return eight.data() + static_cast<std::ptrdiff_t>(lane) * space_.stride; };
-  for (int added = 0; added < options.batch && !problem.budget.over(result.iterations);) {
+  for (int added = 0; added < options.batch && !problem.over(result.iterations);) {
     for (int lane = 0; lane < kWidth; ++lane) space_.sample(random, configuration(lane));
     const unsigned collisions = problem.validity.collisions(eight.data());
-    for (int lane = 0; lane < kWidth && !problem.budget.over(result.iterations); ++lane) {
+    for (int lane = 0; lane < kWidth && !problem.over(result.iterations); ++lane) {
       ++result.iterations;
       if ((collisions >> lane & 1U) != 0) continue;
       add(configuration(lane), problem, options);
@@ -75,7 +76,8 @@ int Roadmap::add(const float* q, const SearchProblem& problem, const PrmOptions&
   nodes_.push_back({edition_, true});
   edges_of_.emplace_back();
   for (const Neighbour& other : near) {
-    const bool free = problem.edge_free(points_[other.index], points_[node]);
+    if (problem.over(0)) break;
+    const bool free = edge_free(other.index, node, problem);
     // A blocked one is kept, too: what blocks it may go.
     edges_of_[node].push_back(edges());
     edges_of_[other.index].push_back(edges());
@@ -132,7 +134,7 @@ bool Roadmap::confirm(const std::vector<int>& way, const SearchProblem& problem)
   }
   for (std::size_t i = 0; i + 1 < way.size(); ++i) {
     Edge& edge = edge_between(way[i], way[i + 1]);
-    if (edge.known.edition != edition_) edge.known = {edition_, problem.edge_free(points_[edge.a], points_[edge.b])};
+    if (edge.known.edition != edition_) edge.known = {edition_, edge_free(edge.a, edge.b, problem)};
     if (!edge.known.free) return false;
   }
   return true;

@@ -13,7 +13,7 @@ namespace hecaton::planner::global {
 /// and edges are looked at again when a path is to use them.
 class Roadmap {
  public:
-  explicit Roadmap(Space space) : space_(std::move(space)), nearest_(space_.dimensions), points_(space_.stride) {}
+  explicit Roadmap(Space space) : space_(std::move(space)), nearest_(space_), points_(space_.stride) {}
 
   /// The world of the validity that queries are given is another one from now on.
   void world_changed() { ++edition_; }
@@ -49,6 +49,9 @@ class Roadmap {
   [[nodiscard]] bool blocked(const Known& known) const { return known.edition == edition_ && !known.free; }
   /// Looks at what of the way was not seen in this edition of the world. True when all of it is free.
   bool confirm(const std::vector<int>& way, const SearchProblem& problem);
+  [[nodiscard]] bool edge_free(int a, int b, const SearchProblem& problem) const {
+    return problem.edge_free(points_[a], space_.beside(points_[a], points_[b], place_));
+  }
   [[nodiscard]] Edge& edge_between(int a, int b);
 
   Space space_;
@@ -58,6 +61,7 @@ class Roadmap {
   std::vector<Edge> edges_;
   std::vector<std::vector<int>> edges_of_;  ///< by node: indices of edges_
   std::uint64_t edition_ = 1;
+  mutable std::vector<float> place_;  ///< for Space::beside
 };
 
 }  // namespace hecaton::planner::global

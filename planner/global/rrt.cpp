@@ -10,9 +10,11 @@
 namespace hecaton::planner::global {
 namespace {
 
-/// EXTEND: the nearest node grows by at most `range` towards q. The new node is the tree's last.
-Extend extend(const SearchProblem& problem, Tree& tree, const float* q, float range, std::vector<float>& next) {
-  const Neighbour near = tree.nearest(q);
+/// EXTEND: the nearest node grows by at most `range` towards the sample. The new node is the tree's last.
+Extend extend(const SearchProblem& problem, Tree& tree, const float* sample, float range, std::vector<float>& next,
+              std::vector<float>& place) {
+  const Neighbour near = tree.nearest(sample);
+  const float* q = problem.space.beside(tree[near.index], sample, place);
   const float distance = std::sqrt(near.distance2);
   if (distance <= 0.0F) return Extend::kTrapped;
   const bool reaches = distance <= range;
@@ -34,7 +36,8 @@ SearchResult rrt(const SearchProblem& problem, const RrtOptions& options) {
   Tree tree(problem.space, problem.start);
   std::vector<float> sample(problem.space.stride);
   std::vector<float> next(problem.space.stride);
-  while (!result.solved && !problem.budget.over(result.iterations)) {
+  std::vector<float> place;
+  while (!result.solved && !problem.over(result.iterations)) {
     // The first sample is the goal: the straight way may be free.
     const bool to_goal = result.iterations == 0 || random.uniform() < options.goal_bias;
     ++result.iterations;
@@ -43,7 +46,7 @@ SearchResult rrt(const SearchProblem& problem, const RrtOptions& options) {
     } else {
       problem.space.sample(random, sample.data());
     }
-    const Extend outcome = extend(problem, tree, sample.data(), options.rrt_range, next);
+    const Extend outcome = extend(problem, tree, sample.data(), options.rrt_range, next, place);
     result.solved = to_goal && outcome == Extend::kReached;
   }
   if (result.solved) {

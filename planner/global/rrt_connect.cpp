@@ -22,13 +22,14 @@ class Search {
 
   SearchResult run() {
     SearchResult result;
-    result.solved = problem_.edge_free(problem_.start, problem_.goal);
+    const float* goal = problem_.space.beside(problem_.start, problem_.goal, place_);
+    result.solved = problem_.edge_free(problem_.start, goal);
     if (result.solved) {
       result.path = Points(problem_.space.stride);
       result.path.add(problem_.start);
-      result.path.add(problem_.goal);
+      result.path.add(goal);
     }
-    while (!result.solved && !problem_.budget.over(result.iterations)) {
+    while (!result.solved && !problem_.over(result.iterations)) {
       ++result.iterations;
       // Balanced: the smaller tree grows [Kuffner00].
       const bool from_start = start_.size() <= goal_.size();
@@ -55,7 +56,8 @@ class Search {
     if (distance <= 0.0F) return Extend::kTrapped;
     const float range = std::min(options_.range, tree.domain(near.index));
     const bool reaches = distance <= range;
-    problem_.space.interpolate(tree[near.index], sample_.data(), reaches ? 1.0F : range / distance, next_.data());
+    const float* sample = problem_.space.beside(tree[near.index], sample_.data(), place_);
+    problem_.space.interpolate(tree[near.index], sample, reaches ? 1.0F : range / distance, next_.data());
     if (!problem_.edge_free(tree[near.index], next_.data())) {
       if (options_.domain_shrinks < 1.0F) {
         tree.set_domain(near.index, std::max(range * options_.domain_shrinks, options_.least_domain));
@@ -68,8 +70,9 @@ class Search {
   }
 
   /// Extends again and again, until q is reached or something is in the way.
-  Extend connect(Tree& tree, const float* q) {
-    const Neighbour near = tree.nearest(q);
+  Extend connect(Tree& tree, const float* other) {
+    const Neighbour near = tree.nearest(other);
+    const float* q = problem_.space.beside(tree[near.index], other, place_);
     const float distance = std::sqrt(near.distance2);
     const int steps = std::max(1, static_cast<int>(std::ceil(distance / options_.range)));
     const std::vector<float> from(tree[near.index], tree[near.index] + problem_.space.stride);
@@ -77,7 +80,8 @@ class Search {
     for (int i = 1; i <= steps; ++i) {
       problem_.space.interpolate(from.data(), q, static_cast<float>(i) / static_cast<float>(steps), next_.data());
       if (i == steps) std::copy(q, q + problem_.space.stride, next_.data());
-      if (!problem_.edge_free(tree[last], next_.data())) return i > 1 ? Extend::kAdvanced : Extend::kTrapped;
+      if (problem_.over(0) || !problem_.edge_free(tree[last], next_.data()))
+        return i > 1 ? Extend::kAdvanced : Extend::kTrapped;
       last = tree.add(next_.data(), last);
     }
     return Extend::kReached;
@@ -88,6 +92,7 @@ class Search {
     Points path = start_.way_to_root(start_.size() - 1);
     path.reverse();
     for (int i = goal_.parent(goal_.size() - 1); i >= 0; i = goal_.parent(i)) path.add(goal_[i]);
+    path.join_turns(problem_.space, problem_.start);
     return path;
   }
 
@@ -97,6 +102,7 @@ class Search {
   Tree goal_;
   std::vector<float> sample_;
   std::vector<float> next_;
+  std::vector<float> place_;  ///< for Space::beside
   Random random_;
 };
 

@@ -15,10 +15,6 @@ namespace hecaton::planner::global {
 struct Budget {
   std::uint64_t iterations = 1'000'000;  ///< samples drawn
   std::function<bool()> ended;  ///< asked every now and then; empty: never. Has the clock that planners have not
-
-  [[nodiscard]] bool over(std::uint64_t iteration) const {
-    return iteration >= iterations || (ended && iteration % 64 == 63 && ended());
-  }
 };
 
 /// How straight ways are looked at.
@@ -49,6 +45,20 @@ struct SearchProblem {
   SearchRecord* record = nullptr;  ///< filled at the end of a search; null: not
 
   [[nodiscard]] bool edge_free(const float* a, const float* b) const { return check.free(validity, a, b); }
+
+  /// Whether a search has to give up after so many samples. The budget is asked by how much has been looked at, too:
+  /// with fine steps one sample may take longer than a thousand otherwise.
+  [[nodiscard]] bool over(std::uint64_t iteration) const {
+    if (ended || iteration >= budget.iterations) return true;
+    if (!budget.ended || (iteration % 64 != 63 && validity.checks() - asked_at < kChecksUnasked)) return false;
+    asked_at = validity.checks();
+    ended = budget.ended();
+    return ended;
+  }
+
+  static constexpr std::uint64_t kChecksUnasked = 8192;  ///< some ms at most
+  mutable std::uint64_t asked_at = 0;                    ///< checks when the budget was asked
+  mutable bool ended = false;
 };
 
 struct SearchResult {

@@ -29,7 +29,7 @@ class Shortcutter {
     result.add(path_[0]);
     for (int from = 0; from + 1 < path_.size();) {
       int to = path_.size() - 1;
-      while (to > from + 1 && !keeps(path_[from], path_[to], worst(from, to))) --to;
+      while (to > from + 1 && (ended() || !keeps(path_[from], path_[to], worst(from, to)))) --to;
       result.add(path_[to]);
       grades.push_back(to == from + 1 ? grades_[from] : worst(from, to));
       from = to;
@@ -67,6 +67,7 @@ class Shortcutter {
     grades_ = std::move(grades);
   }
   [[nodiscard]] const Points& path() const { return path_; }
+  [[nodiscard]] bool ended() const { return options_.ended && options_.ended(); }
 
  private:
   [[nodiscard]] bool keeps(const float* a, const float* b, int grade) const {
@@ -77,7 +78,7 @@ class Shortcutter {
   }
   [[nodiscard]] int grade_of(const float* a, const float* b) const {
     int grade = options_.clearance > 0.0 ? 0 : kWorst;
-    while (grade < kWorst && !keeps(a, b, grade)) ++grade;
+    while (grade < kWorst && (ended() || !keeps(a, b, grade))) ++grade;
     return grade;
   }
   /// Of the edges from point `from` to point `to`.
@@ -117,7 +118,8 @@ Points simplified(const Points& path, const Validity& validity, const Space& spa
   Shortcutter shortcutter(path, validity, space, options);
   shortcutter.join_farthest();
   Random random(options.seed);
-  for (int i = 0; i < options.rounds && shortcutter.path().size() > 2; ++i) shortcutter.try_once(random);
+  for (int i = 0; i < options.rounds && shortcutter.path().size() > 2 && !shortcutter.ended(); ++i)
+    shortcutter.try_once(random);
   shortcutter.join_farthest();
   return shortcutter.path();
 }

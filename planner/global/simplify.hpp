@@ -12,6 +12,8 @@ struct SimplifyOptions {
   /// Wanted from the world beyond the validity's padding, where the path has it, so far as it has it: no shortcut is
   /// nearer to the world than the nearest of what it replaces. In three grades: all of it, a quarter of it, none [m].
   double clearance = 0.0;
+  std::function<bool()> ended =
+      {};  ///< asked before every check of a straight way: then the path stays as it is by now
 };
 
 /// A path with the same ends whose straight ways pass the check as those of `path` do, and that is not longer: first

@@ -11,7 +11,7 @@ namespace hecaton::planner::global {
 
 class Tree {
  public:
-  Tree(const Space& space, const float* root) : points_(space.stride), nearest_(space.dimensions) { add(root, -1); }
+  Tree(const Space& space, const float* root) : points_(space.stride), nearest_(space) { add(root, -1); }
 
   /// Returns the new node's index.
   int add(const float* q, int parent) {

@@ -39,6 +39,11 @@ std::vector<float> padded(const global::Validity& validity, const std::vector<do
   return result;
 }
 
+/// But for rounding.
+bool same(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) { return std::abs(x - y) < 1e-9; });
+}
+
 }  // namespace
 
 RouteSearch::RouteSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self)
@@ -205,7 +210,9 @@ std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const Rout
   for (const Configuration& q : found.path) {
     if (q != points.back()) points.push_back(q);
   }
-  if (points.back() != goal) points.push_back(goal);
+  // The search may have gone the long way round: the goal is where it got to, turns aside.
+  const Configuration end = nearest_turn(points.back(), goal);
+  if (!same(points.back(), end)) points.push_back(end);
   return divided(points);
 }
 

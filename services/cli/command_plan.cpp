@@ -224,7 +224,7 @@ void add_plan(CLI::App& app, Session& session) {
   command->add_option("--moveit-request", words.moveit_request, "MoveIt motion plan request (YAML): start and goal")
       ->type_name("FILE");
   add_seed(*command, options->seed, "of all random choices: the same seed gives the same path (1)");
-  add_duration(*command, "--budget", options->budget, "how long to search (10s)", 1e-6, 3600.0);
+  add_duration(*command, "--budget", options->budget, "how long to search and shorten, at most (10s)", 1e-6, 3600.0);
   constexpr config::Bounds kStep{1e-4, 1.0, "rad | m"};
   add_number(
       *command, "--step", [options = options.get()](double step) { options->step = step; },

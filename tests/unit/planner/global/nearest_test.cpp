@@ -169,5 +169,35 @@ TEST(NearestPoints, BothCompilationsAgreeToTheLastBit) {
   }
 }
 
+TEST(NearestPoints, GoRoundWhereASpaceIsClosed) {
+  Random random(7);
+  const int dimensions = 3;
+  const Space space{dimensions, 8, {-kTurn / 2, -2.0F, -kTurn / 2}, {kTurn / 2, 2.0F, kTurn / 2}, {kTurn, 0.0F, kTurn}};
+  NearestPoints set(space);
+  std::vector<std::vector<float>> points;
+  std::vector<float> q(space.stride);
+  for (int i = 0; i < NearestPoints::worth_a_tree(dimensions) + 200; ++i) {
+    space.sample(random, q.data());
+    q[0] += kTurn * static_cast<float>(i % 3 - 1);  // points and queries may be turns aside
+    set.add(q.data());
+    points.push_back(q);
+    space.sample(random, q.data());
+    q[2] += kTurn * static_cast<float>(i % 5 - 2);
+    const Neighbour near = set.nearest(q.data());
+    float least = 1e9F;
+    for (const auto& point : points) least = std::min(least, space.distance(point.data(), q.data()));
+    ASSERT_GE(near.index, 0);
+    ASSERT_NEAR(space.distance(points[near.index].data(), q.data()), least, 1e-5F);
+    ASSERT_NEAR(std::sqrt(near.distance2), least, 1e-5F);
+    if (i % 50 != 0) continue;
+    std::vector<Neighbour> within;
+    set.within(q.data(), 3.5F, within);
+    const auto count = std::count_if(points.begin(), points.end(), [&](const std::vector<float>& point) {
+      return space.distance(point.data(), q.data()) < 3.5F;
+    });
+    ASSERT_NEAR(static_cast<double>(within.size()), static_cast<double>(count), 1.0);
+  }
+}
+
 }  // namespace
 }  // namespace hecaton::planner::global

@@ -1,5 +1,8 @@
 #include "planner/global/plan.hpp"
 
+#include <limits>
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/fcl_referee.hpp"
@@ -26,8 +29,7 @@ struct Query {
     goal = draw(random);
   }
   [[nodiscard]] Configuration draw(Random& random) const {
-    const Configuration zero(6, 0.0);
-    const Space space = space_of(validity, zero, zero);
+    const Space space = space_of(validity);
     std::vector<float> q(space.stride);
     do {
       space.sample(random, q.data());
@@ -92,6 +94,27 @@ TEST_P(EveryMethod, SaysThatItsBudgetEnded) {
   EXPECT_GT(blocked, 5);
 }
 
+/// The clock is what has been looked at: a sample may take long, with a fine step as with many arms.
+TEST_P(EveryMethod, KeepsItsBudgetWithFineSteps) {
+  constexpr std::uint64_t kPatience = 200'000;
+  PlanOptions options;
+  options.method = GetParam();
+  int ended = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Query query(seed, 15);
+    ValidityOptions fine;
+    fine.step = 1e-4;
+    const Validity validity({CellGeometry({test::puma()}, 0)}, query.world, fine);
+    // The search ends, whatever is left to it for shortening.
+    options.budget.ended = [&] { return validity.checks() > kPatience; };
+    const Plan found = plan(validity, query.start, query.goal, options);
+    // One edge across the space, looked at and proven, is the smallest piece of work.
+    EXPECT_LT(validity.checks(), 5 * kPatience) << "seed " << seed;
+    ended += found.checks > kPatience ? 1 : 0;
+  }
+  EXPECT_GT(ended, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Global, EveryMethod,
                          testing::Values(Method::kRrtConnect, Method::kRrt, Method::kEst, Method::kPrm),
                          [](const auto& tried) { return std::string(name_of(tried.param)); });
@@ -130,6 +153,62 @@ TEST(Plan, SimplifyingShortensAndStaysFree) {
     EXPECT_EQ(found.path.front(), query.start);
     EXPECT_EQ(found.path.back(), query.goal);
     EXPECT_EQ(contacts(query, found, 1), 0) << "seed " << seed;
+  }
+}
+
+/// A PUMA whose first joint turns without end, and something in its way.
+struct Turning {
+  std::vector<WorldBody> world;
+  Validity validity;
+
+  explicit Turning(std::vector<WorldBody> bodies) : world(std::move(bodies)), validity({geometry()}, world) {}
+
+  static CellGeometry geometry() {
+    Arm arm = test::puma();
+    arm.limits.lower[0] = -std::numeric_limits<double>::infinity();
+    arm.limits.upper[0] = std::numeric_limits<double>::infinity();
+    return CellGeometry({arm}, 0);
+  }
+};
+
+/// Stretched out to azimuth q0.
+Configuration stretched(double q0) {
+  return {q0, 0.0, 1.5, 0.0, 0.0, 0.0};
+}
+
+constexpr double kWhole = 2.0 * std::numbers::pi;
+
+TEST_P(EveryMethod, TurnsTheShortWayRound) {
+  const Turning free({});
+  PlanOptions options;
+  options.method = GetParam();
+  for (const double turns : {0.0, kWhole, -2.0 * kWhole}) {
+    const Plan found = plan(free.validity, stretched(3.0 + kWhole), stretched(-3.0 + turns), options);
+    ASSERT_TRUE(found.solved()) << found.reason;
+    EXPECT_EQ(found.path.front(), stretched(3.0 + kWhole));
+    EXPECT_NEAR(found.path.back()[0], -3.0 + 2.0 * kWhole, 1e-9);
+    EXPECT_NEAR(found.length, kWhole - 6.0, 1e-6);
+  }
+}
+
+TEST_P(EveryMethod, GoesRoundWhatIsInTheShortWay) {
+  // A wall outwards at azimuth π, where the short way is.
+  WorldBody wall{world::Box{{1.0, 0.02, 3.0}}, Pose::Identity(), "wall"};
+  wall.X_WS.translation() = Eigen::Vector3d(-1.4, 0.0, 0.0);
+  const Turning walled({wall});
+  PlanOptions options;
+  options.method = GetParam();
+  options.budget.iterations = 50'000;
+  const Configuration start = stretched(1.65);
+  for (const double turns : {0.0, kWhole, 3.0 * kWhole}) {
+    const Configuration goal = stretched(-1.65 + turns);
+    const Plan found = plan(walled.validity, start, goal, options);
+    ASSERT_TRUE(found.solved()) << found.reason;
+    EXPECT_GT(found.path.size(), 1U);
+    EXPECT_EQ(found.path.front(), start);
+    EXPECT_NEAR(std::remainder(found.path.back()[0] - goal[0], kWhole), 0.0, 1e-9);
+    test::FclReferee referee(walled.validity, walled.world);
+    EXPECT_EQ(referee.collisions_on(found.path, walled.validity.options().step / 10.0), 0);
   }
 }
 
