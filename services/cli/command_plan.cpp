@@ -131,6 +131,15 @@ PlanOutcome by_cspace(const PlanQuery& query, const global::Validity& validity, 
   return outcome;
 }
 
+/// A sample takes a line: what nobody can read is no answer.
+void require_few_samples(double period, double duration) {
+  constexpr double kMost = 1e6;
+  if (period <= 0.0 || period * kMost >= duration) return;
+  throw Failure(ExitCode::kBadInput, "--trajectory = " + duration_text(period) + " must be at least " +
+                                         duration_text(duration / kMost) + ", for at most a million samples of the " +
+                                         duration_text(duration) + " that the arm takes");
+}
+
 /// Rounds corners where that keeps as much room as shortening has to, or as the path has.
 void time_path(const global::Validity& validity, const Options& options, PlanOutcome& outcome) {
   const auto began = Clock::now();
@@ -143,6 +152,7 @@ void time_path(const global::Validity& validity, const Options& options, PlanOut
                            : planner::AveragedTrajectory(global::timed_path(validity, outcome.plan.path, timing));
   outcome.timing_us = microseconds_since(began);
   outcome.duration = outcome.trajectory.duration();
+  require_few_samples(options.period, outcome.duration);
 }
 
 /// What the search has built, where that can be seen: in two dimensions.

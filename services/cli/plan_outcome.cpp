@@ -59,16 +59,7 @@ std::string row(const std::vector<double>& values) {
 double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan) {
   double smallest = HUGE_VAL;
   for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
-    const auto& a = plan.path[i];
-    const auto& b = plan.path[i + 1];
-    double length2 = 0.0;
-    for (std::size_t j = 0; j < a.size(); ++j) length2 += std::pow(b[j] - a[j], 2);
-    const int steps = std::max(1, static_cast<int>(std::ceil(10.0 * std::sqrt(length2) / validity.options().step)));
-    for (int k = 0; k <= steps; ++k) {
-      std::vector<double> q(a.size());
-      for (std::size_t j = 0; j < a.size(); ++j) q[j] = a[j] + k * (b[j] - a[j]) / steps;
-      smallest = std::min(smallest, validity.nearest(q).distance);
-    }
+    smallest = std::min(smallest, validity.clearance(plan.path[i], plan.path[i + 1]));
   }
   return smallest;
 }

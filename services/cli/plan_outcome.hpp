@@ -28,7 +28,7 @@ struct PlanOutcome {
   std::vector<std::string> notes;          ///< PlanQuery's
 };
 
-/// The smallest exact distance on the path, looked at ten times as finely as the planner does [m].
+/// The smallest distance on the path, from below (Validity::clearance) [m].
 [[nodiscard]] double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan);
 
 /// `period` [s]: of the samples of the trajectory; 0: none are printed.
