@@ -1,5 +1,14 @@
 #pragma once
-/// How the planner's other threads stand back.
+/// The planner's other threads: the control loop asks them and looks for answers every period, and never waits for one.
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <iterator>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -11,5 +20,91 @@ inline void give_way_to_control_loop() {
   constexpr int kNiceness = 10;
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
 }
+
+/// A thread, its questions and its answers, each in their order. All functions are for the loop's thread alone. The
+/// other one may be without a processor while it holds the lock: then what is handed over changes hands another period.
+template <class Question, class Answer>
+class BackgroundThread {
+ public:
+  struct Turn {
+    std::optional<Answer> answer = {};
+    bool goes_on = false;  ///< there is more to do, once the loop grants it
+  };
+  /// On the thread: with the next question, or, granted a turn, without.
+  using Work = std::function<Turn(std::optional<Question>)>;
+
+  explicit BackgroundThread(Work work) : work_(std::move(work)), thread_([this] { run(); }) {}
+  /// Waits for the turn under way; what is asked besides is given up.
+  ~BackgroundThread() {
+    {
+      const std::scoped_lock lock(mutex_);
+      ending_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+  BackgroundThread(const BackgroundThread&) = delete;
+  BackgroundThread& operator=(const BackgroundThread&) = delete;
+
+  void ask(Question question) {
+    unasked_.push_back(std::move(question));
+    hand_over(false);
+  }
+  /// Allows a thread that goes on another turn.
+  void grant() { hand_over(true); }
+  /// The next one, once. To be called every period: it also hands over what could not be before.
+  [[nodiscard]] std::optional<Answer> answer() {
+    hand_over(false);
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock || answers_.empty()) return std::nullopt;
+    std::optional<Answer> next(std::move(answers_.front()));
+    answers_.pop_front();
+    return next;
+  }
+
+ private:
+  void hand_over(bool grants) {
+    if (unasked_.empty() && !grants) return;
+    {
+      const std::unique_lock lock(mutex_, std::try_to_lock);
+      if (!lock) return;
+      std::move(unasked_.begin(), unasked_.end(), std::back_inserter(questions_));
+      unasked_.clear();
+      granted_ = granted_ || grants;
+    }
+    wake_.notify_one();
+  }
+
+  void run() {
+    give_way_to_control_loop();
+    bool goes_on = false;
+    std::unique_lock lock(mutex_);
+    while (true) {
+      wake_.wait(lock, [&] { return ending_ || !questions_.empty() || (granted_ && goes_on); });
+      if (ending_) return;
+      std::optional<Question> question;
+      if (!questions_.empty()) {
+        question = std::move(questions_.front());
+        questions_.pop_front();
+      }
+      granted_ = false;
+      lock.unlock();
+      Turn turn = work_(std::move(question));
+      goes_on = turn.goes_on;
+      lock.lock();
+      if (turn.answer) answers_.push_back(std::move(*turn.answer));
+    }
+  }
+
+  Work work_;                     ///< of the thread alone
+  std::deque<Question> unasked_;  ///< of the control loop alone
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Question> questions_;
+  std::deque<Answer> answers_;
+  bool granted_ = false;
+  bool ending_ = false;
+  std::thread thread_;  ///< last: everything it uses exists before it starts
+};
 
 }  // namespace hecaton::services

@@ -1,8 +1,5 @@
 #include "services/planner/route_worker.hpp"
 
-#include <condition_variable>
-#include <mutex>
-#include <thread>
 #include <utility>
 
 #include "services/planner/background_thread.hpp"
@@ -14,60 +11,25 @@ struct RouteWorker::Impl {
     planner::RouteQuestion question;
     Obstacles obstacles;
   };
+  using Thread = BackgroundThread<Asked, Answer>;
 
   Impl(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self)
-      : search(std::move(arms), std::move(parameters), self), thread([this] { work(); }) {}
-  ~Impl() {
-    {
-      const std::scoped_lock lock(mutex);
-      ending = true;
-    }
-    wake.notify_one();
-    thread.join();
-  }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+      : search(std::move(arms), std::move(parameters), self),
+        thread([this](auto asked) { return Thread::Turn{answer(*asked)}; }) {}
 
-  void work() {
-    give_way_to_control_loop();
-    std::unique_lock lock(mutex);
-    while (true) {
-      wake.wait(lock, [this] { return ending || asked; });
-      if (ending) return;
-      const Asked now = *std::exchange(asked, std::nullopt);
-      lock.unlock();
-      const auto began = std::chrono::steady_clock::now();
-      if (now.obstacles != known) {
-        known = now.obstacles;
-        search.set_obstacles(*known);
-      }
-      planner::RouteAnswer found = search.answer(now.question);
-      const auto taken = std::chrono::steady_clock::now() - began;
-      lock.lock();
-      answer = Answer{std::move(found), taken};
+  Answer answer(const Asked& asked) {
+    const auto began = std::chrono::steady_clock::now();
+    if (asked.obstacles != known) {
+      known = asked.obstacles;
+      search.set_obstacles(*known);
     }
+    planner::RouteAnswer found = search.answer(asked.question);
+    return {std::move(found), std::chrono::steady_clock::now() - began};
   }
 
-  /// The thread may be without a processor while it holds the lock: then another period.
-  void hand_over() {
-    if (!unasked) return;
-    {
-      const std::unique_lock lock(mutex, std::try_to_lock);
-      if (!lock) return;
-      asked = std::exchange(unasked, std::nullopt);
-    }
-    wake.notify_one();
-  }
-
-  std::optional<Asked> unasked;  ///< of the control loop alone
-  planner::RouteSearch search;   ///< of the thread alone, with
-  Obstacles known;               ///< its obstacles
-  std::mutex mutex;
-  std::condition_variable wake;
-  std::optional<Asked> asked;
-  std::optional<Answer> answer;
-  bool ending = false;
-  std::thread thread;  ///< last: everything it uses exists before it starts
+  planner::RouteSearch search;  ///< of the thread alone, with
+  Obstacles known;              ///< its obstacles
+  Thread thread;
 };
 
 RouteWorker::RouteWorker(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self)
@@ -75,14 +37,11 @@ RouteWorker::RouteWorker(std::vector<planner::Arm> arms, std::vector<planner::Lo
 RouteWorker::~RouteWorker() = default;
 
 void RouteWorker::ask(planner::RouteQuestion question, Obstacles obstacles) {
-  impl_->unasked = {std::move(question), std::move(obstacles)};
-  impl_->hand_over();
+  impl_->thread.ask({std::move(question), std::move(obstacles)});
 }
 
 std::optional<RouteWorker::Answer> RouteWorker::answer() {
-  impl_->hand_over();
-  const std::unique_lock lock(impl_->mutex, std::try_to_lock);
-  return lock ? std::exchange(impl_->answer, std::nullopt) : std::nullopt;
+  return impl_->thread.answer();
 }
 
 }  // namespace hecaton::services

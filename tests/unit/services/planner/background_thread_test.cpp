@@ -1,0 +1,78 @@
+#include "services/planner/background_thread.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using Thread = BackgroundThread<int, int>;
+
+std::optional<int> await_answer(Thread& thread) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (std::chrono::steady_clock::now() < until) {
+    if (const auto answer = thread.answer()) return answer;
+    std::this_thread::yield();
+  }
+  return std::nullopt;
+}
+
+TEST(BackgroundThread, AnswersInTheOrderOfTheQuestionsEachOnce) {
+  Thread thread([](std::optional<int> question) { return Thread::Turn{2 * *question}; });
+  EXPECT_EQ(thread.answer(), std::nullopt);
+  for (int i = 0; i < 100; ++i) thread.ask(i);
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(await_answer(thread), 2 * i);
+  EXPECT_EQ(thread.answer(), std::nullopt);
+}
+
+TEST(BackgroundThread, NeverKeepsWhoAsksWaiting) {
+  std::promise<void> may_go_on;
+  const std::shared_future<void> gate = may_go_on.get_future().share();
+  Thread thread([gate](std::optional<int> question) {
+    gate.wait();
+    return Thread::Turn{*question};
+  });
+  // Were any of these to wait for the thread, the test would not end.
+  thread.ask(1);
+  thread.ask(2);
+  thread.grant();
+  EXPECT_EQ(thread.answer(), std::nullopt);
+  may_go_on.set_value();
+  EXPECT_EQ(await_answer(thread), 1);
+  EXPECT_EQ(await_answer(thread), 2);
+}
+
+TEST(BackgroundThread, GoesOnAsItIsGranted) {
+  std::atomic<int> turns = 0;
+  int left = 0;  // of the thread alone
+  Thread thread([&](std::optional<int> question) {
+    ++turns;
+    if (question) left = *question;
+    --left;
+    return left > 0 ? Thread::Turn{std::nullopt, true} : Thread::Turn{7};
+  });
+  thread.grant();
+  EXPECT_EQ(turns, 0) << "nothing to do";
+  thread.ask(3);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  std::optional<int> answer;
+  while (!answer && std::chrono::steady_clock::now() < until) {
+    thread.grant();
+    std::this_thread::yield();
+    answer = thread.answer();
+  }
+  EXPECT_EQ(answer, 7);
+  EXPECT_EQ(turns, 3);
+}
+
+TEST(BackgroundThread, EndsWithQuestionsLeft) {
+  Thread thread([](std::optional<int> question) { return Thread::Turn{*question}; });
+  for (int i = 0; i < 1000; ++i) thread.ask(i);
+}
+
+}  // namespace
+}  // namespace hecaton::services
