@@ -85,6 +85,8 @@ void CellWatch::heard(std::string_view node, std::int64_t pid, Time at, const st
   const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
   if (late) return;  // written before its process ended
   note_process(state, pid);
+  const bool replaced = state.pid != 0 && state.pid != pid && !state.died && !state.stopped;
+  if (replaced) state.untold_pid = state.pid;
   state.died.reset();
   state.stopped = false;
   state.pid = pid;
@@ -115,7 +117,12 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit, b
   if (found == states_.end()) return;
   State& state = found->second;
   const bool replaced = state.pid != 0 && state.pid != exit.pid && !state.died;
-  if (replaced && liveness_.presence(node) == Presence::kAlive) return;  // history: its successor is here
+  if (replaced && liveness_.presence(node) == Presence::kAlive) {
+    // History: its successor is here. Where the agent could not be heard when it ended, nobody has told it yet.
+    const bool untold = news && !exit.wanted && std::exchange(state.untold_pid, 0) == exit.pid;
+    if (untold) state.unjudged = exit;
+    return;
+  }
   state.pid = exit.pid;
   state.stopped = exit.wanted;
   state.died = exit.wanted ? std::nullopt : std::optional(exit);

@@ -44,7 +44,7 @@ struct ProcessExit {
   int exit_code = 0;
   int signal_number = 0;  ///< 0: it returned
   bool wanted = false;    ///< it was told to
-  /// When, if it was before we met its agent; otherwise just now.
+  /// When, if it was before we met its agent, or was told late; otherwise just now.
   std::optional<Time> at{};
 };
 
@@ -118,6 +118,7 @@ class CellWatch {
     Time silence_at_end{0};                 // when its last end was told
     Time beat_at{0};                        // the last, of whichever process
     std::int64_t former_pid = 0;            // that beat before this one
+    std::int64_t untold_pid = 0;            // beat before this one, and nobody has told that it ended; 0: none
     Time returned_at{0};                    // when that last changed
     int returns = 0;                        // of one of the two after the other, without a pause
   };

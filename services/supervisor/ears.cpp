@@ -12,6 +12,8 @@ namespace {
 
 /// Whoever hears nothing but its own host for so long takes the others for lost, and not itself.
 constexpr Time kAlone = std::chrono::seconds(1);
+/// What an agent tells so long after it happened was told to nobody in between: it is history.
+constexpr Time kLate = std::chrono::seconds(1);
 
 // Silence is judged by CellWatch, which knows of our own stalls; the middleware's deadlines would only cost time.
 bus::ReaderOptions without_deadline() {
@@ -178,7 +180,8 @@ void Ears::hear_process(const bus::Sample<msg::ProcessEvent>& sample, const List
   const bool past = event.sequence_number() <= agent.past_events;
   if (exited) {
     ProcessExit exit = exit_of(event);
-    if (past) exit.at = agent.at - std::chrono::nanoseconds(agent.stamp_ns - event.stamp_ns());
+    const Time at = agent.at - std::chrono::nanoseconds(agent.stamp_ns - event.stamp_ns());
+    if (past || arrival(sample) - at > kLate) exit.at = at;
     // Who has no account of the past cannot know whether it was told.
     to.watch.process_exited(event.node(), exit, self_.remembers || !past);
   } else {

@@ -165,6 +165,8 @@ class Chaos:
         try:
             injected = self.inflict(injections)
             self.await_told(injections, expected, injected)
+            # For what shows later than the cell runs again there is nothing to wait for.
+            time.sleep(max(injection.aftermath for injection in injections))
             self.cell.wait_until_it_runs()
             healed = time.monotonic()
             self.await_goals(goals)

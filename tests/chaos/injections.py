@@ -28,6 +28,7 @@ class Injection:
 
     name = ""
     duration = 0.0
+    aftermath = 0.0  # [s] after its end in which what it does may only begin to show
 
     def kind(self):
         """As figures are told of it."""
@@ -142,8 +143,10 @@ class Cut(OfHost):
 
 
 class Deafen(OfHost):
-    """Nothing reaches the host; what it sends does."""
+    """Nothing reaches the host; what it sends does. When it has heard nobody for the lease of its participants, it drops
+    them and falls silent until it has found them again, which may begin when it hears already."""
     name = "deafen"
+    aftermath = LEASE + 0.5
 
     def begin(self, cell):
         cell.hosts.drop(self.host, "input", 100)

@@ -118,6 +118,29 @@ TEST_F(CellWatchTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
   EXPECT_EQ(watch.faults().over().front().kind, FaultKind::kProcessDied);
 }
 
+// Its agent could not be heard when it ended, and when it can be again the successor's beats come first.
+TEST_F(CellWatchTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndHoldsNobody) {
+  const std::int64_t killed = pids["planner/arm1"];
+  pids["planner/arm1"] += 1000;
+  run_for(1s);
+  ASSERT_TRUE(watch.alive("planner/arm1"));
+  ASSERT_TRUE(watch.faults().over().empty());
+  ProcessExit exit{killed, -1, 9, false};
+  exit.at = now - 3s;
+  watch.process_exited("planner/arm1", exit);
+  watch.process_started("planner/arm1", pids["planner/arm1"]);
+  watch.judge(now);
+  ASSERT_EQ(watch.faults().over().size(), 1U);
+  const FaultRecord& told = watch.faults().over().front();
+  EXPECT_EQ(told.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(told.since, now - 3s);
+  EXPECT_TRUE(watch.mode().decide().held_arms.empty());
+  watch.process_exited("planner/arm1", exit);
+  run_for(1s);
+  EXPECT_EQ(watch.faults().over().size(), 1U) << "told once";
+  EXPECT_TRUE(watch.faults().open().empty());
+}
+
 TEST_F(CellWatchTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
   kill("driver/arm1", 9);
   watch.judge(now);
