@@ -11,8 +11,9 @@ struct GoalResolver::Impl {
 
   Impl(std::vector<planner::Arm> arms, int self)
       : geometry(std::move(arms), self), thread([this](auto question) {
-          geometry.set_obstacles(*question->obstacles);
-          return Thread::Turn{resolve_goal(geometry, question->goal, question->q_now, question->states)};
+          const GoalQuestion& asked = question.value();  // nothing goes on without one
+          geometry.set_obstacles(*asked.obstacles);
+          return Thread::Turn{resolve_goal(geometry, asked.goal, asked.q_now, asked.states)};
         }) {}
 
   planner::CellGeometry geometry;  ///< of the thread alone

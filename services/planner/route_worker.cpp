@@ -15,7 +15,7 @@ struct RouteWorker::Impl {
 
   Impl(std::vector<planner::Arm> arms, std::vector<planner::LocalParameters> parameters, int self)
       : search(std::move(arms), std::move(parameters), self),
-        thread([this](auto asked) { return Thread::Turn{answer(*asked)}; }) {}
+        thread([this](auto asked) { return Thread::Turn{answer(asked.value())}; }) {}
 
   Answer answer(const Asked& asked) {
     const auto began = std::chrono::steady_clock::now();
