@@ -172,13 +172,13 @@ std::string reject(const Validity& validity, std::string_view which, std::span<c
   }
   if (const std::string outside = outside_limits(validity, q); !outside.empty()) return out.str() + ": " + outside;
   if (validity.state_free(padded(validity, minus(q, turns_at(validity, q))).data())) return {};
-  const Validity::Nearest nearest = validity.nearest(q);
-  if (nearest.distance <= 0.0) {
-    out << " is in collision: " << nearest.a << " and " << nearest.b << " overlap by " << -1e3 * nearest.distance
+  const Validity::Nearest tightest = validity.tightest(q);
+  if (tightest.distance <= 0.0) {
+    out << " is in collision: " << tightest.a << " and " << tightest.b << " overlap by " << -1e3 * tightest.distance
         << " mm";
   } else {
-    out << " leaves too little room: " << nearest.a << " and " << nearest.b << " are " << 1e3 * nearest.distance
-        << " mm apart";
+    out << " leaves too little room: " << tightest.a << " and " << tightest.b << " are " << 1e3 * tightest.distance
+        << " mm apart, and " << 1e3 * tightest.wanted << " mm are wanted";
   }
   return out.str();
 }

@@ -241,6 +241,14 @@ bool Validity::edge_free(const float* a, const float* b, int finer) const {
 }
 
 Validity::Nearest Validity::nearest(std::span<const double> q) const {
+  return least(q, false);
+}
+
+Validity::Nearest Validity::tightest(std::span<const double> q) const {
+  return least(q, true);
+}
+
+Validity::Nearest Validity::least(std::span<const double> q, bool beyond_wanted) const {
   struct Placed {
     const Body* body;
     Pose X_WS;
@@ -259,18 +267,22 @@ Validity::Nearest Validity::nearest(std::span<const double> q) const {
       bodies.push_back({&body, kinematics.X_WL[body.link] * body.X_CS, geometry.body_name(geometry.self(), body)});
     }
   }
-  Nearest nearest{{}, {}, std::numeric_limits<double>::infinity()};
-  const auto consider = [&](const Placed& a, const world::Shape& shape, const Pose& X_WS, const std::string& name) {
-    const double distance = shape_distance(a.body->shape, a.X_WS, shape, X_WS).distance;
-    if (distance < nearest.distance) nearest = {a.name, name, distance};
+  Nearest nearest{{}, {}, std::numeric_limits<double>::infinity(), 0.0};
+  const auto room = [&](const Nearest& pair) { return pair.distance - (beyond_wanted ? pair.wanted : 0.0); };
+  const auto consider = [&](const Placed& a, const world::Shape& shape, const Pose& X_WS, const std::string& name,
+                            double wanted) {
+    const Nearest pair{a.name, name, shape_distance(a.body->shape, a.X_WS, shape, X_WS).distance, wanted};
+    if (room(pair) < room(nearest)) nearest = pair;
   };
   for (const KernelPair& pair : robot_.pairs) {
     const Placed& b = bodies[pair.b];
-    consider(bodies[pair.a], b.body->shape, b.X_WS, b.name);
+    consider(bodies[pair.a], b.body->shape, b.X_WS, b.name, pair.padding);
   }
   for (const Placed& own : bodies) {
     if (!own.body->moves) continue;
-    for (const WorldBody& other : world_bodies_) consider(own, other.shape, other.X_WS, other.name);
+    for (const WorldBody& other : world_bodies_) {
+      consider(own, other.shape, other.X_WS, other.name, options_.padding);
+    }
   }
   return nearest;
 }

@@ -78,15 +78,23 @@ class Validity {
     std::string a;
     std::string b;
     double distance = 0.0;  ///< [m]; negative: depth; infinite without any pair
+    double wanted = 0.0;    ///< is kept between the two [m]
   };
   [[nodiscard]] Nearest nearest(std::span<const double> q) const;
+  /// The pair that has the least room beyond what is wanted: why a configuration is not free.
+  [[nodiscard]] Nearest tightest(std::span<const double> q) const;
 
-  /// The smallest distance of the same pairs on the straight way from a to b, everywhere on it: never more than that,
-  /// and less by 0.2 % or 2 µm at most, unless that takes more than a million distances [m]. Negative: depth; infinite
+  enum class Pairs : std::uint8_t {
+    kAll,
+    kNotOwn,  ///< without those of two links of one arm
+  };
+  /// The smallest distance of these pairs on the straight way from a to b, everywhere on it: never more than that, and
+  /// less by 0.2 % or 2 µm at most, unless that takes more than a million distances [m]. Negative: depth; infinite
   /// without any pair.
-  [[nodiscard]] double clearance(std::span<const double> a, std::span<const double> b) const;
+  [[nodiscard]] double clearance(std::span<const double> a, std::span<const double> b, Pairs pairs = Pairs::kAll) const;
 
  private:
+  [[nodiscard]] Nearest least(std::span<const double> q, bool beyond_wanted) const;
   void add_arm(const CellGeometry& geometry, int first_dimension, int first_body);
   void add_pairs(const std::vector<int>& first_body);
   static double from_obstacle(const void* self, int body, const float* frame, int obstacle);

@@ -35,7 +35,7 @@ struct Stretch {
 
 }  // namespace
 
-double Validity::clearance(std::span<const double> a, std::span<const double> b) const {
+double Validity::clearance(std::span<const double> a, std::span<const double> b, Pairs pairs) const {
   const auto lever = [&](int body, int j) {
     return static_cast<double>(levers_[static_cast<std::size_t>(body) * robot_.dimensions + j]);
   };
@@ -45,6 +45,7 @@ double Validity::clearance(std::span<const double> a, std::span<const double> b)
   }
   std::vector<Gap> all;
   for (const KernelPair& pair : robot_.pairs) {
+    if (pairs == Pairs::kNotOwn && body_arm_[pair.a] == body_arm_[pair.b]) continue;
     Gap gap{pair.a, pair.b, false, 0.0};
     for (int j = 0; j < robot_.dimensions; ++j) {
       const double one = lever(pair.a, j);

@@ -104,7 +104,8 @@ PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, 
 PlanOutcome by_field(const PlanQuery& query, const Options& options) {
   FieldQuery field(query, options.clearance);
   return timed(
-      options, [&](Clock::time_point) { return field.plan(); }, [&](global::Plan& plan) { field.refine(plan); });
+      options, [&](Clock::time_point) { return field.plan(); },
+      [&](global::Plan& plan) { field.refine(plan, options.keep); });
 }
 
 std::optional<planner::Method> cspace_method(const Options& options) {
@@ -145,7 +146,7 @@ void time_path(const global::Validity& validity, const Options& options, PlanOut
   const auto began = Clock::now();
   global::TimedPathOptions timing;
   timing.blend.deviation = options.deviation;
-  const double beyond = outcome.clearance - options.clearance;
+  const double beyond = outcome.obstacle_clearance - options.clearance;
   timing.clearance = std::clamp(0.9 * beyond, 0.0, options.keep);
   outcome.trajectory = options.jerk > 0.0
                            ? global::jerk_limited_path(validity, outcome.plan.path, options.jerk, timing)
@@ -173,6 +174,35 @@ std::vector<std::string> graph_panels(const PlanQuery& query, const global::Vali
                       kPanel)};
 }
 
+/// A method that does not go by an option must not look as if it did.
+void refuse_what_does_not_matter(const CLI::App& command, const Options& options) {
+  const auto refuse = [&](std::initializer_list<const char*> names, const char* why) {
+    for (const char* name : names) {
+      if (command.count(name) == 0) continue;
+      throw Failure(ExitCode::kUsage, std::string(name) + " is not for " + options.method + ": " + why);
+    }
+  };
+  if (cspace_method(options)) {
+    refuse({"--trajectory", "--jerk", "--deviation", "--clearance", "--keep", "--step"},
+           "the arm itself goes its way, as its parameters in the cell file say");
+  }
+  if (options.method == kByField) refuse({"--budget", "--step"}, "it goes down one way, for as long as that takes");
+}
+
+/// Before there is a plan that would be lost.
+void require_writable(const std::string& plot) {
+  if (!std::ofstream(plot, std::ios::app)) throw Failure(ExitCode::kBadInput, "--plot: " + plot + " cannot be written");
+}
+
+/// "--to ''" is what is left of a script's variable that was not set.
+void refuse_empty(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    const auto& words = option->results();
+    if (std::find(words.begin(), words.end(), "") == words.end()) continue;
+    throw Failure(ExitCode::kBadInput, option->get_name() + " = '' must not be empty: leave it out, or say what");
+  }
+}
+
 void draw(const PlanQuery& query, const global::Validity& validity, const PlanOutcome& outcome,
           const Options& options) {
   std::ofstream file(options.plot);
@@ -183,20 +213,21 @@ void draw(const PlanQuery& query, const global::Validity& validity, const PlanOu
 
 ExitCode run(const Settings& settings, const Options& options) {
   const PlanQuery query = make_plan_query(options.words);
+  const auto cspace = cspace_method(options);
+  if (!options.plot.empty() && !cspace) {
+    (void)only_arm(query, "--plot");
+    require_writable(options.plot);
+  }
   global::ValidityOptions validity_options;
   validity_options.step = options.step;
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
-  const auto cspace = cspace_method(options);
-  if (cspace && (options.period > 0.0 || options.jerk > 0.0)) {
-    throw Failure(ExitCode::kUsage, std::string(options.period > 0.0 ? "--trajectory" : "--jerk") + " is not for " +
-                                        options.method + ": the arm itself goes its way");
-  }
   PlanOutcome outcome = cspace                       ? by_cspace(query, validity, *cspace, options)
                         : options.method == kByField ? by_field(query, options)
                                                      : by_search(query, validity, options);
   if (outcome.plan.solved()) {
-    outcome.clearance = smallest_clearance(validity, outcome.plan);
+    outcome.clearance = smallest_clearance(validity, outcome.plan, global::Validity::Pairs::kAll);
+    outcome.obstacle_clearance = smallest_clearance(validity, outcome.plan, global::Validity::Pairs::kNotOwn);
     if (!cspace) time_path(validity, options, outcome);
   }
   outcome.notes = query.notes;
@@ -238,18 +269,18 @@ void add_plan(CLI::App& app, Session& session) {
   constexpr config::Bounds kStep{1e-4, 1.0, "rad | m"};
   add_number(
       *command, "--step", [options = options.get()](double step) { options->step = step; },
-      "between configurations that are checked on a straight way, in joint space (0.03)", kStep);
+      "between configurations that are checked on a straight way, in joint space [rad | m] (0.03)", kStep);
   constexpr config::Bounds kClearance{0.0, 1.0, "m"};
   add_number(
       *command, "--clearance", [options = options.get()](double distance) { options->clearance = distance; },
-      "distance to keep from all obstacles and other arms (0)", kClearance);
+      "distance to keep from all obstacles and other arms [m] (0)", kClearance);
   add_number(
       *command, "--keep", [options = options.get()](double distance) { options->keep = distance; },
-      "distance beyond --clearance that shortening keeps, where the path that was found has it (0.01)", kClearance);
+      "distance beyond --clearance that shortening keeps, where the path that was found has it [m] (0.01)", kClearance);
   constexpr config::Bounds kDeviation{0.0, 1.0, "rad | m"};
   add_number(
       *command, "--deviation", [options = options.get()](double deviation) { options->deviation = deviation; },
-      "how far rounded corners may leave the path, in joint space; 0: the arm stops at every corner (0.05)",
+      "how far rounded corners may leave the path, in joint space [rad | m]; 0: the arm stops at every corner (0.05)",
       kDeviation);
   add_duration(*command, "--trajectory", options->period,
                "also print the trajectory, sampled so often: positions, velocities, accelerations", 1e-4, 3600.0);
@@ -266,13 +297,15 @@ void add_plan(CLI::App& app, Session& session) {
       ->type_name("FILE|DIR");
   add_robot_options(*command, words.robot);
   command->footer(
-      "By sensed_cspace and known_cspace the arm goes its way in virtual time, for tasks.time_limit at most; --seed "
-      "is\n"
-      "that of its sensors' noise, --budget and --raw do not matter.\n"
+      "By sensed_cspace and known_cspace the arm goes its way in virtual time, for tasks.time_limit at most;\n"
+      "--seed is that of its sensors' noise, --budget and --raw do not matter.\n"
+      "Links of one arm only must not touch each other, whatever --clearance is.\n"
       "Exit code 1 when there is no path: the reason says why.");
   command->callback([&session, options, command] {
     check_robot_options(options->words.robot);
     session.action = [&session, options, command] {
+      refuse_empty(*command);
+      refuse_what_does_not_matter(*command, *options);
       if (!is_robot(options->words.file)) refuse_robot_options(*command);
       if (is_robot(options->words.file) && !options->words.arms.empty()) {
         throw Failure(ExitCode::kUsage, "--arm is for a cell file alone: a URDF is one arm");

@@ -8,6 +8,7 @@
 #include "planner/simulation/cell_simulation.hpp"
 #include "services/cli/episode_plotter.hpp"
 #include "services/cli/failure.hpp"
+#include "services/cli/method_option.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/config/method_rules.hpp"
 
@@ -26,7 +27,7 @@ planner::Cell cell_of(const PlanQuery& query, planner::Method method) {
   cell.name = query.first.arm.name;
   cell.arms.push_back(query.first);
   cell.arms.front().parameters.method = method;
-  cell.scene.obstacles = standing(query, "sensed_cspace, known_cspace");
+  cell.scene.obstacles = standing(query, "--method " + method_name(method));
   cell.timing = query.timing;
   cell.tasks.time_limit = query.time_limit;
   if (const std::string complaint = config::complain_about_method(cell.arms.front()); !complaint.empty()) {

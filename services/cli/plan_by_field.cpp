@@ -18,7 +18,7 @@ using planner::global::PlanStatus;
 /// Configurations of a path that a picture shows.
 constexpr int kShown = 30;
 
-constexpr const char* kWho = "potential_field";
+constexpr const char* kWho = "--method potential_field";
 
 planner::CellGeometry alone(const PlanQuery& query) {
   planner::CellGeometry geometry({only_arm(query, kWho)}, 0);
@@ -64,6 +64,13 @@ PlanStatus status_of(planner::potential::DescentOutcome outcome) {
   }
 }
 
+bool is_free(const std::vector<JointVector>& path, planner::potential::FreeMotion& motion) {
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    if (!motion.free(path[i], path[i + 1])) return false;
+  }
+  return true;
+}
+
 /// At equal distances on the path, ends included.
 std::vector<JointVector> spread(const std::vector<JointVector>& path, int count) {
   const double whole = planner::potential::length(path);
@@ -87,6 +94,7 @@ FieldQuery::FieldQuery(const PlanQuery& query, double margin)
     : query_(query),
       geometry_(alone(query)),
       field_(geometry_, query.first.parameters.potential),
+      margin_(margin),
       motion_(geometry_, states_of(query), {}, margin) {}
 
 Plan FieldQuery::plan() {
@@ -111,16 +119,23 @@ Plan FieldQuery::plan() {
   return plan;
 }
 
-void FieldQuery::refine(Plan& plan) {
-  set_path(planner::potential::refine(joints_of(plan.path), motion_), plan);
+void FieldQuery::refine(Plan& plan, double keep) {
+  const std::vector<JointVector> path = joints_of(plan.path);
+  for (const double share : {1.0, 0.25}) {
+    planner::potential::FreeMotion roomier(geometry_, states_of(query_), {}, margin_ + share * keep);
+    if (!is_free(path, roomier)) continue;
+    set_path(planner::potential::refine(path, roomier), plan);
+    return;
+  }
+  set_path(planner::potential::refine(path, motion_), plan);
 }
 
 std::string plan_picture(const PlanQuery& query, const Plan& plan, bool field, const std::string& title,
                          std::vector<std::string> panels) {
   planner::PlannedArm planned;
-  planned.arm = only_arm(query, kWho);
+  planned.arm = only_arm(query, "--plot");
   planned.parameters.potential = query.first.parameters.potential;
-  const std::vector<world::Obstacle> obstacles = standing(query, kWho);
+  const std::vector<world::Obstacle> obstacles = standing(query, "--plot");
   const JointVector goal = joints_of(query.goal);
   const std::vector<JointVector> path =
       plan.solved() ? spread(joints_of(plan.path), kShown) : std::vector<JointVector>{joints_of(query.start)};

@@ -17,13 +17,15 @@ class FieldQuery {
 
   /// Not solved: `reason` says in what the descent ended, and how far from the goal.
   [[nodiscard]] planner::global::Plan plan();
-  /// Post-processes a solved plan's path.
-  void refine(planner::global::Plan& plan);
+  /// Post-processes a solved plan's path. Beyond the margin it keeps `keep` [m] where the whole path has that, else a
+  /// quarter of it where it has that.
+  void refine(planner::global::Plan& plan, double keep);
 
  private:
   const PlanQuery& query_;
   planner::CellGeometry geometry_;
   planner::potential::PotentialField field_;
+  double margin_;  ///< [m]
   planner::potential::FreeMotion motion_;
 };
 

@@ -25,10 +25,16 @@ std::string status_name(PlanStatus status) {
   return "";
 }
 
-/// Every period, and the end. None for a path that leads nowhere.
+/// Of a solved plan: every period, and the end.
 template <typename Use>
-void each_sample(const planner::AveragedTrajectory& trajectory, double period, const Use& use) {
-  if (trajectory.empty()) return;
+void each_sample(const PlanOutcome& outcome, double period, const Use& use) {
+  const planner::AveragedTrajectory& trajectory = outcome.trajectory;
+  if (trajectory.empty()) {  // the goal is the start
+    const std::vector<double>& q = outcome.plan.path.front();
+    const Eigen::VectorXd rest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(q.size()));
+    use(0.0, planner::TrajectoryPoint{Eigen::Map<const Eigen::VectorXd>(q.data(), rest.size()), rest, rest});
+    return;
+  }
   const auto whole = static_cast<std::uint64_t>(std::ceil(trajectory.duration() / period - 1e-9));
   for (std::uint64_t i = 0; i <= whole; ++i) {
     const double t = std::min(static_cast<double>(i) * period, trajectory.duration());
@@ -40,9 +46,9 @@ std::vector<double> numbers(const Eigen::VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-Json samples(const planner::AveragedTrajectory& trajectory, double period) {
+Json samples(const PlanOutcome& outcome, double period) {
   Json list = Json::array();
-  each_sample(trajectory, period, [&](double t, const planner::TrajectoryPoint& at) {
+  each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
     list.push_back({{"t", t}, {"q", numbers(at.q)}, {"qd", numbers(at.qd)}, {"qdd", numbers(at.qdd)}});
   });
   return {{"period_s", period}, {"samples", list}};
@@ -56,10 +62,11 @@ std::string row(const std::vector<double>& values) {
 
 }  // namespace
 
-double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan) {
+double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan,
+                          planner::global::Validity::Pairs pairs) {
   double smallest = HUGE_VAL;
   for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
-    smallest = std::min(smallest, validity.clearance(plan.path[i], plan.path[i + 1]));
+    smallest = std::min(smallest, validity.clearance(plan.path[i], plan.path[i + 1], pairs));
   }
   return smallest;
 }
@@ -80,9 +87,10 @@ Json plan_json(const PlanOutcome& outcome, double period) {
                {"path", plan.path},
                {"length", plan.solved() ? Json(plan.length) : Json(nullptr)},
                {"min_clearance_m", plan.solved() ? Json(outcome.clearance) : Json(nullptr)},
+               {"min_obstacle_clearance_m", plan.solved() ? Json(outcome.obstacle_clearance) : Json(nullptr)},
                {"duration_s", plan.solved() ? Json(outcome.duration) : Json(nullptr)}};
   if (!outcome.notes.empty()) json["notes"] = outcome.notes;
-  if (period > 0.0) json["trajectory"] = plan.solved() ? samples(outcome.trajectory, period) : Json(nullptr);
+  if (period > 0.0) json["trajectory"] = plan.solved() ? samples(outcome, period) : Json(nullptr);
   return json;
 }
 
@@ -93,11 +101,12 @@ std::string plan_text(const PlanOutcome& outcome, double period, const Palette& 
       palette.green("solved") + " by " + outcome.method + " in " + duration_text(1e-6 * outcome.planning_us);
   if (outcome.simplify_us > 0.0) text += ", simplified in " + duration_text(1e-6 * outcome.simplify_us);
   text += "; " + outcome.effort + "\nlength " + decimal_text(plan.length, 3) + ", smallest clearance " +
-          distance_text(outcome.clearance) + ", takes the arm " + duration_text(outcome.duration) + "\n";
+          distance_text(outcome.clearance) + " (from obstacles and other arms " +
+          distance_text(outcome.obstacle_clearance) + "), takes the arm " + duration_text(outcome.duration) + "\n";
   for (const auto& q : plan.path) text += row(q);
   if (period <= 0.0) return text;
   text += "trajectory: t q\n";
-  each_sample(outcome.trajectory, period, [&](double t, const planner::TrajectoryPoint& at) {
+  each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
     std::vector<double> values = numbers(at.q);
     values.insert(values.begin(), t);
     text += row(values);

@@ -20,6 +20,7 @@ struct PlanOutcome {
   double simplify_us = 0.0;
   double timing_us = 0.0;                  ///< of rounding the corners and finding the times
   double clearance = HUGE_VAL;             ///< on the path [m]
+  double obstacle_clearance = HUGE_VAL;    ///< the same without that of links of one arm from each other [m]
   std::string effort;                      ///< in words, for people
   double duration = 0.0;                   ///< that the arm takes on a solved plan's path [s]
   planner::AveragedTrajectory trajectory;  ///< on it, unless the method is one that goes it itself
@@ -29,7 +30,8 @@ struct PlanOutcome {
 };
 
 /// The smallest distance on the path, from below (Validity::clearance) [m].
-[[nodiscard]] double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan);
+[[nodiscard]] double smallest_clearance(const planner::global::Validity& validity, const planner::global::Plan& plan,
+                                        planner::global::Validity::Pairs pairs);
 
 /// `period` [s]: of the samples of the trajectory; 0: none are printed.
 [[nodiscard]] Json plan_json(const PlanOutcome& outcome, double period);

@@ -1,6 +1,7 @@
 #include "services/cli/plan_query.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "services/cli/failure.hpp"
 #include "services/cli/quantities.hpp"
@@ -76,6 +77,37 @@ std::vector<double> configuration(const std::string& option, const std::string& 
   return parsed.numbers;
 }
 
+/// Arms of one kind have joints of the same names: which of them a request means cannot be told.
+void refuse_shared_joints(const std::string& file, const planner::Cell& cell, const std::vector<int>& arms) {
+  std::map<std::string, std::vector<std::string_view>> owners;
+  for (const int arm : arms) {
+    const planner::Arm& planned = cell.arms[arm].arm;
+    for (const std::string& joint : planned.model->joint_names) owners[joint].emplace_back(planned.name);
+  }
+  for (const auto& [joint, names] : owners) {
+    if (names.size() < 2) continue;
+    throw Failure(ExitCode::kBadInput, file + ": start_state.joint_state.name: '" + config::printable(joint) +
+                                           "' is a joint of each of the planned arms " + config::listed(names) +
+                                           "; a request is for one of them, --from and --to are for several");
+  }
+}
+
+/// Where nothing says what the groups are, the name is told.
+void check_group(const PlanWords& words, const std::string& group, PlanQuery& query) {
+  if (group.empty()) return;
+  const std::string says = words.moveit_request + ": group_name = '" + config::printable(group) + "' ";
+  const std::string& srdf = words.robot.srdf;
+  const std::vector<std::string> groups = srdf.empty() ? std::vector<std::string>() : config::groups_of_srdf(srdf);
+  if (groups.empty()) {
+    query.notes.push_back(says + "is not read: " +
+                          (is_robot(words.file) ? "without an SRDF with groups the chain to the tool is planned"
+                                                : "the arms to plan for are said by --arm"));
+  } else if (std::find(groups.begin(), groups.end(), group) == groups.end()) {
+    const std::vector<std::string_view> known(groups.begin(), groups.end());
+    throw Failure(ExitCode::kBadInput, says + "must be " + config::alternatives(known) + ", the groups of " + srdf);
+  }
+}
+
 std::vector<double> by_name(const std::string& file, const std::map<std::string, double>& positions,
                             const planner::Cell& cell, const std::vector<int>& arms) {
   std::vector<double> values;
@@ -121,6 +153,8 @@ void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vec
   if (!words.moveit_request.empty()) {
     const config::MoveItRequest request = config::read_moveit_request(words.moveit_request);
     query.notes.insert(query.notes.end(), request.notes.begin(), request.notes.end());
+    check_group(words, request.group, query);
+    refuse_shared_joints(words.moveit_request, cell, arms);
     check_names(words.moveit_request, request, joints_of(cell, arms), query);
     query.start = by_name(words.moveit_request + ": start_state", request.start, cell, arms);
     query.goal = by_name(words.moveit_request + ": goal_constraints", request.goal, cell, arms);
@@ -142,20 +176,51 @@ void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vec
   if (query.goal.empty()) throw Failure(ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
 }
 
+/// Objects of a scene are added to those of the cell: one name is one obstacle.
+void refuse_taken_names(const std::string& file, const config::MoveItScene& scene, const planner::Cell& cell) {
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    const std::string& name = scene.obstacles[i].name;
+    for (const world::Obstacle& obstacle : cell.scene.obstacles) {
+      if (obstacle.name != name) continue;
+      throw Failure(ExitCode::kBadInput, file + ": world.collision_objects[" + std::to_string(i) + "].id = '" +
+                                             config::printable(name) +
+                                             "' must be unique, but an obstacle of the cell has the same name");
+    }
+  }
+}
+
+/// Files may call the same robot otherwise, so another name is told only.
+void check_robot_name(const std::string& file, const std::string& robot, const planner::Cell& cell, PlanQuery& query) {
+  if (robot.empty()) return;
+  std::vector<std::string_view> known;
+  for (const planner::PlannedArm& planned : cell.arms) {
+    const std::string_view name = planned.arm.model->name;
+    if (name == robot) return;
+    if (std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
+  }
+  query.notes.push_back(file + ": robot_model_name = '" + config::printable(robot) + "' is not " +
+                        config::alternatives(known) + ": of this scene only the objects are read");
+}
+
+/// What the scene has is added to the cell.
+void add_moveit_scene(const PlanWords& words, planner::Cell& cell, PlanQuery& query) {
+  // A robot alone stands with its root at the origin.
+  std::vector<std::string> frames = {"world"};
+  if (is_robot(words.file)) frames.push_back(cell.arms.front().arm.model->links.front().name);
+  const config::MoveItScene scene = config::read_moveit_scene(words.moveit_scene, frames);
+  refuse_taken_names(words.moveit_scene, scene, cell);
+  cell.scene.obstacles.insert(cell.scene.obstacles.end(), scene.obstacles.begin(), scene.obstacles.end());
+  query.notes = scene.notes;
+  check_robot_name(words.moveit_scene, scene.robot, cell, query);
+}
+
 }  // namespace
 
 PlanQuery make_plan_query(const PlanWords& words) {
   planner::Cell cell = is_robot(words.file) ? cell_of_robot(words) : config::load_cell_file(words.file).cell;
   const std::vector<int> arms = planned_arms(cell, words.arms);
   PlanQuery query;
-  if (!words.moveit_scene.empty()) {
-    // A robot alone stands with its root at the origin.
-    std::vector<std::string> frames = {"world"};
-    if (is_robot(words.file)) frames.push_back(cell.arms.front().arm.model->links.front().name);
-    const auto more = config::read_moveit_scene(words.moveit_scene, frames);
-    cell.scene.obstacles.insert(cell.scene.obstacles.end(), more.obstacles.begin(), more.obstacles.end());
-    query.notes = more.notes;
-  }
+  if (!words.moveit_scene.empty()) add_moveit_scene(words, cell, query);
   query.obstacles = cell.scene.obstacles;
   query.first = cell.arms[arms.front()];
   query.timing = cell.timing;
@@ -182,16 +247,15 @@ PlanQuery make_plan_query(const PlanWords& words) {
   return query;
 }
 
-const planner::Arm& only_arm(const PlanQuery& query, const std::string& who) {
+const planner::Arm& only_arm(const PlanQuery& query, const std::string& option) {
   if (query.planned.size() != 1) {
-    throw Failure(ExitCode::kUsage,
-                  "--method " + who + " and --plot are for one arm, not for " + std::to_string(query.planned.size()));
+    throw Failure(ExitCode::kUsage, option + " is for one arm, not for " + std::to_string(query.planned.size()));
   }
   return query.planned.front().own_arm();
 }
 
-std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& who) {
-  const std::string& name = only_arm(query, who).name;
+std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& option) {
+  const std::string& name = only_arm(query, option).name;
   std::vector<world::Obstacle> obstacles;
   for (const planner::global::WorldBody& body : query.world) {
     world::Obstacle& obstacle = obstacles.emplace_back();

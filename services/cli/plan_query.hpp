@@ -36,10 +36,11 @@ struct PlanQuery {
 /// ModelError.
 [[nodiscard]] PlanQuery make_plan_query(const PlanWords& words);
 
-/// The planned arm. Throws Failure (usage) when there are several; `who`: the methods that are for one.
-[[nodiscard]] const planner::Arm& only_arm(const PlanQuery& query, const std::string& who);
+/// The planned arm. Throws Failure (usage) when there are several; `option`: what was given that is for one, such as
+/// "--plot" or "--method potential_field".
+[[nodiscard]] const planner::Arm& only_arm(const PlanQuery& query, const std::string& option);
 
 /// Everything that stands in the only planned arm's way, and what it carries.
-[[nodiscard]] std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& who);
+[[nodiscard]] std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& option);
 
 }  // namespace hecaton::services::cli

@@ -34,12 +34,23 @@ std::map<std::string, std::string> packages_of(const std::vector<std::string>& e
   return packages;
 }
 
+/// An option whose text is not empty: scripts whose variable is not set must not plan without the file that it names.
+void add_given_text(CLI::App& app, const std::string& name, std::string& text, const std::string& must_be,
+                    const std::string& description, const std::string& type) {
+  const auto set = [name, &text, must_be](const std::string& given) {
+    if (given.empty()) throw Failure(ExitCode::kBadInput, name + " = '' must be " + must_be);
+    text = given;
+  };
+  app.add_option_function<std::string>(name, set, description)->type_name(type);
+}
+
 }  // namespace
 
 void add_robot_options(CLI::App& app, RobotOptions& options) {
-  app.add_option("--srdf", options.srdf, "URDF only: SRDF with its collision filter and poses")->type_name("FILE");
-  app.add_option("--tool", options.tool, "URDF only: link of the tool frame; otherwise the chain's last")
-      ->type_name("LINK");
+  add_given_text(app, "--srdf", options.srdf, "the path of an SRDF",
+                 "URDF only: SRDF with its collision filter and poses", "FILE");
+  add_given_text(app, "--tool", options.tool, "the name of a link",
+                 "URDF only: link of the tool frame; otherwise the chain's last", "LINK");
   add_choice(app, "--meshes", options.meshes, {"hull", "capsule"},
              "URDF only: meshes become a convex hull or a capsule (hull)");
   app.add_option("--package", options.packages, "URDF only: folder of a package:// name, NAME=DIR")

@@ -23,6 +23,7 @@ struct RobotOptions {
   std::optional<double> default_velocity;  ///< [rad/s | m/s]
 };
 
+/// Parsing throws Failure (bad input) for a value that cannot be, such as an empty one.
 void add_robot_options(CLI::App& app, RobotOptions& options);
 /// Throws Failure (bad input) for a --package that is no NAME=DIR.
 void check_robot_options(const RobotOptions& options);

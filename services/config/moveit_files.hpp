@@ -13,8 +13,9 @@
 namespace hecaton::config {
 
 struct MoveItScene {
-  std::vector<world::Obstacle> obstacles;
-  std::vector<std::string> notes;  ///< sentences: what of the file does not matter here
+  std::vector<world::Obstacle> obstacles;  ///< in the order of world.collision_objects
+  std::string robot;                       ///< robot_model_name; empty: none given
+  std::vector<std::string> notes;          ///< sentences: what of the file does not matter here
 };
 
 /// world.collision_objects: boxes, spheres and cylinders that are added, in the planning frame, which is what an empty
@@ -27,11 +28,16 @@ struct MoveItScene {
 struct MoveItRequest {
   std::map<std::string, double> start;  ///< by joint name [rad | m]
   std::map<std::string, double> goal;
+  std::string group;  ///< group_name; empty: none given
   std::vector<std::string> notes;
 };
 
 /// start_state.joint_state, and the only one of goal_constraints, which must be joint_constraints; their tolerances are
-/// kept by going to the very position. Throws ConfigError, also for every other constraint.
+/// kept by going to the very position. Throws ConfigError, also for every other constraint and for a start that is a
+/// difference: what that start carries is not known.
 [[nodiscard]] MoveItRequest read_moveit_request(const std::string& path);
+
+/// The names of the groups of joints in an SRDF, in its order. Throws planner::ModelError.
+[[nodiscard]] std::vector<std::string> groups_of_srdf(const std::string& path);
 
 }  // namespace hecaton::config

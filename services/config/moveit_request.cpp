@@ -1,5 +1,9 @@
 #include <array>
+#include <string_view>
 
+#include <tinyxml2.h>
+
+#include "planner/model/xml_checks.hpp"
 #include "services/config/moveit_files.hpp"
 #include "services/config/moveit_values.hpp"
 
@@ -70,6 +74,7 @@ MoveItRequest read_moveit_request(const std::string& path) {
     speed->fail("0: limits of a link's speed are not read");
   }
   MoveItRequest request;
+  request.group = text_if_given(root, "group_name");
   request.start = robot_state(required(root, "start_state"));
   const YamlView goals = required(root, "goal_constraints");
   request.goal = goal_of(goals.items(1, 1, "constraints; goals to choose from are not read").front());
@@ -81,6 +86,19 @@ MoveItRequest read_moveit_request(const std::string& path) {
     request.notes.push_back(note);
   }
   return request;
+}
+
+std::vector<std::string> groups_of_srdf(const std::string& path) {
+  tinyxml2::XMLDocument document;
+  planner::load_xml(path, "SRDF", document);
+  std::vector<std::string> names;
+  const tinyxml2::XMLElement* robot = document.RootElement();
+  if (robot == nullptr) return names;
+  // Groups within groups refer to those beside them.
+  for (const auto* e = robot->FirstChildElement("group"); e != nullptr; e = e->NextSiblingElement("group")) {
+    names.push_back(planner::text_attribute(*e, "name", path));
+  }
+  return names;
 }
 
 }  // namespace hecaton::config

@@ -127,10 +127,9 @@ MoveItScene read_moveit_scene(const std::string& path, std::span<const std::stri
   const YamlView root(tree, path, "");
   const Frames frames{frame_names};
   check_keys(root, kSceneKeys);
-  if (const auto diff = root.entry("is_diff"); diff && diff->boolean()) {
-    diff->fail("false: what this scene is different from is not known");
-  }
+  refuse_diff(root, "scene");
   MoveItScene scene;
+  scene.robot = text_if_given(root, "robot_model_name");
   if (const auto state = root.entry("robot_state"); state && is_given(*state)) {
     static_cast<void>(robot_state(*state));
   }

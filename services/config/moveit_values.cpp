@@ -66,6 +66,17 @@ bool is_given(const YamlView& view) {
   return false;
 }
 
+std::string text_if_given(const YamlView& map, std::string_view key) {
+  const auto found = map.entry(key);
+  return found && is_given(*found) ? found->text() : std::string();
+}
+
+void refuse_diff(const YamlView& map, const std::string& what) {
+  const auto diff = map.entry("is_diff");
+  if (!diff || !diff->boolean()) return;
+  diff->fail("false: what this " + what + " is different from is not known");
+}
+
 void refuse_given(const YamlView& map, std::initializer_list<std::string_view> keys, std::string_view which) {
   for (const std::string_view key : keys) {
     const auto found = map.entry(key);
@@ -100,8 +111,8 @@ world::Pose pose(const YamlView& view) {
 
 std::map<std::string, double> robot_state(const YamlView& view) {
   check_keys(view, kStateKeys);
+  refuse_diff(view, "state");
   refuse_given(view, {"attached_collision_objects"}, "is not read: give it to an arm of a cell file as an obstacle");
-  if (const auto diff = view.entry("is_diff")) static_cast<void>(diff->boolean());
   if (const auto multi = view.entry("multi_dof_joint_state"); multi && is_given(*multi)) {
     check_keys(*multi, kMultiKeys);
     if (const auto transforms = multi->entry("transforms"); transforms && is_given(*transforms)) {

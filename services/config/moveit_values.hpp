@@ -24,6 +24,12 @@ void check_keys(const YamlView& map, std::span<const std::string_view> keys);
 /// Whether something is said: not of an empty value, text or list, nor of a map of such.
 [[nodiscard]] bool is_given(const YamlView& view);
 
+/// The text of a key that says something; otherwise empty.
+[[nodiscard]] std::string text_if_given(const YamlView& map, std::string_view key);
+
+/// Refuses is_diff = true; `what` is this.
+void refuse_diff(const YamlView& map, const std::string& what);
+
 /// Refuses keys that say something, with the sentence "…: has KEY, which …": `which` goes on there.
 void refuse_given(const YamlView& map, std::initializer_list<std::string_view> keys, std::string_view which);
 
@@ -34,8 +40,8 @@ void refuse_given(const YamlView& map, std::initializer_list<std::string_view> k
 /// {position, orientation}
 [[nodiscard]] world::Pose pose(const YamlView& view);
 
-/// A RobotState's joints at rest, by name [rad | m]. Refuses bodies attached to it and a base that is not at the
-/// origin; whether it says only what is different does not matter to who asks it for every joint.
+/// A RobotState's joints at rest, by name [rad | m]. Refuses bodies attached to it, a base that is not at the origin,
+/// and a state that is a difference: what it is different from may carry something.
 [[nodiscard]] std::map<std::string, double> robot_state(const YamlView& view);
 
 /// "scene.yaml: a, b are not read: WHY" of those keys that say something; empty when none does.

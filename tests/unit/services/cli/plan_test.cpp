@@ -111,15 +111,75 @@ TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
   EXPECT_LT(duration("0.1"), duration("0"));
 }
 
-TEST(PlanCommand, RefusesATrajectoryOfWhoGoesItself) {
-  const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--to", "across",
-                            "--method", "known_cspace", "--trajectory", "10ms"});
-  EXPECT_EQ(ran.code, ExitCode::kUsage);
-  EXPECT_NE(ran.err.find("--trajectory is not for known_cspace"), std::string::npos) << ran.err;
-  const Ran jerk = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--to", "across",
-                             "--method", "known_cspace", "--jerk", "10"});
-  EXPECT_EQ(jerk.code, ExitCode::kUsage);
-  EXPECT_NE(jerk.err.find("--jerk is not for known_cspace"), std::string::npos) << jerk.err;
+std::string cell(const std::string& name) {
+  return std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + name + ".yaml";
+}
+
+TEST(PlanCommand, RefusesWhatAMethodDoesNotGoBy) {
+  const auto refused = [](const std::string& file, const std::string& method, const std::string& option,
+                          const std::string& value) {
+    const Ran ran = run_line({"plan", cell(file), "--to", "across", "--method", method, option, value});
+    EXPECT_EQ(ran.code, ExitCode::kUsage) << option;
+    EXPECT_NE(ran.err.find(option + " is not for " + method), std::string::npos) << ran.err;
+  };
+  refused("planar_2r", "known_cspace", "--trajectory", "10ms");
+  refused("planar_2r", "known_cspace", "--jerk", "10");
+  refused("planar_2r", "known_cspace", "--clearance", "0.1");
+  refused("planar_2r", "sensed_cspace", "--keep", "0.1");
+  refused("planar_3r", "potential_field", "--budget", "1s");
+  refused("planar_3r", "potential_field", "--step", "0.1");
+}
+
+TEST(PlanCommand, RefusesTextThatIsEmpty) {
+  for (const std::string option : {"--from", "--to", "--moveit-scene", "--moveit-request", "--srdf", "--plot"}) {
+    std::vector<std::string> words{"plan", kPlanRobot, option, ""};
+    if (option != "--to") words.insert(words.end(), {"--to", "0 -1.5 1 0 0 0"});
+    const Ran ran = run_line(words);
+    EXPECT_EQ(ran.code, ExitCode::kBadInput) << option << ran.out;
+    EXPECT_NE(ran.err.find(option + " = ''"), std::string::npos) << ran.err;
+  }
+}
+
+// Its own links are nearer to each other than to the shelf, but nobody wants more of them than not to touch.
+TEST(PlanCommand, SaysOfTheRightPairThatItHasTooLittleRoom) {
+  const ScratchFile far("beside_scene", scene("1.5"));
+  const Ran ran = run_line({"plan", kPlanRobot, "--from", "0 0 0 0 0 0", "--to", "0 -1.5 1 0 0 0", "--moveit-scene",
+                            far.path(), "--clearance", "0.9"});
+  EXPECT_EQ(ran.code, ExitCode::kNegative);
+  EXPECT_NE(ran.out.find("leaves too little room"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("shelf"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("900 mm are wanted"), std::string::npos) << ran.out;
+}
+
+TEST(PlanCommand, WhoIsThereHasATrajectory) {
+  const Ran ran =
+      run_line({"plan", cell("planar_2r"), "--from", "across", "--to", "across", "--trajectory", "10ms", "-o", "json"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const Json plan = Json::parse(ran.out);
+  ASSERT_EQ(plan["trajectory"]["samples"].size(), 1U);
+  EXPECT_EQ(plan["trajectory"]["samples"][0]["q"], plan["path"].front());
+}
+
+TEST(PlanCommand, AFieldsPathKeepsRoomThatItHas) {
+  const auto room = [](const std::string& keep) {
+    const Ran ran = run_line(
+        {"plan", cell("planar_3r"), "--to", "across", "--method", "potential_field", "--keep", keep, "-o", "json"});
+    EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
+    return Json::parse(ran.out)["min_obstacle_clearance_m"].get<double>();
+  };
+  EXPECT_LT(room("0"), 0.04);
+  EXPECT_GT(room("0.04"), 0.04);
+}
+
+TEST(PlanCommand, WhatCannotBeDrawnIsRefusedBeforeAnythingIsLost) {
+  const ScratchFile picture("picture", "as it was");
+  const Ran several =
+      run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--to", "ready", "--plot", picture.path()});
+  EXPECT_EQ(several.code, ExitCode::kUsage);
+  EXPECT_NE(several.err.find("--plot"), std::string::npos) << several.err;
+  EXPECT_EQ(several.err.find("potential_field"), std::string::npos) << several.err;
+  std::ifstream file(picture.path());
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "as it was");
 }
 
 TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {

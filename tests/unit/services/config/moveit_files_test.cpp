@@ -63,6 +63,11 @@ TEST(MoveItScene, IsReadAsItsBenchmarksAndAsRosWriteIt) {
   EXPECT_NE(maps.notes[0].find("world.collision_objects[0]: subframe_names is not read"), std::string::npos);
 }
 
+TEST(MoveItScene, SaysWhichRobotItIsFor) {
+  EXPECT_EQ(scene_of(scene_with(kBox)).robot, "");
+  EXPECT_EQ(scene_of(scene_with(kBox, "robot_model_name: ur5\n")).robot, "ur5");
+}
+
 TEST(MoveItScene, SaysWhatDoesNotMatter) {
   const MoveItScene scene = scene_of(scene_with(
       kBox, "allowed_collision_matrix: {entry_names: [a]}\nrobot_state: {joint_state: {name: [j], position: [0]}}\n"));
@@ -102,6 +107,7 @@ TEST(MoveItScene, RefusesWhatItDoesNotUnderstand) {
     return scene_with(kBox, "robot_state: {joint_state: {name: [j], position: [0]}, " + more + "}\n");
   };
   refused(state("attached_collision_objects: [{link_name: hand}]"), "has attached_collision_objects");
+  refused(state("is_diff: true"), "robot_state.is_diff = true must be false");
   refused(state("multi_dof_joint_state: {joint_names: [v], transforms: [{translation: [0, 1, 0], rotation: [0, 0, 0, "
                 "1]}]}"),
           "translation = [0, 1, 0] must be [0, 0, 0]");
@@ -156,7 +162,30 @@ TEST(MoveItRequest, RefusesWhatItDoesNotUnderstand) {
   refused(request_with(kJoint, "", "joint_state: {name: [j], position: [0], velocity: [1]}"), "plans begin at rest");
   refused(request_with(kJoint, "", "joint_state: {name: [j], position: [0]}, attached_collision_objects: [{}]"),
           "has attached_collision_objects");
-  refused(request_with(kJoint, "", "is_diff: true"), "has no key 'joint_state'");
+  refused(request_with(kJoint, "", "is_diff: false"), "has no key 'joint_state'");
+  refused(request_with(kJoint, "", "is_diff: true, joint_state: {name: [j], position: [0]}"),
+          "start_state.is_diff = true must be false: what this state is different from is not known");
+  refused(request_with(kJoint, "group_name: [arm]\n"), "group_name = [arm] must be");
+}
+
+TEST(MoveItRequest, SaysWhichGroupItIsFor) {
+  MoveItRequest request;
+  const auto read = [&](const std::string& path) { request = read_moveit_request(path); };
+  EXPECT_EQ(
+      refusal(request_with(kJoint, "group_name: arm\n", "is_diff: false, joint_state: {name: [j], position: [0]}"),
+              read),
+      "");
+  EXPECT_EQ(request.group, "arm");
+  EXPECT_EQ(refusal(request_with(kJoint, "group_name: ''\n"), read), "");
+  EXPECT_EQ(request.group, "");
+}
+
+TEST(MoveItRequest, GroupsAreThoseOfTheSrdf) {
+  std::vector<std::string> groups;
+  EXPECT_EQ(refusal("<robot name='r'><group name='arm'/><link/><group name='all'><group name='arm'/></group></robot>",
+                    [&](const std::string& path) { groups = groups_of_srdf(path); }),
+            "");
+  EXPECT_EQ(groups, (std::vector<std::string>{"arm", "all"}));
 }
 
 }  // namespace
