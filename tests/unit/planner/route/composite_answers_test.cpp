@@ -1,7 +1,6 @@
-#include "planner/route/composite_policy.hpp"
-
 #include <gtest/gtest.h>
 
+#include "planner/route/composite_policy.hpp"
 #include "tests/unit/planner/route/room.hpp"
 
 namespace hecaton::planner {
