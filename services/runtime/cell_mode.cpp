@@ -11,12 +11,40 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+/// Whatever faults hold beside.
+ArmOrder ordered_by_people(const msg::CellMode& mode, std::string_view arm) {
+  if (mode.ordered() == msg::Mode::MODE_STOP || contains(mode.stopped_arms(), arm)) return ArmOrder::kStop;
+  if (mode.ordered() == msg::Mode::MODE_HOLD || contains(mode.arms_ordered_to_hold(), arm)) return ArmOrder::kHold;
+  return ArmOrder::kRun;
+}
+
+/// Of all that `former` orders, as strictly.
+bool knows_orders_of(const msg::CellMode& former, const msg::CellMode& mode) {
+  const auto holds = [&](const std::string& arm) {
+    return contains(mode.arms_ordered_to_hold(), arm) || contains(mode.stopped_arms(), arm);
+  };
+  const auto stops = [&](const std::string& arm) { return contains(mode.stopped_arms(), arm); };
+  return mode.ordered() >= former.ordered() && std::ranges::all_of(former.stopped_arms(), stops) &&
+         std::ranges::all_of(former.arms_ordered_to_hold(), holds);
+}
+
+ArmOrder order_in(const msg::CellMode& mode, std::string_view arm) {
+  if (mode.mode() == msg::Mode::MODE_STOP || contains(mode.stopped_arms(), arm)) return ArmOrder::kStop;
+  if (mode.mode() == msg::Mode::MODE_HOLD || contains(mode.held_arms(), arm)) return ArmOrder::kHold;
+  return ArmOrder::kRun;
+}
+
 }  // namespace
 
 // Within a term the latest arrival counts, not the highest sequence number: a supervisor that restarted within its term
 // counts from one again.
 bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point received) {
   if (mode.term() < term_) return false;
+  if (mode.term() > term_ && !former_) {
+    if (!knows_orders_of(mode_, mode)) former_ = mode_;
+    changed_ = received;
+  }
+  if (former_ && (received - changed_ >= kDoubt || knows_orders_of(*former_, mode))) former_.reset();
   heard_ = true;
   term_ = mode.term();
   mode_ = mode;
@@ -40,14 +68,18 @@ const msg::LostArm* CellModeView::lost(std::string_view arm) const {
 
 ArmOrder CellModeView::order(std::string_view arm) const {
   if (!heard_) return ArmOrder::kUnheard;
-  if (mode_.mode() == msg::Mode::MODE_STOP || contains(mode_.stopped_arms(), arm)) return ArmOrder::kStop;
-  if (mode_.mode() == msg::Mode::MODE_HOLD || contains(mode_.held_arms(), arm)) return ArmOrder::kHold;
-  return ArmOrder::kRun;
+  const ArmOrder now = order_in(mode_, arm);
+  return former_ ? std::max(now, ordered_by_people(*former_, arm)) : now;
 }
 
 std::string CellModeView::why(std::string_view arm) const {
+  const ArmOrder what = order(arm);
+  if (heard_ && what != order_in(mode_, arm)) {
+    return mode_.node() + " has begun to lead and does not know of an order of " + former_->node() +
+           " yet: " + former_->reason();
+  }
   const auto because = [this] { return mode_.reason().empty() ? std::string() : ": " + mode_.reason(); };
-  switch (order(arm)) {
+  switch (what) {
     case ArmOrder::kUnheard:
       return mode_.term() == 0 ? "no supervisor was heard yet"
                                : "no supervisor was heard since this process was stopped and away";

@@ -1,8 +1,10 @@
 #pragma once
 /// What the supervisor orders, as one arm's planner or driver understands it.
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,6 +15,7 @@
 
 namespace hecaton::services {
 
+/// The later, the stricter.
 enum class ArmOrder {
   kUnheard,  ///< no cell mode was ever heard: to be treated as hold
   kRun,
@@ -21,8 +24,13 @@ enum class ArmOrder {
 };
 
 /// The newest cell mode of the highest term. Stays what it was while the supervisor is silent.
+///
+/// People's orders hold for kDoubt after another supervisor has begun to lead, also where it does not know of them: who
+/// had them, on the other side of a partition or started again by now, hands them over within that time.
 class CellModeView {
  public:
+  static constexpr std::chrono::seconds kDoubt{2};
+
   /// `received`: when it arrived. False when it was ignored because its term is older than one already seen.
   bool apply(const msg::CellMode& mode, bus::Clock::time_point received = {});
   /// The order may have changed unheard: kUnheard until the next cell mode. Terms stay what they were.
@@ -47,6 +55,8 @@ class CellModeView {
   std::uint64_t term_ = 0;
   msg::CellMode mode_;
   bus::Clock::time_point received_;
+  std::optional<msg::CellMode> former_;  // the last of the leader before, while its orders hold
+  bus::Clock::time_point changed_;       // when the leader did
 };
 
 /// A CellModeView that is fed from the bus, and forgets the order while its participant is away.

@@ -31,6 +31,16 @@ std::string_view mode_name(MoveMode mode) {
   return "unknown";
 }
 
+Orders beyond(const Orders& orders, const Orders& known) {
+  Orders rest;
+  if (orders.cell > known.cell) rest.cell = orders.cell;
+  for (const auto& [arm, mode] : orders.arms) {
+    const auto same = known.arms.find(arm);
+    if (same == known.arms.end() || mode > same->second) rest.arms[arm] = mode;
+  }
+  return rest;
+}
+
 std::string CellModeState::unknown(const std::vector<std::string>& arms) const {
   for (const std::string& arm : arms) {
     if (std::find(arms_.begin(), arms_.end(), arm) == arms_.end()) {
@@ -93,6 +103,13 @@ void CellModeState::restore(const Orders& orders, const OrderCauses& causes) {
   }
   causes_.insert(causes.begin(), causes.end());
   std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == MoveMode::kRun; });
+}
+
+void CellModeState::add(const Orders& orders) {
+  order({}, orders.cell);
+  for (const auto& [arm, mode] : orders.arms) {
+    if (mode != MoveMode::kRun && unknown({arm}).empty()) order({arm}, mode);
+  }
 }
 
 MoveMode CellModeState::order_of(std::string_view arm) const {

@@ -22,7 +22,11 @@ struct Orders {
   MoveMode cell = MoveMode::kRun;
   std::map<std::string, MoveMode, std::less<>> arms;  ///< those that have an order of their own: kHold or kStop
   bool operator==(const Orders&) const = default;
+  [[nodiscard]] bool empty() const { return cell == MoveMode::kRun && arms.empty(); }
 };
+
+/// Of `orders`, those that `known` does not have, or has less strictly.
+[[nodiscard]] Orders beyond(const Orders& orders, const Orders& known);
 
 /// Of the orders that faults gave: what was seen, by arm; of the cell's under "".
 using OrderCauses = std::map<std::string, std::string, std::less<>>;
@@ -62,6 +66,8 @@ class CellModeState {
   void set_automatic(AutomaticHolds holds) { automatic_ = std::move(holds); }
   /// Orders of an earlier life or another's; those of unknown arms are dropped. Their causes, as far as we know any.
   void restore(const Orders& orders, const OrderCauses& causes = {});
+  /// Also these orders; what is stricter already stays so. Those of unknown arms are dropped.
+  void add(const Orders& orders);
 
   [[nodiscard]] const Orders& orders() const { return orders_; }
   [[nodiscard]] const OrderCauses& causes() const { return causes_; }

@@ -21,6 +21,10 @@ std::string milliseconds(Time time) {
 constexpr char kBeside = '#';
 /// Two processes that both beat within this are there at one time.
 constexpr Time kTwins = std::chrono::seconds(1);
+/// Longer than anybody needs to take over, and than clocks of hosts differ: what came and went is kept so long.
+constexpr Time kPassing = std::chrono::seconds(5);
+/// By so much two supervisors may differ about when something was.
+constexpr Time kSameTime = std::chrono::seconds(1);
 /// So often the beats of one come after those of another only when both are alive.
 constexpr int kStragglers = 6;
 
@@ -135,7 +139,7 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit, b
 void CellWatch::contacts(std::uint64_t count, const std::string& subject, const std::string& seen) {
   const bool first = !std::exchange(contacts_known_, true);
   if (first && faults_.knows(FaultKind::kContact)) contacts_ = count;
-  if (count > contacts_) contact_ = FaultSight{FaultKind::kContact, FaultSeverity::kCritical, subject, seen};
+  if (count > contacts_) untold_contacts_.push_back({FaultKind::kContact, FaultSeverity::kCritical, subject, seen});
   contacts_ = count;
 }
 
@@ -178,12 +182,34 @@ void CellWatch::judge_twins(Time now) {
 }
 
 void CellWatch::judge_contacts(Time now) {
-  const auto contact = std::exchange(contact_, std::nullopt);
-  if (!contact) return;
   const std::string cause = "contact";  // of no node
-  faults_.raise(cause, *contact, now);
-  faults_.clear(cause, now);
-  if (limits_.waits_for_resume.contains(FaultKind::kContact)) mode_.hold_until_resumed({}, contact->seen);
+  for (const FaultSight& contact : std::exchange(untold_contacts_, {})) {
+    note_passing({contact.since.value_or(now), {}, {}, contact});
+    faults_.raise(cause, contact, now);
+    faults_.clear(cause, now);
+    if (limits_.waits_for_resume.contains(FaultKind::kContact)) mode_.hold_until_resumed({}, contact.seen);
+  }
+}
+
+void CellWatch::note_passing(Passing passing) {
+  while (!passing_.empty() && passing_.front().at < passing.at - kPassing) passing_.pop_front();
+  passing_.push_back(std::move(passing));
+}
+
+// Deaths that the list has are left out when they are judged.
+void CellWatch::judge_again(Time since) {
+  for (const Passing& passing : passing_) {
+    if (passing.at < since) continue;
+    if (passing.node.empty()) {
+      if (faults_.knows(passing.contact, passing.at - kSameTime)) continue;
+      untold_contacts_.push_back(passing.contact);
+      untold_contacts_.back().since = passing.at;
+    } else {
+      State& state = states_.find(passing.node)->second;
+      state.unjudged = passing.exit;
+      state.unjudged_since = passing.at;
+    }
+  }
 }
 
 void CellWatch::judge(Time now) {
@@ -197,13 +223,19 @@ void CellWatch::judge(Time now) {
   }
   std::set<const FaultRecord*> fresh;
   const auto raise = [&](const ExpectedNode& node, const FaultSight& sight) {
-    if (faults_.raise(node.name, sight, now)) fresh.insert(faults_.open(node.name));
+    // Who has resumed since need not say so again when the same is explained better.
+    const FaultRecord* known = faults_.open(node.name);
+    const bool waited = known && limits_.waits_for_resume.contains(known->kind);
+    if (faults_.raise(node.name, sight, now) && !waited) fresh.insert(faults_.open(node.name));
   };
   for (const ExpectedNode& node : nodes_) {
     State& state = states_.find(node.name)->second;
     const auto exit = std::exchange(state.unjudged, std::nullopt);
-    const auto death = exit ? std::optional(death_sight(node, *exit, state.silence_at_end)) : std::nullopt;
+    const auto since = std::exchange(state.unjudged_since, std::nullopt);
+    auto death = exit ? std::optional(death_sight(node, *exit, state.silence_at_end)) : std::nullopt;
+    if (death && since) death->since = since;
     if (death && !faults_.knows(*death)) {
+      note_passing({death->since.value_or(now), node.name, *exit, {}});
       // Told even when its successor was heard of in the same instant; over with the next judgement then. What an
       // earlier supervisor has told already is history.
       raise(node, *death);

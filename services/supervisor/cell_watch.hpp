@@ -5,6 +5,7 @@
 /// One turn of its owner's loop: advance(now), everything that was heard, judge(now).
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -86,6 +87,9 @@ class CellWatch {
   /// Of an arm with a standby: only the faults of this planner hold the arm.
   void put_in_charge(const std::string& arm, const std::string& planner) { in_charge_[arm] = planner; }
   void judge(Time now);
+  /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
+  /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.
+  void judge_again(Time since);
 
   [[nodiscard]] FaultList& faults() { return faults_; }
   [[nodiscard]] const FaultList& faults() const { return faults_; }
@@ -116,6 +120,7 @@ class CellWatch {
     std::string failure{};                  // in its own words
     std::optional<ProcessExit> unjudged{};  // an end that no judgement has seen, whoever came after it
     Time silence_at_end{0};                 // when its last end was told
+    std::optional<Time> unjudged_since{};   // when that unjudged end was, if it is judged once more
     Time beat_at{0};                        // the last, of whichever process
     std::int64_t former_pid = 0;            // that beat before this one
     std::int64_t untold_pid = 0;            // beat before this one, and nobody has told that it ended; 0: none
@@ -133,6 +138,14 @@ class CellWatch {
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
+  /// An end, or a contact (no node), as it was judged.
+  struct Passing {
+    Time at{0};
+    std::string node;
+    ProcessExit exit;
+    FaultSight contact;
+  };
+  void note_passing(Passing passing);
   void note_process(State& state, std::int64_t pid) const;
   void judge_twins(Time now);
   void judge_contacts(Time now);
@@ -152,9 +165,10 @@ class CellWatch {
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;
-  std::uint64_t contacts_ = 0;         // told so far
-  bool contacts_known_ = false;        // the referee was heard
-  std::optional<FaultSight> contact_;  // not told yet
+  std::uint64_t contacts_ = 0;   // told so far
+  bool contacts_known_ = false;  // the referee was heard
+  std::vector<FaultSight> untold_contacts_;
+  std::deque<Passing> passing_;  // newest last
   bool stalled_ = false;
 };
 

@@ -81,6 +81,7 @@ void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
     for (const msg::Grant& grant : mode.grants()) to.succession.hear(grant.arm(), {grant.planner(), grant.term()});
     leader_ = mode.node();
     other_mode_ = mode;
+    other_mode_at_ = arrival(sample);
   }
   hear_faults(self);
   if (to.leadership.role() == Leadership::Role::kLeading) adopt_faults(to.watch, read_clocks());

@@ -50,6 +50,8 @@ class Ears {
   [[nodiscard]] std::optional<ProcessExit> take_predecessor();
   /// The newest cell mode of another supervisor that led since take_other_mode().
   [[nodiscard]] const std::optional<msg::CellMode>& other_mode() const { return other_mode_; }
+  /// When the last one of any arrived.
+  [[nodiscard]] Time other_mode_at() const { return other_mode_at_; }
   /// Grows with everything that others tell of faults.
   [[nodiscard]] std::uint64_t fault_news() const { return fault_news_; }
   /// The newest cell mode of another supervisor that led since the last call.
@@ -94,6 +96,7 @@ class Ears {
   bus::Reader<msg::Fault> faults_;
   std::optional<ProcessExit> own_exit_, predecessor_;
   std::optional<msg::CellMode> other_mode_;
+  Time other_mode_at_{0};
   std::string leader_;                   // who told it
   Time newest_near_{0}, newest_far_{0};  // arrivals from our own host and from others
   ToldFaults other_faults_;

@@ -40,6 +40,14 @@ std::optional<FaultKind> fault_kind(std::string_view name) {
   return std::nullopt;
 }
 
+void FaultList::begin_life(std::uint64_t life) {
+  life_ = life;
+  const auto enter = [life](FaultRecord& record) { record.life = record.life == 0 ? life : record.life; };
+  for (auto& [cause, record] : open_) enter(record);
+  for (FaultRecord& record : over_) enter(record);
+  for (FaultRecord& record : changes_) enter(record);
+}
+
 void FaultList::recall(FaultHistory history) {
   open_ = std::move(history.open);
   over_ = std::move(history.over);
@@ -112,8 +120,10 @@ bool FaultList::knows(FaultKind kind) const {
          std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });
 }
 
-bool FaultList::knows(const FaultSight& sight) const {
-  const auto same = [&](const FaultRecord& record) { return record.kind == sight.kind && record.seen == sight.seen; };
+bool FaultList::knows(const FaultSight& sight, std::chrono::nanoseconds since) const {
+  const auto same = [&](const FaultRecord& record) {
+    return record.kind == sight.kind && record.seen == sight.seen && record.since >= since;
+  };
   return std::any_of(over_.begin(), over_.end(), same) ||
          std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });
 }

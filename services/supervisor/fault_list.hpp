@@ -70,8 +70,9 @@ class FaultList {
  public:
   static constexpr std::size_t kRemembered = 64;  ///< faults that are over
 
-  /// From now on faults are opened in this life, see FaultRecord.
-  void begin_life(std::uint64_t life) { life_ = life; }
+  /// From now on faults are opened in this life, see FaultRecord; those that were opened in none, by nobody who led,
+  /// are of this one, too.
+  void begin_life(std::uint64_t life);
   /// Goes on with the faults of an earlier supervisor; all count as changed.
   void recall(FaultHistory history);
   [[nodiscard]] FaultHistory history() const { return {open_, over_}; }
@@ -87,8 +88,9 @@ class FaultList {
 
   /// One of this kind is remembered.
   [[nodiscard]] bool knows(FaultKind kind) const;
-  /// The same was seen before, and is remembered.
-  [[nodiscard]] bool knows(const FaultSight& sight) const;
+  /// The same was seen before, and is remembered; `since`: not earlier than this.
+  [[nodiscard]] bool knows(const FaultSight& sight,
+                           std::chrono::nanoseconds since = std::chrono::nanoseconds::min()) const;
   /// The open fault of `cause`, or null.
   [[nodiscard]] const FaultRecord* open(std::string_view cause) const;
   [[nodiscard]] std::vector<FaultRecord> open() const;  ///< oldest first

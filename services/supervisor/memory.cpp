@@ -1,6 +1,7 @@
 #include "services/supervisor/memory.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <fstream>
@@ -24,6 +25,20 @@ std::optional<MoveMode> parse_mode(const std::string& name) {
 constexpr std::chrono::nanoseconds kUnknown{-1};
 const std::string kCell = "/";  // no arm's name
 
+/// As one word of a line, whatever somebody told: another supervisor's faults are remembered, too.
+std::string word(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::isspace(c) != 0; }, '_');
+  return text.empty() ? "?" : text;
+}
+
+/// As the rest of a line.
+std::string sentence(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::isspace(c) != 0; }, ' ');
+  return text.find_first_not_of(' ') == std::string::npos ? "?" : text;
+}
+
 /// `cause`: of an open fault.
 void append_fault(std::ostream& text, const FaultRecord& record, const std::string& cause) {
   text << "fault " << record.life << ' ' << record.number << ' ' << fault_kind_name(record.kind) << ' '
@@ -32,9 +47,9 @@ void append_fault(std::ostream& text, const FaultRecord& record, const std::stri
   if (record.cleared) {
     text << record.cleared->count() << " - ";
   } else {
-    text << "open " << cause << ' ';
+    text << "open " << word(cause) << ' ';
   }
-  text << record.subject << ' ' << record.seen << '\n';
+  text << word(record.subject) << ' ' << sentence(record.seen) << '\n';
 }
 
 bool parse_fault(std::istream& words, FaultHistory& faults) {
@@ -74,12 +89,23 @@ bool parse_cause(std::istream& words, OrderCauses& causes) {
   return static_cast<bool>(words);
 }
 
+bool parse_unheard(std::istream& words, Orders& unheard) {
+  std::string arm;
+  std::string mode;
+  words >> arm >> mode;
+  const auto parsed = parse_mode(mode);
+  if (!parsed) return false;
+  (arm == kCell ? unheard.cell : unheard.arms[arm]) = *parsed;
+  return true;
+}
+
 bool parse_line(const std::string& line, Memory& memory) {
   std::istringstream words(line);
   std::string kind;
   words >> kind;
   if (kind == "fault") return parse_fault(words, memory.faults);
   if (kind == "because") return parse_cause(words, memory.causes);
+  if (kind == "unheard") return parse_unheard(words, memory.unheard);
   if (kind == "term") return static_cast<bool>(words >> memory.term);
   std::string arm;
   std::string mode;
@@ -117,7 +143,10 @@ std::string memory_text(const Memory& memory) {
   text << "term " << memory.term << "\ncell " << mode_name(memory.orders.cell) << '\n';
   for (const auto& [arm, mode] : memory.orders.arms) text << "arm " << arm << ' ' << mode_name(mode) << '\n';
   for (const auto& [arm, seen] : memory.causes)
-    text << "because " << (arm.empty() ? kCell : arm) << ' ' << seen << '\n';
+    text << "because " << (arm.empty() ? kCell : arm) << ' ' << sentence(seen) << '\n';
+  if (memory.unheard.cell != MoveMode::kRun)
+    text << "unheard " << kCell << ' ' << mode_name(memory.unheard.cell) << '\n';
+  for (const auto& [arm, mode] : memory.unheard.arms) text << "unheard " << arm << ' ' << mode_name(mode) << '\n';
   for (const auto& [cause, record] : memory.faults.open) append_fault(text, record, cause);
   for (const FaultRecord& record : memory.faults.over) append_fault(text, record, {});
   return text.str();

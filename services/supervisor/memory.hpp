@@ -17,12 +17,13 @@ struct Memory {
   Orders orders;
   OrderCauses causes;
   FaultHistory faults;
+  Orders unheard;  ///< of the orders: those that the other supervisor is not known to have heard, see OrderLegacy
   bool operator==(const Memory&) const = default;
 };
 
-/// Lines "term N", "cell MODE", "arm NAME MODE", "because NAME SEEN…" ("/": of the cell's), and for each fault
-/// "fault LIFE NUMBER KIND SEVERITY SINCE WITHIN CLEARED|open CAUSE|- SUBJECT SEEN…" (times in nanoseconds, of the
-/// steady clock; WITHIN −1: unknown).
+/// Lines "term N", "cell MODE", "arm NAME MODE", "because NAME SEEN…" ("/": of the cell's), "unheard NAME MODE"
+/// (likewise), and for each fault "fault LIFE NUMBER KIND SEVERITY SINCE WITHIN CLEARED|open CAUSE|- SUBJECT SEEN…"
+/// (times in nanoseconds, of the steady clock; WITHIN −1: unknown).
 [[nodiscard]] std::string memory_text(const Memory& memory);
 /// Empty when it is no such text.
 [[nodiscard]] std::optional<Memory> parse_memory(const std::string& text);

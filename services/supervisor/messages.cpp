@@ -129,6 +129,22 @@ Orders orders_in(const msg::CellMode& mode) {
   return orders;
 }
 
+std::vector<msg::SupervisorRequest> requests_for(const Orders& orders, const std::string& client) {
+  std::vector<msg::SupervisorRequest> requests;
+  for (const auto& [mode, kind] :
+       {std::pair{MoveMode::kHold, msg::REQUEST_HOLD}, std::pair{MoveMode::kStop, msg::REQUEST_STOP}}) {
+    msg::SupervisorRequest request;
+    request.client(client);
+    request.kind(kind);
+    if (orders.cell == mode) requests.push_back(request);
+    for (const auto& [arm, order] : orders.arms) {
+      if (order == mode) request.arms().push_back(arm);
+    }
+    if (!request.arms().empty()) requests.push_back(request);
+  }
+  return requests;
+}
+
 std::string fault_id(const FaultRecord& record) {
   return "f" + std::to_string(record.life) + "-" + std::to_string(record.number);
 }

@@ -5,8 +5,9 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include <idl/health.h>
+#include <idl/supervisor.h>
 
 #include "services/supervisor/cell_mode.hpp"
 #include "services/supervisor/fault_list.hpp"
@@ -40,6 +41,8 @@ struct ToldRecord {
 
 /// What another leader's mode tells of people's orders.
 [[nodiscard]] Orders orders_in(const msg::CellMode& mode);
+/// What asks for these orders; the ids are left to the caller.
+[[nodiscard]] std::vector<msg::SupervisorRequest> requests_for(const Orders& orders, const std::string& client);
 /// The faults that other leaders told, by id, on our clock. What cannot be understood is left out. A leader tells all
 /// that it knows of under its own term: what is open of an earlier one than `term`, the last leader's, is nobody's any
 /// more, and over.

@@ -13,8 +13,14 @@
 #include <idl/world.h>
 
 #include "services/bus/endpoint.hpp"
+#include "services/supervisor/liveness.hpp"
 
 namespace hecaton::services {
+
+/// As the watch counts it.
+[[nodiscard]] inline Time since_epoch(bus::Clock::time_point at) {
+  return at.time_since_epoch();
+}
 
 template <class T>
 struct Heard {

@@ -1,7 +1,6 @@
 #include "services/supervisor/supervisor.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "planner/trajectory/stop_profile.hpp"
@@ -17,15 +16,6 @@ namespace hecaton::services {
 namespace {
 
 constexpr std::chrono::minutes kStrangerRemembered{1};
-
-Time since_epoch(bus::Clock::time_point at) {
-  return at.time_since_epoch();
-}
-
-Memory recall(const std::string& path) {
-  if (auto memory = path.empty() ? std::nullopt : read_memory(path)) return *std::move(memory);
-  return {};
-}
 
 bool same_decision(const msg::CellMode& a, const msg::CellMode& b) {
   return a.term() == b.term() && a.mode() == b.mode() && a.held_arms() == b.held_arms() &&
@@ -66,29 +56,31 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       supervisors_(supervisors_of(file)),
       place_(index_on(supervisors_, options.host)),
       node_(supervisors_[place_].node),
-      memory_path_(options.memory),
       shutdown_(shutdown),
       began_(bus::Clock::now()),
       watch_(expected_nodes(file, node_), arm_names(file), watch_limits(file, kTurn), since_epoch(began_)),
-      remembered_(recall(memory_path_)),
+      memory_(options.memory),
       succession_(arms_with_standby(file)),
-      led_under_(remembered_.term),
+      led_under_(memory_.kept().term),
       turned_(began_),
+      order_legacy_(memory_.kept().unheard),
       participant_(make_participant(file, options, node_, &quiet_)),
-      ears_(participant_, {node_, own_host(options, supervisors_[place_]), remembered_.term > 0}, urgent_, quiet_),
-      leadership_(patience_of(place_, supervisors_.size()), remembered_.term, since_epoch(bus::Clock::now()),
+      ears_(participant_, {node_, own_host(options, supervisors_[place_]), memory_.kept().term > 0}, urgent_, quiet_),
+      leadership_(patience_of(place_, supervisors_.size()), memory_.kept().term, since_epoch(bus::Clock::now()),
                   {place_, supervisors_.size()}),
       modes_(participant_),
       faults_(participant_),
       replies_(participant_),
+      requests_(participant_),
       pulse_(participant_, {node_, msg::NODE_SUPERVISOR, {}, own_host(options, supervisors_[place_])},
              pulse_timing(file, options)) {
   for (const ArmPlanners& arm : succession_.arms()) {
     patience_.emplace(arm.arm, TakeoverPatience(file.supervision.takeover_lease, file.supervision.host_lease));
   }
-  watch_.mode().restore(remembered_.orders, remembered_.causes);
-  watch_.faults().recall(remembered_.faults);
-  legacy_.leave(remembered_.faults, remembered_.term);
+  const Memory& kept = memory_.kept();
+  watch_.mode().restore(kept.orders, kept.causes);
+  watch_.faults().recall(kept.faults);
+  legacy_.leave(kept.faults, kept.term);
   shutdown_.wake(&urgent_);
 }
 
@@ -97,7 +89,7 @@ Supervisor::~Supervisor() {
 }
 
 void Supervisor::run() {
-  log_info("supervisor started", {{"cell", file_.cell.name}, {"remembered_term", remembered_.term}});
+  log_info("supervisor started", {{"cell", file_.cell.name}, {"remembered_term", memory_.kept().term}});
   auto deadline = bus::Clock::now();
   while (!shutdown_.requested()) {
     const auto until = std::min(deadline, takeover_due_);
@@ -127,6 +119,7 @@ void Supervisor::turn(bus::Clock::time_point now) {
   static_cast<void>(urgent_.take_events());
   const bool led = leadership_.role() == Leadership::Role::kLeading;
   ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});  // may end it
+  if (!acquainted_) get_acquainted();
   if (leadership_.decide(since_epoch(now), ears_.newest_arrival())) begin_to_lead();
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
   if (led && !leads) {
@@ -135,6 +128,7 @@ void Supervisor::turn(bus::Clock::time_point now) {
   }
   if (leadership_.role() == Leadership::Role::kStandingBy) {
     settle_legacy();
+    hand_over_orders();
     remember_leader();  // before our heartbeat says that we have heard it
   }
   if (settle_succession()) publish_mode(now);  // at once: all the rest can wait
@@ -146,13 +140,29 @@ void Supervisor::turn(bus::Clock::time_point now) {
   }
   if (leads) publish_mode(now);
   publish_faults();
-  for (const auto& sample : ears_.requests()) {
-    if (answers() && !sample.disposed) answer(sample.value);
-  }
+  answer_requests();
   if (!leads) owed_.drop();
-  for (const auto& request : owed_.take(heard_by_standby(), since_epoch(now))) reply(request, {});
+  const auto heard = heard_by_standby();
+  if (leads && heard) order_legacy_.heard(*heard);
+  for (const auto& request : owed_.take(heard, since_epoch(now))) reply(request, {});
   forget_strangers(now);
   if (pulse_.due(now)) beat(now);
+}
+
+void Supervisor::answer_requests() {
+  const Leadership::Role role = leadership_.role();
+  if (role == Leadership::Role::kStandingBy) early_.clear();
+  if (role == Leadership::Role::kLeading) {
+    for (const auto& request : std::exchange(early_, {})) answer(request);
+  }
+  for (auto& sample : ears_.requests()) {
+    if (!answers() || sample.disposed) continue;
+    if (role == Leadership::Role::kLeading || sample.value.kind() == msg::REQUEST_STATUS) {
+      answer(sample.value);
+    } else {
+      early_.push_back(std::move(sample.value));
+    }
+  }
 }
 
 // Who listens before it leads answers, too, unless another may lead meanwhile.
@@ -161,61 +171,14 @@ bool Supervisor::answers() const {
   return listens || leadership_.role() == Leadership::Role::kLeading;
 }
 
-// Who was stopped accuses nobody of the silence. It listens again before it leads, with a new term.
-void Supervisor::come_back(bus::Clock::time_point now) {
-  leadership_.absent(since_epoch(now));
-  withdraw();
-  const auto absence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *absent_since_);
-  const Time since = since_epoch(*absent_since_);
-  absent_since_.reset();
-  watch_.faults().raise(node_,
-                        {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
-                         node_ + ": was itself stopped and away for " + std::to_string(absence.count()) +
-                             " ms; faults of that time were not seen",
-                         absence},
-                        since);
-  watch_.faults().clear(node_, since_epoch(now));
-  log_warning("supervisor was away", {{"ms", absence.count()}});
-}
-
-// A driver that starts now must not follow what we granted: it has no memory of what was granted since.
-void Supervisor::withdraw() {
-  modes_.forget();
-  if (!leads_) return;
-  leads_ = false;
-  legacy_.leave(watch_.faults().history(), led_under_);
-  legacy_told_ = true;
-}
-
-void Supervisor::settle_legacy() {
-  if (!legacy_told_) {
-    legacy_told_ = true;
-    const Clocks clocks = read_clocks();
-    // Under no term, so that whatever somebody else told of them counts more.
-    for (const auto& [id, left] : legacy_.left()) static_cast<void>(publish_fault(left.record, 0, clocks));
-  }
-  if (legacy_.strike_out(ears_.faults_of_others())) faults_.forget();
-}
-
-void Supervisor::begin_to_lead() {
-  // After another leader its orders and faults hold; after our own earlier life those that we remember.
-  const auto other = ears_.take_other_mode();
-  if (other && other->term() >= led_under_) {
-    watch_.mode().restore(orders_in(*other));
-    watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
-    for (const auto& [id, left] : legacy_.left()) watch_.adopt(left.cause, left.record, since_epoch(turned_));
-    watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us
-  } else {
-    watch_.faults().recall(watch_.faults().history());  // what we told under an earlier term, we tell under this one
-  }
-  ears_.adopt_faults(watch_, read_clocks());
-  legacy_.clear();
-  leads_ = true;
-  led_under_ = leadership_.term();
-  watch_.faults().begin_life(leadership_.term());
-  constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
-  modes_.set_strength(static_cast<int>(std::min(leadership_.term(), kStrongest)));
-  log_info("supervisor leads", {{"term", leadership_.term()}});
+void Supervisor::get_acquainted() {
+  const auto& nodes = watch_.nodes();
+  const auto heard = [this](const ExpectedNode& node) { return watch_.silence(node.name).has_value(); };
+  if (!first_word_ && std::any_of(nodes.begin(), nodes.end(), heard)) first_word_ = turned_;
+  acquainted_ = first_word_ && std::all_of(nodes.begin(), nodes.end(), heard);
+  if (!acquainted_) return;
+  const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(turned_ - *first_word_);
+  log_info("supervisor knows everybody", {{"nodes", nodes.size()}, {"after_ms", took.count()}});
 }
 
 bool Supervisor::settle_succession() {
@@ -296,10 +259,10 @@ void Supervisor::answer(const msg::SupervisorRequest& request) {
   const std::string refusal = obey(request);
   if (request.kind() == msg::REQUEST_STATUS) return reply(request, refusal);
   log_info("order", {{"client", request.client()}, {"kind", static_cast<int>(request.kind())}, {"refused", refusal}});
-  const bool leads = leadership_.role() == Leadership::Role::kLeading;
+  if (!refusal.empty()) return reply(request, refusal);
+  if (request.kind() != msg::REQUEST_RESUME) order_legacy_.given(request.arms());
   const auto now = bus::Clock::now();
-  if (leads) publish_mode(now);
-  if (!leads || !refusal.empty()) return reply(request, refusal);
+  publish_mode(now);
   owed_.owe(request, mode_.sequence_number(), since_epoch(now));
 }
 
@@ -323,7 +286,7 @@ void Supervisor::reply(const msg::SupervisorRequest& request, const std::string&
   reply.client(request.client());
   reply.request_id(request.request_id());
   reply.done(refusal.empty());
-  reply.reason(refusal.empty() && request.kind() != msg::REQUEST_STATUS ? forgetfulness() : refusal);
+  reply.reason(refusal.empty() && request.kind() != msg::REQUEST_STATUS ? memory_.failure() : refusal);
   reply.status(cell_status({file_, watch_, picture_, succession_, mode_}, read_clocks()));
   reply.status().uptime(std::chrono::duration<double>(now - began_).count());
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
@@ -354,9 +317,10 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   next.lost_arms(lost_arms(now));
   const bool changed = !same_decision(next, mode_);
   if (!changed && now - mode_at_ < kRepeat) return;
+  next.sequence_number(mode_.sequence_number() + 1);
+  order_legacy_.published(watch_.mode().orders(), next.sequence_number());
   // Remembered before it is published: an order that somebody has seen is never forgotten.
   remember();
-  next.sequence_number(mode_.sequence_number() + 1);
   next.stamp_ns(stamp_now());
   mode_ = std::move(next);
   mode_at_ = now;
@@ -364,51 +328,6 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   if (changed) {
     log_info("cell mode", {{"mode", mode_name(watch_.mode().decide().cell)}, {"reason", mode_.reason()}});
   }
-}
-
-void Supervisor::remember() {
-  write({leadership_.term(), watch_.mode().orders(), watch_.mode().causes(), watch_.faults().history()});
-}
-
-void Supervisor::remember_leader() {
-  const auto& leader = ears_.other_mode();
-  if (!leader || memory_path_.empty()) return;
-  const bool news = ears_.fault_news() != remembered_news_ || leader->sequence_number() != remembered_mode_;
-  if (!news && (!forgetful_ || turned_ - remembered_at_ < kRepeat)) return;
-  remembered_at_ = turned_;
-  Memory memory{leader->term(), orders_in(*leader), {}, remembered_.faults};
-  if (ears_.fault_news() != remembered_news_ || forgetful_) {
-    FaultList account;
-    account.recall(faults_in(ears_.faults_of_others(), leader->term(), read_clocks()));
-    for (const auto& [id, left] : legacy_.left()) account.adopt(left.cause, left.record, since_epoch(turned_));
-    memory.faults = account.history();
-  }
-  remembered_news_ = ears_.fault_news();
-  remembered_mode_ = leader->sequence_number();
-  write(std::move(memory));
-}
-
-// Tried again with every mode that is published, until there is room again.
-void Supervisor::write(Memory memory) {
-  const bool known = memory == remembered_;
-  if (memory_path_.empty() || (known && !forgetful_)) return;
-  const bool written = known || write_memory(memory_path_, memory);
-  const std::string cause = cause_of(FaultKind::kForgetful, node_);
-  const Time now = since_epoch(bus::Clock::now());
-  if (written) {
-    remembered_ = std::move(memory);
-    if (std::exchange(forgetful_, false)) log_info("orders are remembered again", {{"file", memory_path_}});
-    watch_.faults().clear(cause, now);
-    return;
-  }
-  if (!std::exchange(forgetful_, true)) log_error("orders cannot be remembered", {{"file", memory_path_}});
-  watch_.faults().raise(cause, {FaultKind::kForgetful, FaultSeverity::kWarning, node_, node_ + ": " + forgetfulness()},
-                        now);
-}
-
-std::string Supervisor::forgetfulness() const {
-  if (!forgetful_) return {};
-  return "orders and faults are not remembered, and are lost with this process: " + memory_path_ + " cannot be written";
 }
 
 void Supervisor::publish_faults() {
@@ -450,12 +369,12 @@ void Supervisor::beat(bus::Clock::time_point now) {
       break;
     case Leadership::Role::kStandingBy:
       vital.state = msg::NODE_STANDBY;
-      vital.detail = "another supervisor leads" + (forgetful_ ? "; " + forgetfulness() : std::string());
+      vital.detail = "another supervisor leads" + (memory_.forgetful() ? "; " + memory_.failure() : std::string());
       break;
     case Leadership::Role::kLeading:
-      if (!forgetful_) break;
+      if (!memory_.forgetful()) break;
       vital.state = msg::NODE_DEGRADED;
-      vital.detail = forgetfulness();
+      vital.detail = memory_.failure();
       break;
   }
   pulse_.beat(now, vital, loop_);

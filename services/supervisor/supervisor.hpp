@@ -20,8 +20,9 @@
 #include "services/supervisor/cell_watch.hpp"
 #include "services/supervisor/ears.hpp"
 #include "services/supervisor/fault_legacy.hpp"
+#include "services/supervisor/kept_memory.hpp"
 #include "services/supervisor/leadership.hpp"
-#include "services/supervisor/memory.hpp"
+#include "services/supervisor/order_legacy.hpp"
 #include "services/supervisor/owed_replies.hpp"
 #include "services/supervisor/picture.hpp"
 #include "services/supervisor/succession.hpp"
@@ -47,11 +48,15 @@ class Supervisor {
  private:
   void turn(bus::Clock::time_point now);
   void come_back(bus::Clock::time_point now);
+  /// Logs how long it took, from the first word of anybody, until everybody was heard.
+  void get_acquainted();
   /// What we granted while we led is not for who joins from now on, and our faults are only until somebody else tells
   /// them.
   void withdraw();
   /// While we stand by: tells again what an earlier life left to nobody, and forgets what the leader has adopted.
   void settle_legacy();
+  /// While we stand by: orders once more from the leader what it may not have heard.
+  void hand_over_orders();
   void begin_to_lead();
   /// While we lead: puts a planner that stands by in the place of one that is out. True when there was one.
   bool settle_succession();
@@ -61,6 +66,8 @@ class Supervisor {
   /// When a planner in charge will have been silent for too long, unless it is heard before.
   [[nodiscard]] bus::Clock::time_point takeover_due(bus::Clock::time_point now) const;
   void tell_predecessor(Time now);
+  /// What was ordered before we led is obeyed once we do.
+  void answer_requests();
   [[nodiscard]] bool answers() const;
   void answer(const msg::SupervisorRequest& request);
   void reply(const msg::SupervisorRequest& request, const std::string& refusal);
@@ -76,9 +83,7 @@ class Supervisor {
   /// What we would lead by, while we stand by: the leader's orders and faults, so that they outlive both of us as long
   /// as one memory is left.
   void remember_leader();
-  void write(Memory memory);
-  /// A sentence when what we last had to remember could not be written; empty: all is well.
-  [[nodiscard]] std::string forgetfulness() const;
+  void keep(Memory memory);
   void forget_strangers(bus::Clock::time_point now);
   void beat(bus::Clock::time_point now);
 
@@ -86,16 +91,14 @@ class Supervisor {
   std::vector<PlacedNode> supervisors_;
   std::size_t place_;  ///< ours among them
   std::string node_;
-  std::string memory_path_;
   ShutdownSignal& shutdown_;
   bus::Clock::time_point began_;
   CellWatch watch_;
   Picture picture_;
-  Memory remembered_;
+  KeptMemory memory_;
   std::uint64_t remembered_news_ = 0;       ///< of others' faults
   std::uint64_t remembered_mode_ = 0;       ///< of the leader's, as last looked at
   bus::Clock::time_point remembered_at_{};  ///< when that was
-  bool forgetful_ = false;                  ///< the newest of what is to be remembered could not be written
   Succession succession_;
   /// The last term under which we led, in this life or an earlier one, or whose leader we remember. Of an equal one it
   /// is the other who knows better: we never take each other's.
@@ -104,11 +107,16 @@ class Supervisor {
   std::map<std::string, TakeoverPatience> patience_;               ///< by arm that has a standby
   bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();
   std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
+  std::optional<bus::Clock::time_point> first_word_;    ///< of anybody
+  bool acquainted_ = false;                             ///< has heard of everybody once
   bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
   msg::CellMode mode_;                                  ///< as last published
   bus::Clock::time_point mode_at_{};
+  std::vector<msg::SupervisorRequest> early_;  ///< orders that came before we led
   OwedReplies<msg::SupervisorRequest> owed_;
   std::uint64_t fault_sequence_ = 0;
+  OrderLegacy order_legacy_;
+  bus::Clock::time_point handed_over_at_{};  ///< orders to the leader, last
   FaultLegacy legacy_;
   bool legacy_told_ = false;  ///< in this life
   bool leads_ = false;        ///< began to, and has withdrawn nothing since
@@ -119,6 +127,7 @@ class Supervisor {
   bus::Writer<msg::CellMode> modes_;
   bus::Writer<msg::Fault> faults_;
   bus::Writer<msg::SupervisorReply> replies_;
+  bus::Writer<msg::SupervisorRequest> requests_;  ///< to who leads
   Pulse pulse_;
   LoopStatistics loop_;
 };

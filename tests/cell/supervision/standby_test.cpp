@@ -198,6 +198,28 @@ TEST_F(Standby, RemembersOrdersForWhenBothSupervisorsDie) {
   EXPECT_EQ(after.mode().mode(), msg::MODE_STOP);
 }
 
+// It hangs while the leader is told to stop, and leads when that hangs, too.
+TEST_F(Standby, IsToldWhatWasOrderedWhileItHung) {
+  const auto started = await_ready();
+  const std::string leader = started.supervisor();
+  const std::string other = started.standby();
+  const int led = pid_of_node(started, leader);
+  const int goes_on = pid_of_node(started, other);
+  ASSERT_EQ(kill(goes_on, SIGSTOP), 0);
+  cell_.await_dropped(other);
+  ASSERT_TRUE(cell_.ask(msg::REQUEST_STOP, {"left"})->done()) << "a standby that hangs keeps nobody waiting";
+  ASSERT_EQ(kill(led, SIGSTOP), 0);
+  cell_.await_dropped(leader);
+  ASSERT_EQ(kill(goes_on, SIGCONT), 0);
+  cell_.await_mode("another leader's", [&](const msg::CellMode& mode) {
+    return mode.node() == other && mode.term() > started.mode().term();
+  });
+  ASSERT_EQ(kill(led, SIGCONT), 0);
+  cell_.await("the stop, from who leads now", [&](const msg::CellStatus& status) {
+    return contains(status.mode().stopped_arms(), "left") && !status.standby().empty();
+  });
+}
+
 // Both hang, and one of them goes on: it has heard nothing of the other's hanging.
 TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
   const auto started = await_ready();

@@ -1,5 +1,7 @@
 #include "services/runtime/cell_mode.hpp"
 
+#include <chrono>
+
 #include <gtest/gtest.h>
 
 namespace hecaton::services {
@@ -57,6 +59,47 @@ TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
   EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
   ASSERT_TRUE(view.apply(mode(msg::MODE_STOP, 5)));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+}
+
+// Of a healed partition, or of a supervisor that is started again without its memory.
+TEST(CellModeView, AnOrderThatTheNextLeaderDoesNotKnowHoldsUntilItHadTimeToHearOfIt) {
+  using namespace std::chrono_literals;
+  const bus::Clock::time_point start{};
+  msg::CellMode before = mode(msg::MODE_RUN, 5);
+  before.node("supervisor");
+  before.stopped_arms({"arm1"});
+  before.arms_ordered_to_hold({"arm2"});
+  before.held_arms({"arm2", "arm3"});  // the last one by a fault, as its leader saw it
+  before.reason("arm1: stop by operator");
+  msg::CellMode next = mode(msg::MODE_RUN, 6);
+  next.node("supervisor@beta");
+  CellModeView view;
+  ASSERT_TRUE(view.apply(before, start));
+  ASSERT_TRUE(view.apply(next, start + 5s));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+  EXPECT_EQ(view.order("arm2"), ArmOrder::kHold);
+  EXPECT_EQ(view.order("arm3"), ArmOrder::kRun);
+  EXPECT_EQ(
+      view.why("arm1"),
+      "supervisor@beta has begun to lead and does not know of an order of supervisor yet: arm1: stop by operator");
+  EXPECT_EQ(view.mandate("arm1"), (Mandate{"", 6}));
+  ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kDoubt - 1ms));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+  ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kDoubt));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
+  EXPECT_EQ(view.order("arm2"), ArmOrder::kRun);
+}
+
+TEST(CellModeView, WhatTheNextLeaderKnowsIsResumedAtOnce) {
+  CellModeView view;
+  msg::CellMode before = mode(msg::MODE_STOP, 5);
+  before.ordered(msg::MODE_STOP);
+  ASSERT_TRUE(view.apply(before));
+  msg::CellMode next = before;
+  next.term(6);
+  ASSERT_TRUE(view.apply(next));
+  ASSERT_TRUE(view.apply(mode(msg::MODE_RUN, 6)));
+  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
 }
 
 TEST(CellModeView, AnArmIsCommandedByWhomTheGrantNamesOrUnderTheCellsTerm) {

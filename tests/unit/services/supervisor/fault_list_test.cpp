@@ -42,6 +42,19 @@ TEST(FaultList, GoesOnWithTheFaultsOfAnEarlierLife) {
   EXPECT_EQ(second.over().front().cleared, 50ms);
 }
 
+TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
+  FaultList faults;
+  faults.raise("planner/a", kDied, 10ms);
+  faults.clear("planner/a", 20ms);
+  faults.raise("planner/a", kSilent, 30ms);
+  faults.begin_life(4);
+  for (const FaultRecord& record : faults.take_changes()) EXPECT_EQ(record.life, 4U);
+  EXPECT_EQ(faults.open().front().life, 4U);
+  EXPECT_EQ(faults.over().front().life, 4U);
+  faults.begin_life(6);
+  EXPECT_EQ(faults.open().front().life, 4U);
+}
+
 TEST(FaultList, EveryKindHasANameOfItsOwn) {
   for (int i = 0; i <= static_cast<int>(FaultKind::kAgentLost); ++i) {
     const auto kind = static_cast<FaultKind>(i);

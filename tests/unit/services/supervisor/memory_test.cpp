@@ -30,6 +30,8 @@ Memory some_memory() {
                                         {}};
   memory.faults.over.push_back({6, 9, FaultKind::kNodeSilent, FaultSeverity::kWarning, "world", "world: no beat",
                                 std::chrono::nanoseconds(10), std::nullopt, std::chrono::nanoseconds(30)});
+  memory.unheard.cell = MoveMode::kHold;
+  memory.unheard.arms = {{"left", MoveMode::kStop}};
   return memory;
 }
 
@@ -46,17 +48,33 @@ TEST(MemoryText, SaysWhatIsRemembered) {
   const std::string text =
       "term 7\ncell hold\narm left stop\narm right hold\n"
       "because / arm1/wrist touched pallet\nbecause right planner/right: signal 9 (Killed)\n"
+      "unheard / hold\nunheard left stop\n"
       "fault 7 2 process_died 2 50 4 open planner/left planner/left planner/left: signal 9 (Killed)\n"
       "fault 6 9 node_silent 1 10 -1 30 - world world: no beat\n";
   EXPECT_EQ(memory_text(some_memory()), text);
   EXPECT_EQ(parse_memory(text), some_memory());
 }
 
+// Another supervisor's words are remembered, too, whatever it said.
+TEST(MemoryText, CanBeReadAgainWhateverWasTold) {
+  Memory memory = some_memory();
+  for (const auto* text : {"", " ", "two\nlines", "tab\tin it", "\n"}) {
+    memory.faults.over.front().subject = text;
+    memory.faults.over.front().seen = text;
+    memory.causes[""] = text;
+    const auto read = parse_memory(memory_text(memory));
+    ASSERT_TRUE(read) << "'" << text << "'";
+    EXPECT_EQ(read->orders, memory.orders);
+    EXPECT_EQ(read->faults.over.front().since, memory.faults.over.front().since);
+  }
+}
+
 TEST(MemoryText, RefusesWhatItDidNotWrite) {
-  for (const auto* text : {"", "term\n", "term x\n", "cell run\n", "term 1\ncell sleep\n", "term 1\narm left\n",
-                           "term 1\nsomething else\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
-                           "term 1\nfault 1 1 node_silent 9 10 4 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
-                           "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n"}) {
+  for (const auto* text :
+       {"", "term\n", "term x\n", "cell run\n", "term 1\ncell sleep\n", "term 1\narm left\n",
+        "term 1\nsomething else\n", "term 1\nunheard left\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
+        "term 1\nfault 1 1 node_silent 9 10 4 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
+        "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n"}) {
     EXPECT_FALSE(parse_memory(text)) << text;
   }
 }

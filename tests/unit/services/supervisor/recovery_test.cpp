@@ -104,6 +104,80 @@ TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
   EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
 }
 
+struct RecoveryOfTheHung : Recovery {
+  RecoveryOfTheHung() : Recovery({FaultKind::kNodeSilent, FaultKind::kProcessDied}) {}
+};
+
+TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
+  hung.insert("planner/arm2");
+  run_for(100ms);
+  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  kill("planner/arm2", 9);
+  run_for(50ms);
+  EXPECT_EQ(watch.faults().open("planner/arm2")->kind, FaultKind::kProcessDied);
+  start("planner/arm2");
+  run_for(500ms);
+  EXPECT_EQ(held(), Names{});
+}
+
+// It led until shortly before, and told nothing of it: its list and its orders are empty.
+class Takeover : public Recovery {
+ protected:
+  void take_over(Time since, FaultHistory told = {}) {
+    watch.mode().restore({});
+    watch.faults().recall(std::move(told));
+    watch.judge_again(since);
+    watch.judge(now);
+  }
+};
+
+TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
+  run_for(100ms);
+  const Time spoke = now;
+  run_for(50ms);
+  const Time died = now;
+  die_and_return("planner/arm2");
+  take_over(spoke);
+  const auto* fault = watch.faults().open("planner/arm2");
+  ASSERT_NE(fault, nullptr);
+  EXPECT_EQ(fault->seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
+  EXPECT_LE(fault->since - died, 10ms);
+  EXPECT_EQ(held(), Names{"arm2"});
+  turn();
+  EXPECT_TRUE(watch.faults().open().empty()) << "it is back";
+  EXPECT_EQ(held(), Names{"arm2"}) << "until resumed";
+  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  run_for(50ms);
+  EXPECT_EQ(held(), Names{});
+}
+
+TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
+  watch.contacts(0, "", "");
+  run_for(50ms);
+  const Time spoke = now;
+  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  run_for(300ms);
+  take_over(spoke);
+  ASSERT_EQ(watch.faults().over().size(), 1U);
+  EXPECT_LE(watch.faults().over().front().since - spoke, 10ms);
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+}
+
+TEST_F(Takeover, TellsNothingAgain) {
+  watch.contacts(0, "", "");
+  run_for(50ms);
+  const Time before = now;
+  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  die_and_return("planner/arm2");
+  const FaultHistory told = watch.faults().history();
+  ASSERT_EQ(told.over.size(), 2U);
+  take_over(before, told);
+  EXPECT_EQ(watch.faults().history(), told) << "the leader told it";
+  EXPECT_EQ(held(), Names{}) << "and was told to resume";
+  take_over(now + 1ms);
+  EXPECT_TRUE(watch.faults().over().empty()) << "of what it must have seen before it fell silent";
+}
+
 TEST_F(Recovery, IsWaitedForAcrossLives) {
   die_and_return("planner/arm2");
   CellModeState next({"arm1", "arm2", "arm3"});

@@ -1,0 +1,69 @@
+// Orders that the other supervisor may not have heard are given to it when it leads. It is this test.
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "tests/cell/supervision/health_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+class OtherLeader {
+ public:
+  OtherLeader(HealthCell& cell, std::uint64_t term)
+      : cell_(cell), modes_(cell.participant()), requests_(cell.participant(), &cell.mailbox()) {
+    mode_.term(term);
+    mode_.node("supervisor@elsewhere");
+    modes_.set_strength(static_cast<int>(term));
+  }
+  msg::CellMode& mode() { return mode_; }
+
+  /// Leads until it has been asked for something as wanted.
+  bool is_asked_for(const std::function<bool(const msg::SupervisorRequest&)>& wanted) {
+    for (const auto until = bus::Clock::now() + kPatience; bus::Clock::now() < until;) {
+      tell();
+      const auto taken = requests_.take();
+      const auto is_it = [&](const auto& sample) {
+        return !sample.disposed && sample.value.client() == "supervisor" && wanted(sample.value);
+      };
+      if (std::any_of(taken.begin(), taken.end(), is_it)) return true;
+      static_cast<void>(cell_.mailbox().wait(20ms));
+      static_cast<void>(cell_.mailbox().take_events());
+    }
+    return false;
+  }
+  void tell() {
+    mode_.sequence_number(mode_.sequence_number() + 1);
+    EXPECT_TRUE(modes_.write(mode_));
+  }
+
+ private:
+  HealthCell& cell_;
+  msg::CellMode mode_;
+  bus::Writer<msg::CellMode> modes_;
+  bus::Reader<msg::SupervisorRequest> requests_;
+};
+
+TEST(OrderAccount, WhatWasOrderedUnheardIsOrderedFromWhoLeads) {
+  HealthCell cell;
+  const auto before = cell.await_healthy();
+  ASSERT_TRUE(cell.ask(msg::REQUEST_STOP, {"left"})->done());
+  {
+    OtherLeader other(cell, before.mode().term() + 1000);
+    EXPECT_TRUE(other.is_asked_for([](const msg::SupervisorRequest& request) {
+      return request.kind() == msg::REQUEST_STOP && request.arms() == std::vector<std::string>{"left"};
+    }));
+    other.mode().ordered(msg::MODE_HOLD);  // but not what it was asked for: it goes before it has obeyed
+    other.mode().mode(msg::MODE_HOLD);
+    EXPECT_TRUE(other.is_asked_for([](const auto& request) { return request.kind() == msg::REQUEST_STOP; }));
+  }
+  const auto after = cell.await("the first, leading again", [&](const msg::CellStatus& status) {
+    return status.mode().term() > before.mode().term() + 1000;
+  });
+  EXPECT_EQ(after.mode().stopped_arms(), std::vector<std::string>{"left"});
+  EXPECT_EQ(after.mode().ordered(), msg::MODE_HOLD) << "the other's orders hold, too";
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

@@ -1,0 +1,98 @@
+#include "services/supervisor/order_legacy.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+Orders arm_order(const char* arm, MoveMode mode) {
+  Orders orders;
+  orders.arms[arm] = mode;
+  return orders;
+}
+
+const Orders kStopLeft = arm_order("left", MoveMode::kStop);
+
+TEST(Orders, BeyondWhatIsKnown) {
+  Orders orders = kStopLeft;
+  orders.arms["right"] = MoveMode::kHold;
+  orders.cell = MoveMode::kHold;
+  EXPECT_EQ(beyond(orders, {}), orders);
+  EXPECT_TRUE(beyond(orders, orders).empty());
+  Orders known = arm_order("left", MoveMode::kHold);
+  known.arms["right"] = MoveMode::kStop;
+  known.cell = MoveMode::kStop;
+  EXPECT_EQ(beyond(orders, known), kStopLeft) << "a stop is more than a hold";
+}
+
+TEST(OrderLegacy, OfWhatTheOtherHeardNothingIsLeft) {
+  OrderLegacy legacy;
+  legacy.begin_to_lead();
+  legacy.published({}, 1);
+  legacy.given({"left"});
+  legacy.published(kStopLeft, 2);
+  legacy.published(kStopLeft, 3);
+  legacy.heard(1);
+  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
+  legacy.heard(2);
+  EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
+  legacy.stand_back(kStopLeft);
+  EXPECT_TRUE(legacy.left().empty());
+}
+
+TEST(OrderLegacy, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
+  OrderLegacy legacy;
+  legacy.begin_to_lead();
+  legacy.published({}, 1);
+  legacy.heard(1);
+  Orders orders = kStopLeft;
+  orders.cell = MoveMode::kHold;
+  legacy.given({"left"});
+  legacy.given({});
+  legacy.published(orders, 2);
+  legacy.stand_back(orders);
+  EXPECT_EQ(legacy.left(), orders);
+  EXPECT_FALSE(legacy.strike_out(arm_order("left", MoveMode::kHold)));
+  EXPECT_EQ(legacy.left(), orders) << "a hold is no stop";
+  EXPECT_FALSE(legacy.strike_out(kStopLeft));
+  EXPECT_TRUE(legacy.left().arms.empty());
+  EXPECT_TRUE(legacy.strike_out(orders));
+  EXPECT_FALSE(legacy.strike_out(orders)) << "nothing was left any more";
+}
+
+TEST(OrderLegacy, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
+  OrderLegacy legacy;
+  legacy.begin_to_lead();
+  legacy.published(kStopLeft, 1);
+  legacy.heard(1);
+  legacy.given({"left"});
+  legacy.heard(1);
+  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft) << "people may have resumed it on the other side of a partition";
+  legacy.published(kStopLeft, 2);
+  legacy.heard(1);
+  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
+  legacy.heard(2);
+  EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
+}
+
+TEST(OrderLegacy, OfANewTermNothingIsKnownToHaveBeenHeard) {
+  OrderLegacy legacy(kStopLeft);
+  EXPECT_EQ(legacy.left(), kStopLeft) << "by an earlier life";
+  legacy.begin_to_lead();
+  EXPECT_TRUE(legacy.left().empty());
+  legacy.heard(7);
+  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
+}
+
+TEST(OrderLegacy, WhatWasResumedIsNotLeft) {
+  OrderLegacy legacy;
+  legacy.begin_to_lead();
+  legacy.given({"left"});
+  legacy.published(kStopLeft, 1);
+  legacy.published({}, 2);
+  legacy.stand_back({});
+  EXPECT_TRUE(legacy.left().empty());
+}
+
+}  // namespace
+}  // namespace hecaton::services
