@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the image debian:12 where no registry can be reached, from a Debian mirror. Nothing is done when it is there.
+# Makes the image debian:12 where no registry can be reached, from a Debian mirror (DEBIAN_MIRROR, or Debian's own), from which
+# also the image of the Containerfile then takes its packages. Nothing is done when it is there.
 # usage: base-image.sh [DIR]    DIR: a root file system that debootstrap has made already
 set -euo pipefail
 export CONTAINERS_CONF=${CONTAINERS_CONF:-$(dirname "$(realpath "$0")")/containers.conf}

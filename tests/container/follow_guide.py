@@ -2,17 +2,17 @@
 
 usage: follow_guide.py --guide FILE --unit FILE --image NAME
 
-The commands are taken from the guide as they stand there. Three are done otherwise, for want of what they need: the
-image has the package already, installed as the guide says; files go by `podman cp` instead of `scp`; and what systemd
-would start is started by the ExecStart line of the unit. Chrony is left out: containers have one clock. Exit code 77: no
-containers here."""
+The commands are taken from the guide as they stand there; OTHERWISE says which are replaced, for want of what they need, and
+the output says so, too. Exit code 77: no containers here."""
 import argparse
+import collections
 import contextlib
 import json
 import os
 import pathlib
 import re
 import shlex
+import signal
 import subprocess
 import sys
 import tempfile
@@ -23,6 +23,17 @@ from hosts import CannotRun, run
 
 SKIPPED = 77  # as CTest is told
 PATIENCE = 120  # [s] far beyond what any machine needs
+DEPLOY = pathlib.Path(__file__).resolve().parents[2] / "deploy"  # what the package has in /usr/share/hecaton
+
+OTHERWISE = (
+    ("apt-get install ./hecaton…", "the image has been made so"),
+    ("scp", "files go by `podman cp`"),
+    ("nft", "of this machine, in the network of the container"),
+    ("apt-get install chrony, chronyc", "left out: containers have one clock"),
+    ("systemctl enable --now", "the unit's ExecStart, with its RuntimeDirectory and Environment; what systemd would start again "
+     "this program does. The test `systemd_unit` checks the unit itself"),
+    ("/usr/share/hecaton/container/hosts.sh", "that of the sources, with their cells"),
+)
 
 
 class Guide:
@@ -30,12 +41,24 @@ class Guide:
         self._sections = dict(re.findall(r"^## (\d+)\. .*?\n(.*?)(?=^## |\Z)", text, flags=re.M | re.S))
         rows = re.findall(r"^\| \d \| ([\d.]+) \| `(\S+)` \|", text, flags=re.M)
         self.machines = {name: address for address, name in rows}
-        self.cell = re.search(r"^```yaml\n(.*?)^```", text, flags=re.M | re.S)[1]
 
     def commands(self, section):
         """What is to be typed there, line by line, without remarks."""
+        return [line.split("  #")[0].strip() for line in self._lines(section)]
+
+    def placed_commands(self, section):
+        """The same, each with the name of the machine that the remark behind it numbers."""
+        names = list(self.machines)
+        return [(names[int(re.search(r"  # machine (\d)$", line)[1]) - 1], line.split("  #")[0].strip())
+                for line in self._lines(section)]
+
+    def _lines(self, section):
         prose = re.sub(r"^```.*?^```", "", self._sections[str(section)], flags=re.M | re.S)
-        return [line.split("  #")[0].strip() for line in re.findall(r"^ {4}(\S.*)$", prose, flags=re.M)]
+        return re.findall(r"^ {4}(\S.*)$", prose, flags=re.M)
+
+
+def start_in(container, command, **streams):
+    return subprocess.Popen(["podman", "exec", container, "bash", "-c", command], text=True, **streams)
 
 
 class Machines:
@@ -58,7 +81,7 @@ class Machines:
         return next(name for name, own in self._machines.items() if own == address)
 
     def start(self, name, command, **streams):
-        return subprocess.Popen(["podman", "exec", self._container(name), "bash", "-c", command], text=True, **streams)
+        return start_in(self._container(name), command, **streams)
 
     def type(self, name, command):
         """Its output; it must succeed."""
@@ -68,12 +91,6 @@ class Machines:
         if done.returncode != 0:
             raise RuntimeError(f"exit code {done.returncode}: {output}")
         return output
-
-    def write(self, name, path, text):
-        with tempfile.NamedTemporaryFile("w") as file:
-            file.write(text)
-            file.flush()
-            run("podman", "cp", file.name, f"{self._container(name)}:{path}")
 
     def copy(self, name, source, other, target):
         with tempfile.TemporaryDirectory() as folder:
@@ -96,24 +113,56 @@ class Machines:
         run("podman", "network", "rm", "--force", self._network)
 
 
-class Watch:
-    """What `hecaton status --watch` tells on a machine."""
+class Service:
+    """An agent as systemd would run it by the unit."""
 
-    def __init__(self, machines, name, environment):
-        self._process = machines.start(name, f"{environment}; exec hecaton status --watch -o json --connect-timeout "
-                                       f"{PATIENCE}s", stdout=subprocess.PIPE)
+    def __init__(self, unit, machines, name):
+        def setting(key):
+            return re.search(rf"^{key}=(.*)$", unit, flags=re.M)[1].replace("%i", name).replace("%t", "/run")
+
+        self._begin = lambda command: machines.start(name, command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.line = setting("ExecStart")
+        self._command = (f"mkdir -p -m {setting('RuntimeDirectoryMode')} /run/{setting('RuntimeDirectory')}; "
+                         f"export {setting('Environment')}; exec {self.line}")
+        self._process = self._begin(self._command)
+
+    def has_ended(self):
+        return self._process.poll() is not None
+
+    def start_again(self):
+        """Once it has died."""
+        self._process.wait(timeout=PATIENCE)
+        self._process = self._begin(self._command)
+
+
+class Watch:
+    """What `hecaton status --watch` tells. `start`: starts a command where it is to run."""
+
+    def __init__(self, start, environment):
+        self._process = start(f"{environment}; exec hecaton status --watch -o json --connect-timeout {PATIENCE}s",
+                              stdout=subprocess.PIPE)
+        self._changed = threading.Condition()
+        self._status = None
+        self._told = 0
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        for line in self._process.stdout:
+            if not line.endswith("\n"):
+                return  # it was ended in the midst
+            with self._changed:
+                self._status = json.loads(line)
+                self._told += 1
+                self._changed.notify_all()
 
     def until(self, what, condition):
-        ended = threading.Timer(PATIENCE, self._process.kill)
-        ended.start()
-        status = None
-        for line in self._process.stdout:
-            status = json.loads(line)
-            if condition(status):
-                ended.cancel()
-                print(f"  {what}", flush=True)
-                return
-        raise RuntimeError(f"{what}: not within {PATIENCE} s; last: {json.dumps(status)}")
+        """Something that is told from now on meets the condition; returns it."""
+        with self._changed:
+            before = self._told
+            if not self._changed.wait_for(lambda: self._told > before and condition(self._status), PATIENCE):
+                raise RuntimeError(f"{what}: not within {PATIENCE} s; last: {json.dumps(self._status)}")
+            print(f"  {what}", flush=True)
+            return self._status
 
     def close(self):
         self._process.kill()
@@ -128,10 +177,22 @@ def refuse_the_rest(machines, name):
         machines.filter(name, words.split())
 
 
-def runs(nodes):
-    return lambda status: (status["mode"] == "run" and len(status["nodes"]) == nodes
-                           and all(node["state"] == "running" for node in status["nodes"])
-                           and all(arm["mode"] == "run" for arm in status["arms"]))
+def runs(status):
+    """With a standby for each planner and the supervisor."""
+    states = collections.Counter(node["state"] for node in status["nodes"] if node["alive"])
+    return (status["mode"] == "run" and len(status["nodes"]) == 12
+            and states == collections.Counter(running=9, standby=3)
+            and all(arm["mode"] == "run" for arm in status["arms"]))
+
+
+def lost(host, status, known=()):
+    """It is told, and is none of the faults with these ids."""
+    return any(fault["kind"] == "agent_lost" and fault["subject"] == host and fault["id"] not in known
+               for fault in status["faults"])
+
+
+def planner_of(arm, status):
+    return next(entry["planner"] for entry in status["arms"] if entry["name"] == arm)
 
 
 def install(guide, machines):
@@ -145,11 +206,7 @@ def install(guide, machines):
 def write_cell(guide, machines):
     """Section 2: on the first machine, and from there to the others."""
     first = next(iter(guide.machines))
-    written = False
     for command in guide.commands(2):
-        if command.startswith(("hecaton", "scp")) and not written:
-            machines.write(first, "/etc/hecaton/cell.yaml", guide.cell)
-            written = True
         if not command.startswith("scp"):
             said = machines.type(first, command)
             if command.startswith("hecaton") and "this cell can start" not in said.splitlines()[-1]:
@@ -171,19 +228,52 @@ def open_ports(guide, machines):
 
 
 def start_agents(guide, unit, machines):
-    """Of section 5: what systemd would start. Returns the processes, the operator's environment and other commands."""
-    agents, environment, rest = [], None, []
+    """Of section 5: what systemd would start. Returns the services by machine, the operator's environment and other commands."""
+    services, environment, rest = {}, None, []
     for command in guide.commands(5):
         if command.startswith("systemctl"):
             name = command.split("@")[1]
-            line = re.search(r"^ExecStart=(.*)$", unit, flags=re.M)[1].replace("%i", name)
-            print(f"{name}# {command}\n  {line}", flush=True)
-            agents.append(machines.start(name, f"exec {line}", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+            services[name] = Service(unit, machines, name)
+            print(f"{name}# {command}\n  {services[name].line}", flush=True)
         elif command.startswith("export"):
             environment = command
         else:
             rest.append(command)
-    return agents, environment, rest
+    return services, environment, rest
+
+
+CRATE = "obstacle add crate --box '0.1 0.1 0.1' --pose '0 1.5 0.05 0 0 0'"
+
+
+def lose_an_agent(name, service, machines, environment, watch):
+    """What people have put into the world outlives the agent of its host, as section 5 says."""
+    machines.type(name, f"{environment}; hecaton {CRATE}")
+    known = [fault["id"] for fault in watch.until("it runs with a crate", runs)["faults"]]
+    machines.type(name, "kill -9 $(pidof hecaton-agent)")
+    watch.until(f"the agent of {name} is lost", lambda status: lost(name, status, known))
+    service.start_again()
+    watch.until("it has come back", runs)
+    machines.type(name, f"{environment}; hecaton obstacle remove crate")  # or there is none, and it fails
+
+
+def take_over(guide, machines, environment, watch):
+    """Section 7, but for its last cable."""
+    expected = iter((("planner/left@right-pc is in charge", lambda status: planner_of("left", status) == "planner/left@right-pc"),
+                     ("supervisor@left-pc leads", lambda status: status["supervisor"] == "supervisor@left-pc")))
+    for name, command in guide.placed_commands(7):
+        print(machines.type(name, f"{environment}; {command}"))
+        if command.startswith("kill"):
+            watch.until(*next(expected))
+            watch.until("who was killed stands by", runs)
+
+
+def pull(name, machines, watch, told, condition):
+    """Its cable, for a while; `condition` is what is told of it."""
+    known = [fault["id"] for fault in watch.until("all is well", runs)["faults"]]
+    machines.pull_cable(name)
+    watch.until(told, lambda status: lost(name, status, known) and condition(status))
+    machines.plug_cable(name)
+    watch.until("with the cable it goes on", runs)
 
 
 def follow(guide, unit, machines):
@@ -191,22 +281,57 @@ def follow(guide, unit, machines):
     install(guide, machines)
     write_cell(guide, machines)
     open_ports(guide, machines)
-    agents, environment, looks = start_agents(guide, unit, machines)
-    with contextlib.closing(Watch(machines, last, environment)) as watch:
-        watch.until("nine nodes are running", runs(9))
+    services, environment, looks = start_agents(guide, unit, machines)
+
+    def watch_on(name):
+        return contextlib.closing(Watch(lambda command, **streams: machines.start(name, command, **streams), environment))
+
+    with watch_on(last) as watch:
+        watch.until("twelve nodes are there", runs)
         for command in looks:
             print(machines.type(last, f"{environment}; {command}"))
         for command in (*guide.commands(6), "hecaton resume"):
             machines.type(last, f"{environment}; {command}")
-        watch.until("it runs again", runs(9))
-        # What the guide ends with.
-        machines.pull_cable(first)
-        watch.until(f"the fault is {first}", lambda status: any(
-            fault["kind"] == "agent_lost" and fault["subject"] == first for fault in status["faults"]))
-        machines.plug_cable(first)
-        watch.until("with the cable it goes on", runs(9))
-    if any(agent.poll() is not None for agent in agents):
-        raise RuntimeError("an agent has ended by itself")
+        lose_an_agent(last, services[last], machines, environment, watch)
+        take_over(guide, machines, environment, watch)
+        pull(first, machines, watch, f"the fault is {first}", lambda status: True)  # what the guide ends with
+    with watch_on(first) as watch:
+        pull(last, machines, watch, f"the fault is {last}, supervisor@left-pc tells it, and the arms are held",
+             lambda status: status["supervisor"] == "supervisor@left-pc" and status["mode"] != "run")
+    ended = [name for name, service in services.items() if service.has_ended()]
+    if ended:
+        raise RuntimeError(f"agents have ended by themselves: {', '.join(ended)}")
+
+
+def contain(guide, image):
+    """Section 8. What people have put into the world outlives its container, too."""
+    up, look, down = [command.replace("/usr/share/hecaton", str(DEPLOY)) for command in guide.commands(8)]
+    script, _, cell = shlex.split(up)
+    last = list(guide.machines)[-1]
+    os.environ["HECATON_IMAGE"] = image
+
+    def typed(command):
+        print(f"# {command}", flush=True)
+        return run(*shlex.split(command))
+
+    def container(name):
+        return f"hecaton-our_cell-{name}"
+
+    def start(command, **streams):
+        return start_in(container(next(iter(guide.machines))), command, **streams)
+
+    try:
+        print(typed(up))
+        with contextlib.closing(Watch(start, f"export HECATON_CELL={shlex.quote(cell)}")) as watch:
+            known = [fault["id"] for fault in watch.until("twelve nodes are there", runs)["faults"]]
+            print(typed(look))
+            typed(f"{script} run {cell} {CRATE}")
+            os.kill(int(run("podman", "inspect", "--format", "{{.State.Pid}}", container(last))), signal.SIGKILL)
+            watch.until(f"the agent of {last} is lost", lambda status: lost(last, status, known))
+            watch.until("its container has come back", runs)
+            typed(f"{script} run {cell} obstacle remove crate")  # or there is none, and it fails
+    finally:
+        typed(down)
 
 
 def main():
@@ -221,10 +346,13 @@ def main():
     except CannotRun as reason:
         print(f"skipped: {reason}", file=sys.stderr)
         return SKIPPED
+    for command, instead in OTHERWISE:
+        print(f"done otherwise here: {command}: {instead}", flush=True)
     try:
         follow(guide, options.unit.read_text(), machines)
     finally:
         machines.close()
+    contain(guide, options.image)
     print("the guide holds")
     return 0
 
