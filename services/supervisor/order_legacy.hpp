@@ -38,9 +38,11 @@ class OrderLegacy {
     told_ = orders;
     since_ = mode;
   }
-  /// The other supervisor stands by and has heard the cell mode of this number.
-  void heard(std::uint64_t mode) {
-    if (!again_ && mode >= since_) known_ = told_;
+  /// The other supervisor stands by and has heard the cell mode of this number. True when it has heard news with it.
+  bool heard(std::uint64_t mode) {
+    if (again_ || mode < since_ || known_ == told_) return false;
+    known_ = told_;
+    return true;
   }
   /// Of these orders, those that it is not known to have heard.
   [[nodiscard]] Orders unheard(const Orders& orders) const { return beyond(orders, known_); }

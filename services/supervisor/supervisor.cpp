@@ -143,7 +143,8 @@ void Supervisor::turn(bus::Clock::time_point now) {
   answer_requests();
   if (!leads) owed_.drop();
   const auto heard = heard_by_standby();
-  if (leads && heard) order_legacy_.heard(*heard);
+  // Remembered before it is acknowledged: in a next life we would order once more what people have resumed since.
+  if (leads && heard && order_legacy_.heard(*heard)) remember();
   for (const auto& request : owed_.take(heard, since_epoch(now))) reply(request, {});
   forget_strangers(now);
   if (pulse_.due(now)) beat(now);

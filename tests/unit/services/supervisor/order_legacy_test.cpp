@@ -32,9 +32,10 @@ TEST(OrderLegacy, OfWhatTheOtherHeardNothingIsLeft) {
   legacy.given({"left"});
   legacy.published(kStopLeft, 2);
   legacy.published(kStopLeft, 3);
-  legacy.heard(1);
+  EXPECT_FALSE(legacy.heard(1));
   EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
-  legacy.heard(2);
+  EXPECT_TRUE(legacy.heard(2));
+  EXPECT_FALSE(legacy.heard(3)) << "no news";
   EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
   legacy.stand_back(kStopLeft);
   EXPECT_TRUE(legacy.left().empty());
