@@ -60,7 +60,7 @@ PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "servi
         "services/supervisor/cell_watch", "services/supervisor/leadership", "services/supervisor/succession",
         "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
         "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch",
-        "services/planner/duty"]
+        "services/planner/duty", "services/planner/recollection"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 

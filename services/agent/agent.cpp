@@ -68,11 +68,9 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
   for (PlannedService& service : services) {
     service.arguments.insert(service.arguments.end(), {"--domain", domain, "--log-level", level_name(options.log_level),
                                                        "--sources", sources.string()});
-    if (service.has_memory) {
-      const auto host = std::find(hosts.begin(), hosts.end(), service.host) - hosts.begin();
-      const auto& folder = folders[static_cast<std::size_t>(host)].path();
-      service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
-    }
+    const auto host = std::find(hosts.begin(), hosts.end(), service.host) - hosts.begin();
+    const auto& folder = folders[static_cast<std::size_t>(host)].path();
+    service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
   }
   return services;
 }

@@ -180,6 +180,11 @@ bool GoalDesk::resume(const GoalAccount& account, Clock::duration ago, Clock::ti
   return true;
 }
 
+void GoalDesk::owe_ends(const std::vector<GoalAccount::End>& ends) {
+  const std::size_t left = std::min(ends.size(), GoalAccount::kEnds);
+  ends_.assign(ends.end() - static_cast<std::ptrdiff_t>(left), ends.end());
+}
+
 void GoalDesk::progress(const Progress& progress, Clock::time_point now) {
   if (!active_) return;
   Active& active = *active_;

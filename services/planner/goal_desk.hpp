@@ -61,6 +61,9 @@ class GoalDesk {
   /// answered is not asked again, what was over is told once more, and so is the active goal. True when there is one.
   bool resume(const GoalAccount& account, Clock::duration ago, Clock::time_point now);
 
+  /// Of the ends so far, only these are ours to be told again: another planner has told the rest.
+  void owe_ends(const std::vector<GoalAccount::End>& ends);
+
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
 

@@ -2,6 +2,7 @@
 /// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
 /// standby host it does the same without commanding and answering, until it is put in charge.
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,6 +25,7 @@
 #include "services/planner/goal_memory.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
+#include "services/planner/recollection.hpp"
 #include "services/planner/rollout_worker.hpp"
 #include "services/planner/route_worker.hpp"
 #include "services/planner/sensor_view.hpp"
@@ -53,7 +55,10 @@ class PlannerService {
   bool hear_mandate();
   void note_duty();
   void resume_goal();
-  void follow_goals_of_the_other(const msg::GoalStatus& status);
+  [[nodiscard]] Recollection judge_remembered();
+  [[nodiscard]] std::optional<LastCommand> last_command() const;
+  void catch_up();
+  void hear_the_other(const msg::GoalStatus& status);
   void handle_goals();
   void plan();
   [[nodiscard]] planner::OwnNews news_of(const ArmView::Heard& own) const;
@@ -104,6 +109,10 @@ class PlannerService {
   GoalDesk desk_;
   std::unique_ptr<GoalMemory> memory_;                ///< null: it could not be had
   std::optional<GoalMemory::Remembered> remembered_;  ///< until it is known whether it still counts
+  std::optional<Clock::time_point> undecided_since_;  ///< that, while we are in charge
+  std::deque<msg::GoalStatus> heard_early_;           ///< from the other planner, before it is known whether it counts
+  Mandate caught_up_;                                 ///< under which everything that counts was followed
+  bool has_news_ = false;                             ///< that are not remembered yet
   planner::ArmController controller_;
   GoalResolver resolver_;
   planner::RolloutPolicy rollout_policy_;

@@ -335,6 +335,18 @@ TEST_F(Restarted, AndASuccessorOfTheSuccessorKnowsItAll) {
   EXPECT_EQ(first.handled.size(), 2U);
 }
 
+// Who stood by has told none of its ends but those that it still owes.
+TEST_F(Restarted, TellsOnlyTheEndsThatItOwes) {
+  for (const auto* name : {"a", "b", "c"}) send_and_accept(goal(name));
+  desk_.owe_ends({{"b", msg::GOAL_REACHED}});
+  GoalDesk desk = successor();
+  EXPECT_EQ(told_by(desk), (Told{{"b", msg::GOAL_REACHED}, {"c", msg::GOAL_ACTIVE}}));
+  std::vector<GoalAccount::End> many;
+  for (std::size_t i = 0; i < GoalAccount::kEnds + 2; ++i) many.push_back({std::to_string(i), msg::GOAL_REACHED});
+  desk_.owe_ends(many);
+  EXPECT_EQ(desk_.account(now_).ends, std::vector(many.begin() + 2, many.end())) << "the last";
+}
+
 TEST_F(Desk, AGoalWhoseNameIsTooLongToBeRememberedIsRejected) {
   desk_.receive(goal(std::string(GoalAccount::kLongestName + 1, 'x')), now_);
   EXPECT_FALSE(ask_and_accept());
