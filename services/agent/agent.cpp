@@ -191,6 +191,7 @@ void Agent::tell(const Incident& incident) {
   event.restarts(incident.restarts);
   event.sequence_number(++sequence_);
   event.stamp_ns(stamp_now());
+  if (exited) event.reason(incident.reason);
   static_cast<void>(events_.write(event));  // the bus has logged a refusal
   if (!exited) {
     log_info("service started", {{"service", service.name}, {"pid", incident.pid}, {"restarts", incident.restarts}});
@@ -200,7 +201,8 @@ void Agent::tell(const Incident& incident) {
     log_warning("service died", {{"service", service.name},
                                  {"pid", incident.pid},
                                  {"exit_code", incident.end.exit_code},
-                                 {"signal", incident.end.signal_number}});
+                                 {"signal", incident.end.signal_number},
+                                 {"reason", incident.reason}});
   }
 }
 
