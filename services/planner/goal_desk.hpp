@@ -46,6 +46,9 @@ class GoalDesk {
   void wait_from(Clock::time_point now);
   /// Rejects what has waited for its turn longer than `limit`.
   void refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason);
+  /// Nobody resolves goals now: rejects those that wait, and the one that is under way, whose answer is then for
+  /// nobody.
+  void refuse_all(const std::string& reason);
   /// Accepted: the goal replaces the active one, which ends as replaced. Rejected: the active one goes on.
   /// True when the goal is now active.
   bool answer(const GoalAnswer& answer, Clock::time_point now);
@@ -110,6 +113,7 @@ class GoalDesk {
   std::deque<Waiting> waiting_;
   std::optional<msg::Goal> asked_;
   bool asked_cancelled_ = false;
+  bool asked_refused_ = false;
   std::optional<Active> active_;
   bool forget_ = false;
   std::uint64_t sequence_ = 0;

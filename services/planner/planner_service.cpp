@@ -26,6 +26,9 @@ constexpr auto kLongestWait = 10s;
 /// Goals of which the other planner may have told something before it is known whether that counts: as many as it
 /// keeps on the bus, and some.
 constexpr std::size_t kHeardEarly = 64;
+/// Of the threads that search. They have no budgets of time, and go after everything else on a busy machine: what takes
+/// longer than this has no end.
+constexpr auto kLongestSearch = 60s;
 /// Without fresh states this long the goal counts as blocked [s]; shorter gaps are the network's everyday life.
 constexpr double kBlockedAfter = 1.0;
 /// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
@@ -149,6 +152,7 @@ void PlannerService::run() {
     note_duty();
     resume_goal();
     catch_up();
+    look_at_threads();
     handle_goals();
     plan();
     note_reaction(Clock::now() - now_);
@@ -298,6 +302,21 @@ void PlannerService::note_hold(const std::string& reason) {
   log_info(reason.empty() ? "may move" : "holds", {{"reason", reason}});
 }
 
+void PlannerService::look_at_threads() {
+  no_answers_ = complaint_about("the thread that resolves goals", resolver_.silence(now_), kLongestWait);
+  std::string hangs = no_answers_;
+  const auto look = [&hangs](const char* thread, Clock::duration silence) {
+    if (hangs.empty()) hangs = complaint_about(thread, silence, kLongestSearch);
+  };
+  look("the thread that plays rollouts", rollouts_.silence(now_));
+  look("the thread that searches routes", routes_.silence(now_));
+  look("the thread that searches plans for several arms", company_.silence(now_));
+  if (hangs.empty() != hanging_thread_.empty()) {
+    log_warning(hangs.empty() ? "all threads answer again" : "a thread does not answer", {{"reason", hangs}});
+  }
+  hanging_thread_ = std::move(hangs);
+}
+
 void PlannerService::handle_goals() {
   if (remembered_) return;  // which of those that wait were answered is not known yet
   for (const auto& sample : goals_.take()) {
@@ -309,6 +328,7 @@ void PlannerService::handle_goals() {
   if (desk_.take_forget()) controller_.cancel_goal();
 
   if (!in_charge_) desk_.wait_from(now_);
+  if (in_charge_ && !no_answers_.empty()) desk_.refuse_all(no_answers_);
   const bool knows_obstacles = by_sight_ || obstacles_.known();
   if (!knows_obstacles || !arms_.arm(self_)) {
     desk_.refuse_waiting(now_, kLongestWait,
@@ -499,8 +519,13 @@ void PlannerService::beat() {
   }
   if (!by_sight_) consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
-  vital.state = starved ? msg::NODE_DEGRADED : in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
-  if (starved) vital.detail = hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+  vital.state = in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
+  if (starved || !hanging_thread_.empty()) vital.state = msg::NODE_DEGRADED;
+  vital.detail = hanging_thread_;
+  if (starved) {
+    vital.detail += vital.detail.empty() ? "" : "; ";
+    vital.detail += hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+  }
   pulse_.beat(now_, vital, loop_.statistics());
 }
 

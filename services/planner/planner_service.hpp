@@ -59,6 +59,7 @@ class PlannerService {
   [[nodiscard]] std::optional<LastCommand> last_command() const;
   void catch_up();
   void hear_the_other(const msg::GoalStatus& status);
+  void look_at_threads();
   void handle_goals();
   void plan();
   [[nodiscard]] planner::OwnNews news_of(const ArmView::Heard& own) const;
@@ -124,6 +125,8 @@ class PlannerService {
   Clock::time_point now_{};
   Clock::duration reaction_{};  ///< from hearing to commanding
   std::string hold_reason_ = "has just started";
+  std::string no_answers_;         ///< why goals are not resolved, a sentence; empty: they are
+  std::string hanging_thread_;     ///< which of the other threads does not answer, a sentence; empty: all do
   double waited_for_input_ = 0.0;  ///< the tick had to brake for want of fresh states this long [s]
   std::uint64_t sequence_ = 0;
   msg::ArmCommand command_;  ///< reused every period
