@@ -59,7 +59,8 @@ ONLY_IN = {
 PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
         "services/supervisor/cell_watch", "services/supervisor/leadership", "services/supervisor/succession",
         "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
-        "services/runtime/mandate", "services/runtime/node_name", "services/planner/duty"]
+        "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch",
+        "services/planner/duty", "services/planner/recollection"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 

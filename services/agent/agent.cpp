@@ -68,11 +68,9 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
   for (PlannedService& service : services) {
     service.arguments.insert(service.arguments.end(), {"--domain", domain, "--log-level", level_name(options.log_level),
                                                        "--sources", sources.string()});
-    if (service.has_memory) {
-      const auto host = std::find(hosts.begin(), hosts.end(), service.host) - hosts.begin();
-      const auto& folder = folders[static_cast<std::size_t>(host)].path();
-      service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
-    }
+    const auto host = std::find(hosts.begin(), hosts.end(), service.host) - hosts.begin();
+    const auto& folder = folders[static_cast<std::size_t>(host)].path();
+    service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
   }
   return services;
 }
@@ -193,6 +191,7 @@ void Agent::tell(const Incident& incident) {
   event.restarts(incident.restarts);
   event.sequence_number(++sequence_);
   event.stamp_ns(stamp_now());
+  if (exited) event.reason(incident.reason);
   static_cast<void>(events_.write(event));  // the bus has logged a refusal
   if (!exited) {
     log_info("service started", {{"service", service.name}, {"pid", incident.pid}, {"restarts", incident.restarts}});
@@ -202,7 +201,8 @@ void Agent::tell(const Incident& incident) {
     log_warning("service died", {{"service", service.name},
                                  {"pid", incident.pid},
                                  {"exit_code", incident.end.exit_code},
-                                 {"signal", incident.end.signal_number}});
+                                 {"signal", incident.end.signal_number},
+                                 {"reason", incident.reason}});
   }
 }
 

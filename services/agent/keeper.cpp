@@ -48,7 +48,7 @@ std::vector<Incident> Keeper::turn(Clock::time_point now) {
 
 // Who was stopped itself knows nothing of the others for that time.
 void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
-  if (!kept.child || kept.hangs) return;
+  if (!kept.child || !kept.hung.empty()) return;
   const bool was_away = now - watched_ >= 2 * options_.watchdog / kLooks;
   const bool told = kept.child->told_alive();
   if (told && !kept.began) kept.began = now;
@@ -56,11 +56,11 @@ void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   const auto limit = kept.began ? options_.watchdog : options_.start_limit;
   if (limit.count() == 0 || now - kept.heard < limit) return;
   const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - kept.heard);
+  kept.hung = (kept.began ? "its loop was silent for " : "its loop did not begin within ") +
+              std::to_string(silence.count()) + " ms";
   incidents.push_back(incident(kept, Incident::Kind::kHung));
-  incidents.back().reason = (kept.began ? "its loop was silent for " : "its loop did not begin within ") +
-                            std::to_string(silence.count()) + " ms";
+  incidents.back().reason = kept.hung;
   kept.child->signal(SIGKILL);
-  kept.hangs = true;
 }
 
 // Only a loop that turns is a life: else who always hangs in its start would be forgiven for how long that took.
@@ -80,7 +80,7 @@ void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   kept.started = now;
   kept.began.reset();
   kept.heard = now;
-  kept.hangs = false;
+  kept.hung.clear();
   if (kept.given_up) ++kept.retries;
   ChildCommand command{
       options_.programs / kept.service.program, kept.service.arguments, {}, options_.watchdog.count() > 0};
@@ -121,6 +121,7 @@ void Keeper::reap(Kept& kept, Clock::time_point now, std::vector<Incident>& inci
   if (!end) return;
   incidents.push_back(incident(kept, Incident::Kind::kExited));
   incidents.back().end = *end;
+  if (end->signal_number == SIGKILL) incidents.back().reason = kept.hung;  // else it ended by itself at last
   kept.child.reset();
   if (!ending_) plan_restart(kept, now, incidents);
 }

@@ -35,7 +35,7 @@ struct Incident {
   ChildEnd end;
   bool wanted = false;
   unsigned restarts = 0;  ///< so far
-  std::string reason;     ///< kNotStarted: why; kGivenUp: after what; kHung: for how long
+  std::string reason;     ///< kNotStarted: why; kGivenUp: after what; kHung, and kExited of who was killed for it: how
 };
 
 class Keeper {
@@ -68,7 +68,7 @@ class Keeper {
     Clock::time_point started{};
     std::optional<Clock::time_point> began{};  // when it first told that it lives
     Clock::time_point heard{};                 // when it last did, or was started, or we were away ourselves
-    bool hangs = false;                        // and was killed
+    std::string hung{};                        // how, and was killed; empty: it did not
     bool starting = false;                     // its program is being read
     unsigned starts = 0;
     bool given_up = false;

@@ -52,10 +52,8 @@ std::vector<PlannedService> plan_services(const config::CellFile& file, const st
     const std::vector<std::string> arguments{file.path, "--arm", arm};
     const std::string driver = driver_node(arm);
     services.push_back({process_name(driver), driver, file.arm_hosts[i].host, "hecaton-arm-driver", arguments});
-    const std::vector<PlacedNode> planners = planners_of(file, i);
-    for (const PlacedNode& planner : planners) {
+    for (const PlacedNode& planner : planners_of(file, i)) {
       services.push_back({process_name(planner.node), planner.node, planner.host, kPlanner, arguments});
-      services.back().has_memory = planners.size() == 1;  // else the other one knows better
     }
   }
   const auto hosts = planned_hosts(file, host);

@@ -14,7 +14,6 @@ struct PlannedService {
   std::string host;     ///< of the cell file
   std::string program;  ///< file name of its executable
   std::vector<std::string> arguments;  ///< without the program's own name
-  bool has_memory = true;              ///< it is given a file in which survives what it must not forget
 };
 
 /// In the order in which they are started: world, supervisors, then each arm's driver and planners.

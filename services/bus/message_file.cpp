@@ -1,13 +1,12 @@
 #include "services/bus/message_file.hpp"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <algorithm>
+#include <cstddef>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <vector>
+#include <utility>
 
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
@@ -15,16 +14,7 @@
 namespace hecaton::bus {
 namespace {
 
-std::vector<char> encoded(const msg::WorldMemory& message) {
-  std::vector<char> bytes(msg::WorldMemory::getCdrSerializedSize(message));
-  eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
-  eprosima::fastcdr::Cdr cdr(buffer);
-  message.serialize(cdr);
-  bytes.resize(cdr.getSerializedDataLength());
-  return bytes;
-}
-
-std::optional<msg::WorldMemory> decoded(std::vector<char> bytes) {
+std::optional<msg::WorldMemory> decoded(std::string bytes) {
   eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
   eprosima::fastcdr::Cdr cdr(buffer);
   msg::WorldMemory message;
@@ -33,36 +23,29 @@ std::optional<msg::WorldMemory> decoded(std::vector<char> bytes) {
   } catch (const std::exception&) {  // it ends too soon, or a size in it is absurd
     return std::nullopt;
   }
-  if (cdr.getSerializedDataLength() != bytes.size() || message.schema() != msg::SCHEMA_VERSION) return std::nullopt;
+  const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(cdr.getSerializedDataLength());
+  const bool padded = std::all_of(end, bytes.end(), [](char byte) { return byte == '\0'; });
+  if (!padded || message.schema() != msg::SCHEMA_VERSION) return std::nullopt;
   return message;
-}
-
-bool write_all(const std::string& path, const std::vector<char>& bytes) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return static_cast<bool>(file.flush());
 }
 
 }  // namespace
 
-std::string write_message(const std::string& path, const msg::WorldMemory& message) {
-  const std::string next = path + ".next";
-  errno = 0;
-  if (write_all(next, encoded(message)) && std::rename(next.c_str(), path.c_str()) == 0) return {};
-  std::string reason = path + " cannot be written: " + std::strerror(errno);
-  std::error_code ignored;
-  std::filesystem::remove(next, ignored);
-  const std::ofstream emptied(path, std::ios::trunc);  // works on a full disk, too
-  return reason;
+std::string file_contents(const msg::WorldMemory& message) {
+  std::string bytes(msg::WorldMemory::getCdrSerializedSize(message), '\0');
+  eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
+  eprosima::fastcdr::Cdr cdr(buffer);
+  message.serialize(cdr);
+  bytes.resize(cdr.getSerializedDataLength());
+  return bytes;
 }
 
 ReadMessage read_message(const std::string& path) {
   if (!std::filesystem::exists(path)) return {};
   std::ifstream file(path, std::ios::binary);
-  std::vector<char> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file) return {{}, path + " cannot be read"};
-  if (bytes.empty()) return {{}, path + " is empty: it could not be written the last time"};
-  auto message = decoded(std::move(bytes));
+  auto message = bytes.empty() ? std::nullopt : decoded(std::move(bytes));
   if (!message) return {{}, path + " is damaged"};
   return {std::move(message), {}};
 }

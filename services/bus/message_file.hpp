@@ -1,5 +1,5 @@
 #pragma once
-/// A message as a file's contents, replaced as a whole: a crash leaves either the old or the new one.
+/// A message as a file's contents.
 
 #include <optional>
 #include <string>
@@ -8,9 +8,8 @@
 
 namespace hecaton::bus {
 
-/// Empty, or the sentence that says why it could not be written; then the old contents are gone, too, and the file is
-/// empty: what is out of date must not be taken for the newest.
-[[nodiscard]] std::string write_message(const std::string& path, const msg::WorldMemory& message);
+/// Zeros may follow them in the file.
+[[nodiscard]] std::string file_contents(const msg::WorldMemory& message);
 
 struct ReadMessage {
   std::optional<msg::WorldMemory> message;

@@ -1,7 +1,10 @@
 #pragma once
 /// The planner's other threads: the control loop asks them and looks for answers every period, and never waits for one.
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <iterator>
@@ -12,6 +15,8 @@
 
 #include <sys/resource.h>
 #include <unistd.h>
+
+#include "services/runtime/turn_watch.hpp"
 
 namespace hecaton::services {
 
@@ -47,6 +52,7 @@ class BackgroundThread {
   BackgroundThread& operator=(const BackgroundThread&) = delete;
 
   void ask(Question question) {
+    ++open_;
     unasked_.push_back(std::move(question));
     hand_over(false);
   }
@@ -60,6 +66,12 @@ class BackgroundThread {
     std::optional<Answer> next(std::move(answers_.front()));
     answers_.pop_front();
     return next;
+  }
+  /// To be called every period: for how long it has finished no turn though it has something to do. Also hands over.
+  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now) {
+    hand_over(false);
+    watch_.look(now, open_ > 0, finished_);
+    return watch_.silence();
   }
 
  private:
@@ -86,11 +98,15 @@ class BackgroundThread {
       if (!questions_.empty()) {
         question = std::move(questions_.front());
         questions_.pop_front();
+      } else {
+        ++open_;  // a turn that was granted
       }
       granted_ = false;
       lock.unlock();
       Turn turn = work_(std::move(question));
       goes_on = turn.goes_on;
+      ++finished_;
+      --open_;
       lock.lock();
       if (turn.answer) answers_.push_back(std::move(*turn.answer));
     }
@@ -98,6 +114,9 @@ class BackgroundThread {
 
   Work work_;                     ///< of the thread alone
   std::deque<Question> unasked_;  ///< of the control loop alone
+  TurnWatch watch_;               ///< likewise
+  std::atomic<int> open_ = 0;     ///< questions that were asked and turns that were begun, and are not finished
+  std::atomic<std::uint64_t> finished_ = 0;  ///< of them
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Question> questions_;

@@ -33,6 +33,8 @@ class Company {
   /// Another planner commands the arm; it also says where the arm stands.
   void resign(planner::ArmController& controller);
   [[nodiscard]] bool takes_part() const { return policy_.takes_part(); }
+  /// Of the thread that searches plans, as of BackgroundThread.
+  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now) { return routes_.silence(now); }
 
  private:
   void publish();

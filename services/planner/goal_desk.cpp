@@ -14,6 +14,7 @@ using namespace std::chrono_literals;
 constexpr auto kRepeat = 100ms;                             // of an active goal's status
 constexpr auto kFree = 500ms;                               // without a break, until an arm is no longer held back
 constexpr std::size_t kRemembered = GoalAccount::kHandled;  // goals handled before, for repetitions
+const std::string kGivenUp = "its client gave it up";
 
 double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -57,11 +58,10 @@ void GoalDesk::receive(const msg::Goal& goal, Clock::time_point now) {
 }
 
 void GoalDesk::cancel(const std::string& goal, Clock::time_point now) {
-  const std::string reason = "its client gave it up";
-  if (active_ && active_->goal.goal() == goal) end_active(msg::GOAL_CANCELLED, reason, now);
+  if (active_ && active_->goal.goal() == goal) end_active(msg::GOAL_CANCELLED, kGivenUp, now);
   if (asked_ && asked_->goal() == goal) asked_cancelled_ = true;
   for (const Waiting& waiting : waiting_) {
-    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GOAL_CANCELLED, reason);
+    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GOAL_CANCELLED, kGivenUp);
   }
   std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
 }
@@ -70,6 +70,7 @@ std::optional<msg::Goal> GoalDesk::next_question() {
   if (asked_ || waiting_.empty()) return std::nullopt;
   asked_ = std::move(waiting_.front().goal);
   asked_cancelled_ = false;
+  asked_refused_ = false;
   waiting_.pop_front();
   return asked_;
 }
@@ -85,10 +86,19 @@ void GoalDesk::refuse_waiting(Clock::time_point now, Clock::duration limit, cons
   }
 }
 
+void GoalDesk::refuse_all(const std::string& reason) {
+  if (asked_ && !std::exchange(asked_refused_, true)) {
+    tell(*asked_, asked_cancelled_ ? msg::GOAL_CANCELLED : msg::GOAL_REJECTED, asked_cancelled_ ? kGivenUp : reason);
+  }
+  for (const Waiting& waiting : waiting_) tell(waiting.goal, msg::GOAL_REJECTED, reason);
+  waiting_.clear();
+}
+
 bool GoalDesk::answer(const GoalAnswer& answer, Clock::time_point now) {
   asked_.reset();
+  if (asked_refused_) return false;
   if (asked_cancelled_) {
-    tell(answer.goal, msg::GOAL_CANCELLED, "its client gave it up");
+    tell(answer.goal, msg::GOAL_CANCELLED, kGivenUp);
     return false;
   }
   if (!answer.accepted) {
@@ -148,7 +158,7 @@ GoalAccount GoalDesk::account(Clock::time_point now) const {
   }
   account.ends.assign(ends_.begin(), ends_.end());
   std::vector<std::uint64_t> unanswered;
-  if (asked_) unanswered.push_back(digest(*asked_));
+  if (asked_ && !asked_refused_) unanswered.push_back(digest(*asked_));
   for (const Waiting& waiting : waiting_) unanswered.push_back(digest(waiting.goal));
   for (const std::uint64_t id : handled_) {
     if (std::find(unanswered.begin(), unanswered.end(), id) == unanswered.end()) account.handled.push_back(id);
@@ -178,6 +188,11 @@ bool GoalDesk::resume(const GoalAccount& account, Clock::duration ago, Clock::ti
   begin(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GOAL_ACTIVE, {}, followed});
   tell_active(msg::GOAL_ACTIVE, "resumed by a planner that was restarted", now);
   return true;
+}
+
+void GoalDesk::owe_ends(const std::vector<GoalAccount::End>& ends) {
+  const std::size_t left = std::min(ends.size(), GoalAccount::kEnds);
+  ends_.assign(ends.end() - static_cast<std::ptrdiff_t>(left), ends.end());
 }
 
 void GoalDesk::progress(const Progress& progress, Clock::time_point now) {

@@ -46,6 +46,9 @@ class GoalDesk {
   void wait_from(Clock::time_point now);
   /// Rejects what has waited for its turn longer than `limit`.
   void refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason);
+  /// Nobody resolves goals now: rejects those that wait, and the one that is under way, whose answer is then for
+  /// nobody.
+  void refuse_all(const std::string& reason);
   /// Accepted: the goal replaces the active one, which ends as replaced. Rejected: the active one goes on.
   /// True when the goal is now active.
   bool answer(const GoalAnswer& answer, Clock::time_point now);
@@ -60,6 +63,9 @@ class GoalDesk {
   /// Goes on where a predecessor ended, `ago` after its account, before anything else happened here: what it has
   /// answered is not asked again, what was over is told once more, and so is the active goal. True when there is one.
   bool resume(const GoalAccount& account, Clock::duration ago, Clock::time_point now);
+
+  /// Of the ends so far, only these are ours to be told again: another planner has told the rest.
+  void owe_ends(const std::vector<GoalAccount::End>& ends);
 
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
@@ -107,6 +113,7 @@ class GoalDesk {
   std::deque<Waiting> waiting_;
   std::optional<msg::Goal> asked_;
   bool asked_cancelled_ = false;
+  bool asked_refused_ = false;
   std::optional<Active> active_;
   bool forget_ = false;
   std::uint64_t sequence_ = 0;

@@ -22,6 +22,7 @@ struct GoalMemory::Slot {
   std::uint64_t layout;  ///< layout_of(its joints)
   std::uint64_t term;
   std::int64_t stamp_ns;
+  std::int64_t until_ns;
   std::uint64_t has_active;
   std::uint64_t sequence_number;
   double time_limit;
@@ -65,6 +66,7 @@ std::optional<GoalMemory::Remembered> GoalMemory::recall() const {
   Remembered what;
   what.mandate = {slot->planner.data(), slot->term};
   what.stamp_ns = slot->stamp_ns;
+  what.until_ns = slot->until_ns;
   if (slot->has_active != 0) {
     what.account.active = GoalAccount::Active{
         slot->goal.data(), slot->client.data(), slot->sequence_number,
@@ -86,6 +88,7 @@ void GoalMemory::remember(const Remembered& what) {
   slot.layout = Slot::layout_of(joints_);
   slot.term = what.mandate.term;
   slot.stamp_ns = what.stamp_ns;
+  slot.until_ns = what.until_ns;
   write(slot.planner, what.mandate.planner);
   const GoalAccount& account = what.account;
   const GoalAccount::Active active =
@@ -105,6 +108,11 @@ void GoalMemory::remember(const Remembered& what) {
   slot.handled = std::min(account.handled.size(), GoalAccount::kHandled);
   std::copy_n(account.handled.begin(), slot.handled, slot.digests.begin());
   number.store(number_, std::memory_order_release);
+}
+
+void GoalMemory::confirm(std::int64_t now_ns) {
+  if (slots_ == nullptr || number_ == 0) return;
+  std::atomic_ref(slots_[number_ % 2].until_ns).store(now_ns, std::memory_order_relaxed);
 }
 
 }  // namespace hecaton::services

@@ -18,6 +18,7 @@ class GoalMemory {
     GoalAccount account;
     Mandate mandate;            ///< under which it was
     std::int64_t stamp_ns = 0;  ///< when, on this host's steady clock
+    std::int64_t until_ns = 0;  ///< when that was last all that there was to know
   };
 
   /// An empty path: nothing is remembered. Throws std::runtime_error with a sentence when the file cannot be used, a
@@ -28,6 +29,8 @@ class GoalMemory {
   [[nodiscard]] std::optional<Remembered> recall() const;
   /// Names of up to GoalAccount::kLongestName, no more of the lists than their limits.
   void remember(const Remembered& what);
+  /// What was remembered last is still all that there is to know.
+  void confirm(std::int64_t now_ns);
 
  private:
   struct Slot;

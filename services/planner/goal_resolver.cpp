@@ -34,4 +34,8 @@ std::vector<GoalAnswer> GoalResolver::answers() {
   return all;
 }
 
+TurnWatch::Clock::duration GoalResolver::silence(TurnWatch::Clock::time_point now) {
+  return impl_->thread.silence(now);
+}
+
 }  // namespace hecaton::services

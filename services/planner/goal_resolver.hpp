@@ -6,6 +6,7 @@
 
 #include "planner/model/arm.hpp"
 #include "services/planner/resolve_goal.hpp"
+#include "services/runtime/turn_watch.hpp"
 #include "world/model/scene.hpp"
 
 namespace hecaton::services {
@@ -28,6 +29,8 @@ class GoalResolver {
   void ask(GoalQuestion question);
   /// Since the last call, in the order of the questions. Never blocks for long.
   [[nodiscard]] std::vector<GoalAnswer> answers();
+  /// As of BackgroundThread.
+  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now);
 
  private:
   struct Impl;

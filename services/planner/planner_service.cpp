@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
 #include "services/bus/convert.hpp"
 #include "services/planner/explain.hpp"
+#include "services/planner/heed.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -21,6 +23,12 @@ using namespace std::chrono_literals;
 /// A goal waits this long for the world's and the own arm's first words: as long as the supervisor gives a node to
 /// appear.
 constexpr auto kLongestWait = 10s;
+/// Goals of which the other planner may have told something before it is known whether that counts: as many as it
+/// keeps on the bus, and some.
+constexpr std::size_t kHeardEarly = 64;
+/// Of the threads that search. They have no budgets of time, and go after everything else on a busy machine: what takes
+/// longer than this has no end.
+constexpr auto kLongestSearch = 60s;
 /// Without fresh states this long the goal counts as blocked [s]; shorter gaps are the network's everyday life.
 constexpr double kBlockedAfter = 1.0;
 /// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
@@ -143,6 +151,8 @@ void PlannerService::run() {
     listen();
     note_duty();
     resume_goal();
+    catch_up();
+    look_at_threads();
     handle_goals();
     plan();
     note_reaction(Clock::now() - now_);
@@ -166,7 +176,7 @@ void PlannerService::listen() {
     if (sample.disposed) continue;
     const std::string unusable = arms_.apply(sample.value);
     complain(unusable);
-    if (unusable.empty()) follow_goals_of_the_other(sample.value);
+    if (unusable.empty()) hear_the_other(sample.value);
   }
   company_.listen(arms_, complain);
   for (const auto& sample : obstacle_shapes_.take()) {
@@ -212,23 +222,60 @@ void PlannerService::note_duty() {
   log_info(in_charge ? "is in charge" : "stands by", {{"arm", name_}, {"term", duty_.term()}});
 }
 
-void PlannerService::follow_goals_of_the_other(const msg::GoalStatus& status) {
-  if (in_charge_ || status.arm() != name_ || status.node() == node_) return;
+void PlannerService::hear_the_other(const msg::GoalStatus& status) {
+  if (status.arm() != name_ || status.node() == node_) return;
+  const Heed what = heed(status, duty_, !remembered_);
+  if (what == Heed::kIgnore) return;
+  if (what == Heed::kLater) {
+    std::erase_if(heard_early_, [&](const msg::GoalStatus& known) { return known.goal() == status.goal(); });
+    heard_early_.push_back(status);
+    if (heard_early_.size() > kHeardEarly) heard_early_.pop_front();
+    return;
+  }
   unsaid_.heard(status);
   if (desk_.follow(status, now_)) controller_.set_goal(desk_.q_goal());
+  has_news_ = true;
 }
 
-// Where another planner may have had the arm since, its goals are that one's to tell: only the mandate under which we
-// remembered ours shows that nobody had.
+// What was heard before it was known who is in charge, or that it is not we any more.
+void PlannerService::catch_up() {
+  if (remembered_ || duty_.mandate() == caught_up_) return;
+  caught_up_ = duty_.mandate();
+  has_news_ = true;
+  for (const msg::GoalStatus& status : std::exchange(heard_early_, {})) hear_the_other(status);
+}
+
+std::optional<LastCommand> PlannerService::last_command() const {
+  constexpr double kForEver = 1e9;  // [s]
+  const auto& own = arms_.arm(self_);
+  if (!own) return std::nullopt;
+  return LastCommand{own->term, own->at.time_since_epoch() - nanoseconds(std::min(own->command_age, kForEver))};
+}
+
+Recollection PlannerService::judge_remembered() {
+  if (planners_.size() == 1) return Recollection::kCounts;
+  const auto judged =
+      judge_recollection(remembered_->mandate, std::chrono::nanoseconds(remembered_->until_ns), duty_, last_command());
+  if (judged != Recollection::kUnknown || !in_charge_) {
+    undecided_since_.reset();
+    return judged;
+  }
+  // Who is in charge answers goals, also when the driver is never heard.
+  if (!undecided_since_) undecided_since_ = now_;
+  return now_ - *undecided_since_ > kLongestWait ? Recollection::kOutdated : judged;
+}
+
+// Where another planner may have had the arm since, its goals are that one's to tell.
 void PlannerService::resume_goal() {
   if (!remembered_) return;
-  const bool alone = planners_.size() == 1;
-  if (!alone && duty_.term() == 0) return;
+  const Recollection judged = judge_remembered();
+  if (judged == Recollection::kUnknown) return;
   GoalMemory::Remembered remembered = *std::exchange(remembered_, std::nullopt);
-  if (!alone && remembered.mandate != duty_.mandate()) {
+  if (judged == Recollection::kOutdated) {
     remembered.account.active.reset();
     remembered.account.ends.clear();
   }
+  has_news_ = true;
   const auto ago = std::chrono::nanoseconds(std::max<std::int64_t>(0, stamp_now() - remembered.stamp_ns));
   if (!desk_.resume(remembered.account, ago, now_)) return;
   controller_.set_goal(desk_.q_goal());
@@ -255,6 +302,21 @@ void PlannerService::note_hold(const std::string& reason) {
   log_info(reason.empty() ? "may move" : "holds", {{"reason", reason}});
 }
 
+void PlannerService::look_at_threads() {
+  no_answers_ = complaint_about("the thread that resolves goals", resolver_.silence(now_), kLongestWait);
+  std::string hangs = no_answers_;
+  const auto look = [&hangs](const char* thread, Clock::duration silence) {
+    if (hangs.empty()) hangs = complaint_about(thread, silence, kLongestSearch);
+  };
+  look("the thread that plays rollouts", rollouts_.silence(now_));
+  look("the thread that searches routes", routes_.silence(now_));
+  look("the thread that searches plans for several arms", company_.silence(now_));
+  if (hangs.empty() != hanging_thread_.empty()) {
+    log_warning(hangs.empty() ? "all threads answer again" : "a thread does not answer", {{"reason", hangs}});
+  }
+  hanging_thread_ = std::move(hangs);
+}
+
 void PlannerService::handle_goals() {
   if (remembered_) return;  // which of those that wait were answered is not known yet
   for (const auto& sample : goals_.take()) {
@@ -266,6 +328,7 @@ void PlannerService::handle_goals() {
   if (desk_.take_forget()) controller_.cancel_goal();
 
   if (!in_charge_) desk_.wait_from(now_);
+  if (in_charge_ && !no_answers_.empty()) desk_.refuse_all(no_answers_);
   const bool knows_obstacles = by_sight_ || obstacles_.known();
   if (!knows_obstacles || !arms_.arm(self_)) {
     desk_.refuse_waiting(now_, kLongestWait,
@@ -408,13 +471,17 @@ void PlannerService::answer_clients(Progress progress) {
 }
 
 void PlannerService::publish_statuses() {
-  std::vector<msg::GoalStatus> statuses = unsaid_.take();
-  for (msg::GoalStatus& status : desk_.take_statuses()) statuses.push_back(std::move(status));
+  std::vector<msg::GoalStatus> statuses = desk_.take_statuses();
+  has_news_ = has_news_ || !statuses.empty();
   if (!in_charge_) {
     unsaid_.keep(std::move(statuses));
+    desk_.owe_ends(unsaid_.ends());
+    remember_goals();
     return;
   }
-  if (!statuses.empty()) remember_goals();
+  remember_goals();
+  std::vector<msg::GoalStatus> unsaid = unsaid_.take();
+  statuses.insert(statuses.begin(), std::make_move_iterator(unsaid.begin()), std::make_move_iterator(unsaid.end()));
   for (msg::GoalStatus& status : statuses) {
     status.term(duty_.term());
     status.stamp_ns(stamp_now());
@@ -428,9 +495,13 @@ void PlannerService::publish_statuses() {
   }
 }
 
-// Before anything of it is told: what was acknowledged is never forgotten. What has ended is told again instead.
+// Before anything of it is told: what was acknowledged is never forgotten. What has ended is told again instead. Who
+// stands by remembers, too: the arm may have no other planner tomorrow.
 void PlannerService::remember_goals() {
-  if (memory_) memory_->remember({desk_.account(now_), duty_.mandate(), stamp_now()});
+  if (!memory_ || remembered_) return;
+  const std::int64_t now_ns = stamp_now();
+  if (std::exchange(has_news_, false)) memory_->remember({desk_.account(now_), duty_.mandate(), now_ns, now_ns});
+  memory_->confirm(now_ns);
 }
 
 void PlannerService::beat() {
@@ -448,8 +519,13 @@ void PlannerService::beat() {
   }
   if (!by_sight_) consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
-  vital.state = starved ? msg::NODE_DEGRADED : in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
-  if (starved) vital.detail = hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+  vital.state = in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
+  if (starved || !hanging_thread_.empty()) vital.state = msg::NODE_DEGRADED;
+  vital.detail = hanging_thread_;
+  if (starved) {
+    vital.detail += vital.detail.empty() ? "" : "; ";
+    vital.detail += hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+  }
   pulse_.beat(now_, vital, loop_.statistics());
 }
 

@@ -2,6 +2,7 @@
 /// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
 /// standby host it does the same without commanding and answering, until it is put in charge.
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,6 +25,7 @@
 #include "services/planner/goal_memory.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/obstacle_view.hpp"
+#include "services/planner/recollection.hpp"
 #include "services/planner/rollout_worker.hpp"
 #include "services/planner/route_worker.hpp"
 #include "services/planner/sensor_view.hpp"
@@ -53,7 +55,11 @@ class PlannerService {
   bool hear_mandate();
   void note_duty();
   void resume_goal();
-  void follow_goals_of_the_other(const msg::GoalStatus& status);
+  [[nodiscard]] Recollection judge_remembered();
+  [[nodiscard]] std::optional<LastCommand> last_command() const;
+  void catch_up();
+  void hear_the_other(const msg::GoalStatus& status);
+  void look_at_threads();
   void handle_goals();
   void plan();
   [[nodiscard]] planner::OwnNews news_of(const ArmView::Heard& own) const;
@@ -104,6 +110,10 @@ class PlannerService {
   GoalDesk desk_;
   std::unique_ptr<GoalMemory> memory_;                ///< null: it could not be had
   std::optional<GoalMemory::Remembered> remembered_;  ///< until it is known whether it still counts
+  std::optional<Clock::time_point> undecided_since_;  ///< that, while we are in charge
+  std::deque<msg::GoalStatus> heard_early_;           ///< from the other planner, before it is known whether it counts
+  Mandate caught_up_;                                 ///< under which everything that counts was followed
+  bool has_news_ = false;                             ///< that are not remembered yet
   planner::ArmController controller_;
   GoalResolver resolver_;
   planner::RolloutPolicy rollout_policy_;
@@ -115,6 +125,8 @@ class PlannerService {
   Clock::time_point now_{};
   Clock::duration reaction_{};  ///< from hearing to commanding
   std::string hold_reason_ = "has just started";
+  std::string no_answers_;         ///< why goals are not resolved, a sentence; empty: they are
+  std::string hanging_thread_;     ///< which of the other threads does not answer, a sentence; empty: all do
   double waited_for_input_ = 0.0;  ///< the tick had to brake for want of fresh states this long [s]
   std::uint64_t sequence_ = 0;
   msg::ArmCommand command_;  ///< reused every period

@@ -51,4 +51,8 @@ std::optional<planner::RolloutAnswer> RolloutWorker::answer() {
   return impl_->thread.answer();
 }
 
+TurnWatch::Clock::duration RolloutWorker::silence(TurnWatch::Clock::time_point now) {
+  return impl_->thread.silence(now);
+}
+
 }  // namespace hecaton::services

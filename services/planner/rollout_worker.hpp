@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "planner/rollout/rollout_search.hpp"
+#include "services/runtime/turn_watch.hpp"
 
 namespace hecaton::services {
 
@@ -28,6 +29,8 @@ class RolloutWorker {
   void grant();
   /// Once, when it is there.
   [[nodiscard]] std::optional<planner::RolloutAnswer> answer();
+  /// As of BackgroundThread.
+  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now);
 
  private:
   struct Impl;

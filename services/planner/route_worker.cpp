@@ -44,4 +44,8 @@ std::optional<RouteWorker::Answer> RouteWorker::answer() {
   return impl_->thread.answer();
 }
 
+TurnWatch::Clock::duration RouteWorker::silence(TurnWatch::Clock::time_point now) {
+  return impl_->thread.silence(now);
+}
+
 }  // namespace hecaton::services

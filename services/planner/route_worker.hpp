@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planner/route/route_search.hpp"
+#include "services/runtime/turn_watch.hpp"
 
 namespace hecaton::services {
 
@@ -29,6 +30,8 @@ class RouteWorker {
   };
   /// Once, when it is there. To be called every period; neither this nor ask() ever waits for the thread.
   [[nodiscard]] std::optional<Answer> answer();
+  /// As of BackgroundThread.
+  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now);
 
  private:
   struct Impl;

@@ -12,6 +12,7 @@
 
 #include <idl/goal.h>
 
+#include "services/planner/goal_account.hpp"
 #include "services/runtime/goal_state.hpp"
 
 namespace hecaton::services {
@@ -35,6 +36,13 @@ class UnsaidStatuses {
     std::erase_if(unsaid_, [&](const msg::GoalStatus& own) { return own.goal() == status.goal(); });
     told_.push_back(status.goal());
     if (told_.size() > kRemembered) told_.pop_front();
+  }
+
+  /// The ends that are left to be told, the oldest first.
+  [[nodiscard]] std::vector<GoalAccount::End> ends() const {
+    std::vector<GoalAccount::End> ends;
+    for (const msg::GoalStatus& status : unsaid_) ends.push_back({status.goal(), status.state()});
+    return ends;
   }
 
   /// We are in charge now: what is left to be told, oldest first.

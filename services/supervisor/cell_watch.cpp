@@ -51,6 +51,7 @@ std::string cause_of(FaultKind kind, const std::string& node) {
 
 std::string end_text(const ProcessExit& exit) {
   const std::string process = "process " + std::to_string(exit.pid);
+  if (!exit.reason.empty()) return "its agent ended " + process + ": " + exit.reason;
   if (exit.signal_number == 0) return process + " ended with exit code " + std::to_string(exit.exit_code);
   const char* name = strsignal(exit.signal_number);
   return process + " was ended by signal " + std::to_string(exit.signal_number) +

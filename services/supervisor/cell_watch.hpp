@@ -47,9 +47,10 @@ struct ProcessExit {
   bool wanted = false;    ///< it was told to
   /// When, if it was before we met its agent, or was told late; otherwise just now.
   std::optional<Time> at{};
+  std::string reason{};  ///< why its agent ended it, unasked; empty: it did not
 };
 
-/// "process 123 was ended by signal 9 (Killed)"
+/// "process 123 was ended by signal 9 (Killed)", "its agent ended process 123: its loop was silent for 10012 ms"
 [[nodiscard]] std::string end_text(const ProcessExit& exit);
 
 /// Under which a node's fault of this kind is listed: most explain each other, and share one.

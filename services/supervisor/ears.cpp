@@ -41,7 +41,7 @@ msg::Separation latest_contact(const msg::RefereeReport& report) {
 }
 
 ProcessExit exit_of(const msg::ProcessEvent& event) {
-  return {event.pid(), event.exit_code(), event.signal_number(), event.wanted()};
+  return {event.pid(), event.exit_code(), event.signal_number(), event.wanted(), {}, event.reason()};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "services/bus/message_file.hpp"
+#include "services/runtime/kept_file.hpp"
 
 namespace hecaton::services {
 
@@ -23,7 +24,7 @@ std::uint64_t MemoryKeeper::keep(msg::WorldMemory memory) {
   const std::scoped_lock lock(mutex_);
   ++given_;
   if (path_.empty()) {
-    kept_ = given_;
+    tried_ = kept_ = given_;
   } else {
     next_ = std::move(memory);
     wake_.notify_one();
@@ -31,14 +32,27 @@ std::uint64_t MemoryKeeper::keep(msg::WorldMemory memory) {
   return given_;
 }
 
-bool MemoryKeeper::kept(std::uint64_t number) const {
+std::optional<std::string> MemoryKeeper::outcome(std::uint64_t number) const {
   const std::scoped_lock lock(mutex_);
-  return kept_ >= number;
+  if (number <= kept_) return std::string();
+  if (number <= tried_) return failure_;
+  std::string silent = silence();
+  return silent.empty() ? std::nullopt : std::optional(std::move(silent));
 }
 
 std::string MemoryKeeper::failure() const {
   const std::scoped_lock lock(mutex_);
-  return failure_;
+  std::string silent = silence();
+  return silent.empty() ? failure_ : silent;
+}
+
+void MemoryKeeper::look(Clock::time_point now) {
+  const std::scoped_lock lock(mutex_);
+  watch_.look(now, tried_ < given_, tried_);
+}
+
+std::string MemoryKeeper::silence() const {
+  return complaint_about("the thread that writes " + path_, watch_.silence(), kLongestWrite);
 }
 
 void MemoryKeeper::write() {
@@ -49,9 +63,10 @@ void MemoryKeeper::write() {
     const msg::WorldMemory memory = *std::exchange(next_, std::nullopt);
     const std::uint64_t number = given_;
     lock.unlock();
-    std::string failure = bus::write_message(path_, memory);
+    std::string failure = keep_in_file(path_, bus::file_contents(memory), '\0');
     lock.lock();
-    kept_ = number;
+    tried_ = number;
+    if (failure.empty()) kept_ = number;
     failure_ = std::move(failure);
   }
 }

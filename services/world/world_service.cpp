@@ -90,6 +90,7 @@ void WorldService::run() {
     if (participant_.away()) continue;
     set_arms();
     edit();
+    look_at_memory();
     reply();
     if (!lost_.empty()) continue;  // planners stand still without a world, and the supervisor says why
     world_.step(std::min(period_ * static_cast<double>(1 + loop_.skipped()), kLongestStep));
@@ -109,7 +110,8 @@ void WorldService::go_on() {
     const double since = 1e-9 * static_cast<double>(stamp_now() - before_->stamp_ns);
     world_.go_on(before_->time + std::clamp(since, 0.0, kLongestStep), before_->edition, before_->account);
     contacts_told_ = world_.referee().report().contacts;
-    log_info("world goes on", {{"time", world_.time()}, {"contacts", contacts_told_}});
+    log_info("world goes on",
+             {{"time", world_.time()}, {"contacts", contacts_told_}, {"remembered_s_ago", std::max(since, 0.0)}});
     before_.reset();
   }
   for (const world::Obstacle& obstacle : world_.obstacles()) publish_shapes(obstacle.name);
@@ -147,7 +149,7 @@ void WorldService::edit() {
     reply.done(result.done);
     reply.reason(result.reason);
     reply.edition(world_.snapshot().edition);
-    replies_due_.emplace_back(result.done ? remember() : 0, std::move(reply));
+    replies_due_.owe(result.done ? remember() : 0, std::move(reply));
     log_info("world edit", {{"client", request.client()},
                             {"obstacle", edited_name(request)},
                             {"done", result.done},
@@ -155,12 +157,8 @@ void WorldService::edit() {
   }
 }
 
-// An edit that its client was told of is never forgotten.
 void WorldService::reply() {
-  while (!replies_due_.empty() && memory_.kept(replies_due_.front().first)) {
-    (void)replies_.write(replies_due_.front().second);
-    replies_due_.pop_front();
-  }
+  for (const msg::WorldEditReply& reply : replies_due_.take(memory_)) (void)replies_.write(reply);
 }
 
 std::uint64_t WorldService::remember() {
@@ -168,6 +166,19 @@ std::uint64_t WorldService::remember() {
   memory.cell(file_.cell.name);
   memory.stamp_ns(stamp_now());
   return memory_.keep(std::move(memory));
+}
+
+void WorldService::look_at_memory() {
+  memory_.look(loop_.now());
+  std::string failure = memory_.failure();
+  if (failure.empty() != forgetful_.empty()) {
+    if (failure.empty()) {
+      log_info("edits are remembered again");
+    } else {
+      log_error("edits are not remembered", {{"reason", failure}});
+    }
+  }
+  forgetful_ = std::move(failure);
 }
 
 // Also right for an obstacle that is no longer there: it is withdrawn.
@@ -259,9 +270,9 @@ void WorldService::beat() {
     vital.oldest_input_age = age;
     vital.oldest_input = "ArmState/" + name;
   }
-  if (const std::string failure = memory_.failure(); !failure.empty()) {
+  if (!forgetful_.empty()) {
     vital.state = msg::NODE_DEGRADED;
-    vital.detail = "edits of the world would not survive its death: " + failure;
+    vital.detail = "edits are " + not_remembered(forgetful_);
   }
   if (!lost_.empty()) {
     vital.state = msg::NODE_FAILED;

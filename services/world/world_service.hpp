@@ -3,10 +3,8 @@
 /// as they were measured.
 
 #include <chrono>
-#include <deque>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <idl/arm.h>
@@ -20,6 +18,7 @@
 #include "services/runtime/options.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/pulse.hpp"
+#include "services/world/edit_replies.hpp"
 #include "services/world/memory_keeper.hpp"
 #include "services/world/world_memory.hpp"
 #include "world/sim/bullet_world.hpp"
@@ -45,6 +44,7 @@ class WorldService {
   void edit();
   void reply();
   std::uint64_t remember();
+  void look_at_memory();
   void publish_shapes(const std::string& name);
   void publish_states();
   void publish_scans();
@@ -70,10 +70,11 @@ class WorldService {
   std::optional<Continuation> before_;  ///< of a world that died
   world::BulletWorld world_;
   MemoryKeeper memory_;
-  std::deque<std::pair<std::uint64_t, msg::WorldEditReply>> replies_due_;  ///< once that memory is kept
-  planner::Kinematics kinematics_;                                         ///< scratch
-  std::vector<std::optional<Clock::time_point>> measured_;                 ///< when each arm's last state came
-  std::vector<std::optional<planner::JointVector>> q_;                     ///< what it said
+  EditReplies replies_due_;
+  std::string forgetful_;           ///< why edits are not remembered, as it was logged; empty: they are
+  planner::Kinematics kinematics_;  ///< scratch
+  std::vector<std::optional<Clock::time_point>> measured_;  ///< when each arm's last state came
+  std::vector<std::optional<planner::JointVector>> q_;      ///< what it said
   world::RayCaster caster_;
   std::optional<std::uint64_t> cast_edition_;    ///< of the obstacles that the caster has
   std::vector<planner::RangeScanner> scanners_;  ///< of the arms

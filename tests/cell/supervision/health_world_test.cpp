@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "planner/model/kinematics.hpp"
 #include "services/bus/convert.hpp"
@@ -126,6 +127,60 @@ std::string memory_of(int pid) {
     if (word == "--memory" && std::getline(file, word, '\0')) return word;
   }
   return {};
+}
+
+/// While it is there the process opens no files, beside those that it has.
+class NoFiles {
+ public:
+  explicit NoFiles(int pid) : pid_(pid) {
+    prlimit(pid_, RLIMIT_NOFILE, nullptr, &before_);
+    const rlimit none{3, before_.rlim_max};  // those of every process
+    EXPECT_EQ(prlimit(pid_, RLIMIT_NOFILE, &none, nullptr), 0);
+  }
+  ~NoFiles() { prlimit(pid_, RLIMIT_NOFILE, &before_, nullptr); }
+  NoFiles(const NoFiles&) = delete;
+  NoFiles& operator=(const NoFiles&) = delete;
+
+ private:
+  int pid_;
+  rlimit before_{};
+};
+
+/// What the world says of itself.
+msg::Heartbeat world_in(const msg::CellStatus& status) {
+  for (const msg::NodeStatus& node : status.nodes()) {
+    if (node.heartbeat().node() == "world") return node.heartbeat();
+  }
+  return {};
+}
+
+TEST_F(HealthWorld, SaysWhichEditsItDoesNotRememberAndKeepsTheOthers) {
+  const int pid = pid_of_world();
+  ASSERT_GT(pid, 0);
+  const std::string forgetful = "not remembered, and lost with the world's process: " + memory_of(pid) +
+                                " cannot be written: Too many open files";
+  EXPECT_EQ(cell_.edit(add_ball("first", 0.1, {3.0, 0.0, 0.5})).reason(), "");
+  {
+    const NoFiles none(pid);
+    const auto second = cell_.edit(add_ball("second", 0.1, {3.0, 1.0, 0.5}));
+    EXPECT_TRUE(second.done());
+    EXPECT_EQ(second.reason(), "the edit is " + forgetful);
+    const auto status = cell_.await("that the world says so", [](const msg::CellStatus& seen) {
+      return world_in(seen).state() == msg::NODE_DEGRADED;
+    });
+    EXPECT_EQ(world_in(status).detail(), "edits are " + forgetful);
+    EXPECT_TRUE(obstacle(status, "second"));
+  }
+  cell_.await("that it remembers again", [](const msg::CellStatus& seen) {
+    return world_in(seen).state() == msg::NODE_RUNNING && world_in(seen).detail().empty();
+  });
+  const NoFiles none(pid);
+  EXPECT_EQ(cell_.edit(add_ball("third", 0.1, {3.0, 2.0, 0.5})).reason(), "the edit is " + forgetful);
+  kill_world_and_await_its_successor();
+  const auto after = cell_.await("what the successor has", [](const msg::CellStatus& seen) {
+    return world_in(seen).state() == msg::NODE_RUNNING && obstacle(seen, "second") && !obstacle(seen, "third");
+  });
+  EXPECT_TRUE(obstacle(after, "first"));
 }
 
 TEST_F(HealthWorld, WhatCannotBeRecoveredHoldsTheCellAndIsTold) {

@@ -89,6 +89,7 @@ TEST_F(KeeperTest, KillsAndRestartsWhatHangs) {
   EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kHung, Kind::kExited, Kind::kStarted}));
   EXPECT_TRUE(incidents_[1].reason.starts_with("its loop was silent for ")) << incidents_[1].reason;
   EXPECT_EQ(incidents_[2].end.signal_number, SIGKILL);
+  EXPECT_EQ(incidents_[2].reason, incidents_[1].reason) << "who hears of the end hears why";
 }
 
 // Starting may take longer than a loop may be silent: reading large meshes, for example.
@@ -125,6 +126,7 @@ TEST_F(KeeperTest, RestartsWhatWasKilled) {
   EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kExited, Kind::kStarted}));
   EXPECT_EQ(incidents_[1].pid, pid);
   EXPECT_EQ(incidents_[1].end.signal_number, SIGKILL);
+  EXPECT_EQ(incidents_[1].reason, "") << "that was not we";
   EXPECT_FALSE(incidents_[1].wanted);
   EXPECT_EQ(incidents_[1].restarts, 0U);
   EXPECT_EQ(incidents_[2].restarts, 1U);

@@ -59,10 +59,6 @@ TEST(ServicePlan, StandbysRunOnTheirOwnHosts) {
   EXPECT_EQ(names(services), (Names{"world", "supervisor@pc2", "planner-a@pc2", "driver-b", "planner-b"}));
   EXPECT_EQ(services[2].node, "planner/a@pc2");
   EXPECT_EQ(services[2].arguments, (Names{"cell.yaml", "--arm", "a", "--host", "pc2"}));
-  EXPECT_TRUE(services[0].has_memory);
-  EXPECT_TRUE(services[1].has_memory);
-  EXPECT_FALSE(services[2].has_memory) << "the other planner goes on meanwhile";
-  EXPECT_TRUE(services[4].has_memory);
 }
 
 TEST(ServicePlan, UnknownHostIsRefusedWithTheNamesThatAreAllowed) {

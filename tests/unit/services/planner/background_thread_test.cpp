@@ -69,6 +69,40 @@ TEST(BackgroundThread, GoesOnAsItIsGranted) {
   EXPECT_EQ(turns, 3);
 }
 
+TEST(BackgroundThread, SaysForHowLongItHasNotAnswered) {
+  using namespace std::chrono_literals;
+  std::promise<void> may_go_on;
+  const std::shared_future<void> gate = may_go_on.get_future().share();
+  Thread thread([gate](std::optional<int> question) {
+    gate.wait();
+    return Thread::Turn{*question};
+  });
+  TurnWatch::Clock::time_point now{1h};
+  const auto look_for = [&](TurnWatch::Clock::duration time) {
+    TurnWatch::Clock::duration silence{};
+    for (const auto until = now + time; now < until;) silence = thread.silence(now += 10ms);
+    return silence;
+  };
+  EXPECT_EQ(look_for(5s), 0s) << "nobody has asked";
+  thread.ask(1);
+  thread.ask(2);
+  EXPECT_EQ(look_for(10ms), 0s);
+  EXPECT_EQ(look_for(7s), 7s);
+  may_go_on.set_value();
+  EXPECT_EQ(await_answer(thread), 1);
+  EXPECT_EQ(await_answer(thread), 2);
+  EXPECT_EQ(look_for(5s), 0s);
+}
+
+TEST(BackgroundThread, IsNotSilentBetweenTurnsThatNobodyGrants) {
+  using namespace std::chrono_literals;
+  Thread thread([](std::optional<int> question) { return Thread::Turn{question, true}; });
+  thread.ask(1);
+  EXPECT_EQ(await_answer(thread), 1);
+  TurnWatch::Clock::time_point now{1h};
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(thread.silence(now += 10ms), 0s);
+}
+
 TEST(BackgroundThread, EndsWithQuestionsLeft) {
   Thread thread([](std::optional<int> question) { return Thread::Turn{*question}; });
   for (int i = 0; i < 1000; ++i) thread.ask(i);

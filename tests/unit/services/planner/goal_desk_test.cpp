@@ -182,6 +182,38 @@ TEST_F(Desk, WhatCannotBeJudgedInTimeIsRefused) {
   EXPECT_EQ(desk_.next_question()->goal(), "b");
 }
 
+TEST_F(Desk, WhenNobodyResolvesGoalsAllAreRefusedAndALateAnswerIsForNobody) {
+  send_and_accept(goal("active"));
+  for (const auto* name : {"asked", "waiting"}) desk_.receive(goal(name), now_);
+  const auto question = desk_.next_question();
+  ASSERT_TRUE(question);
+  (void)told();
+  desk_.refuse_all("nobody answers");
+  EXPECT_EQ(told(), (Told{{"asked", msg::GOAL_REJECTED}, {"waiting", msg::GOAL_REJECTED}}));
+  EXPECT_EQ(statuses_[0].reason(), "nobody answers");
+  EXPECT_TRUE(desk_.has_active());
+  desk_.receive(goal("next"), now_);
+  EXPECT_FALSE(desk_.next_question()) << "nobody is there to be asked";
+  desk_.refuse_all("nobody answers");
+  EXPECT_EQ(told(), (Told{{"next", msg::GOAL_REJECTED}})) << "each is told once";
+  EXPECT_EQ(desk_.account(now_).handled.size(), 4U) << "they are answered, for a successor, too";
+  EXPECT_FALSE(desk_.answer(yes(*question), now_));
+  EXPECT_TRUE(told().empty());
+  send_and_accept(goal("after"));
+  EXPECT_EQ(told().back(), (Told::value_type{"after", msg::GOAL_ACCEPTED}));
+}
+
+TEST_F(Desk, WhatIsCancelledWhileNobodyResolvesGoalsIsSaidToBe) {
+  msg::Goal asked = goal("asked");
+  desk_.receive(asked, now_);
+  ASSERT_TRUE(desk_.next_question());
+  asked.cancel(true);
+  desk_.receive(asked, now_);
+  desk_.refuse_all("nobody answers");
+  EXPECT_EQ(told(), (Told{{"asked", msg::GOAL_CANCELLED}}));
+  EXPECT_EQ(statuses_[0].reason(), "its client gave it up");
+}
+
 TEST_F(Desk, WaitingCountsFromWhenItIsInCharge) {
   desk_.receive(goal("a"), now_);
   desk_.wait_from(now_ + 5s);
@@ -333,6 +365,18 @@ TEST_F(Restarted, AndASuccessorOfTheSuccessorKnowsItAll) {
   const GoalAccount first = desk_.account(now_);
   EXPECT_TRUE(desk.account(now_) == first);
   EXPECT_EQ(first.handled.size(), 2U);
+}
+
+// Who stood by has told none of its ends but those that it still owes.
+TEST_F(Restarted, TellsOnlyTheEndsThatItOwes) {
+  for (const auto* name : {"a", "b", "c"}) send_and_accept(goal(name));
+  desk_.owe_ends({{"b", msg::GOAL_REACHED}});
+  GoalDesk desk = successor();
+  EXPECT_EQ(told_by(desk), (Told{{"b", msg::GOAL_REACHED}, {"c", msg::GOAL_ACTIVE}}));
+  std::vector<GoalAccount::End> many;
+  for (std::size_t i = 0; i < GoalAccount::kEnds + 2; ++i) many.push_back({std::to_string(i), msg::GOAL_REACHED});
+  desk_.owe_ends(many);
+  EXPECT_EQ(desk_.account(now_).ends, std::vector(many.begin() + 2, many.end())) << "the last";
 }
 
 TEST_F(Desk, AGoalWhoseNameIsTooLongToBeRememberedIsRejected) {

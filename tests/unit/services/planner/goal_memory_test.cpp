@@ -20,6 +20,7 @@ class GoalMemoryTest : public ::testing::Test {
     EXPECT_TRUE(got->account == wanted.account);
     EXPECT_EQ(got->mandate, wanted.mandate);
     EXPECT_EQ(got->stamp_ns, wanted.stamp_ns);
+    EXPECT_EQ(got->until_ns, wanted.until_ns);
   }
 
   const std::string path_ =
@@ -29,8 +30,10 @@ class GoalMemoryTest : public ::testing::Test {
                                       {{"g0", msg::GOAL_CANCELLED}, {"g1", msg::GOAL_REPLACED}},
                                       {5, 6, 7}},
                                      {"planner/arm1@beta", 7},
-                                     123456789};
-  const GoalMemory::Remembered idle_{{std::nullopt, {{"g2", msg::GOAL_REACHED}}, {5, 6, 7, 8}}, {"", 8}, 200000000};
+                                     123456789,
+                                     123456800};
+  const GoalMemory::Remembered idle_{
+      {std::nullopt, {{"g2", msg::GOAL_REACHED}}, {5, 6, 7, 8}}, {"", 8}, 200000000, 200000000};
 };
 
 TEST_F(GoalMemoryTest, NewKnowsNothing) {
@@ -66,6 +69,22 @@ TEST_F(GoalMemoryTest, SurvivesKill) {
   expect_same(successor.recall(), busy_);
   successor.remember(idle_);
   expect_same(successor.recall(), idle_);
+}
+
+TEST_F(GoalMemoryTest, KnowsUntilWhenItWasAllThereWasToKnow) {
+  GoalMemory memory(path_, 3);
+  memory.confirm(1);
+  EXPECT_FALSE(memory.recall()) << "there is nothing to confirm";
+  memory.remember(busy_);
+  memory.confirm(123457000);
+  GoalMemory::Remembered confirmed = busy_;
+  confirmed.until_ns = 123457000;
+  expect_same(memory.recall(), confirmed);
+  memory.remember(idle_);
+  expect_same(memory.recall(), idle_);
+  GoalMemory successor(path_, 3);
+  successor.confirm(200000005);
+  EXPECT_EQ(successor.recall()->until_ns, 200000005);
 }
 
 TEST_F(GoalMemoryTest, NamesAndListsOfTheGreatestLengthAreKept) {

@@ -20,10 +20,12 @@ class Past : public bus::BusTest {
     die("driver/arm2", 21);
   }
 
-  void die(const std::string& node, int pid) { tell(node, pid, msg::PROCESS_EXITED, 9); }
+  void die(const std::string& node, int pid, const std::string& reason = {}) {
+    tell(node, pid, msg::PROCESS_EXITED, 9, reason);
+  }
   void start(const std::string& node, int pid) { tell(node, pid, msg::PROCESS_STARTED, 0); }
 
-  void tell(const std::string& node, int pid, msg::ProcessEventKind kind, int signal) {
+  void tell(const std::string& node, int pid, msg::ProcessEventKind kind, int signal, const std::string& reason = {}) {
     msg::ProcessEvent event;
     event.process("h1/" + node);
     event.host("h1");
@@ -31,6 +33,7 @@ class Past : public bus::BusTest {
     event.pid(pid);
     event.kind(kind);
     event.signal_number(signal);
+    event.reason(reason);
     event.sequence_number(++told_);
     event.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(told_)).count());
     ASSERT_TRUE(events_.write(event));
@@ -125,6 +128,18 @@ TEST_F(Past, IsToldByWhoRemembersWhatWasToldAsOfWhenItWas) {
         << "the agent's clock said 1 and 3 s, and 60 s when it was met";
     EXPECT_FALSE(fault.detected_within);
   }
+}
+
+TEST_F(Past, SaysWhoEndedAProcessAndWhy) {
+  die("driver/arm3", 31, "its loop was silent for 10012 ms");
+  Listener newcomer(there_, false);
+  ASSERT_TRUE(newcomer.hears(4, [&] { beat(); }));
+  EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm3"}));
+  std::vector<std::string> seen;
+  for (const FaultRecord& fault : newcomer.watch.faults().open()) seen.push_back(fault.seen);
+  EXPECT_EQ(seen,
+            (std::vector<std::string>{"driver/arm2: process 21 was ended by signal 9 (Killed)",
+                                      "driver/arm3: its agent ended process 31: its loop was silent for 10012 ms"}));
 }
 
 }  // namespace

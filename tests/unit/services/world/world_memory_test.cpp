@@ -4,11 +4,16 @@
 #include <numbers>
 #include <thread>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "services/bus/message_file.hpp"
+#include "services/runtime/kept_file.hpp"
+#include "services/world/edit_replies.hpp"
 #include "services/world/memory_keeper.hpp"
+#include "tests/support/full_disk.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -156,14 +161,24 @@ TEST(WorldMemory, WhatCannotBeIsRefusedWithASentence) {
 
 class Keeper : public ::testing::Test {
  protected:
-  ~Keeper() override { std::filesystem::remove(path_); }
-  static msg::WorldMemory memory(double time) {
+  ~Keeper() override {
+    std::filesystem::remove(path_);
+    std::filesystem::remove(other_file_of(path_));
+  }
+  static msg::WorldMemory memory(double time, std::size_t size = 0) {
     msg::WorldMemory message;
     message.time(time);
+    message.cell(std::string(size, 'x'));
     return message;
   }
-  static void await(const MemoryKeeper& keeper, std::uint64_t number) {
-    while (!keeper.kept(number)) std::this_thread::yield();
+  static std::string await(const MemoryKeeper& keeper, std::uint64_t number) {
+    while (!keeper.outcome(number)) std::this_thread::yield();
+    return *keeper.outcome(number);
+  }
+  [[nodiscard]] double kept() const {
+    const bus::ReadMessage read = bus::read_message(path_);
+    EXPECT_TRUE(read.message) << read.error;
+    return read.message ? read.message->time() : -1.0;
   }
   std::string path_ =
       (std::filesystem::temp_directory_path() / ("memory_keeper_test-" + std::to_string(getpid()))).string();
@@ -173,25 +188,109 @@ TEST_F(Keeper, WritesTheNewest) {
   MemoryKeeper keeper(path_);
   std::uint64_t last = 0;
   for (int i = 1; i <= 100; ++i) last = keeper.keep(memory(i));
-  await(keeper, last);
-  EXPECT_EQ(bus::read_message(path_).message->time(), 100.0);
+  EXPECT_EQ(await(keeper, last), "");
+  EXPECT_EQ(keeper.outcome(1), "") << "a newer one is kept";
+  EXPECT_EQ(kept(), 100.0);
   EXPECT_EQ(keeper.failure(), "");
 }
 
 TEST_F(Keeper, WritesWhatIsLeftWhenItEnds) {
   { static_cast<void>(MemoryKeeper(path_).keep(memory(7))); }
-  EXPECT_EQ(bus::read_message(path_).message->time(), 7.0);
-}
-
-TEST_F(Keeper, TellsWhyItCannot) {
-  MemoryKeeper keeper(path_ + "/no/such/folder");
-  await(keeper, keeper.keep(memory(1)));
-  EXPECT_EQ(keeper.failure(), path_ + "/no/such/folder cannot be written: No such file or directory");
+  EXPECT_EQ(kept(), 7.0);
 }
 
 TEST_F(Keeper, WithoutAPathNothingIsWaitedFor) {
   MemoryKeeper keeper("");
-  EXPECT_TRUE(keeper.kept(keeper.keep(memory(1))));
+  EXPECT_EQ(keeper.outcome(keeper.keep(memory(1))), "");
+}
+
+constexpr std::size_t kRoom = 1U << 16U;  // that the first memory takes
+
+TEST_F(Keeper, OnAFullDiskTheLastGoodMemoryStaysAndTheRestIsSaidNotToBeKept) {
+  const std::string refusal = path_ + " cannot be written: File too large";
+  MemoryKeeper keeper(path_);
+  ASSERT_EQ(await(keeper, keeper.keep(memory(1))), "");
+  {
+    const test::FullDisk full(kRoom);
+    const std::uint64_t large = keeper.keep(memory(2, kRoom));
+    EXPECT_EQ(await(keeper, large), refusal);
+    EXPECT_EQ(keeper.failure(), refusal);
+    EXPECT_EQ(kept(), 1.0);
+    EXPECT_EQ(await(keeper, keeper.keep(memory(3))), "") << "what has room is remembered";
+    EXPECT_EQ(keeper.failure(), "");
+    EXPECT_EQ(kept(), 3.0);
+    EXPECT_EQ(await(keeper, keeper.keep(memory(4, kRoom))), refusal);
+  }
+  EXPECT_EQ(await(keeper, keeper.keep(memory(5, kRoom))), "") << "there is room again";
+  EXPECT_EQ(keeper.failure(), "");
+  EXPECT_EQ(kept(), 5.0);
+}
+
+msg::WorldEditReply reply_to(std::uint64_t request) {
+  msg::WorldEditReply reply;
+  reply.request_id(request);
+  reply.done(true);
+  return reply;
+}
+
+TEST_F(Keeper, RepliesSayOfWhichEditsThereIsNoMemory) {
+  MemoryKeeper keeper(path_);
+  EditReplies replies;
+  std::vector<msg::WorldEditReply> told;
+  const auto take = [&](std::uint64_t memory) {
+    static_cast<void>(await(keeper, memory));
+    told = replies.take(keeper);
+  };
+  const std::uint64_t first = keeper.keep(memory(1));
+  replies.owe(first, reply_to(1));
+  take(first);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].reason(), "");
+
+  const test::FullDisk full(kRoom);
+  const std::uint64_t second = keeper.keep(memory(2, kRoom));
+  replies.owe(second, reply_to(2));
+  msg::WorldEditReply refused = reply_to(3);
+  refused.done(false);
+  refused.reason("no such obstacle");
+  replies.owe(0, refused);
+  take(second);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].request_id(), 2U);
+  EXPECT_TRUE(told[0].done());
+  EXPECT_EQ(told[0].reason(), "the edit is not remembered, and lost with the world's process: " + path_ +
+                                  " cannot be written: File too large");
+  EXPECT_EQ(told[1].request_id(), 3U);
+  EXPECT_EQ(told[1].reason(), "no such obstacle");
+  EXPECT_TRUE(replies.take(keeper).empty());
+}
+
+// A disk that does not answer: who opens a pipe to write waits until somebody reads it.
+TEST_F(Keeper, AThreadThatHangsKeepsNobodyWaiting) {
+  ASSERT_EQ(mkfifo(other_file_of(path_).c_str(), 0600), 0);
+  MemoryKeeper keeper(path_);
+  EditReplies replies;
+  replies.owe(keeper.keep(memory(1)), reply_to(1));
+  auto now = MemoryKeeper::Clock::now();
+  const auto look_for = [&](MemoryKeeper::Clock::duration time) {
+    for (const auto until = now + time; now < until;) keeper.look(now += std::chrono::milliseconds(10));
+  };
+  look_for(MemoryKeeper::kLongestWrite);
+  EXPECT_EQ(keeper.failure(), "");
+  EXPECT_TRUE(replies.take(keeper).empty());
+  look_for(MemoryKeeper::kLongestWrite);
+  const std::string silent = "the thread that writes " + path_ + " has not answered for 1 s";
+  EXPECT_EQ(keeper.failure(), silent);
+  const auto told = replies.take(keeper);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].reason(), "the edit is not remembered, and lost with the world's process: " + silent);
+
+  const int reader = open(other_file_of(path_).c_str(), O_RDONLY | O_CLOEXEC);  // now it goes on, and fails
+  while (keeper.outcome(1) == silent) std::this_thread::yield();
+  EXPECT_EQ(keeper.outcome(1), path_ + " cannot be written: Illegal seek");
+  look_for(MemoryKeeper::kLongestWrite);
+  EXPECT_EQ(keeper.failure(), path_ + " cannot be written: Illegal seek");
+  close(reader);
 }
 
 }  // namespace
