@@ -185,7 +185,10 @@ void CellWatch::judge_twins(Time now) {
 void CellWatch::judge_contacts(Time now) {
   const std::string cause = "contact";  // of no node
   for (const FaultSight& contact : std::exchange(untold_contacts_, {})) {
-    note_passing({contact.since.value_or(now), {}, {}, contact});
+    Passing passing;
+    passing.at = contact.since.value_or(now);
+    passing.contact = contact;
+    note_passing(std::move(passing));
     faults_.raise(cause, contact, now);
     faults_.clear(cause, now);
     if (limits_.waits_for_resume.contains(FaultKind::kContact)) mode_.hold_until_resumed({}, contact.seen);
@@ -236,7 +239,11 @@ void CellWatch::judge(Time now) {
     auto death = exit ? std::optional(death_sight(node, *exit, state.silence_at_end)) : std::nullopt;
     if (death && since) death->since = since;
     if (death && !faults_.knows(*death)) {
-      note_passing({death->since.value_or(now), node.name, *exit, {}});
+      Passing passing;
+      passing.at = death->since.value_or(now);
+      passing.node = node.name;
+      passing.exit = *exit;
+      note_passing(std::move(passing));
       // Told even when its successor was heard of in the same instant; over with the next judgement then. What an
       // earlier supervisor has told already is history.
       raise(node, *death);

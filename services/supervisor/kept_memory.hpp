@@ -19,26 +19,26 @@ class KeptMemory {
   /// also when `memory` is nothing new.
   void keep(Memory memory) {
     const bool known = memory == kept_;
-    if (path_.empty() || (known && !forgetful_)) return;
-    forgetful_ = !known && !write_memory(path_, memory);
-    if (!forgetful_) kept_ = std::move(memory);
+    if (path_.empty() || (known && !forgetful())) return;
+    why_ = known ? std::string() : write_memory(path_, memory);
+    if (!forgetful()) kept_ = std::move(memory);
   }
   [[nodiscard]] bool keeps() const { return !path_.empty(); }
   [[nodiscard]] const std::string& path() const { return path_; }
   /// As last written.
   [[nodiscard]] const Memory& kept() const { return kept_; }
   /// The newest of what is to be remembered could not be written.
-  [[nodiscard]] bool forgetful() const { return forgetful_; }
+  [[nodiscard]] bool forgetful() const { return !why_.empty(); }
   /// The same as a sentence; empty: all is well.
   [[nodiscard]] std::string failure() const {
-    if (!forgetful_) return {};
-    return "orders and faults are not remembered, and are lost with this process: " + path_ + " cannot be written";
+    if (!forgetful()) return {};
+    return "orders and faults are not remembered, and are lost with this process: " + why_;
   }
 
  private:
   std::string path_;
   Memory kept_;
-  bool forgetful_ = false;
+  std::string why_;  // it could not be written, last
 };
 
 }  // namespace hecaton::services

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "services/runtime/kept_file.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -117,25 +113,6 @@ bool parse_line(const std::string& line, Memory& memory) {
   return true;
 }
 
-/// Room is taken in pieces of this size: enough for some hundreds of faults.
-constexpr std::size_t kRoom = 1U << 16U;
-
-/// Writes the text over what the file held, in the room that it has, and empty lines behind it. False: not all of it.
-bool fill(const std::string& path, std::string text) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
-  if (file < 0) return false;
-  struct stat known {};
-  const std::size_t had = fstat(file, &known) == 0 ? static_cast<std::size_t>(known.st_size) : 0;
-  text.resize(std::max((text.size() / kRoom + 1) * kRoom, had), '\n');
-  bool done = posix_fallocate(file, 0, static_cast<off_t>(text.size())) == 0;
-  for (std::size_t at = 0; done && at < text.size();) {
-    const ssize_t wrote = pwrite(file, text.data() + at, text.size() - at, static_cast<off_t>(at));
-    done = wrote > 0 || (wrote < 0 && errno == EINTR);
-    if (wrote > 0) at += static_cast<std::size_t>(wrote);
-  }
-  return close(file) == 0 && done;
-}
-
 }  // namespace
 
 std::string memory_text(const Memory& memory) {
@@ -173,17 +150,11 @@ std::optional<Memory> read_memory(const std::string& path) {
 }
 
 std::string next_memory(const std::string& path) {
-  return path + ".next";
+  return other_file_of(path);
 }
 
-bool write_memory(const std::string& path, const Memory& memory) {
-  const std::string next = next_memory(path);
-  if (!fill(next, memory_text(memory))) return false;
-  if (renameat2(AT_FDCWD, next.c_str(), AT_FDCWD, path.c_str(), RENAME_EXCHANGE) == 0) return true;
-  // The first time, or a file system that cannot exchange.
-  if (std::rename(next.c_str(), path.c_str()) != 0) return false;
-  static_cast<void>(fill(next, {}));  // room for the next time
-  return true;
+std::string write_memory(const std::string& path, const Memory& memory) {
+  return keep_in_file(path, memory_text(memory), '\n');
 }
 
 }  // namespace hecaton::services

@@ -31,10 +31,10 @@ struct Memory {
 /// Empty when there is no such file. Throws std::runtime_error with a sentence when it is there and cannot be used: an
 /// order to stop must not be forgotten silently.
 [[nodiscard]] std::optional<Memory> read_memory(const std::string& path);
-/// Writes the other file and exchanges the two; empty lines fill up the room. False when it cannot be written: what was
-/// remembered before still is.
-[[nodiscard]] bool write_memory(const std::string& path, const Memory& memory);
-/// Where that other file is.
+/// Empty lines fill up the room. Empty, or the sentence that says why it cannot be written: what was remembered before
+/// still is.
+[[nodiscard]] std::string write_memory(const std::string& path, const Memory& memory);
+/// Where the other of its two files is.
 [[nodiscard]] std::string next_memory(const std::string& path);
 
 }  // namespace hecaton::services

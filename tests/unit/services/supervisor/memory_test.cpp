@@ -1,14 +1,14 @@
 #include "services/supervisor/memory.hpp"
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "tests/support/full_disk.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -81,12 +81,12 @@ TEST(MemoryText, RefusesWhatItDidNotWrite) {
 
 TEST_F(MemoryFile, SurvivesAndIsReplaced) {
   EXPECT_FALSE(read_memory(path_));
-  ASSERT_TRUE(write_memory(path_, some_memory()));
+  ASSERT_EQ(write_memory(path_, some_memory()), "");
   EXPECT_EQ(read_memory(path_), some_memory());
   Memory next = some_memory();
   next.term = 8;
   next.orders = {};
-  ASSERT_TRUE(write_memory(path_, next));
+  ASSERT_EQ(write_memory(path_, next), "");
   EXPECT_EQ(read_memory(path_), next);
 }
 
@@ -96,32 +96,11 @@ TEST_F(MemoryFile, DamageIsNotTakenForFreedom) {
 }
 
 TEST_F(MemoryFile, UnwritablePlaceIsTold) {
-  EXPECT_FALSE(write_memory(path_ + "/no/such/folder", some_memory()));
+  EXPECT_NE(write_memory(path_ + "/no/such/folder", some_memory()), "");
 }
 
-/// Nothing that this process writes makes a file longer than now: a disk that is full, as far as files are concerned.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit full{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &full);
-    ignored_ = std::signal(SIGXFSZ, SIG_IGN);
-  }
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, ignored_);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-
- private:
-  rlimit before_{};
-  void (*ignored_)(int) = nullptr;
-};
-
 TEST_F(MemoryFile, TakesItsRoomBeforehand) {
-  ASSERT_TRUE(write_memory(path_, some_memory()));
+  ASSERT_EQ(write_memory(path_, some_memory()), "");
   for (const std::string& file : {path_, next_memory(path_)}) {
     struct stat room {};
     ASSERT_EQ(stat(file.c_str(), &room), 0);
@@ -133,7 +112,7 @@ TEST_F(MemoryFile, TakesItsRoomBeforehand) {
     Memory next = some_memory();
     next.term = term;
     next.orders.arms["left"] = MoveMode::kHold;
-    ASSERT_TRUE(write_memory(path_, next));
+    ASSERT_EQ(write_memory(path_, next), "");
     EXPECT_EQ(read_memory(path_), next);
   }
   struct stat after {};
@@ -144,22 +123,22 @@ TEST_F(MemoryFile, TakesItsRoomBeforehand) {
 
 TEST_F(MemoryFile, WithoutRoomWhatWasRememberedStays) {
   {
-    const FullDisk full(1000);
-    EXPECT_FALSE(write_memory(path_, some_memory())) << "no room was taken yet";
+    const test::FullDisk full(1000);
+    EXPECT_NE(write_memory(path_, some_memory()), "") << "no room was taken yet";
   }
-  ASSERT_TRUE(write_memory(path_, some_memory()));
+  ASSERT_EQ(write_memory(path_, some_memory()), "");
   Memory large = some_memory();
   large.causes["left"] = std::string(1 << 17, 'x');
   {
-    const FullDisk full(1 << 16);
-    EXPECT_FALSE(write_memory(path_, large));
+    const test::FullDisk full(1 << 16);
+    EXPECT_NE(write_memory(path_, large), "");
     EXPECT_EQ(read_memory(path_), some_memory());
     Memory next = some_memory();
     next.term = 8;
-    EXPECT_TRUE(write_memory(path_, next)) << "what has room still is remembered";
+    EXPECT_EQ(write_memory(path_, next), "") << "what has room still is remembered";
     EXPECT_EQ(read_memory(path_), next);
   }
-  EXPECT_TRUE(write_memory(path_, large));
+  EXPECT_EQ(write_memory(path_, large), "");
   EXPECT_EQ(read_memory(path_), large);
 }
 
