@@ -12,6 +12,7 @@ of it held; 1: not, and what did not is in the output; 70: what did not was a co
 machine itself stood still; 77: no hosts here."""
 import argparse
 import collections
+import heapq
 import itertools
 import json
 import pathlib
@@ -85,12 +86,14 @@ class Chaos:
         self.returned_before = 0  # the same when this episode began
         self.discarded = 0  # episodes
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
+        self.began = self.ended = unix_ms()  # the episode
         self.pose = "home"
 
     def run(self, faults):
         self.learn()
         while self.faults < faults and not self.violations and not self.told_to_end:
             self.episode()
+            self.ended = unix_ms()
             if self.says_nothing() and self.discarded < DISCARDS:
                 self.discard()
 
@@ -116,6 +119,7 @@ class Chaos:
                 self.check([], [])
             except (AssertionError, Violation) as error:
                 self.violated("quiet", error)
+                self.ended = unix_ms()
 
     def end_early(self, *_):
         """After this episode."""
@@ -182,19 +186,24 @@ class Chaos:
               f"{healed - began:.1f} s, {time.monotonic() - began:.1f} s with the goals", flush=True)
 
     def inflict(self, injections):
-        """Returns when each began [ms, wall clock]."""
-        agenda = []
-        for index, injection in enumerate(injections):
-            begin = self.rng.uniform(0.0, 0.5)
-            agenda += [(begin, index, injection.begin), (begin + injection.duration, index, injection.end)]
+        """Returns when each began [ms, wall clock]. On a busy machine one may take so long to begin that the next begins late:
+        it lasts for its time all the same."""
+        agenda = [(self.rng.uniform(0.0, 0.5), index, "begin") for index in range(len(injections))]
+        heapq.heapify(agenda)
         injected = {}
         self.returned_before = self.supervisor_returned
         start = time.monotonic()
-        for at, index, act in sorted(agenda, key=lambda entry: entry[0]):
+        while agenda:
+            at, index, act = heapq.heappop(agenda)
+            injection = injections[index]
             time.sleep(max(0.0, start + at - time.monotonic()))
-            injected.setdefault(index, unix_ms())
-            act(self.cell)
-            if injections[index].blinds():
+            if act == "begin":
+                injected[index] = unix_ms()
+                injection.begin(self.cell)
+                heapq.heappush(agenda, (time.monotonic() - start + injection.duration, index, "end"))
+            else:
+                injection.end(self.cell)
+            if injection.blinds():
                 self.supervisor_returned = unix_ms()
         return injected
 
@@ -252,7 +261,7 @@ class Chaos:
 
     def says_nothing(self):
         """What was found may be put down to a machine that stood still: never a contact, nor whom an arm follows."""
-        return self.violations and not self.unsafe() and self.lateness.stood_still(self.began, unix_ms())
+        return self.violations and not self.unsafe() and self.lateness.stood_still(self.began, self.ended)
 
     def unsafe(self):
         return bool(self.accounts["contacts"] or self.accounts["stale_commands_accepted"])
