@@ -6,15 +6,11 @@ import subprocess
 import threading
 import time
 
-from steadiness import NodeLateness
+from steadiness import NodeLateness, unix_ms
 
 PATIENCE = 120  # [s] far beyond what any machine needs; only ends a test that hangs
 
 LINES = 12  # of what a command said, in a failure's account
-
-
-def unix_ms():
-    return time.time_ns() // 1_000_000
 
 
 def still_text(text, folder):
