@@ -118,10 +118,12 @@ void ArmDriver::note_acceptance(const Commander& commander, bus::Clock::time_poi
                                                    {"gap_ms", before->mandate.term > 0 ? gap.count() : 0.0}});
 }
 
-// From now on commands of older terms are refused, whether or not one of this term ever comes.
+// From now on commands of older terms are refused, whether or not one of this term ever comes: also by our successor,
+// should we be killed when the arm has just moved by it.
 void ArmDriver::note_mandate() {
   const Mandate& newest = drive_.gate().mandate();
   if (newest == logged_mandate_) return;
+  memory_.remember(drive_.arm().q(), newest);
   log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", logged_mandate_.term}});
   logged_mandate_ = newest;
 }

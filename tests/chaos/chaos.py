@@ -1,22 +1,23 @@
 """Faults at random, from a seed, against a cell of three arms with standbys on five hosts, while the arms work.
 
-usage: chaos.py --programs DIR --cell FILE [--faults N | --quiet MINUTES] [--seed S] [--only KIND…] [--of NAME…]
-                [--alone] [--no-standbys] [--logs DIR] [--report FILE]
+usage: chaos.py --programs DIR --cell FILE [--faults N] [--minutes M] [--quiet MINUTES] [--seed S] [--only KIND…]
+                [--of NAME…] [--alone] [--no-standbys] [--logs DIR] [--report FILE]
 
 An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
-of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one;
-every fault must be told and blamed on who had it, and nothing else; after each episode the cell must run again and every
-goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is dead cannot
-make way. SIGTERM (`pkill -f chaos.py`) ends it after the episode under way, with what it found so far. Exit code 0: all
-of it held; 1: not, and what did not is in the output; 70: what did not was a contact or an older command; 75: not, while the
-machine itself stood still; 77: no hosts here."""
+of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
+(terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); after each episode
+the cell must run again and every goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a
+false one. Obstacles stand still: an arm whose driver is dead cannot make way. SIGTERM ends it after the episode under way, with
+what it found so far. Exit code 0: all of it held; 1: not, and what did not is in the output; 70: what did not was a contact, an
+older command or a driver's memory; 75: not, while the machine itself stood still; 77: no hosts here."""
 import argparse
 import collections
+import heapq
 import itertools
 import json
+import math
 import pathlib
 import random
-import re
 import signal
 import sys
 import tempfile
@@ -26,40 +27,34 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "contain
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import figures, log_figures, quantiles  # noqa: E402
-from injections import KINDS, LEASE, SILENCE, draw  # noqa: E402
-from live_cell import LiveCell, still_text, unix_ms  # noqa: E402
+from injections import KINDS, LEASE, SILENCE, Stop, draw, together  # noqa: E402
+from live_cell import LiveCell, standby_text, still_text, unix_ms  # noqa: E402
 from steadiness import UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
+from terms import LogTerms, StatusTerms  # noqa: E402
+from verdicts import hidden, may_be_told, supervisors_hit  # noqa: E402
 
 SKIPPED = 77
 ARMS = ("north", "west", "east")
-STANDBYS = {"north-pc": "west-pc", "west-pc": "east-pc", "east-pc": "north-pc", "supervisor-pc": "world-pc"}
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
 LATE = 10.0  # [s] within which a fault that must be told is told
 RETURN = 3.0  # [s] after a host's return, in which the silence of what runs there is put down to that; a supervisor that
 # was cut off itself sees every host return
 
 
-def cell_text(text, folder, standbys):
-    """The cell file with obstacles that stand still, and a standby for every planner and for the supervisor if
-    `standbys`."""
-    text = still_text(text, folder)
-    for host, standby in STANDBYS.items() if standbys else ():
-        text, count = re.subn(rf"^( +)host: {host}$", rf"\1host: {host}\n\1standby_host: {standby}", text, flags=re.M)
-        if count != 1:
-            raise ValueError(f"the cell file has {count} lines 'host: {host}'; 1 is wanted")
-    # Roles are not exchanged because a machine that is shared stalls.
-    return text.replace("  host_lease: 1s\n", "  host_lease: 1s\n  takeover_lease: 150ms\n")
-
-
 class Violation(Exception):
-    """What must not be. `account`: the key of the report that counts such."""
+    """What must not be. `account`: the key of the report that counts such. `span` [ms, wall clock]: if the machine stood still
+    in it, that may be why; None: in the whole episode."""
 
-    def __init__(self, account, what):
+    def __init__(self, account, what, span=None):
         super().__init__(what)
         self.account = account
+        self.span = span
 
 
-ACCOUNTS = ("contacts", "stale_commands_accepted", "wrong_attributions", "false_faults", "missed_faults")
+NEVER = (math.inf, -math.inf)
+SILENCES = ("node_silent", "agent_lost", "driver_silent", "world_silent")  # what a machine that stands still makes of anybody
+UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
+ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults")
 
 
 class Chaos:
@@ -77,6 +72,7 @@ class Chaos:
         self.detection = collections.defaultdict(list)  # [ms] by kind of injection
         self.recovery = collections.defaultdict(list)   # [s]
         self.violations = []
+        self.span = None  # of the last one
         self.accounts = dict.fromkeys(ACCOUNTS, 0)
         self.told_to_end = False
         self.tasks = 0
@@ -84,13 +80,24 @@ class Chaos:
         self.supervisor_returned = 0  # [ms, wall clock]
         self.returned_before = 0  # the same when this episode began
         self.discarded = 0  # episodes
+        self.untold = 0  # faults that no supervisor told while the leadership moved by itself
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
+        self.began = self.ended = unix_ms()  # the episode
         self.pose = "home"
+        self.log_terms = LogTerms()
+        self.status_terms = StatusTerms()
+        self.led = set()  # (supervisor, term) since this episode began
+        cell.listeners += [self.status_terms.hear, self.hear_leader]
 
-    def run(self, faults):
+    def hear_leader(self, status):
+        self.led.add((status["supervisor"], status["term"]))
+
+    def run(self, faults, minutes):
         self.learn()
-        while self.faults < faults and not self.violations and not self.told_to_end:
+        end = time.monotonic() + 60.0 * minutes
+        while self.faults < faults and time.monotonic() < end and not self.violations and not self.told_to_end:
             self.episode()
+            self.ended = unix_ms()
             if self.says_nothing() and self.discarded < DISCARDS:
                 self.discard()
 
@@ -113,9 +120,10 @@ class Chaos:
         while time.monotonic() < end and not self.violations and not self.told_to_end:
             try:
                 self.await_goals(self.give_goals())
-                self.check([], [])
+                self.check([])
             except (AssertionError, Violation) as error:
                 self.violated("quiet", error)
+                self.ended = unix_ms()
 
     def end_early(self, *_):
         """After this episode."""
@@ -146,33 +154,35 @@ class Chaos:
 
     def violated(self, during, error):
         self.violations.append(f"{during}: {error}")
+        self.span = getattr(error, "span", None)
         if isinstance(error, Violation):
             self.accounts[error.account] += 1
 
     def episode(self):
         self.known = set(self.cell.faults())
         self.began = unix_ms()
+        self.led = set()
+        status = self.cell.status()
+        self.hear_leader(status)
+        self.leader = status["supervisor"]
         goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
             injection = draw(self.rng, self.victims(next(self.turns)), self.hosts, self.only, self.alone)
-            # Of one victim only one thing at a time can be told.
-            hosts = [other.host for other in injections]
-            if injection.host not in hosts:
+            if all(together(injection, other) for other in injections):
                 injections.append(injection)
-        expected = [injection.expected(self.cell) for injection in injections]
         began = time.monotonic()
         try:
             injected = self.inflict(injections)
-            self.await_told(injections, expected, injected)
+            self.await_told(injections, injected)
             # For what shows later than the cell runs again there is nothing to wait for.
             time.sleep(max(injection.aftermath for injection in injections))
             self.cell.wait_until_it_runs()
             healed = time.monotonic()
             self.await_goals(goals)
-            self.check(injections, expected)
+            self.check(injections)
         except (AssertionError, Violation) as error:
-            self.violated(f"episode of {', '.join(map(str, injections))}", error)
+            self.violated(f"episode of {', '.join(f'{one} ({one.lasted:.2f} s)' for one in injections)}", error)
             return
         self.faults += len(injections)
         longest = max(injection.duration for injection in injections)
@@ -182,43 +192,57 @@ class Chaos:
               f"{healed - began:.1f} s, {time.monotonic() - began:.1f} s with the goals", flush=True)
 
     def inflict(self, injections):
-        """Returns when each began [ms, wall clock]."""
-        agenda = []
-        for index, injection in enumerate(injections):
-            begin = self.rng.uniform(0.0, 0.5)
-            agenda += [(begin, index, injection.begin), (begin + injection.duration, index, injection.end)]
+        """Returns when each began [ms, wall clock]. On a busy machine one may take so long to begin that the next begins late:
+        it lasts for its time all the same."""
+        agenda = [(self.rng.uniform(0.0, 0.5), index, "begin") for index in range(len(injections))]
+        heapq.heapify(agenda)
         injected = {}
+        began = {}
         self.returned_before = self.supervisor_returned
         start = time.monotonic()
-        for at, index, act in sorted(agenda, key=lambda entry: entry[0]):
+        while agenda:
+            at, index, act = heapq.heappop(agenda)
+            injection = injections[index]
             time.sleep(max(0.0, start + at - time.monotonic()))
-            injected.setdefault(index, unix_ms())
-            act(self.cell)
-            if injections[index].blinds():
+            if act == "begin":
+                injected[index] = unix_ms()
+                began[index] = time.monotonic()
+                injection.begin(self.cell)
+                heapq.heappush(agenda, (time.monotonic() - start + injection.duration, index, "end"))
+            else:
+                injection.end(self.cell)
+                injection.lasted = time.monotonic() - began[index]
+            if injection.hits(self.nodes):
                 self.supervisor_returned = unix_ms()
         return injected
 
-    def await_told(self, injections, expected, injected):
-        blind = any(injection.blinds() for injection in injections)
-        for index, (injection, wanted) in enumerate(zip(injections, expected)):
-            if not wanted.kinds or (blind and len(injections) > 1) or self.returns(injection, injected[index]):
+    def await_told(self, injections, injected):
+        for index, injection in enumerate(injections):
+            wanted = injection.must()
+            if (not wanted or hidden(injection, injections, self.nodes, self.leader)
+                    or self.returns(injection, injected[index])):
                 continue
 
             def told(_status):
                 return next((fault for key, fault in self.cell.faults().items() if key not in self.known
-                             and fault["kind"] in wanted.kinds and fault["subject"] == wanted.subject), None)
+                             and (fault["kind"], fault["subject"]) == wanted), None)
 
-            what = f"{injection}: {' or '.join(wanted.kinds)} of {wanted.subject} is told"
+            what = f"{injection}: {wanted[0]} of {wanted[1]} is told"
             try:
                 fault = self.cell.wait_for(what, told, LATE)
             except AssertionError as error:
-                raise Violation("missed_faults", error) from error
+                if self.leadership_moved_by_itself(injections):
+                    self.untold += 1
+                    print(f"nobody told, while the leadership moved by itself: {what}", flush=True)
+                    continue
+                span = (injected[index], injected[index] + 1000 * injection.lasted)
+                raise Violation("missed_faults", error, span) from error
             if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
                 self.detection[injection.kind()].append(fault["since_unix_ms"] - injected[index])
 
     def returns(self, injection, at):
         """A process hangs whose host has just come back: that need not be told."""
-        if injection.name != "stop":
+        if not isinstance(injection, Stop):
             return False
         returned = self.returned_before if self.alone else self.supervisor_returned
         return at < returned + 1000 * RETURN or any(
@@ -226,19 +250,21 @@ class Chaos:
             and fault["since_unix_ms"] + 1000 * (fault["duration_s"] + RETURN) > at
             for fault in self.cell.faults().values())
 
-    def check(self, injections, expected):
+    def leadership_moved_by_itself(self, injections):
+        """To a supervisor that was cut off before, or that a busy machine kept from hearing the leader: it tells no more than
+        what is wrong when it begins to lead."""
+        return len(self.led) > 1 and self.leader not in supervisors_hit(injections, self.nodes)
+
+    def check(self, injections):
         if self.cell.contacts() != 0:
             raise Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}")
-        victims = {victim for wanted in expected for victim in wanted.victims}
-        blind = any(injection.blinds() for injection in injections)
+        self.check_terms()
+        allowed = may_be_told(injections, self.nodes)
         for key, fault in self.cell.faults().items():
-            if key in self.known or fault["subject"] in victims:
+            if key in self.known or (fault["kind"], fault["subject"]) in allowed:
                 continue
             # What another supervisor told before, in its own account, is history when it comes to light.
             if fault["cleared"] and fault["since_unix_ms"] < self.began:
-                continue
-            # A supervisor that was itself away or cut off sees others lost, and says of itself that it was away.
-            if blind and (fault["subject"].startswith("supervisor") or fault["kind"] in ("agent_lost", "node_silent")):
                 continue
             # Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole.
             told = fault["since_unix_ms"]
@@ -247,15 +273,33 @@ class Chaos:
                 self.machine_stalls += 1
                 continue
             raise Violation("wrong_attributions" if injections else "false_faults",
-                            f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}")
-        check_terms(self.cell.log_lines())
+                            f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}",
+                            None if fault["kind"] in SILENCES else NEVER)
+
+    def check_terms(self):
+        """What the drivers have told since the last time. Here no host loses its memory, so no driver may."""
+        for line in self.cell.new_log_lines():
+            self.log_terms.hear(line)
+        for complaint in self.log_terms.complaints + self.status_terms.complaints:
+            raise Violation("stale_commands_accepted", complaint)
+        if self.log_terms.forgotten:
+            raise Violation("memories_lost", f"drivers began without memory: {', '.join(self.log_terms.forgotten)}")
+
+    def check_the_rest(self):
+        """What came after the last episode's check."""
+        try:
+            if not self.unsafe():
+                self.check_terms()
+        except Violation as error:
+            self.violated("the end", error)
 
     def says_nothing(self):
-        """What was found may be put down to a machine that stood still: never a contact, nor whom an arm follows."""
-        return self.violations and not self.unsafe() and self.lateness.stood_still(self.began, unix_ms())
+        """What was found may be put down to a machine that stood still meanwhile: never a contact, nor whom an arm follows."""
+        since, until = self.span or (self.began, self.ended)
+        return bool(self.violations) and not self.unsafe() and self.lateness.stood_still(since, until)
 
     def unsafe(self):
-        return bool(self.accounts["contacts"] or self.accounts["stale_commands_accepted"])
+        return any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
 
     def report(self, seed):
         gaps, rests = log_figures(self.cell.log_lines())
@@ -265,6 +309,8 @@ class Chaos:
                 "standby_gap_ms": quantiles(gaps), "arm_stop_ms": quantiles(rests),
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
+                "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
+                "replaced_planners_refused": len(self.log_terms.refused),
                 "violations": self.violations}
 
     def summary(self):
@@ -279,30 +325,16 @@ class Chaos:
               f"{self.discarded} episodes say nothing for the same reason")
         print(f"{'commands of a standby':22} {len(gaps):5} {figures(gaps)} after the last of its predecessor")
         print(f"{'arms came to rest':22} {len(rests):5} {figures(rests)} after their last command")
-
-
-def check_terms(lines):
-    """What the drivers logged: each follows terms that never fall, and in a term one planner."""
-    newest = {}
-    followed = {}
-    for line in lines:
-        found = re.search(r"node=driver/(\S+) event=follows planner=(\S+) term=(\d+)", line)
-        if not found:
-            continue
-        arm, planner, term = found[1], found[2], int(found[3])
-        if term < newest.get(arm, 0):
-            raise Violation("stale_commands_accepted", f"arm {arm} followed term {term} after {newest[arm]}")
-        newest[arm] = term
-        if followed.setdefault((arm, term), planner) != planner:
-            raise Violation("stale_commands_accepted",
-                            f"arm {arm} followed {followed[arm, term]} and {planner} in term {term}")
+        print(self.log_terms.summary())
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--programs", type=pathlib.Path, required=True, help="folder of hecaton's programs")
     parser.add_argument("--cell", type=pathlib.Path, required=True, help="cell file of five hosts")
-    parser.add_argument("--faults", type=int, default=30, help="at least so many (30)")
+    parser.add_argument("--faults", type=int, help="at least so many (30; with --minutes as many as there is time for)")
+    parser.add_argument("--minutes", type=float, metavar="M", default=math.inf,
+                        help="ends after the episode in which these are over")
     parser.add_argument("--quiet", type=float, metavar="MINUTES", help="no faults: so long nothing may be told")
     parser.add_argument("--seed", type=int, default=1, help="of what happens to whom (1)")
     parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, metavar="KIND",
@@ -314,6 +346,8 @@ def main():
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
     options = parser.parse_args()
+    if options.faults is None:
+        options.faults = 30 if options.minutes == math.inf else math.inf
     hecaton = options.programs.resolve() / "hecaton"
     try:
         namespaces.enter()
@@ -324,17 +358,19 @@ def main():
     logs = options.logs or pathlib.Path(tempfile.mkdtemp(prefix="hecaton-chaos-"))
     logs.mkdir(parents=True, exist_ok=True)
     cell_file = logs / "cell.yaml"
-    cell_file.write_text(cell_text(options.cell.read_text(), options.cell.resolve().parent, not options.no_standbys))
+    text = still_text if options.no_standbys else standby_text
+    cell_file.write_text(text(options.cell.read_text(), options.cell.resolve().parent))
     print(f"seed {options.seed}; hosts are {hosts.kind}; their logs are in {logs}", flush=True)
     cell = LiveCell(hosts, hecaton, cell_file, logs)
     cell.start()
     chaos = Chaos(cell, options)
     signal.signal(signal.SIGTERM, chaos.end_early)
     if options.quiet is None:
-        chaos.run(options.faults)
+        chaos.run(options.faults, options.minutes)
     else:
         chaos.stay_quiet(options.quiet)
     codes = cell.stop()
+    chaos.check_the_rest()
     chaos.summary()
     if options.report:
         options.report.write_text(json.dumps(chaos.report(options.seed), indent=2, ensure_ascii=False) + "\n")

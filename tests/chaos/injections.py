@@ -1,11 +1,14 @@
-"""What can go wrong in a cell of several hosts: each injection happens to one victim, lasts, and ends."""
-import dataclasses
+"""What can go wrong in a cell of several hosts: each injection happens to one victim, lasts, and ends.
+
+What the supervisors must tell of it, and what they may: each is a pair (kind of fault, subject); anything else is wrong. A fault
+that was explained better later counts as what it was told to be at last (services/supervisor/fault_list.hpp)."""
 import random
 import signal
 
 # The silence of a node and of a host that the cell file of the chaos run allows [s].
 SILENCE = 0.25
 LEASE = 1.0
+TAKEOVER = 0.5  # [s] surely until another supervisor leads when the leader has died
 
 
 def surely_told(limit):
@@ -15,19 +18,27 @@ def surely_told(limit):
     return 2 * limit + 0.15
 
 
-@dataclasses.dataclass
-class Expected:
-    """What the supervisor must tell of an injection, and of whom it may tell something."""
-    kinds: tuple = ()      # one of these, of `subject`; empty: nothing need be told
-    subject: str = ""
-    victims: tuple = ()    # faults of anybody else are wrong
+def is_supervisor(node):
+    return node.startswith("supervisor")
+
+
+def silences(node):
+    """What a node that fell silent is said to be: itself, or its stream, when heartbeats are heard again before the states
+    are (CellWatch::stream_sight)."""
+    pairs = {("node_silent", node)}
+    if node == "world":
+        pairs.add(("world_silent", node))
+    if node.startswith("driver/"):
+        pairs.add(("driver_silent", node.removeprefix("driver/")))
+    return pairs
 
 
 class Injection:
-    """`begin` and `end` are called once each; `duration` [s] lies between."""
+    """`begin` and `end` are called once each; `duration` [s] lies between. `places`: {node: host} of all services."""
 
     name = ""
     duration = 0.0
+    lasted = 0.0     # [s] as it came to be: who injects may be late
     aftermath = 0.0  # [s] after its end in which what it does may only begin to show
 
     def kind(self):
@@ -40,26 +51,17 @@ class Injection:
     def end(self, cell):
         pass
 
-    def expected(self, cell):
+    def must(self):
+        """What must be told of it; None: nothing need be."""
+        return None
+
+    def may(self, places, blind):
+        """What may be told of it. `blind`: a supervisor is hit, too, and may not have heard what others did."""
         raise NotImplementedError
 
-    def blinds(self):
-        """The supervisor, or its host, is hit: what happens meanwhile need not be told."""
-        return False
-
-
-def host_of(cell, node):
-    return next(entry["host"] for entry in cell.status()["nodes"] if entry["node"] == node)
-
-
-def everybody_on(cell, host):
-    """All whose silence the loss of a host explains: its nodes, its arms, itself."""
-    nodes = [entry["node"] for entry in cell.status()["nodes"] if entry["host"] == host]
-    return (host, f"agent/{host}", *nodes, *(node.split("/")[1] for node in nodes if node.startswith("driver/")))
-
-
-def is_supervisor(node):
-    return node.startswith("supervisor")
+    def hits(self, places):
+        """The supervisors that die, hang or are cut off by it."""
+        return set()
 
 
 class OfNode(Injection):
@@ -73,14 +75,11 @@ class OfNode(Injection):
     def kind(self):
         return f"{self.name} {self.node.split('/')[0].split('@')[0]}"
 
-    def blinds(self):
-        return is_supervisor(self.node)
+    def hits(self, places):
+        return {self.node} if is_supervisor(self.node) else set()
 
     def _signal(self, cell, number):
         cell.hosts.signal(self.host, cell.pid(self.node), number)
-
-    def _victims(self):
-        return (self.node, self.node.split("/")[1].split("@")[0]) if "/" in self.node else (self.node,)
 
 
 class Kill(OfNode):
@@ -89,8 +88,12 @@ class Kill(OfNode):
     def begin(self, cell):
         self._signal(cell, signal.SIGKILL)
 
-    def expected(self, cell):
-        return Expected(("process_died",), self.node, self._victims())
+    def must(self):
+        return "process_died", self.node
+
+    def may(self, places, blind):
+        # Silent it is, too, until its agent tells; but that is one fault, unless two supervisors tell it.
+        return {self.must()} | (silences(self.node) if blind else set())
 
 
 class Stop(OfNode):
@@ -108,31 +111,61 @@ class Stop(OfNode):
     def end(self, cell):
         cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
 
-    def expected(self, cell):
-        long = self.duration > surely_told(SILENCE)
-        return Expected(("node_silent",) if long else (), self.node, self._victims())
+    def must(self):
+        return ("node_silent", self.node) if self.duration > surely_told(SILENCE) else None
+
+    def may(self, places, blind):
+        # A supervisor tells its own absence as its silence. The agent's watchdog waits for longer than any of these.
+        return silences(self.node)
 
 
 class OfHost(Injection):
+    """By default nobody need notice, and nothing may be told."""
+
     def __init__(self, host, duration):
         self.host = host
         self.duration = duration
-        self.hits_supervisor = False
 
     def __str__(self):
         return f"{self.name} {self.host}"
 
-    def blinds(self):
-        return self.hits_supervisor
+    def may(self, places, blind):
+        return set()
 
-    def expected(self, cell):
-        victims = everybody_on(cell, self.host)
-        self.hits_supervisor = any(is_supervisor(victim) for victim in victims)
-        # Who is cut off with the leading supervisor sees everybody else lost.
-        return Expected(("agent_lost",) if self.duration > surely_told(LEASE) else (), self.host, victims)
+    def nodes(self, places):
+        return {node for node, host in places.items() if host == self.host}
 
 
-class Cut(OfHost):
+class Absence(OfHost):
+    """The host is not there for the others."""
+
+    def must(self):
+        return ("agent_lost", self.host) if self.duration > surely_told(LEASE) else None
+
+    def may(self, places, blind):
+        # Its nodes do not return in one instant.
+        return {("agent_lost", self.host)}.union(*(silences(node) for node in self.nodes(places)))
+
+    def hits(self, places):
+        return set(filter(is_supervisor, self.nodes(places)))
+
+
+class Separation(Absence):
+    """The host's processes run on without the others. A supervisor among them takes all other hosts for lost, and says so: it
+    leads, or does so after a second alone (Ears::newest_arrival), and its account is not lost when all are together again
+    (FaultLegacy)."""
+
+    def may(self, places, blind):
+        return super().may(places, blind) | (self.seen_from_within(places) if self.accuses(places) else set())
+
+    def accuses(self, places):
+        return self.hits(places) and self.lasted > LEASE / 2
+
+    def seen_from_within(self, places):
+        return {("agent_lost", host) for host in places.values()}
+
+
+class Cut(Separation):
     name = "cut"
 
     def begin(self, cell):
@@ -142,7 +175,7 @@ class Cut(OfHost):
         cell.hosts.connect(self.host)
 
 
-class Deafen(OfHost):
+class Deafen(Separation):
     """Nothing reaches the host; what it sends does. When it has heard nobody for the lease of its participants, it drops
     them and falls silent until it has found them again, which may begin when it hears already."""
     name = "deafen"
@@ -154,15 +187,16 @@ class Deafen(OfHost):
     def end(self, cell):
         cell.hosts.drop_no_more(self.host, "input")
 
-    def expected(self, cell):
-        # It is heard: nobody need tell anything, but everything on it may complain or be dropped.
-        told = super().expected(cell)
-        return dataclasses.replace(told, kinds=())
+    def must(self):
+        return None  # it is heard at first
 
 
-class Mute(OfHost):
-    """Nothing leaves the host; it hears the others."""
+class Mute(Separation):
+    """Nothing leaves the host; it hears the others, until each of them leaves it alone at its own time."""
     name = "mute"
+
+    def seen_from_within(self, places):
+        return super().seen_from_within(places) | {("node_silent", node) for node in places}
 
     def begin(self, cell):
         cell.hosts.drop(self.host, "output", 100)
@@ -188,12 +222,8 @@ class Lose(OfHost):
     def end(self, cell):
         cell.hosts.drop_no_more(self.host, "input")
 
-    def expected(self, cell):
-        super().expected(cell)
-        return Expected()
 
-
-class Pause(OfHost):
+class Pause(Absence):
     name = "pause"
 
     def begin(self, cell):
@@ -203,7 +233,7 @@ class Pause(OfHost):
         cell.hosts.go_on(self.host)
 
 
-class KillAgent(OfHost):
+class KillAgent(Absence):
     """The agent dies, and all that it started with it; a service manager starts it anew."""
     name = "kill agent of"
 
@@ -226,10 +256,6 @@ class SlowDown(OfHost):
             hog.kill()
             hog.wait()
 
-    def expected(self, cell):
-        super().expected(cell)
-        return Expected()
-
 
 class FillDisk(OfHost):
     """Nothing more can be written where the host's agent keeps what must survive."""
@@ -240,10 +266,6 @@ class FillDisk(OfHost):
 
     def end(self, cell):
         cell.hosts.free_disk(self.host)
-
-    def expected(self, cell):
-        super().expected(cell)
-        return Expected(victims=("world",))
 
 
 class StepClock(OfHost):
@@ -263,9 +285,18 @@ class StepClock(OfHost):
     def end(self, cell):
         cell.hosts.step_clock(self.host, 0)
 
-    def expected(self, cell):
-        super().expected(cell)
-        return Expected()
+
+def together(one, other):
+    """Whether both may happen at one time: what must be told of each is clear."""
+    if one.host != other.host:
+        return True
+    if isinstance(other, OfNode):
+        one, other = other, one
+    if isinstance(other, OfNode):
+        return one.node != other.node
+    # A world that ends when its memory could not be written is lost until people start the cell again (0005-return.md).
+    forgets = isinstance(other, FillDisk) and one.node == "world"
+    return isinstance(one, OfNode) and isinstance(other, (Lose, SlowDown, FillDisk, StepClock)) and not forgets
 
 
 KINDS = ("kill", "stop", "cut", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")

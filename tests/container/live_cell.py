@@ -6,21 +6,32 @@ import subprocess
 import threading
 import time
 
-from steadiness import NodeLateness
+from steadiness import NodeLateness, unix_ms
 
 PATIENCE = 120  # [s] far beyond what any machine needs; only ends a test that hangs
 
 LINES = 12  # of what a command said, in a failure's account
 
 
-def unix_ms():
-    return time.time_ns() // 1_000_000
-
-
 def still_text(text, folder):
     """A cell file's text, for another folder than `folder`, with obstacles that stand still: no arm whose driver is dead
     gets out of the way of one that is moved by a script."""
     return re.sub(r"^    motion: .*\n", "", text, flags=re.M).replace("urdf: urdf/", f"urdf: {folder}/urdf/")
+
+
+# Of whose services another host has the standbys.
+STANDBYS = {"north-pc": "west-pc", "west-pc": "east-pc", "east-pc": "north-pc", "supervisor-pc": "world-pc"}
+
+
+def standby_text(text, folder, standbys=None):
+    """still_text(), with a standby for every planner and for the supervisor."""
+    text = still_text(text, folder)
+    for host, standby in (standbys or STANDBYS).items():
+        text, count = re.subn(rf"^( +)host: {host}$", rf"\1host: {host}\n\1standby_host: {standby}", text, flags=re.M)
+        if count != 1:
+            raise ValueError(f"the cell file has {count} lines 'host: {host}'; 1 is wanted")
+    # Roles are not exchanged because a machine that is shared stalls.
+    return text.replace("  host_lease: 1s\n", "  host_lease: 1s\n  takeover_lease: 150ms\n")
 
 
 class LiveCell:
@@ -33,7 +44,9 @@ class LiveCell:
         self._watch = None
         self._status = None
         self._faults = {}
+        self._logs_heard = {}  # bytes, by host
         self.lateness = NodeLateness()
+        self.listeners = [self.lateness.hear]  # each is called with every status
         self._changed = threading.Condition()
 
     def start(self):
@@ -52,6 +65,7 @@ class LiveCell:
 
     def start_agent(self, host):
         with open(self._logs / f"{host}.log", "a") as log:
+            self._logs_heard.setdefault(host, log.tell())  # what another cell wrote is not of this one
             self._agents[host] = self.hosts.start(host, ["agent", self._file, "--host", host], log)
 
     def kill_agent(self, host):
@@ -73,7 +87,8 @@ class LiveCell:
             with self._changed:
                 self._status = json.loads(line)
                 self._faults.update({fault["id"]: fault for fault in self._status["faults"]})
-                self.lateness.hear(self._status)
+                for listener in self.listeners:
+                    listener(self._status)
                 self._changed.notify_all()
 
     # What is.
@@ -122,6 +137,17 @@ class LiveCell:
         for host in self._agents:
             with open(self._logs / f"{host}.log") as log:
                 yield from log
+
+    def new_log_lines(self):
+        """The same since the last call; a line that is still being written comes with the next one."""
+        for host in self._agents:
+            with open(self._logs / f"{host}.log", "rb") as log:
+                log.seek(self._logs_heard[host])
+                for line in log:
+                    if not line.endswith(b"\n"):
+                        break
+                    self._logs_heard[host] += len(line)
+                    yield line.decode(errors="replace")
 
     def contacts(self):
         return self.status()["referee"]["contacts"]

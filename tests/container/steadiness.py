@@ -1,10 +1,25 @@
-"""Whether the machine ran while a test did: where it stood still, what the cell did says nothing of Hecaton."""
+"""Whether the machine ran while a test did: where it stood still, what the cell did says nothing of Hecaton.
+
+usage: steadiness.py --self-test"""
+import os
+import sys
 import threading
 import time
+import unittest
 
+TOLD_WITHIN = 500  # [ms] of a stall of a process, by its next heartbeat and the next look at the cell
 STALL = 0.12  # [s] by which a timer is late where the machine itself stood still
 UNSTEADY = 75  # exit code of a run that says nothing: it is to be repeated
 UNSAFE = 70  # exit code of a run in which something was touched, or an arm followed an older command: never repeated
+
+
+def unix_ms():
+    return time.time_ns() // 1_000_000
+
+
+def between(since, until, at, late):
+    """Whether some of a stall of `late` ms that ended `at` lies between these instants [ms, wall clock]."""
+    return at > since and at - late <= until
 
 
 class TimerLateness:
@@ -22,18 +37,18 @@ class TimerLateness:
             late = time.monotonic() - begin - 0.001
             self.late.append(late * 1e3)
             if late > STALL:
-                self.stalls.append((time.time_ns() // 1_000_000, late * 1e3))
+                self.stalls.append((unix_ms(), late * 1e3))
 
     def stood_still(self, since, until, stall=STALL):
         """For so long [s], STALL at least, and for some of that between these instants [ms, wall clock]."""
-        return any(late > 1e3 * stall and at > since and at - late <= until for at, late in self.stalls)
+        return any(late > 1e3 * stall and between(since, until, at, late) for at, late in self.stalls)
 
 
 class NodeLateness:
     """The same of the cell's own processes, as their heartbeats tell: they may get less of the machine than we do."""
 
     def __init__(self):
-        self.stalls = []  # (host, node, ms), in the order in which they were told
+        self.stalls = []  # (until when [ms, wall clock], by how much [ms], node, host), as they were told
         self._told = {}   # by node: process, and the largest of its last periods [ms]
 
     def hear(self, status):
@@ -42,9 +57,93 @@ class NodeLateness:
             told = self._told.get(entry["node"])
             # The first that a process tells of itself is how long it took to start.
             if told and told[0] == entry["pid"] and late > max(1e3 * STALL, told[1]):
-                self.stalls.append((entry["host"], entry["node"], late))
+                self.stalls.append((unix_ms(), late, entry["node"], entry["host"]))
             self._told[entry["node"]] = (entry["pid"], late)
 
     def of_others(self, disturbed):
         """Without the hosts that a test did something to."""
-        return [stall for stall in self.stalls if stall[0] not in disturbed]
+        return [stall for stall in self.stalls if stall[-1] not in disturbed]
+
+
+def judge_failures(failed, stalls):
+    """The exit code after tests failed: it says nothing only if the machine stood still during each of them. `failed`: (name,
+    since, until [ms, wall clock]); `stalls`: (until when [ms, wall clock], by how much [ms], whose, where)."""
+    code = UNSTEADY
+    for name, since, until in failed:
+        meanwhile = [stall for stall in stalls if between(since, until + TOLD_WITHIN, *stall[:2])]
+        if not meanwhile:
+            print(f"{name} failed, and the machine ran meanwhile", file=sys.stderr)
+            code = 1
+            continue
+        _, late, what, where = max(meanwhile, key=lambda stall: stall[1])
+        print(f"{name} failed, and the machine stood still meanwhile, {len(meanwhile)} times, at most {late:.0f} ms ({what} of "
+              f"{where})", file=sys.stderr)
+    return code
+
+
+class SpannedResult(unittest.TextTestResult):
+    """Also keeps when each that failed ran."""
+
+    def __init__(self, *arguments, **keywords):
+        super().__init__(*arguments, **keywords)
+        self.failed = []  # for judge_failures()
+        self._since = unix_ms()
+
+    def startTest(self, test):
+        self._since = unix_ms()
+        super().startTest(test)
+
+    def stopTest(self, test):
+        super().stopTest(test)
+        self._since = unix_ms()  # what fails before the next one begins is what the tests of a class share
+
+    def addError(self, test, err):
+        super().addError(test, err)
+        self.failed.append((str(test), self._since, unix_ms()))
+
+    def addFailure(self, test, err):
+        super().addFailure(test, err)
+        self.failed.append((str(test), self._since, unix_ms()))
+
+
+class JudgementTest(unittest.TestCase):
+    STALL = (5_000, 200.0, "a timer", "this machine")
+
+    def test_a_stall_meanwhile_says_nothing(self):
+        self.assertEqual(judge_failures([("one", 4_000, 6_000)], [self.STALL]), UNSTEADY)
+
+    def test_a_stall_before_or_after_is_no_excuse(self):
+        self.assertEqual(judge_failures([("one", 5_001, 9_000)], [self.STALL]), 1)
+        self.assertEqual(judge_failures([("one", 1_000, 4_799 - TOLD_WITHIN)], [self.STALL]), 1)
+
+    def test_a_stall_excuses_no_other_test(self):
+        self.assertEqual(judge_failures([("one", 4_000, 6_000), ("other", 7_000, 8_000)], [self.STALL]), 1)
+
+    def test_each_failure_has_the_time_of_its_own_test(self):
+        spans = []
+
+        class Failing(unittest.TestCase):
+            def test_a(self):
+                spans.append(unix_ms())
+                self.fail()
+
+            def test_b(self):
+                time.sleep(0.01)
+
+            def test_c(self):
+                spans.append(unix_ms())
+                raise RuntimeError
+
+        with open(os.devnull, "w") as nowhere:
+            result = unittest.TextTestRunner(nowhere, resultclass=SpannedResult).run(
+                unittest.defaultTestLoader.loadTestsFromTestCase(Failing))
+        self.assertEqual(len(result.failed), 2)
+        for (_, since, until), at in zip(result.failed, spans):
+            self.assertTrue(since <= at <= until)
+        self.assertGreater(result.failed[1][1], result.failed[0][2])
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--self-test"]:
+        sys.exit(__doc__)
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,287 @@
+"""Who may move an arm: S1 to S3 of docs/design/0008-terms.md, as the drivers tell it.
+
+usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a rule was broken
+       terms.py --self-test  what breaks a rule is found
+
+S1: the terms of the commands that an arm follows never go back. S2: in each term one planner moves it. S3: from when its
+driver has heard of a mandate, no command of an older term moves it. A driver's memory outlives its process and its agent,
+but not its host (0008, "What it does not cover"): an agent that begins without what was remembered begins the account of its
+drivers anew, and that is told. No rule needs a clock, for hosts' clocks may differ and be set: a driver tells in order, and a
+supervisor hears it in order."""
+import dataclasses
+import re
+import sys
+import unittest
+
+# service="…" and planner="" are quoted when they are empty or have blanks.
+TOLD = re.compile(r' node=(driver|agent)/(\S+) event=(?:"([^"]*)"|(\S+))(.*)')
+FIELD = re.compile(r' (\w+)=(?:"((?:[^"\\]|\\.)*)"|(\S*))')
+
+FOLLOWS = ("follows", "goes on with")  # a planner in another's place; the same one under another term or in another process
+MANDATE = "mandate"                    # the driver goes by it
+REFUSED = "command refused"
+
+
+def fields(text):
+    return {name: quoted or plain for name, quoted, plain in FIELD.findall(text)}
+
+
+@dataclasses.dataclass
+class Account:
+    """Of one arm."""
+    newest: int = 0  # term that its driver has heard of
+    why: str = ""    # how
+    holders: dict = dataclasses.field(default_factory=dict)  # planner by term
+
+    def follows(self, planner, term):
+        return self._older(term, f"followed {planner} in term {term}") or self._hear(planner, term, "followed")
+
+    def goes_by(self, planner, term):
+        return self._older(term, f"goes by term {term} of {planner}") or self._hear(planner, term, "went by")
+
+    def _older(self, term, what):
+        return f"{what} after it {self.why}" if term < self.newest else None
+
+    def _hear(self, planner, term, how):
+        if term > self.newest:
+            self.newest, self.why = term, f"{how} term {term} of {planner or 'nobody yet'}"
+        holder = self.holders.setdefault(term, planner) if planner else planner
+        return f"{how} {planner} in term {term}, which is that of {holder}" if holder != planner else None
+
+
+class LogTerms:
+    """Hears the lines of all hosts' logs, of each host in order."""
+
+    def __init__(self):
+        self.complaints = []
+        self.followed = 0   # times that an arm began to follow another planner, term or process
+        self.mandates = 0
+        self.refused = set()  # (arm, planner, term) of commands that came too late
+        self.forgotten = []   # arms whose driver began without memory
+        self._arms = {}
+        self._begun = {}  # services that the running agent of a host has started for the first time
+        self._remembers = set()  # hosts whose running agent goes on with what was remembered
+
+    def hear(self, line):
+        told = TOLD.search(line)
+        if not told:
+            return
+        role, name, quoted, plain, rest = told.groups()
+        (self._hear_agent if role == "agent" else self._hear_driver)(name, quoted or plain, fields(rest))
+
+    def _hear_agent(self, host, event, told):
+        if event == "goes on with what was remembered":
+            self._begun[host] = set()
+            self._remembers.add(host)
+        if event != "service started" or told.get("restarts") != "0":
+            return
+        service = told["service"]
+        begun = self._begun.setdefault(host, set())
+        if service in begun:  # by another agent, which said nothing of a memory
+            begun.clear()
+            self._remembers.discard(host)
+        begun.add(service)
+        arm = service.removeprefix("driver-")
+        if arm != service and host not in self._remembers and self._arms.pop(arm, None):
+            self.forgotten.append(arm)
+
+    def _hear_driver(self, arm, event, told):
+        account = self._arms.setdefault(arm, Account())
+        complaint = None
+        if event in FOLLOWS:
+            self.followed += 1
+            complaint = account.follows(told["planner"], int(told["term"]))
+        elif event == MANDATE:
+            self.mandates += 1
+            complaint = account.goes_by(told["planner"], int(told["term"]))
+        elif event == REFUSED and int(told["term"]) <= account.newest:
+            self.refused.add((arm, told["from"], int(told["term"])))
+        if complaint:
+            self.complaints.append(f"arm {arm} {complaint}")
+
+    def summary(self):
+        return (f"arms followed another planner, term or process {self.followed} times under {self.mandates} mandates; "
+                f"{len(self.refused)} planners were refused that had been replaced"
+                + (f"; without memory began {', '.join(self.forgotten)}" if self.forgotten else ""))
+
+
+class StatusTerms:
+    """Hears what `hecaton status -o json` tells of each arm's driver: what its process cannot leave out of a log."""
+
+    def __init__(self):
+        self.complaints = []
+        self._last = {}     # by supervisor and arm: each hears a driver in order, but one may hear it later than another
+        self._holders = {}  # planner by arm and term
+
+    def hear(self, status):
+        for arm in status["arms"]:
+            if arm["state"]["age_s"] is None:  # nobody has heard its driver
+                continue
+            complaint = self._judge(status["supervisor"], arm["name"], arm["state"])
+            if complaint:
+                self.complaints.append(f"arm {arm['name']}, as {status['supervisor']} hears it, {complaint}")
+
+    def _judge(self, supervisor, arm, state):
+        before = self._last.get((supervisor, arm))
+        self._last[supervisor, arm] = state
+        term, newest, planner = state["term"], state["newest_term"], state["planner"]
+        if term > newest:
+            return f"follows term {term} and knows none above {newest}"
+        holder = self._holders.setdefault((arm, newest), planner) if planner else planner
+        if holder != planner:
+            return f"goes by {planner} in term {newest}, which is that of {holder}"
+        if not before:
+            return None
+        if newest < before["newest_term"]:
+            return f"goes by term {newest} after it went by {before['newest_term']}"
+        if not term:  # this process has followed nobody yet
+            return None
+        if term < before["term"]:
+            return f"follows term {term} after {before['term']}"
+        # The last command may be older than the mandate, but then no newer one was accepted since.
+        same = term == before["term"] and state["command_age_s"] >= before["command_age_s"]
+        if term < before["newest_term"] and not same:
+            return f"follows term {term}, by a command that it accepted when it went by term {before['newest_term']}"
+        return None
+
+
+def driver(event, planner, term, arm="west"):
+    """A line as the driver logs it."""
+    quoted = event if " " not in event else f'"{event}"'
+    return f'time=2026-01-31T12:00:00.000Z level=info node=driver/{arm} event={quoted} planner={planner} term={term} x="a b"'
+
+
+def agent(event, rest=""):
+    return f'time=2026-01-31T12:00:00.000Z level=info node=agent/west-pc event="{event}"{rest}'
+
+
+def started(service, restarts=0):
+    return agent("service started", f" service={service} pid=12 restarts={restarts}")
+
+
+def told(term, newest, planner="A", age=0.01, supervisor="supervisor"):
+    """A status as `hecaton` tells it, as far as it is looked at."""
+    state = {"term": term, "newest_term": newest, "planner": planner, "command_age_s": age, "age_s": 0.0}
+    return {"supervisor": supervisor, "arms": [{"name": "west", "state": state}]}
+
+
+class LogTest(unittest.TestCase):
+    def complaints(self, *lines):
+        terms = LogTerms()
+        for line in lines:
+            terms.hear(line)
+        return terms.complaints
+
+    def assert_found(self, pattern, *lines):
+        found = self.complaints(*lines)
+        self.assertEqual(len(found), 1, found)
+        self.assertRegex(found[0], pattern)
+
+    def test_a_takeover_and_a_return_are_right(self):
+        self.assertEqual(self.complaints(
+            driver("follows", "A", 5), driver("mandate", "A", 5), driver("mandate", "B", 8), driver("follows", "B", 8),
+            driver("goes on with", "B", 8), driver("goes on with", "B", 10), driver("follows", "A", 11)), [])
+
+    def test_an_older_term_is_found(self):
+        self.assert_found("followed B in term 8 after it followed term 9 of A",
+                          driver("follows", "A", 9), driver("follows", "B", 8))
+
+    def test_an_older_term_is_found_after_the_same_planner_went_on_under_a_newer_one(self):
+        self.assert_found("followed B in term 8 after it followed term 9 of A",
+                          driver("follows", "A", 5), driver("goes on with", "A", 9), driver("follows", "B", 8))
+
+    def test_an_older_command_than_a_mandate_is_found(self):
+        self.assert_found("followed A in term 5 after it went by term 8 of B",
+                          driver("mandate", "B", 8), driver("goes on with", "A", 5))
+
+    def test_two_planners_of_one_term_are_found(self):
+        self.assert_found("B in term 5, which is that of A", driver("follows", "A", 5), driver("follows", "B", 5))
+        self.assert_found("B in term 5, which is that of A", driver("mandate", "A", 5), driver("follows", "B", 5))
+
+    def test_a_mandate_of_nobody_is_that_of_the_first(self):
+        self.assertEqual(self.complaints(driver("mandate", '""', 5), driver("mandate", "A", 5), driver("follows", "A", 5)), [])
+
+    def test_a_mandate_that_goes_back_is_found(self):
+        self.assert_found("goes by term 7 of A after it went by term 8 of B",
+                          driver("mandate", "B", 8), driver("driver started", "", 0), driver("mandate", "A", 7))
+
+    def test_arms_have_terms_of_their_own(self):
+        self.assertEqual(self.complaints(driver("follows", "A", 9), driver("follows", "C", 5, "east")), [])
+
+    def test_a_memory_outlives_its_process_and_its_agent(self):
+        lines = (started("driver-west"), driver("follows", "A", 9), started("driver-west", 1))
+        self.assert_found("after", *lines, driver("follows", "B", 8))
+        lines += (agent("goes on with what was remembered"), started("driver-west"))
+        self.assert_found("after", *lines, driver("follows", "B", 8))
+
+    def test_a_memory_does_not_outlive_its_host(self):
+        terms = LogTerms()
+        for line in (started("driver-west"), driver("follows", "A", 9), started("driver-west"), driver("follows", "B", 8)):
+            terms.hear(line)
+        self.assertEqual((terms.complaints, terms.forgotten), ([], ["west"]))
+
+    def test_what_was_refused_is_counted_by_who_sent_it(self):
+        terms = LogTerms()
+        terms.hear(driver("follows", "B", 9))
+        for times in (1, 2, 4):
+            terms.hear(f'x node=driver/west event="command refused" from=A term=8 refused={times} reason="is older than 9"')
+        self.assertEqual(terms.refused, {("west", "A", 8)})
+
+
+class StatusTest(unittest.TestCase):
+    def complaints(self, *statuses):
+        terms = StatusTerms()
+        for status in statuses:
+            terms.hear(status)
+        return terms.complaints
+
+    def assert_found(self, pattern, *statuses):
+        found = self.complaints(*statuses)
+        self.assertEqual(len(found), 1, found)
+        self.assertRegex(found[0], pattern)
+
+    def test_a_takeover_is_right(self):
+        self.assertEqual(self.complaints(told(5, 5), told(5, 8, "B", 0.02), told(5, 8, "B", 0.3), told(8, 8, "B")), [])
+
+    def test_a_driver_that_begins_has_followed_nobody(self):
+        self.assertEqual(self.complaints(told(8, 8), told(0, 8, age=0.0), told(8, 8)), [])
+
+    def test_who_has_not_heard_a_driver_yet_says_nothing_of_it(self):
+        silent = told(0, 0, "")
+        silent["arms"][0]["state"]["age_s"] = None
+        self.assertEqual(self.complaints(told(8, 8), silent), [])
+
+    def test_who_heard_a_driver_later_than_another_accuses_nobody(self):
+        self.assertEqual(self.complaints(told(8, 8), told(5, 5, "B", supervisor="supervisor@beta"), told(8, 8)), [])
+
+    def test_terms_that_go_back_are_found(self):
+        self.assert_found("goes by term 7 after it went by 8", told(8, 8), told(7, 7, "B"))
+        self.assert_found("follows term 7 after 8", told(8, 9, "B"), told(7, 9, "B"))
+        self.assert_found("knows none above 7", told(8, 7))
+
+    def test_a_command_that_is_newer_than_the_mandate_and_of_an_older_term_is_found(self):
+        self.assert_found("follows term 5, by a command", told(5, 8, "B", 0.2), told(5, 8, "B", 0.01))
+        self.assert_found("follows term 6, by a command", told(5, 8, "B", 0.2), told(6, 8, "B", 0.3))
+
+    def test_two_planners_of_one_term_are_found(self):
+        self.assert_found("goes by B in term 5, which is that of A",
+                          told(5, 5), told(5, 5, "B", supervisor="supervisor@beta"))
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        unittest.main(argv=sys.argv[:1])
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    terms = LogTerms()
+    for name in sys.argv[1:]:
+        with open(name, errors="replace") as log:
+            for line in log:
+                terms.hear(line)
+    print("\n".join(terms.complaints + [terms.summary()]))
+    return 1 if terms.complaints or not terms.followed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,154 @@
+"""What of the injections of one episode the cell must tell, and what it may.
+
+usage: verdicts.py --self-test"""
+import sys
+import unittest
+
+from injections import SILENCE, TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, Pause, SlowDown, StepClock, \
+    Stop, is_supervisor, surely_told, together
+
+
+def supervisors_hit(injections, places):
+    return set().union(*(injection.hits(places) for injection in injections))
+
+
+def hidden(injection, injections, places, leader):
+    """Whether others that happen beside it may keep it from being told, `leader` being the supervisor that led before.
+
+    A standby hears and judges everything, too. But it does not tell, and when it begins to lead it goes by what its
+    predecessor told and by what is wrong then: what has come and gone while the leader hung or was cut off nobody tells. A
+    death ends that at once, so who was killed is missed by nobody."""
+    others = [other for other in injections if other is not injection]
+    if not others:
+        return False
+    if supervisors_hit(injections, places) >= set(filter(is_supervisor, places)):
+        return True
+    hitting = [other for other in others if leader in other.hits(places)]
+    if any(not isinstance(other, Kill) for other in hitting):
+        return True
+    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(SILENCE) + TAKEOVER
+
+
+def may_be_told(injections, places):
+    """(kind, subject) of all faults that are right."""
+    blind = bool(supervisors_hit(injections, places))
+    return set().union(*(injection.may(places, blind) for injection in injections))
+
+
+# The cell of chaos, as far as it is asked for.
+PLACES = {"supervisor": "supervisor-pc", "supervisor@world-pc": "world-pc", "world": "world-pc",
+          "driver/north": "north-pc", "planner/north": "north-pc", "planner/north@west-pc": "west-pc"}
+
+
+def lasting(injection, seconds=None):
+    injection.lasted = injection.duration if seconds is None else seconds
+    return injection
+
+
+class MayTest(unittest.TestCase):
+    def may(self, *injections):
+        return may_be_told(injections, PLACES)
+
+    def test_who_was_killed_has_died_and_nothing_else(self):
+        self.assertEqual(self.may(Kill("driver/north", "north-pc")), {("process_died", "driver/north")})
+
+    def test_who_was_stopped_is_silent_and_so_are_its_states(self):
+        self.assertEqual(self.may(Stop("driver/north", "north-pc", 2.0)),
+                         {("node_silent", "driver/north"), ("driver_silent", "north")})
+        self.assertEqual(self.may(Stop("planner/north", "north-pc", 2.0)), {("node_silent", "planner/north")})
+
+    def test_a_lost_host_is_lost_and_its_nodes_may_return_late(self):
+        self.assertEqual(self.may(lasting(Cut("north-pc", 2.0))),
+                         {("agent_lost", "north-pc"), ("node_silent", "driver/north"), ("driver_silent", "north"),
+                          ("node_silent", "planner/north")})
+
+    def test_a_host_that_only_works_worse_is_blamed_for_nothing(self):
+        self.assertEqual(self.may(Lose("world-pc", 2.0, 30), SlowDown("supervisor-pc", 2.0), FillDisk("world-pc", 2.0),
+                                  StepClock("supervisor-pc", 2.0, -60)), set())
+
+    def test_a_supervisor_that_was_cut_off_takes_all_hosts_for_lost_whether_it_led_or_not(self):
+        for injection in Cut("supervisor-pc", 2.0), Mute("world-pc", 2.0), Deafen("supervisor-pc", 2.0):
+            may = self.may(lasting(injection))
+            self.assertIn(("agent_lost", "north-pc"), may)
+            self.assertNotIn(("process_died", "driver/north"), may)
+            self.assertEqual(("node_silent", "driver/north") in may, isinstance(injection, Mute), injection)
+
+    def test_one_that_was_cut_off_too_briefly_or_stood_still_or_died_accuses_nobody(self):
+        for injection in (lasting(Cut("supervisor-pc", 0.4)), lasting(Pause("supervisor-pc", 2.0)),
+                          KillAgent("supervisor-pc", 2.0), Kill("supervisor", "supervisor-pc"),
+                          Stop("supervisor", "supervisor-pc", 2.0)):
+            self.assertNotIn(("agent_lost", "north-pc"), self.may(injection), injection)
+
+    def test_it_counts_how_long_it_was_cut_off_in_fact(self):
+        self.assertIn(("agent_lost", "north-pc"), self.may(lasting(Cut("supervisor-pc", 0.4), 1.1)))
+
+    def test_a_death_is_told_as_a_silence_only_beside_a_supervisor_that_did_not_hear_of_it(self):
+        death = Kill("planner/north", "north-pc")
+        self.assertNotIn(("node_silent", "planner/north"), self.may(death, lasting(Cut("west-pc", 2.0))))
+        self.assertIn(("node_silent", "planner/north"), self.may(death, lasting(Cut("supervisor-pc", 0.3))))
+
+
+class HiddenTest(unittest.TestCase):
+    DEATH = Kill("planner/north", "north-pc")
+
+    def hidden(self, injection, *others, leader="supervisor"):
+        return hidden(injection, [*others, injection], PLACES, leader)
+
+    def test_alone_everything_is_told(self):
+        self.assertFalse(self.hidden(Stop("supervisor", "supervisor-pc", 2.0)))
+
+    def test_what_happens_to_others_hides_nothing(self):
+        self.assertFalse(self.hidden(self.DEATH, Cut("west-pc", 2.0), SlowDown("supervisor-pc", 2.0)))
+
+    def test_what_happens_to_the_standby_hides_nothing(self):
+        for other in (Stop("supervisor@world-pc", "world-pc", 2.0), Kill("supervisor@world-pc", "world-pc"),
+                      Cut("world-pc", 2.0)):
+            self.assertFalse(self.hidden(self.DEATH, other), other)
+
+    def test_a_leader_that_hangs_or_is_cut_off_may_hide_it(self):
+        for other in Stop("supervisor@world-pc", "world-pc", 2.0), Cut("world-pc", 2.0), Pause("world-pc", 0.3):
+            self.assertTrue(self.hidden(self.DEATH, other, leader="supervisor@world-pc"), other)
+
+    def test_its_own_trouble_is_told(self):
+        self.assertFalse(self.hidden(Cut("supervisor-pc", 2.5), self.DEATH))
+
+    def test_a_killed_leader_hides_only_what_is_over_before_another_leads(self):
+        other = Kill("supervisor", "supervisor-pc")
+        self.assertFalse(self.hidden(self.DEATH, other))
+        self.assertTrue(self.hidden(Stop("planner/north", "north-pc", 0.7), other))
+        self.assertFalse(self.hidden(Stop("planner/north", "north-pc", 2.0), other))
+
+    def test_without_a_supervisor_that_is_well_it_may_be_hidden(self):
+        self.assertTrue(self.hidden(self.DEATH, Kill("supervisor", "supervisor-pc"),
+                                    Stop("supervisor@world-pc", "world-pc", 2.0)))
+        alone = {node: host for node, host in PLACES.items() if node != "supervisor@world-pc"}
+        both = [self.DEATH, Kill("supervisor", "supervisor-pc")]
+        self.assertTrue(hidden(self.DEATH, both, alone, "supervisor"))
+
+
+class TogetherTest(unittest.TestCase):
+    def test_two_processes_of_one_host_may_be_hit(self):
+        self.assertTrue(together(Kill("driver/north", "north-pc"), Stop("planner/north", "north-pc", 2.0)))
+        self.assertFalse(together(Kill("driver/north", "north-pc"), Stop("driver/north", "north-pc", 2.0)))
+
+    def test_a_process_of_a_host_that_works_worse_may_be_hit(self):
+        for host in (Lose("north-pc", 1.0, 30), SlowDown("north-pc", 1.0), FillDisk("north-pc", 1.0),
+                     StepClock("north-pc", 1.0, 60)):
+            self.assertTrue(together(host, Kill("driver/north", "north-pc")), host)
+            self.assertTrue(together(Kill("driver/north", "north-pc"), host), host)
+        self.assertFalse(together(FillDisk("world-pc", 1.0), Kill("world", "world-pc")))
+        self.assertTrue(together(FillDisk("world-pc", 1.0), Kill("supervisor@world-pc", "world-pc")))
+
+    def test_what_is_lost_with_its_host_is_not_hit_beside(self):
+        for host in Cut("north-pc", 1.0), Pause("north-pc", 1.0), KillAgent("north-pc", 1.0), Deafen("north-pc", 1.0):
+            self.assertFalse(together(host, Kill("driver/north", "north-pc")), host)
+            self.assertFalse(together(host, Lose("north-pc", 1.0, 30)), host)
+
+    def test_two_hosts_may_be_hit(self):
+        self.assertTrue(together(Cut("north-pc", 1.0), Pause("west-pc", 1.0)))
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--self-test"]:
+        sys.exit(__doc__)
+    unittest.main(argv=sys.argv[:1])
