@@ -294,9 +294,7 @@ def together(one, other):
         one, other = other, one
     if isinstance(other, OfNode):
         return one.node != other.node
-    # A world that ends when its memory could not be written is lost until people start the cell again (0005-return.md).
-    forgets = isinstance(other, FillDisk) and one.node == "world"
-    return isinstance(one, OfNode) and isinstance(other, (Lose, SlowDown, FillDisk, StepClock)) and not forgets
+    return isinstance(one, OfNode) and isinstance(other, (Lose, SlowDown, FillDisk, StepClock))
 
 
 KINDS = ("kill", "stop", "cut", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
