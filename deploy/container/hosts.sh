@@ -30,7 +30,7 @@ network=hecaton-$cell
 
 case $action in
   up)
-    # What a run must remember is in the machine's memory, or it would end with the container's: see compose.yaml.
+    # What a run must remember is in the machine's memory: see compose.yaml. (Podman 4.3 would also keep the container's own.)
     read -r _ address <<<"$(hosts)"
     podman network create --disable-dns --subnet "${address%.*}.0/24" "$network" >/dev/null
     hosts | while read -r host address; do
