@@ -124,6 +124,11 @@ TEST_F(Standby, CommandsOfAReplacedPlannerAreRefusedAndCounted) {
   command.q({1.0, -1.9, 2.6, 0, 0.6, 0});
   command.qd(std::vector<double>(6, 0.0));
   msg::ArmState state = cell_.next_state("left");
+  // The supervisor tells of the successor before the driver has heard of it.
+  for (const auto until = bus::Clock::now() + kPatience; state.term() < after.term();) {
+    ASSERT_LT(bus::Clock::now(), until) << "the successor is not followed";
+    state = cell_.next_state("left");
+  }
   const std::uint64_t refused = state.stale_rejected();
   for (const auto until = bus::Clock::now() + kPatience; state.stale_rejected() < refused + 20;) {
     ASSERT_LT(bus::Clock::now(), until) << "nothing is refused";
