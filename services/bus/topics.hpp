@@ -61,7 +61,7 @@ struct TopicInfo {
         .deadline = 100ms, .lease = 100ms, .heartbeat = 5ms)                                                           \
   TOPIC(Fault, sample.id(), "supervisor", "all", .reliable = true, .transient_local = true, .instances = 4096,         \
         .retained = 256)                                                                                               \
-  TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                                     \
+  TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                          \
   TOPIC(SupervisorReply, "", "supervisor", "cli", .reliable = true, .transient_local = true, .depth = 4)
 // clang-format on
 
