@@ -3,125 +3,104 @@
 /// lose, delay, repeat and reorder whatever it likes. What the processes decide is the real code: Leadership,
 /// Succession, CellModeView, Duty, CommandGate (docs/design/0008-terms.md).
 ///
-/// Whatever was ever sent may arrive at any time, any number of times, or never. So there is nothing to model for a
-/// partition, a link of one direction, or a process that is stopped and goes on: it is not delivered to, then it is.
-/// Only death is an action of its own, for it loses memory.
+/// Whatever was ever told may arrive at any time, any number of times, or never. So there is nothing to model for a
+/// partition, a link of one direction, or a process that is stopped and goes on, but that a leading supervisor finds
+/// out: it is not delivered to, then it is. Deaths are actions of their own, for what they leave of memories: of a
+/// planner's nothing, of a supervisor's at most a cell term, of a driver's its mandate when its process dies and
+/// nothing when its host does.
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include "services/arm_driver/command_gate.hpp"
-#include "services/planner/duty.hpp"
-#include "services/runtime/cell_mode.hpp"
-#include "services/supervisor/leadership.hpp"
-#include "services/supervisor/succession.hpp"
+#include "tests/model/terms_actors.hpp"
+#include "tests/model/terms_letters.hpp"
+#include "tests/model/terms_processes.hpp"
 
 namespace hecaton::services::model {
 
-/// What a mutant leaves out.
-struct Rules {
-  bool gate = true;            ///< the driver looks at terms at all
-  bool binding = true;         ///< the driver gives each term to one planner
-  bool unique_terms = true;    ///< supervisors share the terms out
-  bool driver_proves = true;   ///< supervisors and planners learn from the driver what it goes by
-  bool planners_prove = true;  ///< supervisors learn from planners what these were granted
+enum class Death : std::uint8_t {
+  kSupervisor0,  ///< leaves on its disk the last cell term that it wrote there, an older one, or none
+  kSupervisor1,
+  kPlanner,  ///< either
+  kDriver,
+  kDriverHost,
 };
 
 struct Bounds {
   std::uint64_t highest_term = 6;  ///< no higher one is taken
-  int deaths = 1;                  ///< of any process, together
+  int most_deaths = 0;             ///< together
+  std::vector<Death> deaths{};     ///< that happen
 };
 
-/// Something that was sent.
-struct Letter {
-  enum class Kind : std::uint8_t { kMode, kCommand, kState };
-  Kind kind{};
-  std::uint8_t sender = 0;   ///< of a mode: the supervisor
-  std::uint8_t term = 0;     ///< of a mode: the cell's
-  std::uint8_t granted = 0;  ///< term of the mandate that it tells, or commands under
-  std::uint8_t planner = 0;  ///< whose mandate it is: 0, 1, or kNobody
-
-  [[nodiscard]] auto fields() const { return std::make_tuple(kind, sender, term, granted, planner); }
-  bool operator==(const Letter& other) const { return fields() == other.fields(); }
-  bool operator<(const Letter& other) const { return fields() < other.fields(); }
-
-  static constexpr std::uint8_t kNobody = 2;
+/// What its future depends on. Whatever can happen can also happen when the processes are the same, more was told, and
+/// fewer have died.
+struct Cell {
+  Processes processes;
+  Letters letters;  ///< all that were ever told
+  std::uint8_t deaths = 0;
+  std::uint8_t returned = 0;  ///< who did, a set of Returned; nothing depends on it
 };
 
-class Cell {
- public:
-  Cell(const Rules& rules, const Bounds& bounds);
+/// Whoever is in the place of one that died.
+enum Returned : std::uint8_t {
+  kSupervisorWithMemory = 1,     // of the other supervisor: the next bit
+  kSupervisorWithoutMemory = 4,  // likewise
+  kPlannerAnew = 16,             // likewise
+  kDriverWithMemory = 64,
+  kDriverWithoutMemory = 128,
+};
 
-  using Visit = std::function<void(Cell&& next, const std::string& what)>;
-  /// Every action that is possible now.
-  void for_each_successor(const Visit& visit) const;
-
-  /// What has happened that must not, a sentence; empty when all is well.
-  [[nodiscard]] const std::string& violation() const { return violation_; }
-  /// What its future depends on: the processes, and what was ever sent. Whatever can happen can also happen when the
-  /// processes are the same and more was sent.
-  [[nodiscard]] std::string processes() const;
-  [[nodiscard]] const std::vector<Letter>& letters() const { return letters_; }  ///< sorted
-
-  /// −1: none of them.
-  struct Dead {
-    int supervisor = -1;
-    int planner = -1;
+/// What happened.
+struct Step {
+  enum class Kind : std::uint8_t {
+    kSupervisorHears,
+    kPlannerHears,
+    kDriverHears,
+    kTakesOver,
+    kComesBack,
+    kReplaces,
+    kSupervisorDies,
+    kPlannerDies,
+    kDriverDies,
+    kDriverHostDies,
   };
-  /// From now on nothing fails any more and the network is quick, but these stay dead. What is wrong after some rounds;
-  /// empty: one supervisor leads, one planner is in charge, and the driver follows it.
-  [[nodiscard]] std::string wrong_after_calm(const Dead& dead) const;
+  Kind kind{};
+  std::uint8_t who = 0;
+  std::uint8_t what = 0;  ///< hears: the letter; replaces: the planner; a supervisor dies: the term on its disk
+};
+
+class Model {
+ public:
+  Model(const Rules& rules, const Bounds& bounds) : actors_(rules, bounds.highest_term), bounds_(bounds) {}
+
+  [[nodiscard]] Cell start() const;
+  using Visit = std::function<void(const Cell& next, const Step& step)>;
+  /// Every action that changes something.
+  void for_each_successor(const Cell& cell, const Visit& visit);
+
+  /// What the arm did that it must not, a sentence; empty when all is well.
+  [[nodiscard]] const std::string& violation(const Cell& cell) const;
+
+  [[nodiscard]] Actors& actors() { return actors_; }
+  [[nodiscard]] const Actors& actors() const { return actors_; }
 
  private:
-  struct SupervisorProcess {
-    Leadership leadership;
-    Succession succession;
-    std::uint64_t memory = 0;  // on its disk: the last term under which it led
-  };
-  struct PlannerProcess {
-    CellModeView view;
-    Duty duty;
-  };
-  struct DriverProcess {
-    CellModeView view;
-    CommandGate gate{1};
-  };
+  void hear(const Cell& cell, std::uint8_t who, const Visit& visit);
+  void driver_hears(const Cell& cell, const Visit& visit);
+  void decide(const Cell& cell, std::uint8_t who, const Visit& visit);
+  void die(const Cell& cell, Death death, const Visit& visit);
+  void supervisor_dies(const Cell& cell, std::uint8_t who, const Visit& visit);
 
-  [[nodiscard]] SupervisorProcess born_supervisor(int i, std::uint64_t memory) const;
-  [[nodiscard]] static PlannerProcess born_planner(int j);
-  [[nodiscard]] bool leads(int i) const;
-  [[nodiscard]] Letter mode_of(int i) const;
-  [[nodiscard]] Letter command_of(int j) const;
-  [[nodiscard]] Letter driver_state() const;
-  [[nodiscard]] std::array<std::uint64_t, 3> followed_terms() const;
+  void supervisor_becomes(Number to, const Cell& cell, const Step& step, const Visit& visit) const;
+  void planner_becomes(Number to, const Cell& cell, const Step& step, const Visit& visit) const;
+  void driver_becomes(Number to, const Cell& cell, const Step& step, const Visit& visit) const;
 
-  void send();
-  void supervisor_hears(int i, const Letter& letter, Leadership::Time at);
-  void planner_hears(int j, const Letter& letter);
-  void driver_hears(const Letter& letter);
-  void driver_follows(const Letter& command);
-  void decide(int i, Leadership::Time now);
-  void grant(int i, int out);
-  void deaths(const Visit& visit) const;
-  void calm_round(const Dead& dead, Leadership::Time now);
-  void step(const Visit& visit, const std::string& what, const std::function<void(Cell&)>& action) const;
-
-  Rules rules_;
+  Actors actors_;
   Bounds bounds_;
-  std::array<SupervisorProcess, 2> supervisors_;
-  std::array<PlannerProcess, 2> planners_;
-  DriverProcess driver_;
-  int deaths_ = 0;
-  std::vector<Letter> letters_;  // all that were ever sent, sorted
-
-  // The model's own account of the driver, by which the gate is judged.
-  Letter followed_;          // the last command that moved the arm; granted 0: none yet
-  std::uint8_t proved_ = 0;  // the highest term of a mandate that the driver was shown
-  std::string violation_;
 };
+
+[[nodiscard]] std::string text(const Step& step, const Actors& actors);
 
 }  // namespace hecaton::services::model
