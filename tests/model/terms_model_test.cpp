@@ -89,11 +89,6 @@ TEST(TermsModel, AlsoWhenTheFirstSupervisorDies) {
                        both(kTakeovers, returns_of_supervisor("0")));
 }
 
-TEST(TermsModel, AlsoWhenTheSecondSupervisorDies) {
-  expect_nothing_wrong({.highest_term = 5, .most_deaths = 1, .deaths = {Death::kSupervisor1}},
-                       both(kTakeovers, returns_of_supervisor("1")));
-}
-
 const std::vector<Death> kBelowSupervisors{Death::kPlanner, Death::kDriver, Death::kDriverHost};
 
 TEST(TermsModel, AlsoWhenAPlannerOrTheDriverDies) {
@@ -101,7 +96,12 @@ TEST(TermsModel, AlsoWhenAPlannerOrTheDriverDies) {
                        both(kTakeovers, both(kReturnsOfPlanners, kReturnsOfDrivers)));
 }
 
-// Too long for every run; docs/design/0008-terms.md has the command.
+// Too long for every run (a minute and more); docs/design/0008-terms.md has the command.
+TEST(TermsModel, DISABLED_AlsoWhenTheSecondSupervisorDies) {
+  expect_nothing_wrong({.highest_term = 5, .most_deaths = 1, .deaths = {Death::kSupervisor1}},
+                       both(kTakeovers, returns_of_supervisor("1")));
+}
+
 TEST(TermsModel, DISABLED_AmongMoreTerms) {
   expect_nothing_wrong({.highest_term = 7}, kTakeovers);
 }
