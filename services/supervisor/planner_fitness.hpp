@@ -34,7 +34,7 @@ struct FitnessLimits {
   const bool unheard = signs.in_charge && *signs.in_charge >= limits.uncommanded && signs.uncommanded &&
                        *signs.uncommanded >= limits.uncommanded;
   const bool out = signs.ended || silent || unheard;
-  return {out, !out && signs.stands_by};
+  return {out, !out && signs.stands_by && signs.silence.has_value()};  // what its predecessor said is not its word
 }
 
 }  // namespace hecaton::services

@@ -96,6 +96,8 @@ TEST(Fitness, WhoWorksIsLeftInCharge) {
   EXPECT_FALSE(fitness_of(standby, {}).ready);
   standby.stands_by = true;
   EXPECT_TRUE(fitness_of(standby, {}).ready);
+  standby.silence.reset();
+  EXPECT_FALSE(fitness_of(standby, {}).ready) << "it was restarted, and has said nothing yet";
 }
 
 TEST(Fitness, WhoDiedOrHangsIsOut) {
