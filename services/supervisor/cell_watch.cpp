@@ -220,7 +220,7 @@ void CellWatch::judge(Time now) {
   liveness_.judge(stalled_);
   for (const ExpectedNode& node : nodes_) {
     if (node.role != NodeRole::kAgent) continue;
-    if (host_silent_for(node.host, limits_.node.silence)) host_silences_[node.host] = clock_.now();
+    if (host_silent_for(node.host, host_pause())) host_silences_[node.host] = clock_.now();
     if (!liveness_.last_heard(node.name)) continue;  // who never came is not lost
     const bool not_back = lost_hosts_.contains(node.host) && liveness_.presence(node.name) != Presence::kAlive;
     if (not_back || host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = clock_.now();
@@ -332,6 +332,12 @@ const ExpectedNode* CellWatch::agent_of(const std::string& host) const {
 // Nothing at all was heard of a host for about a beat: whether one node hangs or the host is gone cannot be told yet.
 bool CellWatch::host_silent(const std::string& host) const {
   return host_silent_for(host, limits_.heartbeat_period * 9 / 10);  // beats of different nodes are not in phase
+}
+
+// A node beats a little before the host falls silent, and a little after it is heard again: so a silence that is
+// shorter than a node's may be is the host's, too. One lost beat of the only one that is heard is none.
+Time CellWatch::host_pause() const {
+  return std::min(limits_.node.silence, std::max(limits_.node.silence / 2, 2 * limits_.heartbeat_period));
 }
 
 bool CellWatch::host_silent_for(const std::string& host, Time duration) const {

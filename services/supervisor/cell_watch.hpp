@@ -132,6 +132,8 @@ class CellWatch {
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
   [[nodiscard]] bool sound(const ExpectedNode& node) const;
   [[nodiscard]] bool host_silent(const std::string& host) const;
+  /// A silence of a whole host that is this long explains that its nodes return one after the other.
+  [[nodiscard]] Time host_pause() const;
   [[nodiscard]] bool host_silent_for(const std::string& host, Time duration) const;
   [[nodiscard]] bool most_hosts_are_heard() const;
   [[nodiscard]] bool host_fault_explains(const ExpectedNode& node) const;

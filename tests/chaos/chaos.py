@@ -1,14 +1,14 @@
 """Faults at random, from a seed, against a cell of three arms with standbys on five hosts, while the arms work.
 
 usage: chaos.py --programs DIR --cell FILE [--faults N] [--minutes M] [--quiet MINUTES] [--seed S] [--only KIND…]
-                [--of NAME…] [--alone] [--no-standbys] [--logs DIR] [--report FILE]
+                [--of NAME…] [--alone] [--no-standbys] [--findings N] [--logs DIR] [--report FILE]
 
 An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
 of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
 (terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); after each episode
 the cell must run again and every goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a
-false one. Obstacles stand still: an arm whose driver is dead cannot make way. SIGTERM ends it after the episode under way, with
-what it found so far. Exit code 0: all of it held; 1: not, and what did not is in the output; 70: what did not was a contact, an
+false one. Obstacles stand still: an arm whose driver is dead cannot make way. The first finding ends it, with --findings N the
+Nth, but what is unsafe always does. SIGTERM ends it after the episode under way, with what it found so far. Exit code 0: all of it held; 1: not, and what did not is in the output; 70: what did not was a contact, an
 older command or a driver's memory; 75: not, while the machine itself stood still; 77: no hosts here."""
 import argparse
 import collections
@@ -71,8 +71,9 @@ class Chaos:
         self.known = set()
         self.detection = collections.defaultdict(list)  # [ms] by kind of injection
         self.recovery = collections.defaultdict(list)   # [s]
+        self.findings = options.findings
         self.violations = []
-        self.span = None  # of the last one
+        self.span = self.account = None  # of the last one
         self.accounts = dict.fromkeys(ACCOUNTS, 0)
         self.told_to_end = False
         self.tasks = 0
@@ -95,21 +96,33 @@ class Chaos:
     def run(self, faults, minutes):
         self.learn()
         end = time.monotonic() + 60.0 * minutes
-        while self.faults < faults and time.monotonic() < end and not self.violations and not self.told_to_end:
+        while self.faults < faults and time.monotonic() < end and not self.over():
+            found = len(self.violations)
             self.episode()
             self.ended = unix_ms()
+            if len(self.violations) == found:
+                continue
             if self.says_nothing() and self.discarded < DISCARDS:
                 self.discard()
+            if not self.over():
+                self.go_on()
+
+    def over(self):
+        return self.told_to_end or self.unsafe() or len(self.violations) >= self.findings
 
     def discard(self):
         """The episode: what it found is the machine's doing."""
         print(f"says nothing, for the machine stood still: {self.violations.pop()}", flush=True)
-        self.accounts = dict.fromkeys(ACCOUNTS, 0)
+        if self.account:
+            self.accounts[self.account] -= 1
         self.discarded += 1
+
+    def go_on(self):
         try:
             self.cell.wait_until_it_runs()
         except AssertionError as error:
-            self.violated("return after the machine stood still", error)
+            self.findings = 0  # nothing works any more
+            self.violated("return after that", error)
 
     def stay_quiet(self, minutes):
         """The arms work, nothing happens to them, nothing may be told."""
@@ -117,12 +130,13 @@ class Chaos:
         end = time.monotonic() + 60.0 * minutes
         self.known = set(self.cell.faults())
         self.began = unix_ms()
-        while time.monotonic() < end and not self.violations and not self.told_to_end:
+        while time.monotonic() < end and not self.over():
             try:
                 self.await_goals(self.give_goals())
                 self.check([])
             except (AssertionError, Violation) as error:
                 self.violated("quiet", error)
+                self.known = set(self.cell.faults())
                 self.ended = unix_ms()
 
     def end_early(self, *_):
@@ -154,9 +168,11 @@ class Chaos:
 
     def violated(self, during, error):
         self.violations.append(f"{during}: {error}")
+        print(f"found after {self.faults} faults: {self.violations[-1]}", flush=True)
         self.span = getattr(error, "span", None)
-        if isinstance(error, Violation):
-            self.accounts[error.account] += 1
+        self.account = getattr(error, "account", None)
+        if self.account:
+            self.accounts[self.account] += 1
 
     def episode(self):
         self.known = set(self.cell.faults())
@@ -343,6 +359,7 @@ def main():
     parser.add_argument("--of", nargs="+", default=[""], metavar="NAME",
                         help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …)")
     parser.add_argument("--no-standbys", action="store_true", help="the cell as its file is, without standbys")
+    parser.add_argument("--findings", type=int, default=1, metavar="N", help="how many end it (1)")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
     options = parser.parse_args()
@@ -380,7 +397,7 @@ def main():
         print(f"agents ended with {codes}")
     if chaos.unsafe():
         return UNSAFE
-    if chaos.says_nothing():
+    if len(chaos.violations) == 1 and chaos.says_nothing():
         print("the machine stood still meanwhile")
         return UNSTEADY
     return 1 if chaos.violations or any(codes.values()) else 0

@@ -331,6 +331,25 @@ TEST_F(CellWatchTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
   EXPECT_EQ(watch.faults().over().size(), 1U);
 }
 
+// Chaos cut a host off for 0.24 s where a node may be silent for 0.25 s.
+TEST(CellWatchHosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep) {
+  WatchLimits limits = cell_limits();
+  limits.node.silence = limits.arm_stream = limits.world_stream = 250ms;
+  limits.node.lost = limits.host_lease = 1s;
+  VirtualCell cell(cell_nodes(), limits);
+  cell.run_for(200ms);
+  cell.hung.insert("planner/arm3");  // it beats before the others
+  cell.run_for(20ms);
+  for (const auto* node : {"agent/h2", "driver/arm3"}) cell.hung.insert(node);
+  cell.run_for(235ms);
+  cell.hung = {"planner/arm3"};
+  cell.run_for(20ms);
+  EXPECT_TRUE(cell.watch.faults().open().empty());
+  cell.run_for(150ms);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U) << "who stays away is a fault";
+  EXPECT_EQ(cell.watch.faults().open().front().subject, "planner/arm3");
+}
+
 TEST_F(CellWatchTest, LostAgentAloneHoldsNothing) {
   hung.insert("agent/h2");
   run_for(200ms);
