@@ -318,11 +318,12 @@ class Chaos:
         return any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
 
     def report(self, seed):
-        gaps, rests = log_figures(self.cell.log_lines())
+        gaps, rests, acquainted = log_figures(self.cell.log_lines())
         return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached, "seed": seed,
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.recovery)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
                 "standby_gap_ms": quantiles(gaps), "arm_stop_ms": quantiles(rests),
+                "supervisor_knew_everybody_ms": quantiles(acquainted),
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
                 "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
@@ -330,7 +331,7 @@ class Chaos:
                 "violations": self.violations}
 
     def summary(self):
-        gaps, rests = log_figures(self.cell.log_lines())
+        gaps, rests, acquainted = log_figures(self.cell.log_lines())
         print(f"\n{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
               "told after p50, p99, max; runs again after p50, p99, max")
         for name in sorted(self.recovery):
@@ -341,6 +342,7 @@ class Chaos:
               f"{self.discarded} episodes say nothing for the same reason")
         print(f"{'commands of a standby':22} {len(gaps):5} {figures(gaps)} after the last of its predecessor")
         print(f"{'arms came to rest':22} {len(rests):5} {figures(rests)} after their last command")
+        print(f"{'supervisors knew all':22} {len(acquainted):5} {figures(acquainted)} after their first word from anybody")
         print(self.log_terms.summary())
 
 

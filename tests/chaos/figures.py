@@ -19,11 +19,14 @@ def figures(values, unit="ms"):
 
 
 def log_figures(lines):
-    """From the drivers' logs [ms]: how long a standby's first command came after the last of its predecessor; how long
-    after its last command an arm was at rest."""
+    """From the logs [ms]. From the drivers': how long a standby's first command came after the last of its predecessor; how long
+    after its last command an arm was at rest. From the supervisors': how long after its first word from anybody one had heard
+    from everybody."""
     lines = list(lines)
     gaps = [float(gap) for line in lines if "event=follows" in line and 'instead_of=""' not in line
             for gap in re.findall(r"gap_ms=([0-9.e+]+)", line)]
     rests = [float(age) for line in lines if "mode=stopped" in line and "commands ceased" in line
              for age in re.findall(r"command_age_ms=([0-9.e+]+)", line)]
-    return gaps, rests
+    acquainted = [float(after) for line in lines if "supervisor knows everybody" in line
+                  for after in re.findall(r"after_ms=([0-9]+)", line)]
+    return gaps, rests, acquainted
