@@ -115,7 +115,9 @@ void Supervisor::turn(bus::Clock::time_point now) {
   turned_ = now;
   // Before listening, so that nobody is accused of a silence that ends with what is already here.
   watch_.advance(since_epoch(now));
-  static_cast<void>(quiet_.take_events());
+  for (const bus::Event& event : quiet_.take_events()) {
+    if (!acquainted_ && event.kind == bus::EventKind::kPeerMatched) newest_match_ = event.at;
+  }
   static_cast<void>(urgent_.take_events());
   const bool led = leadership_.role() == Leadership::Role::kLeading;
   ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});  // may end it
@@ -178,8 +180,11 @@ void Supervisor::get_acquainted() {
   if (!first_word_ && std::any_of(nodes.begin(), nodes.end(), heard)) first_word_ = turned_;
   acquainted_ = first_word_ && std::all_of(nodes.begin(), nodes.end(), heard);
   if (!acquainted_) return;
-  const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(turned_ - *first_word_);
-  log_info("supervisor knows everybody", {{"nodes", nodes.size()}, {"after_ms", took.count()}});
+  const auto since = [this](bus::Clock::time_point at) {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(turned_ - at).count();
+  };
+  log_info("supervisor knows everybody",
+           {{"nodes", nodes.size()}, {"after_ms", since(*first_word_)}, {"after_matching_ms", since(newest_match_)}});
 }
 
 bool Supervisor::settle_succession() {

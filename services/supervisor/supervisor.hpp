@@ -108,6 +108,7 @@ class Supervisor {
   bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();
   std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
   std::optional<bus::Clock::time_point> first_word_;    ///< of anybody
+  bus::Clock::time_point newest_match_{};               ///< of any reader, until acquainted
   bool acquainted_ = false;                             ///< has heard of everybody once
   bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
   msg::CellMode mode_;                                  ///< as last published

@@ -26,7 +26,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "container"))
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
-from figures import figures, log_figures, quantiles  # noqa: E402
+from figures import LOG_FIGURES, figures, log_figures, quantiles  # noqa: E402
 from injections import KINDS, LEASE, SILENCE, Stop, draw, together  # noqa: E402
 from live_cell import LiveCell, standby_text, still_text, unix_ms  # noqa: E402
 from steadiness import UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
@@ -318,12 +318,10 @@ class Chaos:
         return any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
 
     def report(self, seed):
-        gaps, rests, acquainted = log_figures(self.cell.log_lines())
         return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached, "seed": seed,
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.recovery)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
-                "standby_gap_ms": quantiles(gaps), "arm_stop_ms": quantiles(rests),
-                "supervisor_knew_everybody_ms": quantiles(acquainted),
+                **{key: quantiles(values) for key, values in log_figures(self.cell.log_lines()).items()},
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
                 "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
@@ -331,7 +329,6 @@ class Chaos:
                 "violations": self.violations}
 
     def summary(self):
-        gaps, rests, acquainted = log_figures(self.cell.log_lines())
         print(f"\n{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
               "told after p50, p99, max; runs again after p50, p99, max")
         for name in sorted(self.recovery):
@@ -340,9 +337,9 @@ class Chaos:
         print(f"{'timers are late by':28} {figures(self.lateness.late)}; "
               f"{self.machine_stalls} processes were silent because the machine stood still, "
               f"{self.discarded} episodes say nothing for the same reason")
-        print(f"{'commands of a standby':22} {len(gaps):5} {figures(gaps)} after the last of its predecessor")
-        print(f"{'arms came to rest':22} {len(rests):5} {figures(rests)} after their last command")
-        print(f"{'supervisors knew all':22} {len(acquainted):5} {figures(acquainted)} after their first word from anybody")
+        for key, values in log_figures(self.cell.log_lines()).items():
+            _, what, since = LOG_FIGURES[key]
+            print(f"{what:22} {len(values):5} {figures(values)} {since}")
         print(self.log_terms.summary())
 
 

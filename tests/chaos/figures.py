@@ -18,15 +18,21 @@ def figures(values, unit="ms"):
     return f"{told['p50']:8.1f} {told['p99']:8.1f} {told['max']:8.1f} {unit}" if told else f"{'–':>34}"
 
 
+# By key of the report: what a line of a log tells [ms] and how the summary puts it.
+LOG_FIGURES = {
+    "standby_gap_ms": (r'event=follows (?!.* instead_of="").*gap_ms=([0-9.e+]+)',
+                       "commands of a standby", "after the last of its predecessor"),
+    "arm_stop_ms": (r"mode=stopped .*commands ceased.*command_age_ms=([0-9.e+]+)",
+                    "arms came to rest", "after their last command"),
+    "supervisor_knew_everybody_ms": (r"supervisor knows everybody.* after_ms=([0-9]+)",
+                                     "supervisors knew all", "after their first word from anybody"),
+    "supervisor_knew_everybody_after_matching_ms": (r"supervisor knows everybody.*after_matching_ms=([0-9]+)",
+                                                    "the same", "after it had matched everybody"),
+}
+
+
 def log_figures(lines):
-    """From the logs [ms]. From the drivers': how long a standby's first command came after the last of its predecessor; how long
-    after its last command an arm was at rest. From the supervisors': how long after its first word from anybody one had heard
-    from everybody."""
+    """Values by the keys of LOG_FIGURES."""
     lines = list(lines)
-    gaps = [float(gap) for line in lines if "event=follows" in line and 'instead_of=""' not in line
-            for gap in re.findall(r"gap_ms=([0-9.e+]+)", line)]
-    rests = [float(age) for line in lines if "mode=stopped" in line and "commands ceased" in line
-             for age in re.findall(r"command_age_ms=([0-9.e+]+)", line)]
-    acquainted = [float(after) for line in lines if "supervisor knows everybody" in line
-                  for after in re.findall(r"after_ms=([0-9]+)", line)]
-    return gaps, rests, acquainted
+    return {key: [float(value) for line in lines for value in re.findall(pattern, line)]
+            for key, (pattern, _, _) in LOG_FIGURES.items()}
