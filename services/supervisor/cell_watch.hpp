@@ -32,9 +32,11 @@ struct WatchLimits {
   Time loop_period = std::chrono::milliseconds(5);  ///< of our own loop
   Time loop_limit = std::chrono::milliseconds(12);  ///< a turn later than this is a stall of ours
   Time heartbeat_period = std::chrono::milliseconds(10);
-  LivenessLimits node;                                ///< of heartbeats
-  Time host_lease = std::chrono::milliseconds(100);   ///< silence of an agent
-  Time host_return = std::chrono::seconds(3);         ///< within which the nodes of a lost host return after its agent
+  LivenessLimits node;                               ///< of heartbeats
+  Time host_lease = std::chrono::milliseconds(100);  ///< silence of an agent
+  /// Within which the nodes of a lost host return after its agent: longer than a reunion of participants
+  /// (0005-return.md).
+  Time host_return = std::chrono::seconds(5);
   Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard
   Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
   std::set<FaultKind> waits_for_resume{};             ///< what such a fault holds stays held until people resume it

@@ -37,7 +37,7 @@ SKIPPED = 77
 ARMS = ("north", "west", "east")
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
 LATE = 10.0  # [s] within which a fault that must be told is told
-RETURN = 3.0  # [s] after a host's return, in which the silence of what runs there is put down to that; a supervisor that
+RETURN = 5.0  # [s] after a host's return, in which the silence of what runs there is put down to that; a supervisor that
 # was cut off itself sees every host return
 
 
