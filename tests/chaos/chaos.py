@@ -118,7 +118,9 @@ class Chaos:
         self.discarded += 1
 
     def go_on(self):
+        before = self.cell.status()
         try:
+            self.cell.wait_for("somebody tells of the cell", lambda status: status is not before)
             self.cell.wait_until_it_runs()
         except AssertionError as error:
             self.findings = 0  # nothing works any more
