@@ -8,8 +8,9 @@ of one kind of process. All the time no contact may be seen, and no arm may foll
 (terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); after each episode
 the cell must run again and every goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a
 false one. Obstacles stand still: an arm whose driver is dead cannot make way. The first finding ends it, with --findings N the
-Nth, but what is unsafe always does. SIGTERM ends it after the episode under way, with what it found so far. Exit code 0: all of it held; 1: not, and what did not is in the output; 70: what did not was a contact, an
-older command or a driver's memory; 75: not, while the machine itself stood still; 77: no hosts here."""
+Nth, but what is unsafe always does. SIGTERM ends it after the episode under way, with what it found so far. Exit code 0: all of
+it held; 1: not, and what did not is in the output; 70: what did not was a contact, an older command or a driver's memory; 75:
+not, while the machine itself stood still; 77: no hosts here."""
 import argparse
 import collections
 import heapq
