@@ -17,6 +17,7 @@
 #include <chrono>
 
 #include "services/bus/mailbox.hpp"
+#include "services/bus/reunion.hpp"
 
 namespace hecaton::bus {
 
@@ -35,7 +36,7 @@ class Absence {
   /// True: a long absence begins. Of one thread.
   bool look(Clock::time_point now) {
     const bool is_long = overslept(now);
-    if (now - looked() > kStall) back_ = ticks(now + (is_long ? quarantine() : Clock::duration(kBacklog)));
+    if (now - looked() > kStall) back_ = ticks(now + (is_long ? quarantine(lease_) : Clock::duration(kBacklog)));
     looked_ = ticks(now);
     return is_long;
   }
@@ -44,8 +45,6 @@ class Absence {
   [[nodiscard]] bool overslept(Clock::time_point now) const {
     return now - looked() > std::max(lease_ / 2, Clock::duration(kStall));
   }
-  /// How long a participant stays away after that: surely longer than the lease.
-  [[nodiscard]] Clock::duration quarantine() const { return lease_ + lease_ / 4; }
 
   /// Nothing may pass in either direction. Right from the first instant after a stall, whichever thread asks first.
   [[nodiscard]] bool away(Clock::time_point now) const { return now - looked() > kStall || ticks(now) < back_; }

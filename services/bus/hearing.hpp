@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "services/bus/mailbox.hpp"
+#include "services/bus/reunion.hpp"
 
 namespace hecaton::bus {
 
@@ -86,15 +87,10 @@ class Hearing {
         entry = forget(entry);  // it is found anew
         continue;
       }
-      if (!peer.shunned && now - std::max(peer.heard, since) > patience()) shun(peer, now);
+      if (!peer.shunned && now - std::max(peer.heard, since) > patience(lease_)) shun(peer, now);
       ++entry;
     }
   }
-
-  /// Most of the lease, so that a lossy link does not get that far where announcements come ten times in it.
-  [[nodiscard]] Clock::duration patience() const { return lease_ / 10 * 8; }
-  /// Surely longer than the lease, for the other side begins to hear nothing only now.
-  [[nodiscard]] Clock::duration quarantine() const { return lease_ + lease_ / 4; }
 
  private:
   struct Peer {
@@ -111,7 +107,7 @@ class Hearing {
 
   void shun(Peer& peer, Clock::time_point now) {
     peer.shunned = true;
-    peer.back = now + quarantine();
+    peer.back = now + quarantine(lease_);
     ++shunned_;
   }
   Peers::iterator forget(Peers::iterator entry) {

@@ -78,16 +78,12 @@ Numbers& numbers() {
 /// Once a participant is found its endpoints are within this.
 constexpr std::chrono::milliseconds kMatching{50};
 
-std::chrono::milliseconds announcement_period(const ParticipantOptions& options) {
-  return options.lease / 10;  // as many may be lost in a row
-}
-
 dds::DomainParticipantQos participant_qos(const std::string& name, const ParticipantOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name(name);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = duration(options.lease);
-  discovery.leaseDuration_announcementperiod = duration(announcement_period(options));
+  discovery.leaseDuration_announcementperiod = duration(announcement_period(options.lease));
   discovery.initial_announcements.count = 8;
   discovery.initial_announcements.period = duration(std::chrono::milliseconds(5));
   return qos;
@@ -128,7 +124,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   auto qos = participant_qos(name, options);
   gate_ = add_transports(qos, domain, options);
   // After an absence others are found with their next announcements; who is not found so long is gone.
-  search_ = options.lease / 2;
+  back_after_ = quarantine(options.lease) + options.lease / 2;
   number_ = numbers().take();
   qos.wire_protocol().participant_id = number_;
   auto* factory = dds::DomainParticipantFactory::get_instance();
@@ -210,7 +206,7 @@ void Participant::Impl::look_for_stalls(Clock::time_point now) {
   const std::scoped_lock lock(peers_mutex_);
   if (!gate_->absence.look(now)) return;
   missed_.insert(peers_.begin(), peers_.end());
-  settled_ = now + gate_->absence.quarantine() + search_;
+  settled_ = now + back_after_;
 }
 
 void Participant::Impl::end_if_locked_up(Clock::time_point now, Clock::duration patience) const {

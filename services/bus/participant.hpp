@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "services/bus/mailbox.hpp"
+#include "services/bus/reunion.hpp"
 
 namespace hecaton::bus {
 
@@ -25,7 +26,7 @@ struct ParticipantOptions {
   /// Shared memory beside UDP. Off: it fails silently between containers and leaks when a process is killed.
   bool shared_memory = false;
   /// A participant that says nothing this long is taken for gone, with all its endpoints.
-  std::chrono::milliseconds lease{2000};
+  std::chrono::milliseconds lease = kParticipantLease;
   /// Cells that share a domain are kept apart by this name; empty: the default partition.
   std::string partition;
   /// Others are told when we leave; otherwise they notice after the lease. For who comes and goes often: in Fast

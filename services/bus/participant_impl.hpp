@@ -76,8 +76,8 @@ struct Participant::Impl : dds::DomainParticipantListener {
   Mailbox* mailbox_;
   std::shared_ptr<Gate> gate_;
   bool farewell_;
-  Clock::duration search_{};  ///< for others after an absence
-  int number_ = 0;            ///< of this participant in this process
+  Clock::duration back_after_{};  ///< an absence: others are found again, or gone
+  int number_ = 0;                ///< of this participant in this process
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
 

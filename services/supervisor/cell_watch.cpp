@@ -216,15 +216,21 @@ void CellWatch::judge_again(Time since) {
   }
 }
 
-void CellWatch::judge(Time now) {
-  liveness_.judge(stalled_);
+void CellWatch::note_hosts() {
+  const Time now = clock_.now();
   for (const ExpectedNode& node : nodes_) {
     if (node.role != NodeRole::kAgent) continue;
-    if (host_silent_for(node.host, host_pause())) host_silences_[node.host] = clock_.now();
+    if (host_silent_for(node.host, host_pause())) host_silences_[node.host] = now;
     if (!liveness_.last_heard(node.name)) continue;  // who never came is not lost
-    const bool not_back = lost_hosts_.contains(node.host) && liveness_.presence(node.name) != Presence::kAlive;
-    if (not_back || host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = clock_.now();
+    if (host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = {now, now};
+    const auto loss = lost_hosts_.find(node.host);
+    if (loss != lost_hosts_.end() && liveness_.presence(node.name) != Presence::kAlive) loss->second.away = now;
   }
+}
+
+void CellWatch::judge(Time now) {
+  liveness_.judge(stalled_);
+  note_hosts();
   std::set<const FaultRecord*> fresh;
   const auto raise = [&](const ExpectedNode& node, const FaultSight& sight) {
     // Who has resumed since need not say so again when the same is explained better.
@@ -372,13 +378,21 @@ Loss CellWatch::loss_of(std::string_view arm) const {
 bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
   const ExpectedNode* agent = agent_of(node.host);
   if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
-  if (host_silent(node.host)) return true;
-  // One or the other may be heard for a moment before the network has come to terms with the loss, or return later.
-  const auto lost = lost_hosts_.find(node.host);
-  if (lost != lost_hosts_.end() && clock_.now() - lost->second <= limits_.host_return) return true;
+  if (host_silent(node.host) || returns_with_its_host(node)) return true;
   // Nor do nodes return in the same instant from a silence that was too short for that.
   const auto last = host_silences_.find(node.host);
   return last != host_silences_.end() && clock_.now() - last->second <= limits_.node.recovery;
+}
+
+// One or the other may be heard for a moment before the network has come to terms with the loss, or return later.
+bool CellWatch::returns_with_its_host(const ExpectedNode& node) const {
+  const auto found = lost_hosts_.find(node.host);
+  if (found == lost_hosts_.end()) return false;
+  const HostLoss& loss = found->second;
+  const auto steady = liveness_.steady_since(node.name);
+  const bool is_back =
+      steady && *steady > loss.silent && *liveness_.last_heard(node.name) - *steady >= limits_.sure_return;
+  return !is_back && clock_.now() - loss.away <= limits_.host_return;
 }
 
 std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {

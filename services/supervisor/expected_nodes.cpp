@@ -4,6 +4,7 @@
 #include <chrono>
 #include <set>
 
+#include "services/bus/reunion.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/node_name.hpp"
 
@@ -15,6 +16,8 @@ using namespace std::chrono_literals;
 /// Loading a cell with large meshes takes seconds on a busy machine.
 constexpr Time kGrace = 10s;
 constexpr Time kRecovery = 100ms;
+/// By so much a busy machine may be late with a reunion of participants.
+constexpr Time kLateReunion = 700ms;
 /// The last states of an arm may be lost on their way, the last orders come late [s].
 constexpr double kUnheard = 0.02;
 /// A stream is silent when this many of its samples are missing.
@@ -88,6 +91,8 @@ WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {
   limits.heartbeat_period = supervision.heartbeat_period;
   limits.node = {supervision.heartbeat_deadline, supervision.host_lease, kGrace, kRecovery};
   limits.host_lease = supervision.host_lease;
+  limits.host_return = bus::longest_reunion(bus::kParticipantLease) + kLateReunion;
+  limits.sure_return = bus::sure_meeting(bus::kParticipantLease);
   limits.arm_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.driver_period, kMissingSamples));
   limits.world_stream =

@@ -45,14 +45,15 @@ void FaultList::begin_life(std::uint64_t life) {
   const auto enter = [life](FaultRecord& record) { record.life = record.life == 0 ? life : record.life; };
   for (auto& [cause, record] : open_) enter(record);
   for (FaultRecord& record : over_) enter(record);
+  for (FaultRecord& record : recalled_) enter(record);
   for (FaultRecord& record : changes_) enter(record);
 }
 
 void FaultList::recall(FaultHistory history) {
   open_ = std::move(history.open);
   over_ = std::move(history.over);
-  changes_.assign(over_.rbegin(), over_.rend());
-  for (const FaultRecord& record : open()) changes_.push_back(record);
+  recalled_.assign(over_.rbegin(), over_.rend());
+  changes_ = open();
 }
 
 bool FaultList::raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now) {
@@ -151,6 +152,10 @@ std::vector<FaultRecord> FaultList::open() const {
     return std::tie(a.life, a.number) < std::tie(b.life, b.number);
   });
   return records;
+}
+
+std::vector<FaultRecord> FaultList::take_recalled() {
+  return std::exchange(recalled_, {});
 }
 
 std::vector<FaultRecord> FaultList::take_changes() {

@@ -73,7 +73,7 @@ class FaultList {
   /// From now on faults are opened in this life, see FaultRecord; those that were opened in none, by nobody who led,
   /// are of this one, too.
   void begin_life(std::uint64_t life);
-  /// Goes on with the faults of an earlier supervisor; all count as changed.
+  /// Goes on with the faults of an earlier supervisor. All are to be told again; only the open ones are news.
   void recall(FaultHistory history);
   [[nodiscard]] FaultHistory history() const { return {open_, over_}; }
 
@@ -96,7 +96,9 @@ class FaultList {
   [[nodiscard]] std::vector<FaultRecord> open() const;  ///< oldest first
   /// The last kRemembered that are over, newest first.
   [[nodiscard]] const std::deque<FaultRecord>& over() const { return over_; }
-  /// Every state of every record since the last call, in order.
+  /// Those that were over already when they were recalled, oldest first; empty from the second call on.
+  [[nodiscard]] std::vector<FaultRecord> take_recalled();
+  /// Every other state of every record since the last call, in order.
   [[nodiscard]] std::vector<FaultRecord> take_changes();
 
  private:
@@ -106,6 +108,7 @@ class FaultList {
 
   std::map<std::string, FaultRecord, std::less<>> open_;  // by cause
   std::deque<FaultRecord> over_;
+  std::vector<FaultRecord> recalled_;
   std::vector<FaultRecord> changes_;
   std::uint64_t life_ = 0;
   std::uint64_t last_number_ = 0;

@@ -107,4 +107,10 @@ std::optional<Time> Liveness::last_heard(std::string_view name) const {
   return entry->last;
 }
 
+std::optional<Time> Liveness::steady_since(std::string_view name) const {
+  const Entry* entry = find(name);
+  if (!entry || !entry->heard) return std::nullopt;
+  return entry->steady_since;
+}
+
 }  // namespace hecaton::services

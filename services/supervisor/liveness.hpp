@@ -73,6 +73,8 @@ class Liveness {
   [[nodiscard]] Time silence(std::string_view name) const;
   /// Punctual time of the last sign of life; empty: none since expect() or restarted().
   [[nodiscard]] std::optional<Time> last_heard(std::string_view name) const;
+  /// Punctual time since which its signs of life have come without a gap; empty likewise.
+  [[nodiscard]] std::optional<Time> steady_since(std::string_view name) const;
 
  private:
   struct Entry {

@@ -339,13 +339,16 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
 void Supervisor::publish_faults() {
   if (leadership_.role() == Leadership::Role::kListening) return;  // they wait until we lead
   if (leadership_.role() == Leadership::Role::kStandingBy) {
+    static_cast<void>(watch_.faults().take_recalled());
     static_cast<void>(watch_.faults().take_changes());
     return;
   }
+  const auto recalled = watch_.faults().take_recalled();
   const auto changes = watch_.faults().take_changes();
-  if (changes.empty()) return;
+  if (recalled.empty() && changes.empty()) return;
   remember();
   const Clocks clocks = read_clocks();
+  for (const FaultRecord& record : recalled) publish_fault(record, leadership_.term(), clocks);
   for (const FaultRecord& record : changes) log_fault(publish_fault(record, leadership_.term(), clocks));
 }
 

@@ -28,7 +28,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "contain
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import LOG_FIGURES, figures, log_figures, quantiles  # noqa: E402
-from injections import KINDS, LEASE, SILENCE, Stop, draw, together  # noqa: E402
+from injections import KINDS, LEASE, SILENCE, draw, together  # noqa: E402
 from live_cell import LiveCell, standby_text, still_text, unix_ms  # noqa: E402
 from steadiness import UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
@@ -38,8 +38,10 @@ SKIPPED = 77
 ARMS = ("north", "west", "east")
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
 LATE = 10.0  # [s] within which a fault that must be told is told
-RETURN = 5.0  # [s] after a host's return, in which the silence of what runs there is put down to that; a supervisor that
-# was cut off itself sees every host return
+# [s] for which a supervisor puts the silence of a host's processes down to its return: at most, and once it hears them
+# again. One that was cut off itself sees every host return.
+RETURN = 5.0
+SURE_RETURN = 1.0
 
 
 class Violation(Exception):
@@ -70,7 +72,8 @@ class Chaos:
         self.lateness = TimerLateness()
         self.faults = 0
         self.known = set()
-        self.detection = collections.defaultdict(list)  # [ms] by kind of injection
+        self.told = collections.Counter()  # by kind of injection, like the next two; only of what had to be told
+        self.detection = collections.defaultdict(list)  # [ms]
         self.recovery = collections.defaultdict(list)   # [s]
         self.findings = options.findings
         self.violations = []
@@ -81,8 +84,9 @@ class Chaos:
         self.reached = 0
         self.supervisor_returned = 0  # [ms, wall clock]
         self.returned_before = 0  # the same when this episode began
+        self.ran_again = time.monotonic()  # the leader heard everybody
         self.discarded = 0  # episodes
-        self.untold = 0  # faults that no supervisor told while the leadership moved by itself
+        self.untold = 0  # faults that no supervisor told while one led that was cut off before
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
         self.began = self.ended = unix_ms()  # the episode
         self.pose = "home"
@@ -122,7 +126,7 @@ class Chaos:
         before = self.cell.status()
         try:
             self.cell.wait_for("somebody tells of the cell", lambda status: status is not before)
-            self.cell.wait_until_it_runs()
+            self.wait_until_it_runs()
         except AssertionError as error:
             self.findings = 0  # nothing works any more
             self.violated("return after that", error)
@@ -146,8 +150,12 @@ class Chaos:
         """After this episode."""
         self.told_to_end = True
 
-    def learn(self):
+    def wait_until_it_runs(self):
         self.cell.wait_until_it_runs()
+        self.ran_again = time.monotonic()
+
+    def learn(self):
+        self.wait_until_it_runs()
         status = self.cell.status()
         self.nodes = {entry["node"]: entry["host"] for entry in status["nodes"] if not entry["node"].startswith("agent/")}
         self.hosts = {entry["host"] for entry in status["hosts"]}
@@ -178,6 +186,7 @@ class Chaos:
             self.accounts[self.account] += 1
 
     def episode(self):
+        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
         self.known = set(self.cell.faults())
         self.began = unix_ms()
         self.led = set()
@@ -196,8 +205,8 @@ class Chaos:
             self.await_told(injections, injected)
             # For what shows later than the cell runs again there is nothing to wait for.
             time.sleep(max(injection.aftermath for injection in injections))
-            self.cell.wait_until_it_runs()
-            healed = time.monotonic()
+            self.wait_until_it_runs()
+            healed = self.ran_again
             self.await_goals(goals)
             self.check(injections)
         except (AssertionError, Violation) as error:
@@ -238,8 +247,7 @@ class Chaos:
     def await_told(self, injections, injected):
         for index, injection in enumerate(injections):
             wanted = injection.must()
-            if (not wanted or hidden(injection, injections, self.nodes, self.leader)
-                    or self.returns(injection, injected[index])):
+            if not wanted or hidden(injection, injections, self.nodes, self.leader):
                 continue
 
             def told(_status):
@@ -250,29 +258,21 @@ class Chaos:
             try:
                 fault = self.cell.wait_for(what, told, LATE)
             except AssertionError as error:
-                if self.leadership_moved_by_itself(injections):
+                if self.newcomer_leads(injections):
                     self.untold += 1
-                    print(f"nobody told, while the leadership moved by itself: {what}", flush=True)
+                    print(f"nobody told, while the leadership moved to who was cut off before: {what}", flush=True)
                     continue
                 span = (injected[index], injected[index] + 1000 * injection.lasted)
                 raise Violation("missed_faults", error, span) from error
+            self.told[injection.kind()] += 1
             if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
                 self.detection[injection.kind()].append(fault["since_unix_ms"] - injected[index])
 
-    def returns(self, injection, at):
-        """A process hangs whose host has just come back: that need not be told."""
-        if not isinstance(injection, Stop):
-            return False
-        returned = self.returned_before if self.alone else self.supervisor_returned
-        return at < returned + 1000 * RETURN or any(
-            fault["kind"] == "agent_lost" and fault["subject"] == injection.host
-            and fault["since_unix_ms"] + 1000 * (fault["duration_s"] + RETURN) > at
-            for fault in self.cell.faults().values())
-
-    def leadership_moved_by_itself(self, injections):
-        """To a supervisor that was cut off before, or that a busy machine kept from hearing the leader: it tells no more than
-        what is wrong when it begins to lead."""
-        return len(self.led) > 1 and self.leader not in supervisors_hit(injections, self.nodes)
+    def newcomer_leads(self, injections):
+        """A supervisor that was cut off until just before, or that a busy machine kept from hearing the leader: it tells no more
+        than what is wrong when it begins to lead, and takes what is silent for returning."""
+        by_itself = self.leader not in supervisors_hit(injections, self.nodes)
+        return len(self.led) > 1 and (by_itself or self.began < self.returned_before + 1000 * RETURN)
 
     def check(self, injections):
         if self.cell.contacts() != 0:
@@ -322,6 +322,7 @@ class Chaos:
 
     def report(self, seed):
         return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached, "seed": seed,
+                "told": dict(sorted(self.told.items())),
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.recovery)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
                 **{key: quantiles(values) for key, values in log_figures(self.cell.log_lines()).items()},
@@ -333,9 +334,9 @@ class Chaos:
 
     def summary(self):
         print(f"\n{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
-              "told after p50, p99, max; runs again after p50, p99, max")
+              "so many had to be told and were; those alone after p50, p99, max; runs again after p50, p99, max")
         for name in sorted(self.recovery):
-            print(f"{name:22} {len(self.recovery[name]):5} {figures(self.detection[name])}   "
+            print(f"{name:22} {len(self.recovery[name]):5} {self.told[name]:5} {figures(self.detection[name])}   "
                   f"{figures(self.recovery[name], 's')}")
         print(f"{'timers are late by':28} {figures(self.lateness.late)}; "
               f"{self.machine_stalls} processes were silent because the machine stood still, "

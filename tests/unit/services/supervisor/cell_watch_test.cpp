@@ -369,6 +369,23 @@ TEST_F(CellWatchTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
+TEST_F(CellWatchTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeAnyOther) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(200ms);
+  hung = {"planner/arm3"};
+  run_for(900ms);
+  hung = {"planner/arm3", "driver/arm3"};
+  run_for(50ms);
+  hung.clear();
+  run_for(200ms);
+  EXPECT_EQ(watch.faults().over().size(), 1U) << "a reunion";
+  run_for(900ms);
+  hung = {"driver/arm3"};
+  run_for(30ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().subject, "driver/arm3");
+}
+
 TEST_F(CellWatchTest, SimultaneousFaultsAreAllTold) {
   kill("planner/arm1", 9);
   hung.insert("driver/arm2");
