@@ -96,22 +96,22 @@ TEST(TermsModel, AlsoWhenAPlannerOrTheDriverDies) {
                        both(kTakeovers, both(kReturnsOfPlanners, kReturnsOfDrivers)));
 }
 
-// Too long for every run (a minute and more); docs/design/0008-terms.md has the command.
-TEST(TermsModel, DISABLED_AlsoWhenTheSecondSupervisorDies) {
+// Too long for every run: a minute and more each. `./run model` has them, too.
+TEST(TermsModelAtLength, AlsoWhenTheSecondSupervisorDies) {
   expect_nothing_wrong({.highest_term = 5, .most_deaths = 1, .deaths = {Death::kSupervisor1}},
                        both(kTakeovers, returns_of_supervisor("1")));
 }
 
-TEST(TermsModel, DISABLED_AmongMoreTerms) {
+TEST(TermsModelAtLength, AmongMoreTerms) {
   expect_nothing_wrong({.highest_term = 7}, kTakeovers);
 }
 
-TEST(TermsModel, DISABLED_AmongMoreTermsAlsoWhenAPlannerOrTheDriverDies) {
+TEST(TermsModelAtLength, AmongMoreTermsAlsoWhenAPlannerOrTheDriverDies) {
   expect_nothing_wrong({.highest_term = 6, .most_deaths = 1, .deaths = kBelowSupervisors},
                        both(kTakeovers, both(kReturnsOfPlanners, kReturnsOfDrivers)));
 }
 
-TEST(TermsModel, DISABLED_AlsoWhenTwoDie) {
+TEST(TermsModelAtLength, AlsoWhenTwoDie) {
   expect_nothing_wrong({.highest_term = 4,
                         .most_deaths = 2,
                         .deaths = {Death::kSupervisor0, Death::kSupervisor1, Death::kPlanner, Death::kDriver}},
