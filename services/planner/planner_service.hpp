@@ -2,6 +2,7 @@
 /// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
 /// standby host it does the same without commanding and answering, until it is put in charge.
 
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -48,17 +49,24 @@ class PlannerService {
 
  private:
   using Clock = std::chrono::steady_clock;
+  /// A goal waits this long for the world's and the own arm's first words: as long as the supervisor gives a node to
+  /// appear.
+  static constexpr std::chrono::seconds kLongestWait{10};
 
   void listen();
   void listen_to_sensors();
+
+  // change_of_duty.cpp
   /// Takes in who is in charge now; true: this planner is.
   bool hear_mandate();
   void note_duty();
-  void resume_goal();
-  [[nodiscard]] Recollection judge_remembered();
-  [[nodiscard]] std::optional<LastCommand> last_command() const;
-  void catch_up();
   void hear_the_other(const msg::GoalStatus& status);
+  void catch_up();
+  [[nodiscard]] std::optional<LastCommand> last_command() const;
+  [[nodiscard]] Recollection judge_remembered();
+  void resume_goal();
+  void remember_goals();
+
   void look_at_threads();
   void handle_goals();
   void plan();
@@ -71,7 +79,6 @@ class PlannerService {
   void command(const planner::TickResult& result);
   void answer_clients(Progress progress);
   void publish_statuses();
-  void remember_goals();
   void beat();
   [[nodiscard]] bool hears_own_arm() const;
   void note_hold(const std::string& reason);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 #include <utility>
 
 #include "services/runtime/node_name.hpp"
@@ -64,6 +65,7 @@ CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> a
       nodes_(std::move(nodes)),
       clock_(limits.loop_period, limits.loop_limit, now),
       liveness_(clock_),
+      hosts_(nodes_, limits_, clock_, liveness_),
       mode_(std::move(arms)) {
   for (const ExpectedNode& node : nodes_) {
     LivenessLimits own = limits_.node;
@@ -216,21 +218,9 @@ void CellWatch::judge_again(Time since) {
   }
 }
 
-void CellWatch::note_hosts() {
-  const Time now = clock_.now();
-  for (const ExpectedNode& node : nodes_) {
-    if (node.role != NodeRole::kAgent) continue;
-    if (host_silent_for(node.host, host_pause())) host_silences_[node.host] = now;
-    if (!liveness_.last_heard(node.name)) continue;  // who never came is not lost
-    if (host_silent_for(node.host, limits_.host_lease)) lost_hosts_[node.host] = {now, now};
-    const auto loss = lost_hosts_.find(node.host);
-    if (loss != lost_hosts_.end() && liveness_.presence(node.name) != Presence::kAlive) loss->second.away = now;
-  }
-}
-
 void CellWatch::judge(Time now) {
   liveness_.judge(stalled_);
-  note_hosts();
+  hosts_.judge();
   std::set<const FaultRecord*> fresh;
   const auto raise = [&](const ExpectedNode& node, const FaultSight& sight) {
     // Who has resumed since need not say so again when the same is explained better.
@@ -328,41 +318,6 @@ std::string CellWatch::awaited(std::string_view node) const {
   return {};
 }
 
-const ExpectedNode* CellWatch::agent_of(const std::string& host) const {
-  const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
-    return node.role == NodeRole::kAgent && node.host == host;
-  });
-  return found == nodes_.end() ? nullptr : &*found;
-}
-
-// Nothing at all was heard of a host for about a beat: whether one node hangs or the host is gone cannot be told yet.
-bool CellWatch::host_silent(const std::string& host) const {
-  return host_silent_for(host, limits_.heartbeat_period * 9 / 10);  // beats of different nodes are not in phase
-}
-
-// A node beats a little before the host falls silent, and a little after it is heard again: so a silence that is
-// shorter than a node's may be is the host's, too. One lost beat of the only one that is heard is none.
-Time CellWatch::host_pause() const {
-  return std::min(limits_.node.silence, std::max(limits_.node.silence / 2, 2 * limits_.heartbeat_period));
-}
-
-bool CellWatch::host_silent_for(const std::string& host, Time duration) const {
-  return std::all_of(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
-    return node.host != host || !liveness_.last_heard(node.name) || liveness_.silence(node.name) >= duration;
-  });
-}
-
-bool CellWatch::most_hosts_are_heard() const {
-  int hosts = 0;
-  int heard = 0;
-  for (const ExpectedNode& node : nodes_) {
-    if (node.role != NodeRole::kAgent) continue;
-    ++hosts;
-    heard += liveness_.last_heard(node.name) && !host_silent_for(node.host, limits_.node.silence) ? 1 : 0;
-  }
-  return 2 * heard > hosts;
-}
-
 Loss CellWatch::loss_of(std::string_view arm) const {
   const std::string driver = driver_node(std::string(arm));
   const auto node =
@@ -370,29 +325,9 @@ Loss CellWatch::loss_of(std::string_view arm) const {
   if (node == nodes_.end()) return Loss::kNone;
   const State& state = *find(driver);
   if (state.died || state.stopped) return Loss::kEnded;
-  const ExpectedNode* agent = agent_of(node->host);
-  const bool lost = agent && faults_.open(agent->name) && host_silent_for(node->host, limits_.host_lease);
-  return lost && most_hosts_are_heard() ? Loss::kHostSilent : Loss::kNone;
-}
-
-bool CellWatch::host_fault_explains(const ExpectedNode& node) const {
-  const ExpectedNode* agent = agent_of(node.host);
-  if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
-  if (host_silent(node.host) || returns_with_its_host(node)) return true;
-  // Nor do nodes return in the same instant from a silence that was too short for that.
-  const auto last = host_silences_.find(node.host);
-  return last != host_silences_.end() && clock_.now() - last->second <= limits_.node.recovery;
-}
-
-// One or the other may be heard for a moment before the network has come to terms with the loss, or return later.
-bool CellWatch::returns_with_its_host(const ExpectedNode& node) const {
-  const auto found = lost_hosts_.find(node.host);
-  if (found == lost_hosts_.end()) return false;
-  const HostLoss& loss = found->second;
-  const auto steady = liveness_.steady_since(node.name);
-  const bool is_back =
-      steady && *steady > loss.silent && *liveness_.last_heard(node.name) - *steady >= limits_.sure_return;
-  return !is_back && clock_.now() - loss.away <= limits_.host_return;
+  const ExpectedNode* agent = hosts_.agent_of(node->host);
+  const bool lost = agent && faults_.open(agent->name) && hosts_.silent_for(node->host, limits_.host_lease);
+  return lost && hosts_.most_are_heard() ? Loss::kHostSilent : Loss::kNone;
 }
 
 std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
@@ -405,7 +340,7 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
   }
   const Presence presence = presence_of(node);
   if (presence == Presence::kMissing) {
-    const ExpectedNode* agent = agent_of(node.host);
+    const ExpectedNode* agent = hosts_.agent_of(node.host);
     const bool explained = agent && agent->name != node.name && presence_of(*agent) == Presence::kMissing;
     if (explained) return std::nullopt;
     return FaultSight{FaultKind::kNodeMissing, FaultSeverity::kError, node.name,
@@ -419,14 +354,14 @@ std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Pre
   const Time limit = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
   if (node.role == NodeRole::kAgent) {
     if (presence != Presence::kLost) return std::nullopt;
-    const bool all = host_silent(node.host);
+    const bool all = hosts_.silent(node.host);
     return FaultSight{FaultKind::kAgentLost, all ? FaultSeverity::kError : FaultSeverity::kWarning, node.host,
                       (all ? "host " + node.host + ": nothing heard of it or its nodes for more than "
                            : node.name + ": no heartbeat, while nodes of its host are heard, for more than ") +
                           milliseconds(limits_.host_lease),
                       liveness_.silence(node.name)};
   }
-  if (host_fault_explains(node)) return std::nullopt;
+  if (hosts_.explain(node)) return std::nullopt;
   return FaultSight{FaultKind::kNodeSilent, silence_severity(presence), node.name,
                     node.name + ": no heartbeat for more than " + milliseconds(limit), liveness_.silence(node.name)};
 }
@@ -450,7 +385,7 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
 
 const FaultRecord* CellWatch::fault_holding(const ExpectedNode& node) const {
   if (const FaultRecord* fault = faults_.open(node.name)) return fault;
-  const ExpectedNode* agent = alive(node.name) ? nullptr : agent_of(node.host);
+  const ExpectedNode* agent = alive(node.name) ? nullptr : hosts_.agent_of(node.host);
   return agent ? faults_.open(agent->name) : nullptr;
 }
 
@@ -458,7 +393,7 @@ std::string CellWatch::hold_reason(const ExpectedNode& node) const {
   if (const FaultRecord* fault = fault_holding(node)) return fault->seen;
   if (alive(node.name)) return {};
   // Whether the host is lost is not known yet, but who is not heard had better not move: it may hear us.
-  const bool silent = liveness_.last_heard(node.name) && host_silent_for(node.host, limits_.node.silence);
+  const bool silent = liveness_.last_heard(node.name) && hosts_.silent_for(node.host, limits_.node.silence);
   return silent ? "nothing is heard of host " + node.host : std::string();
 }
 

@@ -8,41 +8,17 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "services/supervisor/cell_mode.hpp"
 #include "services/supervisor/fault_list.hpp"
+#include "services/supervisor/host_watch.hpp"
 #include "services/supervisor/liveness.hpp"
+#include "services/supervisor/watch_limits.hpp"
 
 namespace hecaton::services {
-
-enum class NodeRole : std::uint8_t { kPlanner, kDriver, kWorld, kAgent, kSupervisor };
-
-struct ExpectedNode {
-  std::string name;
-  NodeRole role{};
-  std::string arm;   ///< of planners and drivers
-  std::string host;  ///< where it runs
-};
-
-struct WatchLimits {
-  Time loop_period = std::chrono::milliseconds(5);  ///< of our own loop
-  Time loop_limit = std::chrono::milliseconds(12);  ///< a turn later than this is a stall of ours
-  Time heartbeat_period = std::chrono::milliseconds(10);
-  LivenessLimits node;                               ///< of heartbeats
-  Time host_lease = std::chrono::milliseconds(100);  ///< silence of an agent
-  /// Within which the nodes of a lost host return after its agent: longer than any reunion of participants
-  /// (services/bus/reunion.hpp).
-  Time host_return = std::chrono::seconds(5);
-  /// Who was heard so long without a gap since then has returned: it is not lost again by the same reunion.
-  Time sure_return = std::chrono::seconds(1);
-  Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard
-  Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
-  std::set<FaultKind> waits_for_resume{};             ///< what such a fault holds stays held until people resume it
-};
 
 struct ProcessExit {
   std::int64_t pid = 0;
@@ -135,14 +111,6 @@ class CellWatch {
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
   [[nodiscard]] bool sound(const ExpectedNode& node) const;
-  [[nodiscard]] bool host_silent(const std::string& host) const;
-  /// A silence of a whole host that is this long explains that its nodes return one after the other.
-  [[nodiscard]] Time host_pause() const;
-  [[nodiscard]] bool host_silent_for(const std::string& host, Time duration) const;
-  [[nodiscard]] bool most_hosts_are_heard() const;
-  [[nodiscard]] bool host_fault_explains(const ExpectedNode& node) const;
-  [[nodiscard]] bool returns_with_its_host(const ExpectedNode& node) const;
-  [[nodiscard]] const ExpectedNode* agent_of(const std::string& host) const;
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
@@ -153,12 +121,6 @@ class CellWatch {
     ProcessExit exit;
     FaultSight contact;
   };
-  /// Of a host of which nothing was heard for a lease [punctual time].
-  struct HostLoss {
-    Time silent{0};  // last
-    Time away{0};    // last, when its agent had not proved itself
-  };
-  void note_hosts();
   void note_passing(Passing passing);
   void note_process(State& state, std::int64_t pid) const;
   void judge_twins(Time now);
@@ -174,8 +136,7 @@ class CellWatch {
   std::map<std::string, State, std::less<>> states_;
   PunctualClock clock_;
   Liveness liveness_;
-  std::map<std::string, Time, std::less<>> host_silences_;  // punctual time when a whole host was last silent
-  std::map<std::string, HostLoss, std::less<>> lost_hosts_;
+  HostWatch hosts_;
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;

@@ -5,6 +5,10 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
 
 #include "services/supervisor/cell_watch.hpp"
 
@@ -76,6 +80,21 @@ class VirtualCell {
   std::set<std::string> mute;  ///< beat, but do not stream
   Time now{0};
   int turns = 0;
+};
+
+using Names = std::vector<std::string>;
+
+class CellWatchTest : public ::testing::Test, protected VirtualCell {
+ protected:
+  CellWatchTest() { run_for(200ms); }
+
+  // The one open fault, or a failure.
+  FaultRecord the_fault() {
+    const auto open = watch.faults().open();
+    EXPECT_EQ(open.size(), 1U);
+    return open.empty() ? FaultRecord{} : open.front();
+  }
+  Names held() { return watch.mode().decide().held_arms; }
 };
 
 }  // namespace hecaton::services::testing

@@ -1,0 +1,51 @@
+#pragma once
+/// The hosts of a cell by what is heard of their nodes: which are silent, which were lost, and whose nodes are on their
+/// way back and not to be blamed one by one (docs/design/0003-supervision.md). Standard library only; all time is
+/// punctual.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "services/supervisor/liveness.hpp"
+#include "services/supervisor/watch_limits.hpp"
+
+namespace hecaton::services {
+
+class HostWatch {
+ public:
+  /// All must outlive it.
+  HostWatch(const std::vector<ExpectedNode>& nodes, const WatchLimits& limits, const PunctualClock& clock,
+            const Liveness& liveness)
+      : nodes_(nodes), limits_(limits), clock_(clock), liveness_(liveness) {}
+
+  /// Once in a turn, after the liveness was judged.
+  void judge();
+
+  [[nodiscard]] const ExpectedNode* agent_of(const std::string& host) const;
+  /// Nothing at all was heard of it for about a beat: whether one node hangs or the host is gone cannot be told yet.
+  [[nodiscard]] bool silent(const std::string& host) const;
+  [[nodiscard]] bool silent_for(const std::string& host, Time duration) const;
+  [[nodiscard]] bool most_are_heard() const;
+  /// Whatever this node says or not is its host's doing.
+  [[nodiscard]] bool explain(const ExpectedNode& node) const;
+
+ private:
+  /// Of a host of which nothing was heard for a lease.
+  struct Absence {
+    Time silent{0};  // last, when nothing was heard of any of its nodes
+    Time away{0};    // last, when its agent was not well
+  };
+  /// A silence of a whole host that is this long explains that its nodes return one after the other.
+  [[nodiscard]] Time pause() const;
+  [[nodiscard]] bool returns(const ExpectedNode& node) const;
+
+  const std::vector<ExpectedNode>& nodes_;
+  const WatchLimits& limits_;
+  const PunctualClock& clock_;
+  const Liveness& liveness_;
+  std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
+  std::map<std::string, Absence, std::less<>> absences_;
+};
+
+}  // namespace hecaton::services

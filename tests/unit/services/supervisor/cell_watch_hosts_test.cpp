@@ -1,0 +1,131 @@
+// Whole hosts that fall silent and return, as CellWatch judges them.
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+TEST_F(CellWatchTest, LostHostIsOneFaultAndHoldsItsArms) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(60ms);
+  EXPECT_EQ(held(), Names{"arm3"}) << "who is not heard may hear us, and had better not move";
+  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: nothing is heard of host h2");
+  run_for(30ms);
+  EXPECT_TRUE(watch.faults().open().empty());  // it cannot be told yet who of them is at fault
+  run_for(40ms);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, FaultKind::kAgentLost);
+  EXPECT_EQ(fault.severity, FaultSeverity::kError);
+  EXPECT_EQ(fault.subject, "h2");
+  EXPECT_EQ(held(), Names{"arm3"});
+  hung.clear();
+  run_for(150ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(held().empty());
+  EXPECT_EQ(watch.faults().over().size(), 1U);
+}
+
+// Were it not for the majority, each half of a cell that is cut in two would work around the other, which goes on.
+TEST(CellWatchHosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
+  for (const bool third_host_is_heard : {true, false}) {
+    std::vector<ExpectedNode> nodes = cell_nodes();
+    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    VirtualCell cell(nodes);
+    cell.run_for(200ms);
+    for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
+    if (!third_host_is_heard) cell.hung.insert("agent/h3");
+    cell.run_for(60ms);
+    EXPECT_EQ(cell.watch.loss_of("arm3"), Loss::kNone) << "it may be a stall";
+    cell.run_for(140ms);
+    EXPECT_EQ(cell.watch.loss_of("arm3"), third_host_is_heard ? Loss::kHostSilent : Loss::kNone);
+    EXPECT_EQ(cell.watch.loss_of("arm1"), Loss::kNone);
+    cell.hung.clear();
+    cell.run_for(10ms);
+    EXPECT_EQ(cell.watch.loss_of("arm3"), Loss::kNone);
+  }
+}
+
+TEST_F(CellWatchTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
+  const auto all = {"agent/h2", "driver/arm3", "planner/arm3"};
+  for (const auto* node : all) hung.insert(node);
+  run_for(150ms);
+  hung.erase("driver/arm3");
+  run_for(30ms);
+  hung.insert("driver/arm3");
+  run_for(400ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
+  hung.clear();
+  run_for(150ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_EQ(watch.faults().over().size(), 1U);
+}
+
+// Chaos cut a host off for 0.24 s where a node may be silent for 0.25 s.
+TEST(CellWatchHosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep) {
+  WatchLimits limits = cell_limits();
+  limits.node.silence = limits.arm_stream = limits.world_stream = 250ms;
+  limits.node.lost = limits.host_lease = 1s;
+  VirtualCell cell(cell_nodes(), limits);
+  cell.run_for(200ms);
+  cell.hung.insert("planner/arm3");  // it beats before the others
+  cell.run_for(20ms);
+  for (const auto* node : {"agent/h2", "driver/arm3"}) cell.hung.insert(node);
+  cell.run_for(235ms);
+  cell.hung = {"planner/arm3"};
+  cell.run_for(20ms);
+  EXPECT_TRUE(cell.watch.faults().open().empty());
+  cell.run_for(150ms);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U) << "who stays away is a fault";
+  EXPECT_EQ(cell.watch.faults().open().front().subject, "planner/arm3");
+}
+
+TEST_F(CellWatchTest, LostAgentAloneHoldsNothing) {
+  hung.insert("agent/h2");
+  run_for(200ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
+  EXPECT_EQ(the_fault().severity, FaultSeverity::kWarning);
+  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+}
+
+TEST_F(CellWatchTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(200ms);
+  hung = {"driver/arm3"};
+  run_for(5s);
+  EXPECT_TRUE(watch.faults().open().empty()) << "the network may need as long";
+  run_for(200ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().subject, "driver/arm3");
+}
+
+TEST_F(CellWatchTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeAnyOther) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(200ms);
+  hung = {"planner/arm3"};
+  run_for(900ms);
+  hung = {"planner/arm3", "driver/arm3"};
+  run_for(50ms);
+  hung.clear();
+  run_for(200ms);
+  EXPECT_EQ(watch.faults().over().size(), 1U) << "a reunion";
+  run_for(900ms);
+  hung = {"driver/arm3"};
+  run_for(30ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().subject, "driver/arm3");
+}
+
+TEST(CellWatchStart, HostThatNeverAppearsIsOneFault) {
+  VirtualCell cell;
+  cell.dead = {"agent/h2", "driver/arm3", "planner/arm3"};
+  cell.run_for(2s);
+  const auto open = cell.watch.faults().open();
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open.front().subject, "agent/h2");
+  EXPECT_EQ(cell.watch.mode().decide().held_arms, Names{"arm3"});
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing
