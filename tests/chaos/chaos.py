@@ -111,8 +111,13 @@ class Chaos:
     def hear_leader(self, status):
         self.led.add((status["supervisor"], status["term"]))
 
+    def work_through(self, options):
+        if options.quiet is None:
+            self.run(options.faults, options.duration)
+        else:
+            self.stay_quiet(options.quiet)
+
     def run(self, faults, duration):
-        self.learn()
         end = time.monotonic() + duration
         while self.faults < faults and time.monotonic() < end and not self.over():
             found = len(self.violations)
@@ -146,7 +151,6 @@ class Chaos:
 
     def stay_quiet(self, duration):
         """The arms work, nothing happens to them, nothing may be told."""
-        self.learn()
         end = time.monotonic() + duration
         self.known = set(self.cell.faults())
         self.began = unix_ms()
@@ -167,8 +171,17 @@ class Chaos:
         self.cell.wait_until_it_runs()
         self.ran_again = time.monotonic()
 
+    def begin(self):
+        """Whether the cell came to run, which is the first that must hold."""
+        try:
+            self.wait_until_it_runs()
+        except AssertionError as error:
+            self.violated("start", error)
+            return False
+        self.learn()
+        return True
+
     def learn(self):
-        self.wait_until_it_runs()
         status = self.cell.status()
         self.nodes = {entry["node"]: entry["host"] for entry in status["nodes"] if not entry["node"].startswith("agent/")}
         self.hosts = {entry["host"] for entry in status["hosts"]}
@@ -385,10 +398,8 @@ def work(hosts, hecaton, setting, options):
     chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options)
     signal.signal(signal.SIGTERM, chaos.end_early)
     cell.start()
-    if options.quiet is None:
-        chaos.run(options.faults, options.duration)
-    else:
-        chaos.stay_quiet(options.quiet)
+    if chaos.begin():
+        chaos.work_through(options)
     ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
     tell(chaos, ended, options)
