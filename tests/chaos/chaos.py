@@ -1,17 +1,15 @@
-"""Faults at random, from a seed, against a cell of three arms with standbys on five hosts, while the arms work.
+"""Faults at random, from a seed, against a cell whose arms work, on hosts of its own (network namespaces).
 
-usage: chaos.py --programs DIR --cell FILE [--faults N] [--minutes M] [--quiet MINUTES] [--seed S] [--only KIND…]
-                [--of NAME…] [--alone] [--no-standbys] [--findings N] [--logs DIR] [--report FILE]
+Any cell will do that has two named poses for all its arms. A cell without several hosts that have addresses of their own is
+spread over some: one for each arm, one for the world, and one for the supervisor; each planner and the supervisor get a standby
+if the cell file gives none to anybody. What else differs from the cell file: tests/chaos/cell_copy.py.
 
 An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
 of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
 (terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); after each episode
 the cell must run again and every goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a
 false one. Obstacles stand still: an arm whose driver is dead cannot make way. The first finding ends it, with --findings N the
-Nth, but what is unsafe always does. SIGTERM ends it after the episode under way, with what it found so far. Exit code 0: all of
-it held; 1: not, and what did not is in the output; 70: what did not was a contact, an older command or a driver's memory; 75:
-not, while the machine itself stood still; 77: no hosts here."""
-import argparse
+Nth, but what is unsafe always does."""
 import collections
 import heapq
 import itertools
@@ -24,20 +22,26 @@ import sys
 import tempfile
 import time
 
+import yaml  # Debian package python3-yaml
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "container"))
+import cell_document  # noqa: E402
+import command_line  # noqa: E402
 import namespaces  # noqa: E402
+from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import LOG_FIGURES, figures, log_figures, quantiles  # noqa: E402
-from injections import KINDS, LEASE, SILENCE, draw, together  # noqa: E402
-from live_cell import LiveCell, standby_text, still_text, unix_ms  # noqa: E402
-from steadiness import UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
+from injections import draw, together  # noqa: E402
+from live_cell import LiveCell, unix_ms  # noqa: E402
+from setting import Setting, check  # noqa: E402
+from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
 from verdicts import hidden, may_be_told, supervisors_hit  # noqa: E402
 
 SKIPPED = 77
-ARMS = ("north", "west", "east")
+BAD_INPUT = 3
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
-LATE = 10.0  # [s] within which a fault that must be told is told
+LATE = 10.0  # [s] within which a fault that must be told is told; or as many leases, if that is longer
 # [s] for which a supervisor puts the silence of a host's processes down to its return: at most, and once it hears them
 # again. One that was cut off itself sees every host return.
 RETURN = 5.0
@@ -60,16 +64,26 @@ UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
 ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults")
 
 
+def say(what):
+    """To people: stdout is for data."""
+    print(what, file=sys.stderr, flush=True)
+
+
 class Chaos:
-    def __init__(self, cell, options):
+    """`poses`: two, between which all arms go."""
+
+    def __init__(self, cell, arms, poses, limits, options):
         self.cell = cell
+        self.arms = arms
+        self.poses = poses
+        self.limits = limits
         self.only = options.only
         self.alone = options.alone
         self.of = tuple(options.of)
         # In turn: who is killed ten times in a row within 10 s of life is given up.
         self.turns = itertools.cycle(self.of)
         self.rng = random.Random(options.seed)
-        self.lateness = TimerLateness()
+        self.lateness = TimerLateness(min(STALL, limits.silence / 2))
         self.faults = 0
         self.known = set()
         self.told = collections.Counter()  # by kind of injection, like the next two; only of what had to be told
@@ -89,7 +103,6 @@ class Chaos:
         self.untold = 0  # faults that no supervisor told while one led that was cut off before
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
         self.began = self.ended = unix_ms()  # the episode
-        self.pose = "home"
         self.log_terms = LogTerms()
         self.status_terms = StatusTerms()
         self.led = set()  # (supervisor, term) since this episode began
@@ -98,9 +111,14 @@ class Chaos:
     def hear_leader(self, status):
         self.led.add((status["supervisor"], status["term"]))
 
-    def run(self, faults, minutes):
-        self.learn()
-        end = time.monotonic() + 60.0 * minutes
+    def work_through(self, options):
+        if options.quiet is None:
+            self.run(options.faults, options.duration)
+        else:
+            self.stay_quiet(options.quiet)
+
+    def run(self, faults, duration):
+        end = time.monotonic() + duration
         while self.faults < faults and time.monotonic() < end and not self.over():
             found = len(self.violations)
             self.episode()
@@ -117,7 +135,7 @@ class Chaos:
 
     def discard(self):
         """The episode: what it found is the machine's doing."""
-        print(f"says nothing, for the machine stood still: {self.violations.pop()}", flush=True)
+        say(f"says nothing, for the machine stood still: {self.violations.pop()}")
         if self.account:
             self.accounts[self.account] -= 1
         self.discarded += 1
@@ -131,10 +149,9 @@ class Chaos:
             self.findings = 0  # nothing works any more
             self.violated("return after that", error)
 
-    def stay_quiet(self, minutes):
+    def stay_quiet(self, duration):
         """The arms work, nothing happens to them, nothing may be told."""
-        self.learn()
-        end = time.monotonic() + 60.0 * minutes
+        end = time.monotonic() + duration
         self.known = set(self.cell.faults())
         self.began = unix_ms()
         while time.monotonic() < end and not self.over():
@@ -154,23 +171,29 @@ class Chaos:
         self.cell.wait_until_it_runs()
         self.ran_again = time.monotonic()
 
+    def begin(self):
+        """Whether the cell came to run, which is the first that must hold."""
+        try:
+            self.wait_until_it_runs()
+        except AssertionError as error:
+            self.violated("start", error)
+            return False
+        self.learn()
+        return True
+
     def learn(self):
-        self.wait_until_it_runs()
         status = self.cell.status()
         self.nodes = {entry["node"]: entry["host"] for entry in status["nodes"] if not entry["node"].startswith("agent/")}
         self.hosts = {entry["host"] for entry in status["hosts"]}
-        for name in self.of:
-            if not self.victims(name):
-                raise SystemExit(f"--of {name}: no service's name begins so; they are {', '.join(self.nodes)}")
 
     def victims(self, name):
         """{node: host} of all services whose names begin so."""
         return {node: host for node, host in self.nodes.items() if node.startswith(name)}
 
     def give_goals(self):
-        self.pose = "ready" if self.pose == "home" else "home"
-        self.tasks += len(ARMS)
-        return [self.cell.goal(arm, self.pose) for arm in ARMS]
+        self.poses = self.poses[::-1]
+        self.tasks += len(self.arms)
+        return [self.cell.goal(arm, self.poses[0]) for arm in self.arms]
 
     def await_goals(self, goals):
         for goal in goals:
@@ -179,7 +202,7 @@ class Chaos:
 
     def violated(self, during, error):
         self.violations.append(f"{during}: {error}")
-        print(f"found after {self.faults} faults: {self.violations[-1]}", flush=True)
+        say(f"found after {self.faults} faults: {self.violations[-1]}")
         self.span = getattr(error, "span", None)
         self.account = getattr(error, "account", None)
         if self.account:
@@ -196,7 +219,7 @@ class Chaos:
         goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
-            injection = draw(self.rng, self.victims(next(self.turns)), self.hosts, self.only, self.alone)
+            injection = draw(self.rng, self.victims(next(self.turns)), self.hosts, self.only, self.alone, self.limits)
             if all(together(injection, other) for other in injections):
                 injections.append(injection)
         began = time.monotonic()
@@ -216,8 +239,8 @@ class Chaos:
         longest = max(injection.duration for injection in injections)
         for injection in injections:
             self.recovery[injection.kind()].append(healed - began - longest)
-        print(f"{self.faults}: {', '.join(f'{one} ({one.duration:.1f} s)' for one in injections)}: "
-              f"{healed - began:.1f} s, {time.monotonic() - began:.1f} s with the goals", flush=True)
+        say(f"{self.faults}: {', '.join(f'{one} ({one.duration:.1f} s)' for one in injections)}: "
+            f"{healed - began:.1f} s, {time.monotonic() - began:.1f} s with the goals")
 
     def inflict(self, injections):
         """Returns when each began [ms, wall clock]. On a busy machine one may take so long to begin that the next begins late:
@@ -256,11 +279,11 @@ class Chaos:
 
             what = f"{injection}: {wanted[0]} of {wanted[1]} is told"
             try:
-                fault = self.cell.wait_for(what, told, LATE)
+                fault = self.cell.wait_for(what, told, max(LATE, 10 * self.limits.lease))
             except AssertionError as error:
                 if self.newcomer_leads(injections):
                     self.untold += 1
-                    print(f"nobody told, while the leadership moved to who was cut off before: {what}", flush=True)
+                    say(f"nobody told, while the leadership moved to who was cut off before: {what}")
                     continue
                 span = (injected[index], injected[index] + 1000 * injection.lasted)
                 raise Violation("missed_faults", error, span) from error
@@ -287,7 +310,7 @@ class Chaos:
                 continue
             # Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole.
             told = fault["since_unix_ms"]
-            silence = {"node_silent": SILENCE, "agent_lost": LEASE}.get(fault["kind"])
+            silence = {"node_silent": self.limits.silence, "agent_lost": self.limits.lease}.get(fault["kind"])
             if silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2):
                 self.machine_stalls += 1
                 continue
@@ -320,90 +343,104 @@ class Chaos:
     def unsafe(self):
         return any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
 
-    def report(self, seed):
-        return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached, "seed": seed,
+    def report(self, cell, seed, ended):
+        """`ended`: exit codes of agents that did not end well."""
+        return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached,
+                "cell": cell, "seed": seed,
                 "told": dict(sorted(self.told.items())),
-                "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.recovery)},
+                "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.detection)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
                 **{key: quantiles(values) for key, values in log_figures(self.cell.log_lines()).items()},
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
                 "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
                 "replaced_planners_refused": len(self.log_terms.refused),
-                "violations": self.violations}
+                "agents_ended_with": ended, "violations": self.violations}
 
     def summary(self):
-        print(f"\n{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
-              "so many had to be told and were; those alone after p50, p99, max; runs again after p50, p99, max")
+        """The report, for people."""
+        lines = list(self.cell.log_lines())
+        yield (f"{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
+               "so many had to be told and were; those alone after p50, p99, max; runs again after p50, p99, max")
         for name in sorted(self.recovery):
-            print(f"{name:22} {len(self.recovery[name]):5} {self.told[name]:5} {figures(self.detection[name])}   "
-                  f"{figures(self.recovery[name], 's')}")
-        print(f"{'timers are late by':28} {figures(self.lateness.late)}; "
-              f"{self.machine_stalls} processes were silent because the machine stood still, "
-              f"{self.discarded} episodes say nothing for the same reason")
-        for key, values in log_figures(self.cell.log_lines()).items():
+            yield (f"{name:22} {len(self.recovery[name]):5} {self.told[name]:5} {figures(self.detection.get(name, ()))}   "
+                   f"{figures(self.recovery[name], 's')}")
+        yield (f"{'timers are late by':28} {figures(self.lateness.late)}; "
+               f"{self.machine_stalls} processes were silent because the machine stood still, "
+               f"{self.discarded} episodes say nothing for the same reason")
+        for key, values in log_figures(lines).items():
             _, what, since = LOG_FIGURES[key]
-            print(f"{what:22} {len(values):5} {figures(values)} {since}")
-        print(self.log_terms.summary())
+            yield f"{what:22} {len(values):5} {figures(values)} {since}"
+        yield self.log_terms.summary()
+        yield from (f"VIOLATION: {violation}" for violation in self.violations)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--programs", type=pathlib.Path, required=True, help="folder of hecaton's programs")
-    parser.add_argument("--cell", type=pathlib.Path, required=True, help="cell file of five hosts")
-    parser.add_argument("--faults", type=int, help="at least so many (30; with --minutes as many as there is time for)")
-    parser.add_argument("--minutes", type=float, metavar="M", default=math.inf,
-                        help="ends after the episode in which these are over")
-    parser.add_argument("--quiet", type=float, metavar="MINUTES", help="no faults: so long nothing may be told")
-    parser.add_argument("--seed", type=int, default=1, help="of what happens to whom (1)")
-    parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, metavar="KIND",
-                        help=f"of these kinds ({', '.join(KINDS)})")
-    parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
-    parser.add_argument("--of", nargs="+", default=[""], metavar="NAME",
-                        help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …)")
-    parser.add_argument("--no-standbys", action="store_true", help="the cell as its file is, without standbys")
-    parser.add_argument("--findings", type=int, default=1, metavar="N", help="how many end it (1)")
-    parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
-    parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
-    options = parser.parse_args()
-    if options.faults is None:
-        options.faults = 30 if options.minutes == math.inf else math.inf
-    hecaton = options.programs.resolve() / "hecaton"
-    try:
-        namespaces.enter()
-        hosts = namespaces.Namespaces(hecaton, own_clocks="clock" in options.only)
-    except CannotRun as reason:
-        print(f"skipped: {reason}", file=sys.stderr)
-        return SKIPPED
+def written(report, summary, output):
+    """As the data of stdout."""
+    if output == "table":
+        return "\n".join(summary) + "\n"
+    if output == "yaml":
+        return yaml.safe_dump(report, sort_keys=False, allow_unicode=True)
+    return json.dumps(report, indent=2, ensure_ascii=False) + "\n"
+
+
+def work(hosts, hecaton, setting, options):
+    """Returns the exit code."""
     logs = options.logs or pathlib.Path(tempfile.mkdtemp(prefix="hecaton-chaos-"))
     logs.mkdir(parents=True, exist_ok=True)
     cell_file = logs / "cell.yaml"
-    text = still_text if options.no_standbys else standby_text
-    cell_file.write_text(text(options.cell.read_text(), options.cell.resolve().parent))
-    print(f"seed {options.seed}; hosts are {hosts.kind}; their logs are in {logs}", flush=True)
+    cell_file.write_text(cell_document.write(setting.document))
+    plan = check(hecaton, cell_file)
+    poses = setting.poses(plan)
+    say(f"seed {options.seed}; hosts are {hosts.kind}; their logs are in {logs}")
+    say(setting.told())
     cell = LiveCell(hosts, hecaton, cell_file, logs)
-    cell.start()
-    chaos = Chaos(cell, options)
+    chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options)
     signal.signal(signal.SIGTERM, chaos.end_early)
-    if options.quiet is None:
-        chaos.run(options.faults, options.minutes)
-    else:
-        chaos.stay_quiet(options.quiet)
-    codes = cell.stop()
+    cell.start()
+    if chaos.begin():
+        chaos.work_through(options)
+    ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
-    chaos.summary()
+    tell(chaos, ended, options)
+    return judge(chaos, ended)
+
+
+def tell(chaos, ended, options):
+    report = chaos.report(str(options.cell), options.seed, ended)
+    sys.stdout.write(written(report, chaos.summary(), options.output))
     if options.report:
-        options.report.write_text(json.dumps(chaos.report(options.seed), indent=2, ensure_ascii=False) + "\n")
-    for violation in chaos.violations:
-        print(f"VIOLATION: {violation}")
-    if any(codes.values()):
-        print(f"agents ended with {codes}")
+        options.report.write_text(written(report, (), "json"))
+    if ended:
+        say(f"agents ended with {ended}")
+
+
+def judge(chaos, ended):
+    """The exit code."""
     if chaos.unsafe():
         return UNSAFE
     if len(chaos.violations) == 1 and chaos.says_nothing():
-        print("the machine stood still meanwhile")
+        say("the machine stood still meanwhile")
         return UNSTEADY
-    return 1 if chaos.violations or any(codes.values()) else 0
+    return 1 if chaos.violations or ended else 0
+
+
+def main():
+    try:
+        options = command_line.parse(sys.argv[1:], __doc__)
+        hecaton = options.programs.resolve() / "hecaton"
+        if not namespaces.inside():  # where the network interface of a cell file may be missing
+            plan = check(hecaton, options.cell)
+            Setting(options).poses(plan)
+        namespaces.enter()
+        hosts = namespaces.Namespaces(hecaton, own_clocks="clock" in options.only)
+        return work(hosts, hecaton, Setting(options), options)
+    except BadInput as error:
+        say(f"hecaton-chaos: {error}")
+        return BAD_INPUT
+    except CannotRun as reason:
+        say(f"skipped: {reason}")
+        return SKIPPED
 
 
 if __name__ == "__main__":

@@ -5,9 +5,8 @@ that was explained better later counts as what it was told to be at last (servic
 import random
 import signal
 
-# The silence of a node and of a host that the cell file of the chaos run allows [s].
-SILENCE = 0.25
-LEASE = 1.0
+from limits import Limits
+
 TAKEOVER = 0.5  # [s] surely until another supervisor leads when the leader has died
 
 
@@ -16,6 +15,11 @@ def surely_told(limit):
     turn of its loop that was late by more than some 10 ms, as they often are where 17 processes share two cores, pardons
     everybody's silence once (Liveness::judge). What ends before may be told, and need not be."""
     return 2 * limit + 0.15
+
+
+def longest(limit):
+    """For how long a silence is drawn at most [s]: most of what is drawn need be told."""
+    return max(3.0, surely_told(limit) + 0.85)
 
 
 def is_supervisor(node):
@@ -37,6 +41,7 @@ class Injection:
     """`begin` and `end` are called once each; `duration` [s] lies between. `places`: {node: host} of all services."""
 
     name = ""
+    limits = Limits()
     duration = 0.0
     lasted = 0.0     # [s] as it came to be: who injects may be late
     aftermath = 0.0  # [s] after its end in which what it does may only begin to show
@@ -112,7 +117,7 @@ class Stop(OfNode):
         cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
 
     def must(self):
-        return ("node_silent", self.node) if self.duration > surely_told(SILENCE) else None
+        return ("node_silent", self.node) if self.duration > surely_told(self.limits.silence) else None
 
     def may(self, places, blind):
         # A supervisor tells its own absence as its silence. The agent's watchdog waits for longer than any of these.
@@ -140,7 +145,7 @@ class Absence(OfHost):
     """The host is not there for the others."""
 
     def must(self):
-        return ("agent_lost", self.host) if self.duration > surely_told(LEASE) else None
+        return ("agent_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
 
     def may(self, places, blind):
         # Its nodes do not return in one instant.
@@ -159,7 +164,7 @@ class Separation(Absence):
         return super().may(places, blind) | (self.seen_from_within(places) if self.accuses(places) else set())
 
     def accuses(self, places):
-        return self.hits(places) and self.lasted > LEASE / 2
+        return self.hits(places) and self.lasted > self.limits.lease / 2
 
     def seen_from_within(self, places):
         return {("agent_lost", host) for host in places.values()}
@@ -179,7 +184,10 @@ class Deafen(Separation):
     """Nothing reaches the host; what it sends does. When it has heard nobody for the lease of its participants, it drops
     them and falls silent until it has found them again, which may begin when it hears already."""
     name = "deafen"
-    aftermath = LEASE + 0.5
+
+    @property
+    def aftermath(self):
+        return self.limits.lease + 0.5
 
     def begin(self, cell):
         cell.hosts.drop(self.host, "input", 100)
@@ -300,24 +308,27 @@ def together(one, other):
 KINDS = ("kill", "stop", "cut", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
 
 
-def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False):
+def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits()):
     """`nodes`: {node: host} of all services but agents. `told`: what lasts lasts long enough that it must be told."""
     node = rng.choice(sorted(nodes))
     host = rng.choice(sorted(hosts))
     about = lambda low, high: round(rng.uniform(low, high), 3)
-    silent = lambda limit, low: about(surely_told(limit) + 0.1 if told else low, 3.0)
+    silent = lambda limit, low: about(surely_told(limit) + 0.1 if told else low, longest(limit))
+    lost = lambda low: silent(limits.lease, low)
     kinds = {
         "kill": (6, lambda: Kill(node, nodes[node])),
-        "stop": (4, lambda: Stop(node, nodes[node], silent(SILENCE, 0.05))),
-        "cut": (3, lambda: Cut(host, silent(LEASE, 0.1))),
-        "mute": (2, lambda: Mute(host, silent(LEASE, 0.1))),
+        "stop": (4, lambda: Stop(node, nodes[node], silent(limits.silence, 0.05))),
+        "cut": (3, lambda: Cut(host, lost(0.1))),
+        "mute": (2, lambda: Mute(host, lost(0.1))),
         "deafen": (2, lambda: Deafen(host, about(0.1, 3.0))),
         "loss": (2, lambda: Lose(host, about(0.5, 2.0), rng.randint(1, 30))),
-        "pause": (1, lambda: Pause(host, silent(LEASE, 0.1))),
-        "agent": (1, lambda: KillAgent(host, silent(LEASE, 0.5) if told else about(0.5, 2.0))),
+        "pause": (1, lambda: Pause(host, lost(0.1))),
+        "agent": (1, lambda: KillAgent(host, lost(0.5) if told else about(0.5, 2.0))),
         "slow": (1, lambda: SlowDown(host, about(0.5, 2.0))),
         "disk": (1, lambda: FillDisk(host, about(0.5, 2.0))),
         "clock": (1, lambda: StepClock(host, about(1.5, 3.0), rng.choice((-1, 1)) * rng.choice((1, 60, 86400)))),
     }
     kind = rng.choices(only, [kinds[kind][0] for kind in only])[0]
-    return kinds[kind][1]()
+    injection = kinds[kind][1]()
+    injection.limits = limits
+    return injection

@@ -4,7 +4,7 @@ usage: verdicts.py --self-test"""
 import sys
 import unittest
 
-from injections import SILENCE, TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, Pause, SlowDown, StepClock, \
+from injections import TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, Pause, SlowDown, StepClock, \
     Stop, is_supervisor, surely_told, together
 
 
@@ -28,7 +28,7 @@ def hidden(injection, injections, places, leader):
         return any(isinstance(other, Deafen) for other in hitting)
     if any(not isinstance(other, Kill) for other in hitting):
         return True
-    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(SILENCE) + TAKEOVER
+    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limits.silence) + TAKEOVER
 
 
 def may_be_told(injections, places):

@@ -1,6 +1,5 @@
 """A cell of several hosts, seen from outside: through `hecaton` on the operator's machine."""
 import json
-import re
 import signal
 import subprocess
 import threading
@@ -11,27 +10,6 @@ from steadiness import NodeLateness, unix_ms
 PATIENCE = 120  # [s] far beyond what any machine needs; only ends a test that hangs
 
 LINES = 12  # of what a command said, in a failure's account
-
-
-def still_text(text, folder):
-    """A cell file's text, for another folder than `folder`, with obstacles that stand still: no arm whose driver is dead
-    gets out of the way of one that is moved by a script."""
-    return re.sub(r"^    motion: .*\n", "", text, flags=re.M).replace("urdf: urdf/", f"urdf: {folder}/urdf/")
-
-
-# Of whose services another host has the standbys.
-STANDBYS = {"north-pc": "west-pc", "west-pc": "east-pc", "east-pc": "north-pc", "supervisor-pc": "world-pc"}
-
-
-def standby_text(text, folder, standbys=None):
-    """still_text(), with a standby for every planner and for the supervisor."""
-    text = still_text(text, folder)
-    for host, standby in (standbys or STANDBYS).items():
-        text, count = re.subn(rf"^( +)host: {host}$", rf"\1host: {host}\n\1standby_host: {standby}", text, flags=re.M)
-        if count != 1:
-            raise ValueError(f"the cell file has {count} lines 'host: {host}'; 1 is wanted")
-    # Roles are not exchanged because a machine that is shared stalls.
-    return text.replace("  host_lease: 1s\n", "  host_lease: 1s\n  takeover_lease: 150ms\n")
 
 
 class LiveCell:

@@ -25,7 +25,7 @@ def enter():
     Returns in there. Neither root's network nor other tests see any of it."""
     if inside():
         return
-    for tool, package in (("unshare", "util-linux"), ("ip", "iproute2"), ("nft", "nftables")):
+    for tool, package in (("unshare", "util-linux"), ("setpriv", "util-linux"), ("ip", "iproute2"), ("nft", "nftables")):
         if shutil.which(tool) is None:
             raise CannotRun(f"{tool} is missing (Debian package {package})")
     words = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
@@ -35,7 +35,18 @@ def enter():
         run(*words, "true")
     except RuntimeError as error:
         raise CannotRun(f"namespaces are not allowed here: {error}") from error
-    os.execvpe(words[0], [*words, sys.executable, *sys.argv], {**os.environ, INSIDE: "yes"})
+    sys.exit(pass_signals_to(subprocess.Popen(["setpriv", "--pdeathsig", "KILL", *words, sys.executable, *sys.argv],
+                                              env={**os.environ, INSIDE: "yes"})))
+
+
+def pass_signals_to(unshare):
+    """Waits for its end and returns its exit code. It hears no SIGTERM itself: the program in there must."""
+    def terminate(*_):
+        for child in pathlib.Path(f"/proc/{unshare.pid}/task/{unshare.pid}/children").read_text().split():
+            os.kill(int(child), signal.SIGTERM)
+    signal.signal(signal.SIGTERM, terminate)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to both
+    return unshare.wait()
 
 
 class Namespaces(Hosts):

@@ -25,9 +25,10 @@ def between(since, until, at, late):
 class TimerLateness:
     """How late this machine wakes a thread that asks for a millisecond: no detection can be more punctual."""
 
-    def __init__(self):
+    def __init__(self, stall=STALL):
         self.late = []  # [ms]
-        self.stalls = []  # (until when a wake-up was later than STALL [ms, wall clock], by how much [ms])
+        self._stall = stall  # [s]
+        self.stalls = []  # (until when a wake-up was later than that [ms, wall clock], by how much [ms])
         threading.Thread(target=self._measure, daemon=True).start()
 
     def _measure(self):
@@ -36,11 +37,11 @@ class TimerLateness:
             time.sleep(0.001)
             late = time.monotonic() - begin - 0.001
             self.late.append(late * 1e3)
-            if late > STALL:
+            if late > self._stall:
                 self.stalls.append((unix_ms(), late * 1e3))
 
     def stood_still(self, since, until, stall=STALL):
-        """For so long [s], STALL at least, and for some of that between these instants [ms, wall clock]."""
+        """For so long [s], the stall that is kept at least, and for some of that between these instants [ms, wall clock]."""
         return any(late > 1e3 * stall and between(since, until, at, late) for at, late in self.stalls)
 
 

@@ -14,11 +14,13 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "chaos"))
+import cell_copy  # noqa: E402
+import cell_document  # noqa: E402
 import containers  # noqa: E402
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from injections import Cut, Kill, Mute, Pause, is_supervisor  # noqa: E402
-from live_cell import STANDBYS, LiveCell, standby_text, still_text, touched, unix_ms  # noqa: E402
+from live_cell import LiveCell, touched, unix_ms  # noqa: E402
 from steadiness import UNSAFE, SpannedResult, TimerLateness, judge_failures  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
 from verdicts import may_be_told  # noqa: E402
@@ -121,14 +123,24 @@ class CellTest(unittest.TestCase):
         self.tell(what, injected, fault)
 
 
+def still_copy():
+    """The cell with obstacles that stand still: an arm whose driver is dead cannot make way."""
+    return cell_copy.copy_of(cell_document.read(options.cell.read_text()), options.cell.resolve().parent)
+
+
+def written(name, document):
+    """Among the logs."""
+    file = options.logs / name
+    file.write_text(cell_document.write(document))
+    return file
+
+
 class FaultTest(CellTest):
     disturbed = ("north-pc", "west-pc", "east-pc", "world-pc", "supervisor-pc")
 
     @classmethod
     def cell_file(cls):
-        still = options.logs / "still.yaml"
-        still.write_text(still_text(options.cell.read_text(), options.cell.resolve().parent))
-        return still
+        return written("still.yaml", still_copy())
 
     def test_a_killed_planner_is_started_again_and_its_arm_reaches_its_goal(self):
         goal = self.cell.goal("north", "ready")
@@ -211,10 +223,9 @@ class StandbyTest(CellTest):
 
     @classmethod
     def cell_file(cls):
-        file = options.logs / "standbys.yaml"
-        file.write_text(standby_text(options.cell.read_text(), options.cell.resolve().parent,
-                                     {**STANDBYS, "north-pc": "supervisor-pc"}))
-        return file
+        document = still_copy()
+        cell_copy.put_standbys_in_a_ring(document, {"north-pc": "supervisor-pc"})
+        return written("standbys.yaml", document)
 
     @classmethod
     def setUpClass(cls):

@@ -1,0 +1,246 @@
+"""The copy of a cell file that faults are injected into.
+
+usage: cell_copy.py --self-test
+
+In any copy paths are absolute, obstacles stand still (an arm whose driver is dead cannot make way), and what faults hold goes
+on by itself, for there is nobody to resume it. Its hosts all share this machine, on which silence counts later."""
+import ipaddress
+import os
+import sys
+import unittest
+
+import cell_document
+
+NETWORK = ipaddress.ip_network("10.43.0.0/24")
+FIRST = 11  # of the hosts' addresses in it
+# Late enough for a machine that is shared: those of deploy/cells/three_hosts.yaml.
+SHARED_LIMITS = {"heartbeat_deadline": "250ms", "host_lease": "1s"}
+SHARED_TAKEOVER = "150ms"  # roles are not exchanged because such a machine stalls
+PATHS = ("urdf", "srdf")
+
+
+def copy_of(document, folder):
+    """The document of a cell file in `folder`, changed in place."""
+    make_paths_absolute(document, folder)
+    for obstacle in document.get("obstacles") or []:
+        stand_still(obstacle)
+    supervision = section(document, "supervision")
+    for key in ("recovery", "watchdog"):  # contacts wait for people by default; who hangs for long is none of ours
+        supervision.pop(key, None)
+    if not SHARED_LIMITS.keys() & supervision.keys():
+        supervision.update(SHARED_LIMITS)
+    supervision.setdefault("takeover_lease", SHARED_TAKEOVER)
+    section(document, "network").pop("interface", None)  # a host's only one has another name here
+    return document
+
+
+def section(document, key):
+    """A map of the cell file, made when it is not there."""
+    if not document.get(key):
+        document[key] = {}
+    return document[key]
+
+
+def make_paths_absolute(document, folder):
+    for arm in [document.get("defaults") or {}, *document["arms"]]:
+        for holder, keys in ((arm, PATHS), (arm.get("packages"), arm.get("packages")), (arm.get("strategy"), ("file",))):
+            beside(folder, holder, keys)
+    for obstacle in document.get("obstacles") or []:
+        for shape in obstacle["shapes"]:
+            beside(folder, shape, ("file",))
+
+
+def beside(folder, holder, keys):
+    for key in keys or ():
+        if holder and key in holder:
+            holder[key] = cell_document.Quoted(os.path.join(folder, holder[key]))
+
+
+def stand_still(obstacle):
+    """Where it begins."""
+    motion = obstacle.pop("motion", None) or {}
+    if "poses" in motion:
+        obstacle["pose"] = motion["poses"][0]
+
+
+def why_spread(document):
+    """Why this cell cannot have the hosts of its file here; None: it can."""
+    hosts = document.get("hosts") or {}
+    if len(hosts) < 2:
+        return "it has a single host"
+    try:
+        addresses = {ipaddress.IPv4Address(address) for address in hosts.values()}
+    except ValueError:
+        return "its hosts have names for addresses"
+    if len(addresses) < len(hosts):
+        return "its hosts share addresses"
+    network = ipaddress.ip_network((min(addresses), 24), strict=False)
+    if not addresses <= set(list(network.hosts())[1:]):
+        return "its hosts are not in one network of 256 addresses, of which the first is the operator's"
+    return None
+
+
+def spread(document):
+    """Over a host for each arm, one for the world, and one for the supervisor; standbys are nobody's."""
+    remove_standbys(document)
+    for arm in document["arms"]:
+        arm["host"] = f"{arm['name']}-pc"
+    section(document, "world")["host"] = "world-pc"
+    section(document, "supervision")["host"] = "supervisor-pc"
+    names = dict.fromkeys([*(arm["host"] for arm in document["arms"]), "world-pc", "supervisor-pc"])
+    document["hosts"] = {name: str(NETWORK[FIRST + i]) for i, name in enumerate(names)}
+    network = section(document, "network")
+    for key in ("transport", "peers"):
+        network.pop(key, None)
+    network["discovery"] = "unicast"
+
+
+def has_standbys(document):
+    return any("standby_host" in who for who in watched(document))
+
+
+def remove_standbys(document):
+    for who in watched(document):
+        who.pop("standby_host", None)
+
+
+def watched(document):
+    """Who may have a standby."""
+    return [*document["arms"], section(document, "supervision")]
+
+
+def put_standbys_in_a_ring(document, others=None):
+    """Each arm's on the next arm's host, the supervisor's on the world's. `others`: {host: another host of its standbys}."""
+    standbys = {**ring_of(document), **(others or {})}
+    for who in watched(document):
+        who["standby_host"] = standbys[who["host"]]
+
+
+def ring_of(document):
+    """{host of an arm or of the supervisor: host of its standbys}."""
+    ring = list(dict.fromkeys(arm["host"] for arm in document["arms"]))
+    standbys = dict(zip(ring, ring[1:] + ring[:1]))
+    standbys.setdefault(document["supervision"]["host"], document["world"]["host"])
+    # Who would be next to itself has another's help.
+    return {host: standby if standby != host else next(other for other in document["hosts"] if other != host)
+            for host, standby in standbys.items()}
+
+
+def services(document):
+    """Names of all that agents start, beside who stands where."""
+    names = ["world", "supervisor"] + [f"{kind}/{arm['name']}" for arm in document["arms"] for kind in ("driver", "planner")]
+    names += [f"planner/{arm['name']}@{arm['standby_host']}" for arm in document["arms"] if "standby_host" in arm]
+    standby = document["supervision"].get("standby_host")
+    return names + ([f"supervisor@{standby}"] if standby else [])
+
+
+SINGLE = """
+name: "012"
+defaults:
+  urdf: urdf/puma.urdf
+  packages: {robots: ../robots}
+  poses: {home: [0, 1e-1, on]}
+arms:
+  - {name: a, strategy: {file: found.yaml}}
+  - {name: b, urdf: /robots/b.urdf}
+obstacles:
+  - name: cart
+    shapes: [{type: mesh, file: cart.stl}]
+    motion: {type: waypoints, poses: [{xyz: [1, 0, 0]}, {xyz: [2, 0, 0]}], speed: 1}
+  - name: ball
+    shapes: [{type: sphere, radius: 010}]
+    pose: {xyz: [3, 0, 0]}
+    motion: {type: circle, centre: [0, 0, 0], angular_speed: 1}
+network: {transport: shm, interface: lo}
+supervision: {recovery: {node_silent: resume}, watchdog: 1s}
+"""
+
+SEVERAL = """
+name: several
+hosts: {left-pc: 10.0.0.11, right-pc: 10.0.0.12, cell-pc: 10.0.0.13}
+world: {host: cell-pc}
+supervision: {host: cell-pc, heartbeat_deadline: 40ms}
+arms:
+  - {name: left, host: left-pc}
+  - {name: right, host: right-pc}
+"""
+
+
+def document_of(text):
+    return copy_of(cell_document.read(text), "/cells")
+
+
+class CopyTest(unittest.TestCase):
+    def test_paths_are_absolute(self):
+        document = document_of(SINGLE)
+        self.assertEqual(document["defaults"]["urdf"], "/cells/urdf/puma.urdf")
+        self.assertEqual(document["defaults"]["packages"], {"robots": "/cells/../robots"})
+        self.assertEqual(document["arms"][0]["strategy"]["file"], "/cells/found.yaml")
+        self.assertEqual(document["arms"][1]["urdf"], "/robots/b.urdf")
+        self.assertEqual(document["obstacles"][0]["shapes"][0]["file"], "/cells/cart.stl")
+
+    def test_obstacles_stand_still_where_they_begin(self):
+        cart, ball = document_of(SINGLE)["obstacles"]
+        self.assertEqual((cart["pose"]["xyz"], ball["pose"]["xyz"]), (["1", "0", "0"], ["3", "0", "0"]))
+        self.assertFalse("motion" in cart or "motion" in ball)
+
+    def test_scalars_are_written_as_they_were(self):
+        text = cell_document.write(document_of(SINGLE))
+        for line in ('name: "012"', "- 1e-1", "- on", "radius: 010"):
+            self.assertRegex(text, rf"(?m)^ *(- )?{line}$")
+        self.assertEqual(cell_document.read(text), document_of(SINGLE))
+
+    def test_limits_that_a_file_does_not_state_are_those_of_a_shared_machine(self):
+        self.assertEqual(document_of(SINGLE)["supervision"], {**SHARED_LIMITS, "takeover_lease": "150ms"})
+        stated = document_of(SEVERAL)["supervision"]
+        self.assertEqual((stated["heartbeat_deadline"], stated.get("host_lease")), ("40ms", None))
+
+
+class SpreadTest(unittest.TestCase):
+    def spread(self):
+        document = document_of(SINGLE)
+        spread(document)
+        return document
+
+    def why(self, **hosts):
+        return why_spread({"hosts": hosts})
+
+    def test_only_addresses_of_their_own_in_one_network_make_hosts(self):
+        self.assertIsNone(why_spread(document_of(SEVERAL)))
+        self.assertIn("single host", why_spread(document_of(SINGLE)))
+        self.assertIn("share", self.why(a="127.0.0.1", b="127.0.0.1"))
+        self.assertIn("names", self.why(a="10.0.0.2", b="b.example"))
+        self.assertIn("one network", self.why(a="10.0.0.2", b="10.0.1.2"))
+        self.assertIn("operator's", self.why(a="10.0.0.1", b="10.0.0.2"))
+
+    def test_every_arm_has_a_host_and_so_have_world_and_supervisor(self):
+        document = self.spread()
+        self.assertEqual(document["hosts"], {"a-pc": "10.43.0.11", "b-pc": "10.43.0.12", "world-pc": "10.43.0.13",
+                                             "supervisor-pc": "10.43.0.14"})
+        self.assertEqual([who["host"] for who in watched(document)], ["a-pc", "b-pc", "supervisor-pc"])
+        self.assertEqual(document["network"], {"discovery": "unicast"})
+        self.assertIsNone(why_spread(document))
+
+    def test_standbys_are_in_a_ring(self):
+        document = self.spread()
+        self.assertFalse(has_standbys(document))
+        put_standbys_in_a_ring(document)
+        self.assertEqual([who["standby_host"] for who in watched(document)], ["b-pc", "a-pc", "world-pc"])
+        self.assertEqual(services(document), ["world", "supervisor", "driver/a", "planner/a", "driver/b", "planner/b",
+                                              "planner/a@b-pc", "planner/b@a-pc", "supervisor@world-pc"])
+        remove_standbys(document)
+        self.assertFalse(has_standbys(document))
+
+    def test_nobody_is_its_own_standby(self):
+        document = document_of(SEVERAL)
+        put_standbys_in_a_ring(document)
+        self.assertEqual([who["standby_host"] for who in watched(document)], ["right-pc", "left-pc", "left-pc"])
+        document["arms"].pop()
+        put_standbys_in_a_ring(document)
+        self.assertEqual([who["standby_host"] for who in watched(document)], ["right-pc", "left-pc"])
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--self-test"]:
+        sys.exit(__doc__)
+    unittest.main(argv=sys.argv[:1])

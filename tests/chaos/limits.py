@@ -1,0 +1,18 @@
+"""How long a cell may hear nothing before that is a fault."""
+import dataclasses
+
+from duration import parse_duration
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """By default those of deploy/cells/three_hosts.yaml."""
+    silence: float = 0.25  # [s] of a node
+    lease: float = 1.0     # [s] of a host
+
+    @staticmethod
+    def of(document):
+        """What a cell file says, or leaves to its defaults (docs/cell-file.md)."""
+        supervision = document.get("supervision", {})
+        return Limits(parse_duration(supervision.get("heartbeat_deadline", "20ms")),
+                      parse_duration(supervision.get("host_lease", "100ms")))
