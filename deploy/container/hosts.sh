@@ -35,7 +35,7 @@ case $action in
     podman network create --disable-dns --subnet "${address%.*}.0/24" "$network" >/dev/null
     hosts | while read -r host address; do
       podman run --detach --name "$network-$host" --hostname "$host" --network "$network" --ip "$address" \
-        --restart unless-stopped --memory 1g --cap-add IPC_LOCK --read-only --tmpfs /tmp --volume "$folder:$folder:ro" \
+        --restart unless-stopped --memory 1g --cap-add IPC_LOCK --cap-add SYS_NICE --read-only --tmpfs /tmp --volume "$folder:$folder:ro" \
         --volume /dev/shm:/run/hecaton --env TMPDIR=/run/hecaton \
         "$image" agent "$file" --host "$host" >/dev/null
       echo "$host $address"

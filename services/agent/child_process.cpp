@@ -2,7 +2,9 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <utility>
 
@@ -15,11 +17,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "services/runtime/urgency.hpp"
+
 namespace hecaton::services {
 namespace {
 
-/// Where the child finds its end of the socket for signs of life.
+/// Where the child finds its end of the socket for signs of life, and of the pipe that its end closes.
 constexpr int kAliveFd = 3;
+constexpr int kLifeFd = 4;
+constexpr int kFirstOther = 5;
 
 [[noreturn]] void fail(const std::filesystem::path& program, int error) {
   throw std::runtime_error(start_failure(program, error));
@@ -41,13 +47,49 @@ void reset_signals() {
   sigprocmask(SIG_SETMASK, &none, nullptr);
 }
 
+/// What a child tells us by: it writes at the end, we read at the beginning. Closes what nobody has taken.
+struct Line {
+  Line() = default;
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+  ~Line() {
+    if (begin >= 0) close(begin);
+    if (end >= 0) close(end);
+  }
+  bool open_pipe() {
+    int ends[2];
+    return pipe2(ends, O_CLOEXEC) == 0 && keep(ends);
+  }
+  bool open_socket() {
+    int ends[2];
+    return socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0 && keep(ends);
+  }
+
+  int begin = -1;
+  int end = -1;
+
+ private:
+  bool keep(const int* ends) {
+    begin = ends[0];
+    end = ends[1];
+    return true;
+  }
+};
+
+/// The ends of the lines that are the child's; below 0: none.
+struct Ties {
+  int start = -1;
+  int alive = -1;
+  int life = -1;
+};
+
 /// In the child between fork and exec, where other threads' locks may be held: system calls only.
-[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, int pipe,
-                         int alive) {
+[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, Ties ties) {
   reset_signals();
-  const int report = fcntl(pipe, F_DUPFD_CLOEXEC, kAliveFd + 1);  // neither is where the other shall be
-  if (report < 0) report_and_leave(pipe);
-  pipe = report;
+  start_behind_loops();
+  // All are out of the way of each other's places before one is put there.
+  const int pipe = fcntl(ties.start, F_DUPFD_CLOEXEC, kFirstOther);
+  if (pipe < 0) report_and_leave(ties.start);
   setpgid(0, 0);  // the terminal's Ctrl-C is ours to pass on, in order
   if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) report_and_leave(pipe);
   if (getppid() != parent) _exit(127);  // it died before it could have taken us along
@@ -57,16 +99,34 @@ void reset_signals() {
     const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0644);
     if (file < 0 || dup2(file, STDOUT_FILENO) < 0 || dup2(file, STDERR_FILENO) < 0) report_and_leave(pipe);
   }
-  // dup3 refuses to leave a descriptor where it is, with its flags: so a copy of it is put there.
-  if (alive >= 0) {
-    const int copy = fcntl(alive, F_DUPFD_CLOEXEC, kAliveFd + 1);
-    if (copy < 0 || dup2(copy, kAliveFd) < 0) report_and_leave(pipe);
-  }
+  const bool tells = ties.alive >= 0;
+  const int alive = tells ? fcntl(ties.alive, F_DUPFD_CLOEXEC, kFirstOther) : -1;
+  const int life = tells ? fcntl(ties.life, F_DUPFD_CLOEXEC, kFirstOther) : -1;
+  if (tells && (alive < 0 || life < 0 || dup2(alive, kAliveFd) < 0 || dup2(life, kLifeFd) < 0)) report_and_leave(pipe);
   // The pipe stays until exec: all descriptors of ours are closed by it.
-  const unsigned first = alive >= 0 ? kAliveFd + 1 : kAliveFd;
+  const unsigned first = tells ? kFirstOther : kAliveFd;
   if (syscall(SYS_close_range, first, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
   execv(program, arguments);
   report_and_leave(pipe);
+}
+
+ChildEnd end_of(int status) {
+  if (WIFSIGNALED(status)) return {-1, WTERMSIG(status)};
+  return {WEXITSTATUS(status), 0};
+}
+
+// As wait(2) has it: how the kernel has begun to end the process, in the last field of its line. Nothing in there tells
+// whether it has begun; but who returns 0 without being asked is worth no haste, and who stands still is not ending.
+std::optional<ChildEnd> announced_end(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  std::getline(file, line);
+  const std::size_t name_end = line.rfind(") ");
+  if (name_end == std::string::npos || line.size() < name_end + 3) return std::nullopt;
+  const char state = line[name_end + 2];
+  const int status = std::atoi(line.c_str() + line.rfind(' ') + 1);
+  if (state == 'T' || state == 't' || status == 0) return std::nullopt;
+  return end_of(status);
 }
 
 }  // namespace
@@ -80,64 +140,55 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   const std::string log = command.log.string();
   std::vector<std::string> words{program};
   words.insert(words.end(), command.arguments.begin(), command.arguments.end());
-  if (command.tells_alive) words.insert(words.end(), {"--alive-fd", std::to_string(kAliveFd)});
+  if (command.tells_alive) {
+    words.insert(words.end(), {"--alive-fd", std::to_string(kAliveFd), "--life-fd", std::to_string(kLifeFd)});
+  }
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  int sockets[2] = {-1, -1};
-  if (command.tells_alive && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
-    fail(command.program, errno);
-  }
-  alive_ = sockets[0];
-  int pipe[2];
-  if (pipe2(pipe, O_CLOEXEC) != 0) {
-    const int error = errno;
-    if (sockets[1] >= 0) close(sockets[1]);
-    close_own();
-    fail(command.program, error);
-  }
+  Line start;
+  Line alive;
+  Line life;
+  bool open = start.open_pipe();
+  if (command.tells_alive) open = open && alive.open_socket() && life.open_pipe();
+  if (!open) fail(command.program, errno);
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, pipe[1], sockets[1]);
-  const int fork_error = errno;
-  close(pipe[1]);
-  if (sockets[1] >= 0) close(sockets[1]);
-  start_ = pipe[0];
-  if (pid_ < 0) {
-    close_own();
-    fail(command.program, fork_error);
-  }
+  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, {start.end, alive.end, life.end});
+  if (pid_ < 0) fail(command.program, errno);
   // Nobody else reaps it, so the number is still its own.
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
   if (pidfd_ < 0) {
     const int error = errno;
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
-    close_own();
     fail(command.program, error);
   }
+  start_ = std::exchange(start.begin, -1);
+  alive_ = std::exchange(alive.begin, -1);
+  life_ = std::exchange(life.begin, -1);
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       pidfd_(std::exchange(other.pidfd_, -1)),
       alive_(std::exchange(other.alive_, -1)),
+      life_(std::exchange(other.life_, -1)),
       start_(std::exchange(other.start_, -1)),
       start_error_(other.start_error_),
       end_(other.end_) {}
 
 ChildProcess::~ChildProcess() {
-  if (pidfd_ >= 0 && !end_) {
-    signal(SIGKILL);
-    waitpid(pid_, nullptr, 0);
-  }
+  signal(SIGKILL);
+  if (pid_ > 0) waitpid(pid_, nullptr, 0);
   close_own();
 }
 
 void ChildProcess::close_own() {
   if (pidfd_ >= 0) close(pidfd_);
   if (alive_ >= 0) close(alive_);
+  if (life_ >= 0) close(life_);
   if (start_ >= 0) close(start_);
 }
 
@@ -159,19 +210,29 @@ bool ChildProcess::told_alive() {
 }
 
 void ChildProcess::signal(int number) const {
-  if (!end_) static_cast<void>(syscall(SYS_pidfd_send_signal, pidfd_, number, nullptr, 0));
+  if (pid_ > 0 && !end_) static_cast<void>(syscall(SYS_pidfd_send_signal, pidfd_, number, nullptr, 0));
+}
+
+std::optional<ChildEnd> ChildProcess::poll_doom() {
+  if (life_ < 0) return std::nullopt;
+  pollfd gone{life_, POLLIN, 0};
+  if (poll(&gone, 1, 0) <= 0) return std::nullopt;
+  close(std::exchange(life_, -1));  // it has nothing more to say
+  return announced_end(pid_);
 }
 
 std::optional<ChildEnd> ChildProcess::poll_end() {
   if (end_) return end_;
-  int status = 0;
-  if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
-  if (WIFSIGNALED(status)) {
-    end_ = ChildEnd{-1, WTERMSIG(status)};
-  } else {
-    end_ = ChildEnd{WEXITSTATUS(status), 0};
+  siginfo_t info{};
+  if (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid != pid_) {
+    return std::nullopt;
   }
+  end_ = info.si_code == CLD_EXITED ? ChildEnd{info.si_status, 0} : ChildEnd{-1, info.si_status};
   return end_;
+}
+
+pid_t ChildProcess::let_go() {
+  return std::exchange(pid_, -1);
 }
 
 }  // namespace hecaton::services

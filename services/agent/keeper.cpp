@@ -48,7 +48,7 @@ std::vector<Incident> Keeper::turn(Clock::time_point now) {
 
 // Who was stopped itself knows nothing of the others for that time.
 void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
-  if (!kept.child || !kept.hung.empty()) return;
+  if (!kept.child || kept.told_end || !kept.hung.empty()) return;
   const bool was_away = now - watched_ >= 2 * options_.watchdog / kLooks;
   const bool told = kept.child->told_alive();
   if (told && !kept.began) kept.began = now;
@@ -81,6 +81,7 @@ void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   kept.began.reset();
   kept.heard = now;
   kept.hung.clear();
+  kept.told_end = false;
   if (kept.given_up) ++kept.retries;
   ChildCommand command{
       options_.programs / kept.service.program, kept.service.arguments, {}, options_.watchdog.count() > 0};
@@ -117,13 +118,20 @@ void Keeper::not_started(Kept& kept, const std::string& why, Clock::time_point n
 
 void Keeper::reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
   if (!kept.child || kept.starting) return;
+  if (const auto doom = kept.child->poll_doom()) tell_end(kept, *doom, incidents);
   const auto end = kept.child->poll_end();
   if (!end) return;
-  incidents.push_back(incident(kept, Incident::Kind::kExited));
-  incidents.back().end = *end;
-  if (end->signal_number == SIGKILL) incidents.back().reason = kept.hung;  // else it ended by itself at last
+  if (!kept.told_end) tell_end(kept, *end, incidents);
+  reaper_.take(kept.child->let_go());
   kept.child.reset();
   if (!ending_) plan_restart(kept, now, incidents);
+}
+
+void Keeper::tell_end(Kept& kept, const ChildEnd& end, std::vector<Incident>& incidents) const {
+  kept.told_end = true;
+  incidents.push_back(incident(kept, Incident::Kind::kExited));
+  incidents.back().end = end;
+  if (end.signal_number == SIGKILL) incidents.back().reason = kept.hung;  // else it ended by itself at last
 }
 
 void Keeper::plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
@@ -163,7 +171,9 @@ void Keeper::kill_all() {
 
 void Keeper::append_descriptors(std::vector<pollfd>& descriptors) const {
   for (const Kept& kept : kept_) {
-    if (kept.child) descriptors.push_back({kept.starting ? kept.child->start_fd() : kept.child->fd(), POLLIN, 0});
+    if (!kept.child) continue;
+    descriptors.push_back({kept.starting ? kept.child->start_fd() : kept.child->fd(), POLLIN, 0});
+    if (!kept.starting && kept.child->life_fd() >= 0) descriptors.push_back({kept.child->life_fd(), POLLIN, 0});
   }
 }
 

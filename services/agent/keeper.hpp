@@ -11,6 +11,7 @@
 #include <poll.h>
 
 #include "services/agent/child_process.hpp"
+#include "services/agent/reaper.hpp"
 #include "services/agent/restart_policy.hpp"
 #include "services/agent/service_plan.hpp"
 
@@ -44,13 +45,14 @@ class Keeper {
 
   Keeper(std::vector<PlannedService> services, KeeperOptions options);
 
-  /// Starts what is due, reaps what has ended, kills what hangs.
+  /// Starts what is due, reaps what has ended, kills what hangs. That a service exits is told as soon as it is sure; it
+  /// is started again only when nothing is left of it.
   [[nodiscard]] std::vector<Incident> turn(Clock::time_point now);
   /// No more restarts; asks all to end.
   void ask_to_end();
   void kill_all();
 
-  /// Readable when turn() has something to reap, or to tell of a start.
+  /// Readable when turn() has something to reap, or to tell of a start or an end.
   void append_descriptors(std::vector<pollfd>& descriptors) const;
   /// When the next restart is due.
   [[nodiscard]] std::optional<Clock::time_point> next_start() const;
@@ -70,6 +72,7 @@ class Keeper {
     Clock::time_point heard{};                 // when it last did, or was started, or we were away ourselves
     std::string hung{};                        // how, and was killed; empty: it did not
     bool starting = false;                     // its program is being read
+    bool told_end = false;                     // that it ends, which may take a while
     unsigned starts = 0;
     bool given_up = false;
     unsigned retries = 0;   // since then
@@ -79,6 +82,7 @@ class Keeper {
   void settle(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void not_started(Kept& kept, const std::string& why, Clock::time_point now, std::vector<Incident>& incidents);
   void reap(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
+  void tell_end(Kept& kept, const ChildEnd& end, std::vector<Incident>& incidents) const;
   void watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void forgive(Kept& kept, Clock::time_point now) const;
@@ -86,6 +90,7 @@ class Keeper {
   [[nodiscard]] Incident incident(const Kept& kept, Incident::Kind kind) const;
 
   KeeperOptions options_;
+  Reaper reaper_;
   std::vector<Kept> kept_;
   Clock::time_point watched_{};  // the last time that signs of life were looked for
   bool ending_ = false;

@@ -9,6 +9,7 @@
 #include "services/runtime/log.hpp"
 #include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/runtime/run_service.hpp"
 
 namespace {
 
@@ -43,7 +44,9 @@ int main(int argc, char** argv) {
     if (app.count("--host") > 0) services::require_host(file, options.host);  // also when it is empty
     const services::LogScope log(services::agent_node(options.host.empty() ? "all" : options.host), options);
     services::lock_memory();
-    services::Agent(file, options, agent, shutdown).run();
+    services::Agent service(file, options, agent, shutdown);
+    services::hurry(file, services::Urgency::kWatch);
+    service.run();
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
     return static_cast<int>(services::ExitCode::kBadInput);

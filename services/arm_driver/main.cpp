@@ -1,5 +1,6 @@
 #include "services/arm_driver/arm_driver.hpp"
 #include "services/runtime/join.hpp"
+#include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
@@ -14,6 +15,9 @@ int main(int argc, char** argv) {
         const int arm = services::find_arm(file, options.arm);
         const services::LogScope log(services::driver_node(options.arm), options);
         services::lock_memory();
-        services::ArmDriver(file, arm, options, shutdown).run();
+        services::hold_life_line(options.life_fd);
+        services::ArmDriver driver(file, arm, options, shutdown);
+        services::hurry(file, services::Urgency::kSafety);
+        driver.run();
       });
 }

@@ -93,6 +93,7 @@ CellFile read_cell(const YamlNode& tree, const std::string& path) {
   file.world_host = read_world_host(root, file.hosts);
   file.supervision = read_supervision(root, file.hosts);
   file.cell.timing = read_timing(root);
+  file.real_time = read_real_time(root);
   file.cell.tasks = read_tasks(root);
   check_relations(root, file);
   read_arms(root, file);

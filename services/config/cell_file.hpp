@@ -66,6 +66,7 @@ struct CellFile {
   std::vector<ArmHosts> arm_hosts;  ///< one per arm of the cell
   std::string world_host;
   Supervision supervision;
+  bool real_time = false;  ///< services' loops have real-time priority where the machine allows it
 };
 
 /// Reads, and checks that the cell can start: see check_start. Throws ConfigError.

@@ -70,6 +70,12 @@ planner::Timing read_timing(const MapView& root) {
   return timing;
 }
 
+bool read_real_time(const MapView& root) {
+  bool real_time = false;
+  if (const auto view = root.find("timing")) read_boolean(view->map(section::kTiming), "real_time", real_time);
+  return real_time;
+}
+
 planner::TaskArea read_tasks(const MapView& root) {
   planner::TaskArea tasks;
   const auto view = root.find("tasks");

@@ -20,7 +20,7 @@ constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silen
                                       Words("node_silent"),   Words("process_died"), Words("node_failed"),
                                       Words("agent_lost"),    Words("contact")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
-                                    Words("command_timeout")};
+                                    Words("command_timeout"), Words("real_time")};
 constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
                                   Words("half_height"), Words("posture"), Words("conflicting"), Words("time_limit"),
                                   Words("clutter"),     Words("areas"),   Words("spread"),      Words("mean_wait")};

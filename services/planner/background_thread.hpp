@@ -13,18 +13,10 @@
 #include <thread>
 #include <utility>
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include "services/runtime/turn_watch.hpp"
+#include "services/runtime/urgency.hpp"
 
 namespace hecaton::services {
-
-/// For the first line of a thread that works for the control loop: the loop goes first when processors are short.
-inline void give_way_to_control_loop() {
-  constexpr int kNiceness = 10;
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
-}
 
 /// A thread, its questions and its answers, each in their order. All functions are for the loop's thread alone. The
 /// other one may be without a processor while it holds the lock: then what is handed over changes hands another period.
@@ -88,7 +80,8 @@ class BackgroundThread {
   }
 
   void run() {
-    give_way_to_control_loop();
+    constexpr int kNiceness = 10;
+    stand_back(kNiceness);
     bool goes_on = false;
     std::unique_lock lock(mutex_);
     while (true) {

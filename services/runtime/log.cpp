@@ -13,6 +13,8 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "services/runtime/urgency.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -77,7 +79,7 @@ LogField::LogField(std::string_view field_key, double field_value) : key(field_k
 }
 
 LogScope::LogScope(const std::string& node, const ServiceOptions& options) {
-  spdlog::init_thread_pool(kQueue, 1);
+  spdlog::init_thread_pool(kQueue, 1, stay_behind_loops);
   spdlog::sink_ptr sink;
   if (options.log_file.empty()) {
     sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();

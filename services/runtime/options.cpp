@@ -20,6 +20,8 @@ const std::map<std::string, LogLevel> kLevels{{"debug", LogLevel::kDebug},
                                               {"warning", LogLevel::kWarning},
                                               {"error", LogLevel::kError}};
 
+constexpr int kHighestDescriptor = 1 << 20;
+
 int parse_domain(const std::string& name, const std::string& text) {
   int domain = -1;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), domain);
@@ -66,7 +68,9 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
   app.add_option("--sources", options.sources, "folder with copies of the cell's files, to read instead of these");
   app.add_option("--alive-fd", options.alive_fd, "descriptor on which its agent waits for signs of life")
-      ->check(CLI::Range(0, 1 << 20));
+      ->check(CLI::Range(0, kHighestDescriptor));
+  app.add_option("--life-fd", options.life_fd, "descriptor by whose end its agent learns that it ends")
+      ->check(CLI::Range(0, kHighestDescriptor));
   add_common_options(app, options);
   const auto leave = parse_or_explain(app, argc, argv);
   planner::read_sources_from(options.sources);

@@ -24,6 +24,7 @@ struct ServiceOptions {
   std::string sources;        ///< folder with copies of the files to be read; empty: they are read where they are
   std::string memory;         ///< file in which survives what must; empty: nothing does
   int alive_fd = -1;          ///< a descriptor on which its agent waits for signs of life; −1: nobody waits
+  int life_fd = -1;           ///< one whose end tells its agent that it ends (life_line.hpp); −1: nobody waits
   LogLevel log_level = LogLevel::kInfo;
   std::string log_file;  ///< empty: stderr
 };

@@ -3,6 +3,8 @@
 #include <exception>
 #include <iostream>
 
+#include "services/runtime/log.hpp"
+
 namespace hecaton::services {
 
 int run_service(int argc, const char* const* argv, const std::string& description, Subject subject,
@@ -17,6 +19,12 @@ int run_service(int argc, const char* const* argv, const std::string& descriptio
     std::cerr << error.what() << '\n';
     return static_cast<int>(ExitCode::kBadInput);
   }
+}
+
+void hurry(const config::CellFile& file, Urgency urgency) {
+  if (!file.real_time) return;
+  const std::string reason = go_first(urgency);
+  if (!reason.empty()) log_warning("no real-time priority", {{"reason", reason}});
 }
 
 }  // namespace hecaton::services

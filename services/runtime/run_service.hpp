@@ -4,8 +4,10 @@
 #include <functional>
 #include <string>
 
+#include "services/config/cell_file.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/shutdown.hpp"
+#include "services/runtime/urgency.hpp"
 
 namespace hecaton::services {
 
@@ -13,5 +15,9 @@ namespace hecaton::services {
 /// sentence on stderr and kBadInput. Returns main's result.
 [[nodiscard]] int run_service(int argc, const char* const* argv, const std::string& description, Subject subject,
                               const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body);
+
+/// What a service does when its loop is about to begin: goes first (urgency.hpp), where the cell file wants that. Logs
+/// why it may not.
+void hurry(const config::CellFile& file, Urgency urgency);
 
 }  // namespace hecaton::services

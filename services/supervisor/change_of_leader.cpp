@@ -15,6 +15,8 @@ namespace {
 constexpr std::chrono::milliseconds kAskAgain{100};
 /// What a leader saw so long before its last word reached us, it has told.
 constexpr Time kTold = 2 * Supervisor::kRepeat;
+/// So long after its last turn a process throws away what waits for it (services/bus/absence.hpp).
+constexpr std::chrono::milliseconds kStall{250};
 
 }  // namespace
 
@@ -22,17 +24,27 @@ constexpr Time kTold = 2 * Supervisor::kRepeat;
 void Supervisor::come_back(bus::Clock::time_point now) {
   leadership_.absent(since_epoch(now));
   withdraw();
-  const auto absence = std::chrono::duration_cast<std::chrono::milliseconds>(now - *absent_since_);
-  const Time since = since_epoch(*absent_since_);
+  tell_own_silence("was itself stopped and away", *absent_since_, now);
   absent_since_.reset();
-  watch_.faults().raise(node_,
-                        {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
-                         node_ + ": was itself stopped and away for " + std::to_string(absence.count()) +
-                             " ms; faults of that time were not seen",
-                         absence},
-                        since);
+}
+
+void Supervisor::note_stall(bus::Clock::time_point now) {
+  const Time limit = std::max<Time>(file_.supervision.heartbeat_deadline, kStall);
+  if (leads_ && supervisors_.size() == 1 && now - turned_ > limit) {
+    tell_own_silence("was itself stopped", turned_, now);
+  }
+}
+
+void Supervisor::tell_own_silence(const std::string& what, bus::Clock::time_point since, bus::Clock::time_point now) {
+  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - since);
+  watch_.faults().raise(
+      node_,
+      {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
+       node_ + ": " + what + " for " + std::to_string(silence.count()) + " ms; faults of that time were not seen",
+       silence},
+      since_epoch(since));
   watch_.faults().clear(node_, since_epoch(now));
-  log_warning("supervisor was away", {{"ms", absence.count()}});
+  log_warning("supervisor " + what, {{"ms", silence.count()}});
 }
 
 // A driver that starts now must not follow what we granted: it has no memory of what was granted since.

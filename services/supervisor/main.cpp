@@ -1,4 +1,5 @@
 #include "services/runtime/cell_nodes.hpp"
+#include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/memory_lock.hpp"
 #include "services/runtime/run_service.hpp"
@@ -13,6 +14,9 @@ int main(int argc, char** argv) {
         const auto supervisors = services::supervisors_of(file);
         const services::LogScope log(supervisors[services::index_on(supervisors, options.host)].node, options);
         services::lock_memory();
-        services::Supervisor(file, options, shutdown).run();
+        services::hold_life_line(options.life_fd);
+        services::Supervisor supervisor(file, options, shutdown);
+        services::hurry(file, services::Urgency::kSafety);
+        supervisor.run();
       });
 }

@@ -111,7 +111,11 @@ void Supervisor::turn(bus::Clock::time_point now) {
     if (!absent_since_) absent_since_ = turned_;
     return;
   }
-  if (absent_since_) come_back(now);
+  if (absent_since_) {
+    come_back(now);
+  } else {
+    note_stall(now);
+  }
   turned_ = now;
   // Before listening, so that nobody is accused of a silence that ends with what is already here.
   watch_.advance(since_epoch(now));

@@ -48,6 +48,9 @@ class Supervisor {
  private:
   void turn(bus::Clock::time_point now);
   void come_back(bus::Clock::time_point now);
+  /// Who has no standby is the only one that can tell that it stood still for less than an absence.
+  void note_stall(bus::Clock::time_point now);
+  void tell_own_silence(const std::string& what, bus::Clock::time_point since, bus::Clock::time_point now);
   /// Logs how long it took, from the first word of anybody, until everybody was heard.
   void get_acquainted();
   /// What we granted while we led is not for who joins from now on, and our faults are only until somebody else tells

@@ -1,4 +1,5 @@
 #include "services/runtime/join.hpp"
+#include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
@@ -13,6 +14,9 @@ int main(int argc, char** argv) {
                                  const config::CellFile file = config::load_cell_file(options.cell);
                                  const services::LogScope log(services::world_node(), options);
                                  services::lock_memory();
-                                 services::WorldService(file, options, shutdown).run();
+                                 services::hold_life_line(options.life_fd);
+                                 services::WorldService world(file, options, shutdown);
+                                 services::hurry(file, services::Urgency::kWork);
+                                 world.run();
                                });
 }

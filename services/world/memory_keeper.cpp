@@ -4,6 +4,7 @@
 
 #include "services/bus/message_file.hpp"
 #include "services/runtime/kept_file.hpp"
+#include "services/runtime/urgency.hpp"
 
 namespace hecaton::services {
 
@@ -56,6 +57,7 @@ std::string MemoryKeeper::silence() const {
 }
 
 void MemoryKeeper::write() {
+  stay_behind_loops();
   std::unique_lock lock(mutex_);
   while (true) {
     wake_.wait(lock, [this] { return ending_ || next_; });

@@ -10,6 +10,9 @@ from limits import Limits
 TAKEOVER = 0.5  # [s] surely until another supervisor leads when the leader has died
 
 
+STALL = 0.25  # [s] for which a supervisor stands still before it says so itself
+
+
 def surely_told(limit):
     """How long a silence must last that no supervisor can miss [s]. It counts in the supervisor's own punctual time: a
     turn of its loop that was late by more than some 10 ms, as they often are where 17 processes share two cores, pardons
@@ -117,7 +120,8 @@ class Stop(OfNode):
         cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
 
     def must(self):
-        return ("node_silent", self.node) if self.duration > surely_told(self.limits.silence) else None
+        limit = max(self.limits.silence, STALL) if is_supervisor(self.node) else self.limits.silence
+        return ("node_silent", self.node) if self.duration > surely_told(limit) else None
 
     def may(self, places, blind):
         # A supervisor tells its own absence as its silence. The agent's watchdog waits for longer than any of these.

@@ -105,6 +105,20 @@ TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
   });
 }
 
+// Too short for anybody to drop it.
+TEST_F(HealthPause, SupervisorTellsOfItsOwnStallWhereNobodyElseCan) {
+  const auto before = cell_.await_healthy();
+  const int pid = process_of(before, "supervisor")->pid();
+  ASSERT_TRUE(test::signal_process(pid, SIGSTOP));
+  const auto begin = cell_.next_state("left").stamp_ns();
+  while (cell_.next_state("left").stamp_ns() - begin < 500'000'000) {
+  }
+  ASSERT_TRUE(test::signal_process(pid, SIGCONT));
+  const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
+  EXPECT_TRUE(own.seen().starts_with("supervisor: was itself stopped ")) << own.seen();
+  EXPECT_EQ(process_of(cell_.await_healthy(), "supervisor")->pid(), pid);
+}
+
 TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
   const auto before = cell_.await_healthy();
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGSTOP));

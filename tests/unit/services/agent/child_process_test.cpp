@@ -5,17 +5,22 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <semaphore>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "services/runtime/urgency.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -66,6 +71,52 @@ TEST_F(ChildProcessTest, TellsTheSignalThatEndedIt) {
   ASSERT_TRUE(end);
   EXPECT_EQ(end->exit_code, -1);
   EXPECT_EQ(end->signal_number, SIGKILL);
+}
+
+TEST_F(ChildProcessTest, TellsItsDoomOnceTheKernelHasBegunToEndIt) {
+  ChildProcess child({"/bin/sh", {"-c", "kill -KILL $$"}, folder_ / "log", true});
+  pollfd doomed{child.life_fd(), POLLIN, 0};
+  ASSERT_EQ(poll(&doomed, 1, kMostWaiting), 1);
+  const auto doom = child.poll_doom();
+  ASSERT_TRUE(doom);
+  EXPECT_EQ(doom->signal_number, SIGKILL);
+  EXPECT_LT(child.life_fd(), 0);
+  EXPECT_FALSE(child.poll_doom()) << "once";
+  const auto end = await_end(child);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->signal_number, SIGKILL);
+}
+
+TEST_F(ChildProcessTest, IsNotDoomedBecauseItLetsGoOfItsLifeLine) {
+  ChildProcess child({"/bin/sh", {"-c", "exec 4>&-; exec sleep 600"}, folder_ / "log", true});
+  pollfd doomed{child.life_fd(), POLLIN, 0};
+  ASSERT_EQ(poll(&doomed, 1, kMostWaiting), 1);
+  EXPECT_FALSE(child.poll_doom());
+  EXPECT_LT(child.life_fd(), 0) << "nobody asks in vain again and again";
+  EXPECT_FALSE(child.poll_end());
+}
+
+TEST_F(ChildProcessTest, StartsBehindLoopsWhereWeGoFirst) {
+  ChildProcess* child = nullptr;
+  bool first = false;
+  // Who starts a child must outlive it.
+  std::binary_semaphore seen(0);
+  std::binary_semaphore started(0);
+  std::thread urgent([&] {
+    sched_param parameters{};
+    parameters.sched_priority = static_cast<int>(Urgency::kWatch);
+    first = sched_setscheduler(0, SCHED_RR, &parameters) == 0;  // where it may
+    ChildProcess own({"/bin/cut", {"-d", " ", "-f", "40,41", "/proc/self/stat"}, folder_ / "log"});
+    child = &own;
+    started.release();
+    seen.acquire();
+  });
+  started.acquire();
+  await_end(*child);
+  const auto urgency = std::to_string(static_cast<int>(Urgency::kStart)) + " " + std::to_string(SCHED_RR) + "\n";
+  EXPECT_EQ(log(), first ? urgency : "0 0\n");
+  seen.release();
+  urgent.join();
 }
 
 TEST_F(ChildProcessTest, LogsToItsFile) {
@@ -124,7 +175,7 @@ TEST_F(ChildProcessTest, LeavesNoDescriptorsWhereThereWereTooFew) {
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
   std::vector<int> taken;
   for (int fd = dup(STDERR_FILENO); fd >= 0; fd = dup(STDERR_FILENO)) taken.push_back(fd);
-  for (std::size_t spare = 0; spare < 4; ++spare) {  // two for signs of life, two to tell of the start
+  for (std::size_t spare = 0; spare < 6; ++spare) {  // two each for signs of life, its end, and to tell of the start
     for (std::size_t i = 0; i < spare; ++i) close(taken.at(taken.size() - 1 - i));
     EXPECT_THROW(ChildProcess({"/bin/true", {}, {}, true}), std::runtime_error) << spare;
     for (std::size_t i = 0; i < spare; ++i) EXPECT_GE(dup(STDERR_FILENO), 0) << i << " of " << spare;

@@ -26,7 +26,7 @@ supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_
               takeover_lease: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
                          process_died: resume, node_failed: automatic, agent_lost: automatic, contact: automatic}}
-timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms}
+timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms, real_time: true}
 geometry: exact
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
         time_limit: 0.5min,
@@ -158,6 +158,7 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_EQ(supervision.heartbeat_deadline, 25ms);
   EXPECT_EQ(supervision.host_lease, 200ms);
   EXPECT_EQ(supervision.watchdog, 3s);
+  EXPECT_TRUE(file_.real_time);
   EXPECT_EQ(supervision.takeover_lease, 30ms);
   EXPECT_EQ(supervision.waits_for_resume, (std::set<std::string, std::less<>>{"process_died", "world_silent"}));
   const planner::Cell& cell = file_.cell;
@@ -323,6 +324,7 @@ TEST(SmallestCellTest, DefaultsAreTheDocumentedOnes) {
       parse_cell_file("name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n", kKeyFile);
   EXPECT_EQ(file.network.domain, 42);
   EXPECT_EQ(file.network.transport, Transport::kUdp);
+  EXPECT_FALSE(file.real_time);
   ASSERT_EQ(file.hosts.size(), 1U);
   EXPECT_EQ(file.hosts[0].name, "localhost");
   EXPECT_EQ(file.world_host, "localhost");
