@@ -17,6 +17,7 @@
 #include "services/bus/discovery_server.hpp"
 #include "services/bus/participant_impl.hpp"
 #include "services/bus/quality.hpp"
+#include "services/bus/removal.hpp"
 #include "services/bus/transport.hpp"
 
 namespace hecaton::bus {
@@ -162,12 +163,19 @@ void Participant::Impl::leave() {
   }
   alarm_.notify_all();
   if (watcher_.joinable()) watcher_.join();
-  end_if_locked_up(Clock::now(), std::chrono::seconds(2));  // it would wait for that thread for good
   if (!farewell_) gate_->close();
   participant->set_listener(nullptr, dds::StatusMask::none());
-  participant->delete_contained_entities();
-  dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
-  numbers().give_back(number_);
+  remove([self = participant] {
+    self->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(self);
+  });
+  if (!locked_up_) numbers().give_back(number_);
+}
+
+void Participant::Impl::remove(std::function<void()> removal) {
+  if (locked_up_ || done_within(kRemoval, std::move(removal))) return;
+  locked_up_ = true;
+  std::fprintf(stderr, "bus: Fast DDS has locked itself up while something of it was removed, which is left behind\n");
 }
 
 dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSupport& type) {
@@ -194,7 +202,7 @@ void Participant::Impl::look_around() {
     lock.unlock();
     look_for_stalls(now);
     gate_->hearing.look(now, listening_since_);
-    end_if_locked_up(now, Receivers::kHung);
+    end_if_locked_up(now);
     const auto next = look_for_silence(now);
     lock.lock();
     next_look_ = std::min(next_look_, next);
@@ -209,8 +217,8 @@ void Participant::Impl::look_for_stalls(Clock::time_point now) {
   settled_ = now + back_after_;
 }
 
-void Participant::Impl::end_if_locked_up(Clock::time_point now, Clock::duration patience) const {
-  if (gate_->receivers.longest(now, listening_since_) < patience) return;
+void Participant::Impl::end_if_locked_up(Clock::time_point now) const {
+  if (gate_->receivers.longest(now, listening_since_) < Receivers::kHung) return;
   std::fprintf(stderr, "bus: a receiving thread has not come back; Fast DDS has locked itself up, the process ends\n");
   std::abort();
 }

@@ -1,7 +1,9 @@
 #pragma once
 /// The Fast DDS side of Participant. Private to services/bus.
 
+#include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -45,6 +47,10 @@ struct Participant::Impl : dds::DomainParticipantListener {
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
   void on_participant_discovery(dds::DomainParticipant* self, rtps::ParticipantDiscoveryInfo&& info) override;
 
+  /// Does what removes something of this participant from Fast DDS; nothing any more once that has locked itself up
+  /// (removal.hpp).
+  void remove(std::function<void()> removal);
+
   /// From now on it is looked at; after unwatch() it is not being looked at either.
   void watch(Watched& watched);
   void unwatch(Watched& watched);
@@ -68,7 +74,7 @@ struct Participant::Impl : dds::DomainParticipantListener {
   void look_around();
   void look_for_stalls(Clock::time_point now);
   /// Ends the process when it can never hear anything again, so that its agent starts it anew.
-  void end_if_locked_up(Clock::time_point now, Clock::duration patience) const;
+  void end_if_locked_up(Clock::time_point now) const;
   [[nodiscard]] Clock::time_point look_for_silence(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
   void note_addresses(const rtps::ParticipantDiscoveryInfo& info);
@@ -76,6 +82,7 @@ struct Participant::Impl : dds::DomainParticipantListener {
   Mailbox* mailbox_;
   std::shared_ptr<Gate> gate_;
   bool farewell_;
+  std::atomic<bool> locked_up_ = false;
   Clock::duration back_after_{};  ///< an absence: others are found again, or gone
   int number_ = 0;                ///< of this participant in this process
   std::mutex mutex_;

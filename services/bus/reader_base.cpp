@@ -34,7 +34,7 @@ void ReaderBase::close() {
   participant_->unwatch(*this);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   reader_->set_listener(nullptr, dds::StatusMask::none());
-  participant_->subscriber->delete_datareader(reader_);
+  participant_->remove([from = participant_->subscriber, reader = reader_] { from->delete_datareader(reader); });
   reader_ = nullptr;
 }
 

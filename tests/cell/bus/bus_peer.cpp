@@ -4,6 +4,7 @@
 // process:   writes ProcessEvents NAME/0 … NAME/29 once, then stays.
 // command:   writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
 // measure:   joins, waits until it has found the writer of ProcessEvents, prints how long that took, leaves.
+// gather:    reads ProcessEvents.
 // listen:    says "at N" at every hundredth ArmState it hears, and "silent" when one missed its deadline of 1 s.
 // Says "ready" on stdout once its endpoints exist. Ends at the end of its stdin, so it never outlives its test.
 #include <cstdio>
@@ -81,6 +82,14 @@ int command(bus::Participant& participant, const std::string& name) {
   return 0;
 }
 
+int gather(bus::Participant& participant) {
+  const bus::Reader<msg::ProcessEvent> reader(participant);
+  say_ready();
+  while (pause_for(-1)) {
+  }
+  return 0;
+}
+
 int listen(bus::Participant& participant) {
   bus::ReaderOptions options;
   options.deadline = 1s;
@@ -128,6 +137,7 @@ int main(int argc, char** argv) {
   if (role == "heartbeat") return heartbeat(participant, name);
   if (role == "process") return process(participant, name);
   if (role == "command") return command(participant, name);
+  if (role == "gather") return gather(participant);
   if (role == "listen") return listen(participant);
   if (role == "measure") return measure(participant, start);
   return 2;

@@ -2,6 +2,7 @@
 // topic's.
 #include <algorithm>
 #include <memory>
+#include <vector>
 
 #include <idl/arm.h>
 #include <idl/health.h>
@@ -74,6 +75,28 @@ TEST_F(Faults, KilledProcessIsNoticedWhileOthersLive) {
     return sample != nullptr && sample->received > now;
   }));
   EXPECT_LT(reader.latest("victim0")->received, now);
+}
+
+// Enough samples and writers for the thread of timers to come upon them while they are destroyed.
+TEST_F(Faults, WhoDiedWithoutAcknowledgingKeepsNoWriterFromBeingDestroyed) {
+  constexpr int kWriters = 20;
+  constexpr int kSamples = 250;
+  PeerProcess victim("gather", domain_.number(), "victim", patient_peer());
+  ::testing::internal::CaptureStderr();
+  {
+    std::vector<std::unique_ptr<Writer<msg::ProcessEvent>>> writers;
+    for (int i = 0; i < kWriters; ++i) writers.push_back(std::make_unique<Writer<msg::ProcessEvent>>(here_));
+    for (const auto& writer : writers) EXPECT_TRUE(writer->wait_matched(1, kPatience));
+    victim.kill();
+    for (const auto& writer : writers) {
+      msg::ProcessEvent event;
+      for (int i = 0; i < kSamples; ++i) {
+        event.process("victim/" + std::to_string(i));
+        EXPECT_TRUE(writer->write(event));
+      }
+    }
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << "or something is left behind";
 }
 
 TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -183,19 +184,20 @@ TEST(Participant, WhoLeavesWithoutAFarewellIsMissedAndHarmsNobody) {
   constexpr int kGuests = 20;
   std::vector<Participant> guests;
   for (int i = 0; i < kGuests; ++i) guests.emplace_back(domain.number(), "guest", options);
-  int here = 0;
-  int gone = 0;
+  std::set<EndpointId> here;  // who was dropped because the machine stood still, and is back, counts once
+  bool all_came = false;
   const auto until = Clock::now() + kPatience;
-  while (gone < kGuests && Clock::now() < until) {
+  while (!(guests.empty() && here.empty()) && Clock::now() < until) {
     for (const auto& event : comings.take_events()) {
-      if (event.kind == EventKind::kParticipantFound) ++here;
-      if (event.kind == EventKind::kParticipantLost) ++gone;
+      if (event.kind == EventKind::kParticipantFound) here.insert(event.peer);
+      if (event.kind == EventKind::kParticipantLost) here.erase(event.peer);
     }
-    if (here == kGuests && !guests.empty()) guests.pop_back();
+    all_came = all_came || here.size() == kGuests;
+    if (all_came && !guests.empty()) guests.pop_back();
     [[maybe_unused]] const bool arrived = comings.wait(std::min<Clock::duration>(until - Clock::now(), 25ms));
   }
-  EXPECT_EQ(here, kGuests);
-  EXPECT_EQ(gone, kGuests);
+  EXPECT_TRUE(all_came);
+  EXPECT_TRUE(here.empty());
 }
 
 TEST(Participant, AReaderWhoseDeadlineIsBelowTheWritersIsToldWhy) {
