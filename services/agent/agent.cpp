@@ -79,6 +79,7 @@ KeeperOptions keeper_options(const config::CellFile& file, const AgentOptions& a
   // Before its loop begins it reads the cell, perhaps with large meshes, on a machine on which all others do the same.
   KeeperOptions options{
       agent.programs, agent.logs, {}, file.supervision.watchdog, kStartPatience * file.supervision.watchdog};
+  options.life_lines = true;
   if (!agent.restart) {
     options.restart.attempts = 0;
     options.watchdog = std::chrono::nanoseconds(0);

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -83,6 +85,14 @@ struct Ties {
   int life = -1;
 };
 
+/// Of this descriptor; below 0: there is none.
+int out_of_the_way(int descriptor, int pipe) {
+  if (descriptor < 0) return descriptor;
+  const int copy = fcntl(descriptor, F_DUPFD_CLOEXEC, kFirstOther);
+  if (copy < 0) report_and_leave(pipe);
+  return copy;
+}
+
 /// In the child between fork and exec, where other threads' locks may be held: system calls only.
 [[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, Ties ties) {
   reset_signals();
@@ -99,13 +109,12 @@ struct Ties {
     const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0644);
     if (file < 0 || dup2(file, STDOUT_FILENO) < 0 || dup2(file, STDERR_FILENO) < 0) report_and_leave(pipe);
   }
-  const bool tells = ties.alive >= 0;
-  const int alive = tells ? fcntl(ties.alive, F_DUPFD_CLOEXEC, kFirstOther) : -1;
-  const int life = tells ? fcntl(ties.life, F_DUPFD_CLOEXEC, kFirstOther) : -1;
-  if (tells && (alive < 0 || life < 0 || dup2(alive, kAliveFd) < 0 || dup2(life, kLifeFd) < 0)) report_and_leave(pipe);
-  // The pipe stays until exec: all descriptors of ours are closed by it.
-  const unsigned first = tells ? kFirstOther : kAliveFd;
-  if (syscall(SYS_close_range, first, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
+  const int alive = out_of_the_way(ties.alive, pipe);
+  const int life = out_of_the_way(ties.life, pipe);
+  // Exec closes all descriptors of ours, the pipe, too; what is put into its place now stays.
+  if (syscall(SYS_close_range, kAliveFd, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
+  if (alive >= 0 && dup2(alive, kAliveFd) < 0) report_and_leave(pipe);
+  if (life >= 0 && dup2(life, kLifeFd) < 0) report_and_leave(pipe);
   execv(program, arguments);
   report_and_leave(pipe);
 }
@@ -115,18 +124,33 @@ ChildEnd end_of(int status) {
   return {WEXITSTATUS(status), 0};
 }
 
-// As wait(2) has it: how the kernel has begun to end the process, in the last field of its line. Nothing in there tells
-// whether it has begun; but who returns 0 without being asked is worth no haste, and who stands still is not ending.
+/// Of /proc/PID/stat, proc(5), by their numbers there less the two before the state.
+constexpr int kState = 0;
+constexpr int kExitCode = 49;
+
+// As wait(2) has it: how the kernel has begun to end the process. Nothing in there tells whether it has begun; but who
+// returns 0 without being asked is worth no haste, and who stands still is not ending.
 std::optional<ChildEnd> announced_end(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string line;
   std::getline(file, line);
   const std::size_t name_end = line.rfind(") ");
-  if (name_end == std::string::npos || line.size() < name_end + 3) return std::nullopt;
-  const char state = line[name_end + 2];
-  const int status = std::atoi(line.c_str() + line.rfind(' ') + 1);
+  if (name_end == std::string::npos) return std::nullopt;
+  std::istringstream rest(line.substr(name_end + 2));
+  const std::vector<std::string> fields{std::istream_iterator<std::string>(rest), {}};
+  if (fields.size() <= kExitCode) return std::nullopt;
+  const char state = fields[kState].front();
+  const int status = std::atoi(fields[kExitCode].c_str());
   if (state == 'T' || state == 't' || status == 0) return std::nullopt;
   return end_of(status);
+}
+
+/// Who was started with SIGCHLD ignored has no children whose end it could learn.
+void keep_children() {
+  struct sigaction action {};
+  if (sigaction(SIGCHLD, nullptr, &action) != 0 || action.sa_handler != SIG_IGN) return;
+  action.sa_handler = SIG_DFL;
+  sigaction(SIGCHLD, &action, nullptr);
 }
 
 }  // namespace
@@ -136,13 +160,13 @@ std::string start_failure(const std::filesystem::path& program, int error) {
 }
 
 ChildProcess::ChildProcess(const ChildCommand& command) {
+  keep_children();
   const std::string program = command.program.string();
   const std::string log = command.log.string();
   std::vector<std::string> words{program};
   words.insert(words.end(), command.arguments.begin(), command.arguments.end());
-  if (command.tells_alive) {
-    words.insert(words.end(), {"--alive-fd", std::to_string(kAliveFd), "--life-fd", std::to_string(kLifeFd)});
-  }
+  if (command.tells_alive) words.insert(words.end(), {"--alive-fd", std::to_string(kAliveFd)});
+  if (command.tells_end) words.insert(words.end(), {"--life-fd", std::to_string(kLifeFd)});
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
@@ -150,8 +174,8 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   Line start;
   Line alive;
   Line life;
-  bool open = start.open_pipe();
-  if (command.tells_alive) open = open && alive.open_socket() && life.open_pipe();
+  const bool open =
+      start.open_pipe() && (!command.tells_alive || alive.open_socket()) && (!command.tells_end || life.open_pipe());
   if (!open) fail(command.program, errno);
   const pid_t parent = getpid();
   pid_ = fork();

@@ -15,9 +15,8 @@ struct ChildCommand {
   std::filesystem::path program;
   std::vector<std::string> arguments;  ///< without the program's own name
   std::filesystem::path log;           ///< its stdout and stderr are appended here; empty: ours
-  /// It gets `--alive-fd N`, a socket on which it tells that it lives, and `--life-fd M`, a pipe by whose end it tells
-  /// that it ends (services/runtime/life_line.hpp).
-  bool tells_alive = false;
+  bool tells_alive = false;            ///< it gets `--alive-fd N`, a socket on which it tells that it lives
+  bool tells_end = false;  ///< and `--life-fd N`, a pipe by whose end it does so (services/runtime/life_line.hpp)
 };
 
 struct ChildEnd {

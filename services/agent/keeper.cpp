@@ -83,8 +83,9 @@ void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   kept.hung.clear();
   kept.told_end = false;
   if (kept.given_up) ++kept.retries;
-  ChildCommand command{
-      options_.programs / kept.service.program, kept.service.arguments, {}, options_.watchdog.count() > 0};
+  ChildCommand command{options_.programs / kept.service.program, kept.service.arguments, {}};
+  command.tells_alive = options_.watchdog.count() > 0;
+  command.tells_end = options_.life_lines;
   if (!options_.logs.empty()) command.log = options_.logs / (kept.service.name + ".log");
   try {
     kept.child.emplace(command);
@@ -100,6 +101,7 @@ void Keeper::settle(Kept& kept, Clock::time_point now, std::vector<Incident>& in
   if (!error) return;
   kept.starting = false;
   if (*error != 0) {
+    reaper_.take(kept.child->let_go());  // it is about to end
     kept.child.reset();
     not_started(kept, start_failure(options_.programs / kept.service.program, *error), now, incidents);
     return;

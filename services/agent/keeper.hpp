@@ -25,6 +25,7 @@ struct KeeperOptions {
   std::chrono::nanoseconds watchdog{0};
   /// So is who did not tell of itself for this long after it was started, which counts as no life at all; 0: nobody.
   std::chrono::nanoseconds start_limit{0};
+  bool life_lines = false;  ///< services are given one, services/runtime/life_line.hpp
 };
 
 /// Something happened to a service.

@@ -1,41 +1,43 @@
 #include "services/agent/reaper.hpp"
 
-#include <utility>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
 
+#include <fcntl.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include "services/runtime/urgency.hpp"
 
 namespace hecaton::services {
 
+Reaper::Reaper() {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+  begin_ = ends[0];
+  end_ = ends[1];
+  thread_ = std::thread([this] { work(); });
+}
+
 Reaper::~Reaper() {
-  {
-    const std::scoped_lock lock(mutex_);
-    ending_ = true;
-  }
-  wake_.notify_one();
+  close(end_);
   thread_.join();
+  close(begin_);
 }
 
-void Reaper::take(pid_t child) {
-  {
-    const std::scoped_lock lock(mutex_);
-    children_.push_back(child);
-  }
-  wake_.notify_one();
+void Reaper::take(pid_t child) const {
+  static_cast<void>(TEMP_FAILURE_RETRY(write(end_, &child, sizeof child)));  // the pipe has room for thousands
 }
 
-void Reaper::work() {
+void Reaper::work() const {
   constexpr int kNiceness = 2;
   stand_back(kNiceness);
-  std::unique_lock lock(mutex_);
-  while (true) {
-    wake_.wait(lock, [this] { return ending_ || !children_.empty(); });
-    if (children_.empty()) return;
-    const auto children = std::exchange(children_, {});
-    lock.unlock();
-    for (const pid_t child : children) waitpid(child, nullptr, 0);
-    lock.lock();
+  pid_t child = 0;
+  // The process's signals may come to any thread.
+  while (TEMP_FAILURE_RETRY(read(begin_, &child, sizeof child)) == sizeof child) {
+    static_cast<void>(TEMP_FAILURE_RETRY(waitpid(child, nullptr, 0)));
   }
 }
 

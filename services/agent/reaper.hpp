@@ -3,9 +3,6 @@
 /// /proc: a loop that goes before those never comes back. Stalls of 1 s at higher niceness, and for good with real-time
 /// priority, were seen on Linux 6.18 (release_task, shrink_dcache_parent).
 
-#include <condition_variable>
-#include <deque>
-#include <mutex>
 #include <thread>
 
 #include <sys/types.h>
@@ -14,23 +11,23 @@ namespace hecaton::services {
 
 class Reaper {
  public:
-  Reaper() : thread_([this] { work(); }) {}
+  /// Throws std::runtime_error with a sentence when there can be no pipe.
+  Reaper();
   /// Waits until it has reaped what it was given.
   ~Reaper();
   Reaper(const Reaper&) = delete;
   Reaper& operator=(const Reaper&) = delete;
 
-  /// Of a child that has ended.
-  void take(pid_t child);
+  /// Of a child that has ended or is about to. Never waits: by a pipe, for a lock could be held by the thread, which
+  /// stands back.
+  void take(pid_t child) const;
 
  private:
-  void work();
+  void work() const;
 
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<pid_t> children_;
-  bool ending_ = false;
-  std::thread thread_;  ///< last: everything it uses exists before it starts
+  int begin_ = -1;
+  int end_ = -1;
+  std::thread thread_;
 };
 
 }  // namespace hecaton::services

@@ -74,7 +74,7 @@ TEST_F(ChildProcessTest, TellsTheSignalThatEndedIt) {
 }
 
 TEST_F(ChildProcessTest, TellsItsDoomOnceTheKernelHasBegunToEndIt) {
-  ChildProcess child({"/bin/sh", {"-c", "kill -KILL $$"}, folder_ / "log", true});
+  ChildProcess child({"/bin/sh", {"-c", "kill -KILL $$"}, folder_ / "log", false, true});
   pollfd doomed{child.life_fd(), POLLIN, 0};
   ASSERT_EQ(poll(&doomed, 1, kMostWaiting), 1);
   const auto doom = child.poll_doom();
@@ -88,7 +88,7 @@ TEST_F(ChildProcessTest, TellsItsDoomOnceTheKernelHasBegunToEndIt) {
 }
 
 TEST_F(ChildProcessTest, IsNotDoomedBecauseItLetsGoOfItsLifeLine) {
-  ChildProcess child({"/bin/sh", {"-c", "exec 4>&-; exec sleep 600"}, folder_ / "log", true});
+  ChildProcess child({"/bin/sh", {"-c", "exec 4>&-; exec sleep 600"}, folder_ / "log", true, true});
   pollfd doomed{child.life_fd(), POLLIN, 0};
   ASSERT_EQ(poll(&doomed, 1, kMostWaiting), 1);
   EXPECT_FALSE(child.poll_doom());
@@ -117,6 +117,18 @@ TEST_F(ChildProcessTest, StartsBehindLoopsWhereWeGoFirst) {
   EXPECT_EQ(log(), first ? urgency : "0 0\n");
   seen.release();
   urgent.join();
+}
+
+TEST_F(ChildProcessTest, TellsItsEndAlsoWhereWeWereStartedWithoutInterestInChildren) {
+  struct sigaction before {};
+  struct sigaction ignored {};
+  ignored.sa_handler = SIG_IGN;
+  ASSERT_EQ(sigaction(SIGCHLD, &ignored, &before), 0);
+  auto child = shell("exit 3");
+  const auto end = await_end(child);
+  sigaction(SIGCHLD, &before, nullptr);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->exit_code, 3);
 }
 
 TEST_F(ChildProcessTest, LogsToItsFile) {
@@ -177,7 +189,7 @@ TEST_F(ChildProcessTest, LeavesNoDescriptorsWhereThereWereTooFew) {
   for (int fd = dup(STDERR_FILENO); fd >= 0; fd = dup(STDERR_FILENO)) taken.push_back(fd);
   for (std::size_t spare = 0; spare < 6; ++spare) {  // two each for signs of life, its end, and to tell of the start
     for (std::size_t i = 0; i < spare; ++i) close(taken.at(taken.size() - 1 - i));
-    EXPECT_THROW(ChildProcess({"/bin/true", {}, {}, true}), std::runtime_error) << spare;
+    EXPECT_THROW(ChildProcess({"/bin/true", {}, {}, true, true}), std::runtime_error) << spare;
     for (std::size_t i = 0; i < spare; ++i) EXPECT_GE(dup(STDERR_FILENO), 0) << i << " of " << spare;
   }
   for (const int fd : taken) close(fd);
