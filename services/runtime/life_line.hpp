@@ -7,7 +7,7 @@ namespace hecaton::services {
 /// Hands `fd` to a thread that does nothing but sleep, and alone has it from now on: in a table of descriptors of its
 /// own. That thread dies before all work, and with it the line, so the other end reads an end of file within a fraction
 /// of a millisecond. Where the thread or the table cannot be had it logs so: then the line ends with the process.
-/// To be called once, when no thread runs but the caller's; below 0: there is nobody to tell.
+/// To be called once, before the work begins; below 0: there is nobody to tell.
 void hold_life_line(int fd);
 
 }  // namespace hecaton::services

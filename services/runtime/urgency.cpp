@@ -30,24 +30,37 @@ int priority_for(pid_t thread, Urgency urgency) {
   return static_cast<int>(niceness == kBehindLoops ? Urgency::kStart : urgency);
 }
 
-/// errno of why not; 0: it has it, or has ended meanwhile.
+/// 0: none. Returns errno of why not; 0: it has it, or has ended meanwhile.
 int give_priority(pid_t thread, int priority) {
   sched_param parameters{};
   parameters.sched_priority = priority;
-  if (sched_setscheduler(thread, SCHED_RR, &parameters) == 0 || errno == ESRCH) return 0;
+  const int policy = priority == 0 ? SCHED_OTHER : SCHED_RR;
+  if (sched_setscheduler(thread, policy, &parameters) == 0 || errno == ESRCH) return 0;
   return errno;
+}
+
+/// Likewise. Looks again, for it may have come to its first line meanwhile and not go first after all.
+int let_go_first(pid_t thread, Urgency urgency) {
+  int given = 0;
+  int error = 0;
+  for (int due = priority_for(thread, urgency); due != given && error == 0; due = priority_for(thread, urgency)) {
+    error = give_priority(thread, due);
+    given = due;
+  }
+  return error;
 }
 
 }  // namespace
 
 std::string go_first(Urgency urgency) {
   if (kExamined) return {};
+  const int niceness = getpriority(PRIO_PROCESS, static_cast<id_t>(gettid()));
+  if (niceness >= kBehindLoops) return "it was started to stand back, with niceness " + std::to_string(niceness);
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
     const std::string name = entry.path().filename().string();
     pid_t thread = 0;
     std::from_chars(name.data(), name.data() + name.size(), thread);
-    const int priority = priority_for(thread, urgency);
-    const int error = priority > 0 ? give_priority(thread, priority) : 0;
+    const int error = let_go_first(thread, urgency);
     if (error != 0) return std::strerror(error);
   }
   return {};
@@ -63,9 +76,8 @@ void stay_behind_loops() {
 }
 
 void stand_back(int niceness) {
-  const sched_param none{};
-  static_cast<void>(sched_setscheduler(0, SCHED_OTHER, &none));  // likewise
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);  // before the rest, for go_first() to see
+  static_cast<void>(give_priority(0, 0));                            // likewise
 }
 
 }  // namespace hecaton::services

@@ -16,10 +16,10 @@ enum class Urgency : int {
 };
 
 /// Gives all threads that the process has now, and those that they start, this priority (SCHED_RR), but for those that
-/// stay behind or stand back. Returns why it is not allowed (neither CAP_SYS_NICE nor a sufficient RLIMIT_RTPRIO;
-/// empty: it is); then whether the process is in time depends on the machine's other work. At the beginning of a loop,
-/// for to start takes longer than any turn. Does nothing in programs that are slowed down to be examined (sanitizers),
-/// which would leave the machine to nobody else.
+/// stay behind or stand back. Returns why it cannot be (neither CAP_SYS_NICE nor a sufficient RLIMIT_RTPRIO; all of the
+/// process stands back, as after `nice`; empty: it is so); then whether the process is in time depends on the machine's
+/// other work. At the beginning of a loop, for to start takes longer than any turn. Does nothing in programs that are
+/// slowed down to be examined (sanitizers), which would leave the machine to nobody else.
 [[nodiscard]] std::string go_first(Urgency urgency);
 
 /// In a child between fork and exec: who goes first is started by somebody who does, too, but in no loop's way. System
