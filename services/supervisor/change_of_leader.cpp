@@ -28,21 +28,21 @@ void Supervisor::come_back(bus::Clock::time_point now) {
   absent_since_.reset();
 }
 
-void Supervisor::note_stall(bus::Clock::time_point now) {
-  const Time limit = std::max<Time>(file_.supervision.heartbeat_deadline, kStall);
-  if (leads_ && supervisors_.size() == 1 && now - turned_ > limit) {
-    tell_own_silence("was itself stopped", turned_, now);
+// Of two this one tells, if it is still the leader: the other saw it, but tells nobody what a leader that goes on can.
+void Supervisor::tell_stall(bus::Clock::time_point since, bus::Clock::time_point now) {
+  if (now - since > std::max<Time>(file_.supervision.heartbeat_deadline, kStall)) {
+    tell_own_silence("stood still", since, now);
   }
 }
 
 void Supervisor::tell_own_silence(const std::string& what, bus::Clock::time_point since, bus::Clock::time_point now) {
   const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - since);
-  watch_.faults().raise(
-      node_,
-      {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
-       node_ + ": " + what + " for " + std::to_string(silence.count()) + " ms; faults of that time were not seen",
-       silence},
-      since_epoch(since));
+  watch_.faults().raise(node_,
+                        {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
+                         node_ + ": " + what + " for " + std::to_string(silence.count()) +
+                             " ms; faults of that time may not have been seen",
+                         silence},
+                        since_epoch(since));
   watch_.faults().clear(node_, since_epoch(now));
   log_warning("supervisor " + what, {{"ms", silence.count()}});
 }

@@ -111,12 +111,8 @@ void Supervisor::turn(bus::Clock::time_point now) {
     if (!absent_since_) absent_since_ = turned_;
     return;
   }
-  if (absent_since_) {
-    come_back(now);
-  } else {
-    note_stall(now);
-  }
-  turned_ = now;
+  if (absent_since_) come_back(now);
+  const auto last_turn = std::exchange(turned_, now);
   // Before listening, so that nobody is accused of a silence that ends with what is already here.
   watch_.advance(since_epoch(now));
   for (const bus::Event& event : quiet_.take_events()) {
@@ -132,6 +128,7 @@ void Supervisor::turn(bus::Clock::time_point now) {
     log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
     withdraw();
   }
+  if (led && leads) tell_stall(last_turn, now);
   if (leadership_.role() == Leadership::Role::kStandingBy) {
     settle_legacy();
     hand_over_orders();

@@ -49,7 +49,7 @@ class Supervisor {
   void turn(bus::Clock::time_point now);
   void come_back(bus::Clock::time_point now);
   /// Who has no standby is the only one that can tell that it stood still for less than an absence.
-  void note_stall(bus::Clock::time_point now);
+  void tell_stall(bus::Clock::time_point since, bus::Clock::time_point now);
   void tell_own_silence(const std::string& what, bus::Clock::time_point since, bus::Clock::time_point now);
   /// Logs how long it took, from the first word of anybody, until everybody was heard.
   void get_acquainted();

@@ -115,7 +115,7 @@ TEST_F(HealthPause, SupervisorTellsOfItsOwnStallWhereNobodyElseCan) {
   }
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
-  EXPECT_TRUE(own.seen().starts_with("supervisor: was itself stopped ")) << own.seen();
+  EXPECT_TRUE(own.seen().starts_with("supervisor: stood still for ")) << own.seen();
   EXPECT_EQ(process_of(cell_.await_healthy(), "supervisor")->pid(), pid);
 }
 
