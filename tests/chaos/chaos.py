@@ -139,10 +139,13 @@ class Chaos:
             if len(self.violations) == found:
                 self.held += 1
                 continue
-            if self.says_nothing() and self.discarded < DISCARDS:
-                self.discard()
-            if not self.over():
-                self.go_on()
+            self.go_on_after_finding()
+
+    def go_on_after_finding(self):
+        if self.says_nothing() and self.discarded < DISCARDS:
+            self.discard()
+        if not self.over():
+            self.go_on()
 
     def over(self):
         return bool(self.ends.told) or self.unsafe() or len(self.violations) >= self.findings
@@ -179,6 +182,12 @@ class Chaos:
                 self.known = set(self.cell.faults())
                 self.ended = unix_ms()
 
+    def settle(self):
+        """What comes from now on counts."""
+        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
+        self.known = set(self.cell.faults())
+        self.began = unix_ms()
+
     def work_undisturbed(self):
         """All arms go from one pose to the other."""
         self.await_goals(self.give_goals())
@@ -202,21 +211,29 @@ class Chaos:
         return self.goes_to_and_fro()
 
     def goes_to_and_fro(self):
-        """Whether the arms can do it while nothing is done to them. If not, that is no finding, unless the cell tells of one."""
-        self.known = set(self.cell.faults())
-        self.began = unix_ms()
+        """Whether the arms do while nothing is done to them, and faults may begin."""
+        while not self.over():
+            found = len(self.violations)
+            self.go_to_and_fro()
+            if self.unfit:
+                return False
+            if len(self.violations) == found:
+                return True
+            self.go_on_after_finding()
+        return False
+
+    def go_to_and_fro(self):
+        """That they cannot is no finding, unless the cell tells of one."""
+        self.settle()
         try:
             for _ in self.poses:
-                if not self.over():
+                if not self.ends.told:
                     self.work_undisturbed()
-            return True
         except Unreached as error:
-            self.ended = unix_ms()
             self.account_for(error)
         except Violation as error:
-            self.ended = unix_ms()
             self.violated("before the first fault", error)
-        return False
+        self.ended = unix_ms()
 
     def account_for(self, unreached):
         """It is the cell's doing if nothing went wrong meanwhile."""
@@ -257,9 +274,7 @@ class Chaos:
             self.accounts[self.account] += 1
 
     def episode(self):
-        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
-        self.known = set(self.cell.faults())
-        self.began = unix_ms()
+        self.settle()
         self.leader = self.cell.status()["supervisor"]
         goals = self.give_goals()
         injections = []
