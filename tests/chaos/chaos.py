@@ -35,7 +35,7 @@ import namespaces  # noqa: E402
 from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import LOG_FIGURES, figures, log_figures, quantiles  # noqa: E402
-from injections import draw, together  # noqa: E402
+from injections import draw, is_supervisor, together  # noqa: E402
 from live_cell import LiveCell, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
@@ -111,6 +111,7 @@ class Chaos:
         self.discarded = 0  # episodes
         self.untold = 0  # faults that no supervisor told while one led that was cut off before
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
+        self.machine_moves = 0   # of the leadership, for the same reason
         self.began = self.ended = unix_ms()  # the episode
         self.log_terms = LogTerms()
         self.status_terms = StatusTerms()
@@ -386,14 +387,23 @@ class Chaos:
             raise Violation("wrong_attributions" if injections else "false_faults",
                             f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}",
                             None if fault["kind"] in SILENCES else NEVER)
-        self.check_leadership()
+        self.check_leadership({injection.host for injection in injections})
 
-    def check_leadership(self):
-        """Who leads leads on unless something is done to it, to who stands by, or to what they share."""
+    def check_leadership(self, disturbed):
+        """Who leads leads on unless something is done to it, to who stands by, or to what they share. `disturbed`: hosts."""
         moves, self.moves = self.moves, []
         for at, what in moves:
-            if not self.may_move[0] <= at <= self.may_move[1]:
-                raise Violation("unexplained_takeovers", f"the leadership moved by itself {what}", (at - 1000 * MOVING, at))
+            if self.may_move[0] <= at <= self.may_move[1]:
+                continue
+            since = at - 1000 * MOVING
+            # The processes of a cell may get less of a busy machine than our timers do. A supervisor that stands still by itself
+            # is no reason: that is what is looked for.
+            stalls = [stall for stall in self.cell.lateness.meanwhile(since, at, disturbed) if not is_supervisor(stall[2])]
+            if stalls:
+                self.machine_moves += 1
+                say(f"the leadership moved {what} while {max(stalls, key=lambda stall: stall[1])[2]} stood still, too")
+                continue
+            raise Violation("unexplained_takeovers", f"the leadership moved by itself {what}", (since, at))
 
     def check_terms(self):
         """What the drivers have told since the last time. Here no host loses its memory, so no driver may."""
@@ -436,6 +446,7 @@ class Chaos:
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
                 "held_episodes": self.held,
+                "leadership_moved_because_the_machine_stood_still": self.machine_moves,
                 "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
                 "replaced_planners_refused": len(self.log_terms.refused),
                 "agents_ended_with": ended, "violations": self.violations, "not_tested": self.unfit}

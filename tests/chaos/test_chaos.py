@@ -12,7 +12,7 @@ import unittest.mock
 import chaos
 from injections import Cut, Kill
 from limits import Limits
-from steadiness import UNSAFE, UNSTEADY, unix_ms
+from steadiness import UNSAFE, UNSTEADY, NodeLateness, unix_ms
 
 PLACES = {"supervisor": "a-pc", "supervisor@b-pc": "b-pc", "world": "b-pc", "driver/left": "c-pc"}
 
@@ -27,6 +27,7 @@ class Cell:
         self.stopped = False
         self.leader = {"supervisor": "supervisor", "term": 4}
         self.told = {}
+        self.lateness = NodeLateness()
 
     def status(self):
         return {**self.leader, "nodes": [{"node": node, "host": host} for node, host in PLACES.items()],
@@ -182,6 +183,13 @@ class LeadershipTest(ChaosTest):
         self.cell.tell_leader("supervisor@b-pc", 5)
         with self.assertRaises(chaos.Violation):
             self.chaos.check([])
+
+    def test_a_process_that_was_late_and_left_alone_is_one_unless_it_is_a_supervisor(self):
+        for late, where, found in ("driver/left", "c-pc", False), ("supervisor", "a-pc", True), ("world", "b-pc", True):
+            self.cell.lateness.stalls = [(unix_ms(), 200.0, late, where)]
+            self.cell.tell_leader("supervisor@b-pc", self.cell.leader["term"] + 1)
+            with self.assertRaises(chaos.Violation) if found else contextlib.nullcontext():
+                self.chaos.check([Kill("world", "b-pc")])
 
     def test_what_happens_to_a_supervisor_is_one_until_some_time_after_the_cell_runs_again(self):
         self.chaos.let_move(Cut("a-pc", 2.0))
