@@ -10,12 +10,17 @@ import sys
 import unittest
 
 import cell_document
+from injections import longest_stop
+from limits import Limits
 
 NETWORK = ipaddress.ip_network("10.43.0.0/24")
 FIRST = 11  # of the hosts' addresses in it
 # Late enough for a machine that is shared: those of deploy/cells/three_hosts.yaml.
 SHARED_LIMITS = {"heartbeat_deadline": "250ms", "host_lease": "1s"}
 SHARED_TAKEOVER = "150ms"  # roles are not exchanged because such a machine stalls
+WATCHDOG = 10.0  # [s] by default (docs/cell-file.md)
+MOST_HOSTS = 64  # of a cell (docs/cell-file.md), like the next one
+LONGEST_NAME = 64
 PATHS = ("urdf", "srdf")
 
 
@@ -25,11 +30,12 @@ def copy_of(document, folder):
     for obstacle in document.get("obstacles") or []:
         stand_still(obstacle)
     supervision = section(document, "supervision")
-    for key in ("recovery", "watchdog"):  # contacts wait for people by default; who hangs for long is none of ours
-        supervision.pop(key, None)
+    supervision.pop("recovery", None)  # contacts wait for people by default
     if not SHARED_LIMITS.keys() & supervision.keys():
         supervision.update(SHARED_LIMITS)
     supervision.setdefault("takeover_lease", SHARED_TAKEOVER)
+    # Who stands still for a while is not killed by its agent: it goes on, and nobody has died.
+    supervision["watchdog"] = f"{max(WATCHDOG, 2 * longest_stop(Limits.of(document).silence)):g}s"
     section(document, "network").pop("interface", None)  # a host's only one has another name here
     return document
 
@@ -74,6 +80,8 @@ def why_spread(document):
         return "its hosts have names for addresses"
     if len(addresses) < len(hosts):
         return "its hosts share addresses"
+    if any(address.is_loopback for address in addresses):
+        return "its hosts are all this machine (127.0.0.0/8)"
     network = ipaddress.ip_network((min(addresses), 24), strict=False)
     if not addresses <= set(list(network.hosts())[1:]):
         return "its hosts are not in one network of 256 addresses, of which the first is the operator's"
@@ -81,10 +89,12 @@ def why_spread(document):
 
 
 def spread(document):
-    """Over a host for each arm, one for the world, and one for the supervisor; standbys are nobody's."""
+    """Over a host for each arm, one for the world, and one for the supervisor; standbys are nobody's. Arms share hosts where
+    there are more of them than a cell may have hosts."""
     remove_standbys(document)
-    for arm in document["arms"]:
-        arm["host"] = f"{arm['name']}-pc"
+    hosts = [f"{arm['name'][:LONGEST_NAME - len('-pc')]}-pc" for arm in document["arms"]][:MOST_HOSTS - 2]
+    for i, arm in enumerate(document["arms"]):
+        arm["host"] = hosts[i % len(hosts)]
     section(document, "world")["host"] = "world-pc"
     section(document, "supervision")["host"] = "supervisor-pc"
     names = dict.fromkeys([*(arm["host"] for arm in document["arms"]), "world-pc", "supervisor-pc"])
@@ -191,9 +201,15 @@ class CopyTest(unittest.TestCase):
         self.assertEqual(cell_document.read(text), document_of(SINGLE))
 
     def test_limits_that_a_file_does_not_state_are_those_of_a_shared_machine(self):
-        self.assertEqual(document_of(SINGLE)["supervision"], {**SHARED_LIMITS, "takeover_lease": "150ms"})
+        self.assertEqual(document_of(SINGLE)["supervision"], {**SHARED_LIMITS, "takeover_lease": "150ms", "watchdog": "10s"})
         stated = document_of(SEVERAL)["supervision"]
         self.assertEqual((stated["heartbeat_deadline"], stated.get("host_lease")), ("40ms", None))
+
+
+    def test_no_agent_ends_who_stands_still_for_as_long_as_we_let_it(self):
+        for deadline, watchdog in ("40ms", "10s"), ("4s", "18s"), ("60s", "242s"):
+            supervision = document_of(SEVERAL.replace("40ms", f"{deadline}, host_lease: 60.5s"))["supervision"]
+            self.assertEqual(supervision["watchdog"], watchdog)
 
 
 class SpreadTest(unittest.TestCase):
@@ -209,6 +225,8 @@ class SpreadTest(unittest.TestCase):
         self.assertIsNone(why_spread(document_of(SEVERAL)))
         self.assertIn("single host", why_spread(document_of(SINGLE)))
         self.assertIn("share", self.why(a="127.0.0.1", b="127.0.0.1"))
+        self.assertIn("this machine", self.why(a="127.0.0.2", b="127.0.0.3"))
+        self.assertIn("this machine", self.why(a="10.0.0.2", b="127.0.0.1"))
         self.assertIn("names", self.why(a="10.0.0.2", b="b.example"))
         self.assertIn("one network", self.why(a="10.0.0.2", b="10.0.1.2"))
         self.assertIn("operator's", self.why(a="10.0.0.1", b="10.0.0.2"))
@@ -219,6 +237,19 @@ class SpreadTest(unittest.TestCase):
                                              "supervisor-pc": "10.43.0.14"})
         self.assertEqual([who["host"] for who in watched(document)], ["a-pc", "b-pc", "supervisor-pc"])
         self.assertEqual(document["network"], {"discovery": "unicast"})
+        self.assertIsNone(why_spread(document))
+
+    def test_many_arms_share_as_many_hosts_as_a_cell_may_have(self):
+        document = document_of(SINGLE)
+        document["arms"] = [{"name": f"{'a' * 60}{i}"} for i in range(100, 170)]
+        spread(document)
+        self.assertLessEqual(len(document["hosts"]), MOST_HOSTS)
+        document["arms"] = [{"name": f"arm{i}"} for i in range(70)]
+        spread(document)
+        self.assertEqual(len(document["hosts"]), MOST_HOSTS)
+        self.assertEqual((document["arms"][61]["host"], document["arms"][62]["host"]), ("arm61-pc", "arm0-pc"))
+        put_standbys_in_a_ring(document)
+        self.assertTrue(all(who["host"] != who["standby_host"] for who in watched(document)))
         self.assertIsNone(why_spread(document))
 
     def test_standbys_are_in_a_ring(self):

@@ -4,48 +4,51 @@ Any cell will do that has two named poses for all its arms. A cell without sever
 spread over some: one for each arm, one for the world, and one for the supervisor; each planner and the supervisor get a standby
 if the cell file gives none to anybody. What else differs from the cell file: tests/chaos/cell_copy.py.
 
-An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
+Before the first fault all arms go there and back while nothing is done to them: a cell that cannot is not tested, and why is
+said. An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
 of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
-(terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); after each episode
-the cell must run again and every goal be reached. With --quiet nothing is done to the cell, and every fault that it tells is a
-false one. Obstacles stand still: an arm whose driver is dead cannot make way. The first finding ends it, with --findings N the
-Nth, but what is unsafe always does."""
+(terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); no supervisor may
+take the lead from another to which nothing is done; after each episode the cell must run again and every goal be reached. With
+--quiet nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is
+dead cannot make way. The first finding ends it, with --findings N the Nth, but what is unsafe always does."""
 import collections
 import heapq
 import itertools
 import json
 import math
+import os
 import pathlib
 import random
 import signal
 import sys
 import tempfile
 import time
+import traceback
 
 import yaml  # Debian package python3-yaml
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "container"))
 import cell_document  # noqa: E402
 import command_line  # noqa: E402
+import ending  # noqa: E402
 import namespaces  # noqa: E402
 from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import LOG_FIGURES, figures, log_figures, quantiles  # noqa: E402
-from injections import draw, together  # noqa: E402
+from injections import draw, is_supervisor, together  # noqa: E402
 from live_cell import LiveCell, unix_ms  # noqa: E402
-from setting import Setting, check  # noqa: E402
+from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
-from verdicts import hidden, may_be_told, supervisors_hit  # noqa: E402
+from verdicts import RETURN, hidden, may_be_told, may_move_the_leadership, pardoned, supervisors_hit  # noqa: E402
 
 SKIPPED = 77
 BAD_INPUT = 3
+NOTHING_TESTED = 4
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
 LATE = 10.0  # [s] within which a fault that must be told is told; or as many leases, if that is longer
-# [s] for which a supervisor puts the silence of a host's processes down to its return: at most, and once it hears them
-# again. One that was cut off itself sees every host return.
-RETURN = 5.0
-SURE_RETURN = 1.0
+SURE_RETURN = 1.0  # [s] for which a supervisor does so (verdicts.RETURN) once it hears a host's processes again
+MOVING = 2.0  # [s] before a change of the leadership is seen in which lies why
 
 
 class Violation(Exception):
@@ -58,10 +61,14 @@ class Violation(Exception):
         self.span = span
 
 
+class Unreached(AssertionError):
+    """An arm did not go where it should."""
+
+
 NEVER = (math.inf, -math.inf)
 SILENCES = ("node_silent", "agent_lost", "driver_silent", "world_silent")  # what a machine that stands still makes of anybody
 UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
-ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults")
+ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_takeovers")
 
 
 def say(what):
@@ -70,13 +77,14 @@ def say(what):
 
 
 class Chaos:
-    """`poses`: two, between which all arms go."""
+    """`poses`: two, between which all arms go. `ends`: hears who ends this program (ending.Ending)."""
 
-    def __init__(self, cell, arms, poses, limits, options):
+    def __init__(self, cell, arms, poses, limits, options, ends):
         self.cell = cell
         self.arms = arms
         self.poses = poses
         self.limits = limits
+        self.ends = ends
         self.only = options.only
         self.alone = options.alone
         self.of = tuple(options.of)
@@ -93,23 +101,29 @@ class Chaos:
         self.violations = []
         self.span = self.account = None  # of the last one
         self.accounts = dict.fromkeys(ACCOUNTS, 0)
-        self.told_to_end = False
+        self.unfit = None  # why this cell cannot be tested
         self.tasks = 0
         self.reached = 0
         self.supervisor_returned = 0  # [ms, wall clock]
         self.returned_before = 0  # the same when this episode began
         self.ran_again = time.monotonic()  # the leader heard everybody
+        self.held = 0       # episodes, or rounds of a quiet run
         self.discarded = 0  # episodes
         self.untold = 0  # faults that no supervisor told while one led that was cut off before
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
+        self.machine_moves = 0   # of the leadership, for the same reason
         self.began = self.ended = unix_ms()  # the episode
         self.log_terms = LogTerms()
         self.status_terms = StatusTerms()
-        self.led = set()  # (supervisor, term) since this episode began
+        self.leads = None  # (supervisor, term)
+        self.moves = []    # (when it was seen [ms, wall clock], what) of each change of that which was not judged yet
+        self.may_move = [math.inf, -math.inf]  # from when to when [ms, wall clock] the leadership may move, lately
         cell.listeners += [self.status_terms.hear, self.hear_leader]
 
     def hear_leader(self, status):
-        self.led.add((status["supervisor"], status["term"]))
+        before, self.leads = self.leads, (status["supervisor"], status["term"])
+        if before not in (None, self.leads):
+            self.moves.append((unix_ms(), f"from {before[0]} (term {before[1]}) to {self.leads[0]} (term {self.leads[1]})"))
 
     def work_through(self, options):
         if options.quiet is None:
@@ -124,14 +138,18 @@ class Chaos:
             self.episode()
             self.ended = unix_ms()
             if len(self.violations) == found:
+                self.held += 1
                 continue
-            if self.says_nothing() and self.discarded < DISCARDS:
-                self.discard()
-            if not self.over():
-                self.go_on()
+            self.go_on_after_finding()
+
+    def go_on_after_finding(self):
+        if self.says_nothing() and self.discarded < DISCARDS:
+            self.discard()
+        if not self.over():
+            self.go_on()
 
     def over(self):
-        return self.told_to_end or self.unsafe() or len(self.violations) >= self.findings
+        return bool(self.ends.told) or self.unsafe() or len(self.violations) >= self.findings
 
     def discard(self):
         """The episode: what it found is the machine's doing."""
@@ -145,9 +163,11 @@ class Chaos:
         try:
             self.cell.wait_for("somebody tells of the cell", lambda status: status is not before)
             self.wait_until_it_runs()
+            self.moves.clear()
         except AssertionError as error:
             self.findings = 0  # nothing works any more
-            self.violated("return after that", error)
+            # No machine stands still for so long that this would say nothing.
+            self.violated("return after that", Violation(None, error, NEVER))
 
     def stay_quiet(self, duration):
         """The arms work, nothing happens to them, nothing may be told."""
@@ -156,30 +176,73 @@ class Chaos:
         self.began = unix_ms()
         while time.monotonic() < end and not self.over():
             try:
-                self.await_goals(self.give_goals())
-                self.check([])
+                self.work_undisturbed()
+                self.held += 1
             except (AssertionError, Violation) as error:
                 self.violated("quiet", error)
                 self.known = set(self.cell.faults())
                 self.ended = unix_ms()
 
-    def end_early(self, *_):
-        """After this episode."""
-        self.told_to_end = True
+    def settle(self):
+        """What comes from now on counts."""
+        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
+        self.known = set(self.cell.faults())
+        self.began = unix_ms()
+
+    def work_undisturbed(self):
+        """All arms go from one pose to the other."""
+        self.await_goals(self.give_goals())
+        self.check([])
 
     def wait_until_it_runs(self):
         self.cell.wait_until_it_runs()
         self.ran_again = time.monotonic()
+        if self.may_move[1] == math.inf:
+            self.may_move[1] = unix_ms() + 1000 * RETURN
 
     def begin(self):
-        """Whether the cell came to run, which is the first that must hold."""
+        """Whether the cell came to run, which is the first that must hold, and its arms work."""
         try:
             self.wait_until_it_runs()
         except AssertionError as error:
             self.violated("start", error)
             return False
         self.learn()
-        return True
+        self.moves.clear()
+        return self.goes_to_and_fro()
+
+    def goes_to_and_fro(self):
+        """Whether the arms do while nothing is done to them, and faults may begin."""
+        while not self.over():
+            found = len(self.violations)
+            self.go_to_and_fro()
+            if self.unfit:
+                return False
+            if len(self.violations) == found:
+                return True
+            self.go_on_after_finding()
+        return False
+
+    def go_to_and_fro(self):
+        """That they cannot is no finding, unless the cell tells of one."""
+        self.settle()
+        try:
+            for _ in self.poses:
+                if not self.ends.told:
+                    self.work_undisturbed()
+        except Unreached as error:
+            self.account_for(error)
+        except Violation as error:
+            self.violated("before the first fault", error)
+        self.ended = unix_ms()
+
+    def account_for(self, unreached):
+        """It is the cell's doing if nothing went wrong meanwhile."""
+        try:
+            self.check([])
+            self.unfit = f"the arms of this cell cannot go to and fro, without any fault: {unreached}"
+        except Violation as error:
+            self.violated("before the first fault", error)
 
     def learn(self):
         status = self.cell.status()
@@ -196,8 +259,11 @@ class Chaos:
         return [self.cell.goal(arm, self.poses[0]) for arm in self.arms]
 
     def await_goals(self, goals):
-        for goal in goals:
-            self.cell.wait_for_goal(goal)
+        for arm, goal in zip(self.arms, goals):
+            try:
+                self.cell.wait_for_goal(goal)
+            except AssertionError as error:
+                raise Unreached(f"arm {arm} did not get from {self.poses[1]} to {self.poses[0]}: {error}") from error
             self.reached += 1
 
     def violated(self, during, error):
@@ -209,13 +275,8 @@ class Chaos:
             self.accounts[self.account] += 1
 
     def episode(self):
-        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
-        self.known = set(self.cell.faults())
-        self.began = unix_ms()
-        self.led = set()
-        status = self.cell.status()
-        self.hear_leader(status)
-        self.leader = status["supervisor"]
+        self.settle()
+        self.leader = self.cell.status()["supervisor"]
         goals = self.give_goals()
         injections = []
         for _ in range(1 if self.alone else self.rng.choice((1, 1, 1, 2, 2, 3))):
@@ -258,6 +319,7 @@ class Chaos:
             if act == "begin":
                 injected[index] = unix_ms()
                 began[index] = time.monotonic()
+                self.let_move(injection)
                 injection.begin(self.cell)
                 heapq.heappush(agenda, (time.monotonic() - start + injection.duration, index, "end"))
             else:
@@ -266,6 +328,13 @@ class Chaos:
             if injection.hits(self.nodes):
                 self.supervisor_returned = unix_ms()
         return injected
+
+    def let_move(self, injection):
+        """Until the cell runs again, and for as long after that as who was cut off may find the others anew."""
+        if not may_move_the_leadership(injection, self.nodes):
+            return
+        now = unix_ms()
+        self.may_move = [self.may_move[0] if now <= self.may_move[1] else now, math.inf]
 
     def await_told(self, injections, injected):
         for index, injection in enumerate(injections):
@@ -281,7 +350,7 @@ class Chaos:
             try:
                 fault = self.cell.wait_for(what, told, max(LATE, 10 * self.limits.lease))
             except AssertionError as error:
-                if self.newcomer_leads(injections):
+                if self.newcomer_leads(injections, injected[index], injection.lasted):
                     self.untold += 1
                     say(f"nobody told, while the leadership moved to who was cut off before: {what}")
                     continue
@@ -291,11 +360,12 @@ class Chaos:
             if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
                 self.detection[injection.kind()].append(fault["since_unix_ms"] - injected[index])
 
-    def newcomer_leads(self, injections):
+    def newcomer_leads(self, injections, injected, lasted):
         """A supervisor that was cut off until just before, or that a busy machine kept from hearing the leader: it tells no more
         than what is wrong when it begins to lead, and takes what is silent for returning."""
         by_itself = self.leader not in supervisors_hit(injections, self.nodes)
-        return len(self.led) > 1 and (by_itself or self.began < self.returned_before + 1000 * RETURN)
+        return ((by_itself or self.began < self.returned_before + 1000 * RETURN)
+                and pardoned([at for at, _ in self.moves], injected, lasted))
 
     def check(self, injections):
         if self.cell.contacts() != 0:
@@ -317,6 +387,23 @@ class Chaos:
             raise Violation("wrong_attributions" if injections else "false_faults",
                             f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}",
                             None if fault["kind"] in SILENCES else NEVER)
+        self.check_leadership({injection.host for injection in injections})
+
+    def check_leadership(self, disturbed):
+        """Who leads leads on unless something is done to it, to who stands by, or to what they share. `disturbed`: hosts."""
+        moves, self.moves = self.moves, []
+        for at, what in moves:
+            if self.may_move[0] <= at <= self.may_move[1]:
+                continue
+            since = at - 1000 * MOVING
+            # The processes of a cell may get less of a busy machine than our timers do. A supervisor that stands still by itself
+            # is no reason: that is what is looked for.
+            stalls = [stall for stall in self.cell.lateness.meanwhile(since, at, disturbed) if not is_supervisor(stall[2])]
+            if stalls:
+                self.machine_moves += 1
+                say(f"the leadership moved {what} while {max(stalls, key=lambda stall: stall[1])[2]} stood still, too")
+                continue
+            raise Violation("unexplained_takeovers", f"the leadership moved by itself {what}", (since, at))
 
     def check_terms(self):
         """What the drivers have told since the last time. Here no host loses its memory, so no driver may."""
@@ -326,6 +413,11 @@ class Chaos:
             raise Violation("stale_commands_accepted", complaint)
         if self.log_terms.forgotten:
             raise Violation("memories_lost", f"drivers began without memory: {', '.join(self.log_terms.forgotten)}")
+
+    def look_for_contacts(self):
+        """Whatever failed first may have been because of one."""
+        if self.cell.contacts() and not self.accounts["contacts"]:
+            self.violated("meanwhile", Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}"))
 
     def check_the_rest(self):
         """What came after the last episode's check."""
@@ -341,7 +433,7 @@ class Chaos:
         return bool(self.violations) and not self.unsafe() and self.lateness.stood_still(since, until)
 
     def unsafe(self):
-        return any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
+        return self.cell.contacts() > 0 or any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
 
     def report(self, cell, seed, ended):
         """`ended`: exit codes of agents that did not end well."""
@@ -353,9 +445,11 @@ class Chaos:
                 **{key: quantiles(values) for key, values in log_figures(self.cell.log_lines()).items()},
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
+                "held_episodes": self.held,
+                "leadership_moved_because_the_machine_stood_still": self.machine_moves,
                 "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
                 "replaced_planners_refused": len(self.log_terms.refused),
-                "agents_ended_with": ended, "violations": self.violations}
+                "agents_ended_with": ended, "violations": self.violations, "not_tested": self.unfit}
 
     def summary(self):
         """The report, for people."""
@@ -373,6 +467,8 @@ class Chaos:
             yield f"{what:22} {len(values):5} {figures(values)} {since}"
         yield self.log_terms.summary()
         yield from (f"VIOLATION: {violation}" for violation in self.violations)
+        if self.unfit:
+            yield f"NOT TESTED: {self.unfit}"
 
 
 def written(report, summary, output):
@@ -384,63 +480,107 @@ def written(report, summary, output):
     return json.dumps(report, indent=2, ensure_ascii=False) + "\n"
 
 
-def work(hosts, hecaton, setting, options):
+def work(hosts, hecaton, setting, options, ends):
     """Returns the exit code."""
     logs = options.logs or pathlib.Path(tempfile.mkdtemp(prefix="hecaton-chaos-"))
-    logs.mkdir(parents=True, exist_ok=True)
-    cell_file = logs / "cell.yaml"
-    cell_file.write_text(cell_document.write(setting.document))
+    cell_file = logs / COPY
+    cell_file.write_text(cell_document.write(setting.document), encoding="utf-8")
     plan = check(hecaton, cell_file)
     poses = setting.poses(plan)
     say(f"seed {options.seed}; hosts are {hosts.kind}; their logs are in {logs}")
     say(setting.told())
     cell = LiveCell(hosts, hecaton, cell_file, logs)
-    chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options)
-    signal.signal(signal.SIGTERM, chaos.end_early)
-    cell.start()
-    if chaos.begin():
-        chaos.work_through(options)
+    chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options, ends)
+    live(cell, chaos, options)
     ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
-    tell(chaos, ended, options)
-    return judge(chaos, ended)
+    code = judge(chaos, ended)
+    return code if tell(chaos, ended, options) else code or 1
+
+
+def live(cell, chaos, options):
+    """What this program fails in itself takes nothing back of what was found before."""
+    try:
+        cell.start()
+        if chaos.begin():
+            chaos.work_through(options)
+        chaos.look_for_contacts()
+    except Exception as error:
+        traceback.print_exc()
+        chaos.violated("hecaton-chaos itself", Violation(None, f"{type(error).__name__}: {error}", NEVER))
 
 
 def tell(chaos, ended, options):
-    report = chaos.report(str(options.cell), options.seed, ended)
-    sys.stdout.write(written(report, chaos.summary(), options.output))
-    if options.report:
-        options.report.write_text(written(report, (), "json"))
+    """Whether it could be told."""
     if ended:
         say(f"agents ended with {ended}")
+    try:
+        report = chaos.report(str(options.cell), options.seed, ended)
+        if options.report:
+            options.report.write_text(written(report, (), "json"), encoding="utf-8")
+        sys.stdout.write(written(report, chaos.summary(), options.output))
+        sys.stdout.flush()
+        return True
+    except Exception as error:
+        say(f"not all could be told: {type(error).__name__}: {error}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python fails in it once more, with an exit code of its own
+        return False
 
 
 def judge(chaos, ended):
     """The exit code."""
     if chaos.unsafe():
         return UNSAFE
-    if len(chaos.violations) == 1 and chaos.says_nothing():
+    if len(chaos.violations) == 1 and not ended and chaos.says_nothing():
         say("the machine stood still meanwhile")
         return UNSTEADY
-    return 1 if chaos.violations or ended else 0
+    if chaos.violations or ended:
+        return 1
+    return judge_extent(chaos)
+
+
+def judge_extent(chaos):
+    """The exit code where all held that was tested."""
+    if chaos.unfit:
+        say(f"hecaton-chaos: {chaos.unfit}")
+        return UNSTEADY if chaos.lateness.stood_still(chaos.began, chaos.ended) else BAD_INPUT
+    if chaos.discarded > chaos.held:
+        say(f"only {chaos.held} episodes held and {chaos.discarded} say nothing, for the machine stood still")
+        return UNSTEADY
+    if not chaos.held:
+        say("it was ended before anything was tested")
+        return NOTHING_TESTED
+    return 0
+
+
+def say_what_cannot_be(hecaton, options):
+    """Before anything starts."""
+    require_sight(options)
+    require_programs(hecaton.parent)
+    plan = check_given(hecaton, options.cell)
+    setting = Setting(options)
+    setting.poses(plan)
+    setting.require_files(options)
 
 
 def main():
     try:
+        ends = ending.Ending() if namespaces.inside() else None
         options = command_line.parse(sys.argv[1:], __doc__)
         hecaton = options.programs.resolve() / "hecaton"
-        if not namespaces.inside():  # where the network interface of a cell file may be missing
-            plan = check(hecaton, options.cell)
-            Setting(options).poses(plan)
+        if not namespaces.inside():
+            say_what_cannot_be(hecaton, options)
         namespaces.enter()
         hosts = namespaces.Namespaces(hecaton, own_clocks="clock" in options.only)
-        return work(hosts, hecaton, Setting(options), options)
+        return work(hosts, hecaton, Setting(options), options, ends)
     except BadInput as error:
         say(f"hecaton-chaos: {error}")
         return BAD_INPUT
     except CannotRun as reason:
         say(f"skipped: {reason}")
         return SKIPPED
+    except KeyboardInterrupt:  # before there was anything to end
+        return ending.exit_code(signal.SIGINT)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import argparse
 import contextlib
 import io
 import math
+import os
 import pathlib
 import sys
 import unittest
@@ -14,10 +15,14 @@ from duration import UNITS, parse_duration
 from injections import KINDS
 
 EXIT_CODES = """\
-Data goes to stdout, everything else to stderr. SIGTERM ends a run after the episode under way, with what it found so far.
-Exit codes: 0 all of it held; 1 it ran, and something did not; 2 usage; 3 bad input; 70 what did not hold is unsafe: a contact,
-an older command that an arm followed, or a driver that lost its memory; 75 something did not hold while the machine itself
-stood still, which says nothing of Hecaton; 77 there can be no hosts here (network namespaces), why is said."""
+Data goes to stdout, everything else to stderr. SIGTERM or SIGINT (Ctrl-C) ends a run after the episode under way, with what
+it found so far; a second one ends it at once, with 143 or 130. Who sends it to all processes there are, as systemd does unless
+KillMode=mixed, also ends the cell.
+Exit codes: 0 all of it held; 1 it ran, and something did not; 2 usage; 3 bad input, also a cell whose arms do not go to and fro
+when nothing is done to them; 4 it was ended before anything was tested; 70 what did not hold is unsafe: a contact, an older
+command that an arm followed, or a driver that lost its memory; 75 something did not hold while the machine itself stood still,
+or most episodes were discarded for that, which says nothing of Hecaton; 77 there can be no hosts here (network namespaces), why
+is said."""
 
 
 def whole_number(name, low):
@@ -55,7 +60,7 @@ def add_bounds(parser):
     """When it is over."""
     parser.add_argument("--faults", type=whole_number("--faults", 1), metavar="N",
                         help="at least so many (30; with --duration as many as there is time for)")
-    parser.add_argument("--duration", type=duration("--duration"), default=math.inf, metavar="T",
+    parser.add_argument("--duration", type=duration("--duration"), metavar="T",
                         help="ends after the episode in which this is over: 90s, 10min")
     parser.add_argument("--quiet", type=duration("--quiet"), metavar="T", help="no faults: for so long nothing may be told")
     parser.add_argument("--findings", type=whole_number("--findings", 1), default=1, metavar="N", help="how many end it (1)")
@@ -64,22 +69,37 @@ def add_bounds(parser):
 def add_choices(parser):
     """What happens to whom."""
     parser.add_argument("--seed", type=whole_number("--seed", 0), default=1, metavar="S", help="of what happens to whom (1)")
-    parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, metavar="KIND",
+    parser.add_argument("--only", nargs="+", choices=KINDS, metavar="KIND",
                         help=f"of these kinds ({', '.join(KINDS)})")
     parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
-    parser.add_argument("--of", nargs="+", default=[""], metavar="NAME",
+    parser.add_argument("--of", nargs="+", metavar="NAME",
                         help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …)")
     parser.add_argument("--no-standbys", action="store_true", help="without standbys, also those of the cell file")
 
 
 def parse(words, description):
     """Ends the program with code 2 where the words are no command; raises BadInput."""
-    options = parser_of(description).parse_args(words)
+    parser = parser_of(description)
+    options = parser.parse_args(words)
+    for name in ("faults", "duration", "only", "alone", "of"):  # by which nothing goes where there are no faults
+        if options.quiet is not None and getattr(options, name):
+            parser.error(f"argument --{name}: not allowed with argument --quiet")
     if options.faults is None:
-        options.faults = 30 if options.duration == math.inf else math.inf
-    if options.report and (options.report.is_dir() or not options.report.parent.is_dir()):
-        raise BadInput(f"--report = '{options.report}' must be a file in a folder that exists")
+        options.faults = 30 if options.duration is None else math.inf
+    options.duration = options.duration or math.inf
+    options.only = options.only or KINDS
+    options.of = options.of or [""]
+    require_report(options.report)
     return options
+
+
+def require_report(file):
+    if not file:
+        return
+    if file.is_dir() or not file.parent.is_dir():
+        raise BadInput(f"--report = '{file}' must be a file in a folder that exists")
+    if not os.access(file if file.exists() else file.parent, os.W_OK):
+        raise BadInput(f"--report = '{file}' must be a file that can be written")
 
 
 class CommandLineTest(unittest.TestCase):
@@ -98,8 +118,19 @@ class CommandLineTest(unittest.TestCase):
             with self.assertRaisesRegex(BadInput, f"^{words[0]} = '{words[1]}' must be ", msg=words):
                 self.parse(*words)
 
+    def test_by_default_everything_happens_to_everybody(self):
+        options = self.parse()
+        self.assertEqual((options.only, options.of, options.alone), (KINDS, [""], False))
+        options = self.parse("--only", "kill", "cut", "--of", "driver")
+        self.assertEqual((options.only, options.of), (["kill", "cut"], ["driver"]))
+
+    def test_a_quiet_run_has_no_faults_to_choose(self):
+        self.assertEqual(self.parse("--quiet", "30s", "--findings", "2", "--no-standbys").quiet, 30.0)
+
     def test_what_is_no_command_is_a_usage_error(self):
-        for words in ("--minutes", "3"), ("--only", "flood"), ("-o", "xml"), ("another.yaml",), ("--dur", "3s"):
+        for words in (("--minutes", "3"), ("--only", "flood"), ("-o", "xml"), ("another.yaml",), ("--dur", "3s"),
+                      ("--quiet", "3s", "--duration", "3s"), ("--quiet", "3s", "--faults", "3"),
+                      ("--quiet", "3s", "--only", "kill"), ("--quiet", "3s", "--alone"), ("--quiet", "3s", "--of", "driver")):
             with self.assertRaises(SystemExit) as ended, contextlib.redirect_stderr(io.StringIO()):
                 self.parse(*words)
             self.assertEqual(ended.exception.code, 2, words)

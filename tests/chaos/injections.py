@@ -1,9 +1,13 @@
 """What can go wrong in a cell of several hosts: each injection happens to one victim, lasts, and ends.
 
 What the supervisors must tell of it, and what they may: each is a pair (kind of fault, subject); anything else is wrong. A fault
-that was explained better later counts as what it was told to be at last (services/supervisor/fault_list.hpp)."""
+that was explained better later counts as what it was told to be at last (services/supervisor/fault_list.hpp).
+
+usage: injections.py --self-test"""
 import random
 import signal
+import sys
+import unittest
 
 from limits import Limits
 
@@ -25,8 +29,18 @@ def longest(limit):
     return max(3.0, surely_told(limit) + 0.85)
 
 
+def longest_stop(limit):
+    """The same of a process, whichever it is."""
+    return longest(max(limit, STALL))
+
+
 def is_supervisor(node):
     return node.startswith("supervisor")
+
+
+def silence_of(node, limits):
+    """How long it may be silent before that must be told [s]: a supervisor tells of itself."""
+    return max(limits.silence, STALL) if is_supervisor(node) else limits.silence
 
 
 def silences(node):
@@ -120,8 +134,11 @@ class Stop(OfNode):
         cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
 
     def must(self):
-        limit = max(self.limits.silence, STALL) if is_supervisor(self.node) else self.limits.silence
-        return ("node_silent", self.node) if self.duration > surely_told(limit) else None
+        return ("node_silent", self.node) if self.duration > surely_told(self.limit()) else None
+
+    def limit(self):
+        """[s]"""
+        return silence_of(self.node, self.limits)
 
     def may(self, places, blind):
         # A supervisor tells its own absence as its silence. The agent's watchdog waits for longer than any of these.
@@ -321,7 +338,7 @@ def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits
     lost = lambda low: silent(limits.lease, low)
     kinds = {
         "kill": (6, lambda: Kill(node, nodes[node])),
-        "stop": (4, lambda: Stop(node, nodes[node], silent(limits.silence, 0.05))),
+        "stop": (4, lambda: Stop(node, nodes[node], silent(silence_of(node, limits), 0.05))),
         "cut": (3, lambda: Cut(host, lost(0.1))),
         "mute": (2, lambda: Mute(host, lost(0.1))),
         "deafen": (2, lambda: Deafen(host, about(0.1, 3.0))),
@@ -336,3 +353,27 @@ def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits
     injection = kinds[kind][1]()
     injection.limits = limits
     return injection
+
+
+class DrawTest(unittest.TestCase):
+    NODES = {"supervisor": "a", "driver/north": "b"}
+
+    def drawn(self, limits, told):
+        rng = random.Random(1)
+        return [draw(rng, self.NODES, {"a", "b"}, ("stop", "cut", "mute", "pause", "agent"), told, limits) for _ in range(300)]
+
+    def test_what_happens_alone_must_be_told_however_short_a_silence_is(self):
+        for silence in 0.02, 0.25, 5.0:
+            for injection in self.drawn(Limits(silence, 6.0), told=True):
+                self.assertIsNotNone(injection.must(), f"{injection} for {injection.duration} s")
+
+    def test_no_stop_is_longer_than_the_longest(self):
+        for silence in 0.02, 0.25, 5.0:
+            stops = [one.duration for one in self.drawn(Limits(silence, 6.0), told=False) if isinstance(one, Stop)]
+            self.assertLessEqual(max(stops), longest_stop(silence))
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--self-test"]:
+        sys.exit(__doc__)
+    unittest.main(argv=sys.argv[:1])

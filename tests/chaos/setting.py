@@ -1,23 +1,32 @@
 """What a run goes by: the copy of the user's cell, and what its arms do meanwhile. Says in one sentence why that cannot be."""
 import json
+import os
+import pathlib
 import subprocess
+import tempfile
 
 import yaml  # Debian package python3-yaml
 
 import cell_copy
 import cell_document
+import namespaces
 from bad_input import BadInput
 from limits import Limits
 from poses import two_poses
 
 
+PROGRAMS = ("hecaton", *(f"hecaton-{name}" for name in ("agent", "planner", "arm-driver", "world", "supervisor")),
+            "libhost_clock.so")
+COPY = "chaos-cell.yaml"  # among the logs
+
+
 class Setting:
     def __init__(self, options):
         try:
-            self.document = cell_document.read(options.cell.read_text())
+            self.document = cell_document.read(options.cell.read_bytes())
         except yaml.YAMLError as error:
             raise BadInput(f"{options.cell}: {' '.join(str(error).split())}") from error
-        cell_copy.copy_of(self.document, options.cell.resolve().parent)
+        cell_copy.copy_of(self.document, folder_of(options.cell))
         self.why_spread = cell_copy.why_spread(self.document)
         if self.why_spread:
             cell_copy.spread(self.document)
@@ -42,6 +51,20 @@ class Setting:
                            "the arms to go to and fro")
         return chosen
 
+    def require_files(self, options):
+        """What is written destroys nothing that is needed, and can be written."""
+        written = [("--report", options.report)] if options.report else []
+        if options.logs:
+            make_folder("--logs", options.logs)
+            logs = [("--logs", options.logs / name) for name in (COPY, *(f"{host}.log" for host in self.document["hosts"]))]
+            for _, log in logs:
+                if options.report and is_same(log, options.report):
+                    raise BadInput(f"--report = '{options.report}' must be another file than those that --logs has")
+            written += logs
+        for option, file in written:
+            if is_same(file, options.cell):
+                raise BadInput(f"{option} = '{getattr(options, option[2:])}' must not overwrite the cell file {options.cell}")
+
     def told(self):
         """How the copy differs from the cell file, where that must be known."""
         hosts = ", ".join(f"{name} {address}" for name, address in self.document["hosts"].items())
@@ -49,11 +72,66 @@ class Setting:
         return spread + f"silent is a process after {self.limits.silence:g} s, a host after {self.limits.lease:g} s"
 
 
+def folder_of(file):
+    """Paths in a cell file are those beside its name, be that a link."""
+    return file.parent.absolute()
+
+
+def is_same(one, other):
+    try:
+        return os.path.samefile(one, other)
+    except OSError:  # one of them is still to come
+        return one.resolve() == other.resolve()
+
+
+def make_folder(option, folder):
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"{option} = '{folder}' must be a folder: {error.strerror}") from error
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise BadInput(f"{option} = '{folder}' must be a folder that can be written to")
+
+
+def require_programs(folder):
+    """All that hosts will need."""
+    for name in PROGRAMS:
+        if not (folder / name).exists():
+            raise BadInput(f"{folder / name} is missing: ./run build makes it")
+
+
+def require_sight(options):
+    """Hosts see all files that are needed."""
+    needed = [("CELL", options.cell), ("--report", options.report), ("--programs", options.programs)]
+    needed.append(("--logs", options.logs) if options.logs else ("TMPDIR", pathlib.Path(tempfile.gettempdir())))
+    for what, path in needed:
+        if path and namespaces.Namespaces.hides(path):
+            raise BadInput(f"{what} = '{path}' must not be below {namespaces.Namespaces.OWN}: hosts see one of their own there")
+
+
+def check_given(hecaton, file):
+    """The same of the user's file. Its network interface need not be one of this machine's: the copy names none."""
+    try:
+        return check(hecaton, file)
+    except BadInput as refused:
+        try:
+            document = cell_document.read(file.read_bytes())
+            del document["network"]["interface"]
+            cell_copy.make_paths_absolute(document, folder_of(file))
+        except (OSError, yaml.YAMLError, LookupError, TypeError, AttributeError):  # that is not all that is wrong
+            raise refused from None
+    with tempfile.TemporaryDirectory() as folder:
+        copy = pathlib.Path(folder) / file.name
+        copy.write_text(cell_document.write(document), encoding="utf-8")
+        try:
+            return check(hecaton, copy)
+        except BadInput as error:
+            raise BadInput(str(error).replace(str(copy), str(file))) from None
+
+
 def check(hecaton, file):
     """What `hecaton check` tells of a cell file that is good."""
-    if not hecaton.exists():
-        raise BadInput(f"{hecaton} is missing: ./run build makes it")
-    checked = subprocess.run([hecaton, "check", file, "-o", "json"], capture_output=True, text=True)
+    checked = subprocess.run([hecaton, "check", file, "-o", "json"], capture_output=True, encoding="utf-8", errors="replace")
     if checked.returncode not in (0, 1):
         raise BadInput(checked.stderr.strip().removeprefix("hecaton: "))
     plan = json.loads(checked.stdout)

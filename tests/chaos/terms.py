@@ -60,7 +60,7 @@ class LogTerms:
         self.forgotten = []   # arms whose driver began without memory
         self._arms = {}
         self._begun = {}  # services that the running agent of a host has started for the first time
-        self._remembers = set()  # hosts whose running agent goes on with what was remembered
+        self._anew = set()  # hosts whose running agent is another one and has said nothing of a memory
 
     def hear(self, line):
         told = TOLD.search(line)
@@ -72,17 +72,18 @@ class LogTerms:
     def _hear_agent(self, host, event, told):
         if event == "goes on with what was remembered":
             self._begun[host] = set()
-            self._remembers.add(host)
+            self._anew.discard(host)
         if event != "service started" or told.get("restarts") != "0":
             return
         service = told["service"]
         begun = self._begun.setdefault(host, set())
-        if service in begun:  # by another agent, which said nothing of a memory
+        if service in begun:
             begun.clear()
-            self._remembers.discard(host)
+            self._anew.add(host)
         begun.add(service)
         arm = service.removeprefix("driver-")
-        if arm != service and host not in self._remembers and self._arms.pop(arm, None):
+        # On a busy machine a driver tells something before its agent tells of the start: that is not of an earlier life.
+        if arm != service and host in self._anew and self._arms.pop(arm, None):
             self.forgotten.append(arm)
 
     def _hear_driver(self, arm, event, told):
@@ -213,6 +214,12 @@ class LogTest(unittest.TestCase):
         self.assert_found("after", *lines, driver("follows", "B", 8))
         lines += (agent("goes on with what was remembered"), started("driver-west"))
         self.assert_found("after", *lines, driver("follows", "B", 8))
+
+    def test_a_driver_that_tells_something_before_its_agent_does_has_forgotten_nothing(self):
+        terms = LogTerms()
+        for line in driver("driver started", "", 0), driver("mandate", "A", 5), started("driver-west"), driver("follows", "B", 4):
+            terms.hear(line)
+        self.assertEqual((terms.forgotten, len(terms.complaints)), ([], 1))
 
     def test_a_memory_does_not_outlive_its_host(self):
         terms = LogTerms()

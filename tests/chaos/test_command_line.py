@@ -8,13 +8,14 @@ import tempfile
 import unittest
 
 PROGRAM, CELLS = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+CELL = CELLS / "three_hosts.yaml"
 
 
 def asked(*words):
     return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
 
 
-class CommandLineTest(unittest.TestCase):
+class Asking(unittest.TestCase):
     def assert_refused(self, code, saying, *words):
         done = asked(*words)
         self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
@@ -25,7 +26,10 @@ class CommandLineTest(unittest.TestCase):
         """In one sentence."""
         said = self.assert_refused(3, f"^hecaton-chaos: .*{saying}", *words)
         self.assertEqual(said.count("\n"), 1, said)
+        return said
 
+
+class CommandLineTest(Asking):
     def test_help_is_data(self):
         done = asked("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -34,7 +38,8 @@ class CommandLineTest(unittest.TestCase):
 
     def test_what_is_no_command_is_a_usage_error(self):
         cell = CELLS / "three_hosts.yaml"
-        for words in ((), (cell, "--nonsense"), (cell, "--only", "flood"), (cell, "-o", "xml"), (cell, cell)):
+        for words in ((), (cell, "--nonsense"), (cell, "--only", "flood"), (cell, "-o", "xml"), (cell, cell),
+                      (cell, "--quiet", "3s", "--duration", "3s")):
             self.assert_refused(2, "usage: hecaton-chaos", *words)
 
     def test_a_cell_file_that_cannot_be_read_is_bad_input(self):
@@ -61,6 +66,74 @@ class CommandLineTest(unittest.TestCase):
         self.assert_bad_input("--duration = '90'", cell, "--duration", "90")
         self.assert_bad_input("--of = 'diver'", cell, "--of", "diver")
         self.assert_bad_input("--report = ", cell, "--report", "/no/such/folder/report.json")
+        self.assert_bad_input("--logs = .* must be a folder", cell, "--logs", cell)
+
+    def test_hosts_see_another_folder_below_run(self):
+        self.assert_bad_input("CELL = .* must not be below /run", "/run/cell.yaml")
+        self.assert_bad_input("--report = .* must not be below /run", CELL, "--report", "/run/report.json")
+        self.assert_bad_input("--logs = .* must not be below /run", CELL, "--logs", "/run/logs")
+
+    def test_programs_that_are_missing_are_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.assert_bad_input("hecaton is missing", CELL, "--programs", folder)
+            for name in "hecaton", "hecaton-agent":
+                (pathlib.Path(folder) / name).touch()
+            self.assert_bad_input("hecaton-planner is missing", CELL, "--programs", folder)
+
+
+class CellFileTest(Asking):
+    """With a copy of a cell file, whose robot is where it was."""
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.text = CELL.read_text().replace("urdf: urdf/", f"urdf: {CELLS}/urdf/")
+
+    def write(self, name="cell.yaml", text=None):
+        file = self.folder / name
+        file.write_text(text or self.text)
+        return file
+
+    def test_nothing_overwrites_it(self):
+        cell = self.write("chaos-cell.yaml")
+        self.assert_bad_input("--logs = .* must not overwrite the cell file", cell, "--logs", self.folder)
+        self.assert_bad_input("--report = .* must not overwrite the cell file", cell, "--report", cell)
+        link = self.folder / "link"
+        link.symlink_to(cell)
+        self.assert_bad_input("--report = .* must not overwrite the cell file", cell, "--report", link)
+        self.assert_bad_input("--logs = .* must not overwrite the cell file", self.write("west-pc.log"), "--logs", self.folder)
+        self.assertEqual(cell.read_text(), self.text)
+
+    def test_the_report_is_none_of_the_logs(self):
+        logs = self.folder / "logs"
+        logs.mkdir()
+        for name in "north-pc.log", "chaos-cell.yaml":
+            self.assert_bad_input("--report = .* another file", self.write(), "--logs", logs, "--report", logs / name)
+
+    def test_it_must_be_text(self):
+        cell = self.write()
+        cell.write_bytes("# größer\n".encode("latin-1") + cell.read_bytes())
+        self.assert_bad_input("cell.yaml: ", cell, "--logs", self.folder)
+        cell.write_bytes(b"name: \xff\n")
+        self.assert_bad_input("name", cell)
+
+    def refused_by_report(self, cell):
+        """Only then: everything else of the cell is right."""
+        self.assert_bad_input("--report = .* must not overwrite", cell, "--report", cell)
+
+    def test_its_network_interface_may_be_of_another_machine(self):
+        text = self.text.replace("  domain: 43\n", "  domain: 43\n  interface: eth77\n")
+        self.assertNotEqual(text, self.text)
+        self.refused_by_report(self.write(text=text))
+        cell = self.write(text=text.replace("host: west-pc", "host: nowhere-pc"))
+        self.assertIn(f"{cell}: ", self.assert_bad_input("nowhere-pc", cell))
+
+    def test_paths_are_those_beside_its_name_be_that_a_link(self):
+        elsewhere = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (elsewhere / "cell.yaml").write_text(CELL.read_text().replace("  domain: 43\n", "  domain: 43\n  interface: eth77\n"))
+        link = self.folder / "cell.yaml"
+        link.symlink_to(elsewhere / "cell.yaml")
+        (self.folder / "urdf").symlink_to(CELLS / "urdf")
+        self.refused_by_report(link)
 
 
 if __name__ == "__main__":

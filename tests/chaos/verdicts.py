@@ -4,8 +4,13 @@ usage: verdicts.py --self-test"""
 import sys
 import unittest
 
-from injections import TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, Pause, SlowDown, StepClock, \
+from injections import TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, StepClock, \
     Stop, is_supervisor, surely_told, together
+
+# [s] for which a supervisor puts the silence of a host's processes down to its return: at most. One that was cut off itself sees
+# every host return.
+RETURN = 5.0
+MOVED = 1.0  # [s] after a leader's last word until another leads, and that is seen
 
 
 def supervisors_hit(injections, places):
@@ -28,13 +33,26 @@ def hidden(injection, injections, places, leader):
         return any(isinstance(other, Deafen) for other in hitting)
     if any(not isinstance(other, Kill) for other in hitting):
         return True
-    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limits.silence) + TAKEOVER
+    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limit()) + TAKEOVER
 
 
 def may_be_told(injections, places):
     """(kind, subject) of all faults that are right."""
     blind = bool(supervisors_hit(injections, places))
     return set().union(*(injection.may(places, blind) for injection in injections))
+
+
+def may_move_the_leadership(injection, places):
+    """Whether another supervisor may lead after it. All hosts share the processors of this machine."""
+    if isinstance(injection, OfNode):
+        return is_supervisor(injection.node)
+    return isinstance(injection, SlowDown) or any(map(is_supervisor, injection.nodes(places)))
+
+
+def pardoned(moves, injected, lasted):
+    """Whether one of these changes of the leadership [ms, wall clock] was when a fault that began at `injected` [ms] and lasted
+    [s] happened. A new leader tells what is wrong when it begins to lead, and takes for a while what is silent for returning."""
+    return any(injected - 1000 * RETURN <= move <= injected + 1000 * (lasted + MOVED) for move in moves)
 
 
 # The cell of chaos, as far as it is asked for.
@@ -131,6 +149,27 @@ class HiddenTest(unittest.TestCase):
         alone = {node: host for node, host in PLACES.items() if node != "supervisor@world-pc"}
         both = [self.DEATH, Kill("supervisor", "supervisor-pc")]
         self.assertTrue(hidden(self.DEATH, both, alone, "supervisor"))
+
+
+class LeadershipTest(unittest.TestCase):
+    def test_what_happens_to_a_supervisor_or_its_host_or_takes_the_processors_may_move_it(self):
+        for injection in (Kill("supervisor", "supervisor-pc"), Stop("supervisor@world-pc", "world-pc", 2.0), Cut("world-pc", 2.0),
+                          Lose("supervisor-pc", 2.0, 30), FillDisk("world-pc", 2.0), SlowDown("north-pc", 2.0)):
+            self.assertTrue(may_move_the_leadership(injection, PLACES), injection)
+
+    def test_what_happens_elsewhere_may_not(self):
+        for injection in (Kill("planner/north", "north-pc"), Stop("world", "world-pc", 2.0), Cut("north-pc", 2.0),
+                          Lose("west-pc", 2.0, 30), KillAgent("north-pc", 2.0)):
+            self.assertFalse(may_move_the_leadership(injection, PLACES), injection)
+
+    def test_a_change_pardons_what_happened_around_it(self):
+        for move, injected, lasted in (10_000, 10_000, 0.0), (10_000, 8_500, 1.0), (10_000, 14_900, 2.0), (10_000, 9_100, 0.0):
+            self.assertTrue(pardoned([0, move], injected, lasted), (move, injected, lasted))
+
+    def test_it_pardons_nothing_else(self):
+        for move, injected, lasted in (10_000, 15_100, 2.0), (10_000, 8_900, 0.0), (10_000, 7_000, 1.9):
+            self.assertFalse(pardoned([move], injected, lasted), (move, injected, lasted))
+        self.assertFalse(pardoned([], 0, 1.0))
 
 
 class TogetherTest(unittest.TestCase):

@@ -15,6 +15,15 @@ def run(*words, check=True):
     return done.stdout
 
 
+def drop_rules(hook, per_cent):
+    """Of nftables, because kernels without netem have it, too: so many of the datagrams are lost."""
+    table, interface = f"drop_{hook}", "iifname" if hook == "input" else "oifname"
+    return [rule.split() for rule in (
+        f"add table inet {table}",
+        f"add chain inet {table} every {{ type filter hook {hook} priority 0 ; }}",
+        f"add rule inet {table} every {interface} != lo numgen random mod 1000 <= {10 * per_cent - 1} counter drop")]
+
+
 class Hosts(abc.ABC):
     """Hosts by name. They end with the program at the latest; after close() others can be added."""
 
@@ -62,14 +71,8 @@ class Hosts(abc.ABC):
 
     def drop(self, host, hook, per_cent):
         """So many of the datagrams that reach (`hook`: input) or leave (output) the host are lost, at random."""
-        # nftables, because kernels without netem have it, too.
-        table, interface = f"drop_{hook}", "iifname" if hook == "input" else "oifname"
-        for words in (
-            f"add table inet {table}",
-            f"add chain inet {table} every {{ type filter hook {hook} priority 0 ; }}",
-            f"add rule inet {table} every {interface} != lo numgen random mod 1000 <= {10 * per_cent - 1} counter drop",
-        ):
-            self.inside(host, ["nft", *words.split()])
+        for words in drop_rules(hook, per_cent):
+            self.inside(host, ["nft", *words])
 
     def dropped(self, host, hook):
         """Datagrams since drop()."""

@@ -1,9 +1,16 @@
-"""A cell of several hosts, seen from outside: through `hecaton` on the operator's machine."""
+"""A cell of several hosts, seen from outside: through `hecaton` on the operator's machine.
+
+usage: live_cell.py --self-test"""
 import json
+import pathlib
 import signal
 import subprocess
+import sys
+import tempfile
 import threading
 import time
+import unittest
+import unittest.mock
 
 from steadiness import NodeLateness, unix_ms
 
@@ -22,7 +29,9 @@ class LiveCell:
         self._watch = None
         self._status = None
         self._faults = {}
-        self._logs_heard = {}  # bytes, by host
+        self._logs_began = {}  # bytes, by host: what another cell wrote before is not of this one
+        self._logs_heard = {}  # the same, as far as new_log_lines() has come
+        self._contacts = 0
         self.lateness = NodeLateness()
         self.listeners = [self.lateness.hear]  # each is called with every status
         self._changed = threading.Condition()
@@ -43,7 +52,8 @@ class LiveCell:
 
     def start_agent(self, host):
         with open(self._logs / f"{host}.log", "a") as log:
-            self._logs_heard.setdefault(host, log.tell())  # what another cell wrote is not of this one
+            self._logs_began.setdefault(host, log.tell())
+            self._logs_heard.setdefault(host, log.tell())
             self._agents[host] = self.hosts.start(host, ["agent", self._file, "--host", host], log)
 
     def kill_agent(self, host):
@@ -65,6 +75,7 @@ class LiveCell:
             with self._changed:
                 self._status = json.loads(line)
                 self._faults.update({fault["id"]: fault for fault in self._status["faults"]})
+                self._contacts = max(self._contacts, contacts_in(self._status))
                 for listener in self.listeners:
                     listener(self._status)
                 self._changed.notify_all()
@@ -113,8 +124,10 @@ class LiveCell:
     def log_lines(self):
         """Of all hosts, host by host."""
         for host in self._agents:
-            with open(self._logs / f"{host}.log") as log:
-                yield from log
+            with open(self._logs / f"{host}.log", "rb") as log:
+                log.seek(self._logs_began[host])
+                for line in log:
+                    yield line.decode(errors="replace")
 
     def new_log_lines(self):
         """The same since the last call; a line that is still being written comes with the next one."""
@@ -128,7 +141,8 @@ class LiveCell:
                     yield line.decode(errors="replace")
 
     def contacts(self):
-        return self.status()["referee"]["contacts"]
+        """The most that were ever told: a world that is started again counts anew."""
+        return self._contacts
 
     def pid(self, node):
         return next(entry["pid"] for entry in self.status()["nodes"] if entry["node"] == node)
@@ -174,17 +188,31 @@ class LiveCell:
         self.wait_for(f"arm {arm} goes on or waits for news of {lost}", settled)
 
     def stop(self):
-        """Ends the agents, which end all else; returns their exit codes by host."""
+        """Ends the agents, which end all else; returns their exit codes by host. Who hangs is killed, and ended so."""
         if self._watch:
             self._watch.send_signal(signal.SIGTERM)
-            self._watch.wait()
+            ended(self._watch, time.monotonic() + PATIENCE)
         for agent in self._agents.values():
             agent.send_signal(signal.SIGTERM)
-        return {host: agent.wait(timeout=PATIENCE) for host, agent in self._agents.items()}
+        until = time.monotonic() + PATIENCE
+        return {host: ended(agent, until) for host, agent in self._agents.items()}
+
+
+def ended(process, until):
+    """Its exit code."""
+    try:
+        return process.wait(timeout=max(0.0, until - time.monotonic()))
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
+
+
+def contacts_in(status):
+    return status["referee"]["contacts"] if status["referee"] else 0
 
 
 def touched(status):
-    return status["referee"] is not None and status["referee"]["contacts"] > 0
+    return contacts_in(status) > 0
 
 
 def runs(status):
@@ -195,3 +223,54 @@ def runs(status):
             and all(host["agent_alive"] for host in status["hosts"])
             and all(fault["cleared"] for fault in status["faults"])
             and status["referee"] is not None)
+
+
+def process_that(obeys):
+    """Ends by SIGTERM, or does not."""
+    process = subprocess.Popen(["sh", "-c", f"{'' if obeys else 'trap : TERM;'} echo; while :; do sleep 0.05; done"],
+                               stdout=subprocess.PIPE)
+    process.stdout.readline()
+    return process
+
+
+class CellTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.logs = pathlib.Path(folder.name)
+        self.cell = LiveCell(self, "hecaton", "cell.yaml", self.logs)
+
+    def start(self, host, arguments, log):
+        """As Hosts do."""
+        return None
+
+    def hear(self, contacts):
+        line = json.dumps({"faults": [], "nodes": [], "referee": None if contacts is None else {"contacts": contacts}})
+        self.cell._watch = unittest.mock.Mock(stdout=[line])
+        self.cell._read()
+
+    def test_a_contact_is_not_forgotten_with_the_world_that_told_it(self):
+        for contacts, told in (None, 0), (0, 0), (2, 2), (None, 2), (0, 2):
+            self.hear(contacts)
+            self.assertEqual(self.cell.contacts(), told)
+
+    def test_an_agent_that_hangs_is_killed_and_its_exit_code_says_so(self):
+        for obeys, code in (True, -signal.SIGTERM), (False, -signal.SIGKILL):
+            with process_that(obeys) as process:
+                process.terminate()
+                self.assertEqual(ended(process, time.monotonic() + (10.0 if obeys else 0.3)), code)
+
+    def test_logs_begin_where_this_cell_does(self):
+        (self.logs / "a.log").write_text("of another\n")
+        self.cell.start_agent("a")
+        with open(self.logs / "a.log", "ab") as log:
+            log.write(b"caf\xe9\nhalf")
+        self.assertEqual(list(self.cell.new_log_lines()), ["caf\ufffd\n"])
+        self.cell.start_agent("a")  # anew
+        self.assertEqual(list(self.cell.log_lines()), ["caf\ufffd\n", "half"])
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--self-test"]:
+        sys.exit(__doc__)
+    unittest.main(argv=sys.argv[:1])

@@ -9,7 +9,8 @@ import struct
 import subprocess
 import sys
 
-from hosts import CannotRun, Hosts, run
+import ending
+from hosts import CannotRun, Hosts, drop_rules, run
 
 INSIDE = "HECATON_TEST_IN_NAMESPACES"
 
@@ -22,8 +23,10 @@ def inside():
 def enter():
     """Starts this program again in namespaces of its own, which end, with all that is in them, when it ends.
 
-    Returns in there. Neither root's network nor other tests see any of it."""
+    Returns in there, where a program that ends by signals (ending.py) hears from now on those that are sent to the one
+    outside. Neither root's network nor other tests see any of it."""
     if inside():
+        ending.hear_messenger(int(os.environ[INSIDE]))
         return
     for tool, package in (("unshare", "util-linux"), ("setpriv", "util-linux"), ("ip", "iproute2"), ("nft", "nftables")):
         if shutil.which(tool) is None:
@@ -35,18 +38,12 @@ def enter():
         run(*words, "true")
     except RuntimeError as error:
         raise CannotRun(f"namespaces are not allowed here: {error}") from error
-    sys.exit(pass_signals_to(subprocess.Popen(["setpriv", "--pdeathsig", "KILL", *words, sys.executable, *sys.argv],
-                                              env={**os.environ, INSIDE: "yes"})))
-
-
-def pass_signals_to(unshare):
-    """Waits for its end and returns its exit code. It hears no SIGTERM itself: the program in there must."""
-    def terminate(*_):
-        for child in pathlib.Path(f"/proc/{unshare.pid}/task/{unshare.pid}/children").read_text().split():
-            os.kill(int(child), signal.SIGTERM)
-    signal.signal(signal.SIGTERM, terminate)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to both
-    return unshare.wait()
+    messenger = ending.Messenger()
+    # It dies with us, whatever ends us, and with it all that is in there.
+    unshare = messenger.start(["setpriv", "--pdeathsig", "KILL", *words, sys.executable, *sys.argv],
+                              {**os.environ, INSIDE: str(messenger.ear)})
+    code = unshare.wait()
+    sys.exit(code if code >= 0 else ending.exit_code(-code))
 
 
 class Namespaces(Hosts):
@@ -54,9 +51,10 @@ class Namespaces(Hosts):
 
     kind = "network namespaces"
     BRIDGE = "cell"
-    DISKS = pathlib.Path("/run/disks")
+    OWN = pathlib.Path("/run")  # ip keeps its list of namespaces there
+    DISKS = OWN / "disks"
     DISK = "32m"  # of each host, for temporary files
-    CLOCKS = pathlib.Path("/run/clocks")
+    CLOCKS = OWN / "clocks"
 
     def __init__(self, hecaton, own_clocks=False):
         """`own_clocks`: each host has a wall clock of its own, for step_clock()."""
@@ -64,11 +62,27 @@ class Namespaces(Hosts):
         self._clock_library = pathlib.Path(hecaton).with_name("libhost_clock.so") if own_clocks else None
         if own_clocks and not self._clock_library.exists():
             raise FileNotFoundError(f"{self._clock_library}: hosts have no clocks of their own without it")
-        run("mount", "-t", "tmpfs", "tmpfs", "/run")  # ip keeps its list of namespaces there
+        try:
+            self._make_network()
+        except RuntimeError as error:
+            raise CannotRun(f"the kernel has not all that hosts need: {error}") from error
+        self._ports = {}  # the bridge's side of each host's cable
+
+    def _make_network(self):
+        run("mount", "-t", "tmpfs", "tmpfs", str(self.OWN))
         run("ip", "link", "add", self.BRIDGE, "type", "bridge")
         run("ip", "link", "set", "lo", "up")
         run("ip", "link", "set", self.BRIDGE, "up")
-        self._ports = {}  # the bridge's side of each host's cable
+        # What add() and drop() will ask for is tried before anything has begun.
+        run("ip", "link", "add", "trial0", "type", "veth", "peer", "name", "trial1")
+        run("ip", "link", "delete", "trial0")
+        for words in (*drop_rules("input", 1), ("delete", "table", "inet", "drop_input")):
+            run("nft", *words)
+
+    @classmethod
+    def hides(cls, path):
+        """Whether programs in the namespaces see another folder where this path is."""
+        return pathlib.Path(path).resolve().is_relative_to(cls.OWN)
 
     def add(self, name, address):
         network = ipaddress.ip_interface(f"{address}/24").network

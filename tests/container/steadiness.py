@@ -65,6 +65,10 @@ class NodeLateness:
         """Without the hosts that a test did something to."""
         return [stall for stall in self.stalls if stall[-1] not in disturbed]
 
+    def meanwhile(self, since, until, disturbed):
+        """Of these, those that were between these instants [ms, wall clock]."""
+        return [stall for stall in self.of_others(disturbed) if between(since, until + TOLD_WITHIN, *stall[:2])]
+
 
 def judge_failures(failed, stalls):
     """The exit code after tests failed: it says nothing only if the machine stood still during each of them. `failed`: (name,
@@ -119,6 +123,12 @@ class JudgementTest(unittest.TestCase):
 
     def test_a_stall_excuses_no_other_test(self):
         self.assertEqual(judge_failures([("one", 4_000, 6_000), ("other", 7_000, 8_000)], [self.STALL]), 1)
+
+    def test_processes_are_heard_that_were_left_alone(self):
+        heard = NodeLateness()
+        heard.stalls = [(5_000, 200.0, "planner/a", "a-pc"), (5_000, 200.0, "planner/b", "b-pc"), (9_000, 200.0, "planner/a", "a-pc")]
+        self.assertEqual(heard.meanwhile(4_000, 6_000, {"b-pc"}), heard.stalls[:1])
+        self.assertEqual(heard.meanwhile(1_000, 4_799 - TOLD_WITHIN, ()), [])
 
     def test_each_failure_has_the_time_of_its_own_test(self):
         spans = []

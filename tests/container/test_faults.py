@@ -4,7 +4,7 @@ usage: test_faults.py --programs DIR --cell FILE [--image NAME] [--logs DIR] [--
 
 Hosts are containers of the image where these can be had, otherwise network namespaces. Exit code 77: neither can be had
 here; why is on stderr. 75: tests failed, and while each of them ran the machine itself stood still; when and how long is on
-stderr. 70: arms touched something, or followed an older command."""
+stderr. 70: arms touched something, or followed an older command. 130, 143: SIGINT or SIGTERM ended it."""
 import argparse
 import pathlib
 import signal
@@ -17,10 +17,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "chaos")
 import cell_copy  # noqa: E402
 import cell_document  # noqa: E402
 import containers  # noqa: E402
+import ending  # noqa: E402
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from injections import Cut, Kill, Mute, Pause, is_supervisor  # noqa: E402
-from live_cell import LiveCell, touched, unix_ms  # noqa: E402
+from live_cell import LiveCell, unix_ms  # noqa: E402
 from steadiness import UNSAFE, SpannedResult, TimerLateness, judge_failures  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
 from verdicts import may_be_told  # noqa: E402
@@ -30,6 +31,27 @@ ARMS = ("north", "west", "east")
 options = None
 node_stalls = []  # of hosts that were left alone: what NodeLateness tells
 unpardonable = []  # classes whose arms touched something, or followed an older command
+told = None  # ending.Ending
+ends_cell = False
+
+
+class Ended(Exception):
+    """Somebody ends the program."""
+
+
+def end_test(number):
+    """The one that runs. A cell that is being ended need not be disturbed."""
+    if not ends_cell:
+        raise Ended(f"by {signal.Signals(number).name}")
+
+
+class EndedResult(SpannedResult):
+    """No other test begins then. What those of a class share is ended all the same."""
+
+    def addError(self, test, err):
+        super().addError(test, err)
+        if issubclass(err[0], Ended):
+            self.stop()
 
 
 class CellTest(unittest.TestCase):
@@ -39,24 +61,30 @@ class CellTest(unittest.TestCase):
 
     @classmethod
     def cell_file(cls):
-        return options.cell.resolve()
+        return options.cell.absolute()
 
     @classmethod
     def setUpClass(cls):
+        if told.told:
+            raise Ended
         print(f"{cls.__name__}: hosts are {options.hosts.kind}; their logs are in {options.logs}", flush=True)
         cls.cell = LiveCell(options.hosts, options.programs.resolve() / "hecaton", cls.cell_file(), options.logs)
+        cls.addClassCleanup(cls.end_cell)  # also when it does not come to run
         began = time.monotonic()
         cls.cell.start()
         cls.cell.wait_until_it_runs()
         print(f"the cell runs after {time.monotonic() - began:.1f} s", flush=True)
 
     @classmethod
-    def tearDownClass(cls):
-        if touched(cls.cell.status()):
-            unpardonable.append(cls)
+    def end_cell(cls):
+        global ends_cell
+        ends_cell = True
         began = time.monotonic()
         codes = cls.cell.stop()
         cls.cell.hosts.close()
+        ends_cell = False
+        if cls.cell.contacts():
+            unpardonable.append(cls)
         print(f"the cell ended after {time.monotonic() - began:.1f} s", flush=True)
         node_stalls.extend(cls.cell.lateness.of_others(cls.disturbed))
         if any(codes.values()):
@@ -125,7 +153,7 @@ class CellTest(unittest.TestCase):
 
 def still_copy():
     """The cell with obstacles that stand still: an arm whose driver is dead cannot make way."""
-    return cell_copy.copy_of(cell_document.read(options.cell.read_text()), options.cell.resolve().parent)
+    return cell_copy.copy_of(cell_document.read(options.cell.read_bytes()), options.cell.parent.absolute())
 
 
 def written(name, document):
@@ -369,7 +397,7 @@ def make_hosts():
     """Where they are namespaces this program begins anew in them."""
     if options.image and not namespaces.inside():
         try:
-            return containers.Containers(options.image, options.cell.resolve().parent, make_logs())
+            return containers.Containers(options.image, options.cell.parent.absolute(), make_logs())
         except CannotRun as reason:
             print(f"hosts cannot be containers: {reason}", file=sys.stderr, flush=True)
     namespaces.enter()
@@ -385,19 +413,27 @@ def make_logs():
 
 
 def main():
-    global options
+    global options, told
+    told = ending.Ending(end_test)
     options = parse()
     try:
         options.hosts = make_hosts()
     except CannotRun as reason:
         print(f"skipped: {reason}", file=sys.stderr)
         return SKIPPED
+    except Ended:
+        return ending.exit_code(told.told)
     lateness = TimerLateness()
     words = [sys.argv[0]] + (["-k", options.only] if options.only else [])
-    runner = unittest.TextTestRunner(resultclass=SpannedResult, verbosity=2)
-    result = unittest.main(argv=words, testRunner=runner, exit=False).result
+    runner = unittest.TextTestRunner(resultclass=EndedResult, verbosity=2)
+    try:
+        result = unittest.main(argv=words, testRunner=runner, exit=False).result
+    except Ended:  # between two tests
+        options.hosts.close()
     if unpardonable:
         return UNSAFE
+    if told.told:
+        return ending.exit_code(told.told)
     stalls = [(*stall, "a timer", "this machine") for stall in lateness.stalls] + node_stalls
     return 0 if result.wasSuccessful() else judge_failures(result.failed, stalls)
 

@@ -1,0 +1,141 @@
+"""How somebody ends a program of tests: by SIGTERM or SIGINT, once to end it well and once more to end it at once.
+
+usage: ending.py --self-test"""
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+import unittest
+
+NUMBERS = (signal.SIGTERM, signal.SIGINT)
+# [s] within which a second signal is the same one: `timeout` sends its own to the program and then to its group.
+ECHO = 1.0
+
+
+def exit_code(number):
+    """Of a program that a signal ended, as shells say it."""
+    return 128 + number
+
+
+def hear(handler):
+    """What somebody had ignored stays so: shells do that with SIGINT for what they start in the background."""
+    for number in NUMBERS:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, handler)
+
+
+class Ending:
+    """Hears the signals from now on. `at_first` is called with the first one, and may raise."""
+
+    def __init__(self, at_first=lambda number: None):
+        self.told = None  # the signal
+        self._at_first = at_first
+        self._told_at = 0.0
+        hear(self._hear)
+
+    def _hear(self, number, _frame):
+        if self.told is None:
+            self.told = number
+            self._told_at = time.monotonic()
+            self._at_first(number)
+        elif time.monotonic() - self._told_at > ECHO:
+            os._exit(exit_code(number))  # where it is the first process of its namespace nothing outlives it
+
+
+class Messenger:
+    """Takes the signals that one program hears to another one that it starts, also those that come before that can hear any:
+    they wait in a pipe. Another session keeps the rest of that program's processes out of it, whom signals to a group reach."""
+
+    def __init__(self):
+        self.ear, self._mouth = os.pipe()  # the other program inherits `ear`
+        os.set_blocking(self._mouth, False)
+        hear(self._pass_on)
+
+    def _pass_on(self, number, _frame):
+        try:
+            os.write(self._mouth, bytes([number]))
+        except OSError:
+            pass  # it has ended, or so many wait that one more says nothing
+
+    def start(self, words, environment):
+        return subprocess.Popen(words, env=environment, pass_fds=(self.ear,), start_new_session=True)
+
+
+def hear_messenger(ear):
+    """In the other program: from now on what the first one heard is as if this one had."""
+    def listen():
+        while number := os.read(ear, 1):
+            signal.pthread_kill(threading.main_thread().ident, number[0])
+    threading.Thread(target=listen, daemon=True).start()
+
+
+class EndingTest(unittest.TestCase):
+    OTHER = """
+        import ending, sys, time
+        told = ending.Ending()
+        print("hears", flush=True)
+        while not told.told:
+            time.sleep(0.01)
+        print("told", int(told.told), flush=True)
+        time.sleep(30 if "--slow" in sys.argv else 0)
+    """
+    FIRST = """
+        import ending, os, signal, sys, time
+        messenger = ending.Messenger()
+        os.kill(os.getpid(), signal.SIGTERM)  # before there is another program
+        other = messenger.start([sys.executable, "-c", sys.argv[1], str(messenger.ear)], dict(os.environ))
+        sys.exit(other.wait())
+    """
+    SECOND = """
+        import ending, os, sys, time
+        time.sleep(0.2)
+        told = ending.Ending()
+        ending.hear_messenger(int(sys.argv[1]))
+        while not told.told:
+            time.sleep(0.01)
+        print("told", int(told.told), os.getsid(0) == os.getpid(), flush=True)
+    """
+
+    def start(self, text, *words, **keywords):
+        return subprocess.Popen([sys.executable, "-c", textwrap.dedent(text), *words], stdout=subprocess.PIPE, text=True,
+                                cwd=os.path.dirname(os.path.abspath(__file__)), **keywords)
+
+    def test_each_signal_is_heard_and_ends_nothing(self):
+        for number in NUMBERS:
+            with self.start(self.OTHER) as other:
+                other.stdout.readline()
+                other.send_signal(number)
+                self.assertEqual(other.communicate()[0], f"told {int(number)}\n")
+                self.assertEqual(other.returncode, 0)
+
+    def test_an_echo_is_the_same_one_and_a_second_one_ends_it(self):
+        with self.start(self.OTHER, "--slow") as other:
+            other.stdout.readline()
+            other.send_signal(signal.SIGTERM)
+            other.stdout.readline()
+            other.send_signal(signal.SIGTERM)
+            time.sleep(ECHO + 0.1)
+            self.assertIsNone(other.poll())
+            other.send_signal(signal.SIGINT)
+            self.assertEqual(other.wait(timeout=10), exit_code(signal.SIGINT))
+
+    def test_what_is_ignored_stays_so(self):
+        with self.start("import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + textwrap.dedent(self.OTHER)) as other:
+            other.stdout.readline()
+            other.send_signal(signal.SIGINT)
+            other.send_signal(signal.SIGTERM)
+            self.assertEqual(other.communicate()[0], f"told {int(signal.SIGTERM)}\n")
+
+    def test_a_signal_that_comes_early_waits_for_the_other_program_which_has_a_session_of_its_own(self):
+        with self.start(self.FIRST, textwrap.dedent(self.SECOND)) as first:
+            self.assertEqual(first.communicate(timeout=20)[0], f"told {int(signal.SIGTERM)} True\n")
+            self.assertEqual(first.returncode, 0)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--self-test"]:
+        sys.exit(__doc__)
+    unittest.main(argv=sys.argv[:1])
