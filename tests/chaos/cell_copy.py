@@ -10,6 +10,7 @@ import sys
 import unittest
 
 import cell_document
+from duration import parse_duration
 from injections import longest_stop
 from limits import Limits
 
@@ -24,7 +25,7 @@ LONGEST_NAME = 64
 PATHS = ("urdf", "srdf")
 
 
-def copy_of(document, folder):
+def copy_of(document, folder, patience=1):
     """The document of a cell file in `folder`, changed in place."""
     make_paths_absolute(document, folder)
     for obstacle in document.get("obstacles") or []:
@@ -34,10 +35,21 @@ def copy_of(document, folder):
     if not SHARED_LIMITS.keys() & supervision.keys():
         supervision.update(SHARED_LIMITS)
     supervision.setdefault("takeover_lease", SHARED_TAKEOVER)
+    be_patient(document, patience)
     # Who stands still for a while is not killed by its agent: it goes on, and nobody has died.
     supervision["watchdog"] = f"{max(WATCHDOG, 2 * longest_stop(Limits.of(document).silence)):g}s"
     section(document, "network").pop("interface", None)  # a host's only one has another name here
     return document
+
+
+def be_patient(document, factor):
+    """Silence counts so many times later, on a machine that stands still for as long as it may last."""
+    supervision = section(document, "supervision")
+    if factor == 1:
+        return
+    for key in (*SHARED_LIMITS, "takeover_lease"):
+        if key in supervision:
+            supervision[key] = f"{factor * parse_duration(supervision[key]):g}s"
 
 
 def section(document, key):
@@ -205,6 +217,12 @@ class CopyTest(unittest.TestCase):
         stated = document_of(SEVERAL)["supervision"]
         self.assertEqual((stated["heartbeat_deadline"], stated.get("host_lease")), ("40ms", None))
 
+
+    def test_patience_multiplies_them(self):
+        document = copy_of(cell_document.read(SEVERAL), "/cells", patience=4)
+        self.assertEqual({key: document["supervision"][key] for key in ("heartbeat_deadline", "takeover_lease", "watchdog")},
+                         {"heartbeat_deadline": "0.16s", "takeover_lease": "0.6s", "watchdog": "10s"})
+        self.assertEqual(copy_of(cell_document.read(SINGLE), "/cells", patience=2)["supervision"]["host_lease"], "2s")
 
     def test_no_agent_ends_who_stands_still_for_as_long_as_we_let_it(self):
         for deadline, watchdog in ("40ms", "10s"), ("4s", "18s"), ("60s", "242s"):

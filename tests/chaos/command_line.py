@@ -74,6 +74,8 @@ def add_choices(parser):
     parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
     parser.add_argument("--of", nargs="+", metavar="NAME",
                         help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …)")
+    parser.add_argument("--patience", type=whole_number("--patience", 1), default=1, metavar="N",
+                        help="silence counts so many times later than the cell file says (1): for machines that stand still at times")
     parser.add_argument("--no-standbys", action="store_true", help="without standbys, also those of the cell file")
 
 
@@ -113,7 +115,7 @@ class CommandLineTest(unittest.TestCase):
 
     def test_a_value_that_cannot_be_is_bad_input(self):
         for words in (("--duration", "90"), ("--duration", "0s"), ("--quiet", "30"), ("--faults", "0"),
-                      ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--findings", "0"),
+                      ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--patience", "0"), ("--findings", "0"),
                       ("--report", "/no/such/folder/report"), ("--report", "/")):
             with self.assertRaisesRegex(BadInput, f"^{words[0]} = '{words[1]}' must be ", msg=words):
                 self.parse(*words)

@@ -26,7 +26,7 @@ class Setting:
             self.document = cell_document.read(options.cell.read_bytes())
         except yaml.YAMLError as error:
             raise BadInput(f"{options.cell}: {' '.join(str(error).split())}") from error
-        cell_copy.copy_of(self.document, folder_of(options.cell))
+        cell_copy.copy_of(self.document, folder_of(options.cell), options.patience)
         self.why_spread = cell_copy.why_spread(self.document)
         if self.why_spread:
             cell_copy.spread(self.document)

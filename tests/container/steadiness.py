@@ -102,6 +102,11 @@ class SpannedResult(unittest.TextTestResult):
         super().stopTest(test)
         self._since = unix_ms()  # what fails before the next one begins is what the tests of a class share
 
+    def names_of_failed(self):
+        """In their module: of tests, and of classes that failed in what their tests share."""
+        names = {name.partition("(")[2].rstrip(")").partition(".")[2] for name, _, _ in self.failed}
+        return sorted(name for name in names if name.rpartition(".")[0] not in names)
+
     def addError(self, test, err):
         super().addError(test, err)
         self.failed.append((str(test), self._since, unix_ms()))
@@ -109,6 +114,30 @@ class SpannedResult(unittest.TextTestResult):
     def addFailure(self, test, err):
         super().addFailure(test, err)
         self.failed.append((str(test), self._since, unix_ms()))
+
+
+class NamesTest(unittest.TestCase):
+    def test_a_class_that_failed_is_run_as_a_whole(self):
+        class Shared(unittest.TestCase):
+            @classmethod
+            def tearDownClass(cls):
+                raise RuntimeError
+
+            def test_a(self):
+                self.fail()
+
+        class Alone(unittest.TestCase):
+            def test_b(self):
+                self.fail()
+
+            def test_c(self):
+                pass
+
+        with open(os.devnull, "w") as nowhere:
+            result = unittest.TextTestRunner(nowhere, resultclass=SpannedResult).run(unittest.TestSuite(
+                map(unittest.defaultTestLoader.loadTestsFromTestCase, (Shared, Alone))))
+        local = "NamesTest.test_a_class_that_failed_is_run_as_a_whole.<locals>."
+        self.assertEqual(result.names_of_failed(), [local + "Alone.test_b", local + "Shared"])
 
 
 class JudgementTest(unittest.TestCase):
