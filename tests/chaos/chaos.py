@@ -34,7 +34,7 @@ import ending  # noqa: E402
 import namespaces  # noqa: E402
 from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
-from figures import LOG_FIGURES, figures, log_figures, quantiles  # noqa: E402
+from figures import LOG_FIGURES, FiguresByFault, figures, log_figures, quantiles  # noqa: E402
 from injections import draw, is_supervisor, together  # noqa: E402
 from live_cell import LiveCell, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
@@ -114,6 +114,7 @@ class Chaos:
         self.machine_moves = 0   # of the leadership, for the same reason
         self.began = self.ended = unix_ms()  # the episode
         self.log_terms = LogTerms()
+        self.by_fault = FiguresByFault()
         self.status_terms = StatusTerms()
         self.leads = None  # (supervisor, term)
         self.moves = []    # (when it was seen [ms, wall clock], what) of each change of that which was not judged yet
@@ -163,6 +164,7 @@ class Chaos:
         try:
             self.cell.wait_for("somebody tells of the cell", lambda status: status is not before)
             self.wait_until_it_runs()
+            self.hear_logs()
             self.moves.clear()
         except AssertionError as error:
             self.findings = 0  # nothing works any more
@@ -187,6 +189,7 @@ class Chaos:
         """What comes from now on counts."""
         time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
         self.known = set(self.cell.faults())
+        self.by_fault.end_episode(None)
         self.began = unix_ms()
 
     def work_undisturbed(self):
@@ -293,6 +296,7 @@ class Chaos:
             healed = self.ran_again
             self.await_goals(goals)
             self.check(injections)
+            self.by_fault.end_episode(injections[0].kind() if len(injections) == 1 else None)
         except (AssertionError, Violation) as error:
             self.violated(f"episode of {', '.join(f'{one} ({one.lasted:.2f} s)' for one in injections)}", error)
             return
@@ -405,10 +409,15 @@ class Chaos:
                 continue
             raise Violation("unexplained_takeovers", f"the leadership moved by itself {what}", (since, at))
 
-    def check_terms(self):
-        """What the drivers have told since the last time. Here no host loses its memory, so no driver may."""
+    def hear_logs(self):
+        """What was told since the last time."""
         for line in self.cell.new_log_lines():
             self.log_terms.hear(line)
+            self.by_fault.hear(line)
+
+    def check_terms(self):
+        """Here no host loses its memory, so no driver may."""
+        self.hear_logs()
         for complaint in self.log_terms.complaints + self.status_terms.complaints:
             raise Violation("stale_commands_accepted", complaint)
         if self.log_terms.forgotten:
@@ -443,6 +452,7 @@ class Chaos:
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.detection)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
                 **{key: quantiles(values) for key, values in log_figures(self.cell.log_lines()).items()},
+                "alone": self.by_fault.report(),
                 "timer_lateness_ms": quantiles(self.lateness.late),
                 "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
                 "held_episodes": self.held,
@@ -465,6 +475,7 @@ class Chaos:
         for key, values in log_figures(lines).items():
             _, what, since = LOG_FIGURES[key]
             yield f"{what:22} {len(values):5} {figures(values)} {since}"
+        yield from self.by_fault.summary()
         yield self.log_terms.summary()
         yield from (f"VIOLATION: {violation}" for violation in self.violations)
         if self.unfit:

@@ -73,7 +73,8 @@ def add_choices(parser):
                         help=f"of these kinds ({', '.join(KINDS)})")
     parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
     parser.add_argument("--of", nargs="+", metavar="NAME",
-                        help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …)")
+                        help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …), at "
+                             "best more than 10 s apart: who dies sooner ten times in a row is only started every minute")
     parser.add_argument("--patience", type=whole_number("--patience", 1), default=1, metavar="N",
                         help="silence counts so many times later than the cell file says (1): for machines that stand still at times")
     parser.add_argument("--no-standbys", action="store_true", help="without standbys, also those of the cell file")

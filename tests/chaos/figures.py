@@ -1,4 +1,5 @@
 """What a run of chaos measures beside what the cell tells, and how figures are written."""
+import collections
 import re
 import statistics
 
@@ -36,3 +37,31 @@ def log_figures(lines):
     lines = list(lines)
     return {key: [float(value) for line in lines for value in re.findall(pattern, line)]
             for key, (pattern, _, _) in LOG_FIGURES.items()}
+
+
+class FiguresByFault:
+    """The same by the kind of a fault that came alone: what a driver that stands still makes an arm wait is no standby's."""
+
+    def __init__(self):
+        self._lines = []  # of the episode
+        self._values = collections.defaultdict(lambda: collections.defaultdict(list))
+
+    def hear(self, line):
+        self._lines.append(line)
+
+    def end_episode(self, kind):
+        """`kind`: of its only fault; None: there were several, or none."""
+        lines, self._lines = self._lines, []
+        for key, values in log_figures(lines).items():
+            if kind and values:
+                self._values[kind][key] += values
+
+    def report(self):
+        return {kind: {key: quantiles(values) for key, values in sorted(by_key.items())}
+                for kind, by_key in sorted(self._values.items())}
+
+    def summary(self):
+        for kind, by_key in sorted(self._values.items()):
+            for key, values in sorted(by_key.items()):
+                _, what, since = LOG_FIGURES[key]
+                yield f"{kind:22} {len(values):5} {figures(values)} {what} {since}"

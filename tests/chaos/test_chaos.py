@@ -163,6 +163,17 @@ class ToAndFroTest(ChaosTest):
         self.assertIn("process_died of planner/right", made.violations[0])
 
 
+class FiguresByFaultTest(unittest.TestCase):
+    def test_they_are_those_of_faults_that_came_alone(self):
+        figures = chaos.FiguresByFault()
+        for kind, ages in ("stop driver", (50, 54)), (None, (900,)), ("stop driver", (58,)), ("cut", ()):
+            for age in ages:
+                figures.hear(f'event="arm mode" mode=stopped reason="commands ceased" command_age_ms={age}\n')
+            figures.end_episode(kind)
+        self.assertEqual(figures.report(), {"stop driver": {"arm_stop_ms": {"n": 3, "p50": 54.0, "p99": 58.0, "max": 58.0}}})
+        self.assertEqual(len(list(figures.summary())), 1)
+
+
 class LeadershipTest(ChaosTest):
     def setUp(self):
         super().setUp()
