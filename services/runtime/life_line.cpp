@@ -38,7 +38,8 @@ void sleep_for_good(int fd, const std::shared_ptr<Beginning>& beginning) {
   beginning->error = keep_alone(fd);
   const bool alone = beginning->error == 0;
   beginning->done.release();
-  while (alone) pause();
+  if (!alone) return;
+  while (true) pause();
 }
 
 }  // namespace

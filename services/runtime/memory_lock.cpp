@@ -1,5 +1,6 @@
 #include "services/runtime/memory_lock.hpp"
 
+#include <bit>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +21,7 @@ namespace {
 void touch(std::uintptr_t begin, std::size_t size) {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   for (std::size_t offset = 0; offset < size; offset += page) {
-    static_cast<void>(*reinterpret_cast<const volatile char*>(begin + offset));
+    static_cast<void>(*std::bit_cast<const volatile char*>(begin + offset));
   }
 }
 
