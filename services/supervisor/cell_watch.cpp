@@ -197,6 +197,21 @@ void CellWatch::judge_contacts(Time now) {
   }
 }
 
+void CellWatch::succeed(Time silence) {
+  const auto only_to_us = [&](const ExpectedNode& node, Time limit) {
+    const State& state = *find(node.name);
+    if (state.died || state.stopped || !liveness_.last_heard(node.name) || faults_.open(node.name)) return false;
+    return liveness_.silence(node.name) > silence + limit + limits_.node.silence;  // as late as it may have told
+  };
+  for (const ExpectedNode& node : nodes_) {
+    const ExpectedNode* agent = hosts_.agent_of(node.host);
+    if (!agent || faults_.open(agent->name)) continue;
+    // What is silent as a whole is told no sooner than its agent.
+    const bool as_a_whole = node.role == NodeRole::kAgent || hosts_.silent(node.host);
+    if (only_to_us(node, as_a_whole ? limits_.host_lease : limits_.node.silence)) hosts_.meet_anew(node.host);
+  }
+}
+
 void CellWatch::note_passing(Passing passing) {
   while (!passing_.empty() && passing_.front().at < passing.at - kPassing) passing_.pop_front();
   passing_.push_back(std::move(passing));
@@ -352,6 +367,7 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
 
 std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Presence presence) const {
   const Time limit = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
+  if (hosts_.is_ours(node)) return std::nullopt;
   if (node.role == NodeRole::kAgent) {
     if (presence != Presence::kLost) return std::nullopt;
     const bool all = hosts_.silent(node.host);
@@ -371,7 +387,7 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
   const std::string stream = stream_name(node.name);
   const Presence presence = liveness_.presence(stream);
   const Time limit = world ? limits_.world_stream : limits_.arm_stream;
-  if (!silent(presence) && presence != Presence::kMissing) return std::nullopt;
+  if ((!silent(presence) && presence != Presence::kMissing) || hosts_.is_ours(node)) return std::nullopt;
   // When both fall silent together the loop hangs, which is another fault: wait until the heartbeat outlives the
   // stream.
   const auto last = liveness_.last_heard(stream);
@@ -393,8 +409,10 @@ std::string CellWatch::hold_reason(const ExpectedNode& node) const {
   if (const FaultRecord* fault = fault_holding(node)) return fault->seen;
   if (alive(node.name)) return {};
   // Whether the host is lost is not known yet, but who is not heard had better not move: it may hear us.
-  const bool silent = liveness_.last_heard(node.name) && hosts_.silent_for(node.host, limits_.node.silence);
-  return silent ? "nothing is heard of host " + node.host : std::string();
+  if (!liveness_.last_heard(node.name)) return {};
+  if (hosts_.silent_for(node.host, limits_.node.silence)) return "nothing is heard of host " + node.host;
+  const bool unheard = hosts_.is_ours(node) && liveness_.silence(node.name) > limits_.node.silence;
+  return unheard ? "nothing is heard of " + node.name + " yet" : std::string();
 }
 
 // What an agent started works without it, everything without the other supervisor, an arm without who stands by for it.

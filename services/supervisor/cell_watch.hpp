@@ -67,6 +67,10 @@ class CellWatch {
   void adopt(const std::string& cause, const FaultRecord& record, Time now);
   /// Of an arm with a standby: only the faults of this planner hold the arm.
   void put_in_charge(const std::string& arm, const std::string& planner) { in_charge_[arm] = planner; }
+  /// We begin to lead, and our list has become that of who led until it fell silent, so long ago. Nodes that we have
+  /// not heard for longer than it would have kept that to itself, it did hear: it is we who were cut off from their
+  /// hosts, and have not met them anew. Nobody is told as silent there until it has had the time to return.
+  void succeed(Time silence);
   void judge(Time now);
   /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
   /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.

@@ -47,10 +47,18 @@ bool HostWatch::most_are_heard() const {
 bool HostWatch::explain(const ExpectedNode& node) const {
   const ExpectedNode* agent = agent_of(node.host);
   if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
-  if (silent(node.host) || returns(node)) return true;
+  if (silent(node.host) || returns(node) || is_ours(node)) return true;
   // Nor do nodes return in the same instant from a silence that was too short for a loss.
   const auto last = silences_.find(node.host);
   return last != silences_.end() && clock_.now() - last->second <= limits_.node.recovery;
+}
+
+// Until it has been heard for long enough that the reunion will not take it away again.
+bool HostWatch::is_ours(const ExpectedNode& node) const {
+  const auto since = met_anew_.find(node.host);
+  if (since == met_anew_.end() || clock_.now() - since->second > limits_.host_return) return false;
+  const auto steady = liveness_.steady_since(node.name);
+  return !steady || *liveness_.last_heard(node.name) - std::max(*steady, since->second) < limits_.sure_return;
 }
 
 // A node beats a little before the host falls silent, and a little after it is heard again: so a silence that is

@@ -27,8 +27,12 @@ class HostWatch {
   [[nodiscard]] bool silent(const std::string& host) const;
   [[nodiscard]] bool silent_for(const std::string& host, Time duration) const;
   [[nodiscard]] bool most_are_heard() const;
-  /// Whatever this node says or not is its host's doing.
+  /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
+  /// From now on what is not heard of the host is put down to ourselves: others hear it.
+  void meet_anew(const std::string& host) { met_anew_[host] = clock_.now(); }
+  /// The silence of this node, which may be an agent, is put down to ourselves.
+  [[nodiscard]] bool is_ours(const ExpectedNode& node) const;
 
  private:
   /// Of a host of which nothing was heard for a lease.
@@ -46,6 +50,7 @@ class HostWatch {
   const Liveness& liveness_;
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
+  std::map<std::string, Time, std::less<>> met_anew_;  // since when
 };
 
 }  // namespace hecaton::services

@@ -7,7 +7,7 @@ if the cell file gives none to anybody. What else differs from the cell file: te
 Before the first fault all arms go there and back while nothing is done to them: a cell that cannot is not tested, and why is
 said. An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
 of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
-(terms.py); every fault must be told as what it is and blamed on who had it, and nothing else (verdicts.py); no supervisor may
+(terms.py); every fault must be told as what it is, not before it is one, and blamed on who had it, and nothing else (verdicts.py); no supervisor may
 take the lead from another to which nothing is done; after each episode the cell must run again and every goal be reached. With
 --quiet nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is
 dead cannot make way. The first finding ends it, with --findings N the Nth, but what is unsafe always does."""
@@ -48,6 +48,7 @@ NOTHING_TESTED = 4
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
 LATE = 10.0  # [s] within which a fault that must be told is told; or as many leases, if that is longer
 SURE_RETURN = 1.0  # [s] for which a supervisor does so (verdicts.RETURN) once it hears a host's processes again
+ROUNDED = 5  # [ms] by which a time may be off that each supervisor reckoned anew
 MOVING = 2.0  # [s] before a change of the leadership is seen in which lies why
 
 
@@ -360,9 +361,12 @@ class Chaos:
                     continue
                 span = (injected[index], injected[index] + 1000 * injection.lasted)
                 raise Violation("missed_faults", error, span) from error
-            self.told[injection.kind()] += 1
             if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
-                self.detection[injection.kind()].append(fault["since_unix_ms"] - injected[index])
+                after = fault["since_unix_ms"] - injected[index]
+                if after < -ROUNDED and not self.is_the_machines(fault):
+                    raise self.wrongly_accused(injections, fault, f", {-after} ms before {injection}")
+                self.detection[injection.kind()].append(after)
+            self.told[injection.kind()] += 1
 
     def newcomer_leads(self, injections, injected, lasted):
         """A supervisor that was cut off until just before, or that a busy machine kept from hearing the leader: it tells no more
@@ -382,16 +386,23 @@ class Chaos:
             # What another supervisor told before, in its own account, is history when it comes to light.
             if fault["cleared"] and fault["since_unix_ms"] < self.began:
                 continue
-            # Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole.
-            told = fault["since_unix_ms"]
-            silence = {"node_silent": self.limits.silence, "agent_lost": self.limits.lease}.get(fault["kind"])
-            if silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2):
-                self.machine_stalls += 1
-                continue
-            raise Violation("wrong_attributions" if injections else "false_faults",
-                            f"wrongly accused: {fault['kind']} of {fault['subject']}: {fault['seen']}",
-                            None if fault["kind"] in SILENCES else NEVER)
+            if not self.is_the_machines(fault):
+                raise self.wrongly_accused(injections, fault)
         self.check_leadership({injection.host for injection in injections})
+
+    def is_the_machines(self, fault):
+        """Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole."""
+        told = fault["since_unix_ms"]
+        silence = {"node_silent": self.limits.silence, "agent_lost": self.limits.lease}.get(fault["kind"])
+        stood_still = silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2)
+        self.machine_stalls += 1 if stood_still else 0
+        return bool(stood_still)
+
+    @staticmethod
+    def wrongly_accused(injections, fault, when=""):
+        return Violation("wrong_attributions" if injections else "false_faults",
+                         f"wrongly accused{when}: {fault['kind']} of {fault['subject']}: {fault['seen']}",
+                         None if fault["kind"] in SILENCES else NEVER)
 
     def check_leadership(self, disturbed):
         """Who leads leads on unless something is done to it, to who stands by, or to what they share. `disturbed`: hosts."""

@@ -10,7 +10,7 @@ import unittest
 import unittest.mock
 
 import chaos
-from injections import Cut, Kill
+from injections import Cut, Kill, Stop
 from limits import Limits
 from steadiness import UNSAFE, UNSTEADY, NodeLateness, unix_ms
 
@@ -161,6 +161,30 @@ class ToAndFroTest(ChaosTest):
         chaos.live(cell, made, options)
         self.assertEqual(chaos.judge(made, {}), 1)
         self.assertIn("process_died of planner/right", made.violations[0])
+
+
+class ToldTest(ChaosTest):
+    def await_told(self, since, stood_still=False):
+        """A stop began at 10 s, and a silence was told `since` then [ms]."""
+        told = {"kind": "node_silent", "subject": "world", "seen": "no heartbeat", "cleared": False, "since_unix_ms": since}
+        cell = Cell()
+        cell.wait_for = lambda what, condition, within: condition(None)
+        made, _ = chaos_of(cell, stood_still=stood_still)
+        made.learn()
+        made.leader = "supervisor"
+        cell.told[1] = told
+        made.await_told([Stop("world", "b-pc", 2.0)], {0: 10_000})
+        return made.detection["stop world"]
+
+    def test_after_it_began(self):
+        self.assertEqual(self.await_told(10_300), [300])
+        self.assertEqual(self.await_told(9_999), [-1])
+
+    def test_what_was_told_before_it_began_was_a_false_accusation(self):
+        with self.assertRaisesRegex(chaos.Violation, "accused, 281 ms before stop world") as found:
+            self.await_told(9_719)
+        self.assertEqual(found.exception.account, "wrong_attributions")
+        self.assertEqual(self.await_told(9_719, stood_still=True), [-281])
 
 
 class FiguresByFaultTest(unittest.TestCase):

@@ -81,6 +81,52 @@ TEST(CellWatchHosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep
   EXPECT_EQ(cell.watch.faults().open().front().subject, "planner/arm3");
 }
 
+// Chaos let nothing leave the host of a supervisor that stood by, and then killed who led: of the other hosts, which
+// had dropped the one and not met it anew, it heard one in part.
+TEST_F(CellWatchTest, ASuccessorPutsDownToItselfWhatItsPredecessorDidNotTell) {
+  for (const auto* node : {"agent/h2", "driver/arm3"}) hung.insert(node);  // not to others
+  run_for(200ms);
+  watch.faults().recall({});
+  watch.succeed(20ms);
+  run_for(400ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: nothing is heard of driver/arm3 yet");
+  hung = {"planner/arm3"};  // the reunion takes away who was heard
+  run_for(900ms);
+  EXPECT_TRUE(watch.faults().open().empty());
+  hung.clear();
+  run_for(1100ms);
+  EXPECT_TRUE(held().empty());
+  hung = {"driver/arm3"};
+  run_for(30ms);
+  EXPECT_EQ(the_fault().subject, "driver/arm3") << "all are met: a hang is a hang";
+}
+
+TEST_F(CellWatchTest, ASuccessorTellsWhoDoesNotReturn) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(200ms);
+  watch.faults().recall({});
+  watch.succeed(20ms);
+  run_for(5s);
+  EXPECT_TRUE(watch.faults().open().empty());
+  run_for(50ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
+}
+
+TEST_F(CellWatchTest, WhatFellSilentWithAPredecessorOrWasToldByItIsToldAtOnce) {
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
+  run_for(200ms);
+  const FaultHistory told = watch.faults().history();
+  watch.succeed(20ms);
+  run_for(10ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost) << "told by it";
+  EXPECT_EQ(watch.faults().history(), told);
+  watch.faults().recall({});
+  watch.succeed(200ms);
+  run_for(10ms);
+  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost) << "it was silent itself";
+}
+
 TEST_F(CellWatchTest, LostAgentAloneHoldsNothing) {
   hung.insert("agent/h2");
   run_for(200ms);
