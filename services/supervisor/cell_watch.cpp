@@ -60,12 +60,13 @@ std::string end_text(const ProcessExit& exit) {
 }
 
 CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> arms, const WatchLimits& limits,
-                     Time now)
+                     Time now, std::string host)
     : limits_(limits),
       nodes_(std::move(nodes)),
       clock_(limits.loop_period, limits.loop_limit, now),
       liveness_(clock_),
-      hosts_(nodes_, limits_, clock_, liveness_),
+      hosts_(nodes_, limits_, clock_, liveness_, host),
+      host_(std::move(host)),
       mode_(std::move(arms)) {
   for (const ExpectedNode& node : nodes_) {
     LivenessLimits own = limits_.node;
@@ -353,6 +354,9 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
     return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure,
                       limits_.heartbeat_period};
   }
+  if (node.role == NodeRole::kAgent && node.host == host_) {
+    if (const auto cut_off = own_host_sight(node)) return cut_off;
+  }
   const Presence presence = presence_of(node);
   if (presence == Presence::kMissing) {
     const ExpectedNode* agent = hosts_.agent_of(node.host);
@@ -363,6 +367,16 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
   }
   if (silent(presence)) return silence_sight(node, presence);
   return state.has_stream && presence == Presence::kAlive ? stream_sight(node) : std::nullopt;
+}
+
+// The same fault as a supervisor on another host tells.
+std::optional<FaultSight> CellWatch::own_host_sight(const ExpectedNode& agent) const {
+  const auto alone = hosts_.alone_for();
+  if (!alone || *alone <= limits_.host_lease) return std::nullopt;
+  return FaultSight{FaultKind::kAgentLost, FaultSeverity::kError, agent.host,
+                    "host " + agent.host + ": nothing heard there of any other host for more than " +
+                        milliseconds(limits_.host_lease),
+                    alone};
 }
 
 std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Presence presence) const {

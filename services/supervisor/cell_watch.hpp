@@ -45,7 +45,9 @@ enum class Loss : std::uint8_t {
 
 class CellWatch {
  public:
-  CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> arms, const WatchLimits& limits, Time now);
+  /// `host`: the one that we are on; empty: none of the cell's.
+  CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> arms, const WatchLimits& limits, Time now,
+            std::string host = {});
   CellWatch(const CellWatch&) = delete;
   CellWatch& operator=(const CellWatch&) = delete;
 
@@ -116,6 +118,7 @@ class CellWatch {
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
   [[nodiscard]] bool sound(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
+  [[nodiscard]] std::optional<FaultSight> own_host_sight(const ExpectedNode& agent) const;
   [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
   /// An end, or a contact (no node), as it was judged.
@@ -141,6 +144,7 @@ class CellWatch {
   PunctualClock clock_;
   Liveness liveness_;
   HostWatch hosts_;
+  std::string host_;
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;

@@ -6,8 +6,10 @@ namespace hecaton::services {
 
 void HostWatch::judge() {
   const Time now = clock_.now();
+  const bool alone = alone_for().value_or(Time(0)) >= limits_.node.silence;  // the others return one after the other
   for (const ExpectedNode& agent : nodes_) {
     if (agent.role != NodeRole::kAgent) continue;
+    if (alone && agent.host != own_) meet_anew(agent.host);
     if (silent_for(agent.host, pause())) silences_[agent.host] = now;
     if (!liveness_.last_heard(agent.name)) continue;  // who never came is not lost
     if (silent_for(agent.host, limits_.host_lease)) absences_[agent.host] = {now, now};
@@ -42,6 +44,17 @@ bool HostWatch::most_are_heard() const {
     heard += liveness_.last_heard(agent.name) && !silent_for(agent.host, limits_.node.silence) ? 1 : 0;
   }
   return 2 * heard > hosts;
+}
+
+std::optional<Time> HostWatch::alone_for() const {
+  int others = 0;
+  Time shortest = Time::max();
+  for (const ExpectedNode& node : nodes_) {
+    if (node.host == own_ || !liveness_.last_heard(node.name)) continue;
+    others += node.role == NodeRole::kAgent ? 1 : 0;
+    shortest = std::min(shortest, liveness_.silence(node.name));
+  }
+  return own_.empty() || others < 2 ? std::nullopt : std::optional(shortest);
 }
 
 bool HostWatch::explain(const ExpectedNode& node) const {

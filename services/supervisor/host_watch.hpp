@@ -4,7 +4,9 @@
 /// punctual.
 
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/supervisor/liveness.hpp"
@@ -14,10 +16,10 @@ namespace hecaton::services {
 
 class HostWatch {
  public:
-  /// All must outlive it.
+  /// All must outlive it. `own`: the host that we are on; empty: none.
   HostWatch(const std::vector<ExpectedNode>& nodes, const WatchLimits& limits, const PunctualClock& clock,
-            const Liveness& liveness)
-      : nodes_(nodes), limits_(limits), clock_(clock), liveness_(liveness) {}
+            const Liveness& liveness, std::string own)
+      : nodes_(nodes), limits_(limits), clock_(clock), liveness_(liveness), own_(std::move(own)) {}
 
   /// Once in a turn, after the liveness was judged.
   void judge();
@@ -27,6 +29,9 @@ class HostWatch {
   [[nodiscard]] bool silent(const std::string& host) const;
   [[nodiscard]] bool silent_for(const std::string& host, Time duration) const;
   [[nodiscard]] bool most_are_heard() const;
+  /// For so long nothing has been heard of any other host, of which several were heard before: rather than all of them
+  /// ours was cut off. Empty: there are not several, and either may be.
+  [[nodiscard]] std::optional<Time> alone_for() const;
   /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
   /// From now on what is not heard of the host is put down to ourselves: others hear it.
@@ -48,6 +53,7 @@ class HostWatch {
   const WatchLimits& limits_;
   const PunctualClock& clock_;
   const Liveness& liveness_;
+  std::string own_;
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
   std::map<std::string, Time, std::less<>> met_anew_;  // since when

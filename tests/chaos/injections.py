@@ -176,19 +176,24 @@ class Absence(OfHost):
         return set(filter(is_supervisor, self.nodes(places)))
 
 
+class OneWay(OfHost):
+    """Who hears nobody, or is not heard, is left alone in return, which may begin when both hear each other already
+    (services/bus/hearing.hpp)."""
+
+    @property
+    def aftermath(self):
+        return self.limits.lease + 0.5
+
+
 class Separation(Absence):
-    """The host's processes run on without the others. A supervisor among them takes all other hosts for lost, and says so: it
-    leads, or does so after a second alone (Ears::newest_arrival), and its account is not lost when all are together again
-    (FaultLegacy)."""
+    """The host's processes run on without the others. A supervisor among them leads, or does so after a second alone
+    (Ears::newest_arrival), and tells that its own host is lost: the only other one, if there are but two. Its account is not lost when
+    all are together again (FaultLegacy)."""
 
     def may(self, places, blind):
-        return super().may(places, blind) | (self.seen_from_within(places) if self.accuses(places) else set())
-
-    def accuses(self, places):
-        return self.hits(places) and self.lasted > self.limits.lease / 2
-
-    def seen_from_within(self, places):
-        return {("agent_lost", host) for host in places.values()}
+        hosts = set(places.values())
+        cannot_know = len(hosts) == 2 and self.hits(places) and self.lasted > self.limits.lease / 2
+        return super().may(places, blind) | ({("agent_lost", host) for host in hosts} if cannot_know else set())
 
 
 class Cut(Separation):
@@ -201,14 +206,10 @@ class Cut(Separation):
         cell.hosts.connect(self.host)
 
 
-class Deafen(Separation):
+class Deafen(OneWay, Separation):
     """Nothing reaches the host; what it sends does. When it has heard nobody for the lease of its participants, it drops
-    them and falls silent until it has found them again, which may begin when it hears already."""
+    them and falls silent until it has found them again."""
     name = "deafen"
-
-    @property
-    def aftermath(self):
-        return self.limits.lease + 0.5
 
     def begin(self, cell):
         cell.hosts.drop(self.host, "input", 100)
@@ -220,12 +221,9 @@ class Deafen(Separation):
         return None  # it is heard at first
 
 
-class Mute(Separation):
+class Mute(OneWay, Separation):
     """Nothing leaves the host; it hears the others, until each of them leaves it alone at its own time."""
     name = "mute"
-
-    def seen_from_within(self, places):
-        return super().seen_from_within(places) | {("node_silent", node) for node in places}
 
     def begin(self, cell):
         cell.hosts.drop(self.host, "output", 100)

@@ -37,8 +37,10 @@ inline WatchLimits cell_limits() {
 /// The processes that the watch is told of: each beats every 10 ms, drivers tell states every 5 ms.
 class VirtualCell {
  public:
-  explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes(), const WatchLimits& limits = cell_limits())
-      : watch(std::move(nodes), {"arm1", "arm2", "arm3"}, limits, 0ms) {
+  /// `host`: where the supervisor is.
+  explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes(), const WatchLimits& limits = cell_limits(),
+                       std::string host = {})
+      : watch(std::move(nodes), {"arm1", "arm2", "arm3"}, limits, 0ms, std::move(host)) {
     std::int64_t pid = 100;
     for (const ExpectedNode& node : watch.nodes()) pids[node.name] = ++pid;
   }

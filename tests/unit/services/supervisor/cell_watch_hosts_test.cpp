@@ -47,6 +47,52 @@ TEST(CellWatchHosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
   }
 }
 
+// Its own link is more likely to have failed than all of theirs; and they return one after the other.
+TEST(CellWatchHosts, WhoHearsNoOtherHostTellsThatOfItsOwn) {
+  std::vector<ExpectedNode> nodes = cell_nodes();
+  nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+  VirtualCell cell(nodes, cell_limits(), "h3");
+  cell.run_for(200ms);
+  for (const ExpectedNode& node : nodes) {
+    if (node.host != "h3") cell.hung.insert(node.name);
+  }
+  cell.run_for(2s);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
+  const FaultRecord fault = cell.watch.faults().open().front();
+  EXPECT_EQ(fault.kind, FaultKind::kAgentLost);
+  EXPECT_EQ(fault.subject, "h3");
+  EXPECT_EQ(fault.seen, "host h3: nothing heard there of any other host for more than 100 ms");
+  EXPECT_EQ(cell.watch.mode().reason_of("arm3"),
+            "held: nothing is heard of host h1; held: nothing is heard of host h2");
+  cell.hung = {"agent/h2", "driver/arm3", "planner/arm3"};
+  cell.run_for(500ms);
+  EXPECT_TRUE(cell.watch.faults().open().empty());
+  EXPECT_EQ(cell.watch.mode().decide().held_arms, Names{"arm3"});
+  cell.hung.insert("driver/arm1");
+  cell.run_for(50ms);
+  EXPECT_TRUE(cell.watch.faults().open().empty()) << "a reunion";
+  cell.hung.erase("driver/arm1");
+  cell.run_for(1100ms);
+  cell.hung.insert("driver/arm1");
+  cell.run_for(50ms);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
+  EXPECT_EQ(cell.watch.faults().open().front().subject, "driver/arm1") << "it had returned";
+  cell.hung.erase("driver/arm1");
+  cell.run_for(4s);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
+  EXPECT_EQ(cell.watch.faults().open().front().subject, "h2") << "it does not return";
+}
+
+// Nobody can know which of the two is cut off.
+TEST(CellWatchHosts, OfTwoHostsTheOtherIsLost) {
+  VirtualCell cell(cell_nodes(), cell_limits(), "h1");
+  cell.run_for(200ms);
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
+  cell.run_for(200ms);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
+  EXPECT_EQ(cell.watch.faults().open().front().subject, "h2");
+}
+
 TEST_F(CellWatchTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
   const auto all = {"agent/h2", "driver/arm3", "planner/arm3"};
   for (const auto* node : all) hung.insert(node);
