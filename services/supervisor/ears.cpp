@@ -22,6 +22,13 @@ bus::ReaderOptions without_deadline() {
   return options;
 }
 
+// Of two processes that are one node each would otherwise hide the other, as long as they beat in step.
+bus::ReaderOptions every_beat() {
+  bus::ReaderOptions options = without_deadline();
+  options.conflate = false;
+  return options;
+}
+
 template <class T>
 Time arrival(const bus::Sample<T>& sample) {
   return sample.received.time_since_epoch();
@@ -50,7 +57,7 @@ Ears::Ears(bus::Participant& participant, Self self, bus::Mailbox& urgent, bus::
     : self_(std::move(self)),
       requests_(participant, &urgent),
       processes_(participant, &urgent),
-      heartbeats_(participant, &quiet, without_deadline()),
+      heartbeats_(participant, &quiet, every_beat()),
       arms_(participant, &quiet, without_deadline()),
       goals_(participant, &quiet),
       shapes_(participant, &quiet),
