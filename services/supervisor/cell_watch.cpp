@@ -65,8 +65,7 @@ CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> a
       nodes_(std::move(nodes)),
       clock_(limits.loop_period, limits.loop_limit, now),
       liveness_(clock_),
-      hosts_(nodes_, limits_, clock_, liveness_, host),
-      host_(std::move(host)),
+      hosts_(nodes_, limits_, clock_, liveness_, std::move(host)),
       mode_(std::move(arms)) {
   for (const ExpectedNode& node : nodes_) {
     LivenessLimits own = limits_.node;
@@ -198,18 +197,20 @@ void CellWatch::judge_contacts(Time now) {
   }
 }
 
-void CellWatch::succeed(Time silence) {
-  const auto only_to_us = [&](const ExpectedNode& node, Time limit) {
-    const State& state = *find(node.name);
-    if (state.died || state.stopped || !liveness_.last_heard(node.name) || faults_.open(node.name)) return false;
-    return liveness_.silence(node.name) > silence + limit + limits_.node.silence;  // as late as it may have told
-  };
+void CellWatch::succeed(std::string_view predecessor, Time silence) {
+  const auto is_it = [&](const ExpectedNode& node) { return node.name == predecessor; };
+  const auto before = std::find_if(nodes_.begin(), nodes_.end(), is_it);
+  const ExpectedNode* its_agent = before == nodes_.end() ? nullptr : hosts_.agent_of(before->host);
+  if (its_agent && faults_.open(its_agent->name)) return;  // it was cut off, too, and heard no more than we did
   for (const ExpectedNode& node : nodes_) {
+    const State& state = *find(node.name);
     const ExpectedNode* agent = hosts_.agent_of(node.host);
-    if (!agent || faults_.open(agent->name)) continue;
-    // What is silent as a whole is told no sooner than its agent.
-    const bool as_a_whole = node.role == NodeRole::kAgent || hosts_.silent(node.host);
-    if (only_to_us(node, as_a_whole ? limits_.host_lease : limits_.node.silence)) hosts_.meet_anew(node.host);
+    const bool told = state.died || state.stopped || faults_.open(node.name) || !agent || faults_.open(agent->name);
+    // What is explained it may have explained, too.
+    if (told || node.host == hosts_.own() || !liveness_.last_heard(node.name) || hosts_.explain(node)) continue;
+    const Time limit = node.role == NodeRole::kAgent ? limits_.host_lease : limits_.node.silence;
+    const Time latest = limit + limits_.node.silence;  // of its own word, for it may have stood still
+    if (liveness_.silence(node.name) > silence + latest) hosts_.meet_anew(node.host);
   }
 }
 
@@ -236,7 +237,10 @@ void CellWatch::judge_again(Time since) {
 
 void CellWatch::judge(Time now) {
   liveness_.judge(stalled_);
+  const bool was_cut_off = hosts_.cut_off();
   hosts_.judge();
+  // What else may be wrong with our agent is judged afresh.
+  if (was_cut_off && !hosts_.cut_off()) faults_.clear(hosts_.agent_of(hosts_.own())->name, now);
   std::set<const FaultRecord*> fresh;
   const auto raise = [&](const ExpectedNode& node, const FaultSight& sight) {
     // Who has resumed since need not say so again when the same is explained better.
@@ -354,9 +358,7 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
     return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure,
                       limits_.heartbeat_period};
   }
-  if (node.role == NodeRole::kAgent && node.host == host_) {
-    if (const auto cut_off = own_host_sight(node)) return cut_off;
-  }
+  if (node.role == NodeRole::kAgent && node.host == hosts_.own() && hosts_.cut_off()) return own_host_sight(node);
   const Presence presence = presence_of(node);
   if (presence == Presence::kMissing) {
     const ExpectedNode* agent = hosts_.agent_of(node.host);
@@ -370,18 +372,16 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
 }
 
 // The same fault as a supervisor on another host tells.
-std::optional<FaultSight> CellWatch::own_host_sight(const ExpectedNode& agent) const {
-  const auto alone = hosts_.alone_for();
-  if (!alone || *alone <= limits_.host_lease) return std::nullopt;
-  return FaultSight{FaultKind::kAgentLost, FaultSeverity::kError, agent.host,
-                    "host " + agent.host + ": nothing heard there of any other host for more than " +
-                        milliseconds(limits_.host_lease),
-                    alone};
+FaultSight CellWatch::own_host_sight(const ExpectedNode& agent) const {
+  return {FaultKind::kAgentLost, FaultSeverity::kError, agent.host,
+          "host " + agent.host + ": nothing heard there of any other host for more than " +
+              milliseconds(limits_.host_lease),
+          hosts_.alone_for()};
 }
 
 std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Presence presence) const {
   const Time limit = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
-  if (hosts_.is_ours(node)) return std::nullopt;
+  if (hosts_.put_down_to_us(node)) return std::nullopt;
   if (node.role == NodeRole::kAgent) {
     if (presence != Presence::kLost) return std::nullopt;
     const bool all = hosts_.silent(node.host);
@@ -401,7 +401,7 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
   const std::string stream = stream_name(node.name);
   const Presence presence = liveness_.presence(stream);
   const Time limit = world ? limits_.world_stream : limits_.arm_stream;
-  if ((!silent(presence) && presence != Presence::kMissing) || hosts_.is_ours(node)) return std::nullopt;
+  if ((!silent(presence) && presence != Presence::kMissing) || hosts_.put_down_to_us(node)) return std::nullopt;
   // When both fall silent together the loop hangs, which is another fault: wait until the heartbeat outlives the
   // stream.
   const auto last = liveness_.last_heard(stream);
@@ -415,18 +415,20 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
 
 const FaultRecord* CellWatch::fault_holding(const ExpectedNode& node) const {
   if (const FaultRecord* fault = faults_.open(node.name)) return fault;
-  const ExpectedNode* agent = alive(node.name) ? nullptr : hosts_.agent_of(node.host);
-  return agent ? faults_.open(agent->name) : nullptr;
+  if (alive(node.name)) return nullptr;
+  const ExpectedNode* agent = hosts_.agent_of(node.host);
+  if (const FaultRecord* fault = agent ? faults_.open(agent->name) : nullptr) return fault;
+  return hosts_.cut_off() ? faults_.open(hosts_.agent_of(hosts_.own())->name) : nullptr;
 }
 
 std::string CellWatch::hold_reason(const ExpectedNode& node) const {
   if (const FaultRecord* fault = fault_holding(node)) return fault->seen;
-  if (alive(node.name)) return {};
-  // Whether the host is lost is not known yet, but who is not heard had better not move: it may hear us.
+  // Who is not heard had better not move, for it may hear us: also while whose fault it is is not known yet, or it is
+  // our own.
   if (!liveness_.last_heard(node.name)) return {};
-  if (hosts_.silent_for(node.host, limits_.node.silence)) return "nothing is heard of host " + node.host;
-  const bool unheard = hosts_.is_ours(node) && liveness_.silence(node.name) > limits_.node.silence;
-  return unheard ? "nothing is heard of " + node.name + " yet" : std::string();
+  const bool silent = !alive(node.name) && hosts_.silent_for(node.host, limits_.node.silence);
+  if (silent) return "nothing is heard of host " + node.host;
+  return hosts_.put_down_to_us(node) && !sound(node) ? node.name + " is not back yet" : std::string();
 }
 
 // What an agent started works without it, everything without the other supervisor, an arm without who stands by for it.

@@ -72,7 +72,7 @@ class CellWatch {
   /// We begin to lead, and our list has become that of who led until it fell silent, so long ago. Nodes that we have
   /// not heard for longer than it would have kept that to itself, it did hear: it is we who were cut off from their
   /// hosts, and have not met them anew. Nobody is told as silent there until it has had the time to return.
-  void succeed(Time silence);
+  void succeed(std::string_view predecessor, Time silence);
   void judge(Time now);
   /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
   /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.
@@ -118,7 +118,7 @@ class CellWatch {
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
   [[nodiscard]] bool sound(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultSight> sight(const ExpectedNode& node) const;
-  [[nodiscard]] std::optional<FaultSight> own_host_sight(const ExpectedNode& agent) const;
+  [[nodiscard]] FaultSight own_host_sight(const ExpectedNode& agent) const;
   [[nodiscard]] std::optional<FaultSight> silence_sight(const ExpectedNode& node, Presence presence) const;
   [[nodiscard]] std::optional<FaultSight> stream_sight(const ExpectedNode& node) const;
   /// An end, or a contact (no node), as it was judged.
@@ -144,7 +144,6 @@ class CellWatch {
   PunctualClock clock_;
   Liveness liveness_;
   HostWatch hosts_;
-  std::string host_;
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;

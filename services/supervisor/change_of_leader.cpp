@@ -91,7 +91,7 @@ void Supervisor::begin_to_lead() {
   if (other && other->term() >= led_under_) {
     watch_.mode().restore(orders_in(*other));
     watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
-    watch_.succeed(since_epoch(turned_) - other_spoke);
+    watch_.succeed(other->node(), since_epoch(turned_) - other_spoke);
     watch_.judge_again(other_spoke - kTold);
     for (const auto& [id, left] : legacy_.left()) watch_.adopt(left.cause, left.record, since_epoch(turned_));
     watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us

@@ -16,8 +16,9 @@ using namespace std::chrono_literals;
 /// Loading a cell with large meshes takes seconds on a busy machine.
 constexpr Time kGrace = 10s;
 constexpr Time kRecovery = 100ms;
-/// By so much a busy machine may be late with a reunion of participants.
-constexpr Time kLateReunion = 700ms;
+/// By so much a busy machine, or neighbours that the kernel must resolve again, may be late with a reunion of
+/// participants: chaos saw 5.5 s.
+constexpr Time kLateReunion = 1700ms;
 /// The last states of an arm may be lost on their way, the last orders come late [s].
 constexpr double kUnheard = 0.02;
 /// A stream is silent when this many of its samples are missing.

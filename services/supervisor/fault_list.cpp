@@ -95,6 +95,9 @@ void FaultList::explain(FaultRecord& ours, const FaultRecord& better) {
 
 void FaultList::adopt(const std::string& cause, FaultRecord record, std::chrono::nanoseconds now) {
   if (FaultRecord* ours = find(record)) return explain(*ours, record);
+  // Told and forgotten at once, it would be news to another leader, which would tell it in turn, and so on.
+  const bool too_old = record.cleared && over_.size() >= kRemembered && *record.cleared <= *over_.back().cleared;
+  if (too_old) return;
   const auto open = open_.find(cause);
   if (!record.cleared && open == open_.end()) {
     changes_.push_back(open_.emplace(cause, std::move(record)).first->second);

@@ -5,16 +5,35 @@
 namespace hecaton::services {
 
 void HostWatch::judge() {
+  judge_own();
   const Time now = clock_.now();
-  const bool alone = alone_for().value_or(Time(0)) >= limits_.node.silence;  // the others return one after the other
   for (const ExpectedNode& agent : nodes_) {
     if (agent.role != NodeRole::kAgent) continue;
-    if (alone && agent.host != own_) meet_anew(agent.host);
     if (silent_for(agent.host, pause())) silences_[agent.host] = now;
     if (!liveness_.last_heard(agent.name)) continue;  // who never came is not lost
     if (silent_for(agent.host, limits_.host_lease)) absences_[agent.host] = {now, now};
     const auto absence = absences_.find(agent.host);
     if (absence != absences_.end() && liveness_.presence(agent.name) != Presence::kAlive) absence->second.away = now;
+  }
+}
+
+void HostWatch::judge_own() {
+  const auto alone = alone_for();
+  // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
+  if (alone && *alone >= std::max(limits_.node.silence, limits_.host_lease / 2)) {
+    for (const ExpectedNode& node : nodes_) {
+      const bool with_them =
+          liveness_.last_heard(node.name) && liveness_.silence(node.name) <= *alone + limits_.host_lease;
+      if (node.host != own_ && with_them) met_anew_[node.name] = clock_.now();
+    }
+  }
+  const auto is_well = [&](const ExpectedNode& node) {
+    return node.host != own_ && liveness_.presence(node.name) == Presence::kAlive;
+  };
+  if (alone && *alone > limits_.host_lease) {
+    cut_off_ = true;
+  } else if (cut_off_) {
+    cut_off_ = std::none_of(nodes_.begin(), nodes_.end(), is_well);
   }
 }
 
@@ -30,9 +49,18 @@ bool HostWatch::silent(const std::string& host) const {
 }
 
 bool HostWatch::silent_for(const std::string& host, Time duration) const {
-  return std::all_of(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
-    return node.host != host || !liveness_.last_heard(node.name) || liveness_.silence(node.name) >= duration;
-  });
+  const auto silence = silence_of(host);
+  return !silence || *silence >= duration;
+}
+
+std::optional<Time> HostWatch::silence_of(const std::string& host) const {
+  std::optional<Time> shortest;
+  for (const ExpectedNode& node : nodes_) {
+    if (node.host != host || !liveness_.last_heard(node.name)) continue;
+    const Time silence = liveness_.silence(node.name);
+    shortest = std::min(shortest.value_or(silence), silence);
+  }
+  return shortest;
 }
 
 bool HostWatch::most_are_heard() const {
@@ -47,31 +75,42 @@ bool HostWatch::most_are_heard() const {
 }
 
 std::optional<Time> HostWatch::alone_for() const {
-  int others = 0;
-  Time shortest = Time::max();
-  for (const ExpectedNode& node : nodes_) {
-    if (node.host == own_ || !liveness_.last_heard(node.name)) continue;
-    others += node.role == NodeRole::kAgent ? 1 : 0;
-    shortest = std::min(shortest, liveness_.silence(node.name));
+  if (!agent_of(own_)) return std::nullopt;
+  std::vector<Time> silences;
+  for (const ExpectedNode& agent : nodes_) {
+    if (agent.role != NodeRole::kAgent || agent.host == own_) continue;
+    if (const auto silence = silence_of(agent.host)) silences.push_back(*silence);
   }
-  return own_.empty() || others < 2 ? std::nullopt : std::optional(shortest);
+  if (silences.size() < 2) return std::nullopt;
+  const Time shortest = *std::min_element(silences.begin(), silences.end());
+  const auto with_the_last = [&](Time silence) { return silence <= shortest + limits_.host_lease; };
+  return std::count_if(silences.begin(), silences.end(), with_the_last) < 2 ? std::nullopt : std::optional(shortest);
 }
 
 bool HostWatch::explain(const ExpectedNode& node) const {
   const ExpectedNode* agent = agent_of(node.host);
   if (!agent || agent->name == node.name || !liveness_.last_heard(agent->name)) return false;
-  if (silent(node.host) || returns(node) || is_ours(node)) return true;
+  if (silent(node.host) || returns(node) || put_down_to_us(node)) return true;
   // Nor do nodes return in the same instant from a silence that was too short for a loss.
   const auto last = silences_.find(node.host);
   return last != silences_.end() && clock_.now() - last->second <= limits_.node.recovery;
 }
 
-// Until it has been heard for long enough that the reunion will not take it away again.
-bool HostWatch::is_ours(const ExpectedNode& node) const {
-  const auto since = met_anew_.find(node.host);
-  if (since == met_anew_.end() || clock_.now() - since->second > limits_.host_return) return false;
-  const auto steady = liveness_.steady_since(node.name);
-  return !steady || *liveness_.last_heard(node.name) - std::max(*steady, since->second) < limits_.sure_return;
+void HostWatch::meet_anew(const std::string& host) {
+  for (const ExpectedNode& node : nodes_) {
+    if (node.host == host && liveness_.last_heard(node.name)) met_anew_[node.name] = clock_.now();
+  }
+}
+
+// Who is heard for a moment and lost again begins its return anew, once.
+bool HostWatch::put_down_to_us(const ExpectedNode& node) const {
+  const auto met = met_anew_.find(node.name);
+  const auto last = liveness_.last_heard(node.name);
+  if (met == met_anew_.end() || !last) return false;
+  const Time since = met->second;
+  const bool is_back = *last - std::max(*liveness_.steady_since(node.name), since) >= limits_.sure_return;
+  const Time now = clock_.now();
+  return !is_back && now - std::max(*last, since) <= limits_.host_return && now - since <= 2 * limits_.host_return;
 }
 
 // A node beats a little before the host falls silent, and a little after it is heard again: so a silence that is

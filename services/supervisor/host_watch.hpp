@@ -16,7 +16,7 @@ namespace hecaton::services {
 
 class HostWatch {
  public:
-  /// All must outlive it. `own`: the host that we are on; empty: none.
+  /// All must outlive it. `own`: the host that we are on; one without an agent: none.
   HostWatch(const std::vector<ExpectedNode>& nodes, const WatchLimits& limits, const PunctualClock& clock,
             const Liveness& liveness, std::string own)
       : nodes_(nodes), limits_(limits), clock_(clock), liveness_(liveness), own_(std::move(own)) {}
@@ -29,15 +29,20 @@ class HostWatch {
   [[nodiscard]] bool silent(const std::string& host) const;
   [[nodiscard]] bool silent_for(const std::string& host, Time duration) const;
   [[nodiscard]] bool most_are_heard() const;
-  /// For so long nothing has been heard of any other host, of which several were heard before: rather than all of them
-  /// ours was cut off. Empty: there are not several, and either may be.
+  /// For so long nothing has been heard of any other host, of which several fell silent within a lease: rather than all
+  /// of them ours was cut off. Empty: it was one, and either may be.
   [[nodiscard]] std::optional<Time> alone_for() const;
+  /// It has been so for a lease, and no other host is well again: whatever is not heard of them is our own host's
+  /// fault.
+  [[nodiscard]] bool cut_off() const { return cut_off_; }
+  [[nodiscard]] const std::string& own() const { return own_; }
   /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
-  /// From now on what is not heard of the host is put down to ourselves: others hear it.
-  void meet_anew(const std::string& host) { met_anew_[host] = clock_.now(); }
-  /// The silence of this node, which may be an agent, is put down to ourselves.
-  [[nodiscard]] bool is_ours(const ExpectedNode& node) const;
+  /// What is not heard of the host is put down to ourselves, who were cut off from it: others hear it.
+  void meet_anew(const std::string& host);
+  /// The silence of this node, which may be an agent, is: until it has been heard for long enough that the reunion will
+  /// not take it away again, or has had the time to return.
+  [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const;
 
  private:
   /// Of a host of which nothing was heard for a lease.
@@ -45,6 +50,9 @@ class HostWatch {
     Time silent{0};  // last, when nothing was heard of any of its nodes
     Time away{0};    // last, when its agent was not well
   };
+  /// How long nothing was heard of the host; empty: nothing was heard yet.
+  [[nodiscard]] std::optional<Time> silence_of(const std::string& host) const;
+  void judge_own();
   /// A silence of a whole host that is this long explains that its nodes return one after the other.
   [[nodiscard]] Time pause() const;
   [[nodiscard]] bool returns(const ExpectedNode& node) const;
@@ -56,7 +64,8 @@ class HostWatch {
   std::string own_;
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
-  std::map<std::string, Time, std::less<>> met_anew_;  // since when
+  std::map<std::string, Time, std::less<>> met_anew_;  // since when, by node
+  bool cut_off_ = false;
 };
 
 }  // namespace hecaton::services

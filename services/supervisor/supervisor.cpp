@@ -59,7 +59,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       shutdown_(shutdown),
       began_(bus::Clock::now()),
       watch_(expected_nodes(file, node_), arm_names(file), watch_limits(file, kTurn), since_epoch(began_),
-             supervisors_[place_].host),
+             own_host(options, supervisors_[place_])),
       memory_(options.memory),
       succession_(arms_with_standby(file)),
       led_under_(memory_.kept().term),

@@ -48,7 +48,7 @@ NOTHING_TESTED = 4
 DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
 LATE = 10.0  # [s] within which a fault that must be told is told; or as many leases, if that is longer
 SURE_RETURN = 1.0  # [s] for which a supervisor does so (verdicts.RETURN) once it hears a host's processes again
-ROUNDED = 5  # [ms] by which a time may be off that each supervisor reckoned anew
+ROUNDED = 20  # [ms] by which a time may be off: each supervisor reckons it anew, and its own absence begins with its last turn
 MOVING = 2.0  # [s] before a change of the leadership is seen in which lies why
 
 

@@ -47,40 +47,123 @@ TEST(CellWatchHosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
   }
 }
 
-// Its own link is more likely to have failed than all of theirs; and they return one after the other.
-TEST(CellWatchHosts, WhoHearsNoOtherHostTellsThatOfItsOwn) {
-  std::vector<ExpectedNode> nodes = cell_nodes();
-  nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
-  VirtualCell cell(nodes, cell_limits(), "h3");
-  cell.run_for(200ms);
-  for (const ExpectedNode& node : nodes) {
-    if (node.host != "h3") cell.hung.insert(node.name);
+/// A third host, on which there is the supervisor alone.
+class CutOff : public ::testing::Test, protected VirtualCell {
+ protected:
+  explicit CutOff(const WatchLimits& limits = cell_limits()) : VirtualCell(nodes_of_three_hosts(), limits, "h3") {
+    run_for(200ms);
   }
-  cell.run_for(2s);
-  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
-  const FaultRecord fault = cell.watch.faults().open().front();
+
+  static std::vector<ExpectedNode> nodes_of_three_hosts() {
+    std::vector<ExpectedNode> nodes = cell_nodes();
+    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    return nodes;
+  }
+  void fall_silent(const std::string& host) {
+    for (const ExpectedNode& node : watch.nodes()) {
+      if (node.host == host) hung.insert(node.name);
+    }
+  }
+  void cut_off() {
+    fall_silent("h1");
+    fall_silent("h2");
+  }
+  std::vector<std::string> accused() {
+    std::vector<std::string> subjects;
+    for (const FaultRecord& fault : watch.faults().open()) subjects.push_back(fault.subject);
+    return subjects;
+  }
+  Names held() { return watch.mode().decide().held_arms; }
+};
+
+// Its own link is more likely to have failed than all of theirs; and they return one after the other.
+TEST_F(CutOff, WhoHearsNoOtherHostTellsThatOfItsOwn) {
+  cut_off();
+  run_for(2s);
+  EXPECT_EQ(accused(), Names{"h3"});
+  const FaultRecord fault = watch.faults().open().front();
   EXPECT_EQ(fault.kind, FaultKind::kAgentLost);
-  EXPECT_EQ(fault.subject, "h3");
   EXPECT_EQ(fault.seen, "host h3: nothing heard there of any other host for more than 100 ms");
-  EXPECT_EQ(cell.watch.mode().reason_of("arm3"),
-            "held: nothing is heard of host h1; held: nothing is heard of host h2");
-  cell.hung = {"agent/h2", "driver/arm3", "planner/arm3"};
-  cell.run_for(500ms);
-  EXPECT_TRUE(cell.watch.faults().open().empty());
-  EXPECT_EQ(cell.watch.mode().decide().held_arms, Names{"arm3"});
-  cell.hung.insert("driver/arm1");
-  cell.run_for(50ms);
-  EXPECT_TRUE(cell.watch.faults().open().empty()) << "a reunion";
-  cell.hung.erase("driver/arm1");
-  cell.run_for(1100ms);
-  cell.hung.insert("driver/arm1");
-  cell.run_for(50ms);
-  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
-  EXPECT_EQ(cell.watch.faults().open().front().subject, "driver/arm1") << "it had returned";
-  cell.hung.erase("driver/arm1");
-  cell.run_for(4s);
-  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
-  EXPECT_EQ(cell.watch.faults().open().front().subject, "h2") << "it does not return";
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  hung.clear();
+  fall_silent("h2");
+  run_for(500ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(held(), Names{"arm3"});
+  hung.insert("driver/arm1");
+  run_for(50ms);
+  EXPECT_EQ(accused(), Names{}) << "a reunion";
+  hung.erase("driver/arm1");
+  run_for(1100ms);
+  hung.insert("driver/arm1");
+  run_for(50ms);
+  EXPECT_EQ(accused(), Names{"driver/arm1"}) << "it had returned";
+  hung.erase("driver/arm1");
+  run_for(4s);
+  EXPECT_EQ(accused(), Names{"h2"}) << "it does not return";
+}
+
+TEST_F(CutOff, OneBeatNowAndThenIsNoReturn) {
+  cut_off();
+  run_for(300ms);
+  for (int i = 0; i < 5; ++i) {
+    hung.erase("agent/h1");
+    run_for(10ms);
+    hung.insert("agent/h1");
+    run_for(140ms);
+  }
+  EXPECT_EQ(accused(), Names{"h3"});
+  EXPECT_TRUE(watch.faults().over().empty()) << "one long fault";
+}
+
+TEST_F(CutOff, WhoWasLostBeforeIsNoneOfThem) {
+  fall_silent("h2");
+  run_for(300ms);
+  fall_silent("h1");
+  run_for(300ms);
+  EXPECT_EQ(accused(), (Names{"h2", "h1"})) << "of two hosts the other is lost";
+}
+
+TEST_F(CutOff, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
+  cut_off();
+  run_for(200ms);
+  hung = {"agent/h3"};
+  run_for(200ms);
+  ASSERT_EQ(accused(), Names{"h3"});
+  EXPECT_EQ(watch.faults().open().front().seen, "host h3: nothing heard of it or its nodes for more than 100 ms");
+}
+
+TEST_F(CutOff, DriversThatBeatWithoutStatesAreNotBackYet) {
+  cut_off();
+  run_for(200ms);
+  hung.clear();
+  mute = {"driver/arm3", "world"};
+  run_for(300ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(held(), Names{"arm3"});
+  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  mute.clear();
+  run_for(300ms);
+  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+}
+
+class CutOffThatWaits : public CutOff {
+ protected:
+  static WatchLimits limits() {
+    WatchLimits limits = cell_limits();
+    limits.waits_for_resume.insert(FaultKind::kAgentLost);
+    return limits;
+  }
+  CutOffThatWaits() : CutOff(limits()) {}
+};
+
+TEST_F(CutOffThatWaits, ArmsThatItDidNotHearWaitForResume) {
+  cut_off();
+  run_for(200ms);
+  hung.clear();
+  run_for(500ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_NE(watch.mode().decide(), ModeDecision{});
 }
 
 // Nobody can know which of the two is cut off.
@@ -133,10 +216,10 @@ TEST_F(CellWatchTest, ASuccessorPutsDownToItselfWhatItsPredecessorDidNotTell) {
   for (const auto* node : {"agent/h2", "driver/arm3"}) hung.insert(node);  // not to others
   run_for(200ms);
   watch.faults().recall({});
-  watch.succeed(20ms);
+  watch.succeed("supervisor@h2", 20ms);
   run_for(400ms);
   EXPECT_TRUE(watch.faults().open().empty());
-  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: nothing is heard of driver/arm3 yet");
+  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: driver/arm3 is not back yet");
   hung = {"planner/arm3"};  // the reunion takes away who was heard
   run_for(900ms);
   EXPECT_TRUE(watch.faults().open().empty());
@@ -148,11 +231,29 @@ TEST_F(CellWatchTest, ASuccessorPutsDownToItselfWhatItsPredecessorDidNotTell) {
   EXPECT_EQ(the_fault().subject, "driver/arm3") << "all are met: a hang is a hang";
 }
 
+// A deaf leader excuses everybody, and its silence about them says nothing.
+TEST(CellWatchHosts, ASuccessorDoesNotGoByAPredecessorThatWasCutOff) {
+  std::vector<ExpectedNode> nodes = cell_nodes();
+  nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+  nodes.push_back({"supervisor@h3", NodeRole::kSupervisor, {}, "h3"});
+  VirtualCell cell(nodes, cell_limits(), "h1");
+  cell.run_for(200ms);
+  for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
+  cell.run_for(200ms);
+  FaultHistory told;
+  told.open["agent/h3"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h3", "cut off", 0ms, {}, {}};
+  cell.watch.faults().recall(told);
+  cell.watch.succeed("supervisor@h3", 20ms);
+  cell.run_for(10ms);
+  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
+  EXPECT_EQ(cell.watch.faults().open().front().subject, "h2");
+}
+
 TEST_F(CellWatchTest, ASuccessorTellsWhoDoesNotReturn) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(200ms);
   watch.faults().recall({});
-  watch.succeed(20ms);
+  watch.succeed("supervisor@h2", 20ms);
   run_for(5s);
   EXPECT_TRUE(watch.faults().open().empty());
   run_for(50ms);
@@ -163,12 +264,12 @@ TEST_F(CellWatchTest, WhatFellSilentWithAPredecessorOrWasToldByItIsToldAtOnce) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(200ms);
   const FaultHistory told = watch.faults().history();
-  watch.succeed(20ms);
+  watch.succeed("supervisor@h2", 20ms);
   run_for(10ms);
   EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost) << "told by it";
   EXPECT_EQ(watch.faults().history(), told);
   watch.faults().recall({});
-  watch.succeed(200ms);
+  watch.succeed("supervisor@h2", 200ms);
   run_for(10ms);
   EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost) << "it was silent itself";
 }

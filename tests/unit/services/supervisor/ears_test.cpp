@@ -105,6 +105,46 @@ TEST_F(Past, IsHistoryForWhoHasNoAccountOfItExceptWhatStillHolds) {
   EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm1"})) << "news, though its successor is there";
 }
 
+// Of two beats within a turn each counts.
+TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
+  Listener listener(there_, false);
+  bus::Writer<msg::Heartbeat> twin(here_);
+  bus::Reader<msg::Heartbeat> probe(there_);
+  ASSERT_TRUE(probe.wait_matched(2, bus::kPatience));
+  const auto is_told = [&] {
+    const auto open = listener.watch.faults().open();
+    return std::any_of(open.begin(), open.end(), [](const auto& one) { return one.kind == FaultKind::kNodeTwice; });
+  };
+  const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
+    msg::Heartbeat sample;
+    sample.node(node);
+    sample.kind(msg::NODE_PLANNER);
+    sample.host("h1");
+    sample.pid(pid);
+    sample.sequence_number(number);
+    return by.write(sample);
+  };
+  // The first ones may be lost: a writer may have been met that has not met its readers yet.
+  const auto arrives = [&](const std::string& node, std::uint64_t number) {
+    for (const auto until = bus::Clock::now() + bus::kOnceMore; bus::Clock::now() < until;) {
+      static_cast<void>(probe.wait_for_data(until - bus::Clock::now()));
+      for (const auto& sample : probe.take()) {
+        if (sample.value.node() == node && sample.value.sequence_number() == number) return;
+      }
+    }
+  };
+  for (std::uint64_t turn = 1; turn <= 100 && !is_told(); ++turn) {
+    ASSERT_TRUE(beat(beats_, "planner/arm1", 1, turn));
+    ASSERT_TRUE(beat(twin, "planner/arm1", 2, turn));
+    // Whatever was sent before is with every reader.
+    ASSERT_TRUE(beat(twin, "planner/arm2", 3, turn));
+    arrives("planner/arm2", turn);
+    listener.listen();
+    static_cast<void>(listener.accused());
+  }
+  EXPECT_TRUE(is_told());
+}
+
 TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
   Listener newcomer(there_, false);
   // Of the same participant, and younger: what it has, the newcomer has.

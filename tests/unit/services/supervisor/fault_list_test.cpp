@@ -188,6 +188,30 @@ TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
   EXPECT_EQ(faults.over().front().cleared, 40ms);
 }
 
+// Chaos saw two leaders that did so for the second until one heard of the other, some thousand times.
+TEST(FaultList, TwoThatAdoptWhatTheOtherTellsComeToAnEnd) {
+  constexpr std::uint64_t kEach = FaultList::kRemembered;
+  FaultList one;
+  FaultList other;
+  for (std::uint64_t i = 1; i <= kEach; ++i) {
+    one.adopt("planner/a", of_another(2 * i, std::chrono::milliseconds(2 * i)), 1s);
+    other.adopt("planner/a", of_another(2 * i + 1, std::chrono::milliseconds(2 * i + 1)), 1s);
+  }
+  int rounds = 0;
+  for (bool news = true; news && rounds < 10; ++rounds) {
+    news = false;
+    for (const auto& [from, to] : {std::pair(&one, &other), std::pair(&other, &one)}) {
+      for (const FaultRecord& told : from->take_changes()) {
+        news = true;
+        to->adopt("planner/a", told, 1s);
+      }
+    }
+  }
+  EXPECT_LT(rounds, 10);
+  EXPECT_EQ(one.over(), other.over()) << "the latest of both";
+  EXPECT_EQ(one.over().back().number, kEach + 2);
+}
+
 TEST(FaultList, AdoptsNoMoreThanItRemembers) {
   FaultList faults;
   for (std::uint64_t i = 1; i <= FaultList::kRemembered + 3; ++i) {
