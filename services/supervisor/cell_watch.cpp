@@ -201,7 +201,9 @@ void CellWatch::succeed(std::string_view predecessor, Time silence) {
   const auto is_it = [&](const ExpectedNode& node) { return node.name == predecessor; };
   const auto before = std::find_if(nodes_.begin(), nodes_.end(), is_it);
   const ExpectedNode* its_agent = before == nodes_.end() ? nullptr : hosts_.agent_of(before->host);
-  if (its_agent && faults_.open(its_agent->name)) return;  // it was cut off, too, and heard no more than we did
+  const FaultRecord* its_own = its_agent ? faults_.open(its_agent->name) : nullptr;
+  // It was cut off, too, and heard no more than we did.
+  if (its_own && its_own->severity >= FaultSeverity::kError) return;
   for (const ExpectedNode& node : nodes_) {
     const State& state = *find(node.name);
     const ExpectedNode* agent = hosts_.agent_of(node.host);
@@ -428,7 +430,8 @@ std::string CellWatch::hold_reason(const ExpectedNode& node) const {
   if (!liveness_.last_heard(node.name)) return {};
   const bool silent = !alive(node.name) && hosts_.silent_for(node.host, limits_.node.silence);
   if (silent) return "nothing is heard of host " + node.host;
-  return hosts_.put_down_to_us(node) && !sound(node) ? node.name + " is not back yet" : std::string();
+  const bool returns = (hosts_.put_down_to_us(node) && !sound(node)) || (hosts_.explain(node) && !alive(node.name));
+  return returns ? node.name + " is not back yet" : std::string();
 }
 
 // What an agent started works without it, everything without the other supervisor, an arm without who stands by for it.

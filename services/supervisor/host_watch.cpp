@@ -11,9 +11,16 @@ void HostWatch::judge() {
     if (agent.role != NodeRole::kAgent) continue;
     if (silent_for(agent.host, pause())) silences_[agent.host] = now;
     if (!liveness_.last_heard(agent.name)) continue;  // who never came is not lost
-    if (silent_for(agent.host, limits_.host_lease)) absences_[agent.host] = {now, now};
+    if (silent_for(agent.host, limits_.host_lease)) absences_[agent.host] = {now, now, {}};
     const auto absence = absences_.find(agent.host);
     if (absence != absences_.end() && liveness_.presence(agent.name) != Presence::kAlive) absence->second.away = now;
+  }
+  for (const ExpectedNode& node : nodes_) {
+    const auto absence = absences_.find(node.host);
+    const auto steady = absence == absences_.end() ? std::nullopt : liveness_.steady_since(node.name);
+    const bool is_back =
+        steady && *steady > absence->second.silent && *liveness_.last_heard(node.name) - *steady >= limits_.sure_return;
+    if (is_back) absence->second.back.insert(node.name);
   }
 }
 
@@ -24,7 +31,7 @@ void HostWatch::judge_own() {
     for (const ExpectedNode& node : nodes_) {
       const bool with_them =
           liveness_.last_heard(node.name) && liveness_.silence(node.name) <= *alone + limits_.host_lease;
-      if (node.host != own_ && with_them) met_anew_[node.name] = clock_.now();
+      if (node.host != own_ && with_them) meets_anew_[node.name] = clock_.now();
     }
   }
   const auto is_well = [&](const ExpectedNode& node) {
@@ -35,6 +42,9 @@ void HostWatch::judge_own() {
   } else if (cut_off_) {
     cut_off_ = std::none_of(nodes_.begin(), nodes_.end(), is_well);
   }
+  std::erase_if(meets_anew_, [&](const auto& entry) { return has_met(entry.first, entry.second); });
+  if (!cut_off_) return;
+  for (auto& [node, since] : meets_anew_) since = clock_.now();  // a stray beat is no return
 }
 
 const ExpectedNode* HostWatch::agent_of(const std::string& host) const {
@@ -98,19 +108,17 @@ bool HostWatch::explain(const ExpectedNode& node) const {
 
 void HostWatch::meet_anew(const std::string& host) {
   for (const ExpectedNode& node : nodes_) {
-    if (node.host == host && liveness_.last_heard(node.name)) met_anew_[node.name] = clock_.now();
+    if (node.host == host && liveness_.last_heard(node.name)) meets_anew_[node.name] = clock_.now();
   }
 }
 
 // Who is heard for a moment and lost again begins its return anew, once.
-bool HostWatch::put_down_to_us(const ExpectedNode& node) const {
-  const auto met = met_anew_.find(node.name);
-  const auto last = liveness_.last_heard(node.name);
-  if (met == met_anew_.end() || !last) return false;
-  const Time since = met->second;
-  const bool is_back = *last - std::max(*liveness_.steady_since(node.name), since) >= limits_.sure_return;
+bool HostWatch::has_met(const std::string& node, Time since) const {
+  const auto last = liveness_.last_heard(node);
+  if (!last) return true;  // another process took its place
+  if (*last - std::max(*liveness_.steady_since(node), since) >= limits_.sure_return) return true;
   const Time now = clock_.now();
-  return !is_back && now - std::max(*last, since) <= limits_.host_return && now - since <= 2 * limits_.host_return;
+  return now - std::max(*last, since) > limits_.host_return || now - since > 2 * limits_.host_return;
 }
 
 // A node beats a little before the host falls silent, and a little after it is heard again: so a silence that is
@@ -124,10 +132,7 @@ bool HostWatch::returns(const ExpectedNode& node) const {
   const auto found = absences_.find(node.host);
   if (found == absences_.end()) return false;
   const Absence& absence = found->second;
-  const auto steady = liveness_.steady_since(node.name);
-  const bool is_back =
-      steady && *steady > absence.silent && *liveness_.last_heard(node.name) - *steady >= limits_.sure_return;
-  return !is_back && clock_.now() - absence.away <= limits_.host_return;
+  return !absence.back.contains(node.name) && clock_.now() - absence.away <= limits_.host_return;
 }
 
 }  // namespace hecaton::services

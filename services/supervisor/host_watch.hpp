@@ -5,6 +5,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,17 +43,20 @@ class HostWatch {
   void meet_anew(const std::string& host);
   /// The silence of this node, which may be an agent, is: until it has been heard for long enough that the reunion will
   /// not take it away again, or has had the time to return.
-  [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const;
+  [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const { return meets_anew_.contains(node.name); }
 
  private:
   /// Of a host of which nothing was heard for a lease.
   struct Absence {
-    Time silent{0};  // last, when nothing was heard of any of its nodes
-    Time away{0};    // last, when its agent was not well
+    Time silent{0};                           // last, when nothing was heard of any of its nodes
+    Time away{0};                             // last, when its agent was not well
+    std::set<std::string, std::less<>> back;  // nodes that have returned since
   };
   /// How long nothing was heard of the host; empty: nothing was heard yet.
   [[nodiscard]] std::optional<Time> silence_of(const std::string& host) const;
   void judge_own();
+  /// Whom we meet anew since then, or has had the time to return.
+  [[nodiscard]] bool has_met(const std::string& node, Time since) const;
   /// A silence of a whole host that is this long explains that its nodes return one after the other.
   [[nodiscard]] Time pause() const;
   [[nodiscard]] bool returns(const ExpectedNode& node) const;
@@ -64,7 +68,7 @@ class HostWatch {
   std::string own_;
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
-  std::map<std::string, Time, std::less<>> met_anew_;  // since when, by node
+  std::map<std::string, Time, std::less<>> meets_anew_;  // since when, by node
   bool cut_off_ = false;
 };
 

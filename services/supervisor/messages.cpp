@@ -186,7 +186,7 @@ FaultHistory faults_in(const std::map<std::string, msg::Fault>& told, std::uint6
     }
   }
   std::sort(history.over.begin(), history.over.end(),
-            [](const FaultRecord& a, const FaultRecord& b) { return a.since > b.since; });
+            [](const FaultRecord& a, const FaultRecord& b) { return a.cleared > b.cleared; });
   if (history.over.size() > FaultList::kRemembered) history.over.resize(FaultList::kRemembered);
   return history;
 }

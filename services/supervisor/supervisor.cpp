@@ -110,6 +110,7 @@ void Supervisor::run() {
 void Supervisor::turn(bus::Clock::time_point now) {
   if (participant_.away()) {
     if (!absent_since_) absent_since_ = turned_;
+    takeover_due_ = bus::Clock::time_point::max();  // or the loop would not wait
     return;
   }
   if (absent_since_) come_back(now);

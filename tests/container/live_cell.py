@@ -145,7 +145,11 @@ class LiveCell:
         return self._contacts
 
     def pid(self, node):
-        return next(entry["pid"] for entry in self.status()["nodes"] if entry["node"] == node)
+        """Of its process, as soon as whoever leads has heard it."""
+        def heard(status):
+            return next((entry["pid"] for entry in status["nodes"] if entry["node"] == node and entry["pid"] > 0), None)
+
+        return self.wait_for(f"{node} has a process", heard)
 
     # What people do.
 

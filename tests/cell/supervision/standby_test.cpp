@@ -242,7 +242,12 @@ TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
   ASSERT_EQ(kill(hung, SIGCONT), 0);
   cell_.await_fault("that it is back",
                     [&](const msg::Fault& told) { return told.id() == fault.id() && told.cleared(); });
-  await_ready();
+  // Its loop waited while it stayed away after that.
+  const auto status = await_ready();
+  for (const msg::NodeStatus& node : status.nodes()) {
+    if (node.heartbeat().kind() != msg::NODE_SUPERVISOR) continue;
+    EXPECT_LT(node.heartbeat().ticks(), 1000 * status.uptime() + 100'000) << node.heartbeat().node();
+  }
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ TEST_F(CutOff, OneBeatNowAndThenIsNoReturn) {
     hung.erase("agent/h1");
     run_for(10ms);
     hung.insert("agent/h1");
-    run_for(140ms);
+    run_for(i < 4 ? 140ms : 20s);
   }
   EXPECT_EQ(accused(), Names{"h3"});
   EXPECT_TRUE(watch.faults().over().empty()) << "one long fault";
@@ -145,6 +145,33 @@ TEST_F(CutOff, DriversThatBeatWithoutStatesAreNotBackYet) {
   mute.clear();
   run_for(300ms);
   EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+}
+
+TEST_F(CutOff, WhoStaysAwayIsHeldUntilItIsTold) {
+  cut_off();
+  run_for(1s);
+  hung = {"agent/h2", "driver/arm3"};
+  run_for(4s);
+  hung = {"driver/arm3"};
+  for (const Time end = now + 6s; now < end; turn()) {
+    ASSERT_EQ(held(), Names{"arm3"}) << "at " << now.count();
+  }
+  EXPECT_EQ(accused(), Names{"driver/arm3"});
+}
+
+TEST_F(CutOff, WhoHasReturnedIsJudgedLikeAnyOther) {
+  cut_off();
+  run_for(1s);
+  hung.clear();
+  run_for(1200ms);
+  hung = {"driver/arm3"};
+  run_for(50ms);
+  hung.clear();
+  run_for(300ms);
+  EXPECT_EQ(accused(), Names{});
+  hung = {"driver/arm3"};
+  run_for(50ms);
+  EXPECT_EQ(accused(), Names{"driver/arm3"}) << "also when it hangs again before it has been well for long";
 }
 
 class CutOffThatWaits : public CutOff {
