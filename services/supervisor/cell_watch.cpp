@@ -375,10 +375,10 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
 
 // The same fault as a supervisor on another host tells.
 FaultSight CellWatch::own_host_sight(const ExpectedNode& agent) const {
-  return {FaultKind::kAgentLost, FaultSeverity::kError, agent.host,
-          "host " + agent.host + ": nothing heard there of any other host for more than " +
-              milliseconds(limits_.host_lease),
-          hosts_.alone_for()};
+  return {
+      FaultKind::kAgentLost, FaultSeverity::kError, agent.host,
+      "host " + agent.host + ": no agent of another host heard there for more than " + milliseconds(limits_.host_lease),
+      hosts_.alone_for()};
 }
 
 std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Presence presence) const {

@@ -27,7 +27,7 @@ void HostWatch::judge() {
 void HostWatch::judge_own() {
   const auto alone = alone_for();
   // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
-  if (alone && *alone >= std::max(limits_.node.silence, limits_.host_lease / 2)) {
+  if (alone && *alone >= std::max(limits_.node.silence, limits_.node.recovery)) {
     for (const ExpectedNode& node : nodes_) {
       const bool with_them =
           liveness_.last_heard(node.name) && liveness_.silence(node.name) <= *alone + limits_.host_lease;
@@ -35,7 +35,7 @@ void HostWatch::judge_own() {
     }
   }
   const auto is_well = [&](const ExpectedNode& node) {
-    return node.host != own_ && liveness_.presence(node.name) == Presence::kAlive;
+    return node.role == NodeRole::kAgent && node.host != own_ && liveness_.presence(node.name) == Presence::kAlive;
   };
   if (alone && *alone > limits_.host_lease) {
     cut_off_ = true;
@@ -59,18 +59,9 @@ bool HostWatch::silent(const std::string& host) const {
 }
 
 bool HostWatch::silent_for(const std::string& host, Time duration) const {
-  const auto silence = silence_of(host);
-  return !silence || *silence >= duration;
-}
-
-std::optional<Time> HostWatch::silence_of(const std::string& host) const {
-  std::optional<Time> shortest;
-  for (const ExpectedNode& node : nodes_) {
-    if (node.host != host || !liveness_.last_heard(node.name)) continue;
-    const Time silence = liveness_.silence(node.name);
-    shortest = std::min(shortest.value_or(silence), silence);
-  }
-  return shortest;
+  return std::all_of(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
+    return node.host != host || !liveness_.last_heard(node.name) || liveness_.silence(node.name) >= duration;
+  });
 }
 
 bool HostWatch::most_are_heard() const {
@@ -88,8 +79,8 @@ std::optional<Time> HostWatch::alone_for() const {
   if (!agent_of(own_)) return std::nullopt;
   std::vector<Time> silences;
   for (const ExpectedNode& agent : nodes_) {
-    if (agent.role != NodeRole::kAgent || agent.host == own_) continue;
-    if (const auto silence = silence_of(agent.host)) silences.push_back(*silence);
+    const bool counts = agent.role == NodeRole::kAgent && agent.host != own_ && liveness_.last_heard(agent.name);
+    if (counts) silences.push_back(liveness_.silence(agent.name));
   }
   if (silences.size() < 2) return std::nullopt;
   const Time shortest = *std::min_element(silences.begin(), silences.end());

@@ -30,11 +30,11 @@ class HostWatch {
   [[nodiscard]] bool silent(const std::string& host) const;
   [[nodiscard]] bool silent_for(const std::string& host, Time duration) const;
   [[nodiscard]] bool most_are_heard() const;
-  /// For so long nothing has been heard of any other host, of which several fell silent within a lease: rather than all
-  /// of them ours was cut off. Empty: it was one, and either may be.
+  /// For so long no agent of another host has been heard, where several fell silent within a lease: rather than all of
+  /// them ours was cut off. (A process there that has just begun may know us all the same.) Empty: it was one, and
+  /// either may be.
   [[nodiscard]] std::optional<Time> alone_for() const;
-  /// It has been so for a lease, and no other host is well again: whatever is not heard of them is our own host's
-  /// fault.
+  /// It has been so for a lease, and no agent is well again: whatever is not heard of them is our own host's fault.
   [[nodiscard]] bool cut_off() const { return cut_off_; }
   [[nodiscard]] const std::string& own() const { return own_; }
   /// Whatever this node says or not is its host's doing, or ours.
@@ -52,10 +52,8 @@ class HostWatch {
     Time away{0};                             // last, when its agent was not well
     std::set<std::string, std::less<>> back;  // nodes that have returned since
   };
-  /// How long nothing was heard of the host; empty: nothing was heard yet.
-  [[nodiscard]] std::optional<Time> silence_of(const std::string& host) const;
   void judge_own();
-  /// Whom we meet anew since then, or has had the time to return.
+  /// Whom we meet anew since then is back, or has had the time to return.
   [[nodiscard]] bool has_met(const std::string& node, Time since) const;
   /// A silence of a whole host that is this long explains that its nodes return one after the other.
   [[nodiscard]] Time pause() const;
