@@ -77,6 +77,10 @@ class Injection:
         """What must be told of it; None: nothing need be."""
         return None
 
+    def all_that_must(self):
+        """The same, where it may be more than one."""
+        return filter(None, [self.must()])
+
     def may(self, places, blind):
         """What may be told of it. `blind`: a supervisor is hit, too, and may not have heard what others did."""
         raise NotImplementedError
@@ -206,6 +210,38 @@ class Cut(Separation):
         cell.hosts.connect(self.host)
 
 
+class Split(OfHost):
+    """The network falls into two: `hosts` hear each other, the others do so, too. A supervisor on either side tells that the other
+    side's hosts are lost, and none is told on a side without one. `supervisors`: their hosts."""
+    name = "split"
+
+    def __init__(self, hosts, others, supervisors, duration):
+        super().__init__(None, duration)
+        self.hosts = sorted(hosts)
+        self.lost = sorted({host for side, beyond in ((hosts, others), (others, hosts)) if supervisors & set(side)
+                            for host in beyond})
+        self.parts_supervisors = len(self.lost) == len(hosts) + len(others)
+
+    def __str__(self):
+        return f"split off {' and '.join(self.hosts)}"
+
+    def begin(self, cell):
+        cell.hosts.separate(self.hosts)
+
+    def end(self, cell):
+        cell.hosts.reunite(self.hosts)
+
+    def all_that_must(self):
+        return [("agent_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
+
+    def may(self, places, blind):
+        nodes = {node for node, host in places.items() if host in self.lost}
+        return {("agent_lost", host) for host in self.lost}.union(*map(silences, nodes))
+
+    def hits(self, places):
+        return set(filter(is_supervisor, places)) if self.parts_supervisors else set()
+
+
 class Deafen(OneWay, Separation):
     """Nothing reaches the host; what it sends does. When it has heard nobody for the lease of its participants, it drops
     them and falls silent until it has found them again."""
@@ -315,6 +351,8 @@ class StepClock(OfHost):
 
 def together(one, other):
     """Whether both may happen at one time: what must be told of each is clear."""
+    if isinstance(one, Split) or isinstance(other, Split):
+        return False
     if one.host != other.host:
         return True
     if isinstance(other, OfNode):
@@ -324,7 +362,16 @@ def together(one, other):
     return isinstance(one, OfNode) and isinstance(other, (Lose, SlowDown, FillDisk, StepClock))
 
 
-KINDS = ("kill", "stop", "cut", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
+KINDS = ("kill", "stop", "cut", "split", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
+
+
+FEWEST_TO_SPLIT = 4  # hosts, or one of them would be cut off
+
+
+def split(rng, nodes, hosts, duration):
+    """Two hosts from the others."""
+    side = rng.sample(sorted(hosts), 2)
+    return Split(side, set(hosts) - set(side), {host for node, host in nodes.items() if is_supervisor(node)}, duration)
 
 
 def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits()):
@@ -338,6 +385,8 @@ def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits
         "kill": (6, lambda: Kill(node, nodes[node])),
         "stop": (4, lambda: Stop(node, nodes[node], silent(silence_of(node, limits), 0.05))),
         "cut": (3, lambda: Cut(host, lost(0.1))),
+        "split": (1, lambda: split(rng, nodes, hosts, about(surely_told(limits.lease) + TAKEOVER + 0.1 if told else 0.1,
+                                                          longest(limits.lease) + TAKEOVER))),
         "mute": (2, lambda: Mute(host, lost(0.1))),
         "deafen": (2, lambda: Deafen(host, about(0.1, 3.0))),
         "loss": (2, lambda: Lose(host, about(0.5, 2.0), rng.randint(1, 30))),
@@ -347,6 +396,8 @@ def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits
         "disk": (1, lambda: FillDisk(host, about(0.5, 2.0))),
         "clock": (1, lambda: StepClock(host, about(1.5, 3.0), rng.choice((-1, 1)) * rng.choice((1, 60, 86400)))),
     }
+    if len(hosts) < FEWEST_TO_SPLIT:
+        kinds["split"] = (0, None)
     kind = rng.choices(only, [kinds[kind][0] for kind in only])[0]
     injection = kinds[kind][1]()
     injection.limits = limits
@@ -369,6 +420,36 @@ class DrawTest(unittest.TestCase):
         for silence in 0.02, 0.25, 5.0:
             stops = [one.duration for one in self.drawn(Limits(silence, 6.0), told=False) if isinstance(one, Stop)]
             self.assertLessEqual(max(stops), longest_stop(silence))
+
+
+class SplitTest(unittest.TestCase):
+    PLACES = {"supervisor": "a", "world": "b", "driver/north": "c", "planner/north": "d"}
+
+    def splits(self, *supervisors):
+        places = dict(self.PLACES, **{f"supervisor@{host}": host for host in supervisors})
+        rng = random.Random(1)
+        return places, [draw(rng, places, set("abcde"), ("split",), told=True) for _ in range(50)]
+
+    def test_a_side_is_lost_to_who_watches_on_the_other(self):
+        places, splits = self.splits()
+        for one in splits:
+            beyond = set("abcde") - set(one.hosts) if "a" in one.hosts else set(one.hosts)
+            self.assertEqual(set(one.all_that_must()), {("agent_lost", host) for host in beyond})
+            self.assertNotIn(("agent_lost", "a"), one.may(places, False))
+            self.assertEqual(one.hits(places), set())
+
+    def test_both_are_where_a_supervisor_is_on_each(self):
+        places, splits = self.splits("b")
+        apart = [one for one in splits if len({"a", "b"} & set(one.hosts)) == 1]
+        self.assertTrue(0 < len(apart) < len(splits))
+        for one in apart:
+            self.assertEqual({host for _, host in one.all_that_must()}, set("abcde"))
+            self.assertLessEqual(set(one.all_that_must()), one.may(places, False))
+            self.assertEqual(one.hits(places), {"supervisor", "supervisor@b"})
+
+    def test_few_hosts_are_not_split(self):
+        rng = random.Random(1)
+        self.assertNotIn("split", [draw(rng, self.PLACES, set("abc")).name for _ in range(200)])
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import cell_copy
 import cell_document
 import namespaces
 from bad_input import BadInput
+from injections import FEWEST_TO_SPLIT
 from limits import Limits
 from poses import two_poses
 
@@ -36,12 +37,18 @@ class Setting:
             cell_copy.put_standbys_in_a_ring(self.document)
         self.limits = Limits.of(self.document)
         self.require_services(options.of)
+        self.require_hosts(options.only)
 
     def require_services(self, beginnings):
         names = cell_copy.services(self.document)
         for beginning in beginnings:
             if not any(name.startswith(beginning) for name in names):
                 raise BadInput(f"--of = '{beginning}' must be how a service's name begins: {', '.join(names)}")
+
+    def require_hosts(self, kinds):
+        if set(kinds) == {"split"} and len(self.document["hosts"]) < FEWEST_TO_SPLIT:
+            raise BadInput(f"--only = 'split' must have a cell of at least {FEWEST_TO_SPLIT} hosts, this one has "
+                           f"{len(self.document['hosts'])}: with fewer one is cut off, which is 'cut'")
 
     def poses(self, plan):
         """Between which all arms go; `plan`: what `hecaton check` told of them."""

@@ -54,6 +54,10 @@ class CommandLineTest(Asking):
             self.assertEqual(asked(cell).stderr, check.stderr.replace("hecaton: ", "hecaton-chaos: ", 1))
             self.assert_bad_input("arms", cell)
 
+    def test_three_hosts_are_not_split(self):
+        self.assert_bad_input("--only = 'split' must have a cell of at least 4 hosts, this one has 3",
+                              CELLS / "three_machines.yaml", "--only", "split")
+
     def test_arms_with_one_pose_have_nowhere_to_go(self):
         with tempfile.TemporaryDirectory() as folder:
             cell = pathlib.Path(folder) / "cell.yaml"

@@ -4,8 +4,8 @@ usage: verdicts.py --self-test"""
 import sys
 import unittest
 
-from injections import TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, StepClock, \
-    Stop, is_supervisor, surely_told, together
+from injections import TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, Split, \
+    StepClock, Stop, is_supervisor, surely_told, together
 
 # [s] for which a supervisor puts the silence of a host's processes down to its return: at most. One that was cut off itself sees
 # every host return.
@@ -46,6 +46,8 @@ def may_move_the_leadership(injection, places):
     """Whether another supervisor may lead after it. All hosts share the processors of this machine."""
     if isinstance(injection, OfNode):
         return is_supervisor(injection.node)
+    if isinstance(injection, Split):
+        return injection.parts_supervisors
     return isinstance(injection, SlowDown) or any(map(is_supervisor, injection.nodes(places)))
 
 
@@ -155,6 +157,12 @@ class LeadershipTest(unittest.TestCase):
                           Lose("supervisor-pc", 2.0, 30), FillDisk("world-pc", 2.0), SlowDown("north-pc", 2.0)):
             self.assertTrue(may_move_the_leadership(injection, PLACES), injection)
 
+    def test_a_split_may_if_it_parts_the_supervisors(self):
+        for side, others, may in ((("supervisor-pc", "north-pc"), ("world-pc", "west-pc"), True),
+                                  (("supervisor-pc", "world-pc"), ("north-pc", "west-pc"), False)):
+            split = Split(side, others, {"supervisor-pc", "world-pc"}, 2.0)
+            self.assertEqual(may_move_the_leadership(split, PLACES), may)
+
     def test_what_happens_elsewhere_may_not(self):
         for injection in (Kill("planner/north", "north-pc"), Stop("world", "world-pc", 2.0), Cut("north-pc", 2.0),
                           Lose("west-pc", 2.0, 30), KillAgent("north-pc", 2.0)):
@@ -186,6 +194,9 @@ class TogetherTest(unittest.TestCase):
         for host in Cut("north-pc", 1.0), Pause("north-pc", 1.0), KillAgent("north-pc", 1.0), Deafen("north-pc", 1.0):
             self.assertFalse(together(host, Kill("driver/north", "north-pc")), host)
             self.assertFalse(together(host, Lose("north-pc", 1.0, 30)), host)
+
+    def test_nothing_else_happens_in_a_network_of_two_halves(self):
+        self.assertFalse(together(Split(("north-pc", "west-pc"), ("world-pc",), set(), 1.0), Kill("world", "world-pc")))
 
     def test_two_hosts_may_be_hit(self):
         self.assertTrue(together(Cut("north-pc", 1.0), Pause("west-pc", 1.0)))

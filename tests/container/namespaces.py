@@ -51,6 +51,7 @@ class Namespaces(Hosts):
 
     kind = "network namespaces"
     BRIDGE = "cell"
+    ELSEWHERE = "elsewhere"  # where hosts are that separate() has taken from the others
     OWN = pathlib.Path("/run")  # ip keeps its list of namespaces there
     DISKS = OWN / "disks"
     DISK = "32m"  # of each host, for temporary files
@@ -73,6 +74,8 @@ class Namespaces(Hosts):
         run("ip", "link", "add", self.BRIDGE, "type", "bridge")
         run("ip", "link", "set", "lo", "up")
         run("ip", "link", "set", self.BRIDGE, "up")
+        run("ip", "link", "add", self.ELSEWHERE, "type", "bridge")
+        run("ip", "link", "set", self.ELSEWHERE, "up")
         # What add() and drop() will ask for is tried before anything has begun.
         run("ip", "link", "add", "trial0", "type", "veth", "peer", "name", "trial1")
         run("ip", "link", "delete", "trial0")
@@ -137,6 +140,15 @@ class Namespaces(Hosts):
 
     def connect(self, host):
         run("ip", "link", "set", self._ports[host], "up")
+
+    def separate(self, hosts):
+        """They reach each other, and none of the others, nor the operator's machine: the link between two switches is lost."""
+        for host in hosts:
+            run("ip", "link", "set", self._ports[host], "master", self.ELSEWHERE)
+
+    def reunite(self, hosts):
+        for host in hosts:
+            run("ip", "link", "set", self._ports[host], "master", self.BRIDGE)
 
     def hog(self, host):
         """One process for each processor that only computes; for the caller to end."""
