@@ -34,9 +34,9 @@ import ending  # noqa: E402
 import namespaces  # noqa: E402
 from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
-from figures import LOG_FIGURES, FiguresByFault, figures, log_figures, quantiles  # noqa: E402
+from figures import FiguresByFault, described, figures, log_figures, quantiles  # noqa: E402
 from injections import draw, is_supervisor, together  # noqa: E402
-from live_cell import LiveCell, unix_ms  # noqa: E402
+from live_cell import LiveCell, runs, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
@@ -89,6 +89,7 @@ class Chaos:
         self.only = options.only
         self.alone = options.alone
         self.of = tuple(options.of)
+        self.patience = options.patience
         # In turn: who is killed ten times in a row within 10 s of life is given up.
         self.turns = itertools.cycle(self.of)
         self.rng = random.Random(options.seed)
@@ -97,7 +98,8 @@ class Chaos:
         self.known = set()
         self.told = collections.Counter()  # by kind of injection, like the next two; only of what had to be told
         self.detection = collections.defaultdict(list)  # [ms]
-        self.recovery = collections.defaultdict(list)   # [s]
+        self.recovery = collections.defaultdict(list)   # [s] from the end of the last fault at a time
+        self.unwell = 0.0  # when the cell was last seen not to run
         self.findings = options.findings
         self.violations = []
         self.span = self.account = None  # of the last one
@@ -120,12 +122,16 @@ class Chaos:
         self.leads = None  # (supervisor, term)
         self.moves = []    # (when it was seen [ms, wall clock], what) of each change of that which was not judged yet
         self.may_move = [math.inf, -math.inf]  # from when to when [ms, wall clock] the leadership may move, lately
-        cell.listeners += [self.status_terms.hear, self.hear_leader]
+        cell.listeners += [self.status_terms.hear, self.hear_leader, self.hear_whether_it_runs]
 
     def hear_leader(self, status):
         before, self.leads = self.leads, (status["supervisor"], status["term"])
         if before not in (None, self.leads):
             self.moves.append((unix_ms(), f"from {before[0]} (term {before[1]}) to {self.leads[0]} (term {self.leads[1]})"))
+
+    def hear_whether_it_runs(self, status):
+        if not runs(status):
+            self.unwell = time.monotonic()
 
     def work_through(self, options):
         if options.quiet is None:
@@ -290,6 +296,7 @@ class Chaos:
         began = time.monotonic()
         try:
             injected = self.inflict(injections)
+            inflicted = time.monotonic()
             self.await_told(injections, injected)
             # For what shows later than the cell runs again there is nothing to wait for.
             time.sleep(max(injection.aftermath for injection in injections))
@@ -302,9 +309,8 @@ class Chaos:
             self.violated(f"episode of {', '.join(f'{one} ({one.lasted:.2f} s)' for one in injections)}", error)
             return
         self.faults += len(injections)
-        longest = max(injection.duration for injection in injections)
         for injection in injections:
-            self.recovery[injection.kind()].append(healed - began - longest)
+            self.recovery[injection.kind()].append(max(0.0, self.unwell - inflicted))
         say(f"{self.faults}: {', '.join(f'{one} ({one.duration:.1f} s)' for one in injections)}: "
             f"{healed - began:.1f} s, {time.monotonic() - began:.1f} s with the goals")
 
@@ -343,31 +349,33 @@ class Chaos:
 
     def await_told(self, injections, injected):
         for index, injection in enumerate(injections):
-            wanted = injection.must()
-            if not wanted or hidden(injection, injections, self.nodes, self.leader):
-                continue
+            wanted = () if hidden(injection, injections, self.nodes, self.leader) else tuple(injection.all_that_must())
+            told = [self.await_fault(injections, injection, one, injected[index]) for one in wanted]
+            self.told[injection.kind()] += bool(told) and all(told)
 
-            def told(_status):
-                return next((fault for key, fault in self.cell.faults().items() if key not in self.known
-                             and (fault["kind"], fault["subject"]) == wanted), None)
+    def await_fault(self, injections, injection, wanted, injected):
+        """Whether this (kind, subject) was told of one of them; who was cut off before may be excused from it."""
+        def told(_status):
+            return next((fault for key, fault in self.cell.faults().items() if key not in self.known
+                         and (fault["kind"], fault["subject"]) == wanted), None)
 
-            what = f"{injection}: {wanted[0]} of {wanted[1]} is told"
-            try:
-                fault = self.cell.wait_for(what, told, max(LATE, 10 * self.limits.lease))
-            except AssertionError as error:
-                if self.newcomer_leads(injections, injected[index], injection.lasted):
-                    self.untold += 1
-                    say(f"nobody told, while the leadership moved to who was cut off before: {what}")
-                    continue
-                span = (injected[index], injected[index] + 1000 * injection.lasted)
-                raise Violation("missed_faults", error, span) from error
-            if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
-                after = fault["since_unix_ms"] - injected[index]
-                if after >= -ROUNDED:
-                    self.detection[injection.kind()].append(after)
-                elif not self.is_the_machines(fault):
-                    raise self.wrongly_accused(injections, fault, f", {-after} ms before {injection}")
-            self.told[injection.kind()] += 1
+        what = f"{injection}: {wanted[0]} of {wanted[1]} is told"
+        try:
+            fault = self.cell.wait_for(what, told, max(LATE, 10 * self.limits.lease))
+        except AssertionError as error:
+            if self.newcomer_leads(injections, injected, injection.lasted):
+                self.untold += 1
+                say(f"nobody told, while the leadership moved to who was cut off before: {what}")
+                return False
+            span = (injected, injected + 1000 * injection.lasted)
+            raise Violation("missed_faults", error, span) from error
+        if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
+            after = fault["since_unix_ms"] - injected
+            if after >= -ROUNDED:
+                self.detection[injection.kind()].append(after)
+            elif not self.is_the_machines(fault):
+                raise self.wrongly_accused(injections, fault, f", {-after} ms before {injection}")
+        return True
 
     def newcomer_leads(self, injections, injected, lasted):
         """A supervisor that was cut off until just before, or that a busy machine kept from hearing the leader: it tells no more
@@ -441,10 +449,13 @@ class Chaos:
             self.violated("meanwhile", Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}"))
 
     def check_the_rest(self):
-        """What came after the last episode's check."""
+        """What came after the last episode's check, and that there was something to check."""
         try:
             if not self.unsafe():
                 self.check_terms()
+            untold = self.log_terms.untold(self.arms) if self.held else ()
+            if untold:
+                raise Violation(None, f"the logs do not tell whom {', '.join(untold)} followed, and by which mandates", NEVER)
         except Violation as error:
             self.violated("the end", error)
 
@@ -459,7 +470,7 @@ class Chaos:
     def report(self, cell, seed, ended):
         """`ended`: exit codes of agents that did not end well."""
         return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached,
-                "cell": cell, "seed": seed,
+                "cell": cell, "seed": seed, "patience": self.patience,
                 "told": dict(sorted(self.told.items())),
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.detection)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
@@ -475,18 +486,16 @@ class Chaos:
 
     def summary(self):
         """The report, for people."""
-        lines = list(self.cell.log_lines())
         yield (f"{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
-               "so many had to be told and were; those alone after p50, p99, max; runs again after p50, p99, max")
+               "so many had to be told and were; those alone after p50, p99, max; ran again after p50, p99, max"
+               + (f"; all limits {self.patience} times as long as the cell file's" if self.patience > 1 else ""))
         for name in sorted(self.recovery):
             yield (f"{name:22} {len(self.recovery[name]):5} {self.told[name]:5} {figures(self.detection.get(name, ()))}   "
                    f"{figures(self.recovery[name], 's')}")
         yield (f"{'timers are late by':28} {figures(self.lateness.late)}; "
                f"{self.machine_stalls} processes were silent because the machine stood still, "
                f"{self.discarded} episodes say nothing for the same reason")
-        for key, values in log_figures(lines).items():
-            _, what, since = LOG_FIGURES[key]
-            yield f"{what:22} {len(values):5} {figures(values)} {since}"
+        yield from described(log_figures(self.cell.log_lines()))
         yield from self.by_fault.summary()
         yield self.log_terms.summary()
         yield from (f"VIOLATION: {violation}" for violation in self.violations)
@@ -515,6 +524,7 @@ def work(hosts, hecaton, setting, options, ends):
     cell = LiveCell(hosts, hecaton, cell_file, logs)
     chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options, ends)
     live(cell, chaos, options)
+    chaos.lateness.end()
     ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
     code = judge(chaos, ended)

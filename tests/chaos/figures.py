@@ -1,7 +1,13 @@
-"""What a run of chaos measures beside what the cell tells, and how figures are written."""
+"""What a run of chaos measures beside what the cell tells, and how figures are written.
+
+usage: figures.py LOG…         figures of the logs of a cell's hosts
+       figures.py --self-test"""
 import collections
+import datetime
 import re
 import statistics
+import sys
+import unittest
 
 
 def quantiles(values):
@@ -19,24 +25,60 @@ def figures(values, unit="ms"):
     return f"{told['p50']:8.1f} {told['p99']:8.1f} {told['max']:8.1f} {unit}" if told else f"{'–':>34}"
 
 
-# By key of the report: what a line of a log tells [ms] and how the summary puts it.
+# How the summary puts what has this key in the report; all in ms.
 LOG_FIGURES = {
-    "standby_gap_ms": (r'event=follows (?!.* instead_of="").*gap_ms=([0-9.e+]+)',
-                       "commands of a standby", "after the last of its predecessor"),
-    "arm_stop_ms": (r"mode=stopped .*commands ceased.*command_age_ms=([0-9.e+]+)",
-                    "arms came to rest", "after their last command"),
-    "supervisor_knew_everybody_ms": (r"supervisor knows everybody.* after_ms=([0-9]+)",
-                                     "supervisors knew all", "after their first word from anybody"),
-    "supervisor_knew_everybody_after_matching_ms": (r"supervisor knows everybody.*after_matching_ms=([0-9]+)",
-                                                    "the same", "after it had matched everybody"),
+    "standby_gap_ms": ("commands of a standby", "after the last of its predecessor"),
+    "arm_stop_ms": ("moving arms stood", "after their last command, where commands ceased"),
+    "arm_braking_ms": ("moving arms stood", "after they began to brake, for whatever reason"),
+    "supervisor_knew_everybody_ms": ("supervisors knew all", "after their first word from anybody"),
+    "supervisor_knew_everybody_after_matching_ms": ("the same", "after it had matched everybody"),
 }
+# Those of them that one line of a log tells.
+PATTERNS = {
+    "standby_gap_ms": r'event=follows (?!.* instead_of="").*gap_ms=([0-9.e+]+)',
+    "supervisor_knew_everybody_ms": r"supervisor knows everybody.* after_ms=([0-9]+)",
+    "supervisor_knew_everybody_after_matching_ms": r"supervisor knows everybody.*after_matching_ms=([0-9]+)",
+}
+MODE = re.compile(r'time=(\S+) .* node=(driver/\S+) event="arm mode" mode=(\w+) reason="(.*)" command_age_ms=([0-9.e+-]+)')
+CLOCK_SET = 5.0  # [s] no arm brakes for so long: its host's clock was set meanwhile
+
+
+def arm_stops(lines):
+    """(key, ms) of each arm that moved and came to rest. One that stands when it is held only changes its mode."""
+    braking = {}  # by driver: since when
+    for line in lines:
+        told = MODE.search(line)
+        if not told:
+            continue
+        at, driver, mode, reason, age = told.groups()
+        at = datetime.datetime.fromisoformat(at)
+        began = braking.pop(driver, None)
+        if mode == "braking":
+            braking[driver] = at
+        elif mode == "stopped" and began:
+            took = (at - began).total_seconds()
+            if 0.0 <= took < CLOCK_SET:
+                yield "arm_braking_ms", 1000 * took
+            if reason.startswith("commands ceased"):
+                yield "arm_stop_ms", float(age)
 
 
 def log_figures(lines):
     """Values by the keys of LOG_FIGURES."""
     lines = list(lines)
-    return {key: [float(value) for line in lines for value in re.findall(pattern, line)]
-            for key, (pattern, _, _) in LOG_FIGURES.items()}
+    values = {key: [] for key in LOG_FIGURES}
+    for key, pattern in PATTERNS.items():
+        values[key] += [float(value) for line in lines for value in re.findall(pattern, line)]
+    for key, value in arm_stops(lines):
+        values[key].append(value)
+    return values
+
+
+def described(values_by_key):
+    """Lines for people."""
+    for key, values in values_by_key.items():
+        what, since = LOG_FIGURES[key]
+        yield f"{what:22} {len(values):5} {figures(values)} {since}"
 
 
 class FiguresByFault:
@@ -62,6 +104,61 @@ class FiguresByFault:
 
     def summary(self):
         for kind, by_key in sorted(self._values.items()):
-            for key, values in sorted(by_key.items()):
-                _, what, since = LOG_FIGURES[key]
-                yield f"{kind:22} {len(values):5} {figures(values)} {what} {since}"
+            yield from (f"{kind:22} {line}" for line in described(dict(sorted(by_key.items()))))
+
+
+def mode(which, at, age, reason="commands ceased: none for more than 50 ms", arm="west"):
+    """A line as the driver logs it."""
+    return (f'time=2026-01-31T12:00:{at:06.3f}Z level=info node=driver/{arm} event="arm mode" mode={which} '
+            f'reason="{reason}" command_age_ms={age}\n')
+
+
+class ArmStopsTest(unittest.TestCase):
+    def test_an_arm_that_moved_is_timed_from_its_last_command_and_from_when_it_began_to_brake(self):
+        self.assertEqual(list(arm_stops([mode("braking", 1.0, 52), mode("stopped", 1.25, 302)])),
+                         [("arm_braking_ms", 250.0), ("arm_stop_ms", 302.0)])
+
+    def test_one_that_is_held_has_commands_still(self):
+        held = "the arm is held: by people"
+        self.assertEqual(list(arm_stops([mode("braking", 1.0, 4, held), mode("stopped", 1.1, 2, held)])), [("arm_braking_ms", 100.0)])
+
+    def test_one_that_stood_or_went_on_did_not_come_to_rest(self):
+        self.assertEqual(list(arm_stops([mode("stopped", 1.0, 54), mode("running", 2.0, 2, ""), mode("braking", 3.0, 52),
+                                         mode("running", 3.1, 2, ""), mode("stopped", 4.0, 54)])), [])
+
+    def test_arms_have_times_of_their_own_and_a_clock_that_was_set_tells_none(self):
+        self.assertEqual(list(arm_stops([mode("braking", 1.0, 52), mode("braking", 2.0, 52, arm="east"),
+                                         mode("stopped", 2.5, 552, arm="east"), mode("stopped", 40.0, 200)])),
+                         [("arm_braking_ms", 500.0), ("arm_stop_ms", 552.0), ("arm_stop_ms", 200.0)])
+
+
+class FiguresByFaultTest(unittest.TestCase):
+    def test_they_are_those_of_faults_that_came_alone(self):
+        by_fault = FiguresByFault()
+        for kind, ages in (None, (999.0,)), ("stop driver", (52.0, 58.0)), (None, (999.0,)), ("stop driver", (54.0,)), ("cut", ()):
+            for age in ages:
+                by_fault.hear(mode("braking", 1.0, 50))
+                by_fault.hear(mode("stopped", 1.125, age))
+            by_fault.end_episode(kind)
+        self.assertEqual(by_fault.report(), {"stop driver": {"arm_braking_ms": {"n": 3, "p50": 125.0, "p99": 125.0, "max": 125.0},
+                                                             "arm_stop_ms": {"n": 3, "p50": 54.0, "p99": 58.0, "max": 58.0}}})
+        self.assertEqual(len(list(by_fault.summary())), 2)
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        unittest.main(argv=sys.argv[:1])
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    values = collections.defaultdict(list)
+    for name in sys.argv[1:]:
+        with open(name, errors="replace") as log:
+            for key, found in log_figures(log).items():
+                values[key] += found
+    print("\n".join(described(values)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

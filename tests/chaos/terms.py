@@ -59,6 +59,7 @@ class LogTerms:
         self.refused = set()  # (arm, planner, term) of commands that came too late
         self.forgotten = []   # arms whose driver began without memory
         self._arms = {}
+        self._told = {MANDATE: set(), FOLLOWS: set()}  # arms whose driver ever told so
         self._begun = {}  # services that the running agent of a host has started for the first time
         self._anew = set()  # hosts whose running agent is another one and has said nothing of a memory
 
@@ -91,14 +92,20 @@ class LogTerms:
         complaint = None
         if event in FOLLOWS:
             self.followed += 1
+            self._told[FOLLOWS].add(arm)
             complaint = account.follows(told["planner"], int(told["term"]))
         elif event == MANDATE:
             self.mandates += 1
+            self._told[MANDATE].add(arm)
             complaint = account.goes_by(told["planner"], int(told["term"]))
         elif event == REFUSED and int(told["term"]) <= account.newest:
             self.refused.add((arm, told["from"], int(told["term"])))
         if complaint:
             self.complaints.append(f"arm {arm} {complaint}")
+
+    def untold(self, arms):
+        """Those of them, which moved, whose driver did not tell whom it follows and by which mandate: of them nothing is shown."""
+        return [arm for arm in arms if not all(arm in told for told in self._told.values())]
 
     def summary(self):
         return (f"arms followed another planner, term or process {self.followed} times under {self.mandates} mandates; "
@@ -226,6 +233,12 @@ class LogTest(unittest.TestCase):
         for line in (started("driver-west"), driver("follows", "A", 9), started("driver-west"), driver("follows", "B", 8)):
             terms.hear(line)
         self.assertEqual((terms.complaints, terms.forgotten), ([], ["west"]))
+
+    def test_an_arm_whose_driver_tells_nothing_shows_nothing(self):
+        terms = LogTerms()
+        for line in driver("follows", "A", 9), driver("mandate", "A", 9), driver("follows", "A", 9, "east"):
+            terms.hear(line)
+        self.assertEqual(terms.untold(["west", "east", "north"]), ["east", "north"])
 
     def test_what_was_refused_is_counted_by_who_sent_it(self):
         terms = LogTerms()

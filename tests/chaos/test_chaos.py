@@ -13,16 +13,19 @@ import chaos
 from injections import Cut, Kill, Stop
 from limits import Limits
 from steadiness import UNSAFE, UNSTEADY, NodeLateness, unix_ms
+from terms import driver
 
 PLACES = {"supervisor": "a-pc", "supervisor@b-pc": "b-pc", "world": "b-pc", "driver/left": "c-pc"}
 
 
 class Cell:
-    """Runs; its arms reach every goal but those of `unreached`; touches something at the goal of that number."""
+    """Runs; its arms reach every goal but those of `unreached`; touches something at the goal of that number. `logs`: lines."""
 
-    def __init__(self, unreached=(), touches=None, fails=None):
+    def __init__(self, unreached=(), touches=None, fails=None,
+                 logs=tuple(driver(event, "A", 4, arm) for event in ("mandate", "follows") for arm in ("left", "right"))):
         self.listeners = []
         self.unreached, self.touches, self.fails = unreached, touches, fails
+        self.logs = logs
         self.goals = 0
         self.stopped = False
         self.leader = {"supervisor": "supervisor", "term": 4}
@@ -35,8 +38,7 @@ class Cell:
 
     def tell_leader(self, supervisor, term):
         self.leader = {"supervisor": supervisor, "term": term}
-        for listener in self.listeners[1:]:  # the first one hears of terms
-            listener(self.leader)
+        self.listeners[1](self.leader)  # the others hear of terms, and of whether the cell runs
 
     def start(self):
         if self.fails:
@@ -66,7 +68,8 @@ class Cell:
         pass
 
     def new_log_lines(self):
-        return []
+        lines, self.logs = self.logs, ()
+        return lines
 
     log_lines = new_log_lines
 
@@ -80,8 +83,8 @@ class Machine:
 
 
 def chaos_of(cell, ended_by=None, stood_still=False, findings=1):
-    options = types.SimpleNamespace(only=["kill"], alone=False, of=[""], seed=1, findings=findings, cell="cell.yaml", report=None,
-                                    output="json", quiet=0.02)
+    options = types.SimpleNamespace(only=["kill"], alone=False, of=[""], seed=1, findings=findings, patience=1, cell="cell.yaml",
+                                    report=None, output="json", quiet=0.02)
     made = chaos.Chaos(cell, ["left", "right"], ("home", "up"), Limits(), options, types.SimpleNamespace(told=ended_by))
     made.lateness = Machine(stood_still)
     made.ran_again = -1e9  # long ago: nothing is to settle
@@ -112,6 +115,10 @@ class ExitCodeTest(ChaosTest):
     def test_nothing_tested_is_none(self):
         self.assertEqual(self.run_quietly(Cell(), ended_by=15), chaos.NOTHING_TESTED)
         self.assertIn("before anything was tested", self.said.getvalue())
+
+    def test_neither_are_logs_that_do_not_tell_whom_an_arm_follows(self):
+        self.assertEqual(self.run_quietly(Cell(logs=[driver("follows", "A", 4, "left"), driver("mandate", "A", 4, "left")])), 1)
+        self.assertIn("the logs do not tell whom right followed", self.said.getvalue())
 
     def test_neither_is_what_was_discarded_most_of_the_time(self):
         made, _ = chaos_of(Cell())
@@ -185,17 +192,6 @@ class ToldTest(ChaosTest):
             self.await_told(9_719)
         self.assertEqual(found.exception.account, "wrong_attributions")
         self.assertEqual(self.await_told(9_719, stood_still=True), [])
-
-
-class FiguresByFaultTest(unittest.TestCase):
-    def test_they_are_those_of_faults_that_came_alone(self):
-        figures = chaos.FiguresByFault()
-        for kind, ages in ("stop driver", (50, 54)), (None, (900,)), ("stop driver", (58,)), ("cut", ()):
-            for age in ages:
-                figures.hear(f'event="arm mode" mode=stopped reason="commands ceased" command_age_ms={age}\n')
-            figures.end_episode(kind)
-        self.assertEqual(figures.report(), {"stop driver": {"arm_stop_ms": {"n": 3, "p50": 54.0, "p99": 58.0, "max": 58.0}}})
-        self.assertEqual(len(list(figures.summary())), 1)
 
 
 class LeadershipTest(ChaosTest):

@@ -29,16 +29,21 @@ class TimerLateness:
         self.late = []  # [ms]
         self._stall = stall  # [s]
         self.stalls = []  # (until when a wake-up was later than that [ms, wall clock], by how much [ms])
+        self._over = False
         threading.Thread(target=self._measure, daemon=True).start()
 
     def _measure(self):
-        while True:
+        while not self._over:
             begin = time.monotonic()
             time.sleep(0.001)
             late = time.monotonic() - begin - 0.001
             self.late.append(late * 1e3)
             if late > self._stall:
                 self.stalls.append((unix_ms(), late * 1e3))
+
+    def end(self):
+        """What comes now is not measured: this program itself may keep a thread waiting."""
+        self._over = True
 
     def stood_still(self, since, until, stall=STALL):
         """For so long [s], the stall that is kept at least, and for some of that between these instants [ms, wall clock]."""

@@ -4,7 +4,8 @@ usage: test_faults.py --programs DIR --cell FILE [--image NAME] [--logs DIR] [--
 
 Hosts are containers of the image where these can be had, otherwise network namespaces. Exit code 77: neither can be had
 here; why is on stderr. What fails while the machine itself stands still says nothing of Hecaton and is repeated, with limits of
-silence that are longer (--patience); 75: it did so each time; when and how long is on stderr. 70: arms touched something, or followed an older command. 130, 143: SIGINT or SIGTERM ended it."""
+silence that are longer (--patience); 75: it did so each time; when and how long is on stderr. 70: arms touched something, or
+followed an older command. 130, 143: SIGINT or SIGTERM ended it."""
 import argparse
 import pathlib
 import signal
@@ -215,16 +216,15 @@ class FaultTest(CellTest):
     def test_a_killed_supervisor_is_started_again_and_arms_go_on_meanwhile(self):
         goals = [self.cell.goal(arm, "ready") for arm in ("north", "west")]
         self.cell.wait_until_it_moves("north")
-        before = self.cell.pid("supervisor")
-        self.kill("supervisor", "supervisor-pc")
+        injected = self.kill("supervisor", "supervisor-pc")
         for goal in goals:
             self.cell.wait_for_goal(goal)
-        # What happened while there was none nobody need tell: that there is another one is enough.
-        self.cell.wait_for("another supervisor", lambda status: self.cell.pid("supervisor") != before)
-        self.cell.wait_until_it_runs()
+        fault = self.cell.wait_for_fault("process_died", "supervisor", self.known)  # its successor tells, from its agent
+        self.assertIn("signal 9", fault["seen"])
+        fault = self.cell.wait_until_over(fault)
         self.visit("north", "west", "east")
-        self.assertEqual(self.cell.contacts(), 0)
-        self.tell("kill -9 of the supervisor")
+        self.expect_all_well(fault)
+        self.tell("kill -9 of the supervisor", injected, fault)
 
     def test_a_host_that_loses_power_is_lost_and_comes_back(self):
         injected = unix_ms()
@@ -280,6 +280,7 @@ class StandbyTest(CellTest):
         if complaints:
             unpardonable.append(type(self))
         self.assertEqual(complaints, [])
+        self.assertEqual(self.log_terms.untold(ARMS), [])  # or nothing would be seen
 
     def put_in_charge(self, planner, arm):
         """Of the arm, by the death of the other one, if that has it. Returns what was done."""
