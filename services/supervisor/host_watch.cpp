@@ -27,7 +27,7 @@ void HostWatch::judge() {
 void HostWatch::judge_own() {
   const auto alone = alone_for();
   // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
-  if (alone && *alone >= std::max(limits_.node.silence, limits_.node.recovery)) {
+  if (alone && *alone >= loneliness()) {
     for (const ExpectedNode& node : nodes_) {
       const bool with_them =
           liveness_.last_heard(node.name) && liveness_.silence(node.name) <= *alone + limits_.host_lease;
@@ -101,6 +101,12 @@ void HostWatch::meet_anew(const std::string& host) {
   for (const ExpectedNode& node : nodes_) {
     if (node.host == host && liveness_.last_heard(node.name)) meets_anew_[node.name] = clock_.now();
   }
+}
+
+// For longer than a late turn of everybody's; but none may be told as lost before the last of the others falls silent,
+// whose beats are not in phase.
+Time HostWatch::loneliness() const {
+  return std::min(std::max(limits_.node.silence, limits_.node.recovery), limits_.host_lease / 2);
 }
 
 // Who is heard for a moment and lost again begins its return anew, once.

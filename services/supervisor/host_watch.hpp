@@ -53,6 +53,8 @@ class HostWatch {
     std::set<std::string, std::less<>> back;  // nodes that have returned since
   };
   void judge_own();
+  /// Alone for so long, we put it down to ourselves.
+  [[nodiscard]] Time loneliness() const;
   /// Whom we meet anew since then is back, or has had the time to return.
   [[nodiscard]] bool has_met(const std::string& node, Time since) const;
   /// A silence of a whole host that is this long explains that its nodes return one after the other.

@@ -103,6 +103,23 @@ TEST_F(CutOff, WhoHearsNoOtherHostTellsThatOfItsOwn) {
   EXPECT_EQ(accused(), Names{"h2"}) << "it does not return";
 }
 
+// Beats are not in phase, and some are later than others. Chaos saw 15 ms between the last of one host and of the
+// other.
+TEST_F(CutOff, NobodyIsLostWhoFellSilentALittleBeforeTheOthers) {
+  std::size_t over = 0;  // faults of ours
+  for (const Time before : {Time(10ms), Time(20ms), Time(40ms)}) {
+    fall_silent("h2");
+    run_for(before);
+    cut_off();
+    run_for(1s);
+    EXPECT_EQ(accused(), Names{"h3"}) << before.count();
+    EXPECT_EQ(watch.faults().over().size(), over) << "nobody was accused before";
+    hung.clear();
+    run_for(10s);
+    over = watch.faults().over().size();
+  }
+}
+
 TEST_F(CutOff, OneBeatNowAndThenIsNoReturn) {
   cut_off();
   run_for(300ms);
