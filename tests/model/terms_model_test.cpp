@@ -112,10 +112,12 @@ TEST(TermsModelAtLength, AmongMoreTermsAlsoWhenAPlannerOrTheDriverDies) {
 }
 
 TEST(TermsModelAtLength, AlsoWhenTwoDie) {
-  expect_nothing_wrong({.highest_term = 4,
-                        .most_deaths = 2,
-                        .deaths = {Death::kSupervisor0, Death::kSupervisor1, Death::kPlanner, Death::kDriver}},
-                       {});
+  expect_nothing_wrong(
+      {.highest_term = 4,
+       .most_deaths = 2,
+       .deaths = {Death::kSupervisor0, Death::kSupervisor1, Death::kPlanner, Death::kDriver}},
+      both(both(returns_of_supervisor("0"), returns_of_supervisor("1")),
+           both(kReturnsOfPlanners, {"the driver returned and follows", "the driver follows q after p"})));
 }
 
 struct Mutant {
