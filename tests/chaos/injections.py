@@ -210,17 +210,16 @@ class Cut(Separation):
         cell.hosts.connect(self.host)
 
 
-class Split(OfHost):
+class Split(Absence):
     """The network falls into two: `hosts` hear each other, the others do so, too. A supervisor on either side tells that the other
     side's hosts are lost, and none is told on a side without one. `supervisors`: their hosts."""
     name = "split"
 
     def __init__(self, hosts, others, supervisors, duration):
-        super().__init__(None, duration)
+        super().__init__(None, duration)  # no host is hit by itself
         self.hosts = sorted(hosts)
         self.lost = sorted({host for side, beyond in ((hosts, others), (others, hosts)) if supervisors & set(side)
                             for host in beyond})
-        self.parts_supervisors = len(self.lost) == len(hosts) + len(others)
 
     def __str__(self):
         return f"split off {' and '.join(self.hosts)}"
@@ -235,11 +234,11 @@ class Split(OfHost):
         return [("agent_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
 
     def may(self, places, blind):
-        nodes = {node for node, host in places.items() if host in self.lost}
-        return {("agent_lost", host) for host in self.lost}.union(*map(silences, nodes))
+        return {("agent_lost", host) for host in self.lost}.union(*map(silences, self.nodes(places)))
 
-    def hits(self, places):
-        return set(filter(is_supervisor, places)) if self.parts_supervisors else set()
+    def nodes(self, places):
+        """Supervisors are among them only if they are parted: then each is lost to the other."""
+        return {node for node, host in places.items() if host in self.lost}
 
 
 class Deafen(OneWay, Separation):

@@ -46,8 +46,6 @@ def may_move_the_leadership(injection, places):
     """Whether another supervisor may lead after it. All hosts share the processors of this machine."""
     if isinstance(injection, OfNode):
         return is_supervisor(injection.node)
-    if isinstance(injection, Split):
-        return injection.parts_supervisors
     return isinstance(injection, SlowDown) or any(map(is_supervisor, injection.nodes(places)))
 
 
