@@ -65,12 +65,14 @@ CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> a
       nodes_(std::move(nodes)),
       clock_(limits.loop_period, limits.loop_limit, now),
       liveness_(clock_),
-      hosts_(nodes_, limits_, clock_, liveness_, std::move(host)),
+      hosts_(nodes_, limits_, clock_, liveness_, host),
+      reception_(clock_, std::move(host)),
       mode_(std::move(arms)) {
   for (const ExpectedNode& node : nodes_) {
     LivenessLimits own = limits_.node;
     if (node.role == NodeRole::kAgent) own.lost = limits_.host_lease;
     liveness_.expect(node.name, own);
+    reception_.expect(node.name, node.host);
     State& state = states_[node.name];
     state.has_stream = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
     if (!state.has_stream) continue;
@@ -78,6 +80,7 @@ CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> a
     stream.silence = node.role == NodeRole::kDriver ? limits_.arm_stream : limits_.world_stream;
     stream.lost = std::max(stream.lost, stream.silence);
     liveness_.expect(stream_name(node.name), stream);
+    reception_.expect(stream_name(node.name), node.host);
   }
 }
 
@@ -85,10 +88,14 @@ void CellWatch::advance(Time now) {
   stalled_ = clock_.advance(now);
 }
 
-void CellWatch::heard(std::string_view node, std::int64_t pid, Time at, const std::string& failure) {
+void CellWatch::heard(std::string_view node, const Beat& beat) {
   const auto found = states_.find(node);
   if (found == states_.end()) return;
   State& state = found->second;
+  const std::string& host = expected(node)->host;
+  reception_.arrived(node, beat.pid, beat.number);
+  if (leads_under_ > 0 && beat.term >= leads_under_ && host != hosts_.own()) hosts_.followed();
+  const std::int64_t pid = beat.pid;
   const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
   if (late) return;  // written before its process ended
   note_process(state, pid);
@@ -97,16 +104,18 @@ void CellWatch::heard(std::string_view node, std::int64_t pid, Time at, const st
   state.died.reset();
   state.stopped = false;
   state.pid = pid;
-  state.failure = failure;
-  liveness_.heard(node, at);
+  state.failure = beat.failure;
+  liveness_.heard(node, beat.at);
 }
 
-void CellWatch::stream_heard(std::string_view node, Time at) {
+void CellWatch::stream_heard(std::string_view node, Time at, std::uint64_t number) {
   const State* state = find(node);
   if (!state || !state->has_stream || state->died || state->stopped) return;
   // No sign of life of a process that has not introduced itself: it may be what an earlier one left on the wire.
   if (liveness_.last_heard(node)) liveness_.heard(node, at);
-  liveness_.heard(stream_name(node), at);
+  const std::string stream = stream_name(node);
+  liveness_.heard(stream, at);
+  reception_.arrived(stream, state->pid, number);
 }
 
 void CellWatch::process_started(std::string_view node, std::int64_t pid) {
@@ -198,9 +207,8 @@ void CellWatch::judge_contacts(Time now) {
 }
 
 void CellWatch::succeed(std::string_view predecessor, Time silence) {
-  const auto is_it = [&](const ExpectedNode& node) { return node.name == predecessor; };
-  const auto before = std::find_if(nodes_.begin(), nodes_.end(), is_it);
-  const ExpectedNode* its_agent = before == nodes_.end() ? nullptr : hosts_.agent_of(before->host);
+  const ExpectedNode* before = expected(predecessor);
+  const ExpectedNode* its_agent = before ? hosts_.agent_of(before->host) : nullptr;
   const FaultRecord* its_own = its_agent ? faults_.open(its_agent->name) : nullptr;
   // It was cut off, too, and heard no more than we did.
   if (its_own && its_own->severity >= FaultSeverity::kError) return;
@@ -214,6 +222,20 @@ void CellWatch::succeed(std::string_view predecessor, Time silence) {
     const Time latest = limit + limits_.node.silence;  // of its own word, for it may have stood still
     if (liveness_.silence(node.name) > silence + latest) hosts_.meet_anew(node.host);
   }
+}
+
+void CellWatch::begin_to_lead(std::uint64_t term) {
+  leads_under_ = term;
+  std::set<std::string> lost;
+  for (const ExpectedNode& node : nodes_) {
+    if (node.role == NodeRole::kAgent && faults_.open(node.name)) lost.insert(node.host);
+  }
+  hosts_.begin_to_lead(std::move(lost));
+}
+
+void CellWatch::stand_back() {
+  leads_under_ = 0;
+  hosts_.followed();
 }
 
 void CellWatch::note_passing(Passing passing) {
@@ -237,7 +259,44 @@ void CellWatch::judge_again(Time since) {
   }
 }
 
+// At most as many as a node may hold back without being silent itself. When a host is lost, all of its heartbeats are
+// late.
+int CellWatch::late_beats(const ExpectedNode& node) const {
+  if (node.host == hosts_.own() || !liveness_.last_heard(node.name)) return 0;
+  const Time silence = liveness_.silence(node.name);
+  const Time period = limits_.heartbeat_period;
+  const auto beats = std::min((silence + period / 2) / period - 1, limits_.node.silence / period);
+  if (beats <= 0 || silence > limits_.host_lease || hosts_.silent(node.host)) return 0;
+  return static_cast<int>(beats);
+}
+
+void CellWatch::allow_for_losses() {
+  const auto longest_row = [](double lost, Time period) {
+    const int samples = Reception::longest_row(lost);
+    return samples == 0 ? Time(0) : (samples + 1) * period + period / 2;
+  };
+  std::map<std::string_view, int> late;  // by host
+  int all = 0;
+  for (const ExpectedNode& node : nodes_) {
+    const int beats = late_beats(node);
+    late[node.host] += beats;
+    all += beats;
+  }
+  for (const ExpectedNode& node : nodes_) {
+    const bool agent = node.role == NodeRole::kAgent;
+    const int own = late_beats(node);  // says nothing of the way
+    const Reception::Late others{late[node.host] - own, all - own};
+    // A lease is long enough to go by what is known to be lost.
+    const double lost = reception_.lost(node.host, agent ? Reception::Late{} : others);
+    liveness_.allow(node.name, longest_row(lost, limits_.heartbeat_period));
+    if (!find(node.name)->has_stream) continue;
+    const Time period = node.role == NodeRole::kWorld ? limits_.world_period : limits_.arm_period;
+    liveness_.allow(stream_name(node.name), longest_row(lost, period));
+  }
+}
+
 void CellWatch::judge(Time now) {
+  allow_for_losses();
   liveness_.judge(stalled_);
   const bool was_cut_off = hosts_.cut_off();
   hosts_.judge();
@@ -268,7 +327,7 @@ void CellWatch::judge(Time now) {
       if (exit->at && sound(node)) faults_.clear(node.name, now);  // of long ago: nobody is held for it
     } else if (const auto seen = sight(node)) {
       raise(node, *seen);
-    } else if (sound(node)) {
+    } else if (sound(node) && !(node.name == agent_node(hosts_.own()) && hosts_.unheard())) {
       faults_.clear(node.name, now);
     }
   }
@@ -280,6 +339,12 @@ void CellWatch::judge(Time now) {
     if (!fault || !fresh.contains(fault) || !limits_.waits_for_resume.contains(fault->kind)) continue;
     mode_.hold_until_resumed(node.role == NodeRole::kWorld ? std::string() : node.arm, fault->seen);
   }
+}
+
+const ExpectedNode* CellWatch::expected(std::string_view node) const {
+  const auto is_it = [&](const ExpectedNode& one) { return one.name == node; };
+  const auto found = std::find_if(nodes_.begin(), nodes_.end(), is_it);
+  return found == nodes_.end() ? nullptr : &*found;
 }
 
 const CellWatch::State* CellWatch::find(std::string_view node) const {
@@ -342,9 +407,8 @@ std::string CellWatch::awaited(std::string_view node) const {
 
 Loss CellWatch::loss_of(std::string_view arm) const {
   const std::string driver = driver_node(std::string(arm));
-  const auto node =
-      std::find_if(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& one) { return one.name == driver; });
-  if (node == nodes_.end()) return Loss::kNone;
+  const ExpectedNode* node = expected(driver);
+  if (!node) return Loss::kNone;
   const State& state = *find(driver);
   if (state.died || state.stopped) return Loss::kEnded;
   const ExpectedNode* agent = hosts_.agent_of(node->host);
@@ -382,7 +446,8 @@ FaultSight CellWatch::own_host_sight(const ExpectedNode& agent) const {
 }
 
 std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Presence presence) const {
-  const Time limit = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
+  const LivenessLimits limits = liveness_.limits(node.name);
+  const Time limit = presence == Presence::kLost ? limits.lost : limits.silence;
   if (hosts_.put_down_to_us(node)) return std::nullopt;
   if (node.role == NodeRole::kAgent) {
     if (presence != Presence::kLost) return std::nullopt;
@@ -390,19 +455,22 @@ std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Pre
     return FaultSight{FaultKind::kAgentLost, all ? FaultSeverity::kError : FaultSeverity::kWarning, node.host,
                       (all ? "host " + node.host + ": nothing heard of it or its nodes for more than "
                            : node.name + ": no heartbeat, while nodes of its host are heard, for more than ") +
-                          milliseconds(limits_.host_lease),
+                          milliseconds(limit),
                       liveness_.silence(node.name)};
   }
   if (hosts_.explain(node)) return std::nullopt;
+  const Time own = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
   return FaultSight{FaultKind::kNodeSilent, silence_severity(presence), node.name,
-                    node.name + ": no heartbeat for more than " + milliseconds(limit), liveness_.silence(node.name)};
+                    node.name + ": no heartbeat for more than " + milliseconds(limit) +
+                        (limit > own ? ", while the network loses others" : ""),
+                    liveness_.silence(node.name)};
 }
 
 std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) const {
   const bool world = node.role == NodeRole::kWorld;
   const std::string stream = stream_name(node.name);
   const Presence presence = liveness_.presence(stream);
-  const Time limit = world ? limits_.world_stream : limits_.arm_stream;
+  const Time limit = liveness_.limits(stream).silence;
   if ((!silent(presence) && presence != Presence::kMissing) || hosts_.put_down_to_us(node)) return std::nullopt;
   // When both fall silent together the loop hangs, which is another fault: wait until the heartbeat outlives the
   // stream.

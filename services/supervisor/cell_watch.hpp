@@ -16,9 +16,18 @@
 #include "services/supervisor/fault_list.hpp"
 #include "services/supervisor/host_watch.hpp"
 #include "services/supervisor/liveness.hpp"
+#include "services/supervisor/reception.hpp"
 #include "services/supervisor/watch_limits.hpp"
 
 namespace hecaton::services {
+
+struct Beat {
+  std::int64_t pid = 0;
+  Time at{0};                ///< when it arrived
+  std::uint64_t number = 0;  ///< the process counts its heartbeats from 1; 0: unknown
+  std::uint64_t term = 0;    ///< of the cell mode that the node goes by, or a supervisor has heard; 0: none
+  std::string failure{};     ///< why the node cannot do its work, as it says itself
+};
 
 struct ProcessExit {
   std::int64_t pid = 0;
@@ -52,11 +61,10 @@ class CellWatch {
   CellWatch& operator=(const CellWatch&) = delete;
 
   void advance(Time now);
-  /// A heartbeat; `at`: when it arrived; `failure`: why the node cannot do its work, as it says itself. Unknown nodes
-  /// are ignored, here and below.
-  void heard(std::string_view node, std::int64_t pid, Time at, const std::string& failure = {});
-  /// ArmState from a driver, ObstacleStates from the world: signs of life of the loop, too.
-  void stream_heard(std::string_view node, Time at);
+  /// Unknown nodes are ignored, here and below.
+  void heard(std::string_view node, const Beat& beat);
+  /// ArmState from a driver, ObstacleStates from the world: signs of life of the loop, too. `number`: as in Beat.
+  void stream_heard(std::string_view node, Time at, std::uint64_t number = 0);
   void process_started(std::string_view node, std::int64_t pid);
   /// `news`: to be told even when its successor is there before the next judgement; otherwise an end that somebody may
   /// have told already matters only as long as nobody has taken its place.
@@ -73,6 +81,10 @@ class CellWatch {
   /// not heard for longer than it would have kept that to itself, it did hear: it is we who were cut off from their
   /// hosts, and have not met them anew. Nobody is told as silent there until it has had the time to return.
   void succeed(std::string_view predecessor, Time silence);
+  /// We lead under this term, and our list is that of who led before. Until a node of another host goes by it, nobody
+  /// may hear us.
+  void begin_to_lead(std::uint64_t term);
+  void stand_back();
   void judge(Time now);
   /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
   /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.
@@ -114,6 +126,7 @@ class CellWatch {
     Time returned_at{0};                    // when that last changed
     int returns = 0;                        // of one of the two after the other, without a pause
   };
+  [[nodiscard]] const ExpectedNode* expected(std::string_view node) const;
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;
   [[nodiscard]] bool sound(const ExpectedNode& node) const;
@@ -130,6 +143,10 @@ class CellWatch {
   };
   void note_passing(Passing passing);
   void note_process(State& state, std::int64_t pid) const;
+  /// Whatever the network loses, no node is silent for it.
+  void allow_for_losses();
+  /// So many heartbeats of the node are late already, and may yet come.
+  [[nodiscard]] int late_beats(const ExpectedNode& node) const;
   void judge_twins(Time now);
   void judge_contacts(Time now);
   [[nodiscard]] AutomaticHolds holds() const;
@@ -144,6 +161,8 @@ class CellWatch {
   PunctualClock clock_;
   Liveness liveness_;
   HostWatch hosts_;
+  Reception reception_;
+  std::uint64_t leads_under_ = 0;                              // term; 0: we do not lead
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;

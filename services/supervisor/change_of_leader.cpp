@@ -52,6 +52,7 @@ void Supervisor::withdraw() {
   modes_.forget();
   if (!leads_) return;
   leads_ = false;
+  watch_.stand_back();
   order_legacy_.stand_back(watch_.mode().orders());
   legacy_.leave(watch_.faults().history(), led_under_);
   legacy_told_ = true;
@@ -105,6 +106,7 @@ void Supervisor::begin_to_lead() {
   leads_ = true;
   led_under_ = leadership_.term();
   constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
+  watch_.begin_to_lead(led_under_);
   modes_.set_strength(static_cast<int>(std::min(leadership_.term(), kStrongest)));
   log_info("supervisor leads", {{"term", leadership_.term()}});
 }

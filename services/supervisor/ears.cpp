@@ -22,8 +22,9 @@ bus::ReaderOptions without_deadline() {
   return options;
 }
 
-// Of two processes that are one node each would otherwise hide the other, as long as they beat in step.
-bus::ReaderOptions every_beat() {
+// Gaps tell what is lost on the way. And of two processes that are one node each would otherwise hide the other, as
+// long as they beat in step.
+bus::ReaderOptions every_sample() {
   bus::ReaderOptions options = without_deadline();
   options.conflate = false;
   return options;
@@ -57,8 +58,8 @@ Ears::Ears(bus::Participant& participant, Self self, bus::Mailbox& urgent, bus::
     : self_(std::move(self)),
       requests_(participant, &urgent),
       processes_(participant, &urgent),
-      heartbeats_(participant, &quiet, every_beat()),
-      arms_(participant, &quiet, without_deadline()),
+      heartbeats_(participant, &quiet, every_sample()),
+      arms_(participant, &quiet, every_sample()),
       goals_(participant, &quiet),
       shapes_(participant, &quiet),
       states_(participant, &quiet, without_deadline()),
@@ -133,21 +134,29 @@ void Ears::hear_nodes(const Listeners& to) {
     // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
     to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
     const bool failed = beat.state() == msg::NODE_FAILED;
-    to.watch.heard(beat.node(), beat.pid(), arrival(sample), failed ? beat.detail() : std::string());
+    const auto term = std::max(beat.term(), beat.heard_mode().term());
+    to.watch.heard(beat.node(),
+                   {beat.pid(), arrival(sample), beat.sequence_number(), term, failed ? beat.detail() : std::string()});
     to.picture.take_heartbeat(sample);
   }
 }
 
 void Ears::hear_drivers(const Listeners& to) {
-  for (const auto& sample : arms_.take()) {
-    const msg::ArmState& state = sample.value;
+  std::map<std::string_view, const bus::Sample<msg::ArmState>*> newest;
+  const auto samples = arms_.take();
+  for (const auto& sample : samples) {
     if (sample.disposed) continue;
+    newest.insert_or_assign(sample.value.arm(), &sample);
+    to.watch.stream_heard(driver_node(sample.value.arm()), arrival(sample), sample.value.sequence_number());
+  }
+  for (const auto& [arm, last] : newest) {
+    const auto& sample = *last;
+    const msg::ArmState& state = sample.value;
     if (to.succession.planners_of(state.arm())) {
       to.succession.hear_driver(state.arm(), {state.planner(), state.newest_term()});
     } else {
       to.leadership.heard_term(state.newest_term(), arrival(sample));  // the only planner uses the cell's term
     }
-    to.watch.stream_heard(driver_node(state.arm()), arrival(sample));
     to.picture.arms.insert_or_assign(state.arm(), heard(sample));
   }
   for (const auto& sample : goals_.take()) to.picture.take_goal(sample);

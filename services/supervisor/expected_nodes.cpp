@@ -98,6 +98,8 @@ WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.driver_period, kMissingSamples));
   limits.world_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.world_period, kMissingSamples));
+  limits.arm_period = periods(file.cell.timing.driver_period, 1);
+  limits.world_period = periods(file.cell.timing.world_period, 1);
   for (const std::string& kind : supervision.waits_for_resume) limits.waits_for_resume.insert(fault_kind(kind).value());
   return limits;
 }

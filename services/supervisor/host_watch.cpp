@@ -25,12 +25,13 @@ void HostWatch::judge() {
 }
 
 void HostWatch::judge_own() {
+  if (led_ && clock_.now() - led_->since > limits_.host_return) led_.reset();
   const auto alone = alone_for();
   // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
   if (alone && *alone >= loneliness()) {
     for (const ExpectedNode& node : nodes_) {
       const bool with_them =
-          liveness_.last_heard(node.name) && liveness_.silence(node.name) <= *alone + limits_.host_lease;
+          liveness_.last_heard(node.name) && (unheard() || liveness_.silence(node.name) <= *alone + limits_.host_lease);
       if (node.host != own_ && with_them) meets_anew_[node.name] = clock_.now();
     }
   }
@@ -78,14 +79,29 @@ bool HostWatch::most_are_heard() const {
 std::optional<Time> HostWatch::alone_for() const {
   if (!agent_of(own_)) return std::nullopt;
   std::vector<Time> silences;
-  for (const ExpectedNode& agent : nodes_) {
-    const bool counts = agent.role == NodeRole::kAgent && agent.host != own_ && liveness_.last_heard(agent.name);
-    if (counts) silences.push_back(liveness_.silence(agent.name));
-  }
+  for (const ExpectedNode* agent : others()) silences.push_back(liveness_.silence(agent->name));
   if (silences.size() < 2) return std::nullopt;
   const Time shortest = *std::min_element(silences.begin(), silences.end());
+  if (unheard()) return shortest;
   const auto with_the_last = [&](Time silence) { return silence <= shortest + limits_.host_lease; };
   return std::count_if(silences.begin(), silences.end(), with_the_last) < 2 ? std::nullopt : std::optional(shortest);
+}
+
+void HostWatch::begin_to_lead(std::set<std::string> lost) {
+  led_ = Led{clock_.now(), std::move(lost)};
+}
+
+bool HostWatch::unheard() const {
+  return led_ && others().size() > 1;
+}
+
+std::vector<const ExpectedNode*> HostWatch::others() const {
+  std::vector<const ExpectedNode*> agents;
+  for (const ExpectedNode& node : nodes_) {
+    const bool counts = node.role == NodeRole::kAgent && node.host != own_ && liveness_.last_heard(node.name);
+    if (counts && !(led_ && led_->lost.contains(node.host))) agents.push_back(&node);
+  }
+  return agents;
 }
 
 bool HostWatch::explain(const ExpectedNode& node) const {

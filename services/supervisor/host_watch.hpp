@@ -37,13 +37,22 @@ class HostWatch {
   /// It has been so for a lease, and no agent is well again: whatever is not heard of them is our own host's fault.
   [[nodiscard]] bool cut_off() const { return cut_off_; }
   [[nodiscard]] const std::string& own() const { return own_; }
+  /// We lead. `lost`: the hosts that who led before has told as lost.
+  void begin_to_lead(std::set<std::string> lost);
+  /// A node of another host goes by what we say, or we do not lead.
+  void followed() { led_.reset(); }
+  /// We lead and nobody elsewhere goes by it, though several hosts are there: rather than all of them it is ours that
+  /// is not heard, and they leave us alone one after the other.
+  [[nodiscard]] bool unheard() const;
   /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
   /// What is not heard of the host is put down to ourselves, who were cut off from it: others hear it.
   void meet_anew(const std::string& host);
   /// The silence of this node, which may be an agent, is: until it has been heard for long enough that the reunion will
   /// not take it away again, or has had the time to return.
-  [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const { return meets_anew_.contains(node.name); }
+  [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const {
+    return meets_anew_.contains(node.name) || (node.host != own_ && unheard());
+  }
 
  private:
   /// Of a host of which nothing was heard for a lease.
@@ -52,7 +61,14 @@ class HostWatch {
     Time away{0};                             // last, when its agent was not well
     std::set<std::string, std::less<>> back;  // nodes that have returned since
   };
+  /// Since when we lead unheard, and which hosts were lost before.
+  struct Led {
+    Time since{0};
+    std::set<std::string> lost;
+  };
   void judge_own();
+  /// Agents of other hosts that were heard, without those that were lost when we began to lead unheard.
+  [[nodiscard]] std::vector<const ExpectedNode*> others() const;
   /// Alone for so long, we put it down to ourselves.
   [[nodiscard]] Time loneliness() const;
   /// Whom we meet anew since then is back, or has had the time to return.
@@ -69,6 +85,7 @@ class HostWatch {
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
   std::map<std::string, Time, std::less<>> meets_anew_;  // since when, by node
+  std::optional<Led> led_;
   bool cut_off_ = false;
 };
 

@@ -48,9 +48,14 @@ void Liveness::heard(std::string_view name, Time at) {
   Entry& entry = found->second;
   const Time when = clock_.at(at);
   if (entry.heard && when <= entry.last) return;
-  if (!entry.heard || when - entry.last > entry.limits.silence) entry.steady_since = when;
+  if (!entry.heard || when - entry.last > limits(entry).silence) entry.steady_since = when;
   entry.heard = true;
   entry.last = when;
+}
+
+void Liveness::allow(std::string_view name, Time silence) {
+  const auto found = entries_.find(name);
+  if (found != entries_.end()) found->second.allowed = silence;
 }
 
 void Liveness::judge(bool stalled) {
@@ -59,7 +64,7 @@ void Liveness::judge(bool stalled) {
     // stalls which follow each other closely cannot hide a silence for ever.
     const Time now = clock_.now();
     const bool accused = entry.presence == Presence::kSuspected || entry.presence == Presence::kLost;
-    const bool pardonable = !entry.pardoned || now - *entry.pardoned > 2 * entry.limits.silence;
+    const bool pardonable = !entry.pardoned || now - *entry.pardoned > 2 * limits(entry).silence;
     if (stalled && entry.heard && !accused && pardonable) entry.pardoned = now;
     entry.presence = judged(entry);
   }
@@ -67,14 +72,15 @@ void Liveness::judge(bool stalled) {
 
 Presence Liveness::judged(Entry& entry) const {
   const Time silent = silence(entry);
+  const LivenessLimits limit = limits(entry);
   if (!entry.heard) {
     if (silent <= entry.limits.grace) return Presence::kWaiting;
     entry.must_prove = true;
     return Presence::kMissing;
   }
-  if (silent > entry.limits.silence) {
+  if (silent > limit.silence) {
     entry.must_prove = true;
-    return silent > entry.limits.lost || entry.presence == Presence::kLost ? Presence::kLost : Presence::kSuspected;
+    return silent > limit.lost || entry.presence == Presence::kLost ? Presence::kLost : Presence::kSuspected;
   }
   if (entry.must_prove && entry.last - entry.steady_since < entry.limits.recovery) return Presence::kReturning;
   entry.must_prove = false;
@@ -89,6 +95,18 @@ const Liveness::Entry* Liveness::find(std::string_view name) const {
 Presence Liveness::presence(std::string_view name) const {
   const Entry* entry = find(name);
   return entry ? entry->presence : Presence::kWaiting;
+}
+
+LivenessLimits Liveness::limits(const Entry& entry) {
+  LivenessLimits limits = entry.limits;
+  limits.silence = std::max(limits.silence, entry.allowed);
+  limits.lost = std::max(limits.lost, entry.allowed);
+  return limits;
+}
+
+LivenessLimits Liveness::limits(std::string_view name) const {
+  const Entry* entry = find(name);
+  return entry ? limits(*entry) : LivenessLimits{};
 }
 
 Time Liveness::silence(const Entry& entry) const {

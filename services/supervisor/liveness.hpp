@@ -64,6 +64,8 @@ class Liveness {
   void restarted(std::string_view name);
   /// A sign of life that arrived at `at` (≤ the clock's last advance).
   void heard(std::string_view name, Time at);
+  /// Silence of up to this is nothing that it does, whatever its limits are.
+  void allow(std::string_view name, Time silence);
   /// After a turn's signs of life are in: what each is now. `stalled`: what the clock said of this turn.
   void judge(bool stalled);
 
@@ -71,6 +73,8 @@ class Liveness {
   [[nodiscard]] Presence presence(std::string_view name) const;
   /// Punctual time since the last sign of life, or since its grace began.
   [[nodiscard]] Time silence(std::string_view name) const;
+  /// Silent for longer it is suspected, or lost: its limits, or what it was allowed.
+  [[nodiscard]] LivenessLimits limits(std::string_view name) const;
   /// Punctual time of the last sign of life; empty: none since expect() or restarted().
   [[nodiscard]] std::optional<Time> last_heard(std::string_view name) const;
   /// Punctual time since which its signs of life have come without a gap; empty likewise.
@@ -79,6 +83,7 @@ class Liveness {
  private:
   struct Entry {
     LivenessLimits limits;
+    Time allowed{0};  // silence, whatever the limits are
     Presence presence = Presence::kWaiting;
     bool heard = false;
     bool must_prove = false;       // alive only after `recovery`
@@ -88,6 +93,7 @@ class Liveness {
     std::optional<Time> pardoned;  // last time that a stall of ours reset its silence
   };
   [[nodiscard]] const Entry* find(std::string_view name) const;
+  [[nodiscard]] static LivenessLimits limits(const Entry& entry);
   [[nodiscard]] Time silence(const Entry& entry) const;
   [[nodiscard]] Presence judged(Entry& entry) const;
 

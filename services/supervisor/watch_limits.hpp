@@ -33,6 +33,8 @@ struct WatchLimits {
   Time sure_return = std::chrono::seconds(1);
   Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard
   Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
+  Time arm_period = std::chrono::milliseconds(4);     ///< of ArmState
+  Time world_period = std::chrono::milliseconds(10);  ///< of ObstacleStates
   std::set<FaultKind> waits_for_resume{};             ///< what such a fault holds stays held until people resume it
 };
 

@@ -4,7 +4,7 @@ usage: verdicts.py --self-test"""
 import sys
 import unittest
 
-from injections import TAKEOVER, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, Split, \
+from injections import TAKEOVER, Absence, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, Split, \
     StepClock, Stop, is_supervisor, surely_told, together
 
 # [s] for which a supervisor puts the silence of a host's processes down to its return: at most. One that was cut off itself sees
@@ -36,10 +36,16 @@ def hidden(injection, injections, places, leader):
     return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limit()) + TAKEOVER
 
 
+def beside(injection, injections, places):
+    """The places that are left to it by the others: who is alone with one host cannot know which of the two is lost."""
+    gone = {other.host for other in injections if other is not injection and isinstance(other, Absence)}
+    return {node: host for node, host in places.items() if host not in gone}
+
+
 def may_be_told(injections, places):
     """(kind, subject) of all faults that are right."""
     blind = bool(supervisors_hit(injections, places))
-    return set().union(*(injection.may(places, blind) for injection in injections))
+    return set().union(*(injection.may(beside(injection, injections, places), blind) for injection in injections))
 
 
 def may_move_the_leadership(injection, places):
@@ -99,6 +105,13 @@ class MayTest(unittest.TestCase):
         for seconds, accused in (0.4, False), (1.1, True):
             may = may_be_told([lasting(Cut("here", 0.4), seconds)], places)
             self.assertEqual(("agent_lost", "there") in may, accused, seconds)
+
+    def test_so_it_does_where_another_takes_the_third_away(self):
+        places = {"supervisor": "here", "driver/north": "there", "world": "elsewhere"}
+        cut = lasting(Cut("here", 2.0))
+        for other, accused in (KillAgent("elsewhere", 2.0), True), (Kill("world", "elsewhere"), False):
+            self.assertEqual(("agent_lost", "there") in may_be_told([cut, lasting(other)], places), accused, str(other))
+        self.assertNotIn(("agent_lost", "there"), may_be_told([cut], places))
 
     def test_a_death_is_told_as_a_silence_only_beside_a_supervisor_that_did_not_hear_of_it(self):
         death = Kill("planner/north", "north-pc")

@@ -42,7 +42,7 @@ class CellStatusTest : public ::testing::Test {
     heartbeat.state(node_state);
     heartbeat.detail(detail);
     picture_.heartbeats.insert_or_assign(node, Heard<msg::Heartbeat>{heartbeat, at(), {}});
-    watch_.heard(node, 1, now_);
+    watch_.heard(node, {1, now_});
   }
   void state(const std::string& arm, msg::ArmMode mode, double speed, const std::string& reason) {
     msg::ArmState message;

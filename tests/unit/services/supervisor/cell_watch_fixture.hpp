@@ -54,7 +54,7 @@ class VirtualCell {
       if (!running(node.name)) continue;
       const bool streams = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
       if (streams && !mute.contains(node.name)) watch.stream_heard(node.name, now);
-      if (beat || step > 5ms) watch.heard(node.name, pids[node.name], now);
+      if (beat || step > 5ms) watch.heard(node.name, {pids[node.name], now});
     }
     watch.judge(now);
   }

@@ -191,6 +191,75 @@ TEST_F(CutOff, WhoHasReturnedIsJudgedLikeAnyOther) {
   EXPECT_EQ(accused(), Names{"driver/arm3"}) << "also when it hangs again before it has been well for long";
 }
 
+class LeadsUnheard : public CutOff {
+ protected:
+  LeadsUnheard() {
+    fall_silent("h1");  // whose supervisor led
+    run_for(300ms);
+    watch.faults().recall({});
+  }
+  void follow(const std::string& node, std::uint64_t term) { watch.heard(node, {pids[node], now, 0, term}); }
+};
+
+// Chaos let nothing leave the host of a supervisor that stood by: the others dropped it within a second, each at its
+// own time, and the leader's host was the first.
+TEST_F(LeadsUnheard, WhoIsLeftAloneByOneAfterTheOtherTellsItsOwnHost) {
+  watch.begin_to_lead(7);
+  run_for(600ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(held(), (Names{"arm1", "arm2"})) << "whose drivers are not heard";
+  fall_silent("h2");
+  run_for(1s);
+  EXPECT_EQ(accused(), Names{"h3"});
+  EXPECT_TRUE(watch.faults().over().empty());
+  run_for(20s);
+  EXPECT_EQ(accused(), Names{"h3"});
+  hung.clear();
+  follow("planner/arm1", 7);
+  run_for(500ms);
+  EXPECT_EQ(accused(), Names{});
+}
+
+TEST_F(LeadsUnheard, WhatItsPredecessorToldOfItsHostStandsUntilItIsFollowed) {
+  FaultHistory told;
+  told.open["agent/h3"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h3", "silent", 0ms, {}, {}};
+  watch.faults().recall(told);
+  watch.begin_to_lead(7);
+  run_for(500ms);
+  EXPECT_EQ(accused(), Names{"h3"});
+  follow("planner/arm3", 7);
+  run_for(10ms);
+  EXPECT_EQ(accused(), Names{"h1"});
+}
+
+TEST_F(LeadsUnheard, WhoIsFollowedBlamesTheOthers) {
+  watch.begin_to_lead(7);
+  follow("planner/arm3", 6);
+  run_for(100ms);
+  EXPECT_EQ(accused(), Names{}) << "that was who led before";
+  follow("planner/arm3", 7);
+  run_for(10ms);
+  EXPECT_EQ(accused(), Names{"h1"});
+}
+
+TEST_F(LeadsUnheard, AndWhoIsNotForLongBlamesThemAllTheSame) {
+  watch.begin_to_lead(7);
+  run_for(4s);
+  EXPECT_EQ(accused(), Names{});
+  run_for(2s);
+  EXPECT_EQ(accused(), Names{"h1"});
+}
+
+TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLost) {
+  FaultHistory told;
+  told.open["agent/h2"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h2", "silent", 0ms, {}, {}};
+  fall_silent("h2");
+  watch.faults().recall(told);
+  watch.begin_to_lead(7);
+  run_for(200ms);
+  EXPECT_EQ(accused(), (Names{"h1", "h2"}));
+}
+
 class CutOffOnASharedMachine : public CutOff {
  protected:
   static WatchLimits limits() {

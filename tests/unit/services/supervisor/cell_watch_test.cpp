@@ -35,7 +35,7 @@ TEST_F(CellWatchTest, WhoSaysThatItCannotWorkIsAFaultInItsOwnWords) {
   start("world");
   mute.insert("world");
   turn();
-  watch.heard("world", pids["world"], now, "cannot be recovered");
+  watch.heard("world", {pids["world"], now, 0, 0, "cannot be recovered"});
   watch.judge(now);
   EXPECT_EQ(the_fault().kind, FaultKind::kNodeFailed);
   EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
@@ -76,7 +76,7 @@ TEST_F(CellWatchTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
 
 TEST_F(CellWatchTest, LateHeartbeatOfTheDeadIsIgnored) {
   kill("planner/arm1", 9);
-  watch.heard("planner/arm1", pids["planner/arm1"], now);
+  watch.heard("planner/arm1", {pids["planner/arm1"], now});
   watch.judge(now);
   EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
   run_for(5s);
@@ -94,7 +94,7 @@ TEST_F(CellWatchTest, OldNewsOfAPredecessorIsNoFault) {
 TEST_F(CellWatchTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
   watch.process_exited("planner/arm1", {pids["planner/arm1"], -1, 9, false});
   watch.process_started("planner/arm1", ++pids["planner/arm1"]);
-  watch.heard("planner/arm1", pids["planner/arm1"], now);
+  watch.heard("planner/arm1", {pids["planner/arm1"], now});
   watch.judge(now);
   EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
   run_for(5s);
@@ -136,7 +136,7 @@ TEST_F(CellWatchTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
   const std::int64_t killed = pids["driver/arm1"] - 1000;
   successor.process_exited("driver/arm1", {killed, -1, 9, false});
   successor.process_started("driver/arm1", pids["driver/arm1"]);
-  successor.heard("driver/arm1", pids["driver/arm1"], now);
+  successor.heard("driver/arm1", {pids["driver/arm1"], now});
   successor.judge(now);
   EXPECT_TRUE(successor.faults().open().empty());
   EXPECT_EQ(successor.faults().over().size(), 1U);
@@ -156,7 +156,7 @@ TEST_F(CellWatchTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
   // Its successor is heard for long enough to count as well.
   for (int k = 0; k < 40; ++k) {
     late.advance(now + 5ms * k);
-    late.heard("driver/arm1", pids["driver/arm1"], now + 5ms * k);
+    late.heard("driver/arm1", {pids["driver/arm1"], now + 5ms * k});
     late.stream_heard("driver/arm1", now + 5ms * k);
   }
   late.judge(now + 200ms);
@@ -336,7 +336,7 @@ TEST(CellWatchStandby, OnlyThePlannerInChargeHoldsItsArm) {
                                         {"supervisor@h2", NodeRole::kSupervisor, "", "h2"}};
   CellWatch watch(nodes, {"arm1"}, cell_limits(), 0ms);
   watch.advance(5ms);
-  for (const ExpectedNode& node : nodes) watch.heard(node.name, 1, 5ms);
+  for (const ExpectedNode& node : nodes) watch.heard(node.name, {1, 5ms});
   watch.put_in_charge("arm1", "planner/arm1");
   watch.judge(5ms);
   EXPECT_FALSE(watch.ended("planner/arm1"));
@@ -390,7 +390,7 @@ TEST_F(CellWatchTest, TwoProcessesOfOneNodeAreTold) {
   const auto beat_of_another = [&](int beats) {
     for (int i = 0; i < beats; ++i) {
       turn(10ms);  // it beats, and then the other
-      watch.heard("planner/arm1", 7, now);
+      watch.heard("planner/arm1", {7, now});
       watch.judge(now);
     }
   };
