@@ -92,9 +92,8 @@ void CellWatch::heard(std::string_view node, const Beat& beat) {
   const auto found = states_.find(node);
   if (found == states_.end()) return;
   State& state = found->second;
-  const std::string& host = expected(node)->host;
   reception_.arrived(node, beat.pid, beat.number);
-  if (leads_under_ > 0 && beat.term >= leads_under_ && host != hosts_.own()) hosts_.followed();
+  if (hosts_.unfollowed()) hosts_.heard_term(expected(node)->host, beat.term);
   const std::int64_t pid = beat.pid;
   const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
   if (late) return;  // written before its process ended
@@ -225,17 +224,11 @@ void CellWatch::succeed(std::string_view predecessor, Time silence) {
 }
 
 void CellWatch::begin_to_lead(std::uint64_t term) {
-  leads_under_ = term;
   std::set<std::string> lost;
   for (const ExpectedNode& node : nodes_) {
     if (node.role == NodeRole::kAgent && faults_.open(node.name)) lost.insert(node.host);
   }
-  hosts_.begin_to_lead(std::move(lost));
-}
-
-void CellWatch::stand_back() {
-  leads_under_ = 0;
-  hosts_.followed();
+  hosts_.begin_to_lead(term, std::move(lost));
 }
 
 void CellWatch::note_passing(Passing passing) {
@@ -299,6 +292,10 @@ void CellWatch::judge(Time now) {
   allow_for_losses();
   liveness_.judge(stalled_);
   const bool was_cut_off = hosts_.cut_off();
+  // Who is not heard knows no better than who told it of our host.
+  const auto may_be_lost = [&](const ExpectedNode& node) {
+    return node.name == agent_node(hosts_.own()) && hosts_.unheard();
+  };
   hosts_.judge();
   // What else may be wrong with our agent is judged afresh.
   if (was_cut_off && !hosts_.cut_off()) faults_.clear(hosts_.agent_of(hosts_.own())->name, now);
@@ -327,7 +324,7 @@ void CellWatch::judge(Time now) {
       if (exit->at && sound(node)) faults_.clear(node.name, now);  // of long ago: nobody is held for it
     } else if (const auto seen = sight(node)) {
       raise(node, *seen);
-    } else if (sound(node) && !(node.name == agent_node(hosts_.own()) && hosts_.unheard())) {
+    } else if (sound(node) && !may_be_lost(node)) {
       faults_.clear(node.name, now);
     }
   }

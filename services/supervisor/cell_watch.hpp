@@ -21,6 +21,7 @@
 
 namespace hecaton::services {
 
+/// A heartbeat.
 struct Beat {
   std::int64_t pid = 0;
   Time at{0};                ///< when it arrived
@@ -84,7 +85,7 @@ class CellWatch {
   /// We lead under this term, and our list is that of who led before. Until a node of another host goes by it, nobody
   /// may hear us.
   void begin_to_lead(std::uint64_t term);
-  void stand_back();
+  void stand_back() { hosts_.stand_back(); }
   void judge(Time now);
   /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
   /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.
@@ -162,7 +163,6 @@ class CellWatch {
   Liveness liveness_;
   HostWatch hosts_;
   Reception reception_;
-  std::uint64_t leads_under_ = 0;                              // term; 0: we do not lead
   std::map<std::string, std::string, std::less<>> in_charge_;  // arm → planner, where there are several
   FaultList faults_;
   CellModeState mode_;

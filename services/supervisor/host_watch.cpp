@@ -87,12 +87,12 @@ std::optional<Time> HostWatch::alone_for() const {
   return std::count_if(silences.begin(), silences.end(), with_the_last) < 2 ? std::nullopt : std::optional(shortest);
 }
 
-void HostWatch::begin_to_lead(std::set<std::string> lost) {
-  led_ = Led{clock_.now(), std::move(lost)};
+void HostWatch::begin_to_lead(std::uint64_t term, std::set<std::string> lost) {
+  led_ = Led{term, clock_.now(), std::move(lost)};
 }
 
-bool HostWatch::unheard() const {
-  return led_ && others().size() > 1;
+void HostWatch::heard_term(const std::string& host, std::uint64_t term) {
+  if (led_ && host != own_ && term >= led_->term) led_.reset();
 }
 
 std::vector<const ExpectedNode*> HostWatch::others() const {

@@ -3,6 +3,7 @@
 /// way back and not to be blamed one by one (docs/design/0003-supervision.md). Standard library only; all time is
 /// punctual.
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -37,13 +38,16 @@ class HostWatch {
   /// It has been so for a lease, and no agent is well again: whatever is not heard of them is our own host's fault.
   [[nodiscard]] bool cut_off() const { return cut_off_; }
   [[nodiscard]] const std::string& own() const { return own_; }
-  /// We lead. `lost`: the hosts that who led before has told as lost.
-  void begin_to_lead(std::set<std::string> lost);
-  /// A node of another host goes by what we say, or we do not lead.
-  void followed() { led_.reset(); }
-  /// We lead and nobody elsewhere goes by it, though several hosts are there: rather than all of them it is ours that
-  /// is not heard, and they leave us alone one after the other.
-  [[nodiscard]] bool unheard() const;
+  /// We lead under this term; `lost`: the hosts that who led before has told as lost.
+  void begin_to_lead(std::uint64_t term, std::set<std::string> lost);
+  void stand_back() { led_.reset(); }
+  /// A node there goes by the cell mode of this term, or has heard it.
+  void heard_term(const std::string& host, std::uint64_t term);
+  /// We lead, and nobody of another host goes by it yet.
+  [[nodiscard]] bool unfollowed() const { return led_.has_value(); }
+  /// So it is though several hosts are there: rather than all of them it is ours that is not heard, and they leave us
+  /// alone one after the other.
+  [[nodiscard]] bool unheard() const { return unfollowed() && others().size() > 1; }
   /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
   /// What is not heard of the host is put down to ourselves, who were cut off from it: others hear it.
@@ -51,7 +55,8 @@ class HostWatch {
   /// The silence of this node, which may be an agent, is: until it has been heard for long enough that the reunion will
   /// not take it away again, or has had the time to return.
   [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const {
-    return meets_anew_.contains(node.name) || (node.host != own_ && unheard());
+    const bool host_may_be_lost = node.role == NodeRole::kAgent && !unheard();
+    return meets_anew_.contains(node.name) || (unfollowed() && node.host != own_ && !host_may_be_lost);
   }
 
  private:
@@ -61,13 +66,14 @@ class HostWatch {
     Time away{0};                             // last, when its agent was not well
     std::set<std::string, std::less<>> back;  // nodes that have returned since
   };
-  /// Since when we lead unheard, and which hosts were lost before.
+  /// How we began to lead.
   struct Led {
+    std::uint64_t term = 0;
     Time since{0};
-    std::set<std::string> lost;
+    std::set<std::string> lost;  // hosts, before
   };
   void judge_own();
-  /// Agents of other hosts that were heard, without those that were lost when we began to lead unheard.
+  /// Agents of other hosts that were heard; while nobody follows us, without those that were lost before.
   [[nodiscard]] std::vector<const ExpectedNode*> others() const;
   /// Alone for so long, we put it down to ourselves.
   [[nodiscard]] Time loneliness() const;
@@ -85,7 +91,7 @@ class HostWatch {
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
   std::map<std::string, Time, std::less<>> meets_anew_;  // since when, by node
-  std::optional<Led> led_;
+  std::optional<Led> led_;                               // until somebody elsewhere follows, or had the time to
   bool cut_off_ = false;
 };
 

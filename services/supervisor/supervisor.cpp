@@ -152,7 +152,7 @@ void Supervisor::turn(bus::Clock::time_point now) {
   if (leads && heard && order_legacy_.heard(*heard)) remember();
   for (const auto& request : owed_.take(heard, since_epoch(now))) reply(request, {});
   forget_strangers(now);
-  if (pulse_.due(now)) beat(now);
+  if (pulse_.due(now, kTurn / 2)) beat(now);
 }
 
 void Supervisor::answer_requests() {

@@ -26,6 +26,8 @@ def hidden(injection, injections, places, leader):
     others = [other for other in injections if other is not injection]
     if not others:
         return False
+    if isinstance(injection, Absence) and left_alone(injections, places):
+        return True
     if supervisors_hit(injections, places) >= set(filter(is_supervisor, places)):
         return True
     hitting = [other for other in others if leader in other.hits(places)]
@@ -36,16 +38,28 @@ def hidden(injection, injections, places, leader):
     return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limit()) + TAKEOVER
 
 
+def left(injections, places):
+    """The places of hosts that none of them takes away."""
+    gone = {injection.host for injection in injections if isinstance(injection, Absence)}
+    return {node: host for node, host in places.items() if host not in gone}
+
+
+def left_alone(injections, places):
+    """The host, if it is only one, whose supervisor takes itself for lost rather than all others."""
+    hosts = set(left(injections, places).values())
+    return hosts if len(hosts) == 1 < len(set(places.values())) - 1 else set()
+
+
 def beside(injection, injections, places):
     """The places that are left to it by the others: who is alone with one host cannot know which of the two is lost."""
-    gone = {other.host for other in injections if other is not injection and isinstance(other, Absence)}
-    return {node: host for node, host in places.items() if host not in gone}
+    return left([other for other in injections if other is not injection], places)
 
 
 def may_be_told(injections, places):
     """(kind, subject) of all faults that are right."""
     blind = bool(supervisors_hit(injections, places))
-    return set().union(*(injection.may(beside(injection, injections, places), blind) for injection in injections))
+    of_itself = {("agent_lost", host) for host in left_alone(injections, places)}
+    return of_itself.union(*(injection.may(beside(injection, injections, places), blind) for injection in injections))
 
 
 def may_move_the_leadership(injection, places):
@@ -160,6 +174,16 @@ class HiddenTest(unittest.TestCase):
         alone = {node: host for node, host in PLACES.items() if node != "supervisor@world-pc"}
         both = [self.DEATH, Kill("supervisor", "supervisor-pc")]
         self.assertTrue(hidden(self.DEATH, both, alone, "supervisor"))
+
+
+    def test_who_is_left_alone_by_two_tells_neither(self):
+        places = {"supervisor": "here", "driver/north": "there", "world": "elsewhere"}
+        both = Cut("there", 2.0), Mute("elsewhere", 2.0)
+        for cut in both:
+            self.assertTrue(hidden(cut, [*map(lasting, both)], places, "supervisor"))
+        self.assertIn(("agent_lost", "here"), may_be_told(both, places))
+        self.assertFalse(hidden(both[0], [both[0], Kill("world", "elsewhere")], places, "supervisor"))
+        self.assertNotIn(("agent_lost", "here"), may_be_told([both[0], Kill("world", "elsewhere")], places))
 
 
 class LeadershipTest(unittest.TestCase):

@@ -250,6 +250,20 @@ TEST_F(LeadsUnheard, AndWhoIsNotForLongBlamesThemAllTheSame) {
   EXPECT_EQ(accused(), Names{"h1"});
 }
 
+// Its processes leave us alone one after the other.
+TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLostAsAWhole) {
+  FaultHistory told;
+  told.open["agent/h1"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h1", "silent", 0ms, {}, {}};
+  watch.faults().recall(told);
+  watch.begin_to_lead(7);
+  hung.insert("planner/arm3");
+  run_for(300ms);
+  EXPECT_EQ(accused(), Names{"h1"});
+  fall_silent("h2");
+  run_for(300ms);
+  EXPECT_EQ(accused(), (Names{"h2", "h1"}));
+}
+
 TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLost) {
   FaultHistory told;
   told.open["agent/h2"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h2", "silent", 0ms, {}, {}};
