@@ -3,6 +3,14 @@
 #include <algorithm>
 
 namespace hecaton::services {
+namespace {
+
+/// Who stood still for longer has thrown away what was said meanwhile, and needs a moment to hear everybody again:
+/// chaos saw 24 ms after 0.8 s.
+constexpr Time kLongStall = std::chrono::milliseconds(250);
+constexpr Time kCatchingUp = std::chrono::milliseconds(100);
+
+}  // namespace
 
 bool PunctualClock::advance(Time now) {
   before_ = now_;
@@ -15,6 +23,7 @@ bool PunctualClock::advance(Time now) {
   }
   punctual_ += period_;
   stalled_ += interval - period_;
+  last_stall_ = interval;
   ++stalls_;
   return true;
 }
@@ -59,13 +68,14 @@ void Liveness::allow(std::string_view name, Time silence) {
 }
 
 void Liveness::judge(bool stalled) {
+  const Time catching_up = clock_.last_stall() > kLongStall ? kCatchingUp : Time(0);
   for (auto& [name, entry] : entries_) {
     // After a stall of the whole machine everybody needs a moment to be heard again. Pardons are rare enough that
     // stalls which follow each other closely cannot hide a silence for ever.
     const Time now = clock_.now();
     const bool accused = entry.presence == Presence::kSuspected || entry.presence == Presence::kLost;
     const bool pardonable = !entry.pardoned || now - *entry.pardoned > 2 * limits(entry).silence;
-    if (stalled && entry.heard && !accused && pardonable) entry.pardoned = now;
+    if (stalled && entry.heard && !accused && pardonable) entry.pardoned = now + catching_up;
     entry.presence = judged(entry);
   }
 }

@@ -27,14 +27,15 @@ class PunctualClock {
   [[nodiscard]] Time now() const { return punctual_; }
   /// The latest punctual instant that `at` (≤ the last advance) can have been.
   [[nodiscard]] Time at(Time at) const;
-  [[nodiscard]] Time stalled() const { return stalled_; }  ///< altogether
+  [[nodiscard]] Time stalled() const { return stalled_; }        ///< altogether
+  [[nodiscard]] Time last_stall() const { return last_stall_; }  ///< how long the latest was
   [[nodiscard]] std::uint64_t stalls() const { return stalls_; }
 
  private:
   Time period_, limit_;
   Time now_, before_;  // the last two calls of advance()
   Time punctual_{0}, punctual_before_{0};
-  Time stalled_{0};
+  Time stalled_{0}, last_stall_{0};
   std::uint64_t stalls_ = 0;
 };
 
@@ -90,7 +91,7 @@ class Liveness {
     Time since{0};                 // of the grace
     Time last{0};                  // sign of life
     Time steady_since{0};          // signs of life without a gap
-    std::optional<Time> pardoned;  // last time that a stall of ours reset its silence
+    std::optional<Time> pardoned;  // until when a stall of ours lets it be silent
   };
   [[nodiscard]] const Entry* find(std::string_view name) const;
   [[nodiscard]] static LivenessLimits limits(const Entry& entry);

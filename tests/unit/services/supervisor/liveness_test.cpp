@@ -93,6 +93,15 @@ TEST_F(LivenessTest, SilenceBeginsAnewAfterOwnStall) {
   EXPECT_EQ(presence(), Presence::kSuspected);
 }
 
+TEST_F(LivenessTest, AfterALongStallThereIsMoreToHear) {
+  run_for(100ms, true);
+  turn(now_ + 800ms, false);
+  run_for(120ms, false);
+  EXPECT_EQ(presence(), Presence::kAlive);
+  run_for(5ms, false);
+  EXPECT_EQ(presence(), Presence::kSuspected);
+}
+
 // Ten turns of 20 ms each are ten stalls: each counts 5 ms, and only the first is pardoned within 2 × 20 ms.
 TEST_F(LivenessTest, StallsInARowDoNotHideASilenceForEver) {
   run_for(100ms, true);
