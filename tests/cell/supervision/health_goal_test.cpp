@@ -72,6 +72,8 @@ TEST_F(HealthGoalOfTwo, OutlivesBothPlanners) {
   const int in_charge = pid_of_node(status, before.planner());
   const int standing_by = pid_of_node(status, before.standby());
   ASSERT_NO_FATAL_FAILURE(give_and_leave(cell_, "left behind", "away"));
+  // It is told every 100 ms: by then the other has heard the first word of it, in its next period.
+  cell_.await_goal("left behind", [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_ACTIVE; });
   ASSERT_TRUE(test::signal_process(in_charge, SIGKILL));
   ASSERT_TRUE(test::signal_process(standing_by, SIGKILL));
   expect_arrival("left behind");
