@@ -10,10 +10,6 @@
 namespace hecaton::services {
 namespace {
 
-std::string stream_name(std::string_view node) {
-  return std::string(node) + " stream";
-}
-
 std::string milliseconds(Time time) {
   return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count()) + " ms";
 }
@@ -252,44 +248,8 @@ void CellWatch::judge_again(Time since) {
   }
 }
 
-// At most as many as a node may hold back without being silent itself. When a host is lost, all of its heartbeats are
-// late.
-int CellWatch::late_beats(const ExpectedNode& node) const {
-  if (node.host == hosts_.own() || !liveness_.last_heard(node.name)) return 0;
-  const Time silence = liveness_.silence(node.name);
-  const Time period = limits_.heartbeat_period;
-  const auto beats = std::min((silence + period / 2) / period - 1, limits_.node.silence / period);
-  if (beats <= 0 || silence > limits_.host_lease || hosts_.silent(node.host)) return 0;
-  return static_cast<int>(beats);
-}
-
-void CellWatch::allow_for_losses() {
-  const auto longest_row = [](double lost, Time period) {
-    const int samples = Reception::longest_row(lost);
-    return samples == 0 ? Time(0) : (samples + 1) * period + period / 2;
-  };
-  std::map<std::string_view, int> late;  // by host
-  int all = 0;
-  for (const ExpectedNode& node : nodes_) {
-    const int beats = late_beats(node);
-    late[node.host] += beats;
-    all += beats;
-  }
-  for (const ExpectedNode& node : nodes_) {
-    const bool agent = node.role == NodeRole::kAgent;
-    const int own = late_beats(node);  // says nothing of the way
-    const Reception::Late others{late[node.host] - own, all - own};
-    // A lease is long enough to go by what is known to be lost.
-    const double lost = reception_.lost(node.host, agent ? Reception::Late{} : others);
-    liveness_.allow(node.name, longest_row(lost, limits_.heartbeat_period));
-    if (!find(node.name)->has_stream) continue;
-    const Time period = node.role == NodeRole::kWorld ? limits_.world_period : limits_.arm_period;
-    liveness_.allow(stream_name(node.name), longest_row(lost, period));
-  }
-}
-
 void CellWatch::judge(Time now) {
-  allow_for_losses();
+  allow_for_losses();  // cell_losses.cpp
   liveness_.judge(stalled_);
   const bool was_cut_off = hosts_.cut_off();
   // Who is not heard knows no better than who told it of our host.
@@ -336,6 +296,10 @@ void CellWatch::judge(Time now) {
     if (!fault || !fresh.contains(fault) || !limits_.waits_for_resume.contains(fault->kind)) continue;
     mode_.hold_until_resumed(node.role == NodeRole::kWorld ? std::string() : node.arm, fault->seen);
   }
+}
+
+std::string CellWatch::stream_name(std::string_view node) {
+  return std::string(node) + " stream";
 }
 
 const ExpectedNode* CellWatch::expected(std::string_view node) const {

@@ -127,6 +127,8 @@ class CellWatch {
     Time returned_at{0};                    // when that last changed
     int returns = 0;                        // of one of the two after the other, without a pause
   };
+  /// Of its states, beside its heartbeats.
+  [[nodiscard]] static std::string stream_name(std::string_view node);
   [[nodiscard]] const ExpectedNode* expected(std::string_view node) const;
   [[nodiscard]] const State* find(std::string_view node) const;
   [[nodiscard]] Presence presence_of(const ExpectedNode& node) const;

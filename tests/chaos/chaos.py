@@ -403,7 +403,7 @@ class Chaos:
         """Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole."""
         told = fault["since_unix_ms"]
         silence = {"node_silent": self.limits.silence, "agent_lost": self.limits.lease}.get(fault["kind"])
-        stood_still = silence and self.lateness.stood_still(told - max(2000 * silence, 100), told + 100, silence / 2)
+        stood_still = silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2)
         self.machine_stalls += 1 if stood_still else 0
         return bool(stood_still)
 

@@ -46,8 +46,10 @@ def left(injections, places):
 
 def left_alone(injections, places):
     """The host, if it is only one, whose supervisor takes itself for lost rather than all others."""
-    hosts = set(left(injections, places).values())
-    return hosts if len(hosts) == 1 < len(set(places.values())) - 1 else set()
+    there = left(injections, places)
+    hosts = set(there.values())
+    watched = any(map(is_supervisor, there))
+    return hosts if watched and len(hosts) == 1 < len(set(places.values())) - 1 else set()
 
 
 def beside(injection, injections, places):
@@ -184,6 +186,9 @@ class HiddenTest(unittest.TestCase):
         self.assertIn(("agent_lost", "here"), may_be_told(both, places))
         self.assertFalse(hidden(both[0], [both[0], Kill("world", "elsewhere")], places, "supervisor"))
         self.assertNotIn(("agent_lost", "here"), may_be_told([both[0], Kill("world", "elsewhere")], places))
+        self.assertEqual(left_alone(both, places), {"here"})
+        unwatched = {"supervisor": "elsewhere", "driver/north": "there", "world": "here"}
+        self.assertEqual(left_alone(both, unwatched), set(), "there is nobody who tells")
 
 
 class LeadershipTest(unittest.TestCase):
