@@ -58,7 +58,8 @@ ONLY_IN = {
 # Pure parts: standard library and themselves only.
 PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
         "services/supervisor/cell_holds", "services/supervisor/cell_losses",
-        "services/supervisor/cell_watch", "services/supervisor/host_watch", "services/supervisor/reception",
+        "services/supervisor/cell_watch", "services/supervisor/host_watch", "services/supervisor/echo",
+        "services/supervisor/reception",
         "services/supervisor/watch_limits", "services/supervisor/leadership", "services/supervisor/succession",
         "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
         "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch",

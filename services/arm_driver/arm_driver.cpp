@@ -172,6 +172,7 @@ void ArmDriver::publish() {
 void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
+  vital.heard_mode = modes_.view().number();
   vital.detail = state_.reason();
   const bool as_told = drive_.mode() == msg::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
   vital.state = as_told && modes_.view().heard() ? msg::NODE_RUNNING : msg::NODE_DEGRADED;

@@ -36,6 +36,13 @@ ArmOrder order_in(const msg::CellMode& mode, std::string_view arm) {
 
 }  // namespace
 
+msg::ModeNumber number_of(const msg::CellMode& mode) {
+  msg::ModeNumber number;
+  number.term(mode.term());
+  number.sequence_number(mode.sequence_number());
+  return number;
+}
+
 // Within a term the latest arrival counts, not the highest sequence number: a supervisor that restarted within its term
 // counts from one again.
 bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point received) {

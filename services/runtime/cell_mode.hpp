@@ -23,6 +23,8 @@ enum class ArmOrder {
   kStop,  ///< the same, latched until resumed
 };
 
+[[nodiscard]] msg::ModeNumber number_of(const msg::CellMode& mode);
+
 /// The newest cell mode of the highest term. Stays what it was while the supervisor is silent.
 ///
 /// People's orders hold for kDoubt after another supervisor has begun to lead, also where it does not know of them: who
@@ -39,6 +41,7 @@ class CellModeView {
   [[nodiscard]] bool heard() const { return heard_; }
   [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
   [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
+  [[nodiscard]] msg::ModeNumber number() const { return number_of(mode_); }  ///< both 0 before any was heard
   /// Who commands the arm. An arm without a standby is not listed: its planner commands under the cell's term.
   [[nodiscard]] Mandate mandate(std::string_view arm) const;
   /// When the last one that counted arrived.

@@ -89,7 +89,7 @@ void CellWatch::heard(std::string_view node, const Beat& beat) {
   if (found == states_.end()) return;
   State& state = found->second;
   reception_.arrived(node, beat.pid, beat.number);
-  if (hosts_.unfollowed()) hosts_.heard_term(expected(node)->host, beat.term);
+  if (beat.heard.term > 0) hosts_.heard_mode(expected(node)->host, beat.heard);
   const std::int64_t pid = beat.pid;
   const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
   if (late) return;  // written before its process ended

@@ -26,7 +26,7 @@ struct Beat {
   std::int64_t pid = 0;
   Time at{0};                ///< when it arrived
   std::uint64_t number = 0;  ///< the process counts its heartbeats from 1; 0: unknown
-  std::uint64_t term = 0;    ///< of the cell mode that the node goes by, or a supervisor has heard; 0: none
+  HeardMode heard{};         ///< the cell mode that it has heard last
   std::string failure{};     ///< why the node cannot do its work, as it says itself
 };
 
@@ -82,10 +82,12 @@ class CellWatch {
   /// not heard for longer than it would have kept that to itself, it did hear: it is we who were cut off from their
   /// hosts, and have not met them anew. Nobody is told as silent there until it has had the time to return.
   void succeed(std::string_view predecessor, Time silence);
-  /// We lead under this term, and our list is that of who led before. Until a node of another host goes by it, nobody
+  /// We lead under this term, and our list is that of who led before. Until a node of another host has heard it, nobody
   /// may hear us.
   void begin_to_lead(std::uint64_t term);
   void stand_back() { hosts_.stand_back(); }
+  /// We have published the cell mode of this number: somebody elsewhere should say soon that it was heard.
+  void mode_published(std::uint64_t number) { hosts_.said(number); }
   void judge(Time now);
   /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
   /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.

@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include "services/runtime/cell_mode.hpp"
 #include "services/runtime/node_name.hpp"
 
 namespace hecaton::services {
@@ -116,11 +117,7 @@ void Ears::adopt_faults(CellWatch& watch, const Clocks& clocks) {
 }
 
 msg::ModeNumber Ears::newest_mode_of_others() const {
-  msg::ModeNumber number;
-  if (!other_mode_) return number;
-  number.term(other_mode_->term());
-  number.sequence_number(other_mode_->sequence_number());
-  return number;
+  return other_mode_ ? number_of(*other_mode_) : msg::ModeNumber();
 }
 
 void Ears::hear_nodes(const Listeners& to) {
@@ -134,9 +131,9 @@ void Ears::hear_nodes(const Listeners& to) {
     // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
     to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
     const bool failed = beat.state() == msg::NODE_FAILED;
-    const auto term = std::max(beat.term(), beat.heard_mode().term());
+    const HeardMode mode{beat.heard_mode().term(), beat.heard_mode().sequence_number()};
     to.watch.heard(beat.node(),
-                   {beat.pid(), arrival(sample), beat.sequence_number(), term, failed ? beat.detail() : std::string()});
+                   {beat.pid(), arrival(sample), beat.sequence_number(), mode, failed ? beat.detail() : std::string()});
     to.picture.take_heartbeat(sample);
   }
 }

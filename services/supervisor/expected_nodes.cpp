@@ -93,6 +93,7 @@ WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {
   limits.node = {supervision.heartbeat_deadline, supervision.host_lease, kGrace, kRecovery};
   limits.host_lease = supervision.host_lease;
   limits.host_return = bus::longest_reunion(bus::kParticipantLease) + kLateReunion;
+  limits.unheard = bus::patience(bus::kParticipantLease) / 3;
   limits.sure_return = bus::sure_meeting(bus::kParticipantLease);
   limits.arm_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.driver_period, kMissingSamples));

@@ -25,13 +25,13 @@ void HostWatch::judge() {
 }
 
 void HostWatch::judge_own() {
-  if (led_ && clock_.now() - led_->since > limits_.host_return) led_.reset();
   const auto alone = alone_for();
   // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
   if (alone && *alone >= loneliness()) {
     for (const ExpectedNode& node : nodes_) {
-      const bool with_them =
-          liveness_.last_heard(node.name) && (unheard() || liveness_.silence(node.name) <= *alone + limits_.host_lease);
+      const bool with_them = liveness_.last_heard(node.name) &&
+                             (unheard() ? !lost_before(node.host)
+                                        : liveness_.silence(node.name) <= *alone + limits_.host_lease);
       if (node.host != own_ && with_them) meets_anew_[node.name] = clock_.now();
     }
   }
@@ -88,18 +88,39 @@ std::optional<Time> HostWatch::alone_for() const {
 }
 
 void HostWatch::begin_to_lead(std::uint64_t term, std::set<std::string> lost) {
-  led_ = Led{term, clock_.now(), std::move(lost)};
+  echo_.begin(term, clock_.now());
+  lost_before_ = std::move(lost);
 }
 
-void HostWatch::heard_term(const std::string& host, std::uint64_t term) {
-  if (led_ && host != own_ && term >= led_->term) led_.reset();
+bool HostWatch::unanswered() const {
+  const auto since = echo_.unanswered_for(clock_.now());
+  return since && *since <= limits_.host_return && (!echo_.followed() || *since > limits_.unheard);
+}
+
+// Who has left us alone meanwhile, or is about to, returns in its own time.
+void HostWatch::heard_mode(const std::string& host, const HeardMode& mode) {
+  if (host == own_) return;
+  std::set<std::string> left_us;
+  if (unanswered() && *echo_.unanswered_for(clock_.now()) > limits_.unheard) {
+    for (const ExpectedNode* agent : others()) left_us.insert(agent->host);
+  }
+  if (!echo_.heard(mode)) return;
+  lost_before_.clear();
+  for (const std::string& other : left_us) meet_anew(other);
+}
+
+bool HostWatch::lost_before(const std::string& host) const {
+  if (!echo_.followed()) return lost_before_.contains(host);
+  const ExpectedNode* agent = agent_of(host);
+  const auto since = echo_.unanswered_for(clock_.now());
+  return agent && since && liveness_.silence(agent->name) > *since + limits_.host_lease;
 }
 
 std::vector<const ExpectedNode*> HostWatch::others() const {
   std::vector<const ExpectedNode*> agents;
   for (const ExpectedNode& node : nodes_) {
     const bool counts = node.role == NodeRole::kAgent && node.host != own_ && liveness_.last_heard(node.name);
-    if (counts && !(led_ && led_->lost.contains(node.host))) agents.push_back(&node);
+    if (counts && !(unanswered() && lost_before(node.host))) agents.push_back(&node);
   }
   return agents;
 }

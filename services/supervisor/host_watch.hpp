@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/supervisor/echo.hpp"
 #include "services/supervisor/liveness.hpp"
 #include "services/supervisor/watch_limits.hpp"
 
@@ -40,14 +41,17 @@ class HostWatch {
   [[nodiscard]] const std::string& own() const { return own_; }
   /// We lead under this term; `lost`: the hosts that who led before has told as lost.
   void begin_to_lead(std::uint64_t term, std::set<std::string> lost);
-  void stand_back() { led_.reset(); }
-  /// A node there goes by the cell mode of this term, or has heard it.
-  void heard_term(const std::string& host, std::uint64_t term);
-  /// We lead, and nobody of another host goes by it yet.
-  [[nodiscard]] bool unfollowed() const { return led_.has_value(); }
+  void stand_back() { echo_.end(); }
+  /// We have published the cell mode of this number.
+  void said(std::uint64_t number) { echo_.said(number, clock_.now()); }
+  /// A node there has heard this cell mode last.
+  void heard_mode(const std::string& host, const HeardMode& mode);
+  /// We lead, and nobody of another host is known to have heard it yet, or what we said since. Not for longer than who
+  /// has left us alone takes to return.
+  [[nodiscard]] bool unanswered() const;
   /// So it is though several hosts are there: rather than all of them it is ours that is not heard, and they leave us
   /// alone one after the other.
-  [[nodiscard]] bool unheard() const { return unfollowed() && others().size() > 1; }
+  [[nodiscard]] bool unheard() const { return unanswered() && others().size() > 1; }
   /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
   /// What is not heard of the host is put down to ourselves, who were cut off from it: others hear it.
@@ -56,7 +60,7 @@ class HostWatch {
   /// not take it away again, or has had the time to return.
   [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const {
     const bool host_may_be_lost = node.role == NodeRole::kAgent && !unheard();
-    return meets_anew_.contains(node.name) || (unfollowed() && node.host != own_ && !host_may_be_lost);
+    return meets_anew_.contains(node.name) || (unanswered() && node.host != own_ && !host_may_be_lost);
   }
 
  private:
@@ -66,14 +70,10 @@ class HostWatch {
     Time away{0};                             // last, when its agent was not well
     std::set<std::string, std::less<>> back;  // nodes that have returned since
   };
-  /// How we began to lead.
-  struct Led {
-    std::uint64_t term = 0;
-    Time since{0};
-    std::set<std::string> lost;  // hosts, before
-  };
   void judge_own();
-  /// Agents of other hosts that were heard; while nobody follows us, without those that were lost before.
+  /// The host was lost before nobody heard us any more.
+  [[nodiscard]] bool lost_before(const std::string& host) const;
+  /// Agents of other hosts that were heard; while nobody hears us, without those that were lost before.
   [[nodiscard]] std::vector<const ExpectedNode*> others() const;
   /// Alone for so long, we put it down to ourselves.
   [[nodiscard]] Time loneliness() const;
@@ -91,7 +91,8 @@ class HostWatch {
   std::map<std::string, Time, std::less<>> silences_;  // when all of a host was last silent
   std::map<std::string, Absence, std::less<>> absences_;
   std::map<std::string, Time, std::less<>> meets_anew_;  // since when, by node
-  std::optional<Led> led_;                               // until somebody elsewhere follows, or had the time to
+  Echo echo_;
+  std::set<std::string> lost_before_;                    // hosts, as who led before has told; until we are followed
   bool cut_off_ = false;
 };
 

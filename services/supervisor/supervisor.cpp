@@ -334,6 +334,7 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   mode_ = std::move(next);
   mode_at_ = now;
   static_cast<void>(modes_.write(mode_));
+  watch_.mode_published(mode_.sequence_number());
   if (changed) {
     log_info("cell mode", {{"mode", mode_name(watch_.mode().decide().cell)}, {"reason", mode_.reason()}});
   }

@@ -29,6 +29,8 @@ struct WatchLimits {
   /// Within which the nodes of a lost host return after its agent: longer than any reunion of participants
   /// (services/bus/reunion.hpp).
   Time host_return = std::chrono::seconds(5);
+  /// For so long nobody of another host may say that it has heard us: shorter than anybody takes to leave us alone.
+  Time unheard = std::chrono::milliseconds(500);
   /// Who was heard so long without a gap since then has returned: it is not lost again by the same reunion.
   Time sure_return = std::chrono::seconds(1);
   Time arm_stream = std::chrono::milliseconds(20);    ///< silence of ArmState, while the driver's loop is heard

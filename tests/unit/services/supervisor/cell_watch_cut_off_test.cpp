@@ -158,7 +158,7 @@ class LeadsUnheard : public CutOff {
     run_for(300ms);
     watch.faults().recall({});
   }
-  void follow(const std::string& node, std::uint64_t term) { watch.heard(node, {pids[node], now, 0, term}); }
+  void follow(const std::string& node, std::uint64_t term) { watch.heard(node, {pids[node], now, 0, {term, 1}}); }
 };
 
 // Chaos let nothing leave the host of a supervisor that stood by: the others dropped it within a second, each at its
@@ -234,15 +234,17 @@ TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLost) {
   EXPECT_EQ(accused(), (Names{"h1", "h2"}));
 }
 
+// Limits of a machine that a whole cell shares.
+WatchLimits patient_limits() {
+  WatchLimits limits = cell_limits();
+  limits.node.silence = limits.arm_stream = limits.world_stream = 250ms;
+  limits.node.lost = limits.host_lease = 1s;
+  return limits;
+}
+
 class CutOffOnASharedMachine : public CutOff {
  protected:
-  static WatchLimits limits() {
-    WatchLimits limits = cell_limits();
-    limits.node.silence = limits.arm_stream = limits.world_stream = 250ms;
-    limits.node.lost = limits.host_lease = 1s;
-    return limits;
-  }
-  CutOffOnASharedMachine() : CutOff(limits()) {}
+  CutOffOnASharedMachine() : CutOff(patient_limits()) {}
 };
 
 // Chaos muted the host of a leader and killed a planner: its successor, who had never lost us, was heard as the only
@@ -257,6 +259,117 @@ TEST_F(CutOffOnASharedMachine, AProcessThatHasJustBegunMayBeHeardAllTheSame) {
   run_for(500ms);
   EXPECT_EQ(accused(), Names{});
   EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+}
+
+/// It leads, is followed, and is muted at some time: it hears the others, who leave it alone after 1.4 s or later.
+template <bool kPatient>
+class MutedLeader : public CutOff {
+ protected:
+  explicit MutedLeader() : CutOff(kPatient ? patient_limits() : cell_limits()) {
+    watch.begin_to_lead(7);
+    lead_for(5s);
+  }
+  /// Every node of another host has heard what we said in the turn before, unless nobody hears us.
+  void lead_for(Time duration) {
+    for (const Time end = now + duration; now < end;) {
+      turn();
+      const HeardMode last{7, published};
+      watch.mode_published(++published);
+      for (const ExpectedNode& node : watch.nodes()) {
+        const bool answers = node.role != NodeRole::kAgent && running(node.name) && !is_muted;
+        if (answers) watch.heard(node.name, {pids[node.name], now, 0, last});
+      }
+    }
+  }
+  void expect_nobody_told() {
+    EXPECT_EQ(accused(), Names{});
+    EXPECT_TRUE(watch.faults().over().empty());
+  }
+
+  std::uint64_t published = 0;
+  bool is_muted = false;
+};
+using MutedLeaderInHaste = MutedLeader<false>;
+using MutedLeaderWithPatience = MutedLeader<true>;
+
+// Chaos muted the host of a leader, whose standby was dead, for 1.54 s: the agent of one host left it alone just then.
+TEST_F(MutedLeaderWithPatience, AnAgentThatLeavesItAloneAsTheMuteEndsIsNotLost) {
+  is_muted = true;
+  lead_for(1540ms);
+  is_muted = false;
+  lead_for(50ms);
+  hung.insert("agent/h2");
+  lead_for(4300ms);
+  hung.clear();
+  lead_for(10s);
+  expect_nobody_told();
+  fall_silent("h2");
+  lead_for(1100ms);
+  EXPECT_EQ(accused(), Names{"h2"}) << "it had returned";
+}
+
+TEST_F(MutedLeaderInHaste, WhoIsLeftAloneByOneAfterTheOtherTellsItsOwnHost) {
+  is_muted = true;
+  lead_for(1400ms);
+  hung.insert("agent/h1");
+  lead_for(100ms);
+  hung.insert("planner/arm3");
+  lead_for(100ms);
+  fall_silent("h1");
+  lead_for(300ms);
+  expect_nobody_told();
+  EXPECT_EQ(held(), (Names{"arm1", "arm2", "arm3"})) << "who is not heard may hear us";
+  fall_silent("h2");
+  lead_for(300ms);
+  EXPECT_EQ(accused(), Names{"h3"});
+  lead_for(20s);
+  EXPECT_EQ(accused(), Names{"h3"});
+  hung.clear();
+  is_muted = false;
+  lead_for(500ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+}
+
+TEST_F(MutedLeaderInHaste, WhoIsStillLostAfterAllHaveHeardItAgainIsTold) {
+  is_muted = true;
+  lead_for(1500ms);
+  fall_silent("h2");
+  lead_for(100ms);
+  is_muted = false;
+  lead_for(5900ms - 1s);
+  expect_nobody_told();
+  lead_for(2s);
+  EXPECT_EQ(accused(), Names{"h2"});
+}
+
+TEST_F(MutedLeaderInHaste, OfTwoHostsOfWhichOneIsLostTheOtherIsLost) {
+  fall_silent("h2");
+  lead_for(10s);
+  ASSERT_EQ(accused(), Names{"h2"});
+  fall_silent("h1");
+  is_muted = true;
+  lead_for(1s);
+  EXPECT_EQ(accused(), (Names{"h2", "h1"})) << "one of them leaves nobody alone in its own time";
+}
+
+TEST_F(MutedLeaderInHaste, AnswersThatAreLateForAMomentExcuseNobody) {
+  is_muted = true;
+  lead_for(400ms);
+  is_muted = false;
+  hung.insert("driver/arm3");
+  lead_for(50ms);
+  EXPECT_EQ(accused(), Names{"driver/arm3"});
+}
+
+// Nothing but what they say of us tells a muted host from one of which all processes have ended but its agent.
+TEST_F(MutedLeaderInHaste, DeathsAreToldWhoeverHearsUs) {
+  for (const ExpectedNode& node : watch.nodes()) {
+    if (node.role != NodeRole::kAgent && node.host != "h3") kill(node.name, 9);
+  }
+  lead_for(1s);
+  EXPECT_EQ(accused().size(), 7U);
+  EXPECT_EQ(watch.faults().open().front().kind, FaultKind::kProcessDied);
 }
 
 class CutOffThatWaits : public CutOff {

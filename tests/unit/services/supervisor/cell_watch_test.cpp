@@ -35,7 +35,7 @@ TEST_F(CellWatchTest, WhoSaysThatItCannotWorkIsAFaultInItsOwnWords) {
   start("world");
   mute.insert("world");
   turn();
-  watch.heard("world", {pids["world"], now, 0, 0, "cannot be recovered"});
+  watch.heard("world", {pids["world"], now, 0, {}, "cannot be recovered"});
   watch.judge(now);
   EXPECT_EQ(the_fault().kind, FaultKind::kNodeFailed);
   EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
