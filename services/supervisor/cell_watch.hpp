@@ -88,6 +88,8 @@ class CellWatch {
   void stand_back() { hosts_.stand_back(); }
   /// We have published the cell mode of this number: somebody elsewhere should say soon that it was heard.
   void mode_published(std::uint64_t number) { hosts_.said(number); }
+  /// Nobody there has said so for a while.
+  [[nodiscard]] bool unheard() const { return hosts_.unheard() && hosts_.unanswered_for_long(); }
   void judge(Time now);
   /// What came and went since `since` is judged once more by the next judge(), as far as our list, which may have
   /// become another's meanwhile, does not have it: of two supervisors the other may have been lost before it told.

@@ -29,9 +29,9 @@ void HostWatch::judge_own() {
   // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
   if (alone && *alone >= loneliness()) {
     for (const ExpectedNode& node : nodes_) {
-      const bool with_them = liveness_.last_heard(node.name) &&
-                             (unheard() ? !lost_before(node.host)
-                                        : liveness_.silence(node.name) <= *alone + limits_.host_lease);
+      const bool with_them =
+          liveness_.last_heard(node.name) &&
+          (unheard() ? !lost_before(node.host) : liveness_.silence(node.name) <= *alone + limits_.host_lease);
       if (node.host != own_ && with_them) meets_anew_[node.name] = clock_.now();
     }
   }
@@ -97,11 +97,15 @@ bool HostWatch::unanswered() const {
   return since && *since <= limits_.host_return && (!echo_.followed() || *since > limits_.unheard);
 }
 
+bool HostWatch::unanswered_for_long() const {
+  return unanswered() && *echo_.unanswered_for(clock_.now()) > limits_.unheard;
+}
+
 // Who has left us alone meanwhile, or is about to, returns in its own time.
 void HostWatch::heard_mode(const std::string& host, const HeardMode& mode) {
   if (host == own_) return;
   std::set<std::string> left_us;
-  if (unanswered() && *echo_.unanswered_for(clock_.now()) > limits_.unheard) {
+  if (unanswered_for_long()) {
     for (const ExpectedNode* agent : others()) left_us.insert(agent->host);
   }
   if (!echo_.heard(mode)) return;

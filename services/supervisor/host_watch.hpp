@@ -49,7 +49,9 @@ class HostWatch {
   /// We lead, and nobody of another host is known to have heard it yet, or what we said since. Not for longer than who
   /// has left us alone takes to return.
   [[nodiscard]] bool unanswered() const;
-  /// So it is though several hosts are there: rather than all of them it is ours that is not heard, and they leave us
+  /// For longer than it can take where anybody hears us.
+  [[nodiscard]] bool unanswered_for_long() const;
+  /// It is unanswered though several hosts are there: rather than all of them it is ours that is not heard, and they leave us
   /// alone one after the other.
   [[nodiscard]] bool unheard() const { return unanswered() && others().size() > 1; }
   /// Whatever this node says or not is its host's doing, or ours.

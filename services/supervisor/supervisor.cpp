@@ -144,6 +144,7 @@ void Supervisor::turn(bus::Clock::time_point now) {
     watch_.judge(since_epoch(now));
   }
   if (leads) publish_mode(now);
+  note_echo();
   publish_faults();
   answer_requests();
   if (!leads) owed_.drop();
@@ -337,6 +338,16 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   watch_.mode_published(mode_.sequence_number());
   if (changed) {
     log_info("cell mode", {{"mode", mode_name(watch_.mode().decide().cell)}, {"reason", mode_.reason()}});
+  }
+}
+
+void Supervisor::note_echo() {
+  if (watch_.unheard() == unheard_) return;
+  unheard_ = !unheard_;
+  if (unheard_) {
+    log_warning("unheard by all other hosts: their silence may be ours");
+  } else {
+    log_info("silence of other hosts counts again");
   }
 }
 

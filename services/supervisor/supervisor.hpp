@@ -79,6 +79,8 @@ class Supervisor {
   [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
   [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
   void publish_mode(bus::Clock::time_point now);
+  /// Logs when no other host hears us any more, and when one does again.
+  void note_echo();
   void publish_faults();
   msg::Fault publish_fault(const FaultRecord& record, std::uint64_t term, const Clocks& clocks);
   /// What we lead by.
@@ -118,6 +120,7 @@ class Supervisor {
   bus::Clock::time_point mode_at_{};
   std::vector<msg::SupervisorRequest> early_;  ///< orders that came before we led
   OwedReplies<msg::SupervisorRequest> owed_;
+  bool unheard_ = false;  ///< as last logged
   std::uint64_t fault_sequence_ = 0;
   OrderLegacy order_legacy_;
   bus::Clock::time_point handed_over_at_{};  ///< orders to the leader, last
