@@ -51,8 +51,8 @@ class HostWatch {
   [[nodiscard]] bool unanswered() const;
   /// For longer than it can take where anybody hears us.
   [[nodiscard]] bool unanswered_for_long() const;
-  /// It is unanswered though several hosts are there: rather than all of them it is ours that is not heard, and they leave us
-  /// alone one after the other.
+  /// It is unanswered though several hosts are there: rather than all of them it is ours that is not heard, and they
+  /// leave us alone one after the other.
   [[nodiscard]] bool unheard() const { return unanswered() && others().size() > 1; }
   /// Whatever this node says or not is its host's doing, or ours.
   [[nodiscard]] bool explain(const ExpectedNode& node) const;
@@ -94,7 +94,7 @@ class HostWatch {
   std::map<std::string, Absence, std::less<>> absences_;
   std::map<std::string, Time, std::less<>> meets_anew_;  // since when, by node
   Echo echo_;
-  std::set<std::string> lost_before_;                    // hosts, as who led before has told; until we are followed
+  std::set<std::string> lost_before_;  // hosts, as who led before has told; until we are followed
   bool cut_off_ = false;
 };
 
