@@ -8,6 +8,7 @@
 #include "services/bus/convert.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/runtime/cell_mode.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -24,6 +25,7 @@ class Crowd {
   Crowd(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
       : participant_(make_participant(file, options, "crowd")),
         states_(participant_),
+        modes_(participant_),
         loop_(std::chrono::nanoseconds(std::llround(file.cell.timing.driver_period * 1e9)), shutdown) {
     const PulseTiming timing = pulse_timing(file, options);
     for (const config::Host& host : file.hosts) {
@@ -44,8 +46,10 @@ class Crowd {
   }
 
   void run() {
-    const Vital vital;
+    Vital vital;
     while (loop_.next()) {
+      modes_.update();
+      vital.heard_mode = modes_.view().number();
       for (msg::ArmState& state : told_) {
         state.sequence_number(state.sequence_number() + 1);
         state.stamp_ns(stamp_now());
@@ -60,6 +64,7 @@ class Crowd {
  private:
   bus::Participant participant_;
   bus::Writer<msg::ArmState> states_;
+  CellModeListener modes_;
   PeriodicLoop loop_;
   std::deque<Pulse> pulses_;
   std::deque<msg::ArmState> told_;
