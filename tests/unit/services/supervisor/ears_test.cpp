@@ -145,6 +145,37 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   EXPECT_TRUE(is_told());
 }
 
+// A leader learns from others' heartbeats that they have heard its cell modes.
+TEST_F(Past, HeartbeatsSayWhetherALeaderIsHeard) {
+  Listener leader(there_, false);
+  bus::Writer<msg::Heartbeat> others(here_);
+  const auto beat = [&](const std::string& node, msg::NodeKind kind, std::uint64_t term, std::uint64_t number) {
+    msg::Heartbeat sample;
+    sample.node(node);
+    sample.kind(kind);
+    sample.host(node == "agent/h1" ? "h1" : "h2");
+    sample.heard_mode().term(term);
+    sample.heard_mode().sequence_number(number);
+    ASSERT_TRUE(others.write(sample));
+  };
+  const auto becomes = [&](bool unheard, std::uint64_t term) {
+    for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; leader.listen()) {
+      if (leader.watch.unheard() == unheard) return true;
+      beat("agent/h1", msg::NODE_AGENT, 0, 0);
+      beat("agent/h2", msg::NODE_AGENT, 0, 0);
+      beat("planner/arm3", msg::NODE_PLANNER, term, 3);
+      static_cast<void>(leader.mailbox.wait(cell_limits().loop_period));
+    }
+    return false;
+  };
+  const Time began = leader.watch.clock().now();
+  leader.watch.begin_to_lead(7);
+  leader.watch.mode_published(3);
+  EXPECT_TRUE(becomes(true, 6)) << "who goes by an older term does not hear us";
+  EXPECT_TRUE(becomes(false, 7));
+  EXPECT_LT(leader.watch.clock().now() - began, cell_limits().host_return) << "or that would have ended it";
+}
+
 TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
   Listener newcomer(there_, false);
   // Of the same participant, and younger: what it has, the newcomer has.
