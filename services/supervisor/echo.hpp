@@ -31,12 +31,14 @@ class Echo {
   void said(std::uint64_t number, Time now) {
     if (term_ > 0 && !unanswered_) unanswered_ = Mode{number, now};
   }
-  /// A node of another host has heard this one. True when it answers the mode that has waited for longest.
-  bool heard(const HeardMode& mode) {
-    if (!unanswered_ || mode.term != term_ || mode.number < unanswered_->number) return false;
+  /// Who has heard this mode last has heard the one that has waited for longest.
+  [[nodiscard]] bool answers(const HeardMode& mode) const {
+    return unanswered_ && mode.term == term_ && mode.number >= unanswered_->number;
+  }
+  /// A node of another host has.
+  void answered() {
     followed_ = true;
     unanswered_.reset();
-    return true;
   }
   /// How long the oldest mode that nobody is known to have heard has waited for that; empty: there is none.
   [[nodiscard]] std::optional<Time> unanswered_for(Time now) const {

@@ -28,10 +28,11 @@ void HostWatch::judge_own() {
   const auto alone = alone_for();
   // Who fell silent with the others returns like them, one after the other. Who was silent before does not.
   if (alone && *alone >= loneliness()) {
+    const bool is_ours = unheard();
     for (const ExpectedNode& node : nodes_) {
       const bool with_them =
           liveness_.last_heard(node.name) &&
-          (unheard() ? !lost_before(node.host) : liveness_.silence(node.name) <= *alone + limits_.host_lease);
+          (is_ours ? !lost_before(node.host) : liveness_.silence(node.name) <= *alone + limits_.host_lease);
       if (node.host != own_ && with_them) meets_anew_[node.name] = clock_.now();
     }
   }
@@ -103,14 +104,11 @@ bool HostWatch::unanswered_for_long() const {
 
 // Who has left us alone meanwhile, or is about to, returns in its own time.
 void HostWatch::heard_mode(const std::string& host, const HeardMode& mode) {
-  if (host == own_) return;
-  std::set<std::string> left_us;
-  if (unanswered_for_long()) {
-    for (const ExpectedNode* agent : others()) left_us.insert(agent->host);
-  }
-  if (!echo_.heard(mode)) return;
+  if (host == own_ || !echo_.answers(mode)) return;
+  const auto left_us = unanswered_for_long() ? others() : std::vector<const ExpectedNode*>();
+  echo_.answered();
   lost_before_.clear();
-  for (const std::string& other : left_us) meet_anew(other);
+  for (const ExpectedNode* agent : left_us) meet_anew(agent->host);
 }
 
 bool HostWatch::lost_before(const std::string& host) const {
