@@ -103,7 +103,7 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       keeper_(planned(file, options, folders_, keep_sources(folders_.front().path() / "sources")),
               keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
-    pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NODE_AGENT, {}, host},
+    pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NodeKind::NODE_AGENT, {}, host},
                          pulse_timing(file, options));
   }
   shutdown_.wake(&mailbox_);
@@ -185,7 +185,7 @@ void Agent::tell(const Incident& incident) {
   event.name(service.name);
   event.node(service.node);
   event.pid(incident.pid);
-  event.kind(exited ? msg::PROCESS_EXITED : msg::PROCESS_STARTED);
+  event.kind(exited ? msg::ProcessEventKind::PROCESS_EXITED : msg::ProcessEventKind::PROCESS_STARTED);
   event.wanted(incident.wanted);
   event.exit_code(exited ? incident.end.exit_code : 0);
   event.signal_number(exited ? incident.end.signal_number : 0);
@@ -211,8 +211,8 @@ void Agent::beat(bus::Clock::time_point now) {
   Vital vital;
   vital.newest_event = sequence_;
   vital.detail = keeper_.complaint();
-  if (!vital.detail.empty()) vital.state = msg::NODE_DEGRADED;
-  if (ending_) vital.state = msg::NODE_STOPPING;
+  if (!vital.detail.empty()) vital.state = msg::NodeState::NODE_DEGRADED;
+  if (ending_) vital.state = msg::NodeState::NODE_STOPPING;
   for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
 }
 

@@ -17,15 +17,15 @@ constexpr std::uint64_t kMostPeriodsAtOnce = 500;
 
 const char* mode_name(msg::ArmMode mode) {
   switch (mode) {
-    case msg::ARM_STARTING:
+    case msg::ArmMode::ARM_STARTING:
       return "starting";
-    case msg::ARM_RUNNING:
+    case msg::ArmMode::ARM_RUNNING:
       return "running";
-    case msg::ARM_BRAKING:
+    case msg::ArmMode::ARM_BRAKING:
       return "braking";
-    case msg::ARM_STOPPED:
+    case msg::ArmMode::ARM_STOPPED:
       return "stopped";
-    case msg::ARM_FAILED:
+    case msg::ArmMode::ARM_FAILED:
       break;
   }
   return "failed";
@@ -57,10 +57,10 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       commands_(participant_, &mailbox_),
       shapes_(participant_, &mailbox_),
       states_(participant_),
-      pulse_(
-          participant_,
-          {driver_node(name_), msg::NODE_DRIVER, name_, options.host.empty() ? file.arm_hosts[arm].host : options.host},
-          pulse_timing(file, options)),
+      pulse_(participant_,
+             {driver_node(name_), msg::NodeKind::NODE_DRIVER, name_,
+              options.host.empty() ? file.arm_hosts[arm].host : options.host},
+             pulse_timing(file, options)),
       loop_(nanoseconds(period_), shutdown),
       memory_(options.memory, file.cell.arms[arm].arm.model->joints()),
       drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm], memory_), file.cell.timing.command_timeout) {
@@ -174,8 +174,8 @@ void ArmDriver::beat() {
   vital.term = modes_.view().term();
   vital.heard_mode = modes_.view().number();
   vital.detail = state_.reason();
-  const bool as_told = drive_.mode() == msg::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
-  vital.state = as_told && modes_.view().heard() ? msg::NODE_RUNNING : msg::NODE_DEGRADED;
+  const bool as_told = drive_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
+  vital.state = as_told && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
   vital.oldest_input = "ArmCommand/" + name_;
   vital.oldest_input_age = drive_.command_age();
   pulse_.beat(loop_.now(), vital, loop_.statistics());

@@ -51,7 +51,7 @@ class ArmDriver {
   ArmMemory memory_;
   SimulatedDrive drive_;
   msg::ArmState state_;  ///< reused every period
-  msg::ArmMode logged_mode_ = msg::ARM_STARTING;
+  msg::ArmMode logged_mode_ = msg::ArmMode::ARM_STARTING;
   CommandRecord record_;
   bus::Clock::time_point accepted_at_{};  ///< when the command that was accepted last arrived
   Mandate logged_mandate_;

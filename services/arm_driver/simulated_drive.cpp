@@ -50,19 +50,19 @@ void SimulatedDrive::step(double dt) {
   arm_.step(dt);
   switch (arm_.mode()) {
     case planner::DriveMode::kTracking:
-      mode_ = msg::ARM_RUNNING;
+      mode_ = msg::ArmMode::ARM_RUNNING;
       break;
     case planner::DriveMode::kStopping:
-      mode_ = msg::ARM_BRAKING;
+      mode_ = msg::ArmMode::ARM_BRAKING;
       break;
     case planner::DriveMode::kIdle:
-      if (mode_ != msg::ARM_STARTING) mode_ = msg::ARM_STOPPED;
+      if (mode_ != msg::ArmMode::ARM_STARTING) mode_ = msg::ArmMode::ARM_STOPPED;
       break;
   }
 }
 
 std::string SimulatedDrive::reason() const {
-  if (mode_ == msg::ARM_RUNNING) return {};
+  if (mode_ == msg::ArmMode::ARM_RUNNING) return {};
   if (order_ != ArmOrder::kRun) return why_;
   if (!gate_.complaint().empty()) return gate_.complaint();
   if (!complaint_.empty()) return complaint_;

@@ -43,7 +43,7 @@ class SimulatedDrive {
   double command_timeout_;
   ArmOrder order_ = ArmOrder::kUnheard;
   std::string why_;
-  msg::ArmMode mode_ = msg::ARM_STARTING;
+  msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;
   bool commanded_ = false;
   double command_age_ = 0.0;
   std::string complaint_;  ///< of the last command when the arm was too far from it

@@ -13,7 +13,7 @@ msg::Motion message_of(const world::StaticMotion&) {
 
 msg::Motion message_of(const world::WaypointMotion& motion) {
   msg::Motion message;
-  message.kind(msg::MOTION_WAYPOINTS);
+  message.kind(msg::MotionKind::MOTION_WAYPOINTS);
   for (const auto& pose : motion.poses_W) message.poses_W().push_back(to_message(pose));
   message.speed(motion.speed);
   message.loop(motion.loop);
@@ -22,7 +22,7 @@ msg::Motion message_of(const world::WaypointMotion& motion) {
 
 msg::Motion message_of(const world::CircleMotion& motion) {
   msg::Motion message;
-  message.kind(msg::MOTION_CIRCLE);
+  message.kind(msg::MotionKind::MOTION_CIRCLE);
   message.centre_W(to_message(motion.centre_W));
   message.direction_W(to_message(motion.axis_W));
   message.angular_speed(motion.angular_speed);
@@ -32,7 +32,7 @@ msg::Motion message_of(const world::CircleMotion& motion) {
 
 msg::Motion message_of(const world::SineMotion& motion) {
   msg::Motion message;
-  message.kind(msg::MOTION_SINE);
+  message.kind(msg::MotionKind::MOTION_SINE);
   message.direction_W(to_message(motion.direction_W));
   message.amplitude(motion.amplitude);
   message.period(motion.period);
@@ -42,7 +42,7 @@ msg::Motion message_of(const world::SineMotion& motion) {
 
 msg::Motion message_of(const world::ConveyorMotion& motion) {
   msg::Motion message;
-  message.kind(msg::MOTION_CONVEYOR);
+  message.kind(msg::MotionKind::MOTION_CONVEYOR);
   message.direction_W(to_message(motion.direction_W));
   message.speed(motion.speed);
   message.length(motion.length);
@@ -51,7 +51,7 @@ msg::Motion message_of(const world::ConveyorMotion& motion) {
 
 msg::Motion message_of(const world::DynamicMotion& motion) {
   msg::Motion message;
-  message.kind(msg::MOTION_DYNAMIC);
+  message.kind(msg::MotionKind::MOTION_DYNAMIC);
   message.mass(motion.mass);
   message.friction(motion.friction);
   message.rolling_friction(motion.rolling_friction);
@@ -133,17 +133,17 @@ msg::Motion to_message(const world::Motion& motion) {
 
 Converted<world::Motion> from_message(const msg::Motion& motion, const std::string& what) {
   switch (motion.kind()) {
-    case msg::MOTION_STATIC:
+    case msg::MotionKind::MOTION_STATIC:
       return {world::Motion{world::StaticMotion{}}, {}};
-    case msg::MOTION_WAYPOINTS:
+    case msg::MotionKind::MOTION_WAYPOINTS:
       return waypoints_from_message(motion, what);
-    case msg::MOTION_CIRCLE:
+    case msg::MotionKind::MOTION_CIRCLE:
       return circle_from_message(motion, what);
-    case msg::MOTION_SINE:
+    case msg::MotionKind::MOTION_SINE:
       return sine_from_message(motion, what);
-    case msg::MOTION_CONVEYOR:
+    case msg::MotionKind::MOTION_CONVEYOR:
       return conveyor_from_message(motion, what);
-    case msg::MOTION_DYNAMIC:
+    case msg::MotionKind::MOTION_DYNAMIC:
       return dynamic_from_message(motion, what);
   }
   return {{}, what + ": unknown kind of motion"};
@@ -226,17 +226,17 @@ Converted<NamedSnapshot> from_message(const msg::ObstacleStates& message, double
 
 std::string motion_name(msg::MotionKind kind) {
   switch (kind) {
-    case msg::MOTION_STATIC:
+    case msg::MotionKind::MOTION_STATIC:
       return "static";
-    case msg::MOTION_WAYPOINTS:
+    case msg::MotionKind::MOTION_WAYPOINTS:
       return "waypoints";
-    case msg::MOTION_CIRCLE:
+    case msg::MotionKind::MOTION_CIRCLE:
       return "circle";
-    case msg::MOTION_SINE:
+    case msg::MotionKind::MOTION_SINE:
       return "sine";
-    case msg::MOTION_CONVEYOR:
+    case msg::MotionKind::MOTION_CONVEYOR:
       return "conveyor";
-    case msg::MOTION_DYNAMIC:
+    case msg::MotionKind::MOTION_DYNAMIC:
       return "dynamic";
   }
   return "unknown";

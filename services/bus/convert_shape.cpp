@@ -66,23 +66,23 @@ Converted<world::Shape> shape_from_message(const msg::PlacedShape& message, cons
   const std::string name = what + ".dimensions.";
   std::string error;
   switch (message.kind()) {
-    case msg::SHAPE_BOX:
+    case msg::ShapeKind::SHAPE_BOX:
       error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0), check_above(name + "z", z, 0)});
       if (error.empty()) return {world::Shape{world::Box{{x, y, z}}}, {}};
       break;
-    case msg::SHAPE_SPHERE:
+    case msg::ShapeKind::SHAPE_SPHERE:
       error = check_above(name + "x", x, 0);
       if (error.empty()) return {world::Shape{world::Sphere{x}}, {}};
       break;
-    case msg::SHAPE_CAPSULE:
+    case msg::ShapeKind::SHAPE_CAPSULE:
       error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0, true)});
       if (error.empty()) return {world::Shape{world::Capsule{x, y}}, {}};
       break;
-    case msg::SHAPE_CYLINDER:
+    case msg::ShapeKind::SHAPE_CYLINDER:
       error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0)});
       if (error.empty()) return {world::Shape{world::Cylinder{x, y}}, {}};
       break;
-    case msg::SHAPE_CONVEX:
+    case msg::ShapeKind::SHAPE_CONVEX:
       return hull_from_message(message, what);
     default:
       error = what + ": unknown kind of shape";
@@ -98,23 +98,23 @@ msg::PlacedShape to_message(const world::PlacedShape& shape) {
   struct Visitor {
     msg::PlacedShape& to;
     void operator()(const world::Box& box) const {
-      to.kind(msg::SHAPE_BOX);
+      to.kind(msg::ShapeKind::SHAPE_BOX);
       to.dimensions(to_message(box.half_extents));
     }
     void operator()(const world::Sphere& sphere) const {
-      to.kind(msg::SHAPE_SPHERE);
+      to.kind(msg::ShapeKind::SHAPE_SPHERE);
       to.dimensions(dimensions(sphere.radius, 0, 0));
     }
     void operator()(const world::Capsule& capsule) const {
-      to.kind(msg::SHAPE_CAPSULE);
+      to.kind(msg::ShapeKind::SHAPE_CAPSULE);
       to.dimensions(dimensions(capsule.radius, capsule.half_length, 0));
     }
     void operator()(const world::Cylinder& cylinder) const {
-      to.kind(msg::SHAPE_CYLINDER);
+      to.kind(msg::ShapeKind::SHAPE_CYLINDER);
       to.dimensions(dimensions(cylinder.radius, cylinder.half_length, 0));
     }
     void operator()(const world::Convex& convex) const {
-      to.kind(msg::SHAPE_CONVEX);
+      to.kind(msg::ShapeKind::SHAPE_CONVEX);
       set_hull(to, *convex.hull);
     }
   };
@@ -134,19 +134,19 @@ std::string shape_text(const msg::PlacedShape& shape) {
   const auto& size = shape.dimensions();
   std::array<char, 128> text{};
   switch (shape.kind()) {
-    case msg::SHAPE_BOX:
+    case msg::ShapeKind::SHAPE_BOX:
       std::snprintf(text.data(), text.size(), "box %g × %g × %g m", 2 * size.x(), 2 * size.y(), 2 * size.z());
       break;
-    case msg::SHAPE_SPHERE:
+    case msg::ShapeKind::SHAPE_SPHERE:
       std::snprintf(text.data(), text.size(), "sphere ⌀ %g m", 2 * size.x());
       break;
-    case msg::SHAPE_CAPSULE:
+    case msg::ShapeKind::SHAPE_CAPSULE:
       std::snprintf(text.data(), text.size(), "capsule ⌀ %g m, length %g m", 2 * size.x(), 2 * (size.x() + size.y()));
       break;
-    case msg::SHAPE_CYLINDER:
+    case msg::ShapeKind::SHAPE_CYLINDER:
       std::snprintf(text.data(), text.size(), "cylinder ⌀ %g m, height %g m", 2 * size.x(), 2 * size.y());
       break;
-    case msg::SHAPE_CONVEX:
+    case msg::ShapeKind::SHAPE_CONVEX:
       std::snprintf(text.data(), text.size(), "convex, %zu vertices", shape.vertices().size());
       break;
     default:

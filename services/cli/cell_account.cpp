@@ -36,7 +36,7 @@ void RefereeAccount::update(const msg::RefereeReport& report) {
 void TickAccount::update(const msg::CellStatus& status) {
   for (const msg::NodeStatus& node : status.nodes()) {
     const msg::Heartbeat& beat = node.heartbeat();
-    if (beat.kind() != msg::NODE_PLANNER || beat.ticks() == 0) continue;
+    if (beat.kind() != msg::NodeKind::NODE_PLANNER || beat.ticks() == 0) continue;
     max_ = std::max(max_, beat.tick_max_us());
     std::uint64_t& taken = ticks_[beat.node()];
     if (beat.ticks() < taken) taken = 0;  // it was restarted

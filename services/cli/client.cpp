@@ -101,7 +101,7 @@ std::string Client::looked_for() const {
 }
 
 msg::CellStatus Client::status() {
-  msg::SupervisorReply reply = order(msg::REQUEST_STATUS, {});
+  msg::SupervisorReply reply = order(msg::RequestKind::REQUEST_STATUS, {});
   refuse_several_cells(reply.status().cell());
   return std::move(reply.status());
 }
@@ -110,7 +110,7 @@ bool Client::poll_status(msg::CellStatus& status, bus::Clock::duration timeout) 
   msg::SupervisorRequest request;
   request.client(name_);
   request.request_id(next_request_++);
-  request.kind(msg::REQUEST_STATUS);
+  request.kind(msg::RequestKind::REQUEST_STATUS);
   auto answer = bus::ask(requests_, replies_, request, timeout);
   if (!answer.reply) return false;
   status = std::move(answer.reply->status());
@@ -120,8 +120,8 @@ bool Client::poll_status(msg::CellStatus& status, bus::Clock::duration timeout) 
 msg::SupervisorReply Client::order(msg::RequestKind kind, const std::vector<std::string>& arms) {
   // An order is written once, when the supervisor that leads is known to hear it: written again it might undo what
   // somebody else has ordered since.
-  const bool question = kind == msg::REQUEST_STATUS;
-  if (!question) static_cast<void>(order(msg::REQUEST_STATUS, {}));
+  const bool question = kind == msg::RequestKind::REQUEST_STATUS;
+  if (!question) static_cast<void>(order(msg::RequestKind::REQUEST_STATUS, {}));
   msg::SupervisorRequest request;
   request.client(name_);
   request.request_id(next_request_++);

@@ -39,13 +39,13 @@ struct Options {
 void fill(msg::Goal& goal, const Options& options) {
   goal.time_limit(options.time_limit);
   if (!options.joints.empty()) {
-    goal.kind(msg::GOAL_JOINTS);
+    goal.kind(msg::GoalKind::GOAL_JOINTS);
     goal.q(options.joints);
   } else if (!options.named.empty()) {
-    goal.kind(msg::GOAL_NAMED);
+    goal.kind(msg::GoalKind::GOAL_NAMED);
     goal.named(options.named);
   } else {
-    goal.kind(msg::GOAL_POSE);
+    goal.kind(msg::GoalKind::GOAL_POSE);
     goal.X_WT(bus::to_message(pose_of(options.pose)));
   }
 }
@@ -126,7 +126,7 @@ class Follower {
   bool answered_ = false;
   bool warned_ = false;  ///< that it is not answered
   std::string told_;
-  msg::GoalState told_state_ = msg::GOAL_ACCEPTED;
+  msg::GoalState told_state_ = msg::GoalState::GOAL_ACCEPTED;
   bus::Clock::time_point told_at_;
   bus::Clock::time_point last_look_, last_answer_;
 };
@@ -135,7 +135,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   Client client(settings);
   static_cast<void>(require_arm(client.status(), options.arm));
   const msg::GoalStatus status = Follower(client, options).run();
-  const std::string after = options.wait && is_final(status.state()) && status.state() != msg::GOAL_REJECTED
+  const std::string after = options.wait && is_final(status.state()) && status.state() != msg::GoalState::GOAL_REJECTED
                                 ? " after " + duration_text(status.elapsed())
                                 : "";
   print(settings, to_json(status), options.arm + ": " + goal_text(status) + after + "\n");

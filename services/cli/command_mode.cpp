@@ -40,7 +40,7 @@ ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<
   const msg::SupervisorReply reply = order(client, kind, arms);
   if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
   if (!reply.reason().empty()) std::fprintf(stderr, "done, but %s\n", reply.reason().c_str());
-  if (kind == msg::REQUEST_RESUME && arms.empty()) tell_stopped(reply.status().mode());
+  if (kind == msg::RequestKind::REQUEST_RESUME && arms.empty()) tell_stopped(reply.status().mode());
   print(settings, to_json(reply.status().mode()), mode_text(reply.status(), Palette::for_stream(stdout)));
   return ExitCode::kDone;
 }
@@ -57,10 +57,12 @@ void add_mode(CLI::App& app, Session& session, const char* name, const char* des
 }  // namespace
 
 void add_mode_commands(CLI::App& app, Session& session) {
-  add_mode(app, session, "hold", "Brakes the cell or some arms; goals are kept until resume", msg::REQUEST_HOLD);
+  add_mode(app, session, "hold", "Brakes the cell or some arms; goals are kept until resume",
+           msg::RequestKind::REQUEST_HOLD);
   add_mode(app, session, "resume", "Lets the cell or some arms move again; arms that were stopped by name only by name",
-           msg::REQUEST_RESUME);
-  add_mode(app, session, "stop", "Brakes the cell or some arms and latches it until resume", msg::REQUEST_STOP);
+           msg::RequestKind::REQUEST_RESUME);
+  add_mode(app, session, "stop", "Brakes the cell or some arms and latches it until resume",
+           msg::RequestKind::REQUEST_STOP);
 }
 
 }  // namespace hecaton::services::cli

@@ -59,7 +59,7 @@ void add_obstacle_add(CLI::App& app, Session& session) {
   command->callback([&session, options] {
     const world::Obstacle obstacle = make_obstacle(*options);
     session.action = [&session, obstacle] {
-      msg::WorldEditRequest request = request_for(msg::EDIT_ADD, obstacle.name);
+      msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
       request.obstacle(bus::to_message(obstacle));
       const auto new_name = [&](const msg::CellStatus& cell) { require_new_name(cell, obstacle.name); };
       return edit(session.settings, request, new_name, "added " + obstacle.name);
@@ -75,7 +75,7 @@ void add_obstacle_move(CLI::App& app, Session& session) {
   add_pose(*command, "--pose", *pose, kPoseHelp)->required();
   command->callback([&session, name, pose] {
     session.action = [&session, name, pose] {
-      msg::WorldEditRequest request = request_for(msg::EDIT_MOVE, *name);
+      msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_MOVE, *name);
       request.X_WO(bus::to_message(pose_of(*pose)));
       return edit(
           session.settings, request, [&](const auto& cell) { require_obstacle(cell, *name); }, "moved " + *name);
@@ -90,7 +90,7 @@ void add_obstacle_remove(CLI::App& app, Session& session) {
   command->callback([&session, name] {
     session.action = [&session, name] {
       return edit(
-          session.settings, request_for(msg::EDIT_REMOVE, *name),
+          session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name),
           [&](const auto& cell) { require_obstacle(cell, *name); }, "removed " + *name);
     };
   });
@@ -110,10 +110,11 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
       const auto check = [&](const msg::CellStatus& cell) {
         static_cast<void>(require_arm(cell, *arm));
         require_obstacle(cell, *object);
-        if (kind == msg::EDIT_DETACH) require_carried(cell, *arm, *object);
+        if (kind == msg::EditKind::EDIT_DETACH) require_carried(cell, *arm, *object);
       };
-      return edit(session.settings, request, check,
-                  kind == msg::EDIT_ATTACH ? *arm + " carries " + *object : *arm + " has let go of " + *object);
+      return edit(
+          session.settings, request, check,
+          kind == msg::EditKind::EDIT_ATTACH ? *arm + " carries " + *object : *arm + " has let go of " + *object);
     };
   });
 }
@@ -131,9 +132,9 @@ void add_obstacle(CLI::App& app, Session& session) {
 
 void add_carry_commands(CLI::App& app, Session& session) {
   add_carry(app, session, "attach", "Fixes an object to an arm's tool where it is now: it becomes part of the arm",
-            msg::EDIT_ATTACH);
+            msg::EditKind::EDIT_ATTACH);
   add_carry(app, session, "detach", "Lets go of a carried object: dynamic ones fall, others stay where they are",
-            msg::EDIT_DETACH);
+            msg::EditKind::EDIT_DETACH);
 }
 
 }  // namespace hecaton::services::cli

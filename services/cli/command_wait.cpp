@@ -60,7 +60,7 @@ class Waiter {
       for (const msg::GoalStatus& status : goals_.news()) {
         if (status.arm() != options_.arm) continue;
         // Old goal and new one may be told in either order: "replaced" only counts when it is waited for.
-        if (status.state() == msg::GOAL_REPLACED && wanted_.count("replaced") == 0) continue;
+        if (status.state() == msg::GoalState::GOAL_REPLACED && wanted_.count("replaced") == 0) continue;
         if (!newest_ || is_later(status, *newest_)) newest_ = status;
       }
       for (const auto& sample : faults_.take()) {

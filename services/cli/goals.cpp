@@ -51,9 +51,9 @@ std::vector<msg::GoalStatus> Goals::news() {
 
 ExitCode outcome_code(const msg::GoalStatus& status) {
   switch (status.state()) {
-    case msg::GOAL_REACHED:
+    case msg::GoalState::GOAL_REACHED:
       return ExitCode::kDone;
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_TIMED_OUT:
       return ExitCode::kTimeOut;
     default:
       return ExitCode::kNegative;

@@ -12,11 +12,11 @@ namespace hecaton::services::cli {
 // No default in any switch: the compiler then tells which new value has no word yet.
 std::string text(msg::Mode mode) {
   switch (mode) {
-    case msg::MODE_RUN:
+    case msg::Mode::MODE_RUN:
       return "run";
-    case msg::MODE_HOLD:
+    case msg::Mode::MODE_HOLD:
       return "hold";
-    case msg::MODE_STOP:
+    case msg::Mode::MODE_STOP:
       return "stop";
   }
   return "unknown";
@@ -24,15 +24,15 @@ std::string text(msg::Mode mode) {
 
 std::string text(msg::ArmMode mode) {
   switch (mode) {
-    case msg::ARM_STARTING:
+    case msg::ArmMode::ARM_STARTING:
       return "starting";
-    case msg::ARM_RUNNING:
+    case msg::ArmMode::ARM_RUNNING:
       return "running";
-    case msg::ARM_BRAKING:
+    case msg::ArmMode::ARM_BRAKING:
       return "braking";
-    case msg::ARM_STOPPED:
+    case msg::ArmMode::ARM_STOPPED:
       return "stopped";
-    case msg::ARM_FAILED:
+    case msg::ArmMode::ARM_FAILED:
       return "failed";
   }
   return "unknown";
@@ -40,21 +40,21 @@ std::string text(msg::ArmMode mode) {
 
 std::string text(msg::GoalState state) {
   switch (state) {
-    case msg::GOAL_ACCEPTED:
+    case msg::GoalState::GOAL_ACCEPTED:
       return "accepted";
-    case msg::GOAL_ACTIVE:
+    case msg::GoalState::GOAL_ACTIVE:
       return "active";
-    case msg::GOAL_REACHED:
+    case msg::GoalState::GOAL_REACHED:
       return "reached";
-    case msg::GOAL_BLOCKED:
+    case msg::GoalState::GOAL_BLOCKED:
       return "blocked";
-    case msg::GOAL_REJECTED:
+    case msg::GoalState::GOAL_REJECTED:
       return "rejected";
-    case msg::GOAL_CANCELLED:
+    case msg::GoalState::GOAL_CANCELLED:
       return "cancelled";
-    case msg::GOAL_REPLACED:
+    case msg::GoalState::GOAL_REPLACED:
       return "replaced";
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_TIMED_OUT:
       return "timed_out";
   }
   return "unknown";
@@ -62,19 +62,19 @@ std::string text(msg::GoalState state) {
 
 std::string text(msg::NodeKind kind) {
   switch (kind) {
-    case msg::NODE_PLANNER:
+    case msg::NodeKind::NODE_PLANNER:
       return "planner";
-    case msg::NODE_DRIVER:
+    case msg::NodeKind::NODE_DRIVER:
       return "driver";
-    case msg::NODE_WORLD:
+    case msg::NodeKind::NODE_WORLD:
       return "world";
-    case msg::NODE_SUPERVISOR:
+    case msg::NodeKind::NODE_SUPERVISOR:
       return "supervisor";
-    case msg::NODE_AGENT:
+    case msg::NodeKind::NODE_AGENT:
       return "agent";
-    case msg::NODE_CLIENT:
+    case msg::NodeKind::NODE_CLIENT:
       return "client";
-    case msg::NODE_OTHER:
+    case msg::NodeKind::NODE_OTHER:
       return "other";
   }
   return "unknown";
@@ -82,17 +82,17 @@ std::string text(msg::NodeKind kind) {
 
 std::string text(msg::NodeState state) {
   switch (state) {
-    case msg::NODE_STARTING:
+    case msg::NodeState::NODE_STARTING:
       return "starting";
-    case msg::NODE_RUNNING:
+    case msg::NodeState::NODE_RUNNING:
       return "running";
-    case msg::NODE_DEGRADED:
+    case msg::NodeState::NODE_DEGRADED:
       return "degraded";
-    case msg::NODE_STANDBY:
+    case msg::NodeState::NODE_STANDBY:
       return "standby";
-    case msg::NODE_STOPPING:
+    case msg::NodeState::NODE_STOPPING:
       return "stopping";
-    case msg::NODE_FAILED:
+    case msg::NodeState::NODE_FAILED:
       return "failed";
   }
   return "unknown";
@@ -100,13 +100,13 @@ std::string text(msg::NodeState state) {
 
 std::string text(msg::Severity severity) {
   switch (severity) {
-    case msg::SEVERITY_INFO:
+    case msg::Severity::SEVERITY_INFO:
       return "info";
-    case msg::SEVERITY_WARNING:
+    case msg::Severity::SEVERITY_WARNING:
       return "warning";
-    case msg::SEVERITY_ERROR:
+    case msg::Severity::SEVERITY_ERROR:
       return "error";
-    case msg::SEVERITY_CRITICAL:
+    case msg::Severity::SEVERITY_CRITICAL:
       return "critical";
   }
   return "unknown";
@@ -114,11 +114,11 @@ std::string text(msg::Severity severity) {
 
 std::string text(msg::ContactKind kind) {
   switch (kind) {
-    case msg::CONTACT_ARM_ARM:
+    case msg::ContactKind::CONTACT_ARM_ARM:
       return "arm-arm";
-    case msg::CONTACT_ARM_OBSTACLE:
+    case msg::ContactKind::CONTACT_ARM_OBSTACLE:
       return "arm-obstacle";
-    case msg::CONTACT_ARM_SELF:
+    case msg::ContactKind::CONTACT_ARM_SELF:
       return "arm-self";
   }
   return "unknown";
@@ -126,15 +126,15 @@ std::string text(msg::ContactKind kind) {
 
 bool is_final(msg::GoalState state) {
   switch (state) {
-    case msg::GOAL_ACCEPTED:
-    case msg::GOAL_ACTIVE:
-    case msg::GOAL_BLOCKED:
+    case msg::GoalState::GOAL_ACCEPTED:
+    case msg::GoalState::GOAL_ACTIVE:
+    case msg::GoalState::GOAL_BLOCKED:
       return false;
-    case msg::GOAL_REACHED:
-    case msg::GOAL_REJECTED:
-    case msg::GOAL_CANCELLED:
-    case msg::GOAL_REPLACED:
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_REACHED:
+    case msg::GoalState::GOAL_REJECTED:
+    case msg::GoalState::GOAL_CANCELLED:
+    case msg::GoalState::GOAL_REPLACED:
+    case msg::GoalState::GOAL_TIMED_OUT:
       return true;
   }
   return false;
@@ -146,7 +146,7 @@ std::string binding_text(const msg::GoalStatus& goal) {
 }
 
 std::string why_text(const msg::GoalStatus& goal) {
-  if (goal.state() == msg::GOAL_REACHED) return {};
+  if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
   std::string why = goal.reason();
   const std::string binding = binding_text(goal);
   const bool told = why.find(binding) != std::string::npos;

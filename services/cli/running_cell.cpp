@@ -88,7 +88,7 @@ bool RunningCell::wait_until_up(double timeout, const std::function<void(const s
   while (!interrupted()) {
     const bool answered = look();
     const std::string missing = answered ? missing_parts(status_) : "the supervisor";
-    if (missing.empty() && status_.mode().mode() == msg::MODE_RUN) return true;
+    if (missing.empty() && status_.mode().mode() == msg::Mode::MODE_RUN) return true;
     const std::string waits = missing.empty() ? "the cell's mode to be run: " + status_.mode().reason() : missing;
     if (waits != told) tell("waiting for " + waits);
     told = waits;

@@ -108,7 +108,7 @@ Json to_json(const msg::HostStatus& host) {
     json["processes"].push_back({{"name", process.name()},
                                  {"node", process.node()},
                                  {"pid", process.pid()},
-                                 {"running", process.kind() == msg::PROCESS_STARTED},
+                                 {"running", process.kind() == msg::ProcessEventKind::PROCESS_STARTED},
                                  {"wanted", process.wanted()},
                                  {"exit_code", process.exit_code()},
                                  {"signal", process.signal_number()},

@@ -13,20 +13,20 @@ namespace {
 
 std::string coloured(msg::Mode mode, const Palette& palette) {
   const std::string word = text(mode);
-  return mode == msg::MODE_RUN    ? palette.green(word)
-         : mode == msg::MODE_HOLD ? palette.yellow(word)
-                                  : palette.red(word);
+  return mode == msg::Mode::MODE_RUN    ? palette.green(word)
+         : mode == msg::Mode::MODE_HOLD ? palette.yellow(word)
+                                        : palette.red(word);
 }
 
 std::string coloured(msg::GoalState state, const Palette& palette) {
   std::string word = text(state);
   switch (state) {
-    case msg::GOAL_REACHED:
+    case msg::GoalState::GOAL_REACHED:
       return palette.green(word);
-    case msg::GOAL_BLOCKED:
+    case msg::GoalState::GOAL_BLOCKED:
       return palette.yellow(word);
-    case msg::GOAL_REJECTED:
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_REJECTED:
+    case msg::GoalState::GOAL_TIMED_OUT:
       return palette.red(word);
     default:
       return word;
@@ -35,15 +35,15 @@ std::string coloured(msg::GoalState state, const Palette& palette) {
 
 std::string coloured(msg::Severity severity, const Palette& palette) {
   const std::string word = text(severity);
-  return severity >= msg::SEVERITY_ERROR     ? palette.red(word)
-         : severity == msg::SEVERITY_WARNING ? palette.yellow(word)
-                                             : word;
+  return severity >= msg::Severity::SEVERITY_ERROR     ? palette.red(word)
+         : severity == msg::Severity::SEVERITY_WARNING ? palette.yellow(word)
+                                                       : word;
 }
 
 std::string drive_text(const msg::ArmStatus& arm, const Palette& palette) {
   if (!arm.driver_alive()) return palette.red("silent");
   const std::string word = text(arm.state().mode());
-  return arm.state().mode() == msg::ARM_FAILED ? palette.red(word) : word;
+  return arm.state().mode() == msg::ArmMode::ARM_FAILED ? palette.red(word) : word;
 }
 
 std::string planner_text(const msg::ArmStatus& arm, const Palette& palette) {
@@ -57,7 +57,7 @@ std::string position_text(const msg::Pose& pose) {
 }
 
 std::string process_text(const msg::ProcessEvent& process, const Palette& palette) {
-  if (process.kind() == msg::PROCESS_STARTED) return palette.green("runs");
+  if (process.kind() == msg::ProcessEventKind::PROCESS_STARTED) return palette.green("runs");
   const std::string how = process.signal_number() != 0 ? "ended by signal " + std::to_string(process.signal_number())
                                                        : "exited with " + std::to_string(process.exit_code());
   return process.wanted() ? how : palette.red(how);
@@ -111,10 +111,11 @@ std::string nodes_text(const msg::CellStatus& status, const Palette& palette) {
   for (const msg::NodeStatus& node : status.nodes()) {
     const msg::Heartbeat& beat = node.heartbeat();
     std::string state = node.alive() ? text(beat.state()) : palette.red("silent");
-    if (node.alive() && beat.state() == msg::NODE_DEGRADED) {
+    if (node.alive() && beat.state() == msg::NodeState::NODE_DEGRADED) {
       state = palette.yellow(state.append(": ").append(beat.detail()));
     }
-    if (node.alive() && beat.state() == msg::NODE_FAILED) state = palette.red(state.append(": ").append(beat.detail()));
+    if (node.alive() && beat.state() == msg::NodeState::NODE_FAILED)
+      state = palette.red(state.append(": ").append(beat.detail()));
     std::string input = beat.oldest_input();
     if (!input.empty()) input.append(", ").append(duration_text(beat.oldest_input_age()));
     table.add({beat.node(), beat.host(), std::to_string(beat.pid()), state, decimal_text(beat.tick_p50_us(), 0),

@@ -29,7 +29,7 @@ std::int32_t pid_of(const msg::CellStatus& status) {
 }  // namespace
 
 std::string SupervisorStory::process(const msg::ProcessEvent& event, bus::Clock::time_point now) {
-  const bool died = event.kind() == msg::PROCESS_EXITED && !event.wanted();
+  const bool died = event.kind() == msg::ProcessEventKind::PROCESS_EXITED && !event.wanted();
   if (!died || leader_.empty() || !is_supervisor(event.node())) return {};
   if (event.node() == standby_) standby_.clear();
   const bool led = event.node() == leader_ && (pid_ == 0 || pid_ == event.pid());

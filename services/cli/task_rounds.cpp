@@ -21,9 +21,9 @@ constexpr auto kHopeless = 10s;
 
 std::string outcome_of(msg::GoalState state) {
   switch (state) {
-    case msg::GOAL_REACHED:
+    case msg::GoalState::GOAL_REACHED:
       return "reached";
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_TIMED_OUT:
       return "timed_out";
     default:
       return "blocked";
@@ -84,7 +84,7 @@ void TaskRounds::start_round() {
   for (std::size_t i = 0; i < drawn->size(); ++i) {
     Task task;
     task.goal = goals_.draft(tally_.arms[i].name);
-    task.goal.kind(msg::GOAL_JOINTS);
+    task.goal.kind(msg::GoalKind::GOAL_JOINTS);
     task.goal.q(bus::to_message((*drawn)[i]));
     task.goal.time_limit(cell_.file().cell.tasks.time_limit);
     task.counted = given_ < options_.tasks;
@@ -117,7 +117,7 @@ void TaskRounds::take_news() {
 
 void TaskRounds::give_up_when_hopeless(bus::Clock::time_point now) {
   const bool hopeless = std::all_of(round_.begin(), round_.end(), [](const Task& task) {
-    return task.ended || (task.status && task.status->state() == msg::GOAL_BLOCKED);
+    return task.ended || (task.status && task.status->state() == msg::GoalState::GOAL_BLOCKED);
   });
   if (!hopeless) {
     hopeless_since_.reset();

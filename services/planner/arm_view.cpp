@@ -59,7 +59,8 @@ std::string ArmView::apply(const msg::GoalStatus& status) {
   if (name == names_.end()) return "GoalStatus of " + status.arm() + ": no such arm in this cell";
   const auto index = static_cast<std::size_t>(name - names_.begin());
   planner::ArmObservation& seen = observations_[index];
-  const bool under_way = status.state() == msg::GOAL_ACTIVE || status.state() == msg::GOAL_BLOCKED;
+  const bool under_way =
+      status.state() == msg::GoalState::GOAL_ACTIVE || status.state() == msg::GoalState::GOAL_BLOCKED;
   if (!under_way) {
     // A status of an earlier goal says nothing about the present one.
     if (goals_[index] == status.goal()) seen.has_goal = false;
@@ -140,7 +141,7 @@ const ArmView::Said* ArmView::company_of(int arm) const {
   const std::optional<Heard>& heard = heard_[arm];
   if (!heard) return &all.back();
   // On its own stop profile it may still be on its way: the next command is late, and ends that.
-  if (heard->mode != msg::ARM_RUNNING && heard->mode != msg::ARM_BRAKING) return nullptr;
+  if (heard->mode != msg::ArmMode::ARM_RUNNING && heard->mode != msg::ArmMode::ARM_BRAKING) return nullptr;
   const std::string& commands = heard->mandate.planner;
   if (commands.empty()) return &all.back();
   const auto found = std::find_if(all.begin(), all.end(), [&](const Said& said) { return said.planner == commands; });
@@ -194,7 +195,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.qd = heard_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
     seen.known = true;
-    seen.plans = heard_[i]->mode == msg::ARM_RUNNING && mode.order(names_[i]) == ArmOrder::kRun;
+    seen.plans = heard_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == ArmOrder::kRun;
   }
   return observations_;
 }

@@ -26,7 +26,7 @@ class ArmView {
   struct Heard {
     planner::JointVector q;   ///< [rad | m]
     planner::JointVector qd;  ///< [rad/s | m/s]
-    msg::ArmMode mode = msg::ARM_STARTING;
+    msg::ArmMode mode = msg::ArmMode::ARM_STARTING;
     std::string reason;
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;

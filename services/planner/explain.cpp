@@ -61,7 +61,7 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
   }
   switch (result.status) {
     case planner::TickStatus::kBlocked: {
-      progress.state = msg::GOAL_BLOCKED;
+      progress.state = msg::GoalState::GOAL_BLOCKED;
       progress.reason = "no progress" + what_binds(progress);
       progress.trying = "looks for a way along the boundary" + subspaces(result.redraws);
       break;
@@ -103,8 +103,8 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
           result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
       break;
   }
-  if (progress.held_back && progress.state == msg::GOAL_ACTIVE && approach.hopeless()) {
-    progress.state = msg::GOAL_BLOCKED;
+  if (progress.held_back && progress.state == msg::GoalState::GOAL_ACTIVE && approach.hopeless()) {
+    progress.state = msg::GoalState::GOAL_BLOCKED;
     char text[64];
     std::snprintf(text, sizeof text, "no way found for %.0f s", approach.lost());
     progress.reason = text + what_binds(progress);

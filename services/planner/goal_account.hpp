@@ -29,7 +29,7 @@ struct GoalAccount {
   };
   struct End {
     std::string goal;
-    msg::GoalState state = msg::GOAL_REACHED;
+    msg::GoalState state = msg::GoalState::GOAL_REACHED;
     bool operator==(const End&) const = default;
   };
 

@@ -58,10 +58,10 @@ void GoalDesk::receive(const msg::Goal& goal, Clock::time_point now) {
 }
 
 void GoalDesk::cancel(const std::string& goal, Clock::time_point now) {
-  if (active_ && active_->goal.goal() == goal) end_active(msg::GOAL_CANCELLED, kGivenUp, now);
+  if (active_ && active_->goal.goal() == goal) end_active(msg::GoalState::GOAL_CANCELLED, kGivenUp, now);
   if (asked_ && asked_->goal() == goal) asked_cancelled_ = true;
   for (const Waiting& waiting : waiting_) {
-    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GOAL_CANCELLED, kGivenUp);
+    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GoalState::GOAL_CANCELLED, kGivenUp);
   }
   std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
 }
@@ -81,16 +81,17 @@ void GoalDesk::wait_from(Clock::time_point now) {
 
 void GoalDesk::refuse_waiting(Clock::time_point now, Clock::duration limit, const std::string& reason) {
   while (!waiting_.empty() && now - waiting_.front().since > limit) {
-    tell(waiting_.front().goal, msg::GOAL_REJECTED, reason);
+    tell(waiting_.front().goal, msg::GoalState::GOAL_REJECTED, reason);
     waiting_.pop_front();
   }
 }
 
 void GoalDesk::refuse_all(const std::string& reason) {
   if (asked_ && !std::exchange(asked_refused_, true)) {
-    tell(*asked_, asked_cancelled_ ? msg::GOAL_CANCELLED : msg::GOAL_REJECTED, asked_cancelled_ ? kGivenUp : reason);
+    tell(*asked_, asked_cancelled_ ? msg::GoalState::GOAL_CANCELLED : msg::GoalState::GOAL_REJECTED,
+         asked_cancelled_ ? kGivenUp : reason);
   }
-  for (const Waiting& waiting : waiting_) tell(waiting.goal, msg::GOAL_REJECTED, reason);
+  for (const Waiting& waiting : waiting_) tell(waiting.goal, msg::GoalState::GOAL_REJECTED, reason);
   waiting_.clear();
 }
 
@@ -98,24 +99,24 @@ bool GoalDesk::answer(const GoalAnswer& answer, Clock::time_point now) {
   asked_.reset();
   if (asked_refused_) return false;
   if (asked_cancelled_) {
-    tell(answer.goal, msg::GOAL_CANCELLED, kGivenUp);
+    tell(answer.goal, msg::GoalState::GOAL_CANCELLED, kGivenUp);
     return false;
   }
   if (!answer.accepted) {
-    tell(answer.goal, msg::GOAL_REJECTED, answer.reason);
+    tell(answer.goal, msg::GoalState::GOAL_REJECTED, answer.reason);
     return false;
   }
   if (answer.goal.goal().size() > GoalAccount::kLongestName ||
       answer.goal.client().size() > GoalAccount::kLongestName) {
-    tell(answer.goal, msg::GOAL_REJECTED,
+    tell(answer.goal, msg::GoalState::GOAL_REJECTED,
          "the names of a goal and of its client must have at most " + std::to_string(GoalAccount::kLongestName) +
              " bytes");
     return false;
   }
-  if (active_) end_active(msg::GOAL_REPLACED, "goal " + answer.goal.goal() + " came later", now);
+  if (active_) end_active(msg::GoalState::GOAL_REPLACED, "goal " + answer.goal.goal() + " came later", now);
   forget_ = false;
-  begin(Active{answer.goal, answer.q_goal, now, now, msg::GOAL_ACCEPTED, {}});
-  tell_active(msg::GOAL_ACCEPTED, {}, now);
+  begin(Active{answer.goal, answer.q_goal, now, now, msg::GoalState::GOAL_ACCEPTED, {}});
+  tell_active(msg::GoalState::GOAL_ACCEPTED, {}, now);
   return true;
 }
 
@@ -123,7 +124,7 @@ bool GoalDesk::follow(const msg::GoalStatus& status, Clock::time_point now) {
   if (is_over(status.state())) {
     if (!active_ || active_->goal.goal() != status.goal()) return false;
     active_.reset();
-    forget_ = status.state() != msg::GOAL_REACHED;  // the arm keeps the place that it was sent to
+    forget_ = status.state() != msg::GoalState::GOAL_REACHED;  // the arm keeps the place that it was sent to
     return false;
   }
   if (status.q_goal().empty() || knows(status.goal())) return false;
@@ -185,8 +186,8 @@ bool GoalDesk::resume(const GoalAccount& account, Clock::duration ago, Clock::ti
   goal.time_limit(active.time_limit);
   const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(active.elapsed));
   const bool followed = active.client.empty();  // then it may still come from its client, too
-  begin(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GOAL_ACTIVE, {}, followed});
-  tell_active(msg::GOAL_ACTIVE, "resumed by a planner that was restarted", now);
+  begin(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GoalState::GOAL_ACTIVE, {}, followed});
+  tell_active(msg::GoalState::GOAL_ACTIVE, "resumed by a planner that was restarted", now);
   return true;
 }
 
@@ -201,15 +202,15 @@ void GoalDesk::progress(const Progress& progress, Clock::time_point now) {
   const bool asks = progress.claim != active.last.claim;
   active.last = progress;
   note_hold(progress.held_back, now);
-  if (progress.state == msg::GOAL_REACHED) {
-    end_active(msg::GOAL_REACHED, {}, now);
+  if (progress.state == msg::GoalState::GOAL_REACHED) {
+    end_active(msg::GoalState::GOAL_REACHED, {}, now);
     forget_ = false;  // the arm keeps the place that it was sent to
     return;
   }
   if (active.goal.time_limit() > 0.0 && seconds(now - active.since) > active.goal.time_limit()) {
     char text[64];
     std::snprintf(text, sizeof text, "not reached within %.6g s", active.goal.time_limit());
-    end_active(msg::GOAL_TIMED_OUT, progress.reason.empty() ? text : text + (": " + progress.reason), now);
+    end_active(msg::GoalState::GOAL_TIMED_OUT, progress.reason.empty() ? text : text + (": " + progress.reason), now);
     return;
   }
   if (progress.state != active.state || asks || now - active.told >= kRepeat)

@@ -19,8 +19,8 @@ namespace hecaton::services {
 
 /// What a period has brought the active goal.
 struct Progress {
-  msg::GoalState state = msg::GOAL_ACTIVE;  ///< active, blocked or reached
-  std::string reason;                       ///< a sentence when it does not come nearer
+  msg::GoalState state = msg::GoalState::GOAL_ACTIVE;  ///< active, blocked or reached
+  std::string reason;                                  ///< a sentence when it does not come nearer
   bool has_binding = false;
   std::string binding_own;
   std::string binding_other;
@@ -88,7 +88,7 @@ class GoalDesk {
     planner::JointVector q_goal;
     Clock::time_point since;
     Clock::time_point told;
-    msg::GoalState state = msg::GOAL_ACCEPTED;
+    msg::GoalState state = msg::GoalState::GOAL_ACCEPTED;
     Progress last;
     bool followed = false;  // known from the planner in charge, not from its client
     std::optional<Clock::time_point> held_since = {};

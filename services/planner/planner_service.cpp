@@ -58,21 +58,21 @@ std::uint64_t seed_of(const std::string& name) {
 
 const char* state_name(msg::GoalState state) {
   switch (state) {
-    case msg::GOAL_ACCEPTED:
+    case msg::GoalState::GOAL_ACCEPTED:
       return "accepted";
-    case msg::GOAL_ACTIVE:
+    case msg::GoalState::GOAL_ACTIVE:
       return "active";
-    case msg::GOAL_REACHED:
+    case msg::GoalState::GOAL_REACHED:
       return "reached";
-    case msg::GOAL_BLOCKED:
+    case msg::GoalState::GOAL_BLOCKED:
       return "blocked";
-    case msg::GOAL_REJECTED:
+    case msg::GoalState::GOAL_REJECTED:
       return "rejected";
-    case msg::GOAL_CANCELLED:
+    case msg::GoalState::GOAL_CANCELLED:
       return "cancelled";
-    case msg::GOAL_REPLACED:
+    case msg::GoalState::GOAL_REPLACED:
       return "replaced";
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_TIMED_OUT:
       break;
   }
   return "timed out";
@@ -110,7 +110,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       commands_(participant_),
       statuses_(participant_),
       pulse_(participant_,
-             {node_, msg::NODE_PLANNER, name_, options.host.empty() ? planners_[place_].host : options.host},
+             {node_, msg::NodeKind::NODE_PLANNER, name_, options.host.empty() ? planners_[place_].host : options.host},
              pulse_timing(file, options)),
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
       duty_(node_, place_ == 0),
@@ -312,8 +312,8 @@ void PlannerService::plan() {
   progress.claim = controller_.claim();
   if (rollout_policy_.looks_ahead()) progress.trying += ", looks ahead";
   const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller_.parameters().goal_tolerance;
-  if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GOAL_REACHED;
-  if (own.mode != msg::ARM_RUNNING && hold_reason_.empty() && !own.reason.empty() && !starved) {
+  if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GoalState::GOAL_REACHED;
+  if (own.mode != msg::ArmMode::ARM_RUNNING && hold_reason_.empty() && !own.reason.empty() && !starved) {
     progress.reason = "the drive does not follow: " + own.reason;
   }
   answer_clients(std::move(progress));
@@ -323,7 +323,7 @@ planner::OwnNews PlannerService::news_of(const ArmView::Heard& own) const {
   planner::OwnNews news;
   news.state = {own.q, own.qd};
   news.age = arms_.age(self_, now_);
-  news.follows = own.mode == msg::ARM_RUNNING;
+  news.follows = own.mode == msg::ArmMode::ARM_RUNNING;
   if (own.term == duty_.term()) news.setpoint = own.command_sequence;  // else the last that it accepted was not ours
   news.setpoint_age = own.command_age;
   return news;
@@ -381,7 +381,8 @@ void PlannerService::command(const planner::TickResult& result) {
 }
 
 void PlannerService::answer_clients(Progress progress) {
-  if (progress.state == msg::GOAL_ACTIVE && waited_for_input_ > kBlockedAfter) progress.state = msg::GOAL_BLOCKED;
+  if (progress.state == msg::GoalState::GOAL_ACTIVE && waited_for_input_ > kBlockedAfter)
+    progress.state = msg::GoalState::GOAL_BLOCKED;
   desk_.progress(progress, now_);
   if (desk_.take_forget()) controller_.cancel_goal();
 }
@@ -402,7 +403,8 @@ void PlannerService::publish_statuses() {
     status.term(duty_.term());
     status.stamp_ns(stamp_now());
     (void)statuses_.write(status);
-    const bool passing = status.state() == msg::GOAL_ACTIVE || status.state() == msg::GOAL_BLOCKED;
+    const bool passing =
+        status.state() == msg::GoalState::GOAL_ACTIVE || status.state() == msg::GoalState::GOAL_BLOCKED;
     (passing ? log_debug : log_info)("goal", {{"goal", status.goal()},
                                               {"state", state_name(status.state())},
                                               {"elapsed", status.elapsed()},
@@ -427,8 +429,8 @@ void PlannerService::beat() {
   }
   if (!by_sight_) consider(obstacles_.known() ? obstacles_.age(now_) : HUGE_VAL, "ObstacleStates");
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
-  vital.state = in_charge_ ? msg::NODE_RUNNING : msg::NODE_STANDBY;
-  if (starved || !hanging_thread_.empty()) vital.state = msg::NODE_DEGRADED;
+  vital.state = in_charge_ ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
+  if (starved || !hanging_thread_.empty()) vital.state = msg::NodeState::NODE_DEGRADED;
   vital.detail = hanging_thread_;
   if (starved) {
     vital.detail += vital.detail.empty() ? "" : "; ";

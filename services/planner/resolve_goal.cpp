@@ -103,11 +103,11 @@ GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& 
     return rejected(goal, "goal: time_limit = " + std::to_string(goal.time_limit()) + " must be 0 (none) or above [s]");
   }
   switch (goal.kind()) {
-    case msg::GOAL_JOINTS:
+    case msg::GoalKind::GOAL_JOINTS:
       return joint_goal(geometry, goal, obstacles);
-    case msg::GOAL_NAMED:
+    case msg::GoalKind::GOAL_NAMED:
       return named_goal(geometry, goal, obstacles);
-    case msg::GOAL_POSE:
+    case msg::GoalKind::GOAL_POSE:
       return pose_goal(geometry, goal, q_now, obstacles);
   }
   return rejected(goal, "goal: unknown kind");

@@ -7,7 +7,8 @@ namespace hecaton::services {
 
 /// Nothing more comes of the goal.
 [[nodiscard]] inline bool is_over(msg::GoalState state) {
-  return state != msg::GOAL_ACCEPTED && state != msg::GOAL_ACTIVE && state != msg::GOAL_BLOCKED;
+  return state != msg::GoalState::GOAL_ACCEPTED && state != msg::GoalState::GOAL_ACTIVE &&
+         state != msg::GoalState::GOAL_BLOCKED;
 }
 
 }  // namespace hecaton::services

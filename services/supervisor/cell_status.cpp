@@ -18,17 +18,17 @@ constexpr std::size_t kClearedShown = 32;  // faults that are over, in a reply
 msg::NodeKind kind_of(NodeRole role) {
   switch (role) {
     case NodeRole::kPlanner:
-      return msg::NODE_PLANNER;
+      return msg::NodeKind::NODE_PLANNER;
     case NodeRole::kDriver:
-      return msg::NODE_DRIVER;
+      return msg::NodeKind::NODE_DRIVER;
     case NodeRole::kWorld:
-      return msg::NODE_WORLD;
+      return msg::NodeKind::NODE_WORLD;
     case NodeRole::kSupervisor:
-      return msg::NODE_SUPERVISOR;
+      return msg::NodeKind::NODE_SUPERVISOR;
     case NodeRole::kAgent:
       break;
   }
-  return msg::NODE_AGENT;
+  return msg::NodeKind::NODE_AGENT;
 }
 
 class StatusBuilder {
@@ -92,7 +92,7 @@ class StatusBuilder {
 
   [[nodiscard]] bool stands_by(const std::string& node) const {
     const auto* heartbeat = find(source_.picture.heartbeats, node);
-    return heartbeat && heartbeat->value.state() == msg::NODE_STANDBY && source_.watch.alive(node);
+    return heartbeat && heartbeat->value.state() == msg::NodeState::NODE_STANDBY && source_.watch.alive(node);
   }
 
   [[nodiscard]] bool alive(const Heard<msg::Heartbeat>& heartbeat) const {

@@ -124,13 +124,13 @@ void Ears::hear_nodes(const Listeners& to) {
   for (const auto& sample : heartbeats_.take()) {
     const msg::Heartbeat& beat = sample.value;
     if (sample.disposed) continue;
-    if (beat.kind() == msg::NODE_AGENT) meet_agent(sample);
+    if (beat.kind() == msg::NodeKind::NODE_AGENT) meet_agent(sample);
     Time& newest = beat.host() == self_.host ? newest_near_ : newest_far_;
     if (beat.node() != self_.node) newest = std::max(newest, arrival(sample));
-    if (beat.kind() != msg::NODE_SUPERVISOR) to.leadership.heard_term(beat.term(), arrival(sample));
+    if (beat.kind() != msg::NodeKind::NODE_SUPERVISOR) to.leadership.heard_term(beat.term(), arrival(sample));
     // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
     to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
-    const bool failed = beat.state() == msg::NODE_FAILED;
+    const bool failed = beat.state() == msg::NodeState::NODE_FAILED;
     const HeardMode mode{beat.heard_mode().term(), beat.heard_mode().sequence_number()};
     to.watch.heard(beat.node(),
                    {beat.pid(), arrival(sample), beat.sequence_number(), mode, failed ? beat.detail() : std::string()});
@@ -189,7 +189,7 @@ void Ears::hear_processes(const Listeners& to) {
 void Ears::hear_process(const bus::Sample<msg::ProcessEvent>& sample, const Listeners& to) {
   const msg::ProcessEvent& event = sample.value;
   to.picture.processes.insert_or_assign(event.process(), heard(sample));
-  const bool exited = event.kind() == msg::PROCESS_EXITED;
+  const bool exited = event.kind() == msg::ProcessEventKind::PROCESS_EXITED;
   const Acquaintance& agent = *acquaintance(sample);
   const bool past = event.sequence_number() <= agent.past_events;
   if (exited) {

@@ -13,11 +13,11 @@ namespace {
 
 MoveMode move_mode(msg::Mode mode) {
   switch (mode) {
-    case msg::MODE_HOLD:
+    case msg::Mode::MODE_HOLD:
       return MoveMode::kHold;
-    case msg::MODE_STOP:
+    case msg::Mode::MODE_STOP:
       return MoveMode::kStop;
-    case msg::MODE_RUN:
+    case msg::Mode::MODE_RUN:
       break;
   }
   return MoveMode::kRun;
@@ -26,15 +26,15 @@ MoveMode move_mode(msg::Mode mode) {
 msg::Severity severity_of(FaultSeverity severity) {
   switch (severity) {
     case FaultSeverity::kInfo:
-      return msg::SEVERITY_INFO;
+      return msg::Severity::SEVERITY_INFO;
     case FaultSeverity::kWarning:
-      return msg::SEVERITY_WARNING;
+      return msg::Severity::SEVERITY_WARNING;
     case FaultSeverity::kError:
-      return msg::SEVERITY_ERROR;
+      return msg::Severity::SEVERITY_ERROR;
     case FaultSeverity::kCritical:
       break;
   }
-  return msg::SEVERITY_CRITICAL;
+  return msg::Severity::SEVERITY_CRITICAL;
 }
 
 /// Whose fault it is, as the watch names it: a stream's is its driver's, a host's is its agent's.
@@ -48,13 +48,13 @@ std::string cause_of(const FaultRecord& record) {
 
 FaultSeverity fault_severity(msg::Severity severity) {
   switch (severity) {
-    case msg::SEVERITY_INFO:
+    case msg::Severity::SEVERITY_INFO:
       return FaultSeverity::kInfo;
-    case msg::SEVERITY_WARNING:
+    case msg::Severity::SEVERITY_WARNING:
       return FaultSeverity::kWarning;
-    case msg::SEVERITY_ERROR:
+    case msg::Severity::SEVERITY_ERROR:
       return FaultSeverity::kError;
-    case msg::SEVERITY_CRITICAL:
+    case msg::Severity::SEVERITY_CRITICAL:
       break;
   }
   return FaultSeverity::kCritical;
@@ -89,13 +89,13 @@ Clocks read_clocks() {
 msg::Mode mode_of(MoveMode mode) {
   switch (mode) {
     case MoveMode::kHold:
-      return msg::MODE_HOLD;
+      return msg::Mode::MODE_HOLD;
     case MoveMode::kStop:
-      return msg::MODE_STOP;
+      return msg::Mode::MODE_STOP;
     case MoveMode::kRun:
       break;
   }
-  return msg::MODE_RUN;
+  return msg::Mode::MODE_RUN;
 }
 
 msg::CellMode mode_message(const CellModeState& mode, const Succession& succession, const std::string& node) {
@@ -131,8 +131,8 @@ Orders orders_in(const msg::CellMode& mode) {
 
 std::vector<msg::SupervisorRequest> requests_for(const Orders& orders, const std::string& client) {
   std::vector<msg::SupervisorRequest> requests;
-  for (const auto& [mode, kind] :
-       {std::pair{MoveMode::kHold, msg::REQUEST_HOLD}, std::pair{MoveMode::kStop, msg::REQUEST_STOP}}) {
+  for (const auto& [mode, kind] : {std::pair{MoveMode::kHold, msg::RequestKind::REQUEST_HOLD},
+                                   std::pair{MoveMode::kStop, msg::RequestKind::REQUEST_STOP}}) {
     msg::SupervisorRequest request;
     request.client(client);
     request.kind(kind);

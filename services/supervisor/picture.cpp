@@ -35,7 +35,7 @@ void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
 void Picture::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
   const msg::Heartbeat& heartbeat = sample.value;
   const auto* before = find(heartbeats, heartbeat.node());
-  if (heartbeat.kind() == msg::NODE_PLANNER && before && other_life(sample, *before)) {
+  if (heartbeat.kind() == msg::NodeKind::NODE_PLANNER && before && other_life(sample, *before)) {
     const auto goal = goals.find(heartbeat.subject());
     const auto was_its_own = [&] { return goal->second.value.node() == heartbeat.node(); };  // not its standby's
     // Should the new one have told of a goal before its first heartbeat came: it repeats that.

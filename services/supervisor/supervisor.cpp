@@ -73,7 +73,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       faults_(participant_),
       replies_(participant_),
       requests_(participant_),
-      pulse_(participant_, {node_, msg::NODE_SUPERVISOR, {}, own_host(options, supervisors_[place_])},
+      pulse_(participant_, {node_, msg::NodeKind::NODE_SUPERVISOR, {}, own_host(options, supervisors_[place_])},
              pulse_timing(file, options)) {
   for (const ArmPlanners& arm : succession_.arms()) {
     patience_.emplace(arm.arm, TakeoverPatience(file.supervision.takeover_lease, file.supervision.host_lease));
@@ -164,7 +164,7 @@ void Supervisor::answer_requests() {
   }
   for (auto& sample : ears_.requests()) {
     if (!answers() || sample.disposed) continue;
-    if (role == Leadership::Role::kLeading || sample.value.kind() == msg::REQUEST_STATUS) {
+    if (role == Leadership::Role::kLeading || sample.value.kind() == msg::RequestKind::REQUEST_STATUS) {
       answer(sample.value);
     } else {
       early_.push_back(std::move(sample.value));
@@ -218,7 +218,7 @@ PlannerSigns Supervisor::signs_of(const std::string& arm, const std::string& pla
   PlannerSigns signs;
   signs.ended = watch_.ended(planner);
   signs.silence = watch_.silence(planner);
-  signs.stands_by = beat && beat->value.state() == msg::NODE_STANDBY;
+  signs.stands_by = beat && beat->value.state() == msg::NodeState::NODE_STANDBY;
   if (planner != watch_.in_charge(arm)) return signs;
   const auto since = in_charge_since_.find(arm);
   signs.in_charge = turned_ - (since == in_charge_since_.end() ? began_ : since->second);
@@ -253,13 +253,13 @@ void Supervisor::tell_predecessor(Time now) {
 
 std::string Supervisor::obey(const msg::SupervisorRequest& request) {
   switch (request.kind()) {
-    case msg::REQUEST_HOLD:
+    case msg::RequestKind::REQUEST_HOLD:
       return watch_.mode().hold(request.arms());
-    case msg::REQUEST_RESUME:
+    case msg::RequestKind::REQUEST_RESUME:
       return watch_.mode().resume(request.arms());
-    case msg::REQUEST_STOP:
+    case msg::RequestKind::REQUEST_STOP:
       return watch_.mode().stop(request.arms());
-    case msg::REQUEST_STATUS:
+    case msg::RequestKind::REQUEST_STATUS:
       return {};
   }
   return "unknown kind of request: status, hold, resume and stop are allowed";
@@ -267,10 +267,10 @@ std::string Supervisor::obey(const msg::SupervisorRequest& request) {
 
 void Supervisor::answer(const msg::SupervisorRequest& request) {
   const std::string refusal = obey(request);
-  if (request.kind() == msg::REQUEST_STATUS) return reply(request, refusal);
+  if (request.kind() == msg::RequestKind::REQUEST_STATUS) return reply(request, refusal);
   log_info("order", {{"client", request.client()}, {"kind", static_cast<int>(request.kind())}, {"refused", refusal}});
   if (!refusal.empty()) return reply(request, refusal);
-  if (request.kind() != msg::REQUEST_RESUME) order_legacy_.given(request.arms());
+  if (request.kind() != msg::RequestKind::REQUEST_RESUME) order_legacy_.given(request.arms());
   const auto now = bus::Clock::now();
   publish_mode(now);
   owed_.owe(request, mode_.sequence_number(), since_epoch(now));
@@ -279,7 +279,7 @@ void Supervisor::answer(const msg::SupervisorRequest& request) {
 std::optional<std::uint64_t> Supervisor::heard_by_standby() const {
   for (const PlacedNode& other : supervisors_) {
     const auto* beat = other.node == node_ ? nullptr : find(picture_.heartbeats, other.node);
-    if (!beat || beat->value.state() != msg::NODE_STANDBY || !watch_.alive(other.node)) continue;
+    if (!beat || beat->value.state() != msg::NodeState::NODE_STANDBY || !watch_.alive(other.node)) continue;
     const msg::ModeNumber& heard = beat->value.heard_mode();
     return heard.term() == leadership_.term() ? heard.sequence_number() : 0;
   }
@@ -296,7 +296,7 @@ void Supervisor::reply(const msg::SupervisorRequest& request, const std::string&
   reply.client(request.client());
   reply.request_id(request.request_id());
   reply.done(refusal.empty());
-  reply.reason(refusal.empty() && request.kind() != msg::REQUEST_STATUS ? memory_.failure() : refusal);
+  reply.reason(refusal.empty() && request.kind() != msg::RequestKind::REQUEST_STATUS ? memory_.failure() : refusal);
   reply.status(cell_status({file_, watch_, picture_, succession_, mode_}, read_clocks()));
   reply.status().uptime(std::chrono::duration<double>(now - began_).count());
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
@@ -388,16 +388,16 @@ void Supervisor::beat(bus::Clock::time_point now) {
   vital.heard_mode = ears_.newest_mode_of_others();
   switch (leadership_.role()) {
     case Leadership::Role::kListening:
-      vital.state = msg::NODE_STARTING;
+      vital.state = msg::NodeState::NODE_STARTING;
       vital.detail = "listens for others before it leads";
       break;
     case Leadership::Role::kStandingBy:
-      vital.state = msg::NODE_STANDBY;
+      vital.state = msg::NodeState::NODE_STANDBY;
       vital.detail = "another supervisor leads" + (memory_.forgetful() ? "; " + memory_.failure() : std::string());
       break;
     case Leadership::Role::kLeading:
       if (!memory_.forgetful()) break;
-      vital.state = msg::NODE_DEGRADED;
+      vital.state = msg::NodeState::NODE_DEGRADED;
       vital.detail = memory_.failure();
       break;
   }

@@ -33,15 +33,15 @@ std::string held_text(const msg::GoalStatus& goal) {
 /// What the drive says of itself; empty while it follows commands.
 std::string drive_text(const msg::ArmState& state) {
   switch (state.mode()) {
-    case msg::ARM_STARTING:
+    case msg::ArmMode::ARM_STARTING:
       return with("driver waits for its first command", state.reason());
-    case msg::ARM_BRAKING:
+    case msg::ArmMode::ARM_BRAKING:
       return with("driver brakes", state.reason());
-    case msg::ARM_STOPPED:
+    case msg::ArmMode::ARM_STOPPED:
       return with("driver has stopped", state.reason());
-    case msg::ARM_FAILED:
+    case msg::ArmMode::ARM_FAILED:
       return with("drive failed", state.reason());
-    case msg::ARM_RUNNING:
+    case msg::ArmMode::ARM_RUNNING:
       break;
   }
   return {};
@@ -58,21 +58,21 @@ std::string first_awaited(const std::string& arm, const CellWatch& watch) {
 
 std::string goal_text(const msg::GoalStatus& goal) {
   switch (goal.state()) {
-    case msg::GOAL_ACCEPTED:
+    case msg::GoalState::GOAL_ACCEPTED:
       return "goal " + goal.goal() + " accepted, not begun";
-    case msg::GOAL_ACTIVE:
+    case msg::GoalState::GOAL_ACTIVE:
       return with(goal.trying(), goal.reason()) + binding_text(goal) + held_text(goal);
-    case msg::GOAL_BLOCKED:
+    case msg::GoalState::GOAL_BLOCKED:
       return with("blocked", goal.reason()) + binding_text(goal) + held_text(goal);
-    case msg::GOAL_REACHED:
+    case msg::GoalState::GOAL_REACHED:
       return "a goal; the last was reached";
-    case msg::GOAL_REJECTED:
+    case msg::GoalState::GOAL_REJECTED:
       return with("a goal; the last was rejected", goal.reason());
-    case msg::GOAL_CANCELLED:
+    case msg::GoalState::GOAL_CANCELLED:
       return "a goal; the last was cancelled";
-    case msg::GOAL_REPLACED:
+    case msg::GoalState::GOAL_REPLACED:
       return "the goal that replaced " + goal.goal();
-    case msg::GOAL_TIMED_OUT:
+    case msg::GoalState::GOAL_TIMED_OUT:
       return with("a goal; the last timed out", goal.reason());
   }
   return {};
@@ -86,7 +86,7 @@ std::string waiting_for(const std::string& arm, const CellWatch& watch, const Pi
   // What comes to rest after its goal has ended waits for the next one already.
   if (state && moves(state->value) && !(goal && is_over(goal->value.state()))) return {};
   const auto* planner = find(picture.heartbeats, watch.in_charge(arm));
-  if (planner && planner->value.state() == msg::NODE_DEGRADED && !planner->value.detail().empty()) {
+  if (planner && planner->value.state() == msg::NodeState::NODE_DEGRADED && !planner->value.detail().empty()) {
     return planner->value.node() + ": " + planner->value.detail();
   }
   if (state) {

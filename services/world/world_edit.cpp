@@ -94,20 +94,20 @@ world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, cons
 }  // namespace
 
 const std::string& edited_name(const msg::WorldEditRequest& request) {
-  return request.kind() == msg::EDIT_ADD ? request.obstacle().name() : request.name();
+  return request.kind() == msg::EditKind::EDIT_ADD ? request.obstacle().name() : request.name();
 }
 
 world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
   switch (request.kind()) {
-    case msg::EDIT_ADD:
+    case msg::EditKind::EDIT_ADD:
       return add(world, cell, request.obstacle());
-    case msg::EDIT_MOVE:
+    case msg::EditKind::EDIT_MOVE:
       return move(world, cell, request);
-    case msg::EDIT_REMOVE:
+    case msg::EditKind::EDIT_REMOVE:
       return world.remove(request.name());
-    case msg::EDIT_ATTACH:
+    case msg::EditKind::EDIT_ATTACH:
       return attach(world, cell, request);
-    case msg::EDIT_DETACH:
+    case msg::EditKind::EDIT_DETACH:
       return world.detach(request.name());
   }
   return refused("edit: unknown kind");

@@ -62,7 +62,8 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
       states_(participant_),
       scans_(participant_),
       reports_(participant_),
-      pulse_(participant_, {world_node(), msg::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},
+      pulse_(participant_,
+             {world_node(), msg::NodeKind::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},
              pulse_timing(file, options)),
       loop_(nanoseconds(period_), shutdown),
       before_(recall(file, options.memory, lost_)),
@@ -262,7 +263,7 @@ void WorldService::beat() {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const std::string& name = file_.cell.arms[i].arm.name;
     if (!measured_[i]) {
-      vital.state = msg::NODE_DEGRADED;
+      vital.state = msg::NodeState::NODE_DEGRADED;
       vital.detail = "the state of arm " + name + " was never heard: the referee does not judge it";
       continue;
     }
@@ -272,11 +273,11 @@ void WorldService::beat() {
     vital.oldest_input = "ArmState/" + name;
   }
   if (!forgetful_.empty()) {
-    vital.state = msg::NODE_DEGRADED;
+    vital.state = msg::NodeState::NODE_DEGRADED;
     vital.detail = "edits are " + not_remembered(forgetful_);
   }
   if (!lost_.empty()) {
-    vital.state = msg::NODE_FAILED;
+    vital.state = msg::NodeState::NODE_FAILED;
     vital.detail = lost_;
   }
   pulse_.beat(loop_.now(), vital, loop_.statistics());

@@ -29,17 +29,21 @@ class Crowd {
         loop_(std::chrono::nanoseconds(std::llround(file.cell.timing.driver_period * 1e9)), shutdown) {
     const PulseTiming timing = pulse_timing(file, options);
     for (const config::Host& host : file.hosts) {
-      pulses_.emplace_back(participant_, PulseIdentity{agent_node(host.name), msg::NODE_AGENT, {}, host.name}, timing);
+      pulses_.emplace_back(participant_, PulseIdentity{agent_node(host.name), msg::NodeKind::NODE_AGENT, {}, host.name},
+                           timing);
     }
-    pulses_.emplace_back(participant_, PulseIdentity{world_node(), msg::NODE_WORLD, {}, file.world_host}, timing);
+    pulses_.emplace_back(participant_, PulseIdentity{world_node(), msg::NodeKind::NODE_WORLD, {}, file.world_host},
+                         timing);
     for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
       const std::string& arm = file.cell.arms[i].arm.name;
       const std::string& host = file.arm_hosts[i].host;
-      pulses_.emplace_back(participant_, PulseIdentity{planner_node(arm), msg::NODE_PLANNER, arm, host}, timing);
-      pulses_.emplace_back(participant_, PulseIdentity{driver_node(arm), msg::NODE_DRIVER, arm, host}, timing);
+      pulses_.emplace_back(participant_, PulseIdentity{planner_node(arm), msg::NodeKind::NODE_PLANNER, arm, host},
+                           timing);
+      pulses_.emplace_back(participant_, PulseIdentity{driver_node(arm), msg::NodeKind::NODE_DRIVER, arm, host},
+                           timing);
       msg::ArmState& state = told_.emplace_back();
       state.arm(arm);
-      state.mode(msg::ARM_RUNNING);
+      state.mode(msg::ArmMode::ARM_RUNNING);
       state.q(bus::to_message(file.cell.arms[i].start));
       state.qd(bus::to_message(planner::JointVector(planner::JointVector::Zero(file.cell.arms[i].start.size()))));
     }

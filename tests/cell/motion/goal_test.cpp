@@ -20,8 +20,8 @@ TEST_F(MotionGoal, IsReachedByTheMeasuredArm) {
   start_all();
   ASSERT_LT(farthest_joint(arm()->q(), kHome), 1e-3) << "an arm starts at its cell's start configuration";
   send(joint_goal("g1", kReady));
-  ASSERT_TRUE(await([&] { return is("g1", msg::GOAL_REACHED); }));
-  EXPECT_TRUE(ever("g1", msg::GOAL_ACTIVE));
+  ASSERT_TRUE(await([&] { return is("g1", msg::GoalState::GOAL_REACHED); }));
+  EXPECT_TRUE(ever("g1", msg::GoalState::GOAL_ACTIVE));
   // Twice the cell's goal tolerance of 2 mrad, and what the drive may drift while the status travels.
   EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
   EXPECT_LT(status("g1")->distance_to_goal(), 5e-3 * std::sqrt(6.0));
@@ -35,29 +35,30 @@ TEST_F(MotionGoal, IsReachedByTheMeasuredArm) {
 TEST_F(MotionGoal, NamedAndToolPoseGoalsAreReached) {
   start_all();
   msg::Goal named = joint_goal("named", {});
-  named.kind(msg::GOAL_NAMED);
+  named.kind(msg::GoalKind::GOAL_NAMED);
   named.named("ready");
   send(named);
-  ASSERT_TRUE(await([&] { return is("named", msg::GOAL_REACHED); })) << status("named")->reason();
+  ASSERT_TRUE(await([&] { return is("named", msg::GoalState::GOAL_REACHED); })) << status("named")->reason();
   EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
 
   // In front of the arm, tool pointing down: half a turn about x.
   msg::Goal pose = joint_goal("pose", {});
-  pose.kind(msg::GOAL_POSE);
+  pose.kind(msg::GoalKind::GOAL_POSE);
   pose.X_WT().position().x(0.5);
   pose.X_WT().position().y(0.15);
   pose.X_WT().position().z(0.7);
   pose.X_WT().qw(0.0);
   pose.X_WT().qx(1.0);
   send(pose);
-  ASSERT_TRUE(await([&] { return is("pose", msg::GOAL_REACHED) || is("pose", msg::GOAL_REJECTED); }));
-  EXPECT_EQ(status("pose")->state(), msg::GOAL_REACHED) << status("pose")->reason();
+  ASSERT_TRUE(
+      await([&] { return is("pose", msg::GoalState::GOAL_REACHED) || is("pose", msg::GoalState::GOAL_REJECTED); }));
+  EXPECT_EQ(status("pose")->state(), msg::GoalState::GOAL_REACHED) << status("pose")->reason();
 }
 
 TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
   start_all();
   send(joint_goal("good", {2.5, -1.9, 2.6, 0, 0.6, 0}));
-  ASSERT_TRUE(await([&] { return is("good", msg::GOAL_ACTIVE) && moves(); }));
+  ASSERT_TRUE(await([&] { return is("good", msg::GoalState::GOAL_ACTIVE) && moves(); }));
 
   const double nan = std::numeric_limits<double>::quiet_NaN();
   struct Bad {
@@ -72,35 +73,36 @@ TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
   };
   for (const Bad& goal : bad) send(joint_goal(goal.goal, goal.q));
   msg::Goal unknown = joint_goal("unknown", {});
-  unknown.kind(msg::GOAL_NAMED);
+  unknown.kind(msg::GoalKind::GOAL_NAMED);
   unknown.named("nowhere");
   send(unknown);
   msg::Goal far = joint_goal("far", {});
-  far.kind(msg::GOAL_POSE);
+  far.kind(msg::GoalKind::GOAL_POSE);
   far.X_WT().position().x(5.0);
   far.X_WT().qw(1.0);
   send(far);
   for (const Bad& goal : bad) {
-    ASSERT_TRUE(await([&] { return is(goal.goal, msg::GOAL_REJECTED); })) << goal.goal;
+    ASSERT_TRUE(await([&] { return is(goal.goal, msg::GoalState::GOAL_REJECTED); })) << goal.goal;
     EXPECT_NE(status(goal.goal)->reason().find(goal.said), std::string::npos) << status(goal.goal)->reason();
   }
-  ASSERT_TRUE(await([&] { return is("unknown", msg::GOAL_REJECTED) && is("far", msg::GOAL_REJECTED); }));
+  ASSERT_TRUE(
+      await([&] { return is("unknown", msg::GoalState::GOAL_REJECTED) && is("far", msg::GoalState::GOAL_REJECTED); }));
   EXPECT_NE(status("unknown")->reason().find("it has home, ready"), std::string::npos) << status("unknown")->reason();
   EXPECT_NE(status("far")->reason().find("cannot be at (5, 0, 0)"), std::string::npos) << status("far")->reason();
 
-  ASSERT_TRUE(await([&] { return is("good", msg::GOAL_REACHED); }));
-  EXPECT_FALSE(ever("good", msg::GOAL_REPLACED));
+  ASSERT_TRUE(await([&] { return is("good", msg::GoalState::GOAL_REACHED); }));
+  EXPECT_FALSE(ever("good", msg::GoalState::GOAL_REPLACED));
 }
 
 TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
   start_all();
   msg::WorldEditRequest add;
-  add.kind(msg::EDIT_ADD);
+  add.kind(msg::EditKind::EDIT_ADD);
   // The tool's place in the "ready" pose, from the URDF's own chain, is found by driving there first.
   send(joint_goal("there", kReady));
-  ASSERT_TRUE(await([&] { return is("there", msg::GOAL_REACHED); }));
+  ASSERT_TRUE(await([&] { return is("there", msg::GoalState::GOAL_REACHED); }));
   send(joint_goal("back", kHome));
-  ASSERT_TRUE(await([&] { return is("back", msg::GOAL_REACHED); }));
+  ASSERT_TRUE(await([&] { return is("back", msg::GoalState::GOAL_REACHED); }));
   // A wall through the base's whole neighbourhood at x = 0.45 m: "ready" reaches beyond it, home does not touch it.
   msg::Obstacle wall = box("wall", 0.62, 0, 0.6);
   wall.shapes()[0].dimensions().x(0.1);
@@ -113,8 +115,8 @@ TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
   int attempt = 0;
   ASSERT_TRUE(await([&] {
     const std::string goal = "into" + std::to_string(attempt);
-    if (attempt > 0 && !is(goal, msg::GOAL_REJECTED) && !is(goal, msg::GOAL_ACTIVE)) return false;
-    if (attempt > 0 && is(goal, msg::GOAL_REJECTED)) return true;
+    if (attempt > 0 && !is(goal, msg::GoalState::GOAL_REJECTED) && !is(goal, msg::GoalState::GOAL_ACTIVE)) return false;
+    if (attempt > 0 && is(goal, msg::GoalState::GOAL_REJECTED)) return true;
     ++attempt;
     send(joint_goal("into" + std::to_string(attempt), kReady));
     return false;
@@ -127,15 +129,17 @@ TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
 TEST_F(MotionGoal, ALaterOneReplacesAnEarlierAndACancelledOneLetsTheArmRest) {
   start_all();
   send(joint_goal("first", {2.5, -1.9, 2.6, 0, 0.6, 0}));
-  ASSERT_TRUE(await([&] { return is("first", msg::GOAL_ACTIVE) && moves(); }));
+  ASSERT_TRUE(await([&] { return is("first", msg::GoalState::GOAL_ACTIVE) && moves(); }));
   msg::Goal second = joint_goal("second", {-2.5, -1.9, 2.6, 0, 0.6, 0});
   send(second);
-  ASSERT_TRUE(await([&] { return is("first", msg::GOAL_REPLACED) && is("second", msg::GOAL_ACTIVE) && moves(); }));
+  ASSERT_TRUE(await([&] {
+    return is("first", msg::GoalState::GOAL_REPLACED) && is("second", msg::GoalState::GOAL_ACTIVE) && moves();
+  }));
   second.cancel(true);
   send(second);
-  ASSERT_TRUE(await([&] { return is("second", msg::GOAL_CANCELLED); }));
+  ASSERT_TRUE(await([&] { return is("second", msg::GoalState::GOAL_CANCELLED); }));
   ASSERT_TRUE(await([&] { return !moves(); }));
-  EXPECT_FALSE(ever("second", msg::GOAL_REACHED));
+  EXPECT_FALSE(ever("second", msg::GoalState::GOAL_REACHED));
 }
 
 TEST_F(MotionGoal, EndsAtItsTimeLimit) {
@@ -143,7 +147,7 @@ TEST_F(MotionGoal, EndsAtItsTimeLimit) {
   msg::Goal hasty = joint_goal("hasty", {2.5, -1.9, 2.6, 0, 0.6, 0});
   hasty.time_limit(0.3);  // 2.5 rad at 1.5 rad/s take more than 1.6 s
   send(hasty);
-  ASSERT_TRUE(await([&] { return is("hasty", msg::GOAL_TIMED_OUT); }));
+  ASSERT_TRUE(await([&] { return is("hasty", msg::GoalState::GOAL_TIMED_OUT); }));
   EXPECT_NE(status("hasty")->reason().find("not reached within 0.3 s"), std::string::npos);
 }
 
@@ -153,8 +157,8 @@ TEST_F(MotionGoal, ThatWasJustAcceptedIsResumedByAPlannerThatIsRestarted) {
   start_world();
   start_driver();
   const ChildProcess& first = start_planner("arm1", memory);
-  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->mode() == msg::ARM_RUNNING; }));
-  set_mode(msg::MODE_HOLD, 1, "for the test");
+  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->mode() == msg::ArmMode::ARM_RUNNING; }));
+  set_mode(msg::Mode::MODE_HOLD, 1, "for the test");
   send(joint_goal("replaced", kHome));
   send(joint_goal("g", kReady));
   ASSERT_TRUE(await([&] { return status("g") != nullptr; }));
@@ -162,8 +166,8 @@ TEST_F(MotionGoal, ThatWasJustAcceptedIsResumedByAPlannerThatIsRestarted) {
   ASSERT_TRUE(processes_.back().wait(10s).ended);
   goals_.forget();  // as if its client had left
   start_planner("arm1", memory);
-  set_mode(msg::MODE_RUN, 1);
-  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+  set_mode(msg::Mode::MODE_RUN, 1);
+  ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
   EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
   std::filesystem::remove(memory);
 }

@@ -68,7 +68,7 @@ MotionCell::MotionCell(int arms, const std::string& obstacles, const std::string
       arm_count_(arms) {
   processes_.reserve(32);  // references to processes stay valid
   mode_.node("test");
-  set_mode(msg::MODE_RUN, 1);
+  set_mode(msg::Mode::MODE_RUN, 1);
 }
 
 MotionCell::~MotionCell() {
@@ -102,7 +102,7 @@ void MotionCell::start_all() {
   ASSERT_TRUE(await([this] {
     for (int i = 1; i <= arm_count_; ++i) {
       const auto* state = arm("arm" + std::to_string(i));
-      if (state == nullptr || state->mode() != msg::ARM_RUNNING) return false;
+      if (state == nullptr || state->mode() != msg::ArmMode::ARM_RUNNING) return false;
     }
     return true;
   })) << "the cell does not come up";
@@ -150,7 +150,7 @@ msg::Goal MotionCell::joint_goal(const std::string& goal, const std::vector<doub
   message.goal(goal);
   message.client("test");
   message.sequence_number(++goal_count_);
-  message.kind(msg::GOAL_JOINTS);
+  message.kind(msg::GoalKind::GOAL_JOINTS);
   message.q(q);
   return message;
 }
@@ -181,7 +181,7 @@ msg::Obstacle MotionCell::box(const std::string& name, double x, double y, doubl
   msg::Obstacle obstacle;
   obstacle.name(name);
   msg::PlacedShape& shape = obstacle.shapes().emplace_back();
-  shape.kind(msg::SHAPE_BOX);
+  shape.kind(msg::ShapeKind::SHAPE_BOX);
   shape.dimensions().x(0.05);
   shape.dimensions().y(0.05);
   shape.dimensions().z(0.05);

@@ -35,19 +35,19 @@ TEST_F(MotionProcess, AlsoWhileTheyStartUp) {
 TEST_F(MotionProcess, HeartbeatsTellWhoServesWhatAndHow) {
   start_all();
   ASSERT_TRUE(await([&] {
-    return alive_.contains("planner/arm1") && alive_["planner/arm1"].state() == msg::NODE_RUNNING &&
+    return alive_.contains("planner/arm1") && alive_["planner/arm1"].state() == msg::NodeState::NODE_RUNNING &&
            alive_["planner/arm1"].tick_p99_us() > 0.0 && alive_.contains("driver/arm1") && alive_.contains("world");
   }));
   const msg::Heartbeat& planner = alive_["planner/arm1"];
-  EXPECT_EQ(planner.kind(), msg::NODE_PLANNER);
+  EXPECT_EQ(planner.kind(), msg::NodeKind::NODE_PLANNER);
   EXPECT_EQ(planner.subject(), "arm1");
   EXPECT_EQ(planner.host(), "localhost");
   EXPECT_EQ(planner.term(), 1U);
   EXPECT_GE(planner.tick_max_us(), planner.tick_p99_us());
   EXPECT_GE(planner.tick_p99_us(), planner.tick_p50_us());
   EXPECT_GT(planner.rss_bytes(), 0U);
-  EXPECT_EQ(alive_["driver/arm1"].kind(), msg::NODE_DRIVER);
-  EXPECT_EQ(alive_["world"].kind(), msg::NODE_WORLD);
+  EXPECT_EQ(alive_["driver/arm1"].kind(), msg::NodeKind::NODE_DRIVER);
+  EXPECT_EQ(alive_["world"].kind(), msg::NodeKind::NODE_WORLD);
   const auto ticks = planner.ticks();
   ASSERT_TRUE(await([&] { return alive_["planner/arm1"].ticks() > ticks; }));
 }

@@ -23,7 +23,7 @@ class MotionRightOfWay : public MotionCell {
     send(joint_goal(goal, q, arm));
   }
   [[nodiscard]] bool arrived(const std::string& goal, const std::string& arm) const {
-    return is(goal, msg::GOAL_REACHED, arm);
+    return is(goal, msg::GoalState::GOAL_REACHED, arm);
   }
   /// The arm made room for `other` on its way to `goal`, as it told everybody.
   [[nodiscard]] bool yielded(const std::string& goal, const std::string& other) const {

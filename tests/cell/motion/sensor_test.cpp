@@ -56,7 +56,7 @@ TEST_F(MotionSensor, WhoeverPublishesScansShowsTheArmItsWay) {
   ASSERT_TRUE(await([&] {
     publish(0.3, true);
     const msg::GoalStatus* told = status("barred");
-    return told != nullptr && told->state() == msg::GOAL_BLOCKED &&
+    return told != nullptr && told->state() == msg::GoalState::GOAL_BLOCKED &&
            told->reason().find("what it knows of the obstacles leaves no way to the goal") != std::string::npos;
   }));
   ASSERT_NE(arm(), nullptr);
@@ -66,7 +66,7 @@ TEST_F(MotionSensor, WhoeverPublishesScansShowsTheArmItsWay) {
   send(joint_goal("free", back));
   EXPECT_TRUE(await([&] {
     publish(1.0, false);
-    return is("free", msg::GOAL_REACHED);
+    return is("free", msg::GoalState::GOAL_REACHED);
   }));
 }
 

@@ -34,14 +34,14 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
   start_world();
   start_driver();
   ChildProcess& planner = start_planner();
-  ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
+  ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_RUNNING); }));
   move_away("g");
   // From 0.8 rad/s the stop takes 80 ms at 10 rad/s², longer than the command time-out of 50 ms.
   ASSERT_TRUE(await([&] { return fastest_joint() > 0.8; }));
   history_.clear();
   planner.signal(SIGKILL);
-  ASSERT_TRUE(await([&] { return in(msg::ARM_STOPPED); }));
-  ASSERT_TRUE(seen(msg::ARM_BRAKING));
+  ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
+  ASSERT_TRUE(seen(msg::ArmMode::ARM_BRAKING));
   EXPECT_NE(arm()->reason().find("commands ceased"), std::string::npos) << arm()->reason();
   for (const double speed : arm()->qd()) EXPECT_EQ(speed, 0.0);
 
@@ -49,7 +49,7 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
   // rest q̇ T/2 further, T = maxⱼ |q̇ⱼ| / 10.
   const std::vector<double> q_rest = arm()->q();
   for (const msg::ArmState& state : history_) {
-    if (state.mode() != msg::ARM_BRAKING) continue;
+    if (state.mode() != msg::ArmMode::ARM_BRAKING) continue;
     double T = 0.0;
     for (const double speed : state.qd()) T = std::max(T, std::abs(speed) / 10.0);
     for (std::size_t j = 0; j < q_rest.size(); ++j) {
@@ -59,21 +59,21 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
 
   // A planner that is started again in the same term is obeyed at once: it counts on where the driver stands.
   start_planner();
-  ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
+  ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_RUNNING); }));
   send(joint_goal("again", kHome));
-  ASSERT_TRUE(await([&] { return is("again", msg::GOAL_REACHED); }));
+  ASSERT_TRUE(await([&] { return is("again", msg::GoalState::GOAL_REACHED); }));
 }
 
 TEST_F(MotionStop, HoldStopsTheArmAndRunLetsItGoOnToTheSameGoal) {
   start_all();
   move_away("g");
-  set_mode(msg::MODE_HOLD, 1, "somebody opened the door");
-  ASSERT_TRUE(await([&] { return in(msg::ARM_STOPPED); }));
+  set_mode(msg::Mode::MODE_HOLD, 1, "somebody opened the door");
+  ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
   EXPECT_EQ(arm()->reason(), "the cell is held: somebody opened the door");
   ASSERT_TRUE(await([&] { return status("g")->reason() == "the cell is held: somebody opened the door"; }));
-  EXPECT_EQ(status("g")->state(), msg::GOAL_ACTIVE);
-  set_mode(msg::MODE_RUN, 1);
-  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+  EXPECT_EQ(status("g")->state(), msg::GoalState::GOAL_ACTIVE);
+  set_mode(msg::Mode::MODE_RUN, 1);
+  ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
 }
 
 TEST_F(MotionStop, ASupervisorThatFallsSilentStopsNothing) {
@@ -81,22 +81,22 @@ TEST_F(MotionStop, ASupervisorThatFallsSilentStopsNothing) {
   send(joint_goal("g", kFarAway));
   // Reads without writing the cell mode: nobody keeps it alive.
   const auto until = bus::Clock::now() + kLimit;
-  while (!is("g", msg::GOAL_REACHED) && bus::Clock::now() < until) (void)mailbox_.wait(20ms);
-  EXPECT_TRUE(is("g", msg::GOAL_REACHED));
+  while (!is("g", msg::GoalState::GOAL_REACHED) && bus::Clock::now() < until) (void)mailbox_.wait(20ms);
+  EXPECT_TRUE(is("g", msg::GoalState::GOAL_REACHED));
 }
 
 TEST_F(MotionStop, ThePlannerStopsForASilentWorldSaysSoAndGoesOnWithTheNext) {
   ChildProcess& world = start_world();
   start_driver();
   start_planner();
-  ASSERT_TRUE(await([&] { return in(msg::ARM_RUNNING); }));
+  ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_RUNNING); }));
   move_away("g");
   world.signal(SIGKILL);
-  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_BLOCKED); }));
+  ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
   EXPECT_EQ(status("g")->reason(), "the world is silent");
   EXPECT_FALSE(moves());
   start_world();
-  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+  ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
 }
 
 class MotionStopOfTwo : public MotionCell {
@@ -109,15 +109,15 @@ TEST_F(MotionStopOfTwo, AnArmWhoseNeighbourFallsSilentStopsSaysSoAndGoesOnWhenIt
   start_driver("arm1");
   start_planner("arm1");
   ChildProcess& neighbour = start_driver("arm2");
-  ASSERT_TRUE(await([&] { return arm("arm1") != nullptr && arm("arm1")->mode() == msg::ARM_RUNNING; }));
+  ASSERT_TRUE(await([&] { return arm("arm1") != nullptr && arm("arm1")->mode() == msg::ArmMode::ARM_RUNNING; }));
   send(joint_goal("g", {-2.5, -1.9, 2.6, 0, 0.6, 0}));
   ASSERT_TRUE(await([&] { return moves("arm1"); }));
   neighbour.signal(SIGKILL);
-  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_BLOCKED); }));
+  ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
   EXPECT_EQ(status("g")->reason().find("the last state of arm arm2 is "), 0U) << status("g")->reason();
   EXPECT_FALSE(moves("arm1"));
   start_driver("arm2");
-  ASSERT_TRUE(await([&] { return is("g", msg::GOAL_REACHED); }));
+  ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
 }
 
 // The test is the planner here, twice: the second with an older term.
@@ -139,23 +139,23 @@ TEST_F(MotionStop, CommandsOfAnOlderTermAreRefusedCountedAndNeverMoveTheArm) {
       return event();
     });
   };
-  ASSERT_TRUE(send_until(5, [&] { return in(msg::ARM_RUNNING); }));
+  ASSERT_TRUE(send_until(5, [&] { return in(msg::ArmMode::ARM_RUNNING); }));
   EXPECT_EQ(arm()->term(), 5U);
   EXPECT_EQ(arm()->stale_rejected(), 0U);
 
   command.q(kReady);  // where the stale sender would take the arm
-  ASSERT_TRUE(send_until(4, [&] { return arm()->stale_rejected() >= 10 && in(msg::ARM_STOPPED); }));
+  ASSERT_TRUE(send_until(4, [&] { return arm()->stale_rejected() >= 10 && in(msg::ArmMode::ARM_STOPPED); }));
   EXPECT_EQ(arm()->term(), 5U);
   EXPECT_EQ(arm()->reason(), "commands of planner/test carry term 4, which is older than 5");
   for (std::size_t j = 0; j < kHome.size(); ++j) EXPECT_NEAR(arm()->q()[j], kHome[j], 1e-9);
 
   // A cell mode of a newer term outdates the commands, too.
-  set_mode(msg::MODE_RUN, 7);
+  set_mode(msg::Mode::MODE_RUN, 7);
   const std::uint64_t refused = arm()->stale_rejected();
   command.q(kHome);
   ASSERT_TRUE(send_until(6, [&] { return arm()->stale_rejected() >= refused + 10; }));
-  EXPECT_FALSE(in(msg::ARM_RUNNING));
-  ASSERT_TRUE(send_until(7, [&] { return in(msg::ARM_RUNNING); }));
+  EXPECT_FALSE(in(msg::ArmMode::ARM_RUNNING));
+  ASSERT_TRUE(send_until(7, [&] { return in(msg::ArmMode::ARM_RUNNING); }));
   EXPECT_EQ(arm()->term(), 7U);
 }
 
@@ -181,7 +181,7 @@ TEST_F(MotionStop, UnusableCommandsAreRefusedWithASentence) {
   EXPECT_TRUE(refused({1, 2, 3}, "command of planner/test: q has 3 joints, the arm has 6")) << arm()->reason();
   EXPECT_TRUE(refused({0, 0, std::nan(""), 0, 0, 0}, "command of planner/test: q[2] = nan must be finite"))
       << arm()->reason();
-  EXPECT_EQ(arm()->mode(), msg::ARM_STARTING);
+  EXPECT_EQ(arm()->mode(), msg::ArmMode::ARM_STARTING);
   EXPECT_EQ(arm()->term(), 0U);
 }
 

@@ -35,7 +35,7 @@ class MotionWorld : public MotionCell {
   [[nodiscard]] msg::WorldEditReply attach(const std::string& name, const std::string& arm) {
     msg::WorldEditReply reply;
     EXPECT_TRUE(await([&] {
-      reply = edit(request(msg::EDIT_ATTACH, name, arm));
+      reply = edit(request(msg::EditKind::EDIT_ATTACH, name, arm));
       return reply.done() || reply.reason().find("measured") == std::string::npos;
     })) << reply.reason();
     return reply;
@@ -64,13 +64,13 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   start_driver();
   ASSERT_TRUE(await([&] { return obstacle("post") != nullptr && arm() != nullptr; }));
 
-  msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
+  msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
   add.obstacle(box("crate", 2.0, 0.5, 0.5));
   const auto added = edit(add);
   ASSERT_TRUE(added.done()) << added.reason();
   ASSERT_TRUE(await([&] { return obstacle("crate") != nullptr && state("crate") != nullptr; }));
 
-  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "crate");
+  msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "crate");
   move.X_WO().position().x(1.25);
   ASSERT_TRUE(edit(move).done());
   ASSERT_TRUE(await([&] { return state("crate") != nullptr && state("crate")->X_WO().position().x() == 1.25; }));
@@ -89,10 +89,10 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   ASSERT_TRUE(attached.done()) << attached.reason();
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to() == "arm1"; }));
   ASSERT_TRUE(await([&] { return arm()->carried() == "crate"; }));
-  ASSERT_TRUE(edit(request(msg::EDIT_DETACH, "crate")).done());
+  ASSERT_TRUE(edit(request(msg::EditKind::EDIT_DETACH, "crate")).done());
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to().empty() && arm()->carried().empty(); }));
 
-  const auto removed = edit(request(msg::EDIT_REMOVE, "crate"));
+  const auto removed = edit(request(msg::EditKind::EDIT_REMOVE, "crate"));
   ASSERT_TRUE(removed.done());
   EXPECT_GT(removed.edition(), added.edition());
   ASSERT_TRUE(await([&] { return obstacle("crate") == nullptr && state("crate") == nullptr; }));
@@ -103,7 +103,7 @@ TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
   start_world();
   ASSERT_TRUE(await([&] { return obstacle("post") != nullptr; }));
   const auto edition = obstacle("post")->edition();
-  msg::WorldEditRequest again = request(msg::EDIT_ADD, "");
+  msg::WorldEditRequest again = request(msg::EditKind::EDIT_ADD, "");
   again.obstacle(box("post", 2.0, 0.5, 0.5));
   EXPECT_NE(refusal(again).find("post"), std::string::npos);
   again.obstacle(box("arm1", 2.0, 0.5, 0.5));
@@ -113,9 +113,9 @@ TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
   again.obstacle(box("flat", 2.0, 0.5, 0.5));
   again.obstacle().shapes()[0].dimensions().z(0.0);
   EXPECT_NE(refusal(again).find("flat"), std::string::npos);
-  EXPECT_NE(refusal(request(msg::EDIT_REMOVE, "ghost")).find("ghost"), std::string::npos);
-  EXPECT_NE(refusal(request(msg::EDIT_ATTACH, "post", "arm9")).find("arm9"), std::string::npos);
-  EXPECT_NE(refusal(request(msg::EDIT_DETACH, "post")).find("post"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EditKind::EDIT_REMOVE, "ghost")).find("ghost"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EditKind::EDIT_ATTACH, "post", "arm9")).find("arm9"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EditKind::EDIT_DETACH, "post")).find("post"), std::string::npos);
   start_driver();
   ASSERT_TRUE(await([&] { return arm() != nullptr; }));
   // At home the tool is at (0.2194, 0.15, 1.4507) [m]; once the world has heard of the arm, nothing may be put there.
@@ -123,7 +123,7 @@ TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
   msg::WorldEditReply reply;
   ASSERT_TRUE(await([&] {
     reply = edit(again);
-    if (reply.done()) static_cast<void>(edit(request(msg::EDIT_REMOVE, "hat")));
+    if (reply.done()) static_cast<void>(edit(request(msg::EditKind::EDIT_REMOVE, "hat")));
     return !reply.done();
   }));
   EXPECT_NE(reply.reason().find("must be clear of the arms, but arm1/"), std::string::npos) << reply.reason();

@@ -26,7 +26,7 @@ TEST(FaultAccount, WhatAnotherToldWhileItLedIsKeptAndOutlivesTheSupervisor) {
   told.id("f1-7");
   told.term(1);
   told.sequence_number(1);
-  told.severity(msg::SEVERITY_ERROR);
+  told.severity(msg::Severity::SEVERITY_ERROR);
   told.kind("node_silent");
   told.subject("planner/left");
   told.seen("planner/left: no heartbeat on the other side");
@@ -73,7 +73,8 @@ TEST(FaultAccount, WhatNobodyHasAdoptedStaysWhenItsTellerStandsBack) {
   ASSERT_TRUE(lead_until([&] {
     const auto taken = beats.take();
     return std::any_of(taken.begin(), taken.end(), [](const auto& sample) {
-      return !sample.disposed && sample.value.node() == "supervisor" && sample.value.state() == msg::NODE_STANDBY;
+      return !sample.disposed && sample.value.node() == "supervisor" &&
+             sample.value.state() == msg::NodeState::NODE_STANDBY;
     });
   })) << "it does not stand back";
   bus::Reader<msg::Fault> newcomer(cell.participant(), &cell.mailbox());

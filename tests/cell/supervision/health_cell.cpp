@@ -78,7 +78,7 @@ msg::CellStatus HealthCell::await(const std::string& what, const Condition& cond
   const auto until = bus::Clock::now() + kPatience;
   msg::CellStatus status;
   do {
-    const auto reply = ask(msg::REQUEST_STATUS);
+    const auto reply = ask(msg::RequestKind::REQUEST_STATUS);
     if (!reply) break;
     status = reply->status();
     if (condition(status)) return status;
@@ -96,7 +96,7 @@ msg::CellStatus HealthCell::await_healthy() {
     return nodes.size() == 7 && hosts.size() == 1 && hosts[0].processes().size() == 6 &&
            std::all_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.alive(); }) &&
            std::all_of(faults.begin(), faults.end(), [](const auto& fault) { return fault.cleared(); }) &&
-           status.mode().mode() == msg::MODE_RUN && status.mode().held_arms().empty();
+           status.mode().mode() == msg::Mode::MODE_RUN && status.mode().held_arms().empty();
   });
 }
 
@@ -186,7 +186,7 @@ void HealthCell::send_goal(const std::string& arm, const std::string& goal, cons
   message.goal(goal);
   message.client("test");
   message.sequence_number(++request_);
-  message.kind(msg::GOAL_NAMED);
+  message.kind(msg::GoalKind::GOAL_NAMED);
   message.named(named);
   const auto written = goals_.write(message);
   EXPECT_TRUE(written) << written.reason;

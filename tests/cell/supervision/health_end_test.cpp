@@ -50,10 +50,10 @@ class HealthSuccessor : public ::testing::Test {
   /// A cell on stop, without its ball, whose agent was killed; its term.
   std::uint64_t stop_edit_and_kill() {
     cell_.await_healthy();
-    const auto reply = cell_.ask(msg::REQUEST_STOP);
+    const auto reply = cell_.ask(msg::RequestKind::REQUEST_STOP);
     EXPECT_TRUE(reply && reply->done());
     msg::WorldEditRequest edit;
-    edit.kind(msg::EDIT_REMOVE);
+    edit.kind(msg::EditKind::EDIT_REMOVE);
     edit.name("ball");
     edit.X_WO().qw(1.0);
     EXPECT_TRUE(cell_.edit(edit).done());
@@ -79,7 +79,7 @@ TEST_F(HealthSuccessor, OfAKilledAgentGoesOnWithOrdersAndEdits) {
   const std::uint64_t term = stop_edit_and_kill();
   const ChildProcess next(cell_.agent_command({}));
   const auto status = await_successors(term);
-  EXPECT_TRUE(status.mode().mode() == msg::MODE_STOP) << text_of(status);
+  EXPECT_TRUE(status.mode().mode() == msg::Mode::MODE_STOP) << text_of(status);
   EXPECT_TRUE(status.obstacles().empty());
 }
 
@@ -87,7 +87,7 @@ TEST_F(HealthSuccessor, ThatBeginsAnewForgetsThem) {
   static_cast<void>(stop_edit_and_kill());
   const ChildProcess next(cell_.agent_command({"--anew"}));
   const auto status = cell_.await("the ball", [](const auto& seen) { return seen.obstacles().size() == 1; });
-  EXPECT_TRUE(status.mode().mode() != msg::MODE_STOP) << text_of(status);
+  EXPECT_TRUE(status.mode().mode() != msg::Mode::MODE_STOP) << text_of(status);
 }
 
 TEST(HealthEnd, SecondAgentOfAHostIsRefused) {

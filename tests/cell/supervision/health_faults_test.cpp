@@ -32,10 +32,10 @@ TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
     return fault_is(told, "process_died", "planner/left", false);
   });
   EXPECT_EQ(fault.seen(), "planner/left: process " + std::to_string(pid) + " was ended by signal 9 (Killed)");
-  EXPECT_EQ(fault.severity(), msg::SEVERITY_ERROR);
+  EXPECT_EQ(fault.severity(), msg::Severity::SEVERITY_ERROR);
   cell.await_mode("left is held", [](const msg::CellMode& mode) {
-    return contains(mode.held_arms(), "left") && !contains(mode.held_arms(), "right") && mode.mode() == msg::MODE_RUN &&
-           mode.reason().find("signal 9") != std::string::npos;
+    return contains(mode.held_arms(), "left") && !contains(mode.held_arms(), "right") &&
+           mode.mode() == msg::Mode::MODE_RUN && mode.reason().find("signal 9") != std::string::npos;
   });
 
   const auto cleared = cell.await_fault(
@@ -57,10 +57,10 @@ TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
   });
   const auto held = cell.await("right is held, and told why", [](const msg::CellStatus& status) {
     const auto arm = arm_of(status, "right");
-    return arm.mode() == msg::MODE_HOLD && !arm.planner_alive() && arm.driver_alive() &&
+    return arm.mode() == msg::Mode::MODE_HOLD && !arm.planner_alive() && arm.driver_alive() &&
            arm.waiting_for().starts_with("held: planner/right: no heartbeat for more than ");
   });
-  EXPECT_EQ(arm_of(held, "left").mode(), msg::MODE_RUN);
+  EXPECT_EQ(arm_of(held, "left").mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(open_faults(held, "node_silent", "planner/right"), 1);
 
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
@@ -78,7 +78,7 @@ TEST(HealthFaults, StoppedDriverIsOneFault) {
   ASSERT_TRUE(test::signal_process(pid, SIGSTOP));
   const auto status = cell.await("driver/left is lost", [](const msg::CellStatus& seen) {
     return open_faults(seen, "node_silent", "driver/left") == 1 &&
-           seen.faults().front().severity() == msg::SEVERITY_ERROR;
+           seen.faults().front().severity() == msg::Severity::SEVERITY_ERROR;
   });
   EXPECT_EQ(open_faults(status, "driver_silent", "left"), 0);
   EXPECT_TRUE(contains(status.mode().held_arms(), "left"));
@@ -92,9 +92,9 @@ TEST(HealthFaults, KilledWorldHoldsTheCellUntilItIsBack) {
   ASSERT_GT(pid, 0);
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   cell.await_mode("the cell is held", [](const msg::CellMode& mode) {
-    return mode.mode() == msg::MODE_HOLD && mode.reason().starts_with("world: process ");
+    return mode.mode() == msg::Mode::MODE_HOLD && mode.reason().starts_with("world: process ");
   });
-  cell.await_mode("the cell runs again", [](const msg::CellMode& mode) { return mode.mode() == msg::MODE_RUN; });
+  cell.await_mode("the cell runs again", [](const msg::CellMode& mode) { return mode.mode() == msg::Mode::MODE_RUN; });
   const auto status = cell.await_healthy();
   ASSERT_EQ(status.obstacles().size(), 1U);
   EXPECT_EQ(status.obstacles().front().name(), "ball");
@@ -107,7 +107,8 @@ TEST(HealthFaults, WithoutRestartTheFaultStays) {
   ASSERT_TRUE(test::signal_process(pid, SIGTERM));
   cell.await("the agent says that it is given up", [](const msg::CellStatus& status) {
     for (const auto& node : status.nodes()) {
-      if (node.heartbeat().kind() == msg::NODE_AGENT && node.heartbeat().state() == msg::NODE_DEGRADED) {
+      if (node.heartbeat().kind() == msg::NodeKind::NODE_AGENT &&
+          node.heartbeat().state() == msg::NodeState::NODE_DEGRADED) {
         return node.heartbeat().detail() == "driver-right ended and is not restarted" &&
                open_faults(status, "process_died", "driver/right") == 1 && contains(status.mode().held_arms(), "right");
       }
@@ -121,7 +122,7 @@ TEST(HealthFaults, OthersWorkAroundAnArmWhoseDriverDied) {
   const int pid = pid_of(cell.await_healthy(), "driver-right");
   ASSERT_GT(pid, 0);
   cell.send_goal("right", "under way", "turned");
-  cell.await_goal("under way", [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_ACTIVE; });
+  cell.await_goal("under way", [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto mode = cell.await_mode("right is lost", [](const msg::CellMode& told) {
     return told.lost_arms().size() == 1 && contains(told.held_arms(), "right");
@@ -132,11 +133,12 @@ TEST(HealthFaults, OthersWorkAroundAnArmWhoseDriverDied) {
 
   for (const char* named : {"turned", "home"}) {
     cell.send_goal("left", named, named);
-    cell.await_goal(named, [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_REACHED; });
+    cell.await_goal(named, [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_REACHED; });
   }
   const auto status = cell.await("left's planner is well", [](const msg::CellStatus& seen) {
     return seen.has_referee() && std::any_of(seen.nodes().begin(), seen.nodes().end(), [](const msg::NodeStatus& node) {
-             return node.heartbeat().node() == "planner/left" && node.heartbeat().state() == msg::NODE_RUNNING;
+             return node.heartbeat().node() == "planner/left" &&
+                    node.heartbeat().state() == msg::NodeState::NODE_RUNNING;
            });
   });
   EXPECT_EQ(status.referee().contacts(), 0U);
@@ -152,7 +154,7 @@ TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
   bus::Reader<msg::Fault> faults(cell.participant(), &cell.mailbox());
   msg::Heartbeat beat;
   beat.node("planner/left");
-  beat.kind(msg::NODE_PLANNER);
+  beat.kind(msg::NodeKind::NODE_PLANNER);
   beat.host("localhost");
   beat.pid(1);
   std::string seen;

@@ -25,10 +25,10 @@ void give_and_leave(HealthCell& cell, const std::string& goal, const std::string
   message.goal(goal);
   message.client("guest");
   message.sequence_number(1);
-  message.kind(msg::GOAL_NAMED);
+  message.kind(msg::GoalKind::GOAL_NAMED);
   message.named(named);
   ASSERT_TRUE(goals.write(message));
-  cell.await_goal(goal, [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_ACTIVE; });
+  cell.await_goal(goal, [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
 }
 
 TEST(HealthGoal, OfAGuestThatHasLeftOutlivesThePlanner) {
@@ -36,11 +36,12 @@ TEST(HealthGoal, OfAGuestThatHasLeftOutlivesThePlanner) {
   const int pid = pid_of_node(cell.await_healthy(), "planner/left");
   ASSERT_NO_FATAL_FAILURE(give_and_leave(cell, "left behind", "away"));
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
-  cell.await_goal("left behind", [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_REACHED; });
+  cell.await_goal("left behind",
+                  [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_REACHED; });
   EXPECT_NEAR(cell.next_state("left").q().at(0), 2.5, 1e-2);
   cell.await("another planner", [&](const msg::CellStatus& seen) {
     const auto process = process_of(seen, "planner-left");
-    return process && process->kind() == msg::PROCESS_STARTED && process->pid() != pid;
+    return process && process->kind() == msg::ProcessEventKind::PROCESS_STARTED && process->pid() != pid;
   });
 }
 
@@ -51,13 +52,13 @@ class HealthGoalOfTwo : public ::testing::Test {
   msg::CellStatus await_running(bool with_standby) {
     return cell_.await("a cell that runs", [&](const msg::CellStatus& status) {
       const msg::ArmStatus left = arm_of(status, "left");
-      return left.state().mode() == msg::ARM_RUNNING && left.planner_alive() &&
-             left.standby().empty() != with_standby && status.mode().mode() == msg::MODE_RUN &&
+      return left.state().mode() == msg::ArmMode::ARM_RUNNING && left.planner_alive() &&
+             left.standby().empty() != with_standby && status.mode().mode() == msg::Mode::MODE_RUN &&
              status.mode().held_arms().empty();
     });
   }
   void expect_arrival(const std::string& goal) {
-    cell_.await_goal(goal, [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_REACHED; });
+    cell_.await_goal(goal, [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_REACHED; });
     EXPECT_NEAR(cell_.next_state("left").q().at(0), 2.5, 1e-2);
   }
   HealthCell cell_{{"--host", "alpha"}, "standby_cell.yaml"};
@@ -73,7 +74,8 @@ TEST_F(HealthGoalOfTwo, OutlivesBothPlanners) {
   const int standing_by = pid_of_node(status, before.standby());
   ASSERT_NO_FATAL_FAILURE(give_and_leave(cell_, "left behind", "away"));
   // It is told every 100 ms: by then the other has heard the first word of it, in its next period.
-  cell_.await_goal("left behind", [](const msg::GoalStatus& told) { return told.state() == msg::GOAL_ACTIVE; });
+  cell_.await_goal("left behind",
+                   [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
   ASSERT_TRUE(test::signal_process(in_charge, SIGKILL));
   ASSERT_TRUE(test::signal_process(standing_by, SIGKILL));
   expect_arrival("left behind");

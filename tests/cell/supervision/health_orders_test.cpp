@@ -48,41 +48,41 @@ TEST_F(HealthOrders, StatusTellsTheWholeCell) {
 
 TEST_F(HealthOrders, StopIsLatchedUntilResume) {
   cell_.await_healthy();
-  auto reply = order(msg::REQUEST_STOP);
+  auto reply = order(msg::RequestKind::REQUEST_STOP);
   EXPECT_TRUE(reply.done());
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
-  EXPECT_EQ(arm_of(reply.status(), "left").mode(), msg::MODE_STOP);
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
+  EXPECT_EQ(arm_of(reply.status(), "left").mode(), msg::Mode::MODE_STOP);
   EXPECT_EQ(arm_of(reply.status(), "left").waiting_for(), "the cell is on stop by operator: waits for resume");
-  reply = order(msg::REQUEST_HOLD);
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
-  reply = order(msg::REQUEST_RESUME, {"left"});
+  reply = order(msg::RequestKind::REQUEST_HOLD);
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
+  reply = order(msg::RequestKind::REQUEST_RESUME, {"left"});
   EXPECT_FALSE(reply.done());
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
-  reply = order(msg::REQUEST_RESUME);
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
+  reply = order(msg::RequestKind::REQUEST_RESUME);
   EXPECT_TRUE(reply.done());
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_RUN);
-  cell_.await_mode("run", [](const msg::CellMode& mode) { return mode.mode() == msg::MODE_RUN; });
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_RUN);
+  cell_.await_mode("run", [](const msg::CellMode& mode) { return mode.mode() == msg::Mode::MODE_RUN; });
 }
 
 TEST_F(HealthOrders, SingleArmsAreHeldAndReleased) {
   cell_.await_healthy();
-  auto reply = order(msg::REQUEST_HOLD, {"left"});
+  auto reply = order(msg::RequestKind::REQUEST_HOLD, {"left"});
   EXPECT_TRUE(reply.done());
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_RUN);
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(reply.status().mode().held_arms(), std::vector<std::string>{"left"});
-  reply = order(msg::REQUEST_STOP, {"right"});
+  reply = order(msg::RequestKind::REQUEST_STOP, {"right"});
   EXPECT_EQ(reply.status().mode().stopped_arms(), std::vector<std::string>{"right"});
-  reply = order(msg::REQUEST_RESUME, {"left"});
+  reply = order(msg::RequestKind::REQUEST_RESUME, {"left"});
   EXPECT_TRUE(reply.status().mode().held_arms().empty());
   EXPECT_EQ(reply.status().mode().stopped_arms(), std::vector<std::string>{"right"});
 }
 
 TEST_F(HealthOrders, UnknownArmIsRefusedWithTheNamesThatAreAllowed) {
   cell_.await_healthy();
-  const auto reply = order(msg::REQUEST_HOLD, {"middle"});
+  const auto reply = order(msg::RequestKind::REQUEST_HOLD, {"middle"});
   EXPECT_FALSE(reply.done());
   EXPECT_EQ(reply.reason(), "unknown arm middle: this cell's arms are left, right");
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_RUN);
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_RUN);
   EXPECT_TRUE(reply.status().mode().held_arms().empty());
 }
 
@@ -98,14 +98,14 @@ TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
 
   const auto mode =
       cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
-  EXPECT_EQ(mode.mode(), msg::MODE_RUN);
+  EXPECT_EQ(mode.mode(), msg::Mode::MODE_RUN);
   cell_.await("left arrived", [](const msg::CellStatus& status) {
     return arm_of(status, "left").has_goal() && arm_of(status, "left").goal().goal() == "g1" &&
-           arm_of(status, "left").goal().state() == msg::GOAL_REACHED;
+           arm_of(status, "left").goal().state() == msg::GoalState::GOAL_REACHED;
   });
   cell_.send_goal("right", "g2", "turned");
   const auto after = cell_.await("right obeys under the new term", [](const msg::CellStatus& status) {
-    return arm_of(status, "right").has_goal() && arm_of(status, "right").goal().state() == msg::GOAL_REACHED;
+    return arm_of(status, "right").has_goal() && arm_of(status, "right").goal().state() == msg::GoalState::GOAL_REACHED;
   });
   EXPECT_GT(arm_of(after, "right").state().term(), before.mode().term());
   cell_.await("the predecessor's death is known", [](const msg::CellStatus& status) {
@@ -120,17 +120,17 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
   const auto before = cell_.await_healthy();
   const auto supervisor = process_of(before, "supervisor");
   ASSERT_TRUE(supervisor);
-  EXPECT_TRUE(order(msg::REQUEST_STOP).done());
-  EXPECT_TRUE(order(msg::REQUEST_STOP, {"right"}).done());
+  EXPECT_TRUE(order(msg::RequestKind::REQUEST_STOP).done());
+  EXPECT_TRUE(order(msg::RequestKind::REQUEST_STOP, {"right"}).done());
   ASSERT_TRUE(test::signal_process(supervisor->pid(), SIGKILL));
   const auto mode =
       cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
-  EXPECT_EQ(mode.mode(), msg::MODE_STOP);
+  EXPECT_EQ(mode.mode(), msg::Mode::MODE_STOP);
   EXPECT_EQ(mode.stopped_arms(), std::vector<std::string>{"right"});
-  const auto resumed = order(msg::REQUEST_RESUME).status().mode();
-  EXPECT_EQ(resumed.mode(), msg::MODE_RUN);
+  const auto resumed = order(msg::RequestKind::REQUEST_RESUME).status().mode();
+  EXPECT_EQ(resumed.mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(resumed.stopped_arms(), std::vector<std::string>{"right"}) << "it was stopped by name";
-  EXPECT_TRUE(order(msg::REQUEST_RESUME, {"right"}).status().mode().stopped_arms().empty());
+  EXPECT_TRUE(order(msg::RequestKind::REQUEST_RESUME, {"right"}).status().mode().stopped_arms().empty());
 }
 
 TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
@@ -168,13 +168,13 @@ TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
   const std::string next = next_memory(memory);
   // Again if it writes just then.
   for (std::error_code error; !std::filesystem::create_directory(next, error);) std::filesystem::remove(next, error);
-  const auto reply = order(msg::REQUEST_STOP);
+  const auto reply = order(msg::RequestKind::REQUEST_STOP);
   EXPECT_TRUE(reply.done());
   EXPECT_NE(reply.reason().find(memory + " cannot be written"), std::string::npos) << reply.reason();
-  EXPECT_EQ(reply.status().mode().mode(), msg::MODE_STOP);
+  EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
   const auto is_degraded = [](const msg::CellStatus& status) {
     return std::any_of(status.nodes().begin(), status.nodes().end(), [](const msg::NodeStatus& node) {
-      return node.heartbeat().node() == "supervisor" && node.heartbeat().state() == msg::NODE_DEGRADED;
+      return node.heartbeat().node() == "supervisor" && node.heartbeat().state() == msg::NodeState::NODE_DEGRADED;
     });
   };
   const auto forgetful = cell_.await("a degraded supervisor", is_degraded);
@@ -187,7 +187,7 @@ TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
   const auto after = cell_.await("its successor", [&](const msg::CellStatus& status) {
     return status.mode().term() > reply.status().mode().term();
   });
-  EXPECT_EQ(after.mode().mode(), msg::MODE_STOP);
+  EXPECT_EQ(after.mode().mode(), msg::Mode::MODE_STOP);
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ class HealthPause : public ::testing::Test {
     });
   }
   void expect_arrival() {
-    cell_.await_goal("way", [](const msg::GoalStatus& status) { return status.state() == msg::GOAL_REACHED; });
+    cell_.await_goal("way",
+                     [](const msg::GoalStatus& status) { return status.state() == msg::GoalState::GOAL_REACHED; });
   }
   /// The fault, once the cell is healthy again.
   msg::Fault fault_that_is_over(const std::string& kind, const std::string& subject) {
@@ -48,7 +49,7 @@ TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
   send_left_on_its_way();
   const int pid = stop("planner-left", "planner/left");
   const auto held = cell_.next_state("left");
-  EXPECT_EQ(held.mode(), msg::ARM_STOPPED);
+  EXPECT_EQ(held.mode(), msg::ArmMode::ARM_STOPPED);
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   expect_arrival();
   const msg::Fault fault = fault_that_is_over("node_silent", "planner/left");
@@ -62,7 +63,7 @@ TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   // Its simulated arm went on as an arm does whose commands cease, and what lay in its sockets did not move it.
   const auto first = cell_.next_state("left");
-  EXPECT_EQ(first.mode(), msg::ARM_STOPPED) << first.reason();
+  EXPECT_EQ(first.mode(), msg::ArmMode::ARM_STOPPED) << first.reason();
   for (const double speed : first.qd()) EXPECT_EQ(speed, 0.0);
   expect_arrival();
   static_cast<void>(fault_that_is_over("node_silent", "driver/left"));
@@ -101,7 +102,7 @@ TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
   EXPECT_EQ(process_of(after, "supervisor")->pid(), pid);
   cell_.send_goal("right", "way", "away");
   cell_.await_goal("way", [](const msg::GoalStatus& status) {
-    return status.arm() == "right" && status.state() == msg::GOAL_REACHED;
+    return status.arm() == "right" && status.state() == msg::GoalState::GOAL_REACHED;
   });
 }
 

@@ -29,7 +29,7 @@ msg::WorldEditRequest add_ball(const std::string& name, double radius, const Eig
   obstacle.name = name;
   obstacle.shapes.push_back({world::Sphere{radius}});
   obstacle.X_WO.translation() = place;
-  msg::WorldEditRequest message = request(msg::EDIT_ADD, name);
+  msg::WorldEditRequest message = request(msg::EditKind::EDIT_ADD, name);
   message.obstacle(bus::to_message(obstacle));
   return message;
 }
@@ -62,7 +62,7 @@ class HealthWorld : public ::testing::Test {
     ASSERT_TRUE(test::signal_process(pid, SIGKILL));
     cell_.await("another world", [&](const msg::CellStatus& status) {
       const auto process = process_of(status, "world");
-      return process && process->kind() == msg::PROCESS_STARTED && process->pid() != pid;
+      return process && process->kind() == msg::ProcessEventKind::PROCESS_STARTED && process->pid() != pid;
     });
     cell_.await_healthy();
   }
@@ -73,28 +73,28 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   cell_.await_healthy();
   ASSERT_TRUE(cell_.edit(add_ball("crate", 0.1, tool_at(cell_, "away"))).done());
   ASSERT_TRUE(cell_.edit(add_ball("far", 0.1, {3.0, 0.0, 0.5})).done());
-  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "far");
+  msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "far");
   move.X_WO().position().x(4.0);
   ASSERT_TRUE(cell_.edit(move).done());
-  ASSERT_TRUE(cell_.edit(request(msg::EDIT_REMOVE, "ball")).done());
+  ASSERT_TRUE(cell_.edit(request(msg::EditKind::EDIT_REMOVE, "ball")).done());
   // The arm stands and has no goal; its shoulder is above (0, 2) at about 0.66 m, and a ball rolls through it. Where on
   // its way it is goes by the world's time: now it is 1.5 m before the arm.
   const double way = std::fmod(cell_.await_healthy().referee().time(), 10.0);
   msg::WorldEditRequest runner = add_ball("runner", 0.1, {-1.5 - way, 2.0, 0.66});
-  runner.obstacle().motion().kind(msg::MOTION_CONVEYOR);
+  runner.obstacle().motion().kind(msg::MotionKind::MOTION_CONVEYOR);
   runner.obstacle().motion().direction_W().x(1.0);
   runner.obstacle().motion().speed(1.0);
   runner.obstacle().motion().length(10.0);
   const auto rolls = cell_.edit(runner);
   ASSERT_TRUE(rolls.done()) << rolls.reason();
   cell_.await("a contact", [](const msg::CellStatus& status) { return status.referee().contacts() > 0; });
-  ASSERT_TRUE(cell_.edit(request(msg::EDIT_REMOVE, "runner")).done());
+  ASSERT_TRUE(cell_.edit(request(msg::EditKind::EDIT_REMOVE, "runner")).done());
   cell_.await("a hold", [](const msg::CellStatus& status) {
-    return status.mode().mode() == msg::MODE_HOLD && status.mode().reason().find("touched") != std::string::npos;
+    return status.mode().mode() == msg::Mode::MODE_HOLD && status.mode().reason().find("touched") != std::string::npos;
   });
   const msg::Fault touch = cell_.await_fault("the contact", [](const msg::Fault& f) { return f.kind() == "contact"; });
   EXPECT_NE(touch.seen().find("runner"), std::string::npos) << touch.seen();
-  ASSERT_TRUE(cell_.ask(msg::REQUEST_RESUME)->done());
+  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_RESUME)->done());
   const auto gone = cell_.await("no runner", [](const msg::CellStatus& status) { return !obstacle(status, "runner"); });
   const auto before = cell_.await("the whole account", [&](const msg::CellStatus& status) {
     return status.referee().time() > gone.referee().time();
@@ -115,7 +115,7 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   // The planners know the crate, too.
   cell_.send_goal("left", "into the crate", "away");
   const auto refused = cell_.await_goal("into the crate", [](const msg::GoalStatus& status) {
-    return status.state() == msg::GOAL_REJECTED || status.state() == msg::GOAL_BLOCKED;
+    return status.state() == msg::GoalState::GOAL_REJECTED || status.state() == msg::GoalState::GOAL_BLOCKED;
   });
   EXPECT_NE((refused.reason() + refused.binding_other()).find("crate"), std::string::npos) << refused.reason();
 }
@@ -166,19 +166,20 @@ TEST_F(HealthWorld, SaysWhichEditsItDoesNotRememberAndKeepsTheOthers) {
     EXPECT_TRUE(second.done());
     EXPECT_EQ(second.reason(), "the edit is " + forgetful);
     const auto status = cell_.await("that the world says so", [](const msg::CellStatus& seen) {
-      return world_in(seen).state() == msg::NODE_DEGRADED;
+      return world_in(seen).state() == msg::NodeState::NODE_DEGRADED;
     });
     EXPECT_EQ(world_in(status).detail(), "edits are " + forgetful);
     EXPECT_TRUE(obstacle(status, "second"));
   }
   cell_.await("that it remembers again", [](const msg::CellStatus& seen) {
-    return world_in(seen).state() == msg::NODE_RUNNING && world_in(seen).detail().empty();
+    return world_in(seen).state() == msg::NodeState::NODE_RUNNING && world_in(seen).detail().empty();
   });
   const NoFiles none(pid);
   EXPECT_EQ(cell_.edit(add_ball("third", 0.1, {3.0, 2.0, 0.5})).reason(), "the edit is " + forgetful);
   kill_world_and_await_its_successor();
   const auto after = cell_.await("what the successor has", [](const msg::CellStatus& seen) {
-    return world_in(seen).state() == msg::NODE_RUNNING && obstacle(seen, "second") && !obstacle(seen, "third");
+    return world_in(seen).state() == msg::NodeState::NODE_RUNNING && obstacle(seen, "second") &&
+           !obstacle(seen, "third");
   });
   EXPECT_TRUE(obstacle(after, "first"));
 }
@@ -191,7 +192,7 @@ TEST_F(HealthWorld, WhatCannotBeRecoveredHoldsTheCellAndIsTold) {
   std::ofstream(memory, std::ios::trunc) << "not a memory";
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto status = cell_.await("the failure", [](const msg::CellStatus& seen) {
-    return open_faults(seen, "node_failed", "world") == 1 && seen.mode().mode() == msg::MODE_HOLD;
+    return open_faults(seen, "node_failed", "world") == 1 && seen.mode().mode() == msg::Mode::MODE_HOLD;
   });
   EXPECT_EQ(status.mode().reason(), "world: what was edited in the world before it died cannot be recovered (" +
                                         memory + " is damaged): end the cell and start it again");

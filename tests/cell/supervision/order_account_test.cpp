@@ -48,21 +48,22 @@ class OtherLeader {
 TEST(OrderAccount, WhatWasOrderedUnheardIsOrderedFromWhoLeads) {
   HealthCell cell;
   const auto before = cell.await_healthy();
-  ASSERT_TRUE(cell.ask(msg::REQUEST_STOP, {"left"})->done());
+  ASSERT_TRUE(cell.ask(msg::RequestKind::REQUEST_STOP, {"left"})->done());
   {
     OtherLeader other(cell, before.mode().term() + 1000);
     EXPECT_TRUE(other.is_asked_for([](const msg::SupervisorRequest& request) {
-      return request.kind() == msg::REQUEST_STOP && request.arms() == std::vector<std::string>{"left"};
+      return request.kind() == msg::RequestKind::REQUEST_STOP && request.arms() == std::vector<std::string>{"left"};
     }));
-    other.mode().ordered(msg::MODE_HOLD);  // but not what it was asked for: it goes before it has obeyed
-    other.mode().mode(msg::MODE_HOLD);
-    EXPECT_TRUE(other.is_asked_for([](const auto& request) { return request.kind() == msg::REQUEST_STOP; }));
+    other.mode().ordered(msg::Mode::MODE_HOLD);  // but not what it was asked for: it goes before it has obeyed
+    other.mode().mode(msg::Mode::MODE_HOLD);
+    EXPECT_TRUE(
+        other.is_asked_for([](const auto& request) { return request.kind() == msg::RequestKind::REQUEST_STOP; }));
   }
   const auto after = cell.await("the first, leading again", [&](const msg::CellStatus& status) {
     return status.mode().term() > before.mode().term() + 1000;
   });
   EXPECT_EQ(after.mode().stopped_arms(), std::vector<std::string>{"left"});
-  EXPECT_EQ(after.mode().ordered(), msg::MODE_HOLD) << "the other's orders hold, too";
+  EXPECT_EQ(after.mode().ordered(), msg::Mode::MODE_HOLD) << "the other's orders hold, too";
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ class Standby : public ::testing::Test {
   msg::CellStatus await_ready() {
     return cell_.await("standbys that are ready", [](const msg::CellStatus& status) {
       return !status.standby().empty() && !arm_of(status, "left").standby().empty() &&
-             arm_of(status, "left").state().mode() == msg::ARM_RUNNING && status.mode().mode() == msg::MODE_RUN &&
-             status.mode().held_arms().empty();
+             arm_of(status, "left").state().mode() == msg::ArmMode::ARM_RUNNING &&
+             status.mode().mode() == msg::Mode::MODE_RUN && status.mode().held_arms().empty();
     });
   }
   msg::CellStatus send_left_on_its_way() {
@@ -40,7 +40,8 @@ class Standby : public ::testing::Test {
     return await_ready();
   }
   void expect_arrival() {
-    cell_.await_goal("way", [](const msg::GoalStatus& status) { return status.state() == msg::GOAL_REACHED; });
+    cell_.await_goal("way",
+                     [](const msg::GoalStatus& status) { return status.state() == msg::GoalState::GOAL_REACHED; });
   }
   msg::ArmStatus await_successor(const msg::ArmStatus& before) {
     const auto status = cell_.await("a successor of " + before.planner(), [&](const msg::CellStatus& seen) {
@@ -53,7 +54,8 @@ class Standby : public ::testing::Test {
     cell_.await(node + " stands by", [&](const msg::CellStatus& status) {
       return std::any_of(status.nodes().begin(), status.nodes().end(), [&](const msg::NodeStatus& seen) {
         const bool up = seen.alive() && seen.heartbeat().node() == node;
-        return up && (seen.heartbeat().state() == msg::NODE_STANDBY || arm_of(status, "left").planner() == node);
+        return up &&
+               (seen.heartbeat().state() == msg::NodeState::NODE_STANDBY || arm_of(status, "left").planner() == node);
       });
     });
   }
@@ -87,7 +89,7 @@ TEST_F(Standby, OfAKilledPlannerBringsTheArmToItsGoal) {
   const msg::ArmStatus before = arm_of(status, "left");
   ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
   const msg::ArmStatus after = await_successor(before);
-  EXPECT_TRUE(after.mode() == msg::MODE_RUN) << "its fault holds nobody: " << after.waiting_for();
+  EXPECT_TRUE(after.mode() == msg::Mode::MODE_RUN) << "its fault holds nobody: " << after.waiting_for();
   expect_arrival();
   cell_.await_fault("the death", [&](const msg::Fault& fault) {
     return fault.kind() == "process_died" && fault.subject() == before.planner();
@@ -165,13 +167,14 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
   });
   const auto before = cell_.await("a standby", [](const auto& status) { return !status.standby().empty(); });
   const std::string leader = before.supervisor();
-  ASSERT_TRUE(cell_.ask(msg::REQUEST_HOLD, {"left"})->done());  // from then on it outlives who acknowledged it
+  ASSERT_TRUE(
+      cell_.ask(msg::RequestKind::REQUEST_HOLD, {"left"})->done());  // from then on it outlives who acknowledged it
   ASSERT_EQ(kill(pid_of_node(before, leader), SIGKILL), 0);
 
   const msg::CellMode mode = cell_.await_mode("another leader's", [&](const msg::CellMode& seen) {
     return seen.node() != leader && seen.term() > before.mode().term();
   });
-  EXPECT_EQ(mode.mode(), msg::MODE_RUN);
+  EXPECT_EQ(mode.mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(mode.arms_ordered_to_hold(), std::vector<std::string>{"left"});
   const auto after = cell_.await("an answer", [&](const msg::CellStatus& seen) { return seen.supervisor() != leader; });
   EXPECT_TRUE(std::any_of(after.faults().begin(), after.faults().end(), [&](const msg::Fault& fault) {
@@ -181,7 +184,7 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
     return fault.kind() == "process_died" && fault.subject() == leader;
   });
 
-  ASSERT_TRUE(cell_.ask(msg::REQUEST_RESUME)->done());
+  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_RESUME)->done());
   const auto way = send_left_on_its_way();
   const msg::ArmStatus arm = arm_of(way, "left");
   ASSERT_EQ(kill(pid_of_node(way, arm.planner()), SIGKILL), 0);
@@ -192,7 +195,7 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
 // Both supervisors die at one time, and the host of the one that led with all that it remembered.
 TEST_F(Standby, RemembersOrdersForWhenBothSupervisorsDie) {
   const auto started = await_ready();
-  ASSERT_TRUE(cell_.ask(msg::REQUEST_STOP)->done());
+  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_STOP)->done());
   const bool first_leads = started.supervisor() == "supervisor";
   const int standby = pid_of_node(started, started.standby());
   (first_leads ? cell_.agent() : beta_).signal(SIGKILL);
@@ -200,7 +203,7 @@ TEST_F(Standby, RemembersOrdersForWhenBothSupervisorsDie) {
   const auto after = cell_.await("a supervisor", [&](const msg::CellStatus& status) {
     return status.supervisor() == started.standby() && status.mode().term() > started.mode().term();
   });
-  EXPECT_EQ(after.mode().mode(), msg::MODE_STOP);
+  EXPECT_EQ(after.mode().mode(), msg::Mode::MODE_STOP);
 }
 
 // It hangs while the leader is told to stop, and leads when that hangs, too.
@@ -212,7 +215,8 @@ TEST_F(Standby, IsToldWhatWasOrderedWhileItHung) {
   const int goes_on = pid_of_node(started, other);
   ASSERT_EQ(kill(goes_on, SIGSTOP), 0);
   cell_.await_dropped(other);
-  ASSERT_TRUE(cell_.ask(msg::REQUEST_STOP, {"left"})->done()) << "a standby that hangs keeps nobody waiting";
+  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_STOP, {"left"})->done())
+      << "a standby that hangs keeps nobody waiting";
   ASSERT_EQ(kill(led, SIGSTOP), 0);
   cell_.await_dropped(leader);
   ASSERT_EQ(kill(goes_on, SIGCONT), 0);
@@ -245,7 +249,7 @@ TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
   // Its loop waited while it stayed away after that.
   const auto status = await_ready();
   for (const msg::NodeStatus& node : status.nodes()) {
-    if (node.heartbeat().kind() != msg::NODE_SUPERVISOR) continue;
+    if (node.heartbeat().kind() != msg::NodeKind::NODE_SUPERVISOR) continue;
     EXPECT_LT(node.heartbeat().ticks(), 1000 * status.uptime() + 100'000) << node.heartbeat().node();
   }
 }

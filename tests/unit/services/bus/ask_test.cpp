@@ -16,7 +16,7 @@ msg::WorldEditRequest request(std::uint64_t id) {
   msg::WorldEditRequest message;
   message.client("cli-1");
   message.request_id(id);
-  message.kind(msg::EDIT_REMOVE);
+  message.kind(msg::EditKind::EDIT_REMOVE);
   message.name("pallet");
   return message;
 }

@@ -70,7 +70,7 @@ world::Shape tetrahedron() {
 
 TEST(Convert, ShapesSurviveTheWire) {
   const auto box = to_message(placed(world::Box{{0.2, 0.3, 0.4}}));
-  EXPECT_EQ(box.kind(), msg::SHAPE_BOX);
+  EXPECT_EQ(box.kind(), msg::ShapeKind::SHAPE_BOX);
   EXPECT_EQ(shape_text(box), "box 0.4 × 0.6 × 0.8 m");
   EXPECT_DOUBLE_EQ(box.X_OS().position().z(), 1);
   const auto box_back = from_message(box, "shape");

@@ -90,7 +90,7 @@ TEST_F(Delivery, LateJoinerGetsEveryObstacle) {
     shapes.name("obstacle" + std::to_string(i));
     shapes.obstacle().name(shapes.name());
     msg::PlacedShape hull;  // 3,000 vertices of 24 bytes: more than one datagram holds
-    hull.kind(msg::SHAPE_CONVEX);
+    hull.kind(msg::ShapeKind::SHAPE_CONVEX);
     hull.vertices().resize(i == 0 ? 3000 : 8);
     shapes.obstacle().shapes().push_back(hull);
     ASSERT_TRUE(writer.write(shapes));

@@ -45,7 +45,7 @@ msg::CellStatus heartbeat(const std::string& node, std::uint64_t ticks, double p
   msg::CellStatus status;
   msg::NodeStatus entry;
   entry.heartbeat().node(node);
-  entry.heartbeat().kind(msg::NODE_PLANNER);
+  entry.heartbeat().kind(msg::NodeKind::NODE_PLANNER);
   entry.heartbeat().ticks(ticks);
   entry.heartbeat().tick_p50_us(p50);
   entry.heartbeat().tick_p99_us(p99);
@@ -73,7 +73,7 @@ TEST(TickAccount, TakesWindowsThatDoNotOverlap) {
 
 TEST(TickAccount, CountsPlannersOnly) {
   msg::CellStatus status = heartbeat("driver/a", 5000, 1, 1, 1);
-  status.nodes().front().heartbeat().kind(msg::NODE_DRIVER);
+  status.nodes().front().heartbeat().kind(msg::NodeKind::NODE_DRIVER);
   TickAccount account;
   account.update(status);
   EXPECT_FALSE(account.typical());

@@ -7,7 +7,7 @@ namespace {
 
 msg::GoalStatus blocked() {
   msg::GoalStatus goal;
-  goal.state(msg::GOAL_BLOCKED);
+  goal.state(msg::GoalState::GOAL_BLOCKED);
   goal.reason("no way for now");
   goal.has_binding(true);
   goal.binding_own("arm2/forearm");
@@ -37,9 +37,9 @@ TEST(GoalText, TellsSinceWhen) {
 
 TEST(GoalText, TriesNothingAnyMoreAtTheEnd) {
   msg::GoalStatus goal = blocked();
-  goal.state(msg::GOAL_TIMED_OUT);
+  goal.state(msg::GoalState::GOAL_TIMED_OUT);
   EXPECT_EQ(goal_text(goal), "timed_out: no way for now (arm2/forearm – pallet, 18 mm)");
-  goal.state(msg::GOAL_REACHED);
+  goal.state(msg::GoalState::GOAL_REACHED);
   EXPECT_EQ(goal_text(goal), "reached");
 }
 
@@ -54,11 +54,13 @@ TEST(WaitingText, PrefersTheSupervisorsReason) {
 }
 
 TEST(IsFinal, EndsWithAllButThreeStates) {
-  for (const msg::GoalState state : {msg::GOAL_ACCEPTED, msg::GOAL_ACTIVE, msg::GOAL_BLOCKED}) {
+  for (const msg::GoalState state :
+       {msg::GoalState::GOAL_ACCEPTED, msg::GoalState::GOAL_ACTIVE, msg::GoalState::GOAL_BLOCKED}) {
     EXPECT_FALSE(is_final(state)) << text(state);
   }
   for (const msg::GoalState state :
-       {msg::GOAL_REACHED, msg::GOAL_REJECTED, msg::GOAL_CANCELLED, msg::GOAL_REPLACED, msg::GOAL_TIMED_OUT}) {
+       {msg::GoalState::GOAL_REACHED, msg::GoalState::GOAL_REJECTED, msg::GoalState::GOAL_CANCELLED,
+        msg::GoalState::GOAL_REPLACED, msg::GoalState::GOAL_TIMED_OUT}) {
     EXPECT_TRUE(is_final(state)) << text(state);
   }
 }

@@ -15,7 +15,7 @@ namespace {
 msg::CellStatus example() {
   msg::CellStatus status;
   status.cell("test");
-  status.mode().mode(msg::MODE_RUN);
+  status.mode().mode(msg::Mode::MODE_RUN);
   status.mode().held_arms({"west"});
   msg::LostArm lost;
   lost.arm("west");
@@ -26,14 +26,14 @@ msg::CellStatus example() {
 
   msg::ArmStatus arm;
   arm.arm("north");
-  arm.mode(msg::MODE_RUN);
+  arm.mode(msg::Mode::MODE_RUN);
   arm.driver_alive(true);
   arm.planner_alive(true);
-  arm.state().mode(msg::ARM_RUNNING);
+  arm.state().mode(msg::ArmMode::ARM_RUNNING);
   arm.state().q({0.1, 0.2});
   arm.state_age(0.004);
   arm.has_goal(true);
-  arm.goal().state(msg::GOAL_BLOCKED);
+  arm.goal().state(msg::GoalState::GOAL_BLOCKED);
   arm.goal().has_binding(true);
   arm.goal().binding_own("north/forearm");
   arm.goal().binding_other("pallet");
@@ -42,13 +42,13 @@ msg::CellStatus example() {
   status.arms().push_back(arm);
   msg::ArmStatus unheard;
   unheard.arm("west");
-  unheard.mode(msg::MODE_HOLD);
+  unheard.mode(msg::Mode::MODE_HOLD);
   unheard.state_age(-1.0);
   status.arms().push_back(unheard);
 
   msg::NodeStatus node;
   node.heartbeat().node("planner/north");
-  node.heartbeat().kind(msg::NODE_PLANNER);
+  node.heartbeat().kind(msg::NodeKind::NODE_PLANNER);
   node.alive(true);
   status.nodes().push_back(node);
 
@@ -57,7 +57,7 @@ msg::CellStatus example() {
   host.agent_alive(true);
   msg::ProcessEvent process;
   process.name("planner-north");
-  process.kind(msg::PROCESS_EXITED);
+  process.kind(msg::ProcessEventKind::PROCESS_EXITED);
   process.exit_code(-1);
   process.signal_number(9);
   host.processes().push_back(process);
@@ -65,7 +65,7 @@ msg::CellStatus example() {
 
   msg::Fault fault;
   fault.id("1/1");
-  fault.severity(msg::SEVERITY_ERROR);
+  fault.severity(msg::Severity::SEVERITY_ERROR);
   fault.kind("process_died");
   fault.subject("planner/north");
   fault.seen("planner/north was ended by signal 9");
@@ -113,7 +113,7 @@ TEST(StatusText, FitsIntoATerminalHoweverLongTheReasonsAre) {
   std::string reason = "held: planner/north: no heartbeat for more than 250 ms";
   for (int i = 0; i < 5; ++i) reason += "; planner/west: no state of north for 0.2 s";
   status.arms()[0].waiting_for(reason);
-  status.nodes()[0].heartbeat().state(msg::NODE_DEGRADED);
+  status.nodes()[0].heartbeat().state(msg::NodeState::NODE_DEGRADED);
   status.nodes()[0].heartbeat().detail(reason);
   status.faults()[0].seen(reason);
   std::istringstream lines(status_text(status, Palette(false)));

@@ -14,7 +14,7 @@ msg::ProcessEvent exited(const std::string& node, int pid = kPid, bool wanted = 
   msg::ProcessEvent event;
   event.node(node);
   event.pid(pid);
-  event.kind(msg::PROCESS_EXITED);
+  event.kind(msg::ProcessEventKind::PROCESS_EXITED);
   event.signal_number(9);
   event.wanted(wanted);
   return event;

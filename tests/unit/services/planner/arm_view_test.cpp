@@ -24,14 +24,14 @@ class Arms : public testing::Test {
     msg::ArmState message;
     message.arm(arm);
     message.sequence_number(sequence);
-    message.mode(msg::ARM_RUNNING);
+    message.mode(msg::ArmMode::ARM_RUNNING);
     message.q({q0, 0, 0, 0, 0, 0});
     message.qd(std::vector<double>(6, 0.0));
     return message;
   }
   CellModeView mode(const std::vector<std::string>& held = {}, const std::vector<msg::LostArm>& lost = {}) const {
     msg::CellMode message;
-    message.mode(msg::MODE_RUN);
+    message.mode(msg::Mode::MODE_RUN);
     message.term(1);
     message.held_arms(held);
     message.lost_arms(lost);
@@ -90,7 +90,8 @@ TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
   EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
   EXPECT_FALSE(view_.observe(now_, mode({"arm2"}))[1].plans);
   EXPECT_FALSE(view_.observe(now_, CellModeView())[1].plans) << "no supervisor: nobody may move";
-  for (const msg::ArmMode stands : {msg::ARM_STARTING, msg::ARM_BRAKING, msg::ARM_STOPPED, msg::ARM_FAILED}) {
+  for (const msg::ArmMode stands :
+       {msg::ArmMode::ARM_STARTING, msg::ArmMode::ARM_BRAKING, msg::ArmMode::ARM_STOPPED, msg::ArmMode::ARM_FAILED}) {
     static std::uint64_t sequence = 1;
     msg::ArmState message = state("arm2", ++sequence);
     message.mode(stands);
@@ -124,7 +125,7 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
   msg::GoalStatus status;
   status.arm("arm2");
   status.goal("g1");
-  status.state(msg::GOAL_ACTIVE);
+  status.state(msg::GoalState::GOAL_ACTIVE);
   status.q_goal({1, 2, 3, 4, 5, 6});
   EXPECT_EQ(view.apply(status), "");
   const auto seen = view.observe(ArmView::Clock::now(), mode());
@@ -133,15 +134,15 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
   EXPECT_FALSE(seen[0].has_goal);
 
   status.goal("g0");  // the end of an earlier goal arrives late
-  status.state(msg::GOAL_REPLACED);
+  status.state(msg::GoalState::GOAL_REPLACED);
   EXPECT_EQ(view.apply(status), "");
   EXPECT_TRUE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
   status.goal("g1");
-  status.state(msg::GOAL_REACHED);
+  status.state(msg::GoalState::GOAL_REACHED);
   EXPECT_EQ(view.apply(status), "");
   EXPECT_FALSE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
 
-  status.state(msg::GOAL_ACTIVE);
+  status.state(msg::GoalState::GOAL_ACTIVE);
   status.q_goal({1, 2});
   EXPECT_NE(view.apply(status), "");
   status.arm("arm9");
@@ -269,11 +270,11 @@ TEST_F(Arms, WhoStandsWithoutCommandsTakesPartInNothing) {
     EXPECT_EQ(view_.apply(last, {}, now_), "");
     return view_.observe(now_, mode())[1].progress.of(0, 7);
   };
-  EXPECT_TRUE(takes_part(msg::ARM_BRAKING)) << "a command is late";
-  EXPECT_FALSE(takes_part(msg::ARM_STOPPED));
-  EXPECT_TRUE(takes_part(msg::ARM_RUNNING));
-  EXPECT_FALSE(takes_part(msg::ARM_FAILED));
-  EXPECT_FALSE(takes_part(msg::ARM_STARTING));
+  EXPECT_TRUE(takes_part(msg::ArmMode::ARM_BRAKING)) << "a command is late";
+  EXPECT_FALSE(takes_part(msg::ArmMode::ARM_STOPPED));
+  EXPECT_TRUE(takes_part(msg::ArmMode::ARM_RUNNING));
+  EXPECT_FALSE(takes_part(msg::ArmMode::ARM_FAILED));
+  EXPECT_FALSE(takes_part(msg::ArmMode::ARM_STARTING));
 }
 
 TEST_F(Arms, ALostArmOfUnusableWordsIsUnknown) {

@@ -56,7 +56,7 @@ TEST_F(ExplainTest, OnlyWhoGoesFreelyIsNotHeldBack) {
 TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
   bind();
   const Progress progress = told(TickStatus::kBlocked);
-  EXPECT_EQ(progress.state, msg::GOAL_BLOCKED);
+  EXPECT_EQ(progress.state, msg::GoalState::GOAL_BLOCKED);
   EXPECT_EQ(progress.binding_own, "left/ball");
   EXPECT_EQ(progress.binding_other, "right/ball");
   EXPECT_EQ(progress.binding_distance, 0.018);
@@ -76,15 +76,15 @@ TEST_F(ExplainTest, ABoundaryIsAPairOrTheJointLimits) {
 
 TEST_F(ExplainTest, WhoWalksForLongWithoutComingNearerIsBlocked) {
   for (int second = 0; second <= 10; ++second) {
-    EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_ACTIVE) << second;
+    EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GoalState::GOAL_ACTIVE) << second;
     approach_.note(1.0, 1.0);
   }
   approach_.note(0.99, 1.0);
-  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_BLOCKED);
+  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GoalState::GOAL_BLOCKED);
   EXPECT_EQ(told(TickStatus::kFollowing).reason, "no way found for 11 s");
   EXPECT_TRUE(told(TickStatus::kMoving).held_back) << "a free stretch on the way back";
   approach_.note(0.5, 1.0);
-  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GOAL_ACTIVE);
+  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GoalState::GOAL_ACTIVE);
 }
 
 TEST_F(ExplainTest, ALostArmMayBeNearerThanItWasHeard) {

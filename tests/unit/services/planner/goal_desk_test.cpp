@@ -53,7 +53,7 @@ TEST_F(Desk, TellsHowLongAnArmHasBeenHeldBack) {
   (void)told();
   const auto held_for = [this](bool held_back, GoalDesk::Clock::duration later) {
     now_ += later;
-    Progress progress = in(msg::GOAL_ACTIVE);
+    Progress progress = in(msg::GoalState::GOAL_ACTIVE);
     progress.held_back = held_back;
     desk_.progress(progress, now_);
     (void)told();
@@ -70,12 +70,12 @@ TEST_F(Desk, TellsHowLongAnArmHasBeenHeldBack) {
 
 TEST_F(Desk, AClaimIsToldAtOnce) {
   send_and_accept(goal("a"));
-  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  desk_.progress(in(msg::GoalState::GOAL_ACTIVE), now_);
   (void)told();
   now_ += 10ms;
-  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  desk_.progress(in(msg::GoalState::GOAL_ACTIVE), now_);
   EXPECT_TRUE(told().empty());
-  Progress asking = in(msg::GOAL_ACTIVE);
+  Progress asking = in(msg::GoalState::GOAL_ACTIVE);
   asking.claim = 3;
   desk_.progress(asking, now_);
   ASSERT_EQ(told().size(), 1U);
@@ -84,13 +84,13 @@ TEST_F(Desk, AClaimIsToldAtOnce) {
 
 TEST_F(Desk, AcceptedActiveReached) {
   send_and_accept(goal("a"));
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACCEPTED}}));
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_ACCEPTED}}));
   now_ += 10ms;
-  desk_.progress(in(msg::GOAL_ACTIVE), now_);
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACTIVE}}));
+  desk_.progress(in(msg::GoalState::GOAL_ACTIVE), now_);
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_ACTIVE}}));
   now_ += 1990ms;
-  desk_.progress(in(msg::GOAL_REACHED), now_);
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_REACHED}}));
+  desk_.progress(in(msg::GoalState::GOAL_REACHED), now_);
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_REACHED}}));
   EXPECT_DOUBLE_EQ(statuses_[0].elapsed(), 2.0);
   EXPECT_FALSE(desk_.has_active());
   EXPECT_FALSE(desk_.take_forget()) << "it keeps the place that it was sent to";
@@ -98,14 +98,14 @@ TEST_F(Desk, AcceptedActiveReached) {
 
 TEST_F(Desk, TellsChangesAtOnceAndTheRestEvery100ms) {
   send_and_accept(goal("a"));
-  desk_.progress(in(msg::GOAL_ACTIVE), now_);
+  desk_.progress(in(msg::GoalState::GOAL_ACTIVE), now_);
   (void)told();
-  for (int k = 0; k < 9; ++k) desk_.progress(in(msg::GOAL_ACTIVE), now_ += 10ms);
+  for (int k = 0; k < 9; ++k) desk_.progress(in(msg::GoalState::GOAL_ACTIVE), now_ += 10ms);
   EXPECT_EQ(told(), Told{});
-  desk_.progress(in(msg::GOAL_ACTIVE), now_ += 10ms);
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACTIVE}}));
-  desk_.progress(in(msg::GOAL_BLOCKED, "pallet"), now_ += 10ms);
-  ASSERT_EQ(told(), (Told{{"a", msg::GOAL_BLOCKED}}));
+  desk_.progress(in(msg::GoalState::GOAL_ACTIVE), now_ += 10ms);
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_ACTIVE}}));
+  desk_.progress(in(msg::GoalState::GOAL_BLOCKED, "pallet"), now_ += 10ms);
+  ASSERT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_BLOCKED}}));
   EXPECT_EQ(statuses_[0].reason(), "pallet");
   EXPECT_EQ(statuses_[0].sequence_number(), 4U);
 }
@@ -117,7 +117,7 @@ TEST_F(Desk, ARejectedGoalLeavesTheActiveOneAlone) {
   const auto question = desk_.next_question();
   ASSERT_TRUE(question);
   EXPECT_FALSE(desk_.answer(no(*question), now_));
-  ASSERT_EQ(told(), (Told{{"b", msg::GOAL_REJECTED}}));
+  ASSERT_EQ(told(), (Told{{"b", msg::GoalState::GOAL_REJECTED}}));
   EXPECT_EQ(statuses_[0].reason(), "in collision");
   EXPECT_TRUE(desk_.has_active());
 }
@@ -125,7 +125,9 @@ TEST_F(Desk, ARejectedGoalLeavesTheActiveOneAlone) {
 TEST_F(Desk, ALaterGoalReplacesWithoutABrake) {
   send_and_accept(goal("a"));
   send_and_accept(goal("b"));
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_ACCEPTED}, {"a", msg::GOAL_REPLACED}, {"b", msg::GOAL_ACCEPTED}}));
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_ACCEPTED},
+                          {"a", msg::GoalState::GOAL_REPLACED},
+                          {"b", msg::GoalState::GOAL_ACCEPTED}}));
   EXPECT_FALSE(desk_.take_forget());
 }
 
@@ -153,20 +155,20 @@ TEST_F(Desk, CancellingEndsAGoalWhereverItIs) {
     each->cancel(true);
     desk_.receive(*each, now_);
   }
-  EXPECT_EQ(told(), (Told{{"waiting", msg::GOAL_CANCELLED}, {"active", msg::GOAL_CANCELLED}}));
+  EXPECT_EQ(told(), (Told{{"waiting", msg::GoalState::GOAL_CANCELLED}, {"active", msg::GoalState::GOAL_CANCELLED}}));
   EXPECT_TRUE(desk_.take_forget()) << "the arm brakes and stays";
   EXPECT_FALSE(desk_.answer(yes(asked), now_));
-  EXPECT_EQ(told(), (Told{{"asked", msg::GOAL_CANCELLED}}));
+  EXPECT_EQ(told(), (Told{{"asked", msg::GoalState::GOAL_CANCELLED}}));
   EXPECT_FALSE(desk_.has_active());
 }
 
 TEST_F(Desk, TimeLimitEndsItWithTheReason) {
   send_and_accept(goal("a", 0.5));
-  desk_.progress(in(msg::GOAL_BLOCKED, "pallet in the way"), now_ + 500ms);
+  desk_.progress(in(msg::GoalState::GOAL_BLOCKED, "pallet in the way"), now_ + 500ms);
   EXPECT_TRUE(desk_.has_active());
   (void)told();
-  desk_.progress(in(msg::GOAL_BLOCKED, "pallet in the way"), now_ + 510ms);
-  ASSERT_EQ(told(), (Told{{"a", msg::GOAL_TIMED_OUT}}));
+  desk_.progress(in(msg::GoalState::GOAL_BLOCKED, "pallet in the way"), now_ + 510ms);
+  ASSERT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_TIMED_OUT}}));
   EXPECT_EQ(statuses_[0].reason(), "not reached within 0.5 s: pallet in the way");
   EXPECT_TRUE(desk_.take_forget());
 }
@@ -177,7 +179,7 @@ TEST_F(Desk, WhatCannotBeJudgedInTimeIsRefused) {
   desk_.refuse_waiting(now_ + 3s, 3s, "no world");
   EXPECT_EQ(told(), Told{});
   desk_.refuse_waiting(now_ + 4s, 3s, "no world");
-  ASSERT_EQ(told(), (Told{{"a", msg::GOAL_REJECTED}}));
+  ASSERT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_REJECTED}}));
   EXPECT_EQ(statuses_[0].reason(), "no world");
   EXPECT_EQ(desk_.next_question()->goal(), "b");
 }
@@ -189,18 +191,18 @@ TEST_F(Desk, WhenNobodyResolvesGoalsAllAreRefusedAndALateAnswerIsForNobody) {
   ASSERT_TRUE(question);
   (void)told();
   desk_.refuse_all("nobody answers");
-  EXPECT_EQ(told(), (Told{{"asked", msg::GOAL_REJECTED}, {"waiting", msg::GOAL_REJECTED}}));
+  EXPECT_EQ(told(), (Told{{"asked", msg::GoalState::GOAL_REJECTED}, {"waiting", msg::GoalState::GOAL_REJECTED}}));
   EXPECT_EQ(statuses_[0].reason(), "nobody answers");
   EXPECT_TRUE(desk_.has_active());
   desk_.receive(goal("next"), now_);
   EXPECT_FALSE(desk_.next_question()) << "nobody is there to be asked";
   desk_.refuse_all("nobody answers");
-  EXPECT_EQ(told(), (Told{{"next", msg::GOAL_REJECTED}})) << "each is told once";
+  EXPECT_EQ(told(), (Told{{"next", msg::GoalState::GOAL_REJECTED}})) << "each is told once";
   EXPECT_EQ(desk_.account(now_).handled.size(), 4U) << "they are answered, for a successor, too";
   EXPECT_FALSE(desk_.answer(yes(*question), now_));
   EXPECT_TRUE(told().empty());
   send_and_accept(goal("after"));
-  EXPECT_EQ(told().back(), (Told::value_type{"after", msg::GOAL_ACCEPTED}));
+  EXPECT_EQ(told().back(), (Told::value_type{"after", msg::GoalState::GOAL_ACCEPTED}));
 }
 
 TEST_F(Desk, WhatIsCancelledWhileNobodyResolvesGoalsIsSaidToBe) {
@@ -210,7 +212,7 @@ TEST_F(Desk, WhatIsCancelledWhileNobodyResolvesGoalsIsSaidToBe) {
   asked.cancel(true);
   desk_.receive(asked, now_);
   desk_.refuse_all("nobody answers");
-  EXPECT_EQ(told(), (Told{{"asked", msg::GOAL_CANCELLED}}));
+  EXPECT_EQ(told(), (Told{{"asked", msg::GoalState::GOAL_CANCELLED}}));
   EXPECT_EQ(statuses_[0].reason(), "its client gave it up");
 }
 
@@ -220,7 +222,7 @@ TEST_F(Desk, WaitingCountsFromWhenItIsInCharge) {
   desk_.refuse_waiting(now_ + 6s, 3s, "no driver");
   EXPECT_EQ(told(), Told{});
   desk_.refuse_waiting(now_ + 9s, 3s, "no driver");
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_REJECTED}}));
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_REJECTED}}));
 }
 
 TEST_F(Desk, RepetitionsAndOtherArmsGoalsAreIgnored) {
@@ -244,18 +246,18 @@ msg::GoalStatus told_by_the_other(const std::string& goal, msg::GoalState state)
 }
 
 TEST_F(Desk, FollowsAGoalThatItNeverHeardOf) {
-  EXPECT_TRUE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_));
+  EXPECT_TRUE(desk_.follow(told_by_the_other("a", msg::GoalState::GOAL_ACTIVE), now_));
   EXPECT_EQ(desk_.q_goal()[0], 0.5);
-  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_)) << "it is active already";
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GoalState::GOAL_ACTIVE), now_)) << "it is active already";
   EXPECT_TRUE(told().empty()) << "the other tells";
-  desk_.progress(in(msg::GOAL_REACHED), now_);
-  EXPECT_EQ(told(), (Told{{"a", msg::GOAL_REACHED}}));
+  desk_.progress(in(msg::GoalState::GOAL_REACHED), now_);
+  EXPECT_EQ(told(), (Told{{"a", msg::GoalState::GOAL_REACHED}}));
   EXPECT_GT(statuses_[0].elapsed(), 1.9);
-  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_)) << "it has ended here";
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GoalState::GOAL_ACTIVE), now_)) << "it has ended here";
 }
 
 TEST_F(Desk, AFollowedGoalIsTheSameWhenItsClientIsHeard) {
-  ASSERT_TRUE(desk_.follow(told_by_the_other("a", msg::GOAL_ACTIVE), now_));
+  ASSERT_TRUE(desk_.follow(told_by_the_other("a", msg::GoalState::GOAL_ACTIVE), now_));
   desk_.receive(goal("a", 60.0), now_);
   EXPECT_FALSE(desk_.next_question());
   EXPECT_TRUE(desk_.has_active());
@@ -265,13 +267,13 @@ TEST_F(Desk, AFollowedGoalIsTheSameWhenItsClientIsHeard) {
 TEST_F(Desk, EndsWhatThePlannerInChargeHasEnded) {
   send_and_accept(goal("a"));
   static_cast<void>(told());
-  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_CANCELLED), now_));
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GoalState::GOAL_CANCELLED), now_));
   EXPECT_FALSE(desk_.has_active());
   EXPECT_TRUE(desk_.take_forget());
   send_and_accept(goal("b"));
-  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GOAL_REACHED), now_));
+  EXPECT_FALSE(desk_.follow(told_by_the_other("a", msg::GoalState::GOAL_REACHED), now_));
   EXPECT_TRUE(desk_.has_active()) << "another goal's end";
-  EXPECT_FALSE(desk_.follow(told_by_the_other("b", msg::GOAL_REACHED), now_));
+  EXPECT_FALSE(desk_.follow(told_by_the_other("b", msg::GoalState::GOAL_REACHED), now_));
   EXPECT_FALSE(desk_.take_forget()) << "the arm keeps the place that it was sent to";
 }
 
@@ -298,12 +300,12 @@ TEST_F(Restarted, GoesOnWithTheGoalThatWasAcceptedBeforeAnybodyWasTold) {
   EXPECT_TRUE(resumed_);
   ASSERT_TRUE(desk.has_active());
   EXPECT_EQ(desk.q_goal(), planner::JointVector::Zero(1));
-  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_ACTIVE}}));
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GoalState::GOAL_ACTIVE}}));
   // Its client is still there, and the bus hands its goal to the newcomer.
   desk.receive(a, now_);
   EXPECT_FALSE(desk.next_question());
-  desk.progress(in(msg::GOAL_REACHED), now_);
-  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_REACHED}}));
+  desk.progress(in(msg::GoalState::GOAL_REACHED), now_);
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GoalState::GOAL_REACHED}}));
 }
 
 TEST_F(Restarted, AGoalThatWasReplacedDoesNotReturnWithItsClient) {
@@ -311,7 +313,7 @@ TEST_F(Restarted, AGoalThatWasReplacedDoesNotReturnWithItsClient) {
   send_and_accept(a);
   send_and_accept(goal("b"));
   GoalDesk desk = successor();
-  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_REPLACED}, {"b", msg::GOAL_ACTIVE}}));
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GoalState::GOAL_REPLACED}, {"b", msg::GoalState::GOAL_ACTIVE}}));
   desk.receive(a, now_);
   EXPECT_FALSE(desk.next_question());
 }
@@ -324,7 +326,7 @@ TEST_F(Restarted, AnEndIsToldOnceMoreAndNothingIsUnderWay) {
   GoalDesk desk = successor();
   EXPECT_FALSE(resumed_);
   EXPECT_FALSE(desk.has_active());
-  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GOAL_CANCELLED}}));
+  EXPECT_EQ(told_by(desk), (Told{{"a", msg::GoalState::GOAL_CANCELLED}}));
 }
 
 TEST_F(Restarted, WhatWasNotAnsweredIsAskedAgain) {
@@ -349,11 +351,11 @@ TEST_F(Restarted, TheTimeLimitGoesOnWhileNobodyIsThere) {
   now_ += 2s;
   GoalDesk desk = successor(2s);
   (void)told_by(desk);
-  desk.progress(in(msg::GOAL_ACTIVE), now_ + 2900ms);
+  desk.progress(in(msg::GoalState::GOAL_ACTIVE), now_ + 2900ms);
   EXPECT_TRUE(desk.has_active()) << "4.9 s after it was accepted";
-  desk.progress(in(msg::GOAL_ACTIVE), now_ + 3100ms);
+  desk.progress(in(msg::GoalState::GOAL_ACTIVE), now_ + 3100ms);
   EXPECT_FALSE(desk.has_active());
-  EXPECT_EQ(told_by(desk).back().second, msg::GOAL_TIMED_OUT);
+  EXPECT_EQ(told_by(desk).back().second, msg::GoalState::GOAL_TIMED_OUT);
 }
 
 TEST_F(Restarted, AndASuccessorOfTheSuccessorKnowsItAll) {
@@ -370,11 +372,12 @@ TEST_F(Restarted, AndASuccessorOfTheSuccessorKnowsItAll) {
 // Who stood by has told none of its ends but those that it still owes.
 TEST_F(Restarted, TellsOnlyTheEndsThatItOwes) {
   for (const auto* name : {"a", "b", "c"}) send_and_accept(goal(name));
-  desk_.owe_ends({{"b", msg::GOAL_REACHED}});
+  desk_.owe_ends({{"b", msg::GoalState::GOAL_REACHED}});
   GoalDesk desk = successor();
-  EXPECT_EQ(told_by(desk), (Told{{"b", msg::GOAL_REACHED}, {"c", msg::GOAL_ACTIVE}}));
+  EXPECT_EQ(told_by(desk), (Told{{"b", msg::GoalState::GOAL_REACHED}, {"c", msg::GoalState::GOAL_ACTIVE}}));
   std::vector<GoalAccount::End> many;
-  for (std::size_t i = 0; i < GoalAccount::kEnds + 2; ++i) many.push_back({std::to_string(i), msg::GOAL_REACHED});
+  for (std::size_t i = 0; i < GoalAccount::kEnds + 2; ++i)
+    many.push_back({std::to_string(i), msg::GoalState::GOAL_REACHED});
   desk_.owe_ends(many);
   EXPECT_EQ(desk_.account(now_).ends, std::vector(many.begin() + 2, many.end())) << "the last";
 }
@@ -382,7 +385,7 @@ TEST_F(Restarted, TellsOnlyTheEndsThatItOwes) {
 TEST_F(Desk, AGoalWhoseNameIsTooLongToBeRememberedIsRejected) {
   desk_.receive(goal(std::string(GoalAccount::kLongestName + 1, 'x')), now_);
   EXPECT_FALSE(ask_and_accept());
-  ASSERT_EQ(told().back().second, msg::GOAL_REJECTED);
+  ASSERT_EQ(told().back().second, msg::GoalState::GOAL_REJECTED);
   EXPECT_EQ(statuses_.back().reason(), "the names of a goal and of its client must have at most 255 bytes");
   send_and_accept(goal(std::string(GoalAccount::kLongestName, 'x')));
 }

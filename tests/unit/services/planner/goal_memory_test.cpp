@@ -27,13 +27,13 @@ class GoalMemoryTest : public ::testing::Test {
       (std::filesystem::temp_directory_path() / ("hecaton_goals_" + std::to_string(getpid()))).string();
   const planner::JointVector q_ = (planner::JointVector(3) << 0.1, -0.2, 0.3).finished();
   const GoalMemory::Remembered busy_{{GoalAccount::Active{"g2", "cli/a-1", 17, 30.0, 1.5, q_},
-                                      {{"g0", msg::GOAL_CANCELLED}, {"g1", msg::GOAL_REPLACED}},
+                                      {{"g0", msg::GoalState::GOAL_CANCELLED}, {"g1", msg::GoalState::GOAL_REPLACED}},
                                       {5, 6, 7}},
                                      {"planner/arm1@beta", 7},
                                      123456789,
                                      123456800};
   const GoalMemory::Remembered idle_{
-      {std::nullopt, {{"g2", msg::GOAL_REACHED}}, {5, 6, 7, 8}}, {"", 8}, 200000000, 200000000};
+      {std::nullopt, {{"g2", msg::GoalState::GOAL_REACHED}}, {5, 6, 7, 8}}, {"", 8}, 200000000, 200000000};
 };
 
 TEST_F(GoalMemoryTest, NewKnowsNothing) {

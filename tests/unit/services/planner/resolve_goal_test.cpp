@@ -34,19 +34,19 @@ class Resolve : public testing::Test {
     msg::Goal goal;
     goal.arm("arm1");
     goal.goal("g");
-    goal.kind(msg::GOAL_JOINTS);
+    goal.kind(msg::GoalKind::GOAL_JOINTS);
     goal.q(q);
     return goal;
   }
   static msg::Goal named(const std::string& name) {
     msg::Goal goal = joints({});
-    goal.kind(msg::GOAL_NAMED);
+    goal.kind(msg::GoalKind::GOAL_NAMED);
     goal.named(name);
     return goal;
   }
   static msg::Goal pose(const world::Pose& X_WT) {
     msg::Goal goal = joints({});
-    goal.kind(msg::GOAL_POSE);
+    goal.kind(msg::GoalKind::GOAL_POSE);
     goal.X_WT(bus::to_message(X_WT));
     return goal;
   }

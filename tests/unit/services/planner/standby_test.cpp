@@ -57,27 +57,29 @@ msg::GoalStatus status(const std::string& goal, msg::GoalState state) {
 
 TEST(Unsaid, IsWhatThePlannerInChargeDidNotLiveToTell) {
   UnsaidStatuses unsaid;
-  unsaid.keep({status("a", msg::GOAL_ACTIVE), status("a", msg::GOAL_REACHED), status("b", msg::GOAL_REJECTED)});
-  unsaid.heard(status("a", msg::GOAL_ACTIVE));
-  unsaid.heard(status("b", msg::GOAL_REJECTED));
+  unsaid.keep({status("a", msg::GoalState::GOAL_ACTIVE), status("a", msg::GoalState::GOAL_REACHED),
+               status("b", msg::GoalState::GOAL_REJECTED)});
+  unsaid.heard(status("a", msg::GoalState::GOAL_ACTIVE));
+  unsaid.heard(status("b", msg::GoalState::GOAL_REJECTED));
   const auto left = unsaid.take();
   ASSERT_EQ(left.size(), 1U);
   EXPECT_EQ(left[0].goal(), "a");
-  EXPECT_EQ(left[0].state(), msg::GOAL_REACHED);
+  EXPECT_EQ(left[0].state(), msg::GoalState::GOAL_REACHED);
   EXPECT_TRUE(unsaid.take().empty());
 }
 
 TEST(Unsaid, EndsAreThoseThatAreStillToBeTold) {
   UnsaidStatuses unsaid;
-  unsaid.keep({status("a", msg::GOAL_REACHED), status("b", msg::GOAL_CANCELLED), status("c", msg::GOAL_ACTIVE)});
-  unsaid.heard(status("a", msg::GOAL_REACHED));
-  EXPECT_EQ(unsaid.ends(), (std::vector<GoalAccount::End>{{"b", msg::GOAL_CANCELLED}}));
+  unsaid.keep({status("a", msg::GoalState::GOAL_REACHED), status("b", msg::GoalState::GOAL_CANCELLED),
+               status("c", msg::GoalState::GOAL_ACTIVE)});
+  unsaid.heard(status("a", msg::GoalState::GOAL_REACHED));
+  EXPECT_EQ(unsaid.ends(), (std::vector<GoalAccount::End>{{"b", msg::GoalState::GOAL_CANCELLED}}));
 }
 
 TEST(Unsaid, IsNothingThatWasToldBeforeItWasKnownHere) {
   UnsaidStatuses unsaid;
-  unsaid.heard(status("a", msg::GOAL_REACHED));
-  unsaid.keep({status("a", msg::GOAL_REACHED)});
+  unsaid.heard(status("a", msg::GoalState::GOAL_REACHED));
+  unsaid.keep({status("a", msg::GoalState::GOAL_REACHED)});
   EXPECT_TRUE(unsaid.take().empty());
 }
 
@@ -148,24 +150,26 @@ class Heeding : public ::testing::Test {
 };
 
 TEST_F(Heeding, WaitsUntilItIsKnownWhoIsInCharge) {
-  EXPECT_EQ(heed(told(msg::GOAL_REACHED, 4), duty_, true), Heed::kLater);
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_REACHED, 4), duty_, true), Heed::kLater);
   duty_.hear({"q", 4});
-  EXPECT_EQ(heed(told(msg::GOAL_REACHED, 4), duty_, false), Heed::kLater) << "what is remembered comes first";
-  EXPECT_EQ(heed(told(msg::GOAL_REACHED, 4), duty_, true), Heed::kFollow);
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_REACHED, 4), duty_, false), Heed::kLater)
+      << "what is remembered comes first";
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_REACHED, 4), duty_, true), Heed::kFollow);
 }
 
 TEST_F(Heeding, FollowsThePlannerInChargeAndAnyEnd) {
   duty_.hear({"q", 4});
-  EXPECT_EQ(heed(told(msg::GOAL_ACTIVE, 4), duty_, true), Heed::kFollow);
-  EXPECT_EQ(heed(told(msg::GOAL_ACTIVE, 5), duty_, true), Heed::kFollow) << "it knows more";
-  EXPECT_EQ(heed(told(msg::GOAL_ACTIVE, 2), duty_, true), Heed::kIgnore) << "the last word of an earlier term";
-  EXPECT_EQ(heed(told(msg::GOAL_CANCELLED, 2), duty_, true), Heed::kFollow);
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_ACTIVE, 4), duty_, true), Heed::kFollow);
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_ACTIVE, 5), duty_, true), Heed::kFollow) << "it knows more";
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_ACTIVE, 2), duty_, true), Heed::kIgnore)
+      << "the last word of an earlier term";
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_CANCELLED, 2), duty_, true), Heed::kFollow);
 }
 
 TEST_F(Heeding, InChargeItListensToWhoeverReplacedItOnceItKnowsOfThat) {
   duty_.hear({"p", 4});
-  EXPECT_EQ(heed(told(msg::GOAL_REACHED, 3), duty_, true), Heed::kIgnore);
-  EXPECT_EQ(heed(told(msg::GOAL_REACHED, 6), duty_, true), Heed::kLater);
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_REACHED, 3), duty_, true), Heed::kIgnore);
+  EXPECT_EQ(heed(told(msg::GoalState::GOAL_REACHED, 6), duty_, true), Heed::kLater);
 }
 
 }  // namespace

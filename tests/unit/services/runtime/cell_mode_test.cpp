@@ -23,14 +23,14 @@ TEST(CellModeView, BeforeAnyIsHeardNothingMoves) {
 
 TEST(CellModeView, TheStricterOfCellAndArmCounts) {
   CellModeView view;
-  msg::CellMode message = mode(msg::MODE_RUN, 1);
+  msg::CellMode message = mode(msg::Mode::MODE_RUN, 1);
   message.held_arms({"arm2"});
   message.stopped_arms({"arm3"});
   ASSERT_TRUE(view.apply(message));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
   EXPECT_EQ(view.order("arm2"), ArmOrder::kHold);
   EXPECT_EQ(view.order("arm3"), ArmOrder::kStop);
-  message.mode(msg::MODE_HOLD);
+  message.mode(msg::Mode::MODE_HOLD);
   message.reason("door");
   view.apply(message);
   EXPECT_EQ(view.order("arm1"), ArmOrder::kHold);
@@ -41,23 +41,23 @@ TEST(CellModeView, TheStricterOfCellAndArmCounts) {
 
 TEST(CellModeView, AnOlderTermIsIgnoredAndTheSameTermIsNot) {
   CellModeView view;
-  ASSERT_TRUE(view.apply(mode(msg::MODE_STOP, 5)));
-  EXPECT_FALSE(view.apply(mode(msg::MODE_RUN, 4)));
+  ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_STOP, 5)));
+  EXPECT_FALSE(view.apply(mode(msg::Mode::MODE_RUN, 4)));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
   EXPECT_EQ(view.term(), 5U);
-  EXPECT_TRUE(view.apply(mode(msg::MODE_RUN, 5)));
+  EXPECT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 5)));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
 }
 
 TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
   CellModeView view;
-  ASSERT_TRUE(view.apply(mode(msg::MODE_RUN, 5)));
+  ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 5)));
   view.forget_order();
   EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
   EXPECT_EQ(view.why("arm1"), "no supervisor was heard since this process was stopped and away");
-  EXPECT_FALSE(view.apply(mode(msg::MODE_RUN, 4)));
+  EXPECT_FALSE(view.apply(mode(msg::Mode::MODE_RUN, 4)));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
-  ASSERT_TRUE(view.apply(mode(msg::MODE_STOP, 5)));
+  ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_STOP, 5)));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
 }
 
@@ -65,13 +65,13 @@ TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
 TEST(CellModeView, AnOrderThatTheNextLeaderDoesNotKnowHoldsUntilItHadTimeToHearOfIt) {
   using namespace std::chrono_literals;
   const bus::Clock::time_point start{};
-  msg::CellMode before = mode(msg::MODE_RUN, 5);
+  msg::CellMode before = mode(msg::Mode::MODE_RUN, 5);
   before.node("supervisor");
   before.stopped_arms({"arm1"});
   before.arms_ordered_to_hold({"arm2"});
   before.held_arms({"arm2", "arm3"});  // the last one by a fault, as its leader saw it
   before.reason("arm1: stop by operator");
-  msg::CellMode next = mode(msg::MODE_RUN, 6);
+  msg::CellMode next = mode(msg::Mode::MODE_RUN, 6);
   next.node("supervisor@beta");
   CellModeView view;
   ASSERT_TRUE(view.apply(before, start));
@@ -92,20 +92,20 @@ TEST(CellModeView, AnOrderThatTheNextLeaderDoesNotKnowHoldsUntilItHadTimeToHearO
 
 TEST(CellModeView, WhatTheNextLeaderKnowsIsResumedAtOnce) {
   CellModeView view;
-  msg::CellMode before = mode(msg::MODE_STOP, 5);
-  before.ordered(msg::MODE_STOP);
+  msg::CellMode before = mode(msg::Mode::MODE_STOP, 5);
+  before.ordered(msg::Mode::MODE_STOP);
   ASSERT_TRUE(view.apply(before));
   msg::CellMode next = before;
   next.term(6);
   ASSERT_TRUE(view.apply(next));
-  ASSERT_TRUE(view.apply(mode(msg::MODE_RUN, 6)));
+  ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 6)));
   EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
 }
 
 TEST(CellModeView, AnArmIsCommandedByWhomTheGrantNamesOrUnderTheCellsTerm) {
   CellModeView view;
   EXPECT_EQ(view.mandate("arm1"), Mandate());
-  msg::CellMode message = mode(msg::MODE_RUN, 3);
+  msg::CellMode message = mode(msg::Mode::MODE_RUN, 3);
   msg::Grant& grant = message.grants().emplace_back();
   grant.arm("arm1");
   grant.planner("planner/arm1@beta");

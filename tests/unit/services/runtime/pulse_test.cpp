@@ -20,7 +20,7 @@ class PulseOfALoop : public bus::BusTest {
  protected:
   /// How far its beats are from each other.
   std::vector<Clock::duration> intervals(std::chrono::nanoseconds turn) {
-    Pulse pulse(here_, {"supervisor", msg::NODE_SUPERVISOR, {}, "h1"}, {});
+    Pulse pulse(here_, {"supervisor", msg::NodeKind::NODE_SUPERVISOR, {}, "h1"}, {});
     std::uniform_int_distribution<int> late_us(0, 200);
     const Vital vital;
     const LoopStatistics loop;

@@ -23,8 +23,8 @@ class CellStatusTest : public ::testing::Test {
   CellStatusTest() {
     watch_.faults().begin_life(3);
     turn(10ms);
-    for (const ExpectedNode& node : watch_.nodes()) beat(node.name, msg::NODE_RUNNING, {});
-    for (const auto* arm : {"left", "right"}) state(arm, msg::ARM_RUNNING, 0.0, {});
+    for (const ExpectedNode& node : watch_.nodes()) beat(node.name, msg::NodeState::NODE_RUNNING, {});
+    for (const auto* arm : {"left", "right"}) state(arm, msg::ArmMode::ARM_RUNNING, 0.0, {});
     watch_.stream_heard("world", now_);
     watch_.judge(now_);
   }
@@ -65,7 +65,7 @@ class CellStatusTest : public ::testing::Test {
   static bus::Sample<msg::Heartbeat> beat_of_left(std::uint64_t sequence) {
     bus::Sample<msg::Heartbeat> sample;
     sample.value.node(planner_node("left"));
-    sample.value.kind(msg::NODE_PLANNER);
+    sample.value.kind(msg::NodeKind::NODE_PLANNER);
     sample.value.subject("left");
     sample.value.pid(1);
     sample.value.sequence_number(sequence);
@@ -98,20 +98,20 @@ TEST_F(CellStatusTest, WaitsForAGoalWhenAllIsWell) {
 }
 
 TEST_F(CellStatusTest, MovingArmWaitsForNothing) {
-  state("left", msg::ARM_RUNNING, 0.2, {});
+  state("left", msg::ArmMode::ARM_RUNNING, 0.2, {});
   EXPECT_EQ(waits(), "");
 }
 
 TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
-  picture_.take_goal(goal(1, "g1", msg::GOAL_REACHED));
-  state("left", msg::ARM_RUNNING, 0.2, {});
+  picture_.take_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
+  state("left", msg::ArmMode::ARM_RUNNING, 0.2, {});
   EXPECT_EQ(waits(), "a goal; the last was reached");
-  state("left", msg::ARM_RUNNING, 0.0, {});
+  state("left", msg::ArmMode::ARM_RUNNING, 0.0, {});
   EXPECT_EQ(waits(), "a goal; the last was reached");
 }
 
 TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
-  auto blocked = goal(1, "g1", msg::GOAL_BLOCKED);
+  auto blocked = goal(1, "g1", msg::GoalState::GOAL_BLOCKED);
   blocked.value.reason("no way for now");
   blocked.value.has_binding(true);
   blocked.value.binding_own("left/forearm");
@@ -122,14 +122,14 @@ TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
 }
 
 TEST_F(CellStatusTest, DriversReasonComesBeforeTheGoal) {
-  picture_.take_goal(goal(1, "g1", msg::GOAL_ACTIVE));
-  state("left", msg::ARM_STOPPED, 0.0, "no command for 60 ms");
+  picture_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
+  state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
   EXPECT_EQ(waits(), "driver has stopped: no command for 60 ms");
 }
 
 TEST_F(CellStatusTest, DegradedPlannersDetailComesBeforeTheDriver) {
-  state("left", msg::ARM_STOPPED, 0.0, "no command for 60 ms");
-  beat("planner/left", msg::NODE_DEGRADED, "no state of right for 0.2 s");
+  state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
+  beat("planner/left", msg::NodeState::NODE_DEGRADED, "no state of right for 0.2 s");
   EXPECT_EQ(waits(), "planner/left: no state of right for 0.2 s");
 }
 
@@ -142,16 +142,16 @@ TEST_F(CellStatusTest, OrdersComeFirst) {
 }
 
 TEST_F(CellStatusTest, NewestGoalCountsInWhateverOrderTheyArrive) {
-  picture_.take_goal(goal(8, "g2", msg::GOAL_ACTIVE));
-  picture_.take_goal(goal(5, "g1", msg::GOAL_REACHED));
+  picture_.take_goal(goal(8, "g2", msg::GoalState::GOAL_ACTIVE));
+  picture_.take_goal(goal(5, "g1", msg::GoalState::GOAL_REACHED));
   EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
   EXPECT_EQ(status().arms()[0].goal().goal(), "g2");
   EXPECT_FALSE(status().arms()[1].has_goal());
 }
 
 TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
-  picture_.take_goal(goal(800, "g1", msg::GOAL_ACTIVE));
-  auto next = goal(1, "g2", msg::GOAL_ACCEPTED);
+  picture_.take_goal(goal(800, "g1", msg::GoalState::GOAL_ACTIVE));
+  auto next = goal(1, "g2", msg::GoalState::GOAL_ACCEPTED);
   next.writer.bytes[0] = 1;
   picture_.take_goal(next);
   EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
@@ -160,7 +160,7 @@ TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
 TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) {
   auto beat = beat_of_left(800);
   picture_.take_heartbeat(beat);
-  auto active = goal(800, "g1", msg::GOAL_ACTIVE);
+  auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
   picture_.take_goal(active);
   picture_.take_heartbeat(beat_of_left(801));
@@ -171,10 +171,10 @@ TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) 
   picture_.take_heartbeat(beat);
   EXPECT_FALSE(status().arms()[0].has_goal());
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
-  picture_.take_goal(goal(1, "g1", msg::GOAL_ACTIVE));
+  picture_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   EXPECT_TRUE(status().arms()[0].has_goal());
   // What is over stays true.
-  picture_.take_goal(goal(2, "g1", msg::GOAL_REACHED));
+  picture_.take_goal(goal(2, "g1", msg::GoalState::GOAL_REACHED));
   beat.writer.bytes[0] = 2;
   picture_.take_heartbeat(beat);
   EXPECT_EQ(waits(), "a goal; the last was reached");
@@ -182,7 +182,7 @@ TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) 
 
 TEST_F(CellStatusTest, APlannerThatCountsItsHeartbeatsAnewIsAnotherProcess) {
   picture_.take_heartbeat(beat_of_left(800));
-  auto active = goal(800, "g1", msg::GOAL_ACTIVE);
+  auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
   picture_.take_goal(active);
   picture_.take_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
@@ -210,7 +210,7 @@ TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
   ASSERT_NE(found, nodes.end());
   EXPECT_FALSE(found->alive());
   EXPECT_LT(found->age(), 0.0);
-  EXPECT_EQ(found->heartbeat().kind(), msg::NODE_PLANNER);
+  EXPECT_EQ(found->heartbeat().kind(), msg::NodeKind::NODE_PLANNER);
   EXPECT_EQ(found->heartbeat().detail(), "planner/left has not appeared yet");
 }
 
@@ -231,12 +231,12 @@ TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
 TEST_F(CellStatusTest, ModeIsToldArmByArm) {
   EXPECT_EQ(watch_.mode().hold({"right"}), "");
   const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
-  EXPECT_EQ(message.mode(), msg::MODE_RUN);
+  EXPECT_EQ(message.mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(message.held_arms(), std::vector<std::string>{"right"});
   EXPECT_EQ(message.reason(), "right: hold by operator");
   EXPECT_TRUE(message.grants().empty()) << "no arm has a standby";
-  EXPECT_EQ(status().arms()[0].mode(), msg::MODE_RUN);
-  EXPECT_EQ(status().arms()[1].mode(), msg::MODE_HOLD);
+  EXPECT_EQ(status().arms()[0].mode(), msg::Mode::MODE_RUN);
+  EXPECT_EQ(status().arms()[1].mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(CellStatusTest, OrdersAreToldApartFromWhatFaultsMakeOfThem) {
@@ -245,7 +245,7 @@ TEST_F(CellStatusTest, OrdersAreToldApartFromWhatFaultsMakeOfThem) {
   watch_.process_exited("world", {1, -1, 9, false});
   watch_.judge(now_);
   const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
-  EXPECT_EQ(message.mode(), msg::MODE_HOLD) << "for the world's sake";
+  EXPECT_EQ(message.mode(), msg::Mode::MODE_HOLD) << "for the world's sake";
   EXPECT_EQ(orders_in(message), watch_.mode().orders());
   EXPECT_EQ(orders_in(message).cell, MoveMode::kRun);
 }
@@ -254,7 +254,7 @@ TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   turn(500ms);
-  beat("planner/left", msg::NODE_RUNNING, {});
+  beat("planner/left", msg::NodeState::NODE_RUNNING, {});
   watch_.process_exited("driver/right", {1, -1, 9, false});
   watch_.judge(now_);
   const FaultHistory before = watch_.faults().history();
@@ -313,8 +313,8 @@ class StandbyStatus : public CellStatusTest {
 TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
   succession_.hear("left", {"planner/left@beta", 6});
   watch_.put_in_charge("left", "planner/left@beta");
-  beat("planner/left", msg::NODE_STANDBY, {});
-  beat("planner/left@beta", msg::NODE_RUNNING, {});
+  beat("planner/left", msg::NodeState::NODE_STANDBY, {});
+  beat("planner/left@beta", msg::NodeState::NODE_RUNNING, {});
   const msg::ArmStatus arm = status().arms()[0];
   EXPECT_EQ(arm.planner(), "planner/left@beta");
   EXPECT_EQ(arm.standby(), "planner/left");

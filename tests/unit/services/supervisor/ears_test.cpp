@@ -21,9 +21,9 @@ class Past : public bus::BusTest {
   }
 
   void die(const std::string& node, int pid, const std::string& reason = {}) {
-    tell(node, pid, msg::PROCESS_EXITED, 9, reason);
+    tell(node, pid, msg::ProcessEventKind::PROCESS_EXITED, 9, reason);
   }
-  void start(const std::string& node, int pid) { tell(node, pid, msg::PROCESS_STARTED, 0); }
+  void start(const std::string& node, int pid) { tell(node, pid, msg::ProcessEventKind::PROCESS_STARTED, 0); }
 
   void tell(const std::string& node, int pid, msg::ProcessEventKind kind, int signal, const std::string& reason = {}) {
     msg::ProcessEvent event;
@@ -42,7 +42,7 @@ class Past : public bus::BusTest {
   void beat() {
     msg::Heartbeat beat;
     beat.node(agent_node("h1"));
-    beat.kind(msg::NODE_AGENT);
+    beat.kind(msg::NodeKind::NODE_AGENT);
     beat.host("h1");
     beat.newest_event(told_);
     beat.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(60)).count());
@@ -118,7 +118,7 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
     msg::Heartbeat sample;
     sample.node(node);
-    sample.kind(msg::NODE_PLANNER);
+    sample.kind(msg::NodeKind::NODE_PLANNER);
     sample.host("h1");
     sample.pid(pid);
     sample.sequence_number(number);
@@ -161,9 +161,9 @@ TEST_F(Past, HeartbeatsSayWhetherALeaderIsHeard) {
   const auto becomes = [&](bool unheard, std::uint64_t term) {
     for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; leader.listen()) {
       if (leader.watch.unheard() == unheard) return true;
-      beat("agent/h1", msg::NODE_AGENT, 0, 0);
-      beat("agent/h2", msg::NODE_AGENT, 0, 0);
-      beat("planner/arm3", msg::NODE_PLANNER, term, 3);
+      beat("agent/h1", msg::NodeKind::NODE_AGENT, 0, 0);
+      beat("agent/h2", msg::NodeKind::NODE_AGENT, 0, 0);
+      beat("planner/arm3", msg::NodeKind::NODE_PLANNER, term, 3);
       static_cast<void>(leader.mailbox.wait(cell_limits().loop_period));
     }
     return false;

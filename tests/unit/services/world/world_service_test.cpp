@@ -29,24 +29,24 @@ class Edit : public testing::Test {
 };
 
 TEST_F(Edit, AddMoveRemove) {
-  msg::WorldEditRequest add = request(msg::EDIT_ADD, "ignored");
+  msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "ignored");
   add.obstacle(bus::to_message(ball("b")));
   EXPECT_EQ(edited_name(add), "b");
   ASSERT_TRUE(apply_edit(world_, cell_, add).done);
   ASSERT_EQ(world_.obstacles().size(), 2U);
-  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "b");
+  msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "b");
   move.X_WO().position().y(0.25);
   ASSERT_TRUE(apply_edit(world_, cell_, move).done);
   EXPECT_EQ(world_.snapshot().states[1].X_WO.translation().y(), 0.25);
-  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EDIT_REMOVE, "a")).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EditKind::EDIT_REMOVE, "a")).done);
   ASSERT_EQ(world_.obstacles().size(), 1U);
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
 
 TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
-  msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
+  msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
   EXPECT_EQ(apply_edit(world_, cell_, add).reason, "obstacle: name must not be empty");
-  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "a");
+  msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "a");
   move.X_WO().qw(0.5);
   const world::EditResult refused = apply_edit(world_, cell_, move);
   EXPECT_FALSE(refused.done);
@@ -58,7 +58,7 @@ TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
 
 TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
   const auto refusal = [&](const world::Obstacle& obstacle) {
-    msg::WorldEditRequest add = request(msg::EDIT_ADD, "");
+    msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
     add.obstacle(bus::to_message(obstacle));
     return apply_edit(world_, cell_, add).reason;
   };
@@ -68,7 +68,7 @@ TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
   world::Obstacle far = ball("far");
   far.X_WO.translation().x() = 101.0;
   EXPECT_EQ(refusal(far), "obstacle 'far': pose.xyz[0] = 101 m must be between -100 and 100 m");
-  msg::WorldEditRequest move = request(msg::EDIT_MOVE, "a");
+  msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "a");
   move.X_WO().position().z(-100.5);
   EXPECT_EQ(apply_edit(world_, cell_, move).reason,
             "obstacle 'a': pose.xyz[2] = -100.5 m must be between -100 and 100 m");
@@ -89,7 +89,7 @@ TEST(RefereeMessage, CarriesTheWholeAccount) {
   EXPECT_EQ(message.contacts(), 2U);
   EXPECT_EQ(message.smallest().distance(), -0.003);
   ASSERT_EQ(message.kinds().size(), 3U);
-  EXPECT_EQ(message.kinds()[1].kind(), msg::CONTACT_ARM_OBSTACLE);
+  EXPECT_EQ(message.kinds()[1].kind(), msg::ContactKind::CONTACT_ARM_OBSTACLE);
   EXPECT_EQ(message.kinds()[1].contacts(), 2U);
   EXPECT_EQ(message.kinds()[1].smallest().b(), "pallet");
   EXPECT_FALSE(message.kinds()[0].judged());
