@@ -15,22 +15,6 @@ namespace {
 constexpr double kNever = -1.0;            // age of what was never heard [s]
 constexpr std::size_t kClearedShown = 32;  // faults that are over, in a reply
 
-msg::NodeKind kind_of(NodeRole role) {
-  switch (role) {
-    case NodeRole::kPlanner:
-      return msg::NodeKind::NODE_PLANNER;
-    case NodeRole::kDriver:
-      return msg::NodeKind::NODE_DRIVER;
-    case NodeRole::kWorld:
-      return msg::NodeKind::NODE_WORLD;
-    case NodeRole::kSupervisor:
-      return msg::NodeKind::NODE_SUPERVISOR;
-    case NodeRole::kAgent:
-      break;
-  }
-  return msg::NodeKind::NODE_AGENT;
-}
-
 class StatusBuilder {
  public:
   StatusBuilder(const StatusSource& source, const Clocks& clocks)
@@ -41,7 +25,7 @@ class StatusBuilder {
     status_.mode(source_.mode);
     status_.supervisor(source_.mode.node());
     for (const ExpectedNode& node : source_.watch.nodes()) {
-      if (node.role == NodeRole::kSupervisor && stands_by(node.name)) status_.standby(node.name);
+      if (node.role == msg::NodeKind::NODE_SUPERVISOR && stands_by(node.name)) status_.standby(node.name);
     }
     for (const std::string& arm : arm_names(source_.file)) add_arm(arm);
     add_nodes();
@@ -62,7 +46,7 @@ class StatusBuilder {
     const CellWatch& watch = source_.watch;
     msg::ArmStatus arm;
     arm.arm(name);
-    arm.mode(mode_of(watch.mode().mode_of(name)));
+    arm.mode(watch.mode().mode_of(name));
     arm.driver_alive(watch.alive(driver_node(name)));
     const std::string planner = watch.in_charge(name);
     arm.planner_alive(watch.alive(planner));
@@ -113,10 +97,10 @@ class StatusBuilder {
       if (find(source_.picture.heartbeats, expected.name)) continue;
       msg::NodeStatus node;
       node.heartbeat().node(expected.name);
-      node.heartbeat().kind(kind_of(expected.role));
+      node.heartbeat().kind(expected.role);
       node.heartbeat().subject(expected.arm);
       node.heartbeat().host(expected.host);
-      node.heartbeat().detail(source_.watch.awaited(expected.name));
+      node.heartbeat().cause(source_.watch.awaited(expected.name));
       node.age(kNever);
       status_.nodes().push_back(std::move(node));
     }

@@ -38,7 +38,7 @@ void Supervisor::tell_stall(bus::Clock::time_point since, bus::Clock::time_point
 void Supervisor::tell_own_silence(const std::string& what, bus::Clock::time_point since, bus::Clock::time_point now) {
   const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - since);
   watch_.faults().raise(node_,
-                        {FaultKind::kNodeSilent, FaultSeverity::kError, node_,
+                        {msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, node_,
                          node_ + ": " + what + " for " + std::to_string(silence.count()) +
                              " ms; faults of that time may not have been seen",
                          silence},
@@ -139,7 +139,7 @@ void Supervisor::remember_leader() {
 void Supervisor::keep(Memory memory) {
   const bool was_forgetful = memory_.forgetful();
   memory_.keep(std::move(memory));
-  const std::string cause = cause_of(FaultKind::kForgetful, node_);
+  const std::string cause = cause_of(msg::CauseKind::CAUSE_PERSISTENCE_FAILED, node_);
   const Time now = since_epoch(bus::Clock::now());
   if (!memory_.forgetful()) {
     if (was_forgetful) log_info("orders are remembered again", {{"file", memory_.path()}});
@@ -148,7 +148,9 @@ void Supervisor::keep(Memory memory) {
   }
   if (!was_forgetful) log_error("orders cannot be remembered", {{"file", memory_.path()}});
   watch_.faults().raise(cause,
-                        {FaultKind::kForgetful, FaultSeverity::kWarning, node_, node_ + ": " + memory_.failure()}, now);
+                        {msg::CauseKind::CAUSE_PERSISTENCE_FAILED, msg::Severity::SEVERITY_WARNING, node_,
+                         node_ + ": " + memory_.failure()},
+                        now);
 }
 
 }  // namespace hecaton::services

@@ -50,7 +50,7 @@ msg::Separation latest_contact(const msg::RefereeReport& report) {
 }
 
 ProcessExit exit_of(const msg::ProcessEvent& event) {
-  return {event.pid(), event.exit_code(), event.signal_number(), event.wanted(), {}, event.reason()};
+  return {event.pid(), event.exit_code(), event.signal_number(), event.wanted(), {}, event.cause()};
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ void Ears::hear_leaders(const bus::EndpointId& self, const Listeners& to) {
     newest_far_ = std::max(newest_far_, arrival(sample));
     to.leadership.heard_leader(mode.term(), arrival(sample));
     if (other_mode_ && mode.term() < other_mode_->term()) continue;
-    for (const msg::Grant& grant : mode.grants()) to.succession.hear(grant.arm(), {grant.planner(), grant.term()});
+    for (const msg::ArmLease& lease : mode.leases()) to.succession.hear(lease.arm(), lease_of(lease));
     leader_ = mode.node();
     other_mode_ = mode;
     other_mode_at_ = arrival(sample);
@@ -128,12 +128,13 @@ void Ears::hear_nodes(const Listeners& to) {
     Time& newest = beat.host() == self_.host ? newest_near_ : newest_far_;
     if (beat.node() != self_.node) newest = std::max(newest, arrival(sample));
     if (beat.kind() != msg::NodeKind::NODE_SUPERVISOR) to.leadership.heard_term(beat.term(), arrival(sample));
-    // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
-    to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
+    // A lease that its driver never heard of may have reached a planner, which waits for the planner that it names.
+    to.succession.hear(beat.subject(), lease_of(beat.lease()));
+    // A node that says no more than that it failed has failed.
     const bool failed = beat.state() == msg::NodeState::NODE_FAILED;
     const HeardMode mode{beat.heard_mode().term(), beat.heard_mode().sequence_number()};
-    to.watch.heard(beat.node(),
-                   {beat.pid(), arrival(sample), beat.sequence_number(), mode, failed ? beat.detail() : std::string()});
+    to.watch.heard(beat.node(), {beat.pid(), arrival(sample), beat.sequence_number(), mode,
+                                 failed ? std::optional(beat.cause()) : std::nullopt});
     to.picture.take_heartbeat(sample);
   }
 }

@@ -57,6 +57,8 @@ class Ears {
   /// The newest cell mode of another supervisor that led since the last call.
   [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(other_mode_, std::nullopt); }
   [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
+  /// The node that sent the newest of them; empty: none did.
+  [[nodiscard]] const std::string& leader() const { return leader_; }
   /// Whoever leads answers for what others told while they led, also on another side of a partition: adopts what was
   /// heard since the last call. While we lead, listen() does it.
   void adopt_faults(CellWatch& watch, const Clocks& clocks);

@@ -11,8 +11,8 @@
 namespace hecaton::services {
 namespace {
 
-std::optional<MoveMode> parse_mode(const std::string& name) {
-  for (const MoveMode mode : {MoveMode::kRun, MoveMode::kHold, MoveMode::kStop}) {
+std::optional<msg::Mode> parse_mode(const std::string& name) {
+  for (const msg::Mode mode : {msg::Mode::MODE_RUN, msg::Mode::MODE_HOLD, msg::Mode::MODE_STOP}) {
     if (mode_name(mode) == name) return mode;
   }
   return std::nullopt;
@@ -37,7 +37,7 @@ std::string sentence(std::string text) {
 
 /// `cause`: of an open fault.
 void append_fault(std::ostream& text, const FaultRecord& record, const std::string& cause) {
-  text << "fault " << record.life << ' ' << record.number << ' ' << fault_kind_name(record.kind) << ' '
+  text << "fault " << record.life << ' ' << record.number << ' ' << cause_name(record.kind) << ' '
        << static_cast<int>(record.severity) << ' ' << record.since.count() << ' '
        << record.detected_within.value_or(kUnknown).count() << ' ';
   if (record.cleared) {
@@ -59,10 +59,12 @@ bool parse_fault(std::istream& words, FaultHistory& faults) {
   words >> record.life >> record.number >> kind >> severity >> since >> within >> cleared >> cause >> record.subject >>
       std::ws;
   std::getline(words, record.seen);
-  const auto known = fault_kind(kind);
-  if (!words || !known || severity < 0 || severity > static_cast<int>(FaultSeverity::kCritical)) return false;
+  const auto known = cause_kind(kind);
+  if (!words || !known || !is_fault(*known) || severity < 0 ||
+      severity > static_cast<int>(msg::Severity::SEVERITY_CRITICAL))
+    return false;
   record.kind = *known;
-  record.severity = static_cast<FaultSeverity>(severity);
+  record.severity = static_cast<msg::Severity>(severity);
   record.since = std::chrono::nanoseconds(since);
   if (within >= 0) record.detected_within = std::chrono::nanoseconds(within);
   if (cleared == "open") {
@@ -76,13 +78,17 @@ bool parse_fault(std::istream& words, FaultHistory& faults) {
   return true;
 }
 
-bool parse_cause(std::istream& words, OrderCauses& causes) {
+bool parse_cause(std::istream& words, CausesByArm& causes) {
   std::string arm;
-  std::string seen;
-  words >> arm >> std::ws;
-  std::getline(words, seen);
-  causes[arm == kCell ? std::string() : arm] = seen;
-  return static_cast<bool>(words);
+  std::string kind;
+  std::string subject;
+  std::string text;
+  words >> arm >> kind >> subject >> std::ws;
+  std::getline(words, text);
+  const auto known = cause_kind(kind);
+  if (!words || !known) return false;
+  causes[arm == kCell ? std::string() : arm] = make_cause(*known, subject, text);
+  return true;
 }
 
 bool parse_unheard(std::istream& words, Orders& unheard) {
@@ -119,9 +125,11 @@ std::string memory_text(const Memory& memory) {
   std::ostringstream text;
   text << "term " << memory.term << "\ncell " << mode_name(memory.orders.cell) << '\n';
   for (const auto& [arm, mode] : memory.orders.arms) text << "arm " << arm << ' ' << mode_name(mode) << '\n';
-  for (const auto& [arm, seen] : memory.causes)
-    text << "because " << (arm.empty() ? kCell : arm) << ' ' << sentence(seen) << '\n';
-  if (memory.unheard.cell != MoveMode::kRun)
+  for (const auto& [arm, cause] : memory.causes) {
+    text << "because " << (arm.empty() ? kCell : arm) << ' ' << cause_name(cause.kind()) << ' ' << word(cause.subject())
+         << ' ' << sentence(cause.text()) << '\n';
+  }
+  if (memory.unheard.cell != msg::Mode::MODE_RUN)
     text << "unheard " << kCell << ' ' << mode_name(memory.unheard.cell) << '\n';
   for (const auto& [arm, mode] : memory.unheard.arms) text << "unheard " << arm << ' ' << mode_name(mode) << '\n';
   for (const auto& [cause, record] : memory.faults.open) append_fault(text, record, cause);

@@ -15,15 +15,15 @@ namespace hecaton::services {
 struct Memory {
   std::uint64_t term = 0;
   Orders orders;
-  OrderCauses causes;
+  CausesByArm causes;
   FaultHistory faults;
   Orders unheard;  ///< of the orders: those that the other supervisor is not known to have heard, see OrderLegacy
   bool operator==(const Memory&) const = default;
 };
 
-/// Lines "term N", "cell MODE", "arm NAME MODE", "because NAME SEEN…" ("/": of the cell's), "unheard NAME MODE"
-/// (likewise), and for each fault "fault LIFE NUMBER KIND SEVERITY SINCE WITHIN CLEARED|open CAUSE|- SUBJECT SEEN…"
-/// (times in nanoseconds, of the steady clock; WITHIN −1: unknown).
+/// Lines "term N", "cell MODE", "arm NAME MODE", "because NAME KIND SUBJECT TEXT…" ("/": of the cell's), "unheard NAME
+/// MODE" (likewise), and for each fault "fault LIFE NUMBER KIND SEVERITY SINCE WITHIN CLEARED|open CAUSE|- SUBJECT
+/// SEEN…" (times in nanoseconds, of the steady clock; WITHIN −1: unknown).
 [[nodiscard]] std::string memory_text(const Memory& memory);
 /// Empty when it is no such text.
 [[nodiscard]] std::optional<Memory> parse_memory(const std::string& text);

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "services/supervisor/cell_mode.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton::services {
 
@@ -29,7 +29,7 @@ class OrderLegacy {
   /// of the whole cell.
   void given(const std::vector<std::string>& arms) {
     again_ = true;
-    if (arms.empty()) known_.cell = MoveMode::kRun;
+    if (arms.empty()) known_.cell = msg::Mode::MODE_RUN;
     for (const std::string& arm : arms) known_.arms.erase(arm);
   }
   /// The orders in the cell mode of this number.

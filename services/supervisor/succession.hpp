@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/planner_fitness.hpp"
 
@@ -28,9 +28,11 @@ class Succession {
   explicit Succession(std::vector<ArmPlanners> arms) : arms_(std::move(arms)) {}
 
   /// From another supervisor's cell mode. Other arms are ignored, here and below.
-  void hear(std::string_view arm, const Mandate& mandate) { change(arm, &NewestMandate::hear, mandate); }
+  void hear(std::string_view arm, const ArmLease& mandate) { change(arm, &NewestArmLease::hear, mandate); }
   /// From the state that the arm's driver tells.
-  void hear_driver(std::string_view arm, const Mandate& mandate) { change(arm, &NewestMandate::hear_driver, mandate); }
+  void hear_driver(std::string_view arm, const ArmLease& mandate) {
+    change(arm, &NewestArmLease::hear_driver, mandate);
+  }
 
   using Fitness = std::function<PlannerFitness(const std::string& arm, const std::string& planner)>;
   /// While we lead: puts somebody in charge of an arm that has nobody, and replaces who is out by who is ready. New
@@ -54,14 +56,14 @@ class Succession {
     return nullptr;
   }
   /// Of arms that have a standby; term 0: nobody is in charge yet.
-  [[nodiscard]] Mandate mandate_of(std::string_view arm) const {
+  [[nodiscard]] ArmLease mandate_of(std::string_view arm) const {
     const auto found = mandates_.find(arm);
-    return found == mandates_.end() ? Mandate{} : found->second.newest();
+    return found == mandates_.end() ? ArmLease{} : found->second.newest();
   }
   [[nodiscard]] const std::vector<ArmPlanners>& arms() const { return arms_; }
 
  private:
-  void change(std::string_view arm, bool (NewestMandate::*how)(const Mandate&), const Mandate& mandate) {
+  void change(std::string_view arm, bool (NewestArmLease::*how)(const ArmLease&), const ArmLease& mandate) {
     if (planners_of(arm)) (mandates_[std::string(arm)].*how)(mandate);
   }
 
@@ -78,7 +80,7 @@ class Succession {
   }
 
   std::vector<ArmPlanners> arms_;
-  std::map<std::string, NewestMandate, std::less<>> mandates_;
+  std::map<std::string, NewestArmLease, std::less<>> mandates_;
 };
 
 }  // namespace hecaton::services

@@ -18,10 +18,8 @@ namespace {
 constexpr std::chrono::minutes kStrangerRemembered{1};
 
 bool same_decision(const msg::CellMode& a, const msg::CellMode& b) {
-  return a.term() == b.term() && a.mode() == b.mode() && a.held_arms() == b.held_arms() &&
-         a.stopped_arms() == b.stopped_arms() && a.reason() == b.reason() && a.ordered() == b.ordered() &&
-         a.arms_ordered_to_hold() == b.arms_ordered_to_hold() && a.grants() == b.grants() &&
-         a.lost_arms() == b.lost_arms();
+  return a.term() == b.term() && a.mode() == b.mode() && a.ordered() == b.ordered() && a.arms() == b.arms() &&
+         a.cause() == b.cause() && a.leases() == b.leases() && a.lost_arms() == b.lost_arms();
 }
 
 /// Longer than two processes need to find each other on a busy machine.
@@ -40,8 +38,10 @@ std::string own_host(const ServiceOptions& options, const PlacedNode& place) {
 }
 
 void log_fault(const msg::Fault& fault) {
-  const LogFields fields{
-      {"id", fault.id()}, {"kind", fault.kind()}, {"subject", fault.subject()}, {"seen", fault.seen()}};
+  const LogFields fields{{"id", fault.id()},
+                         {"kind", cause_name(fault.cause().kind())},
+                         {"subject", fault.cause().subject()},
+                         {"description", fault.cause().text()}};
   if (fault.cleared()) {
     log_info("fault cleared", fields);
   } else {
@@ -198,7 +198,7 @@ bool Supervisor::settle_succession() {
   };
   const bool granted = leads && succession_.decide(fitness, leadership_);
   for (const ArmPlanners& arm : succession_.arms()) {
-    const Mandate mandate = succession_.mandate_of(arm.arm);
+    const ArmLease mandate = succession_.mandate_of(arm.arm);
     const std::string before = watch_.in_charge(arm.arm);
     if (mandate.planner.empty() || mandate.planner == before) continue;
     if (granted && !watch_.ended(before)) patience_.at(arm.arm).replaced(since_epoch(turned_));
@@ -245,13 +245,13 @@ void Supervisor::tell_predecessor(Time now) {
   const auto exit = ears_.take_predecessor();
   if (!exit) return;
   watch_.faults().raise(node_,
-                        {FaultKind::kProcessDied, FaultSeverity::kError, node_,
+                        {msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_ERROR, node_,
                          node_ + ": " + end_text(*exit) + "; this one took its place"},
                         now);
   watch_.faults().clear(node_, now);
 }
 
-std::string Supervisor::obey(const msg::SupervisorRequest& request) {
+msg::Cause Supervisor::obey(const msg::SupervisorRequest& request) {
   switch (request.kind()) {
     case msg::RequestKind::REQUEST_HOLD:
       return watch_.mode().hold(request.arms());
@@ -262,14 +262,16 @@ std::string Supervisor::obey(const msg::SupervisorRequest& request) {
     case msg::RequestKind::REQUEST_STATUS:
       return {};
   }
-  return "unknown kind of request: status, hold, resume and stop are allowed";
+  return make_cause(msg::CauseKind::CAUSE_INVALID_VALUE, {},
+                    "unknown kind of request: status, hold, resume and stop are allowed");
 }
 
 void Supervisor::answer(const msg::SupervisorRequest& request) {
-  const std::string refusal = obey(request);
+  const msg::Cause refusal = obey(request);
   if (request.kind() == msg::RequestKind::REQUEST_STATUS) return reply(request, refusal);
-  log_info("order", {{"client", request.client()}, {"kind", static_cast<int>(request.kind())}, {"refused", refusal}});
-  if (!refusal.empty()) return reply(request, refusal);
+  log_info("order",
+           {{"client", request.client()}, {"kind", static_cast<int>(request.kind())}, {"refused", refusal.text()}});
+  if (!is_none(refusal)) return reply(request, refusal);
   if (request.kind() != msg::RequestKind::REQUEST_RESUME) order_legacy_.given(request.arms());
   const auto now = bus::Clock::now();
   publish_mode(now);
@@ -286,7 +288,7 @@ std::optional<std::uint64_t> Supervisor::heard_by_standby() const {
   return std::nullopt;
 }
 
-void Supervisor::reply(const msg::SupervisorRequest& request, const std::string& refusal) {
+void Supervisor::reply(const msg::SupervisorRequest& request, const msg::Cause& refusal) {
   const auto now = bus::Clock::now();
   // Before we lead nothing is published yet; what will be is answered all the same.
   if (leadership_.role() == Leadership::Role::kListening) {
@@ -295,8 +297,11 @@ void Supervisor::reply(const msg::SupervisorRequest& request, const std::string&
   msg::SupervisorReply reply;
   reply.client(request.client());
   reply.request_id(request.request_id());
-  reply.done(refusal.empty());
-  reply.reason(refusal.empty() && request.kind() != msg::RequestKind::REQUEST_STATUS ? memory_.failure() : refusal);
+  reply.done(is_none(refusal));
+  reply.cause(refusal);
+  if (reply.done() && request.kind() != msg::RequestKind::REQUEST_STATUS && memory_.forgetful()) {
+    reply.cause(make_cause(msg::CauseKind::CAUSE_NOT_PERSISTED, node_, memory_.failure()));
+  }
   reply.status(cell_status({file_, watch_, picture_, succession_, mode_}, read_clocks()));
   reply.status().uptime(std::chrono::duration<double>(now - began_).count());
   static_cast<void>(replies_.write(reply));  // the bus has logged a refusal
@@ -337,7 +342,7 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   static_cast<void>(modes_.write(mode_));
   watch_.mode_published(mode_.sequence_number());
   if (changed) {
-    log_info("cell mode", {{"mode", mode_name(watch_.mode().decide().cell)}, {"reason", mode_.reason()}});
+    log_info("cell mode", {{"mode", mode_name(mode_.mode())}, {"reason", causes_text(mode_)}});
   }
 }
 
@@ -389,16 +394,20 @@ void Supervisor::beat(bus::Clock::time_point now) {
   switch (leadership_.role()) {
     case Leadership::Role::kListening:
       vital.state = msg::NodeState::NODE_STARTING;
-      vital.detail = "listens for others before it leads";
+      vital.cause = make_cause(msg::CauseKind::CAUSE_STARTING, {}, "listens for others before it leads");
       break;
     case Leadership::Role::kStandingBy:
       vital.state = msg::NodeState::NODE_STANDBY;
-      vital.detail = "another supervisor leads" + (memory_.forgetful() ? "; " + memory_.failure() : std::string());
+      vital.cause = make_cause(msg::CauseKind::CAUSE_STANDING_BY, ears_.leader(), "another supervisor leads");
+      if (memory_.forgetful()) {
+        vital.cause =
+            make_cause(msg::CauseKind::CAUSE_PERSISTENCE_FAILED, node_, vital.cause.text() + "; " + memory_.failure());
+      }
       break;
     case Leadership::Role::kLeading:
       if (!memory_.forgetful()) break;
       vital.state = msg::NodeState::NODE_DEGRADED;
-      vital.detail = memory_.failure();
+      vital.cause = make_cause(msg::CauseKind::CAUSE_PERSISTENCE_FAILED, node_, memory_.failure());
       break;
   }
   pulse_.beat(now, vital, loop_);

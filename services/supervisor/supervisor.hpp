@@ -73,10 +73,10 @@ class Supervisor {
   void answer_requests();
   [[nodiscard]] bool answers() const;
   void answer(const msg::SupervisorRequest& request);
-  void reply(const msg::SupervisorRequest& request, const std::string& refusal);
+  void reply(const msg::SupervisorRequest& request, const msg::Cause& refusal);
   /// Which of our cell modes the supervisor that stands by has heard; empty: nobody stands by.
   [[nodiscard]] std::optional<std::uint64_t> heard_by_standby() const;
-  [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
+  [[nodiscard]] msg::Cause obey(const msg::SupervisorRequest& request);
   [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
   void publish_mode(bus::Clock::time_point now);
   /// Logs when no other host hears us any more, and when one does again.

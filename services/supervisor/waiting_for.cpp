@@ -47,9 +47,30 @@ std::string drive_text(const msg::ArmState& state) {
   return {};
 }
 
-std::string first_awaited(const std::string& arm, const CellWatch& watch) {
+msg::CauseKind drive_kind(msg::ArmMode mode) {
+  switch (mode) {
+    case msg::ArmMode::ARM_STARTING:
+      return msg::CauseKind::CAUSE_STARTING;
+    case msg::ArmMode::ARM_BRAKING:
+    case msg::ArmMode::ARM_STOPPED:
+      return msg::CauseKind::CAUSE_COMMANDS_CEASED;
+    case msg::ArmMode::ARM_FAILED:
+      return msg::CauseKind::CAUSE_DEVICE_FAILED;
+    case msg::ArmMode::ARM_RUNNING:
+      break;
+  }
+  return msg::CauseKind::CAUSE_NONE;
+}
+
+msg::CauseKind goal_kind(msg::GoalState state) {
+  const bool under_way = state == msg::GoalState::GOAL_ACCEPTED || state == msg::GoalState::GOAL_ACTIVE ||
+                         state == msg::GoalState::GOAL_BLOCKED;
+  return under_way ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_NO_GOAL;
+}
+
+msg::Cause first_awaited(const std::string& arm, const CellWatch& watch) {
   for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
-    if (std::string awaited = watch.awaited(node); !awaited.empty()) return awaited;
+    if (msg::Cause awaited = watch.awaited(node); !is_none(awaited)) return awaited;
   }
   return {};
 }
@@ -78,23 +99,27 @@ std::string goal_text(const msg::GoalStatus& goal) {
   return {};
 }
 
-std::string waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture) {
-  if (std::string held = watch.mode().reason_of(arm); !held.empty()) return held;
-  if (std::string awaited = first_awaited(arm, watch); !awaited.empty()) return awaited;
+msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture) {
+  if (msg::Cause held = watch.mode().cause_of(arm); !is_none(held)) return held;
+  if (msg::Cause awaited = first_awaited(arm, watch); !is_none(awaited)) return awaited;
   const auto* state = find(picture.arms, arm);
   const auto* goal = find(picture.goals, arm);
   // What comes to rest after its goal has ended waits for the next one already.
   if (state && moves(state->value) && !(goal && is_over(goal->value.state()))) return {};
   const auto* planner = find(picture.heartbeats, watch.in_charge(arm));
-  if (planner && planner->value.state() == msg::NodeState::NODE_DEGRADED && !planner->value.detail().empty()) {
-    return planner->value.node() + ": " + planner->value.detail();
+  if (planner && planner->value.state() == msg::NodeState::NODE_DEGRADED && !is_none(planner->value.cause())) {
+    msg::Cause cause = planner->value.cause();
+    cause.text(planner->value.node() + ": " + cause.text());
+    return cause;
   }
-  if (state) {
-    if (std::string drive = drive_text(state->value); !drive.empty()) return drive;
+  if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING) {
+    return make_cause(drive_kind(state->value.mode()), arm, drive_text(state->value));
   }
-  if (goal) return goal_text(goal->value);
+  if (goal) return make_cause(goal_kind(goal->value.state()), goal->value.binding_other(), goal_text(goal->value));
   const auto* lost = find(picture.lost_goals, arm);
-  return lost ? "a goal; " + lost->value.goal() + " was lost with the process of " + lost->value.node() : "a goal";
+  return make_cause(
+      msg::CauseKind::CAUSE_NO_GOAL, {},
+      lost ? "a goal; " + lost->value.goal() + " was lost with the process of " + lost->value.node() : "a goal");
 }
 
 }  // namespace hecaton::services

@@ -8,8 +8,8 @@
 
 namespace hecaton::services {
 
-/// Empty while it moves.
-[[nodiscard]] std::string waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture);
+/// CAUSE_NONE while it moves.
+[[nodiscard]] msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture);
 
 /// "blocked: no way for now (arm2/link4 – pallet, 18 mm)"
 [[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);

@@ -11,13 +11,16 @@
 
 #include <idl/world.h>
 
+#include "services/runtime/cause.hpp"
+#include "services/runtime/node_name.hpp"
 #include "services/world/memory_keeper.hpp"
 
 namespace hecaton::services {
 
-/// `why`: as of MemoryKeeper.
-[[nodiscard]] inline std::string not_remembered(const std::string& why) {
-  return "not remembered, and lost with the world's process: " + why;
+/// `what`: "the edit is "; `why`: as of MemoryKeeper.
+[[nodiscard]] inline msg::Cause not_remembered(const std::string& what, const std::string& why) {
+  return make_cause(msg::CauseKind::CAUSE_NOT_PERSISTED, world_node(),
+                    what + "not remembered, and lost with the world's process: " + why);
 }
 
 class EditReplies {
@@ -33,7 +36,7 @@ class EditReplies {
       if (!outcome) break;
       ready.push_back(std::move(due_.front().second));
       due_.pop_front();
-      if (!outcome->empty()) ready.back().reason("the edit is " + not_remembered(*outcome));
+      if (!outcome->empty()) ready.back().cause(not_remembered("the edit is ", *outcome));
     }
     return ready;
   }

@@ -20,6 +20,9 @@ struct EditedCell {
 [[nodiscard]] world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell,
                                            const msg::WorldEditRequest& request);
 
+/// As in the reply: CAUSE_NONE when it was done.
+[[nodiscard]] msg::Cause cause_of(const world::EditResult& result);
+
 /// The obstacle that a request is about.
 [[nodiscard]] const std::string& edited_name(const msg::WorldEditRequest& request);
 

@@ -5,6 +5,7 @@
 #include "planner/simulation/arm_bodies.hpp"
 #include "services/bus/convert.hpp"
 #include "services/bus/message_file.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -141,19 +142,20 @@ void WorldService::edit() {
   for (const auto& sample : requests_.take()) {
     if (sample.disposed) continue;
     const msg::WorldEditRequest& request = sample.value;
-    const world::EditResult result =
-        lost_.empty() ? apply_edit(world_, {file_.cell.arms, q_}, request) : world::EditResult{false, lost_};
-    if (result.done) publish_shapes(edited_name(request));
+    const world::EditResult result = lost_.empty()
+                                         ? apply_edit(world_, {file_.cell.arms, q_}, request)
+                                         : world::EditResult{world::EditRefusal::kNotNow, world_node(), lost_};
+    if (result.done()) publish_shapes(edited_name(request));
     msg::WorldEditReply reply;
     reply.client(request.client());
     reply.request_id(request.request_id());
-    reply.done(result.done);
-    reply.reason(result.reason);
+    reply.done(result.done());
+    reply.cause(cause_of(result));
     reply.edition(world_.snapshot().edition);
-    replies_due_.owe(result.done ? remember() : 0, std::move(reply));
+    replies_due_.owe(result.done() ? remember() : 0, std::move(reply));
     log_info("world edit", {{"client", request.client()},
                             {"obstacle", edited_name(request)},
-                            {"done", result.done},
+                            {"done", result.done()},
                             {"reason", result.reason}});
   }
 }
@@ -264,7 +266,8 @@ void WorldService::beat() {
     const std::string& name = file_.cell.arms[i].arm.name;
     if (!measured_[i]) {
       vital.state = msg::NodeState::NODE_DEGRADED;
-      vital.detail = "the state of arm " + name + " was never heard: the referee does not judge it";
+      vital.cause = make_cause(msg::CauseKind::CAUSE_ARM_STATE_OLD, name,
+                               "the state of arm " + name + " was never heard: the referee does not judge it");
       continue;
     }
     const double age = std::chrono::duration<double>(loop_.now() - *measured_[i]).count();
@@ -274,11 +277,11 @@ void WorldService::beat() {
   }
   if (!forgetful_.empty()) {
     vital.state = msg::NodeState::NODE_DEGRADED;
-    vital.detail = "edits are " + not_remembered(forgetful_);
+    vital.cause = not_remembered("edits are ", forgetful_);
   }
   if (!lost_.empty()) {
     vital.state = msg::NodeState::NODE_FAILED;
-    vital.detail = lost_;
+    vital.cause = make_cause(msg::CauseKind::CAUSE_NODE_FAILED, world_node(), lost_);
   }
   pulse_.beat(loop_.now(), vital, loop_.statistics());
 }

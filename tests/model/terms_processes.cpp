@@ -14,7 +14,7 @@ msg::CellMode message_of(const Letter& mode) {
   msg::CellMode message;
   message.term(mode.term);
   if (mode.granted == 0) return message;
-  msg::Grant& grant = message.grants().emplace_back();
+  msg::ArmLease& grant = message.leases().emplace_back();
   grant.arm(kArm);
   grant.planner(planner_name(mode.planner));
   grant.term(mode.granted);
@@ -37,7 +37,7 @@ void add(std::string& key, std::uint64_t value) {
   key.push_back(static_cast<char>(value));
 }
 
-void add(std::string& key, const Mandate& mandate) {
+void add(std::string& key, const ArmLease& mandate) {
   add(key, mandate.term);
   add(key, planner_index(mandate.planner));
 }
@@ -109,7 +109,7 @@ std::uint64_t SupervisorProcess::next_term() const {
   return would.take_term();
 }
 
-Mandate SupervisorProcess::mandate() const {
+ArmLease SupervisorProcess::mandate() const {
   return succession_.mandate_of(kArm);
 }
 
@@ -140,7 +140,7 @@ PlannerProcess::PlannerProcess(const Rules& rules, int index)
 void PlannerProcess::hear(const Letter& letter) {
   if (letter.kind == Letter::Kind::kMode) {
     static_cast<void>(view_.apply(message_of(letter)));
-    duty_.hear(view_.mandate(kArm));
+    duty_.hear(view_.lease(kArm));
   }
   if (letter.kind == Letter::Kind::kState && rules_.driver_proves) duty_.hear_driver(letter.mandate());
 }
@@ -172,7 +172,7 @@ void DriverProcess::hear(const Letter& letter) {
 
 void DriverProcess::hear_mode(const Letter& mode) {
   static_cast<void>(view_.apply(message_of(mode)));
-  Mandate mandate = view_.mandate(kArm);
+  ArmLease mandate = view_.lease(kArm);
   prove(mandate.term);
   if (!rules_.binding) mandate.planner.clear();
   gate_.saw(mandate);
@@ -208,7 +208,7 @@ void DriverProcess::prove(std::uint64_t term) {
 
 // As ArmDriver begins: with nothing but what its memory has, which is what it went by when it last told its state.
 void DriverProcess::restart() {
-  const Mandate remembered = gate_.mandate();
+  const ArmLease remembered = gate_.mandate();
   view_ = {};
   gate_ = CommandGate(1);
   if (rules_.driver_remembers) gate_.saw(remembered);

@@ -40,7 +40,7 @@ class CellStatusTest : public ::testing::Test {
     heartbeat.host("localhost");
     heartbeat.pid(1);
     heartbeat.state(node_state);
-    heartbeat.detail(detail);
+    if (!detail.empty()) heartbeat.cause(make_cause(msg::CauseKind::CAUSE_ARM_STATE_OLD, {}, detail));
     picture_.heartbeats.insert_or_assign(node, Heard<msg::Heartbeat>{heartbeat, at(), {}});
     watch_.heard(node, {1, now_});
   }
@@ -137,7 +137,7 @@ TEST_F(CellStatusTest, OrdersComeFirst) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   EXPECT_EQ(waits(), "held: planner/left: process 1 was ended by signal 9 (Killed)");
-  EXPECT_EQ(watch_.mode().stop({"left"}), "");
+  EXPECT_TRUE(is_none(watch_.mode().stop({"left"})));
   EXPECT_TRUE(waits().starts_with("on stop by operator: waits for resume; held: "));
 }
 
@@ -211,7 +211,8 @@ TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
   EXPECT_FALSE(found->alive());
   EXPECT_LT(found->age(), 0.0);
   EXPECT_EQ(found->heartbeat().kind(), msg::NodeKind::NODE_PLANNER);
-  EXPECT_EQ(found->heartbeat().detail(), "planner/left has not appeared yet");
+  EXPECT_EQ(found->heartbeat().cause(),
+            make_cause(msg::CauseKind::CAUSE_NODE_MISSING, "planner/left", "planner/left has not appeared yet"));
 }
 
 TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
@@ -222,32 +223,32 @@ TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
   ASSERT_GE(told.faults().size(), 1U);
   const msg::Fault& fault = told.faults()[0];
   EXPECT_EQ(fault.id(), "f3-1");
-  EXPECT_EQ(fault.kind(), "process_died");
+  EXPECT_EQ(fault.cause().kind(), msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(fault.since_ns(), (now_ - 2s).count());
   EXPECT_EQ(fault.since_unix_ms(), 998'000);
   EXPECT_FALSE(fault.cleared());
 }
 
 TEST_F(CellStatusTest, ModeIsToldArmByArm) {
-  EXPECT_EQ(watch_.mode().hold({"right"}), "");
+  EXPECT_TRUE(is_none(watch_.mode().hold({"right"})));
   const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
   EXPECT_EQ(message.mode(), msg::Mode::MODE_RUN);
-  EXPECT_EQ(message.held_arms(), std::vector<std::string>{"right"});
-  EXPECT_EQ(message.reason(), "right: hold by operator");
-  EXPECT_TRUE(message.grants().empty()) << "no arm has a standby";
+  EXPECT_EQ(arms_on(message, msg::Mode::MODE_HOLD), std::vector<std::string>{"right"});
+  EXPECT_EQ(causes_text(message), "right: hold by operator");
+  EXPECT_TRUE(message.leases().empty()) << "no arm has a standby";
   EXPECT_EQ(status().arms()[0].mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(status().arms()[1].mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(CellStatusTest, OrdersAreToldApartFromWhatFaultsMakeOfThem) {
-  EXPECT_EQ(watch_.mode().hold({"right"}), "");
-  EXPECT_EQ(watch_.mode().stop({"left"}), "");
+  EXPECT_TRUE(is_none(watch_.mode().hold({"right"})));
+  EXPECT_TRUE(is_none(watch_.mode().stop({"left"})));
   watch_.process_exited("world", {1, -1, 9, false});
   watch_.judge(now_);
   const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
   EXPECT_EQ(message.mode(), msg::Mode::MODE_HOLD) << "for the world's sake";
   EXPECT_EQ(orders_in(message), watch_.mode().orders());
-  EXPECT_EQ(orders_in(message).cell, MoveMode::kRun);
+  EXPECT_EQ(orders_in(message).cell, msg::Mode::MODE_RUN);
 }
 
 TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
@@ -320,8 +321,8 @@ TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
   EXPECT_EQ(arm.standby(), "planner/left");
   EXPECT_EQ(arm.term(), 6U);
   const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
-  ASSERT_EQ(message.grants().size(), 1U);
-  EXPECT_EQ(message.grants()[0].planner(), "planner/left@beta");
+  ASSERT_EQ(message.leases().size(), 1U);
+  EXPECT_EQ(message.leases()[0].planner(), "planner/left@beta");
 }
 
 }  // namespace

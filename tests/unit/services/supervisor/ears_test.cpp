@@ -33,7 +33,7 @@ class Past : public bus::BusTest {
     event.pid(pid);
     event.kind(kind);
     event.signal_number(signal);
-    event.reason(reason);
+    if (!reason.empty()) event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, event.node(), reason));
     event.sequence_number(++told_);
     event.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(told_)).count());
     ASSERT_TRUE(events_.write(event));
@@ -113,7 +113,8 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   ASSERT_TRUE(probe.wait_matched(2, bus::kPatience));
   const auto is_told = [&] {
     const auto open = listener.watch.faults().open();
-    return std::any_of(open.begin(), open.end(), [](const auto& one) { return one.kind == FaultKind::kNodeTwice; });
+    return std::any_of(open.begin(), open.end(),
+                       [](const auto& one) { return one.kind == msg::CauseKind::CAUSE_DUPLICATE_NODE; });
   };
   const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
     msg::Heartbeat sample;

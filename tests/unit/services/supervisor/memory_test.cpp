@@ -16,22 +16,25 @@ namespace {
 Memory some_memory() {
   Memory memory;
   memory.term = 7;
-  memory.orders.cell = MoveMode::kHold;
-  memory.orders.arms = {{"left", MoveMode::kStop}, {"right", MoveMode::kHold}};
-  memory.causes = {{"", "arm1/wrist touched pallet"}, {"right", "planner/right: signal 9 (Killed)"}};
+  memory.orders.cell = msg::Mode::MODE_HOLD;
+  memory.orders.arms = {{"left", msg::Mode::MODE_STOP}, {"right", msg::Mode::MODE_HOLD}};
+  memory.causes = {
+      {"", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1/wrist", "arm1/wrist touched pallet")},
+      {"right", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/right", "planner/right: signal 9 (Killed)")}};
   memory.faults.open["planner/left"] = {7,
                                         2,
-                                        FaultKind::kProcessDied,
-                                        FaultSeverity::kError,
+                                        msg::CauseKind::CAUSE_PROCESS_DIED,
+                                        msg::Severity::SEVERITY_ERROR,
                                         "planner/left",
                                         "planner/left: signal 9 (Killed)",
                                         std::chrono::nanoseconds(50),
                                         std::chrono::nanoseconds(4),
                                         {}};
-  memory.faults.over.push_back({6, 9, FaultKind::kNodeSilent, FaultSeverity::kWarning, "world", "world: no beat",
-                                std::chrono::nanoseconds(10), std::nullopt, std::chrono::nanoseconds(30)});
-  memory.unheard.cell = MoveMode::kHold;
-  memory.unheard.arms = {{"left", MoveMode::kStop}};
+  memory.faults.over.push_back({6, 9, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "world",
+                                "world: no beat", std::chrono::nanoseconds(10), std::nullopt,
+                                std::chrono::nanoseconds(30)});
+  memory.unheard.cell = msg::Mode::MODE_HOLD;
+  memory.unheard.arms = {{"left", msg::Mode::MODE_STOP}};
   return memory;
 }
 
@@ -47,7 +50,8 @@ class MemoryFile : public ::testing::Test {
 TEST(MemoryText, SaysWhatIsRemembered) {
   const std::string text =
       "term 7\ncell hold\narm left stop\narm right hold\n"
-      "because / arm1/wrist touched pallet\nbecause right planner/right: signal 9 (Killed)\n"
+      "because / held_by_fault arm1/wrist arm1/wrist touched pallet\n"
+      "because right held_by_fault planner/right planner/right: signal 9 (Killed)\n"
       "unheard / hold\nunheard left stop\n"
       "fault 7 2 process_died 2 50 4 open planner/left planner/left planner/left: signal 9 (Killed)\n"
       "fault 6 9 node_silent 1 10 -1 30 - world world: no beat\n";
@@ -61,7 +65,7 @@ TEST(MemoryText, CanBeReadAgainWhateverWasTold) {
   for (const auto* text : {"", " ", "two\nlines", "tab\tin it", "\n"}) {
     memory.faults.over.front().subject = text;
     memory.faults.over.front().seen = text;
-    memory.causes[""] = text;
+    memory.causes[""] = make_cause(msg::CauseKind::CAUSE_CONTACT, text, text);
     const auto read = parse_memory(memory_text(memory));
     ASSERT_TRUE(read) << "'" << text << "'";
     EXPECT_EQ(read->orders, memory.orders);
@@ -72,7 +76,8 @@ TEST(MemoryText, CanBeReadAgainWhateverWasTold) {
 TEST(MemoryText, RefusesWhatItDidNotWrite) {
   for (const auto* text :
        {"", "term\n", "term x\n", "cell run\n", "term 1\ncell sleep\n", "term 1\narm left\n",
-        "term 1\nsomething else\n", "term 1\nunheard left\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
+        "term 1\nsomething else\n", "term 1\nunheard left\n", "term 1\nbecause left no_such_kind a b\n",
+        "term 1\nfault 1 1 no_goal 1 10 4 30 - world x\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
         "term 1\nfault 1 1 node_silent 9 10 4 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
         "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n"}) {
     EXPECT_FALSE(parse_memory(text)) << text;
@@ -111,7 +116,7 @@ TEST_F(MemoryFile, TakesItsRoomBeforehand) {
   for (std::uint64_t term = 8; term < 12; ++term) {
     Memory next = some_memory();
     next.term = term;
-    next.orders.arms["left"] = MoveMode::kHold;
+    next.orders.arms["left"] = msg::Mode::MODE_HOLD;
     ASSERT_EQ(write_memory(path_, next), "");
     EXPECT_EQ(read_memory(path_), next);
   }
@@ -128,7 +133,7 @@ TEST_F(MemoryFile, WithoutRoomWhatWasRememberedStays) {
   }
   ASSERT_EQ(write_memory(path_, some_memory()), "");
   Memory large = some_memory();
-  large.causes["left"] = std::string(1 << 17, 'x');
+  large.causes["left"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "x", std::string(1 << 17, 'x'));
   {
     const test::FullDisk full(1 << 16);
     EXPECT_NE(write_memory(path_, large), "");

@@ -5,23 +5,23 @@
 namespace hecaton::services {
 namespace {
 
-Orders arm_order(const char* arm, MoveMode mode) {
+Orders arm_order(const char* arm, msg::Mode mode) {
   Orders orders;
   orders.arms[arm] = mode;
   return orders;
 }
 
-const Orders kStopLeft = arm_order("left", MoveMode::kStop);
+const Orders kStopLeft = arm_order("left", msg::Mode::MODE_STOP);
 
 TEST(Orders, BeyondWhatIsKnown) {
   Orders orders = kStopLeft;
-  orders.arms["right"] = MoveMode::kHold;
-  orders.cell = MoveMode::kHold;
+  orders.arms["right"] = msg::Mode::MODE_HOLD;
+  orders.cell = msg::Mode::MODE_HOLD;
   EXPECT_EQ(beyond(orders, {}), orders);
   EXPECT_TRUE(beyond(orders, orders).empty());
-  Orders known = arm_order("left", MoveMode::kHold);
-  known.arms["right"] = MoveMode::kStop;
-  known.cell = MoveMode::kStop;
+  Orders known = arm_order("left", msg::Mode::MODE_HOLD);
+  known.arms["right"] = msg::Mode::MODE_STOP;
+  known.cell = msg::Mode::MODE_STOP;
   EXPECT_EQ(beyond(orders, known), kStopLeft) << "a stop is more than a hold";
 }
 
@@ -47,13 +47,13 @@ TEST(OrderLegacy, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
   legacy.published({}, 1);
   legacy.heard(1);
   Orders orders = kStopLeft;
-  orders.cell = MoveMode::kHold;
+  orders.cell = msg::Mode::MODE_HOLD;
   legacy.given({"left"});
   legacy.given({});
   legacy.published(orders, 2);
   legacy.stand_back(orders);
   EXPECT_EQ(legacy.left(), orders);
-  EXPECT_FALSE(legacy.strike_out(arm_order("left", MoveMode::kHold)));
+  EXPECT_FALSE(legacy.strike_out(arm_order("left", msg::Mode::MODE_HOLD)));
   EXPECT_EQ(legacy.left(), orders) << "a hold is no stop";
   EXPECT_FALSE(legacy.strike_out(kStopLeft));
   EXPECT_TRUE(legacy.left().arms.empty());

@@ -21,7 +21,7 @@ class SuccessionTest : public ::testing::Test {
         },
         leadership_);
   }
-  [[nodiscard]] Mandate mandate() const { return succession_.mandate_of("arm1"); }
+  [[nodiscard]] ArmLease mandate() const { return succession_.mandate_of("arm1"); }
 
   Leadership leadership_{{}, 0, 0ms, {0, 2}};
   Succession succession_{{{"arm1", {"p", "q"}}}};
@@ -29,11 +29,11 @@ class SuccessionTest : public ::testing::Test {
 };
 
 TEST_F(SuccessionTest, TheFirstIsInChargeAtTheBeginning) {
-  EXPECT_EQ(mandate(), Mandate());
+  EXPECT_EQ(mandate(), ArmLease());
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 4}));
+  EXPECT_EQ(mandate(), (ArmLease{"p", 4}));
   EXPECT_FALSE(decide()) << "nothing is to change";
-  EXPECT_EQ(succession_.mandate_of("arm2"), Mandate());
+  EXPECT_EQ(succession_.mandate_of("arm2"), ArmLease());
 }
 
 TEST_F(SuccessionTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
@@ -42,41 +42,41 @@ TEST_F(SuccessionTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
   EXPECT_FALSE(decide()) << "nobody is ready";
   ready_ = {"q"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"q", 6}));
+  EXPECT_EQ(mandate(), (ArmLease{"q", 6}));
   // The roles are exchanged: who comes back stands by.
   out_ = {};
   ready_ = {"p"};
   EXPECT_FALSE(decide());
   out_ = {"q"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 8}));
+  EXPECT_EQ(mandate(), (ArmLease{"p", 8}));
 }
 
 TEST_F(SuccessionTest, WhatAnotherLeaderGrantedStays) {
   succession_.hear("arm1", {"q", 7});
   EXPECT_FALSE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"q", 7}));
+  EXPECT_EQ(mandate(), (ArmLease{"q", 7}));
   out_ = {"q"};
   ready_ = {"p"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 8})) << "above what it heard";
+  EXPECT_EQ(mandate(), (ArmLease{"p", 8})) << "above what it heard";
   succession_.hear("arm1", {"q", 7});
-  EXPECT_EQ(mandate(), (Mandate{"p", 8})) << "old news";
+  EXPECT_EQ(mandate(), (ArmLease{"p", 8})) << "old news";
 }
 
 TEST_F(SuccessionTest, TheDriverKnowsBetterWhoHasATerm) {
   EXPECT_TRUE(decide());
   succession_.hear_driver("arm1", {"q", 4});
-  EXPECT_EQ(mandate(), (Mandate{"q", 4})) << "our memory was lost, and the term given before";
+  EXPECT_EQ(mandate(), (ArmLease{"q", 4})) << "our memory was lost, and the term given before";
   succession_.hear_driver("arm1", {"p", 2});
-  EXPECT_EQ(mandate(), (Mandate{"q", 4}));
+  EXPECT_EQ(mandate(), (ArmLease{"q", 4}));
   EXPECT_FALSE(decide());
 }
 
 TEST_F(SuccessionTest, AStrangerInChargeIsReplaced) {
   succession_.hear_driver("arm1", {"somebody", 9});
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 10}));
+  EXPECT_EQ(mandate(), (ArmLease{"p", 10}));
 }
 
 // In charge for long, heard 10 ms ago, its last command accepted 10 ms ago.

@@ -245,23 +245,23 @@ TEST_F(Keeper, RepliesSayOfWhichEditsThereIsNoMemory) {
   replies.owe(first, reply_to(1));
   take(first);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].reason(), "");
+  EXPECT_EQ(told[0].cause().text(), "");
 
   const test::FullDisk full(kRoom);
   const std::uint64_t second = keeper.keep(memory(2, kRoom));
   replies.owe(second, reply_to(2));
   msg::WorldEditReply refused = reply_to(3);
   refused.done(false);
-  refused.reason("no such obstacle");
+  refused.cause(make_cause(msg::CauseKind::CAUSE_UNKNOWN_NAME, {}, "no such obstacle"));
   replies.owe(0, refused);
   take(second);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].request_id(), 2U);
   EXPECT_TRUE(told[0].done());
-  EXPECT_EQ(told[0].reason(), "the edit is not remembered, and lost with the world's process: " + path_ +
-                                  " cannot be written: File too large");
+  EXPECT_EQ(told[0].cause().text(), "the edit is not remembered, and lost with the world's process: " + path_ +
+                                        " cannot be written: File too large");
   EXPECT_EQ(told[1].request_id(), 3U);
-  EXPECT_EQ(told[1].reason(), "no such obstacle");
+  EXPECT_EQ(told[1].cause().text(), "no such obstacle");
   EXPECT_TRUE(replies.take(keeper).empty());
 }
 
@@ -283,7 +283,7 @@ TEST_F(Keeper, AThreadThatHangsKeepsNobodyWaiting) {
   EXPECT_EQ(keeper.failure(), silent);
   const auto told = replies.take(keeper);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].reason(), "the edit is not remembered, and lost with the world's process: " + silent);
+  EXPECT_EQ(told[0].cause().text(), "the edit is not remembered, and lost with the world's process: " + silent);
 
   const int reader = open(other_file_of(path_).c_str(), O_RDONLY | O_CLOEXEC);  // now it goes on, and fails
   while (keeper.outcome(1) == silent) std::this_thread::yield();

@@ -32,13 +32,13 @@ TEST_F(Edit, AddMoveRemove) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "ignored");
   add.obstacle(bus::to_message(ball("b")));
   EXPECT_EQ(edited_name(add), "b");
-  ASSERT_TRUE(apply_edit(world_, cell_, add).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, add).done());
   ASSERT_EQ(world_.obstacles().size(), 2U);
   msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "b");
   move.X_WO().position().y(0.25);
-  ASSERT_TRUE(apply_edit(world_, cell_, move).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, move).done());
   EXPECT_EQ(world_.snapshot().states[1].X_WO.translation().y(), 0.25);
-  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EditKind::EDIT_REMOVE, "a")).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EditKind::EDIT_REMOVE, "a")).done());
   ASSERT_EQ(world_.obstacles().size(), 1U);
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
@@ -49,10 +49,10 @@ TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
   msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "a");
   move.X_WO().qw(0.5);
   const world::EditResult refused = apply_edit(world_, cell_, move);
-  EXPECT_FALSE(refused.done);
+  EXPECT_FALSE(refused.done());
   EXPECT_NE(refused.reason.find("obstacle \"a\": X_WO: quaternion"), std::string::npos) << refused.reason;
   msg::WorldEditRequest unknown = request(static_cast<msg::EditKind>(77), "a");
-  EXPECT_FALSE(apply_edit(world_, cell_, unknown).done);
+  EXPECT_FALSE(apply_edit(world_, cell_, unknown).done());
   EXPECT_EQ(world_.snapshot().edition, world::BulletWorld(world::Scene{{ball("a")}}, {}).snapshot().edition);
 }
 
