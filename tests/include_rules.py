@@ -60,8 +60,8 @@ PURE = ["services/runtime/cause", "services/runtime/orders", "services/superviso
         "services/supervisor/cell_holds", "services/supervisor/cell_losses",
         "services/supervisor/cell_watch", "services/supervisor/host_watch", "services/supervisor/echo",
         "services/supervisor/reception",
-        "services/supervisor/watch_limits", "services/supervisor/leadership", "services/supervisor/succession",
-        "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
+        "services/supervisor/watch_limits", "services/supervisor/failover/leadership",
+        "services/supervisor/failover/planner_failover",
         "services/runtime/arm_lease", "services/runtime/node_name", "services/runtime/turn_watch",
         "services/planner/duty", "services/planner/recollection"]
 

@@ -17,7 +17,7 @@ std::string cause_of(const FaultRecord& record) {
   if (record.kind == msg::CauseKind::CAUSE_HOST_LOST && !record.subject.starts_with(agent_node({}))) {
     return agent_node(record.subject);
   }
-  return cause_of(record.kind, record.subject);
+  return services::cause_of(record.kind, record.subject);
 }
 
 /// The inverse of fault_message(): times are related to our clock by the wall clock, durations are the teller's.
@@ -46,11 +46,11 @@ Clocks read_clocks() {
   return {bus::Clock::now().time_since_epoch(), std::chrono::duration_cast<std::chrono::milliseconds>(wall).count()};
 }
 
-msg::CellMode mode_message(const CellModeState& mode, const Succession& succession, const std::string& node) {
+msg::CellMode mode_message(const CellModeState& mode, const PlannerFailover& failover, const std::string& node) {
   msg::CellMode message = mode.decide();
   message.node(node);
-  for (const ArmPlanners& arm : succession.arms()) {
-    const ArmLease lease = succession.mandate_of(arm.arm);
+  for (const ArmPlanners& arm : failover.arms()) {
+    const ArmLease lease = failover.lease(arm.arm);
     if (lease.term > 0) message.leases().push_back(lease_message(arm.arm, lease));
   }
   return message;

@@ -10,9 +10,9 @@
 #include <idl/supervisor.h>
 
 #include "services/supervisor/cell_mode.hpp"
+#include "services/supervisor/failover/planner_failover.hpp"
 #include "services/supervisor/fault_list.hpp"
 #include "services/supervisor/liveness.hpp"
-#include "services/supervisor/succession.hpp"
 
 namespace hecaton::services {
 
@@ -24,7 +24,7 @@ struct Clocks {
 [[nodiscard]] Clocks read_clocks();
 
 /// Term, sequence number and stamp are left to the caller.
-[[nodiscard]] msg::CellMode mode_message(const CellModeState& mode, const Succession& succession,
+[[nodiscard]] msg::CellMode mode_message(const CellModeState& mode, const PlannerFailover& failover,
                                          const std::string& node);
 /// Term, sequence number and stamp are left to the caller.
 [[nodiscard]] msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks);

@@ -6,6 +6,8 @@
 #include "services/bus/convert.hpp"
 #include "services/config/obstacle_rules.hpp"
 #include "services/runtime/cause.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
 #include "world/sim/obstacle_motion.hpp"
 
 namespace hecaton::services {
@@ -134,6 +136,44 @@ world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, 
       return world.detach(request.name());
   }
   return refused(request.name(), "edit: unknown kind");
+}
+
+std::vector<msg::WorldEditReply> EditReplies::take(const CheckpointWriter& writer) {
+  std::vector<msg::WorldEditReply> ready;
+  while (!due_.empty()) {
+    const CheckpointWriter::Outcome outcome = writer.outcome(due_.front().first);
+    if (!outcome.known) break;
+    ready.push_back(std::move(due_.front().second));
+    due_.pop_front();
+    if (outcome.failure) ready.back().cause(not_persisted("the edit is ", *outcome.failure));
+  }
+  return ready;
+}
+
+void EditService::obey(const Edited& edited) {
+  const auto& lost = edited.persistence.lost();
+  for (const auto& sample : requests_.take()) {
+    if (sample.disposed) continue;
+    const msg::WorldEditRequest& request = sample.value;
+    const world::EditResult result = lost ? world::EditResult{world::EditRefusal::kNotNow, world_node(), *lost}
+                                          : apply_edit(edited.world, edited.cell, request);
+    if (result.done()) edited.obstacles.publish_shapes(edited.world, edited_name(request), edited.term);
+    msg::WorldEditReply reply;
+    reply.client(request.client());
+    reply.request_id(request.request_id());
+    reply.done(result.done());
+    reply.cause(cause_of(result));
+    reply.edition(edited.world.snapshot().edition);
+    due_.owe(result.done() ? edited.persistence.write(edited.world) : 0, std::move(reply));
+    log_info("world edit", {{"client", request.client()},
+                            {"obstacle", edited_name(request)},
+                            {"done", result.done()},
+                            {"reason", result.reason}});
+  }
+}
+
+void EditService::reply(const CheckpointWriter& writer) {
+  for (const msg::WorldEditReply& reply : due_.take(writer)) static_cast<void>(replies_.write(reply));
 }
 
 }  // namespace hecaton::services

@@ -48,7 +48,7 @@ SupervisorProcess::SupervisorProcess(const Rules& rules, int index)
     : rules_(rules),
       index_(index),
       leadership_(leadership_of(rules, index, 0)),
-      succession_({{kArm, {planner_name(0), planner_name(1)}}}) {}
+      failover_({{kArm, {planner_name(0), planner_name(1)}}}) {}
 
 SupervisorProcess SupervisorProcess::successor(const Rules& rules, int index, std::uint64_t remembered) {
   SupervisorProcess process(rules, index);
@@ -67,12 +67,12 @@ void SupervisorProcess::hear(const Letter& letter, Time now) {
     case Letter::Kind::kMode:
       return hear_mode(letter, now);
     case Letter::Kind::kState:
-      if (rules_.driver_proves) succession_.hear_driver(kArm, letter.mandate());
+      if (rules_.driver_proves) failover_.hear_driver(kArm, letter.mandate());
       return;
     case Letter::Kind::kBeat:
       return leadership_.heard_term(counted(letter.term), now);
     case Letter::Kind::kHeld:
-      if (rules_.planners_prove) succession_.hear(kArm, letter.mandate());
+      if (rules_.planners_prove) failover_.hear(kArm, letter.mandate());
       return;
     case Letter::Kind::kCommand:
       return;
@@ -84,7 +84,7 @@ void SupervisorProcess::hear_mode(const Letter& mode, Time now) {
   if (mode.sender == index_ && !is_successor_) return;
   leadership_.heard_leader(counted(mode.term), now);
   static_cast<void>(leadership_.decide(now, now));
-  succession_.hear(kArm, mode.mandate());
+  failover_.hear(kArm, mode.mandate());
 }
 
 void SupervisorProcess::lose_patience(Time now) {
@@ -99,9 +99,9 @@ void SupervisorProcess::grant(int out) {
   if (!leads()) return;
   const auto fitness = [&](const std::string&, const std::string& planner) {
     const bool is_out = out >= 0 && planner == planner_name(static_cast<std::size_t>(out));
-    return PlannerFitness{is_out, !is_out};
+    return PlannerHealth{is_out, !is_out};
   };
-  static_cast<void>(succession_.decide(fitness, leadership_));
+  static_cast<void>(failover_.decide(fitness, leadership_));
 }
 
 std::uint64_t SupervisorProcess::next_term() const {
@@ -110,7 +110,7 @@ std::uint64_t SupervisorProcess::next_term() const {
 }
 
 ArmLease SupervisorProcess::mandate() const {
-  return succession_.mandate_of(kArm);
+  return failover_.lease(kArm);
 }
 
 std::vector<Letter> SupervisorProcess::tells() const {

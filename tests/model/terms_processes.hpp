@@ -11,8 +11,8 @@
 #include "services/arm_driver/command_gate.hpp"
 #include "services/planner/duty.hpp"
 #include "services/runtime/cell_mode.hpp"
-#include "services/supervisor/leadership.hpp"
-#include "services/supervisor/succession.hpp"
+#include "services/supervisor/failover/leadership.hpp"
+#include "services/supervisor/failover/planner_failover.hpp"
 #include "tests/model/terms_letters.hpp"
 
 namespace hecaton::services::model {
@@ -62,7 +62,7 @@ class SupervisorProcess {
   int index_;
   bool is_successor_ = false;
   Leadership leadership_;
-  Succession succession_;
+  PlannerFailover failover_;
 };
 
 class PlannerProcess {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/supervisor/memory.hpp"
+#include "services/supervisor/replication/checkpoint.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 

@@ -29,13 +29,22 @@ TEST_F(CellWatchTest, DeathIsToldAtOnceAndHoldsTheArm) {
   EXPECT_FALSE(watch.alive("planner/arm2"));
 }
 
+TEST_F(CellWatchTest, AFailureWithoutATextIsAFault) {
+  watch.heard("planner/arm1", {pids["planner/arm1"], now + 1ms, 0, {}, msg::Cause()});
+  watch.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
+  EXPECT_EQ(held(), Names{"arm1"});
+}
+
 TEST_F(CellWatchTest, WhoSaysThatItCannotWorkIsAFaultInItsOwnWords) {
   kill("world", 9);
   watch.judge(now);
   start("world");
   mute.insert("world");
   turn();
-  watch.heard("world", {pids["world"], now, 0, {}, "cannot be recovered"});
+  watch.heard(
+      "world",
+      {pids["world"], now, 0, {}, make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "world", "cannot be recovered")});
   watch.judge(now);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
   EXPECT_EQ(the_fault().seen, "world: cannot be recovered");

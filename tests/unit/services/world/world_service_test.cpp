@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "services/bus/convert.hpp"
-#include "services/world/referee_message.hpp"
 #include "services/world/world_edit.hpp"
+#include "services/world/world_parts.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -83,7 +83,7 @@ TEST(RefereeMessage, CarriesTheWholeAccount) {
   report.smallest = {-0.003, world::ContactKind::kArmObstacle, "arm1/hand", "pallet", 1.5};
   report.kinds[1] = {2, true, report.smallest};
   report.events = {report.smallest};
-  const msg::RefereeReport message = referee_message(report, 7.25, true);
+  const msg::RefereeReport message = contact_report(report, 7.25, true);
   EXPECT_TRUE(message.running());
   EXPECT_EQ(message.time(), 7.25);
   EXPECT_EQ(message.contacts(), 2U);

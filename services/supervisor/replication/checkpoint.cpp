@@ -1,4 +1,4 @@
-#include "services/supervisor/memory.hpp"
+#include "services/supervisor/replication/checkpoint.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -91,78 +91,80 @@ bool parse_cause(std::istream& words, CausesByArm& causes) {
   return true;
 }
 
-bool parse_unheard(std::istream& words, Orders& unheard) {
+bool parse_unreplicated(std::istream& words, Orders& unreplicated) {
   std::string arm;
   std::string mode;
   words >> arm >> mode;
   const auto parsed = parse_mode(mode);
   if (!parsed) return false;
-  (arm == kCell ? unheard.cell : unheard.arms[arm]) = *parsed;
+  (arm == kCell ? unreplicated.cell : unreplicated.arms[arm]) = *parsed;
   return true;
 }
 
-bool parse_line(const std::string& line, Memory& memory) {
+bool parse_line(const std::string& line, Checkpoint& checkpoint) {
   std::istringstream words(line);
   std::string kind;
   words >> kind;
-  if (kind == "fault") return parse_fault(words, memory.faults);
-  if (kind == "because") return parse_cause(words, memory.causes);
-  if (kind == "unheard") return parse_unheard(words, memory.unheard);
-  if (kind == "term") return static_cast<bool>(words >> memory.term);
+  if (kind == "fault") return parse_fault(words, checkpoint.faults);
+  if (kind == "because") return parse_cause(words, checkpoint.causes);
+  if (kind == "unreplicated") return parse_unreplicated(words, checkpoint.unreplicated);
+  if (kind == "term") return static_cast<bool>(words >> checkpoint.term);
   std::string arm;
   std::string mode;
   if (kind == "arm") words >> arm;
   words >> mode;
   const auto parsed = parse_mode(mode);
   if (!parsed || (kind != "arm" && kind != "cell")) return false;
-  (kind == "cell" ? memory.orders.cell : memory.orders.arms[arm]) = *parsed;
+  (kind == "cell" ? checkpoint.orders.cell : checkpoint.orders.arms[arm]) = *parsed;
   return true;
 }
 
 }  // namespace
 
-std::string memory_text(const Memory& memory) {
+std::string checkpoint_text(const Checkpoint& checkpoint) {
   std::ostringstream text;
-  text << "term " << memory.term << "\ncell " << mode_name(memory.orders.cell) << '\n';
-  for (const auto& [arm, mode] : memory.orders.arms) text << "arm " << arm << ' ' << mode_name(mode) << '\n';
-  for (const auto& [arm, cause] : memory.causes) {
+  text << "term " << checkpoint.term << "\ncell " << mode_name(checkpoint.orders.cell) << '\n';
+  for (const auto& [arm, mode] : checkpoint.orders.arms) text << "arm " << arm << ' ' << mode_name(mode) << '\n';
+  for (const auto& [arm, cause] : checkpoint.causes) {
     text << "because " << (arm.empty() ? kCell : arm) << ' ' << cause_name(cause.kind()) << ' ' << word(cause.subject())
          << ' ' << sentence(cause.text()) << '\n';
   }
-  if (memory.unheard.cell != msg::Mode::MODE_RUN)
-    text << "unheard " << kCell << ' ' << mode_name(memory.unheard.cell) << '\n';
-  for (const auto& [arm, mode] : memory.unheard.arms) text << "unheard " << arm << ' ' << mode_name(mode) << '\n';
-  for (const auto& [cause, record] : memory.faults.open) append_fault(text, record, cause);
-  for (const FaultRecord& record : memory.faults.over) append_fault(text, record, {});
+  if (checkpoint.unreplicated.cell != msg::Mode::MODE_RUN)
+    text << "unreplicated " << kCell << ' ' << mode_name(checkpoint.unreplicated.cell) << '\n';
+  for (const auto& [arm, mode] : checkpoint.unreplicated.arms)
+    text << "unreplicated " << arm << ' ' << mode_name(mode) << '\n';
+  for (const auto& [cause, record] : checkpoint.faults.open) append_fault(text, record, cause);
+  for (const FaultRecord& record : checkpoint.faults.over) append_fault(text, record, {});
   return text.str();
 }
 
-std::optional<Memory> parse_memory(const std::string& text) {
-  Memory memory;
+std::optional<Checkpoint> parse_checkpoint(const std::string& text) {
+  Checkpoint checkpoint;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    if (!line.empty() && !parse_line(line, memory)) return std::nullopt;
+    if (!line.empty() && !parse_line(line, checkpoint)) return std::nullopt;
   }
-  if (memory.term == 0) return std::nullopt;
-  return memory;
+  if (checkpoint.term == 0) return std::nullopt;
+  return checkpoint;
 }
 
-std::optional<Memory> read_memory(const std::string& path) {
+std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   std::ifstream file(path);
   if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
-  auto memory = parse_memory(text.str());
-  if (!memory) throw std::runtime_error("--memory " + path + " is not what a supervisor wrote: remove or repair it");
-  return memory;
+  auto checkpoint = parse_checkpoint(text.str());
+  if (!checkpoint)
+    throw std::runtime_error("--memory " + path + " is not what a supervisor wrote: remove or repair it");
+  return checkpoint;
 }
 
-std::string next_memory(const std::string& path) {
+std::string other_checkpoint(const std::string& path) {
   return other_file_of(path);
 }
 
-std::string write_memory(const std::string& path, const Memory& memory) {
-  return keep_in_file(path, memory_text(memory), '\n');
+std::string write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
+  return keep_in_file(path, checkpoint_text(checkpoint), '\n');
 }
 
 }  // namespace hecaton::services

@@ -1,6 +1,6 @@
-#include "services/supervisor/order_legacy.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/supervisor/replication/unreplicated.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -25,8 +25,8 @@ TEST(Orders, BeyondWhatIsKnown) {
   EXPECT_EQ(beyond(orders, known), kStopLeft) << "a stop is more than a hold";
 }
 
-TEST(OrderLegacy, OfWhatTheOtherHeardNothingIsLeft) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, OfWhatTheOtherHeardNothingIsLeft) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.published({}, 1);
   legacy.given({"left"});
@@ -41,8 +41,8 @@ TEST(OrderLegacy, OfWhatTheOtherHeardNothingIsLeft) {
   EXPECT_TRUE(legacy.left().empty());
 }
 
-TEST(OrderLegacy, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.published({}, 1);
   legacy.heard(1);
@@ -61,8 +61,8 @@ TEST(OrderLegacy, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
   EXPECT_FALSE(legacy.strike_out(orders)) << "nothing was left any more";
 }
 
-TEST(OrderLegacy, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.published(kStopLeft, 1);
   legacy.heard(1);
@@ -76,8 +76,8 @@ TEST(OrderLegacy, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
   EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
 }
 
-TEST(OrderLegacy, OfANewTermNothingIsKnownToHaveBeenHeard) {
-  OrderLegacy legacy(kStopLeft);
+TEST(UnreplicatedOrders, OfANewTermNothingIsKnownToHaveBeenHeard) {
+  UnreplicatedOrders legacy(kStopLeft);
   EXPECT_EQ(legacy.left(), kStopLeft) << "by an earlier life";
   legacy.begin_to_lead();
   EXPECT_TRUE(legacy.left().empty());
@@ -85,8 +85,8 @@ TEST(OrderLegacy, OfANewTermNothingIsKnownToHaveBeenHeard) {
   EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
 }
 
-TEST(OrderLegacy, WhatWasResumedIsNotLeft) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, WhatWasResumedIsNotLeft) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.given({"left"});
   legacy.published(kStopLeft, 1);
