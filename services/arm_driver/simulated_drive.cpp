@@ -24,7 +24,7 @@ SimulatedDrive::SimulatedDrive(planner::JointLimits limits, const planner::Joint
       command_timeout_(command_timeout),
       why_("no supervisor was heard yet") {}
 
-void SimulatedDrive::order(ArmOrder order, const std::string& why) {
+void SimulatedDrive::order(msg::Mode order, const std::string& why) {
   order_ = order;
   why_ = why;
   if (order != msg::Mode::MODE_RUN) arm_.stop();
