@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/table.hpp"
 
@@ -29,7 +29,7 @@ void RefereeAccount::update(const msg::RefereeReport& report) {
   time_ = report.time();
   contacts_ = report.contacts();
   if (!report.judged()) return;
-  const auto separation = bus::from_message(report.smallest(), "RefereeReport: smallest");
+  const auto separation = messages::from_message(report.smallest(), "RefereeReport: smallest");
   if (separation && (!smallest_ || separation->distance < smallest_->distance)) smallest_ = *separation;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/cli/quantities.hpp"
 #include "services/cli/table.hpp"

@@ -1,10 +1,10 @@
 #pragma once
-/// Sentences about numbers that came from the wire. Private to services/bus.
+/// Sentences about numbers that came from the wire. Private to services/messages.
 
 #include <cmath>
 #include <string>
 
-namespace hecaton::bus {
+namespace hecaton::messages {
 
 [[nodiscard]] inline std::string not_finite(const std::string& what, double value) {
   return what + " = " + std::to_string(value) + " must be finite";
@@ -18,4 +18,4 @@ namespace hecaton::bus {
          std::to_string(bound);
 }
 
-}  // namespace hecaton::bus
+}  // namespace hecaton::messages

@@ -1,64 +1,134 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "services/bus/convert.hpp"
-#include "services/bus/validate.hpp"
+#include "services/messages/checks.hpp"
+#include "services/messages/convert.hpp"
 
-namespace hecaton::bus {
+namespace hecaton::messages {
 namespace {
 
-msg::Motion message_of(const world::StaticMotion&) {
+msg::Vec3 dimensions(double x, double y, double z) {
+  return to_message(Eigen::Vector3d(x, y, z));
+}
+
+void set_hull(msg::PlacedShape& message, const world::ConvexHull& hull) {
+  for (const auto& vertex : hull.vertices) message.vertices().push_back(to_message(vertex));
+  for (const auto& face : hull.faces) {
+    message.face_sizes().push_back(static_cast<std::uint32_t>(face.size()));
+    for (const int corner : face) message.face_corners().push_back(static_cast<std::uint32_t>(corner));
+  }
+}
+
+Converted<world::Shape> hull_from_message(const msg::PlacedShape& message, const std::string& what) {
+  auto hull = std::make_shared<world::ConvexHull>();
+  for (std::size_t i = 0; i < message.vertices().size(); ++i) {
+    const auto vertex = from_message(message.vertices()[i], what + ".vertices[" + std::to_string(i) + "]");
+    if (!vertex) return {{}, vertex.error};
+    hull->vertices.push_back(*vertex);
+  }
+  if (hull->vertices.size() < 4) return {{}, what + " is convex and must have at least 4 vertices"};
+  std::size_t next = 0;
+  for (const auto size : message.face_sizes()) {
+    if (size < 3 || size > message.face_corners().size() - next) {
+      return {{}, what + ".face_sizes must each be at least 3 and add up to the number of face_corners"};
+    }
+    std::vector<int> face;
+    for (std::size_t i = 0; i < size; ++i) {
+      const auto corner = message.face_corners()[next++];
+      if (corner >= hull->vertices.size()) {
+        return {{},
+                what + ".face_corners names vertex " + std::to_string(corner) + " of " +
+                    std::to_string(hull->vertices.size())};
+      }
+      face.push_back(static_cast<int>(corner));
+    }
+    hull->faces.push_back(std::move(face));
+  }
+  if (next != message.face_corners().size() || hull->faces.size() < 4) {
+    return {{}, what + " is convex and must have at least 4 faces whose sizes add up to the number of face_corners"};
+  }
+  return {world::Shape{world::Convex{std::move(hull)}}, {}};
+}
+
+/// First complaint of several, empty when there is none.
+std::string first_of(std::initializer_list<std::string> complaints) {
+  for (const auto& complaint : complaints) {
+    if (!complaint.empty()) return complaint;
+  }
   return {};
 }
 
-msg::Motion message_of(const world::WaypointMotion& motion) {
-  msg::Motion message;
-  message.kind(msg::MotionKind::MOTION_WAYPOINTS);
-  for (const auto& pose : motion.poses_W) message.poses_W().push_back(to_message(pose));
-  message.speed(motion.speed);
-  message.loop(motion.loop);
-  return message;
+Converted<world::Shape> shape_from_message(const msg::PlacedShape& message, const std::string& what) {
+  const double x = message.dimensions().x();
+  const double y = message.dimensions().y();
+  const double z = message.dimensions().z();
+  const std::string name = what + ".dimensions.";
+  std::string error;
+  switch (message.kind()) {
+    case msg::ShapeKind::SHAPE_BOX:
+      error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0), check_above(name + "z", z, 0)});
+      if (error.empty()) return {world::Shape{world::Box{{x, y, z}}}, {}};
+      break;
+    case msg::ShapeKind::SHAPE_SPHERE:
+      error = check_above(name + "x", x, 0);
+      if (error.empty()) return {world::Shape{world::Sphere{x}}, {}};
+      break;
+    case msg::ShapeKind::SHAPE_CAPSULE:
+      error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0, true)});
+      if (error.empty()) return {world::Shape{world::Capsule{x, y}}, {}};
+      break;
+    case msg::ShapeKind::SHAPE_CYLINDER:
+      error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0)});
+      if (error.empty()) return {world::Shape{world::Cylinder{x, y}}, {}};
+      break;
+    case msg::ShapeKind::SHAPE_CONVEX:
+      return hull_from_message(message, what);
+    default:
+      error = what + ": unknown kind of shape";
+  }
+  return {{}, error};
 }
 
-msg::Motion message_of(const world::CircleMotion& motion) {
-  msg::Motion message;
-  message.kind(msg::MotionKind::MOTION_CIRCLE);
-  message.centre_W(to_message(motion.centre_W));
-  message.direction_W(to_message(motion.axis_W));
-  message.angular_speed(motion.angular_speed);
-  message.turn_with_motion(motion.turn_with_motion);
-  return message;
-}
+/// Sets the fields that its kind of motion has.
+struct MotionWriter {
+  msg::Motion& to;
 
-msg::Motion message_of(const world::SineMotion& motion) {
-  msg::Motion message;
-  message.kind(msg::MotionKind::MOTION_SINE);
-  message.direction_W(to_message(motion.direction_W));
-  message.amplitude(motion.amplitude);
-  message.period(motion.period);
-  message.phase(motion.phase);
-  return message;
-}
-
-msg::Motion message_of(const world::ConveyorMotion& motion) {
-  msg::Motion message;
-  message.kind(msg::MotionKind::MOTION_CONVEYOR);
-  message.direction_W(to_message(motion.direction_W));
-  message.speed(motion.speed);
-  message.length(motion.length);
-  return message;
-}
-
-msg::Motion message_of(const world::DynamicMotion& motion) {
-  msg::Motion message;
-  message.kind(msg::MotionKind::MOTION_DYNAMIC);
-  message.mass(motion.mass);
-  message.friction(motion.friction);
-  message.rolling_friction(motion.rolling_friction);
-  message.restitution(motion.restitution);
-  message.initial_velocity(to_message(motion.initial_velocity));
-  return message;
-}
+  void operator()(const world::StaticMotion&) const { to.kind(msg::MotionKind::MOTION_STATIC); }
+  void operator()(const world::WaypointMotion& motion) const {
+    to.kind(msg::MotionKind::MOTION_WAYPOINTS);
+    for (const auto& pose : motion.poses_W) to.poses_W().push_back(to_message(pose));
+    to.speed(motion.speed);
+    to.loop(motion.loop);
+  }
+  void operator()(const world::CircleMotion& motion) const {
+    to.kind(msg::MotionKind::MOTION_CIRCLE);
+    to.centre_W(to_message(motion.centre_W));
+    to.direction_W(to_message(motion.axis_W));
+    to.angular_speed(motion.angular_speed);
+    to.turn_with_motion(motion.turn_with_motion);
+  }
+  void operator()(const world::SineMotion& motion) const {
+    to.kind(msg::MotionKind::MOTION_SINE);
+    to.direction_W(to_message(motion.direction_W));
+    to.amplitude(motion.amplitude);
+    to.period(motion.period);
+    to.phase(motion.phase);
+  }
+  void operator()(const world::ConveyorMotion& motion) const {
+    to.kind(msg::MotionKind::MOTION_CONVEYOR);
+    to.direction_W(to_message(motion.direction_W));
+    to.speed(motion.speed);
+    to.length(motion.length);
+  }
+  void operator()(const world::DynamicMotion& motion) const {
+    to.kind(msg::MotionKind::MOTION_DYNAMIC);
+    to.mass(motion.mass);
+    to.friction(motion.friction);
+    to.rolling_friction(motion.rolling_friction);
+    to.restitution(motion.restitution);
+    to.initial_velocity(to_message(motion.initial_velocity));
+  }
+};
 
 /// A unit vector, or the reason why it is none.
 Converted<Eigen::Vector3d> direction_from_message(const msg::Vec3& vector, const std::string& what) {
@@ -127,8 +197,48 @@ Converted<world::Motion> dynamic_from_message(const msg::Motion& message, const 
 
 }  // namespace
 
+msg::PlacedShape to_message(const world::PlacedShape& shape) {
+  msg::PlacedShape message;
+  message.X_OS(to_message(shape.X_BS));
+  struct Visitor {
+    msg::PlacedShape& to;
+    void operator()(const world::Box& box) const {
+      to.kind(msg::ShapeKind::SHAPE_BOX);
+      to.dimensions(to_message(box.half_extents));
+    }
+    void operator()(const world::Sphere& sphere) const {
+      to.kind(msg::ShapeKind::SHAPE_SPHERE);
+      to.dimensions(dimensions(sphere.radius, 0, 0));
+    }
+    void operator()(const world::Capsule& capsule) const {
+      to.kind(msg::ShapeKind::SHAPE_CAPSULE);
+      to.dimensions(dimensions(capsule.radius, capsule.half_length, 0));
+    }
+    void operator()(const world::Cylinder& cylinder) const {
+      to.kind(msg::ShapeKind::SHAPE_CYLINDER);
+      to.dimensions(dimensions(cylinder.radius, cylinder.half_length, 0));
+    }
+    void operator()(const world::Convex& convex) const {
+      to.kind(msg::ShapeKind::SHAPE_CONVEX);
+      set_hull(to, *convex.hull);
+    }
+  };
+  std::visit(Visitor{message}, shape.shape);
+  return message;
+}
+
+Converted<world::PlacedShape> from_message(const msg::PlacedShape& message, const std::string& what) {
+  const auto shape = shape_from_message(message, what);
+  if (!shape) return {{}, shape.error};
+  const auto pose = from_message(message.X_OS(), what + ".X_OS");
+  if (!pose) return {{}, pose.error};
+  return {world::PlacedShape{*shape, *pose}, {}};
+}
+
 msg::Motion to_message(const world::Motion& motion) {
-  return std::visit([](const auto& kind) { return message_of(kind); }, motion);
+  msg::Motion message;
+  std::visit(MotionWriter{message}, motion);
+  return message;
 }
 
 Converted<world::Motion> from_message(const msg::Motion& motion, const std::string& what) {
@@ -189,7 +299,7 @@ Converted<world::Obstacle> from_message(const msg::Obstacle& message) {
 
 msg::ObstacleStates to_message(const world::ObstacleSnapshot& snapshot, std::span<const world::Obstacle> obstacles) {
   if (snapshot.states.size() != obstacles.size()) {
-    throw std::invalid_argument("bus: the snapshot has " + std::to_string(snapshot.states.size()) +
+    throw std::invalid_argument("messages: the snapshot has " + std::to_string(snapshot.states.size()) +
                                 " obstacles, the scene " + std::to_string(obstacles.size()));
   }
   msg::ObstacleStates message;
@@ -224,22 +334,4 @@ Converted<NamedSnapshot> from_message(const msg::ObstacleStates& message, double
   return {result, {}};
 }
 
-std::string motion_name(msg::MotionKind kind) {
-  switch (kind) {
-    case msg::MotionKind::MOTION_STATIC:
-      return "static";
-    case msg::MotionKind::MOTION_WAYPOINTS:
-      return "waypoints";
-    case msg::MotionKind::MOTION_CIRCLE:
-      return "circle";
-    case msg::MotionKind::MOTION_SINE:
-      return "sine";
-    case msg::MotionKind::MOTION_CONVEYOR:
-      return "conveyor";
-    case msg::MotionKind::MOTION_DYNAMIC:
-      return "dynamic";
-  }
-  return "unknown";
-}
-
-}  // namespace hecaton::bus
+}  // namespace hecaton::messages

@@ -1,13 +1,25 @@
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 #include <cmath>
 
-#include "services/bus/validate.hpp"
+#include "services/messages/checks.hpp"
 
-namespace hecaton::bus {
+namespace hecaton::messages {
+namespace {
+
+/// Of a ray's direction, as read from a file or computed: a unit vector within rounding.
+constexpr double kUnitTolerance = 1e-3;
+/// What a planner can map in a period is not endless.
+constexpr std::size_t kMostRays = 4096;
+
+}  // namespace
 
 std::vector<double> to_message(const planner::JointVector& q) {
   return {q.data(), q.data() + q.size()};
+}
+
+void to_message(const planner::JointVector& q, std::vector<double>& field) {
+  field.assign(q.data(), q.data() + q.size());
 }
 
 msg::Vec3 to_message(const Eigen::Vector3d& vector) {
@@ -51,19 +63,18 @@ static_assert(static_cast<int>(world::ContactKind::kArmObstacle) == msg::Contact
 static_assert(static_cast<int>(world::ContactKind::kArmSelf) == msg::ContactKind::CONTACT_ARM_SELF);
 static_assert(planner::kMaxJoints == msg::MAX_JOINTS);
 
-Converted<planner::JointVector> joints_from_message(const std::vector<double>& values, const std::string& what,
-                                                    int size) {
+Converted<planner::JointVector> joints_from_message(std::span<const double> values, const ValueName& what, int size) {
   if (values.size() > static_cast<std::size_t>(planner::kMaxJoints)) {
     return {{},
-            what + " has " + std::to_string(values.size()) + " joints, more than the " +
+            what.text() + " has " + std::to_string(values.size()) + " joints, more than the " +
                 std::to_string(planner::kMaxJoints) + " an arm may have"};
   }
   if (size >= 0 && values.size() != static_cast<std::size_t>(size)) {
-    return {{}, what + " has " + std::to_string(values.size()) + " joints, the arm has " + std::to_string(size)};
+    return {{}, what.text() + " has " + std::to_string(values.size()) + " joints, the arm has " + std::to_string(size)};
   }
   planner::JointVector q(static_cast<Eigen::Index>(values.size()));
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i])) return {{}, not_finite(what + "[" + std::to_string(i) + "]", values[i])};
+    if (!std::isfinite(values[i])) return {{}, not_finite(what.text() + "[" + std::to_string(i) + "]", values[i])};
     q[static_cast<Eigen::Index>(i)] = values[i];
   }
   return {q, {}};
@@ -106,4 +117,37 @@ Converted<world::Separation> from_message(const msg::Separation& separation, con
           {}};
 }
 
-}  // namespace hecaton::bus
+msg::RangeScan to_message(const planner::RangeScan& scan, const planner::RangeSensor& sensor) {
+  msg::RangeScan message;
+  message.max_range(sensor.range);
+  message.rays().resize(scan.readings.size());
+  for (std::size_t i = 0; i < scan.readings.size(); ++i) {
+    msg::RangeRay& ray = message.rays()[i];
+    ray.origin_L(to_message(scan.readings[i].ray.origin_L));
+    ray.direction_L(to_message(scan.readings[i].ray.direction_L));
+    ray.distance(scan.readings[i].distance);
+    ray.hit(scan.readings[i].hit);
+  }
+  return message;
+}
+
+Converted<std::vector<planner::RangeReading>> from_message(const msg::RangeScan& message) {
+  const std::string what = "RangeScan \"" + message.sensor() + "\": ";
+  if (message.rays().size() > kMostRays) {
+    return {{},
+            what + std::to_string(message.rays().size()) + " rays must be " + std::to_string(kMostRays) + " at most"};
+  }
+  std::vector<planner::RangeReading> readings;
+  for (const msg::RangeRay& ray : message.rays()) {
+    const auto origin = from_message(ray.origin_L(), what + "origin_L");
+    if (!origin) return {{}, origin.error};
+    const auto direction = from_message(ray.direction_L(), what + "direction_L");
+    if (!direction) return {{}, direction.error};
+    if (std::abs(direction->norm() - 1.0) > kUnitTolerance) return {{}, what + "direction_L must be a unit vector"};
+    if (auto error = check_above(what + "distance", ray.distance(), 0.0, true); !error.empty()) return {{}, error};
+    readings.push_back({{*origin, direction->normalized()}, ray.distance(), ray.hit()});
+  }
+  return {std::move(readings), {}};
+}
+
+}  // namespace hecaton::messages

@@ -1,12 +1,13 @@
 #pragma once
-/// Values to messages and back. What comes from the wire is checked (finite numbers, sizes, unit quaternions, indices):
-/// a message that cannot be used is refused with one sentence, never with an exception.
+/// Values of planner and world to messages and back. `from_message` checks what comes from the wire (finite numbers,
+/// sizes, unit quaternions, indices) and returns one sentence for a message that cannot be used; it never throws.
+/// All functions are pure and thread-safe.
 
-#include <cstdint>
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
 #include <idl/common.h>
@@ -15,10 +16,10 @@
 #include "planner/model/limits.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "world/model/scene.hpp"
+#include "world/model/separation.hpp"
 #include "world/model/snapshot.hpp"
-#include "world/sim/contact_referee.hpp"
 
-namespace hecaton::bus {
+namespace hecaton::messages {
 
 /// A value, or the sentence that says why there is none.
 template <class V>
@@ -32,6 +33,8 @@ struct [[nodiscard]] Converted {
 };
 
 [[nodiscard]] std::vector<double> to_message(const planner::JointVector& q);
+/// Writes into a field of a message that is kept: allocates only while the field grows. For what is sent each period.
+void to_message(const planner::JointVector& q, std::vector<double>& field);
 [[nodiscard]] msg::Vec3 to_message(const Eigen::Vector3d& vector);
 [[nodiscard]] msg::Pose to_message(const world::Pose& pose);
 [[nodiscard]] msg::Twist to_message(const world::Twist& twist);
@@ -48,9 +51,22 @@ struct [[nodiscard]] Converted {
 /// Names, number and stamp are left to the caller.
 [[nodiscard]] msg::RangeScan to_message(const planner::RangeScan& scan, const planner::RangeSensor& sensor);
 
-/// `what` names the value in the sentence, e.g. "ArmState of arm1: q". `size`: number of joints, −1: any up to
-/// kMaxJoints.
-Converted<planner::JointVector> joints_from_message(const std::vector<double>& values, const std::string& what,
+/// The name of a value in a sentence, in up to three parts ("ArmState of ", arm, ": q"): they are joined only when
+/// there is something to say. Refers to its parts, so it lives no longer than the call that it is passed to.
+class ValueName {
+ public:
+  ValueName(const char* whole) : parts_{whole} {}         // NOLINT(google-explicit-constructor)
+  ValueName(const std::string& whole) : parts_{whole} {}  // NOLINT(google-explicit-constructor)
+  ValueName(std::string_view first, std::string_view second, std::string_view third) : parts_{first, second, third} {}
+
+  [[nodiscard]] std::string text() const { return std::string(parts_[0]).append(parts_[1]).append(parts_[2]); }
+
+ private:
+  std::array<std::string_view, 3> parts_;
+};
+
+/// `size`: number of joints; -1: any up to kMaxJoints. Does not allocate unless it refuses.
+Converted<planner::JointVector> joints_from_message(std::span<const double> values, const ValueName& what,
                                                     int size = -1);
 Converted<Eigen::Vector3d> from_message(const msg::Vec3& vector, const std::string& what);
 Converted<world::Pose> from_message(const msg::Pose& pose, const std::string& what);
@@ -71,9 +87,4 @@ struct NamedSnapshot {
 /// `age`: since the message arrived, on the reader's clock [s].
 Converted<NamedSnapshot> from_message(const msg::ObstacleStates& states, double age);
 
-/// "static", "waypoints", "circle", "sine", "conveyor" or "dynamic".
-[[nodiscard]] std::string motion_name(msg::MotionKind kind);
-/// "box 0.4 × 0.4 × 0.2 m" (full sizes), for people.
-[[nodiscard]] std::string shape_text(const msg::PlacedShape& shape);
-
-}  // namespace hecaton::bus
+}  // namespace hecaton::messages

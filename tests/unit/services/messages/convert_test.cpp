@@ -1,4 +1,4 @@
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 #include <cmath>
 #include <limits>
@@ -6,7 +6,9 @@
 
 #include <gtest/gtest.h>
 
-namespace hecaton::bus {
+#include "services/messages/names.hpp"
+
+namespace hecaton::messages {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -53,7 +55,7 @@ TEST(Convert, JointsOfTheRightNumberAndFinite) {
   EXPECT_EQ(joints_from_message(message, "goal of arm1: q", 6).error, "goal of arm1: q has 3 joints, the arm has 6");
   EXPECT_EQ(joints_from_message(std::vector<double>(17), "q").error,
             "q has 17 joints, more than the 16 an arm may have");
-  EXPECT_EQ(joints_from_message({0.0, kNan}, "q").error, "q[1] = nan must be finite");
+  EXPECT_EQ(joints_from_message(std::vector{0.0, kNan}, "q").error, "q[1] = nan must be finite");
   EXPECT_EQ(joints_from_message({}, "q")->size(), 0);
 }
 
@@ -71,7 +73,7 @@ world::Shape tetrahedron() {
 TEST(Convert, ShapesSurviveTheWire) {
   const auto box = to_message(placed(world::Box{{0.2, 0.3, 0.4}}));
   EXPECT_EQ(box.kind(), msg::ShapeKind::SHAPE_BOX);
-  EXPECT_EQ(shape_text(box), "box 0.4 × 0.6 × 0.8 m");
+  EXPECT_EQ(text(box), "box 0.4 × 0.6 × 0.8 m");
   EXPECT_DOUBLE_EQ(box.X_OS().position().z(), 1);
   const auto box_back = from_message(box, "shape");
   ASSERT_TRUE(box_back);
@@ -237,4 +239,4 @@ TEST(Convert, SeparationSurvivesTheWire) {
 }
 
 }  // namespace
-}  // namespace hecaton::bus
+}  // namespace hecaton::messages
