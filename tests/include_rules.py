@@ -33,6 +33,8 @@ ALLOWED = {
     "services/config": ["planner", "planner/strategy", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model", "world/sim"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
+    "services/command_line": ["services/config", "services/runtime", "world/model"],
+    "services/strategies": ["services/command_line", "services/config", "planner", "planner/strategy_search"],
 }
 # What every service may include, and what each needs beside it.
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime"]
@@ -43,8 +45,8 @@ BESIDE = {
     "world": ["services/messages", "planner", "planner/model", "planner/simulation", "world/model", "world/sim"],
     "planner": ["services/messages", "planner", "planner/collision", "planner/local", "planner/model", "planner/rollout",
                 "planner/route", "world/model"],
-    "cli": ["services/messages", "planner", "planner/collision", "planner/cspace", "planner/global", "planner/local", "planner/model",
-            "planner/potential", "planner/simulation", "planner/strategy_search", "planner/trajectory", "world/model", "world/sim"],
+    "cli": ["services/messages", "services/command_line", "planner", "planner/collision", "planner/cspace", "planner/global", "planner/local", "planner/model",
+            "planner/potential", "planner/simulation", "planner/trajectory", "world/model", "world/sim"],
 }
 for service, rooms in BESIDE.items():
     ALLOWED[f"services/{service}"] = SERVICE + rooms
@@ -55,8 +57,9 @@ ONLY_IN = {
     r"^fcl/": ["tests/"],
     r"^(bt[A-Z]\w*\.h|Bullet\w*/|LinearMath/)": ["world/sim/", "tests/"],
     r"^assimp/": ["planner/model/mesh_"],
-    r"^nlopt": ["planner/strategy_search/simplex"],
-    r"^mpi\.h$": ["services/cli/mpi/"],
+    r"^nlopt": ["planner/strategy_search/search"],
+    r"^mpi\.h$": ["services/strategies/ranks"],
+    r"^boost/": ["planner/strategy_search/statistics"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
     r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/"],

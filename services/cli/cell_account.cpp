@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
 #include "services/messages/convert.hpp"
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
 
 namespace hecaton::services::cli {
 namespace {

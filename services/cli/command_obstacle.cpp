@@ -4,14 +4,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/messages/convert.hpp"
 #include "services/cli/client.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/document.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/obstacle_options.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/obstacle_rules.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <ctime>
 
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
 
 namespace hecaton::services::cli {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "services/messages/convert.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
