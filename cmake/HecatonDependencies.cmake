@@ -19,7 +19,7 @@ pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
 pkg_check_modules(NLOPT IMPORTED_TARGET nlopt_cxx)
 set(MPI_CXX_SKIP_MPICXX ON) # its C++ bindings are not used
 find_package(MPI COMPONENTS CXX)
-find_package(Boost) # Boost.Math: headers only
+find_package(Boost CONFIG) # Boost.Math: headers only
 if(NLOPT_FOUND AND MPI_CXX_FOUND AND Boost_FOUND)
   set(strategies_possible ON)
 else()

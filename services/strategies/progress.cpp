@@ -76,7 +76,7 @@ std::string search_title(const planner::StrategyProblem& problem, const planner:
                          const std::vector<planner::SystemStrategy>& candidates) {
   std::ostringstream out;
   out.precision(17);
-  out << "hecaton strategies, seed " << plan.seed << ", tasks " << plan.screening_tasks << ' ' << plan.confirm_tasks
+  out << "hecaton-strategies, seed " << plan.seed << ", tasks " << plan.screening_tasks << ' ' << plan.confirm_tasks
       << ' ' << plan.confirm_sets << ", complete " << plan.complete << ", halving " << plan.halving << ", refine "
       << plan.refine << ", strategies " << candidates.size();
   out << ", arms";
