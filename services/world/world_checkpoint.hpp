@@ -11,9 +11,9 @@
 
 #include <idl/world.h>
 
-#include "services/bus/convert.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/turn_watch.hpp"
 #include "world/sim/bullet_world.hpp"
@@ -32,7 +32,7 @@ struct Continuation {
   world::RefereeMemory account;
 };
 /// `scene`: of the cell file, for all but the obstacles.
-bus::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene);
+messages::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene);
 
 /// Writes memories from a thread of its own: the world's loop never waits for a disk. When memories come faster than
 /// they can be written only the newest counts. What cannot be written leaves the last one that could.

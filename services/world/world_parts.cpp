@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "planner/simulation/arm_bodies.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/process_info.hpp"
 
@@ -24,7 +24,8 @@ void MeasuredArms::update(world::BulletWorld& world) {
                                     [&](const auto& planned) { return planned.arm.name == sample.value.arm(); });
     if (sample.disposed || found == arms.end()) continue;
     const planner::Arm& arm = found->arm;
-    const auto q = bus::joints_from_message(sample.value.q(), "ArmState of " + arm.name + ": q", arm.model->joints());
+    const auto q =
+        messages::joints_from_message(sample.value.q(), {"ArmState of ", arm.name, ": q"}, arm.model->joints());
     if (!q) {
       log_warning("message ignored", {{"reason", q.error}});
       continue;
@@ -49,14 +50,14 @@ void ObstaclePublisher::publish_shapes(const world::BulletWorld& world, const st
     static_cast<void>(shapes_.retire(message));
     return;
   }
-  message.obstacle(bus::to_message(*found));
+  message.obstacle(messages::to_message(*found));
   if (const auto written = shapes_.write(message); !written) {
     log_error("obstacle not published", {{"obstacle", name}, {"reason", written.reason}});
   }
 }
 
 void ObstaclePublisher::publish_states(const world::BulletWorld& world, std::uint64_t term) {
-  msg::ObstacleStates message = bus::to_message(world.snapshot(), world.obstacles());
+  msg::ObstacleStates message = messages::to_message(world.snapshot(), world.obstacles());
   message.term(term);
   message.stamp_ns(stamp_now());
   static_cast<void>(states_.write(message));  // best effort, and the bus has logged a refusal
@@ -82,7 +83,7 @@ void ScanPublisher::publish(const world::BulletWorld& world, const MeasuredArms&
     for (const planner::RangeScan& scan : scanners_[i].scan(world.time(), *q, caster_, now.states)) {
       const planner::RangeSensor& sensor = planned.sensors[scan.sensor];
       if (!sensor.simulated) continue;
-      msg::RangeScan message = bus::to_message(scan, sensor);
+      msg::RangeScan message = messages::to_message(scan, sensor);
       message.sensor(planned.arm.name + "/" + sensor.name);
       message.arm(planned.arm.name);
       message.link(planned.arm.model->links[sensor.link].name);
@@ -99,16 +100,16 @@ msg::RefereeReport contact_report(const world::RefereeReport& report, double tim
   message.time(time);
   message.contacts(report.contacts);
   message.judged(report.judged);
-  if (report.judged) message.smallest(bus::to_message(report.smallest));
+  if (report.judged) message.smallest(messages::to_message(report.smallest));
   for (int kind = 0; kind < world::kContactKinds; ++kind) {
     const world::KindReport& of_kind = report.kinds[static_cast<std::size_t>(kind)];
     msg::KindSummary& summary = message.kinds().emplace_back();
     summary.kind(static_cast<msg::ContactKind>(kind));
     summary.judged(of_kind.judged);
     summary.contacts(of_kind.contacts);
-    if (of_kind.judged) summary.smallest(bus::to_message(of_kind.smallest));
+    if (of_kind.judged) summary.smallest(messages::to_message(of_kind.smallest));
   }
-  for (const world::Separation& event : report.events) message.events().push_back(bus::to_message(event));
+  for (const world::Separation& event : report.events) message.events().push_back(messages::to_message(event));
   return message;
 }
 

@@ -14,10 +14,6 @@ namespace {
 /// Longer stalls cost the world time instead of making obstacles jump [s].
 constexpr double kLongestStep = 0.1;
 
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
-
 std::vector<world::ArmBodies> bodies_of(const planner::Cell& cell) {
   std::vector<world::ArmBodies> bodies;
   for (const planner::PlannedArm& planned : cell.arms) bodies.push_back(planner::arm_bodies(planned.arm));
