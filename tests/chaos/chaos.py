@@ -410,7 +410,7 @@ class Chaos:
     @staticmethod
     def wrongly_accused(injections, fault, when=""):
         return Violation("wrong_attributions" if injections else "false_faults",
-                         f"wrongly accused{when}: {fault['kind']} of {fault['subject']}: {fault['seen']}",
+                         f"wrongly accused{when}: {fault['kind']} of {fault['subject']}: {fault['description']}",
                          None if fault["kind"] in SILENCES else NEVER)
 
     def check_leadership(self, disturbed):

@@ -191,8 +191,8 @@ class OneWay(OfHost):
 
 class Separation(Absence):
     """The host's processes run on without the others. A supervisor among them leads, or does so after a second alone
-    (Ears::newest_arrival), and tells that its own host is lost: the only other one, if there are but two. Its account is not lost when
-    all are together again (FaultLegacy)."""
+    (SupervisorSubscriptions::newest_arrival), and tells that its own host is lost: the only other one, if there are but two. Its account is not lost when
+    all are together again (UnreplicatedFaults)."""
 
     def may(self, places, blind):
         hosts = set(places.values())

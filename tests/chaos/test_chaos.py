@@ -163,7 +163,7 @@ class ToAndFroTest(ChaosTest):
     def test_it_is_a_finding_where_the_cell_tells_of_a_fault(self):
         cell = Cell(unreached=[("right", "up")])
         made, options = chaos_of(cell)
-        made.settle = lambda: cell.told.update({1: {"kind": "process_died", "subject": "planner/right", "seen": "signal 11",
+        made.settle = lambda: cell.told.update({1: {"kind": "process_died", "subject": "planner/right", "description": "signal 11",
                                                    "cleared": True, "since_unix_ms": unix_ms()}})
         chaos.live(cell, made, options)
         self.assertEqual(chaos.judge(made, {}), 1)
@@ -173,7 +173,7 @@ class ToAndFroTest(ChaosTest):
 class ToldTest(ChaosTest):
     def await_told(self, since, stood_still=False):
         """A stop began at 10 s, and a silence was told `since` then [ms]."""
-        told = {"kind": "node_silent", "subject": "world", "seen": "no heartbeat", "cleared": False, "since_unix_ms": since}
+        told = {"kind": "node_silent", "subject": "world", "description": "no heartbeat", "cleared": False, "since_unix_ms": since}
         cell = Cell()
         cell.wait_for = lambda what, condition, within: condition(None)
         made, _ = chaos_of(cell, stood_still=stood_still)

@@ -185,7 +185,7 @@ class LiveCell:
         it on its way around."""
         def settled(status):
             entry = next(entry for entry in status["arms"] if entry["name"] == arm)
-            waits_for = entry["waiting_for"] or ""
+            waits_for = (entry["waiting_for"] or {"text": ""})["text"]
             binding = (entry["goal"] or {}).get("binding") or {}
             unknown = f"ArmState/{lost}" in waits_for or f"arm {lost} was lost" in waits_for
             return goal.poll() is not None or unknown or str(binding.get("other", "")).startswith(f"{lost}/")

@@ -183,7 +183,7 @@ class FaultTest(CellTest):
         self.cell.wait_until_it_moves("north")
         injected = self.kill("planner/north", "north-pc")
         fault = self.cell.wait_for_fault("process_died", "planner/north", self.known)
-        self.assertIn("signal 9", fault["seen"])
+        self.assertIn("signal 9", fault["description"])
         self.visit("west", "east")
         self.cell.wait_for_goal(goal)
         fault = self.cell.wait_until_over(fault)
@@ -196,7 +196,7 @@ class FaultTest(CellTest):
         self.cell.wait_until_it_moves("east")
         injected = self.kill("driver/east", "east-pc")
         fault = self.cell.wait_for_fault("process_died", "driver/east", self.known)
-        self.assertIn("signal 9", fault["seen"])
+        self.assertIn("signal 9", fault["description"])
         fault = self.cell.wait_until_over(fault)
         self.cell.wait_for_goal(goal)
         self.visit("north", "west", "east")
@@ -220,7 +220,7 @@ class FaultTest(CellTest):
         for goal in goals:
             self.cell.wait_for_goal(goal)
         fault = self.cell.wait_for_fault("process_died", "supervisor", self.known)  # its successor tells, from its agent
-        self.assertIn("signal 9", fault["seen"])
+        self.assertIn("signal 9", fault["description"])
         fault = self.cell.wait_until_over(fault)
         self.visit("north", "west", "east")
         self.expect_all_well(fault)

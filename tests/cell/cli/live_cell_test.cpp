@@ -80,7 +80,7 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
   EXPECT_EQ(json({"hold", "north"})["held_arms"], Json{"north"});
   EXPECT_EQ(run({"goal", "north", "--named", "ready"}).code, 0) << "goals are kept while held";
   EXPECT_EQ(run({"wait", "north", "--timeout", "300ms"}).code, 4);
-  EXPECT_NE(entry(json({"arms"}), "name", "north")["waiting_for"].get<std::string>().find("hold"), std::string::npos);
+  EXPECT_NE(entry(json({"arms"}), "name", "north")["waiting_for"]["text"].get<std::string>().find("hold"), std::string::npos);
   EXPECT_EQ(run({"resume", "north"}).code, 0);
   EXPECT_EQ(run({"wait", "north", "--timeout", "60s"}).code, 0);
 
@@ -174,7 +174,7 @@ TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
     }
   }
   ASSERT_TRUE(fault.is_object());
-  EXPECT_NE(fault["seen"].get<std::string>().find("9"), std::string::npos) << "it names the signal: " << fault;
+  EXPECT_NE(fault["description"].get<std::string>().find("9"), std::string::npos) << "it names the signal: " << fault;
   // The agent starts it again, and it plans again.
   EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "100s"}).code, 0);
   EXPECT_NE(processes().at("planner/north"), planner);

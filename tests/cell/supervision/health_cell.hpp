@@ -17,6 +17,7 @@
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/options.hpp"
+#include "services/runtime/orders.hpp"
 #include "tests/support/free_domain.hpp"
 
 namespace hecaton::services::testing {

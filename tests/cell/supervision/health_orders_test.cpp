@@ -132,8 +132,8 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
   const auto resumed = order(msg::RequestKind::REQUEST_RESUME).status().mode();
   EXPECT_EQ(resumed.mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(arms_on(resumed, msg::Mode::MODE_STOP), std::vector<std::string>{"right"}) << "it was stopped by name";
-  EXPECT_TRUE(
-      order(msg::RequestKind::REQUEST_RESUME, {"right"}) arms_on(.status().mode(), msg::Mode::MODE_STOP).empty());
+  const auto free = order(msg::RequestKind::REQUEST_RESUME, {"right"}).status().mode();
+  EXPECT_TRUE(arms_on(free, msg::Mode::MODE_STOP).empty());
 }
 
 TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
@@ -169,7 +169,7 @@ TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
   const int pid = process_of(cell_.await_healthy(), "supervisor")->pid();
   const std::string memory = option_of(pid, "--memory");
   ASSERT_FALSE(memory.empty());
-  const std::string next = next_memory(memory);
+  const std::string next = other_checkpoint(memory);
   // Again if it writes just then.
   for (std::error_code error; !std::filesystem::create_directory(next, error);) std::filesystem::remove(next, error);
   const auto reply = order(msg::RequestKind::REQUEST_STOP);
