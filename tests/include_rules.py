@@ -30,15 +30,18 @@ ALLOWED = {
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
     "services/config": ["planner", "planner/strategy", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
-                        "world/model", "world/sim"],
+                        "world/model"],
+    "services/arm_driver/devices": ["planner/model", "planner/trajectory", "planner/simulation", "services/runtime"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
            "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/route", "planner/simulation",
            "planner/strategy", "planner/strategy_search",
            "world/model", "world/sim"]
-for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
-    ALLOWED[f"services/{service}"] = SERVICE
+for service in ("planner", "world", "supervisor", "agent", "cli"):
+    ALLOWED[f"services/{service}"] = SERVICE + ["services/arm_driver"]
+ALLOWED["services/arm_driver"] = ["idl", "services/bus", "services/config", "services/runtime", "services/arm_driver/devices",
+                                  "planner", "planner/model", "planner/trajectory"]
 
 # third-party header → the only places that may include it
 ONLY_IN = {

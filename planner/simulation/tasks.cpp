@@ -9,7 +9,7 @@
 #include "planner/local/goal_objective.hpp"
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/simulation/draw_account.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
 namespace {

@@ -1,57 +1,68 @@
 #include "services/arm_driver/arm_driver.hpp"
 
-#include <algorithm>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/arm_driver/device_choice.hpp"
 #include "services/runtime/join.hpp"
+#include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/process_info.hpp"
+#include "services/runtime/run_service.hpp"
 
 namespace hecaton::services {
 namespace {
-
-/// A stall longer than this many periods is not simulated in full: by then the arm has stopped.
-constexpr std::uint64_t kMostPeriodsAtOnce = 500;
-
-const char* mode_name(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return "starting";
-    case msg::ArmMode::ARM_RUNNING:
-      return "running";
-    case msg::ArmMode::ARM_BRAKING:
-      return "braking";
-    case msg::ArmMode::ARM_STOPPED:
-      return "stopped";
-    case msg::ArmMode::ARM_FAILED:
-      break;
-  }
-  return "failed";
-}
 
 std::chrono::nanoseconds nanoseconds(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
 }
 
-Commander commander_of(const bus::Sample<msg::ArmCommand>& sample) {
-  return {{sample.value.node(), sample.value.term()}, sample.writer};
+/// A set-point of the driver is good for as long as a planner's, and a period more: the driver sends one in each of its
+/// periods, and a planner knows what the arm does while no set-point follows.
+ArmControlSetup control_setup(const config::CellFile& file, int arm) {
+  const planner::Timing& timing = file.cell.timing;
+  const planner::Arm& planned = file.cell.arms[arm].arm;
+  return {planned.name, planned.limits, timing.command_timeout, nanoseconds(timing.driver_period),
+          nanoseconds(timing.control_period + timing.driver_period)};
 }
 
-/// Where its predecessor left the arm, or else where the cell begins.
-planner::JointVector start_of(const planner::PlannedArm& planned, const ArmMemory& memory) {
-  if (const auto last = memory.recall()) return last->q;
-  return planned.start.size() > 0 ? planned.start : planned.arm.home();
+msg::Cause cause_of_order(const CellModeView& mode, const std::string& arm) {
+  switch (mode.order(arm)) {
+    case ArmOrder::kRun:
+      return {};
+    case ArmOrder::kUnheard:
+      return make_cause(msg::CauseKind::CAUSE_MODE_UNKNOWN, arm, mode.why(arm));
+    case ArmOrder::kHold:
+      return make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, arm, mode.why(arm));
+    case ArmOrder::kStop:
+      break;
+  }
+  return make_cause(msg::CauseKind::CAUSE_STOP_ORDERED, arm, mode.why(arm));
 }
 
 }  // namespace
 
+int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> types) {
+  return run_service(
+      argc, argv, "Drives one arm of a cell: follows its planner's commands, stops by itself when they cease",
+      Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
+        const config::CellFile file = config::load_cell_file(options.cell);
+        const int arm = find_arm(file, options.arm);
+        const std::string checkpoint = options.memory.empty() ? std::string() : options.memory + ".device";
+        auto device = make_device(file, arm, checkpoint, types);
+        const LogScope log(driver_node(options.arm), options);
+        lock_memory();
+        hold_life_line(options.life_fd);
+        ArmDriver driver(file, arm, options, shutdown, std::move(device));
+        hurry(file, Urgency::kSafety);
+        driver.run();
+      });
+}
+
 ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options,
-                     const ShutdownSignal& shutdown)
+                     const ShutdownSignal& shutdown, std::unique_ptr<device::ArmDevice> device)
     : name_(file.cell.arms[arm].arm.name),
-      period_(file.cell.timing.driver_period),
-      command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
       participant_(make_participant(file, options, driver_node(name_), &mailbox_)),
       modes_(participant_, &mailbox_),
       commands_(participant_, &mailbox_),
@@ -61,22 +72,23 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
              {driver_node(name_), msg::NodeKind::NODE_DRIVER, name_,
               options.host.empty() ? file.arm_hosts[arm].host : options.host},
              pulse_timing(file, options)),
-      loop_(nanoseconds(period_), shutdown),
-      memory_(options.memory, file.cell.arms[arm].arm.model->joints()),
-      drive_(file.cell.arms[arm].arm.limits, start_of(file.cell.arms[arm], memory_), file.cell.timing.command_timeout) {
-  if (const auto last = memory_.recall()) drive_.saw(last->mandate);
+      loop_(nanoseconds(file.cell.timing.driver_period), shutdown),
+      command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
+      checkpoint_(options.memory),
+      device_(std::move(device)),
+      control_(control_setup(file, arm), *device_) {
+  if (const auto last = checkpoint_.recall()) control_.saw(*last);
   state_.arm(name_);
 }
 
 void ArmDriver::run() {
-  log_info("driver started", {{"arm", name_}, {"period_ms", period_ * 1e3}});
+  log_info("driver started",
+           {{"arm", name_}, {"period_ms", std::chrono::duration<double>(loop_.period()).count() * 1e3}});
   while (loop_.next()) {
-    // What a stall swallowed happened without new commands: the arm moved on, or stopped.
-    for (auto k = std::min(loop_.skipped(), kMostPeriodsAtOnce); k > 0; --k) drive_.step(period_);
+    control_.read(loop_.now());
     listen();
-    note_mandate();
-    drive_.step(period_);
-    memory_.remember(drive_.arm().q(), drive_.gate().mandate());
+    note_lease();
+    control_.write();
     publish();
     if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
   }
@@ -86,8 +98,8 @@ void ArmDriver::run() {
 void ArmDriver::listen() {
   (void)mailbox_.take_events();
   modes_.update();
-  drive_.saw(modes_.view().mandate(name_));
-  drive_.order(modes_.view().order(name_), modes_.view().why(name_));
+  control_.saw(modes_.view().mandate(name_));
+  control_.order(modes_.view().order(name_) == ArmOrder::kRun, cause_of_order(modes_.view(), name_));
   for (const auto& sample : commands_.take()) {
     // What lay here while this process was stopped is no command any more.
     const bool current = sample.age(loop_.now()) <= command_timeout_;
@@ -97,46 +109,19 @@ void ArmDriver::listen() {
 }
 
 void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
-  const Verdict verdict = drive_.command(sample.value);
-  if (verdict != Verdict::kAccepted && verdict != Verdict::kRepeated) note_refusal(sample, verdict);
-  if (verdict != Verdict::kAccepted) return;
-  note_acceptance(commander_of(sample), sample.received);
-}
-
-// A planner in another's place is told apart from one that goes on in another process or under another term: the gap
-// before the first is what a standby costs.
-void ArmDriver::note_acceptance(const Commander& commander, bus::Clock::time_point at) {
-  const std::chrono::duration<double, std::milli> gap = at - std::exchange(accepted_at_, at);
-  const auto before = record_.accepted(commander);
-  if (!before) return;
-  const bool replaced = commander.mandate.planner != before->mandate.planner;
-  log_info(replaced ? "follows" : "goes on with", {{"planner", commander.mandate.planner},
-                                                   {"term", commander.mandate.term},
-                                                   {"process", commander.writer.text()},
-                                                   {"instead_of_term", before->mandate.term},
-                                                   {"instead_of", before->mandate.planner},
-                                                   {"gap_ms", before->mandate.term > 0 ? gap.count() : 0.0}});
+  const Judgement judgement = control_.command(sample.value);
+  if (judgement.verdict == Verdict::kRepeated) return;
+  if (judgement.verdict == Verdict::kAccepted) {
+    log_.accepted(sample);
+  } else {
+    log_.refused(sample, judgement);
+  }
 }
 
 // From now on commands of older terms are refused, whether or not one of this term ever comes: also by our successor,
-// should we be killed when the arm has just moved by it.
-void ArmDriver::note_mandate() {
-  const Mandate& newest = drive_.gate().mandate();
-  if (newest == logged_mandate_) return;
-  memory_.remember(drive_.arm().q(), newest);
-  log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", logged_mandate_.term}});
-  logged_mandate_ = newest;
-}
-
-void ArmDriver::note_refusal(const bus::Sample<msg::ArmCommand>& sample, Verdict verdict) {
-  const std::uint64_t times = record_.refused(commander_of(sample), static_cast<int>(verdict));
-  if (times == 0) return;
-  const bool far = verdict == Verdict::kTooFar;
-  log_warning("command refused", {{"from", sample.value.node()},
-                                  {"term", sample.value.term()},
-                                  {"process", sample.writer.text()},
-                                  {"refused", times},
-                                  {"reason", far ? drive_.complaint() : drive_.gate().complaint()}});
+// should this process be killed when the arm has just moved by it.
+void ArmDriver::note_lease() {
+  if (log_.lease(control_.gate().lease())) checkpoint_.remember(control_.gate().lease());
 }
 
 void ArmDriver::look_at_tool() {
@@ -149,35 +134,32 @@ void ArmDriver::look_at_tool() {
 }
 
 void ArmDriver::publish() {
-  state_.term(drive_.gate().term());
+  const planner::JointState& measured = control_.measured();
+  state_.term(control_.gate().term());
   state_.sequence_number(state_.sequence_number() + 1);
-  state_.stamp_ns(stamp_now());
-  state_.mode(drive_.mode());
-  state_.q(bus::to_message(drive_.arm().q()));
-  state_.qd(bus::to_message(drive_.arm().qd()));
-  state_.command_sequence_number(drive_.gate().sequence());
-  state_.command_age(drive_.command_age());
-  state_.newest_term(drive_.gate().mandate().term);
-  state_.planner(drive_.gate().mandate().planner);
-  state_.stale_rejected(drive_.gate().stale_rejected());
-  state_.reason(drive_.reason());
+  state_.stamp_ns(std::chrono::nanoseconds(control_.measured_at().time_since_epoch()).count());
+  state_.mode(control_.mode());
+  state_.q().assign(measured.q.begin(), measured.q.end());
+  state_.qd().assign(measured.qd.begin(), measured.qd.end());
+  state_.command_sequence_number(control_.gate().sequence());
+  state_.command_age(control_.command_age());
+  state_.newest_term(control_.gate().lease().term);
+  state_.planner(control_.gate().lease().planner);
+  state_.stale_rejected(control_.gate().stale_rejected());
+  state_.cause(control_.cause());
   (void)states_.write(state_);  // best effort, and the bus has logged a refusal
-  if (logged_mode_ == state_.mode()) return;
-  logged_mode_ = state_.mode();
-  log_info(
-      "arm mode",
-      {{"mode", mode_name(logged_mode_)}, {"reason", state_.reason()}, {"command_age_ms", drive_.command_age() * 1e3}});
+  log_.state(state_);
 }
 
 void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
   vital.heard_mode = modes_.view().number();
-  vital.detail = state_.reason();
-  const bool as_told = drive_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
-  vital.state = as_told && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
+  vital.detail = state_.cause().text();
+  const bool as_ordered = control_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
+  vital.state = as_ordered && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
   vital.oldest_input = "ArmCommand/" + name_;
-  vital.oldest_input_age = drive_.command_age();
+  vital.oldest_input_age = control_.command_age();
   pulse_.beat(loop_.now(), vital, loop_.statistics());
 }
 

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "services/arm_driver/device_choice.hpp"
 #include "services/cli/cell_account.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/failure.hpp"
@@ -223,6 +224,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   if (options.tasks.tasks > 0) require_tasks(file);
   require_interface(file);
+  require_known_devices(file);
   static_cast<void>(sibling_program("hecaton-agent"));
   check_writable(options.report);
   return Run(settings, options, file).run();

@@ -66,7 +66,7 @@ Json to_json(const msg::ArmStatus& arm) {
                    {"q", state.q()},
                    {"qd", state.qd()},
                    {"carried", names(state.carried())},
-                   {"reason", state.reason()},
+                   {"reason", state.cause().text()},
                    {"term", state.term()},
                    {"command_age_s", age(state.command_age())},
                    {"newest_term", state.newest_term()},

@@ -2,6 +2,7 @@
 /// A cell file (YAML): the cell itself, and where on the network its services run. docs/cell-file.md lists every key.
 
 #include <chrono>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -41,6 +42,13 @@ struct ArmHosts {
   std::string standby_host;  ///< of the standby planner; empty: none
 };
 
+/// What moves an arm: `device:` of the cell file. Which types and keys there are, services/arm_driver/devices says.
+struct DeviceOptions {
+  std::string type = "simulated";
+  std::map<std::string, std::string, std::less<>> values;  ///< its other keys
+  std::string where;                                       ///< "FILE: arms[0].device", with which messages begin
+};
+
 /// Who watches, and after how long a silence is a fault.
 struct Supervision {
   std::string host;
@@ -62,8 +70,9 @@ struct CellFile {
   std::string path;  ///< as given to load_cell_file
   planner::Cell cell;
   Network network;
-  std::vector<Host> hosts;          ///< at least one, in the file's order
-  std::vector<ArmHosts> arm_hosts;  ///< one per arm of the cell
+  std::vector<Host> hosts;             ///< at least one, in the file's order
+  std::vector<ArmHosts> arm_hosts;     ///< one per arm of the cell
+  std::vector<DeviceOptions> devices;  ///< one per arm of the cell
   std::string world_host;
   Supervision supervision;
   bool real_time = false;  ///< services' loops have real-time priority where the machine allows it

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kMostArms = 128;
 constexpr std::size_t kMostPoses = 256;
+constexpr std::size_t kMostDeviceKeys = 64;
 constexpr std::array<std::string_view, 2> kShapeNames = {"fast", "exact"};
 constexpr std::array<planner::LinkShapes, 2> kShapes = {planner::LinkShapes::kFast, planner::LinkShapes::kExact};
 
@@ -98,6 +99,18 @@ planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing,
   return planned;
 }
 
+DeviceOptions read_device(const ArmView& view) {
+  DeviceOptions device;
+  const auto map = view.find("device");
+  device.where = view.own.view().file() + ": " + (map ? map->path() : view.own.view().path() + ".device");
+  if (!map) return device;
+  if (!map->is_map() || !map->entry("type")) map->fail("a map with the key type, such as {type: simulated}");
+  for (const auto& [key, value] : map->named_items(kMostDeviceKeys)) {
+    (key == "type" ? device.type : device.values[key]) = value.text();
+  }
+  return device;
+}
+
 void require_unique_name(const YamlView& name, const std::vector<planner::PlannedArm>& arms) {
   const std::string word = name.name();
   for (std::size_t i = 0; i < arms.size(); ++i) {
@@ -119,6 +132,7 @@ void read_arms(const MapView& root, CellFile& file) {
     file.cell.arms.push_back(read_arm(arm, file.cell.timing, models));
     file.cell.arms.back().arm.shapes = shapes;
     const std::string host = read_host(arm.own, "host", file.hosts);
+    file.devices.push_back(read_device(arm));
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
 }

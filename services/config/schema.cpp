@@ -42,6 +42,7 @@ constexpr std::array kArmKeys = {
     Words("limits"),
     Words("poses"),
     Words("start"),
+    Words("device"),
     Words("method"),
     Words("damper"),
     Words("follower"),
@@ -115,6 +116,7 @@ constexpr Section kArm{"arms[]", kArmKeys};
 constexpr Section kArmLimits{"arms[].limits", kArmLimitKeys};
 constexpr Section kArmPoses{"arms[].poses", {}, true};
 constexpr Section kPackages{"arms[].packages", {}, true};
+constexpr Section kDevice{"arms[].device", {}, true};
 constexpr Section kDamper{"arms[].damper", kDamperKeys};
 constexpr Section kFollower{"arms[].follower", kFollowerKeys};
 constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
@@ -142,11 +144,11 @@ constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 std::span<const Section* const> all_sections() {
   using namespace section;
   static constexpr std::array kAll = {
-      &kRoot,      &kNetwork,   &kHosts,      &kWorld,    &kSupervision, &kRecovery,  &kTiming,   &kTasks,
-      &kTaskAreas, &kClutter,   &kPose,       &kDefaults, &kArm,         &kArmLimits, &kArmPoses, &kPackages,
-      &kDamper,    &kFollower,  &kYielding,   &kRollout,  &kRoute,       &kSensor,    &kSensed,   &kPotential,
-      &kStrategy,  &kObstacle,  &kAttachment, &kBox,      &kSphere,      &kCapsule,   &kCylinder, &kMesh,
-      &kStatic,    &kWaypoints, &kCircle,     &kSine,     &kConveyor,    &kDynamic};
+      &kRoot,      &kNetwork,  &kHosts,     &kWorld,      &kSupervision, &kRecovery,  &kTiming,   &kTasks,
+      &kTaskAreas, &kClutter,  &kPose,      &kDefaults,   &kArm,         &kArmLimits, &kArmPoses, &kPackages,
+      &kDevice,    &kDamper,   &kFollower,  &kYielding,   &kRollout,     &kRoute,     &kSensor,   &kSensed,
+      &kPotential, &kStrategy, &kObstacle,  &kAttachment, &kBox,         &kSphere,    &kCapsule,  &kCylinder,
+      &kMesh,      &kStatic,   &kWaypoints, &kCircle,     &kSine,        &kConveyor,  &kDynamic};
   return kAll;
 }
 

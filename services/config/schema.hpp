@@ -31,6 +31,7 @@ extern const Section kArm;
 extern const Section kArmLimits;
 extern const Section kArmPoses;
 extern const Section kPackages;
+extern const Section kDevice;
 extern const Section kDamper;
 extern const Section kFollower;
 extern const Section kYielding;

@@ -41,7 +41,7 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
   heard = Heard{*q,
                 *qd,
                 state.mode(),
-                state.reason(),
+                state.cause(),
                 state.term(),
                 state.command_sequence_number(),
                 state.command_age(),

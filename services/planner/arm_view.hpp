@@ -27,7 +27,7 @@ class ArmView {
     planner::JointVector q;   ///< [rad | m]
     planner::JointVector qd;  ///< [rad/s | m/s]
     msg::ArmMode mode = msg::ArmMode::ARM_STARTING;
-    std::string reason;
+    msg::Cause cause;  ///< why it does not follow commands
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
     double command_age = 0.0;   ///< of the last command that its driver accepted [s]

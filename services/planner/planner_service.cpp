@@ -313,8 +313,9 @@ void PlannerService::plan() {
   if (rollout_policy_.looks_ahead()) progress.trying += ", looks ahead";
   const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller_.parameters().goal_tolerance;
   if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GoalState::GOAL_REACHED;
-  if (own.mode != msg::ArmMode::ARM_RUNNING && hold_reason_.empty() && !own.reason.empty() && !starved) {
-    progress.reason = "the drive does not follow: " + own.reason;
+  if (own.mode != msg::ArmMode::ARM_RUNNING && hold_reason_.empty() && own.cause.kind() != msg::CauseKind::CAUSE_NONE &&
+      !starved) {
+    progress.reason = "the drive does not follow: " + own.cause.text();
   }
   answer_clients(std::move(progress));
 }

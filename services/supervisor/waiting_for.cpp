@@ -34,13 +34,13 @@ std::string held_text(const msg::GoalStatus& goal) {
 std::string drive_text(const msg::ArmState& state) {
   switch (state.mode()) {
     case msg::ArmMode::ARM_STARTING:
-      return with("driver waits for its first command", state.reason());
+      return with("driver waits for its first command", state.cause().text());
     case msg::ArmMode::ARM_BRAKING:
-      return with("driver brakes", state.reason());
+      return with("driver brakes", state.cause().text());
     case msg::ArmMode::ARM_STOPPED:
-      return with("driver has stopped", state.reason());
+      return with("driver has stopped", state.cause().text());
     case msg::ArmMode::ARM_FAILED:
-      return with("drive failed", state.reason());
+      return with("drive failed", state.cause().text());
     case msg::ArmMode::ARM_RUNNING:
       break;
   }

@@ -5,7 +5,7 @@
 #include "planner/model/kinematics.hpp"
 #include "services/bus/convert.hpp"
 #include "services/config/obstacle_rules.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::services {
 namespace {

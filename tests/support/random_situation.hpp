@@ -6,7 +6,7 @@
 #include "planner/cell.hpp"
 #include "planner/local/random.hpp"
 #include "planner/tick.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::test {
 

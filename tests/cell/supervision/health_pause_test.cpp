@@ -63,7 +63,7 @@ TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   // Its simulated arm went on as an arm does whose commands cease, and what lay in its sockets did not move it.
   const auto first = cell_.next_state("left");
-  EXPECT_EQ(first.mode(), msg::ArmMode::ARM_STOPPED) << first.reason();
+  EXPECT_EQ(first.mode(), msg::ArmMode::ARM_STOPPED) << first.cause().text();
   for (const double speed : first.qd()) EXPECT_EQ(speed, 0.0);
   expect_arrival();
   static_cast<void>(fault_that_is_over("node_silent", "driver/left"));

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 #include "services/supervisor/fault_legacy.hpp"
@@ -48,7 +49,9 @@ class CellStatusTest : public ::testing::Test {
     msg::ArmState message;
     message.arm(arm);
     message.mode(mode);
-    message.reason(reason);
+    if (mode != msg::ArmMode::ARM_RUNNING) {
+      message.cause(make_cause(msg::CauseKind::CAUSE_COMMANDS_CEASED, arm, reason));
+    }
     message.qd({0.0, speed});
     picture_.arms.insert_or_assign(arm, Heard<msg::ArmState>{message, at(), {}});
     watch_.stream_heard(driver_node(arm), now_);

@@ -1,5 +1,5 @@
 // Who moved the arm when, as the driver's log tells it.
-#include "services/arm_driver/command_record.hpp"
+#include "services/arm_driver/driver_log.hpp"
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Who has moved the arm since when, and who was refused, as the driver's log tells it: so that a person can say
-/// afterwards who moved the arm at any time. It decides nothing.
+/// Which planner has moved the arm since when, and which was refused, as the driver's log tells it: so that a person
+/// can say afterwards which planner moved the arm at any time. It decides nothing.
 
 #include <algorithm>
 #include <bit>
@@ -11,7 +11,8 @@
 #include <string>
 #include <utility>
 
-#include "services/bus/mailbox.hpp"
+#include "services/arm_driver/command_gate.hpp"
+#include "services/bus/endpoint.hpp"
 #include "services/runtime/mandate.hpp"
 
 namespace hecaton::services {
@@ -55,6 +56,22 @@ class CommandRecord {
   };
   Commander followed_;
   std::deque<Refused> refused_;  ///< who was refused first comes first
+};
+
+/// Writes the driver's log: each change once.
+class DriverLog {
+ public:
+  void accepted(const bus::Sample<msg::ArmCommand>& sample);
+  void refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
+  /// True when the lease is another than before.
+  bool lease(const Mandate& newest);
+  void state(const msg::ArmState& state);
+
+ private:
+  CommandRecord record_;
+  bus::Clock::time_point accepted_at_{};  ///< when the command that was accepted last arrived
+  Mandate lease_;
+  msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;
 };
 
 }  // namespace hecaton::services

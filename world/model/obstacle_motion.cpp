@@ -1,4 +1,4 @@
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "world/sim/scene_checks.hpp"
+#include "world/model/scene_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
