@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "services/arm_driver/device_choice.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
@@ -47,7 +48,7 @@ int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> ty
   return run_service(
       argc, argv, "Drives one arm of a cell: follows its planner's commands, stops by itself when they cease",
       Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
-        const config::CellFile file = config::load_cell_file(options.cell);
+        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
         const int arm = find_arm(file, options.arm);
         const std::string checkpoint = options.memory.empty() ? std::string() : options.memory + ".device";
         auto device = make_device(file, arm, checkpoint, types);
@@ -139,8 +140,8 @@ void ArmDriver::publish() {
   state_.sequence_number(state_.sequence_number() + 1);
   state_.stamp_ns(std::chrono::nanoseconds(control_.measured_at().time_since_epoch()).count());
   state_.mode(control_.mode());
-  state_.q().assign(measured.q.begin(), measured.q.end());
-  state_.qd().assign(measured.qd.begin(), measured.qd.end());
+  messages::to_message(measured.q, state_.q());
+  messages::to_message(measured.qd, state_.qd());
   state_.command_sequence_number(control_.gate().sequence());
   state_.command_age(control_.command_age());
   state_.newest_term(control_.gate().lease().term);

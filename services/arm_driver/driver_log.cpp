@@ -2,26 +2,11 @@
 
 #include <chrono>
 
+#include "services/messages/names.hpp"
 #include "services/runtime/log.hpp"
 
 namespace hecaton::services {
 namespace {
-
-const char* mode_name(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return "starting";
-    case msg::ArmMode::ARM_RUNNING:
-      return "running";
-    case msg::ArmMode::ARM_BRAKING:
-      return "braking";
-    case msg::ArmMode::ARM_STOPPED:
-      return "stopped";
-    case msg::ArmMode::ARM_FAILED:
-      break;
-  }
-  return "failed";
-}
 
 Commander commander_of(const bus::Sample<msg::ArmCommand>& sample) {
   return {{sample.value.node(), sample.value.term()}, sample.writer};
@@ -65,9 +50,8 @@ bool DriverLog::lease(const Mandate& newest) {
 void DriverLog::state(const msg::ArmState& state) {
   if (mode_ == state.mode()) return;
   mode_ = state.mode();
-  log_info(
-      "arm mode",
-      {{"mode", mode_name(mode_)}, {"reason", state.cause().text()}, {"command_age_ms", state.command_age() * 1e3}});
+  log_info("arm mode",
+           {{"mode", text(mode_)}, {"reason", state.cause().text()}, {"command_age_ms", state.command_age() * 1e3}});
 }
 
 }  // namespace hecaton::services
