@@ -40,7 +40,7 @@ ArmControl::ArmControl(ArmControlSetup setup, device::ArmDevice& device)
       device_(device),
       gate_(static_cast<int>(setup_.limits.lower.size())),
       interpolator_(setup_.limits, planner::JointVector::Zero(setup_.limits.lower.size()), setup_.command_timeout),
-      order_cause_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup_.arm, "no supervisor was heard yet")) {}
+      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup_.arm, "no supervisor was heard yet")) {}
 
 ArmControl::~ArmControl() {
   device_.stop("the driver ends");
@@ -116,10 +116,9 @@ void ArmControl::stop(const planner::JointState& from) {
   reference_at_ = now_;
 }
 
-void ArmControl::order(bool run, msg::Cause why) {
-  may_run_ = run;
-  order_cause_ = std::move(why);
-  if (!run) stop(continues_from());
+void ArmControl::order(std::optional<msg::Cause> hold) {
+  hold_ = std::move(hold);
+  if (hold_) stop(continues_from());
 }
 
 // What lags behind its set-points goes on from the last of them, see ArmDevice::tracking_delay().
@@ -132,7 +131,7 @@ Judgement ArmControl::command(const msg::ArmCommand& command) {
   Judgement judgement = gate_.judge(command);
   if (judgement.verdict == Verdict::kRepeated) return judgement;
   const auto& set_point = gate_.set_point();
-  const bool follows = may_run_ && phase_ == Phase::kActive;
+  const bool follows = !hold_ && phase_ == Phase::kActive;
   if (judgement.verdict == Verdict::kAccepted && follows) {
     const bool near = interpolator_.command(set_point, continues_from());
     reference_at_ = now_;
@@ -156,7 +155,7 @@ void ArmControl::write() {
     interpolate();
     if (const auto failure = device_.write(interpolator_.reference(), setup_.valid_for)) fail(failure->text);
   }
-  mode_ = current_mode();
+  ran_ = ran_ || interpolator_.mode() == planner::DriveMode::kTracking;
 }
 
 // In steps of at most a period: a stop within one step ends where it has to.
@@ -170,17 +169,17 @@ void ArmControl::interpolate() {
   }
 }
 
-msg::ArmMode ArmControl::current_mode() const {
+msg::ArmMode ArmControl::mode() const {
   if (state_.mode == DeviceMode::kFailed) return msg::ArmMode::ARM_FAILED;
   if (interpolator_.mode() == planner::DriveMode::kTracking) return msg::ArmMode::ARM_RUNNING;
   if (interpolator_.mode() == planner::DriveMode::kStopping) return msg::ArmMode::ARM_BRAKING;
   const auto& qd = state_.measured.qd;
   if (phase_ != Phase::kActive && qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving) return msg::ArmMode::ARM_BRAKING;
-  return mode_ == msg::ArmMode::ARM_STARTING ? mode_ : msg::ArmMode::ARM_STOPPED;
+  return ran_ ? msg::ArmMode::ARM_STOPPED : msg::ArmMode::ARM_STARTING;
 }
 
 msg::Cause ArmControl::cause() const {
-  if (mode_ == msg::ArmMode::ARM_RUNNING) return {};
+  if (mode() == msg::ArmMode::ARM_RUNNING) return {};
   switch (state_.mode) {
     case DeviceMode::kFailed:
       return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, state_.text);
@@ -193,7 +192,7 @@ msg::Cause ArmControl::cause() const {
     case DeviceMode::kReady:
       break;
   }
-  if (!may_run_) return order_cause_;
+  if (hold_) return *hold_;
   if (refusal_) return *refusal_;
   if (!commanded_) return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "no command came yet");
   if (command_age() > setup_.command_timeout) {

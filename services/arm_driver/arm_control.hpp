@@ -35,8 +35,8 @@ class ArmControl {
 
   /// The device's state at `now`. Configures and activates it as far as it lets itself.
   void read(Clock::time_point now);
-  /// Whether the cell mode lets the arm run; if not, it stops because of `why`.
-  void order(bool run, msg::Cause why);
+  /// Why the cell mode holds the arm; nothing: the arm may run.
+  void order(std::optional<msg::Cause> hold);
   /// A lease that exists, see CommandGate.
   void saw(const Mandate& lease) { gate_.saw(lease); }
   /// Follows the command when it is acceptable and the order lets it. Stops when the arm is too far from it.
@@ -44,7 +44,7 @@ class ArmControl {
   /// Sends the device its next set-point.
   void write();
 
-  [[nodiscard]] msg::ArmMode mode() const { return mode_; }
+  [[nodiscard]] msg::ArmMode mode() const;
   /// Why the arm brakes, stands or has failed; CAUSE_NONE while it follows commands.
   [[nodiscard]] msg::Cause cause() const;
   /// Measured. Empty when the device has never measured anything.
@@ -65,7 +65,6 @@ class ArmControl {
   void stop(const planner::JointState& from);
   void interpolate();
   [[nodiscard]] const planner::JointState& continues_from() const;
-  [[nodiscard]] msg::ArmMode current_mode() const;
 
   ArmControlSetup setup_;
   device::ArmDevice& device_;
@@ -78,10 +77,9 @@ class ArmControl {
   Clock::time_point now_;           ///< of the last read()
   Clock::time_point reference_at_;  ///< the instant of the interpolator's reference
   Clock::time_point accepted_at_;
-  bool commanded_ = false;  ///< a command was ever accepted
-  bool may_run_ = false;
-  msg::Cause order_cause_;  ///< why it may not
-  msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;
+  bool commanded_ = false;             ///< a command was ever accepted
+  bool ran_ = false;                   ///< it ever followed a command
+  std::optional<msg::Cause> hold_;     ///< of the cell mode
   std::optional<msg::Cause> refusal_;  ///< of the last command, if it was refused
 };
 

@@ -1,5 +1,6 @@
 #include "services/arm_driver/arm_driver.hpp"
 
+#include <optional>
 #include <utility>
 
 #include "services/arm_driver/device_choice.hpp"
@@ -15,10 +16,6 @@
 namespace hecaton::services {
 namespace {
 
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
-
 /// A set-point of the driver is good for as long as a planner's, and a period more: the driver sends one in each of its
 /// periods, and a planner knows what the arm does while no set-point follows.
 ArmControlSetup control_setup(const config::CellFile& file, int arm) {
@@ -28,10 +25,10 @@ ArmControlSetup control_setup(const config::CellFile& file, int arm) {
           nanoseconds(timing.control_period + timing.driver_period)};
 }
 
-msg::Cause cause_of_order(const CellModeView& mode, const std::string& arm) {
+std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& arm) {
   switch (mode.order(arm)) {
     case ArmOrder::kRun:
-      return {};
+      return std::nullopt;
     case ArmOrder::kUnheard:
       return make_cause(msg::CauseKind::CAUSE_MODE_UNKNOWN, arm, mode.why(arm));
     case ArmOrder::kHold:
@@ -100,7 +97,7 @@ void ArmDriver::listen() {
   (void)mailbox_.take_events();
   modes_.update();
   control_.saw(modes_.view().mandate(name_));
-  control_.order(modes_.view().order(name_) == ArmOrder::kRun, cause_of_order(modes_.view(), name_));
+  control_.order(hold_of(modes_.view(), name_));
   for (const auto& sample : commands_.take()) {
     // What lay here while this process was stopped is no command any more.
     const bool current = sample.age(loop_.now()) <= command_timeout_;

@@ -27,6 +27,8 @@ planner::JointLimits limits() {
 /// A device whose failures the test decides, and the simulated arm otherwise.
 class FaultyArm final : public device::ArmDevice {
  public:
+  using Clock = device::Clock;
+
   explicit FaultyArm(device::DeviceSetup setup) {
     for (const device::DeviceType& type : device::device_types()) {
       if (type.type == "simulated") arm_ = type.make(setup);
@@ -66,7 +68,6 @@ class FaultyArm final : public device::ArmDevice {
     arm_->deactivate();
   }
 
-  using Clock = device::Clock;
   device::DeviceResult configure_fails, write_fails;
   DeviceMode mode = DeviceMode::kReady;
   std::string text;
@@ -90,7 +91,7 @@ class ArmControlTest : public testing::Test {
   void period(std::chrono::nanoseconds late = 0ns) {
     now_ += kPeriod + late;
     control_.read(now_);
-    control_.order(may_run_, cause_);
+    control_.order(may_run_ ? std::nullopt : std::optional(cause_));
     if (command_) last_ = control_.command(*command_);
     command_.reset();
     control_.write();
@@ -185,7 +186,7 @@ TEST_F(ArmControlTest, BrakesWhenTheSetPointIsFarFromTheArm) {
   EXPECT_EQ(last_.verdict, Verdict::kTooFar);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
   EXPECT_EQ(kind(), CauseKind::CAUSE_COMMAND_TOO_FAR);
-  EXPECT_EQ(text(), "the set-point is too far away: joint 1 is at 0.499 and has to be at 0.575");
+  EXPECT_EQ(text(), "the set-point is too far away: joint 1 is at 0.500 and has to be at 0.575");
   wait(0.1);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
   EXPECT_GT(control_.command_age(), 0.1) << "it was not accepted";
