@@ -38,7 +38,7 @@ class ArmControl {
   /// Why the cell mode holds the arm; nothing: the arm may run.
   void order(std::optional<msg::Cause> hold);
   /// A lease that exists, see CommandGate.
-  void saw(const Mandate& lease) { gate_.saw(lease); }
+  void saw(const ArmLease& lease) { gate_.saw(lease); }
   /// Follows the command when it is acceptable and the order lets it. Stops when the arm is too far from it.
   Judgement command(const msg::ArmCommand& command);
   /// Sends the device its next set-point.

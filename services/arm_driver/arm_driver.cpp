@@ -26,17 +26,8 @@ ArmControlSetup control_setup(const config::CellFile& file, int arm) {
 }
 
 std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& arm) {
-  switch (mode.order(arm)) {
-    case ArmOrder::kRun:
-      return std::nullopt;
-    case ArmOrder::kUnheard:
-      return make_cause(msg::CauseKind::CAUSE_MODE_UNKNOWN, arm, mode.why(arm));
-    case ArmOrder::kHold:
-      return make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, arm, mode.why(arm));
-    case ArmOrder::kStop:
-      break;
-  }
-  return make_cause(msg::CauseKind::CAUSE_STOP_ORDERED, arm, mode.why(arm));
+  if (mode.order(arm) == msg::Mode::MODE_RUN) return std::nullopt;
+  return mode.why(arm);
 }
 
 }  // namespace
@@ -96,7 +87,7 @@ void ArmDriver::run() {
 void ArmDriver::listen() {
   (void)mailbox_.take_events();
   modes_.update();
-  control_.saw(modes_.view().mandate(name_));
+  control_.saw(modes_.view().lease(name_));
   control_.order(hold_of(modes_.view(), name_));
   for (const auto& sample : commands_.take()) {
     // What lay here while this process was stopped is no command any more.
@@ -153,8 +144,9 @@ void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
   vital.heard_mode = modes_.view().number();
-  vital.detail = state_.cause().text();
-  const bool as_ordered = control_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
+  vital.cause = state_.cause();
+  const bool runs = control_.mode() == msg::ArmMode::ARM_RUNNING;
+  const bool as_ordered = runs || modes_.view().order(name_) != msg::Mode::MODE_RUN;
   vital.state = as_ordered && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
   vital.oldest_input = "ArmCommand/" + name_;
   vital.oldest_input_age = control_.command_age();

@@ -10,7 +10,7 @@
 
 #include "planner/trajectory/set_point_interpolator.hpp"
 #include "services/runtime/cause.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services {
 
@@ -32,14 +32,14 @@ class CommandGate {
   explicit CommandGate(int joints);
 
   /// Some message proved that this lease exists: commands of older terms are refused from now on.
-  void saw(const Mandate& lease) { lease_.hear(lease); }
+  void saw(const ArmLease& lease) { lease_.hear(lease); }
 
   /// Judges all but the distance to the arm: never kTooFar. On kAccepted set_point() is the command's; otherwise it
   /// stays what it was.
   [[nodiscard]] Judgement judge(const msg::ArmCommand& command);
 
   [[nodiscard]] const planner::TimedSetPoint& set_point() const { return set_point_; }
-  [[nodiscard]] const Mandate& lease() const { return lease_.newest(); }  ///< that commands must have
+  [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }  ///< that commands must have
   [[nodiscard]] std::uint64_t term() const { return term_; }              ///< of the last accepted command
   [[nodiscard]] std::uint64_t sequence() const { return sequence_; }      ///< of the last accepted command
   [[nodiscard]] std::uint64_t stale_rejected() const { return stale_rejected_; }
@@ -50,7 +50,7 @@ class CommandGate {
 
   int joints_;
   planner::TimedSetPoint set_point_;
-  NewestMandate lease_;
+  NewestArmLease lease_;
   std::uint64_t term_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t stale_rejected_ = 0;

@@ -21,13 +21,13 @@ void DriverLog::accepted(const bus::Sample<msg::ArmCommand>& sample) {
   const Commander commander = commander_of(sample);
   const auto before = record_.accepted(commander);
   if (!before) return;
-  const bool replaced = commander.mandate.planner != before->mandate.planner;
-  log_info(replaced ? "follows" : "goes on with", {{"planner", commander.mandate.planner},
-                                                   {"term", commander.mandate.term},
+  const bool replaced = commander.lease.planner != before->lease.planner;
+  log_info(replaced ? "follows" : "goes on with", {{"planner", commander.lease.planner},
+                                                   {"term", commander.lease.term},
                                                    {"process", commander.writer.text()},
-                                                   {"instead_of_term", before->mandate.term},
-                                                   {"instead_of", before->mandate.planner},
-                                                   {"gap_ms", before->mandate.term > 0 ? gap.count() : 0.0}});
+                                                   {"instead_of_term", before->lease.term},
+                                                   {"instead_of", before->lease.planner},
+                                                   {"gap_ms", before->lease.term > 0 ? gap.count() : 0.0}});
 }
 
 void DriverLog::refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement) {
@@ -40,9 +40,9 @@ void DriverLog::refused(const bus::Sample<msg::ArmCommand>& sample, const Judgem
                                   {"reason", judgement.cause.text()}});
 }
 
-bool DriverLog::lease(const Mandate& newest) {
+bool DriverLog::lease(const ArmLease& newest) {
   if (newest == lease_) return false;
-  log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
+  log_info("lease", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
   lease_ = newest;
   return true;
 }

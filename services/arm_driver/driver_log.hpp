@@ -13,13 +13,13 @@
 
 #include "services/arm_driver/command_gate.hpp"
 #include "services/bus/endpoint.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services {
 
 /// A process of a planner, and the term under which it commands.
 struct Commander {
-  Mandate mandate;
+  ArmLease lease;
   bus::EndpointId writer;  ///< of its commands: two lives of one node differ
   bool operator==(const Commander&) const = default;
 };
@@ -64,13 +64,13 @@ class DriverLog {
   void accepted(const bus::Sample<msg::ArmCommand>& sample);
   void refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
   /// True when the lease is another than before.
-  bool lease(const Mandate& newest);
+  bool lease(const ArmLease& newest);
   void state(const msg::ArmState& state);
 
  private:
   CommandRecord record_;
   bus::Clock::time_point accepted_at_{};  ///< when the command that was accepted last arrived
-  Mandate lease_;
+  ArmLease lease_;
   msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;
 };
 

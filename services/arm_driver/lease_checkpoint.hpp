@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 #include "services/runtime/mapped_file.hpp"
 
 namespace hecaton::services {
@@ -17,9 +17,9 @@ class LeaseCheckpoint {
   explicit LeaseCheckpoint(const std::string& path);
 
   /// What was remembered last.
-  [[nodiscard]] std::optional<Mandate> recall() const;
+  [[nodiscard]] std::optional<ArmLease> recall() const;
   /// Of a planner whose name is longer than 255 bytes the term alone.
-  void remember(const Mandate& lease);
+  void remember(const ArmLease& lease);
 
  private:
   struct Kept {

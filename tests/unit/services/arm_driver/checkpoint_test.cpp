@@ -32,8 +32,8 @@ class CheckpointTest : public ::testing::Test {
 
   const std::string path_ =
       (std::filesystem::temp_directory_path() / ("hecaton_checkpoint_" + std::to_string(getpid()))).string();
-  const Mandate first_{"planner/arm1@beta", 7};
-  const Mandate second_{"planner/arm1", 8};
+  const ArmLease first_{"planner/arm1@beta", 7};
+  const ArmLease second_{"planner/arm1", 8};
 };
 
 TEST_F(CheckpointTest, ANewFileHasNoLease) {
@@ -75,9 +75,9 @@ TEST_F(CheckpointTest, ALeaseSurvivesKill) {
 TEST_F(CheckpointTest, OfANameThatIsTooLongTheTermIsKept) {
   LeaseCheckpoint checkpoint(path_);
   checkpoint.remember({std::string(256, 'p'), 9});
-  EXPECT_EQ(checkpoint.recall(), (Mandate{"", 9}));
+  EXPECT_EQ(checkpoint.recall(), (ArmLease{"", 9}));
   checkpoint.remember({std::string(255, 'p'), 9});
-  EXPECT_EQ(checkpoint.recall(), (Mandate{std::string(255, 'p'), 9}));
+  EXPECT_EQ(checkpoint.recall(), (ArmLease{std::string(255, 'p'), 9}));
 }
 
 TEST_F(CheckpointTest, RefusesAFolder) {

@@ -61,7 +61,7 @@ TEST(CommandGate, ATermIsThatOfOnePlanner) {
   EXPECT_EQ(gate.judge(other).verdict, Verdict::kAccepted);
   EXPECT_EQ(gate.judge(command(3, 4)).verdict, Verdict::kStaleTerm);
   EXPECT_EQ(gate.stale_rejected(), 3U);
-  EXPECT_EQ(gate.lease(), (Mandate{"planner/arm1@beta", 4}));
+  EXPECT_EQ(gate.lease(), (ArmLease{"planner/arm1@beta", 4}));
 }
 
 TEST(CommandGate, UnusableOnesChangeNothing) {
