@@ -42,7 +42,7 @@ void DriverLog::refused(const bus::Sample<msg::ArmCommand>& sample, const Judgem
 
 bool DriverLog::lease(const ArmLease& newest) {
   if (newest == lease_) return false;
-  log_info("lease", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
+  log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
   lease_ = newest;
   return true;
 }
