@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planner/strategy/strategy.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 #include "planner/strategy_search/motion_problem.hpp"
 
 namespace hecaton::planner {

@@ -2,7 +2,7 @@
 
 #include <nlopt.hpp>
 
-#include "planner/strategy/coefficient_limit.hpp"
+#include "planner/methods/strategy/coefficient_limit.hpp"
 
 namespace hecaton::planner {
 namespace {

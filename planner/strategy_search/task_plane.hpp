@@ -1,7 +1,7 @@
 #pragma once
 /// The plane of one task, as the fast simulation goes in it.
 
-#include "planner/strategy/plane.hpp"
+#include "planner/methods/strategy/plane.hpp"
 #include "planner/strategy_search/flat_kernels.hpp"
 
 namespace hecaton::planner::HECATON_ISA {

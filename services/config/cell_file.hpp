@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planner/cell.hpp"
+#include "planner/methods/registry.hpp"
 #include "services/config/config_error.hpp"
 
 namespace hecaton::config {
@@ -69,10 +70,13 @@ struct CellFile {
   bool real_time = false;  ///< services' loops have real-time priority where the machine allows it
 };
 
-/// Reads, and checks that the cell can start: see check_start. Throws ConfigError.
-[[nodiscard]] CellFile load_cell_file(const std::string& path);
+/// Reads, and checks that the cell can start: see check_start. `methods`: what the key `method` may name. Throws
+/// ConfigError.
+[[nodiscard]] CellFile load_cell_file(const std::string& path,
+                                      const planner::MethodRegistry& methods = planner::built_in_methods());
 
 /// The same for a text, as if it stood in `path` (which names files relative to it, and messages).
-[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path);
+[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path,
+                                       const planner::MethodRegistry& methods = planner::built_in_methods());
 
 }  // namespace hecaton::config

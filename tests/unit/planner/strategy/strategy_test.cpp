@@ -1,4 +1,4 @@
-#include "planner/strategy/strategy.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/local/random.hpp"
-#include "planner/strategy/plane.hpp"
+#include "planner/methods/strategy/plane.hpp"
 
 namespace hecaton::planner {
 namespace {
