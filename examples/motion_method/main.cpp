@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   try {
     hecaton::planner::MethodRegistry methods = hecaton::planner::built_in_methods();
     methods.add<example::SpringMethod>();
-    const hecaton::config::CellFile file = hecaton::config::load_cell_file(argv[1], methods);
+    const hecaton::config::CellFile file = hecaton::config::load_cell_file(argv[1], {}, methods);
     hecaton::planner::BatchOptions options;
     options.tasks = 20;
     const hecaton::planner::BatchReport report = hecaton::planner::simulate_tasks(file.cell, options);

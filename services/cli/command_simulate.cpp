@@ -9,13 +9,13 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/simulation/batch.hpp"
-#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/episode_plotter.hpp"
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/task_options.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
 

@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "planner/methods/registry.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/plot_cspace.hpp"
 #include "services/cli/plot_path.hpp"
+#include "services/command_line/failure.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {

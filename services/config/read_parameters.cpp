@@ -130,8 +130,9 @@ class FileReader final : public planner::ParameterVisitor {
 
   void read_file(const YamlView& file, std::string_view needed) {
     const std::string path = beside(file.file(), file.text());
-    const YamlNode tree = read_yaml_file(path);
-    const YamlView root(tree, path, "");
+    const YamlNode tree = read_yaml_file(path, file.sources());
+    const YamlSource source{path, file.sources()};
+    const YamlView root(tree, source, "");
     const std::string arm = view_.own.at("name").name();
     for (const auto& [name, view] : root.named_items(128)) {
       if (name != arm) continue;
