@@ -5,6 +5,7 @@
 #include <span>
 
 #include "planner/goal_check.hpp"
+#include "planner/methods/registry.hpp"
 #include "planner/simulation/cell_simulation.hpp"
 #include "services/cli/episode_plotter.hpp"
 #include "services/cli/plot_cspace.hpp"
@@ -25,13 +26,13 @@ planner::Cell cell_of(const PlanQuery& query, const std::string& method) {
   planner::Cell cell;
   cell.name = query.first.arm.name;
   cell.arms.push_back(query.first);
-  cell.arms.front().select_method(method);
+  planner::PlannedArm& planned = cell.arms.front();
+  // An arm of a robot description has no methods of its own, and goes by their defaults.
+  if (!planned.select_method(method)) planned.parameters.method = planner::built_in_method(method);
   cell.scene.obstacles = standing(query, "--method " + method);
   cell.timing = query.timing;
   cell.tasks.time_limit = query.time_limit;
-  if (const auto objection = cell.arms.front().objection()) {
-    throw Failure(ExitCode::kBadInput, "--method = " + *objection);
-  }
+  if (const auto objection = planned.objection()) throw Failure(ExitCode::kBadInput, "--method = " + *objection);
   return cell;
 }
 
