@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "planner/approach.hpp"
-#include "planner/cspace/sensed_planner.hpp"
 #include "planner/local/old_news.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "planner/route.hpp"
@@ -22,14 +21,15 @@ class ArmController {
   /// `seed` makes the arm's random choices (subspaces) its own and repeatable.
   ArmController(CellGeometry geometry, LocalParameters parameters, double control_period, std::uint64_t seed);
 
-  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates. Nothing to an arm that finds
-  /// them itself, with Method::kSensedCspace; with Method::kKnownCspace what is added is never forgotten.
+  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates. An arm with a guide hands them to it.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// What one of the arm's sensors has measured; for Method::kSensedCspace.
-  void sense(const RangeScan& scan);
-  /// The arm's own C-space; null for methods without.
-  [[nodiscard]] const cspace::SensedPlanner* cspace() const { return cspace_.get(); }
+  /// What one of the arm's sensors has measured; only a guide listens.
+  void sense(const RangeScan& scan) {
+    if (guide_) guide_->sense(scan);
+  }
+  /// What the arm gathers beside its ticks; null for methods without.
+  [[nodiscard]] const MotionGuide* guide() const { return guide_.get(); }
 
   /// Empty when `q_goal` may be tried; otherwise one sentence that says why not: wrong number of joints, not finite,
   /// outside a limit, in collision with itself or with an obstacle where that is now.
@@ -92,8 +92,8 @@ class ArmController {
                        bool hold);
 
   void take_aim(const JointVector& q);
-  [[nodiscard]] TickResult tick_through_cspace(TickInput& input);
-  void stay_in_sight(const TickInput& input, TickResult& result) const;
+  [[nodiscard]] TickResult tick_by_guide(TickInput& input);
+  void stay_where_guided(const TickInput& input, TickResult& result) const;
 
   CellGeometry geometry_;
   LocalParameters parameters_;
@@ -106,7 +106,7 @@ class ArmController {
   std::optional<JointVector> aim_;  ///< of go_together()
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
-  std::unique_ptr<cspace::SensedPlanner> cspace_;
+  std::unique_ptr<MotionGuide> guide_;
 };
 
 }  // namespace hecaton::planner

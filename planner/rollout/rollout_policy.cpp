@@ -90,7 +90,7 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
       since_answer_(parameters.rollout.interval),
       since_foresight_(kForesightInterval),
       horizon_(parameters.rollout.horizon) {
-  if (parameters.method != Method::kBoundaryFollowing) parameters_.candidates = 0;
+  if (!parameters.method->traits().coordinates) parameters_.candidates = 0;
 }
 
 void RolloutPolicy::prepare(ArmController& controller) const {

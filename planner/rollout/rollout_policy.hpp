@@ -11,7 +11,7 @@ namespace hecaton::planner {
 
 class RolloutPolicy {
  public:
-  /// `seed` of the candidates that will be drawn. Only Method::kBoundaryFollowing ever asks.
+  /// `seed` of the candidates that will be drawn. Only an arm whose method coordinates ever asks.
   RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed);
 
   /// Before a period of `controller`: when a question could be asked, an arm that gets stuck is to wait for the answer.

@@ -35,7 +35,7 @@ bool may_meet(const CellGeometry& geometry, int i, double influence) {
 }  // namespace
 
 CompositePolicy::CompositePolicy(const LocalParameters& parameters, std::uint64_t seed, std::uint32_t numbers_after)
-    : after_(parameters.method == Method::kBoundaryFollowing ? parameters.route.together_after : 0.0),
+    : after_(parameters.method->traits().coordinates ? parameters.route.together_after : 0.0),
       patience_(after_),
       random_(seed),
       since_answer_(after_),

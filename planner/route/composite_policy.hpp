@@ -15,8 +15,8 @@ namespace hecaton::planner {
 
 class CompositePolicy {
  public:
-  /// `seed` of the searches. Only Method::kBoundaryFollowing takes part. `numbers_after`: own proposals get greater
-  /// numbers; who restarts must not use old ones again.
+  /// `seed` of the searches. Only an arm whose method coordinates takes part. `numbers_after`: own proposals get
+  /// greater numbers; who restarts must not use old ones again.
   CompositePolicy(const LocalParameters& parameters, std::uint64_t seed, std::uint32_t numbers_after = 0);
 
   /// After a period of `controller`, which it leads by the points of the plan while the arm takes part in one. A

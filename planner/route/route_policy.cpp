@@ -50,7 +50,7 @@ bool knows_all(const ArmController& controller, std::span<const ArmObservation> 
 }  // namespace
 
 RoutePolicy::RoutePolicy(const LocalParameters& parameters, std::uint64_t seed)
-    : after_(parameters.method == Method::kBoundaryFollowing ? parameters.route.after : 0.0),
+    : after_(parameters.method->traits().coordinates ? parameters.route.after : 0.0),
       patience_(after_),
       random_(seed),
       since_answer_(after_) {}

@@ -12,7 +12,7 @@ namespace hecaton::planner {
 
 class RoutePolicy {
  public:
-  /// `seed` of the searches. Only Method::kBoundaryFollowing ever asks.
+  /// `seed` of the searches. Only an arm whose method coordinates ever asks.
   RoutePolicy(const LocalParameters& parameters, std::uint64_t seed);
 
   /// After a period of `controller`: a question when the arm has not come nearer for long, and now and then while it

@@ -144,7 +144,7 @@ class Episode {
     for (const RangeScan& scan : scanners_[i].scan(now, drives_[i].q(), caster_, in_sight)) controllers_[i].sense(scan);
     policies_[i].prepare(controllers_[i]);
     const auto before = std::chrono::steady_clock::now();
-    const bool hold = !news_[i].knows_obstacles() && controllers_[i].cspace() == nullptr;
+    const bool hold = !news_[i].knows_obstacles() && controllers_[i].guide() == nullptr;
     results_[i] = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, news_[i].arms(),
                                        news_[i].obstacles(), hold);
     spent_[i].tick = microseconds_since(before);

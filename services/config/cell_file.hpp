@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "planner/cell.hpp"
+#include "planner/methods/registry.hpp"
 #include "planner/model/source_file.hpp"
 #include "services/config/config_error.hpp"
 
@@ -82,10 +83,12 @@ struct CellFile {
 };
 
 /// Reads, and checks that the cell can start: see check_start. `snapshot`: the folder of copies to read instead (see
-/// planner::SourceFiles). Throws ConfigError.
-[[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {});
+/// planner::SourceFiles). `methods`: what the key `method` may name. Throws ConfigError.
+[[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {},
+                                      const planner::MethodRegistry& methods = planner::built_in_methods());
 
 /// The same for a text, as if it stood in `path` (which names files relative to it, and messages).
-[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path);
+[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path,
+                                       const planner::MethodRegistry& methods = planner::built_in_methods());
 
 }  // namespace hecaton::config

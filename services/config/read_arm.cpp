@@ -6,7 +6,6 @@
 #include "services/config/arm_models.hpp"
 #include "services/config/fields.hpp"
 #include "services/config/joint_values.hpp"
-#include "services/config/method_rules.hpp"
 #include "services/config/read_network.hpp"
 #include "services/config/read_parameters.hpp"
 #include "services/config/read_sensors.hpp"
@@ -51,24 +50,10 @@ planner::JointVector read_start(const ArmView& view, const planner::Arm& arm) {
   start->fail("the name of one of the arm's poses: " + alternatives(names));
 }
 
-/// The arm's own strategy comes before the default's file.
-void read_strategy_file(const ArmView& view, planner::StrategyParameters& parameters) {
-  const auto file_of = [&](const MapView& map) -> bool {
-    const auto strategy = map.find("strategy");
-    if (!strategy) return false;
-    const MapView keys = strategy->map(section::kStrategy);
-    const auto file = keys.find("file");
-    if (file) read_strategy_file(*file, view.own.at("name").name(), parameters);
-    return file || keys.find("coefficients");
-  };
-  if (!file_of(view.own) && view.defaults) file_of(*view.defaults);
-}
-
 planner::LocalParameters read_arm_parameters(const ArmView& view, const planner::Timing& timing) {
   planner::LocalParameters parameters;
   if (view.defaults) read_parameters(*view.defaults, parameters);
   read_parameters(view.own, parameters);
-  read_strategy_file(view, parameters.strategy);
   const std::string complaint = parameters.validate();
   if (!complaint.empty()) {
     throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);
@@ -83,7 +68,8 @@ planner::LocalParameters read_arm_parameters(const ArmView& view, const planner:
   return parameters;
 }
 
-planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing, ArmModels& models) {
+planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing, const ArmSections& sections,
+                             ArmModels& models) {
   planner::PlannedArm planned;
   planned.arm.name = view.own.at("name").name();
   planned.arm.model = models.load(view);
@@ -92,10 +78,10 @@ planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing,
   read_poses(view, planned.arm);
   planned.start = read_start(view, planned.arm);
   planned.parameters = read_arm_parameters(view, timing);
+  planned.methods = read_methods(view, sections);
+  planned.select_method(read_method_name(view, sections));
   planned.sensors = read_sensors(view, *planned.arm.model);
-  if (const std::string complaint = complain_about_method(planned); !complaint.empty()) {
-    view.own.view().fail_with("method = " + complaint);
-  }
+  if (const auto objection = planned.objection()) view.own.view().fail_with("method = " + *objection);
   return planned;
 }
 
@@ -120,16 +106,17 @@ void require_unique_name(const YamlView& name, const std::vector<planner::Planne
 
 }  // namespace
 
-void read_arms(const MapView& root, CellFile& file) {
+void read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file) {
   ArmModels models;
+  const ArmSections sections(methods);
   std::optional<MapView> defaults;
-  if (const auto view = root.find("defaults")) defaults = view->map(section::kDefaults);
+  if (const auto view = root.find("defaults")) defaults = view->map(sections.defaults());
   const auto geometry = root.find("geometry");
   const planner::LinkShapes shapes = geometry ? kShapes[geometry->choice(kShapeNames)] : planner::LinkShapes::kFast;
   for (const YamlView& view : root.at("arms").items(1, kMostArms, "arms")) {
-    const ArmView arm{view.map(section::kArm), defaults};
+    const ArmView arm{view.map(sections.arm()), defaults};
     require_unique_name(arm.own.at("name"), file.cell.arms);
-    file.cell.arms.push_back(read_arm(arm, file.cell.timing, models));
+    file.cell.arms.push_back(read_arm(arm, file.cell.timing, sections, models));
     file.cell.arms.back().arm.shapes = shapes;
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.devices.push_back(read_device(arm));

@@ -74,7 +74,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       node_(planners_[place_].node),
       self_(arm),
       state_age_limit_(file.cell.arms[arm].parameters.state_age_limit),
-      by_sight_(file.cell.arms[arm].parameters.method == planner::Method::kSensedCspace),
+      by_sight_(file.cell.arms[arm].parameters.method->traits().sensor_only),
       participant_(make_participant(file, options, node_, &mailbox_)),
       modes_(participant_, &modes_mailbox_),
       arm_states_(participant_, &mailbox_),
@@ -277,9 +277,9 @@ void PlannerService::plan() {
   if (!desk_.has_active()) return;
   Progress progress =
       explain(result, controller_.approach(), controller_.geometry(), observed, obstacles, hold_reason_);
-  if (const planner::cspace::SensedPlanner* cspace = controller_.cspace();
-      cspace != nullptr && result.status == planner::TickStatus::kBlocked && !result.has_binding) {
-    if (std::string why = cspace->why_none(own.q); !why.empty()) progress.reason = std::move(why);
+  if (const planner::MotionGuide* guide = controller_.guide();
+      guide != nullptr && result.status == planner::TickStatus::kBlocked && !result.has_binding) {
+    if (auto why = guide->why_none(own.q)) progress.reason = std::move(*why);
     progress.trying = "stays until it sees a way";
   }
   const planner::Arm& arm = controller_.geometry().own_arm();

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/registry.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -111,10 +112,10 @@ TEST_F(Policy, NoneIsAskedWithoutCandidatesOrWithAnUnknownArm) {
   RolloutPolicy none(parameters_, 1);
   EXPECT_EQ(periods_until_question(none, TickStatus::kBlocked, question_), -1);
   parameters_.rollout.candidates = 4;
-  parameters_.method = Method::kLocal;
+  parameters_.method = built_in_method("local");
   RolloutPolicy constraints_alone(parameters_, 1);
   EXPECT_EQ(periods_until_question(constraints_alone, TickStatus::kBlocked, question_), -1);
-  parameters_.method = Method::kBoundaryFollowing;
+  parameters_.method = built_in_method("boundary_following");
   RolloutPolicy policy(parameters_, 1);
   arms_[1].known = false;
   EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);

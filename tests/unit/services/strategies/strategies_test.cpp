@@ -111,7 +111,7 @@ TEST_F(StrategiesTest, ACellLoadsWhatSearchWrote) {
   const config::CellFile file = config::parse_cell_file(cell, kScorbots);
   const Json best = Json::parse(search.out)["strategies"][0]["arms"];
   for (std::size_t arm = 0; arm < 2; ++arm) {
-    const planner::StrategyParameters& loaded = file.cell.arms[arm].parameters.strategy;
+    const auto loaded = planner::parameters_of<planner::StrategyParameters>(file.cell.arms[arm].methods);
     EXPECT_EQ(best[arm]["name"], file.cell.arms[arm].arm.name);
     EXPECT_EQ(loaded.coefficients, 2);
     EXPECT_EQ(loaded.strategy.coefficients[0], best[arm]["coefficients"][0].get<double>());
