@@ -26,7 +26,8 @@ ALLOWED = {
     "planner/rollout": ["planner", "planner/local", "planner/collision", "planner/model", "planner/trajectory", "world/model"],
     "planner/global": ["planner/local", "planner/collision", "planner/trajectory", "planner/model", "planner/simd", "world/model"],
     "planner/route": ["planner", "planner/global", "planner/local", "planner/collision", "planner/model", "world/model"],
-    "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
+    "planner/arm_planner": ["planner", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model", "world/model"],
+    "planner/simulation": ["planner", "planner/arm_planner", "planner/cspace", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
     "services/config": ["planner", "planner/strategy", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
@@ -34,7 +35,7 @@ ALLOWED = {
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
 }
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
-           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/route", "planner/simulation",
+           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/route", "planner/arm_planner", "planner/simulation",
            "planner/strategy", "planner/strategy_search",
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
@@ -62,8 +63,7 @@ PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "servi
         "services/supervisor/reception",
         "services/supervisor/watch_limits", "services/supervisor/leadership", "services/supervisor/succession",
         "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
-        "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch",
-        "services/planner/duty", "services/planner/recollection"]
+        "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 

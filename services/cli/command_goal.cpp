@@ -103,15 +103,21 @@ class Follower {
     std::fprintf(stderr, "%s: %s\n", options_.arm.c_str(), text.c_str());
   }
 
-  /// The supervisor knows why an arm stands that its planner would move: held, stopped, a fault.
+  /// The goal's own status does not explain why the arm stands: it is held or stopped, or a process or the drive fails.
+  [[nodiscard]] static bool stands_apart_from_goal(const msg::ArmStatus& arm) {
+    return arm.mode() != msg::Mode::MODE_RUN || !arm.driver_alive() || !arm.planner_alive() ||
+           arm.state().mode() != msg::ArmMode::ARM_RUNNING;
+  }
+
+  /// Tells what only the supervisor knows.
   void look(bus::Clock::time_point now) {
     last_look_ = now;
     msg::CellStatus cell;
     if (client_.poll_status(cell, 500ms)) {
       last_answer_ = now;
       for (const msg::ArmStatus& arm : cell.arms()) {
-        const bool of_goal = answered_ && goal_text(status_).ends_with(arm.waiting_for());  // its planner has told it
-        if (arm.arm() == options_.arm && !of_goal && !arm.waiting_for().empty()) tell(arm.waiting_for());
+        const bool untold = !answered_ || stands_apart_from_goal(arm);
+        if (arm.arm() == options_.arm && untold && !arm.waiting_for().empty()) tell(arm.waiting_for());
       }
     } else if (now > last_answer_ + kGone) {
       throw Failure(ExitCode::kUnreachable, "the cell no longer answers");

@@ -134,7 +134,7 @@ std::string axes(const ArmPlanes& planes, const SensedMap& map, const JointVecto
 
 std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std::vector<JointVector>& trace) {
   const planner::PlannedArm& planned = moment.cell.arms[arm];
-  const planner::cspace::SensedPlanner& planner = *moment.planners[arm].cspace();
+  const planner::cspace::SensedPlanner& planner = *moment.planners[arm].controller().cspace();
   const SensedMap& map = planner.map();
   const JointVector& q = moment.measured[arm];
   const Workspace workspace(planned, ArmPlanes(*planned.arm.model).angles(q)[0]);
