@@ -288,7 +288,7 @@ TEST_F(GoalManagerTest, EndsWhatThePlannerInChargeHasEnded) {
   EXPECT_FALSE(takes_cancellation()) << "the arm keeps the place that it was sent to";
 }
 
-class Restarted : public Desk {
+class Restarted : public GoalManagerTest {
  protected:
   /// A desk that knows what ours would tell its successor now.
   GoalManager successor(GoalManager::Clock::duration ago = 0s) {
