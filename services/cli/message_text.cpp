@@ -5,140 +5,9 @@
 #include <chrono>
 #include <ctime>
 
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
 
 namespace hecaton::services::cli {
-
-// No default in any switch: the compiler then tells which new value has no word yet.
-std::string text(msg::Mode mode) {
-  switch (mode) {
-    case msg::Mode::MODE_RUN:
-      return "run";
-    case msg::Mode::MODE_HOLD:
-      return "hold";
-    case msg::Mode::MODE_STOP:
-      return "stop";
-  }
-  return "unknown";
-}
-
-std::string text(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return "starting";
-    case msg::ArmMode::ARM_RUNNING:
-      return "running";
-    case msg::ArmMode::ARM_BRAKING:
-      return "braking";
-    case msg::ArmMode::ARM_STOPPED:
-      return "stopped";
-    case msg::ArmMode::ARM_FAILED:
-      return "failed";
-  }
-  return "unknown";
-}
-
-std::string text(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-      return "accepted";
-    case msg::GoalState::GOAL_ACTIVE:
-      return "active";
-    case msg::GoalState::GOAL_REACHED:
-      return "reached";
-    case msg::GoalState::GOAL_BLOCKED:
-      return "blocked";
-    case msg::GoalState::GOAL_REJECTED:
-      return "rejected";
-    case msg::GoalState::GOAL_CANCELLED:
-      return "cancelled";
-    case msg::GoalState::GOAL_REPLACED:
-      return "replaced";
-    case msg::GoalState::GOAL_TIMED_OUT:
-      return "timed_out";
-  }
-  return "unknown";
-}
-
-std::string text(msg::NodeKind kind) {
-  switch (kind) {
-    case msg::NodeKind::NODE_PLANNER:
-      return "planner";
-    case msg::NodeKind::NODE_DRIVER:
-      return "driver";
-    case msg::NodeKind::NODE_WORLD:
-      return "world";
-    case msg::NodeKind::NODE_SUPERVISOR:
-      return "supervisor";
-    case msg::NodeKind::NODE_AGENT:
-      return "agent";
-    case msg::NodeKind::NODE_CLIENT:
-      return "client";
-    case msg::NodeKind::NODE_OTHER:
-      return "other";
-  }
-  return "unknown";
-}
-
-std::string text(msg::NodeState state) {
-  switch (state) {
-    case msg::NodeState::NODE_STARTING:
-      return "starting";
-    case msg::NodeState::NODE_RUNNING:
-      return "running";
-    case msg::NodeState::NODE_DEGRADED:
-      return "degraded";
-    case msg::NodeState::NODE_STANDBY:
-      return "standby";
-    case msg::NodeState::NODE_STOPPING:
-      return "stopping";
-    case msg::NodeState::NODE_FAILED:
-      return "failed";
-  }
-  return "unknown";
-}
-
-std::string text(msg::Severity severity) {
-  switch (severity) {
-    case msg::Severity::SEVERITY_INFO:
-      return "info";
-    case msg::Severity::SEVERITY_WARNING:
-      return "warning";
-    case msg::Severity::SEVERITY_ERROR:
-      return "error";
-    case msg::Severity::SEVERITY_CRITICAL:
-      return "critical";
-  }
-  return "unknown";
-}
-
-std::string text(msg::ContactKind kind) {
-  switch (kind) {
-    case msg::ContactKind::CONTACT_ARM_ARM:
-      return "arm-arm";
-    case msg::ContactKind::CONTACT_ARM_OBSTACLE:
-      return "arm-obstacle";
-    case msg::ContactKind::CONTACT_ARM_SELF:
-      return "arm-self";
-  }
-  return "unknown";
-}
-
-bool is_final(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-    case msg::GoalState::GOAL_ACTIVE:
-    case msg::GoalState::GOAL_BLOCKED:
-      return false;
-    case msg::GoalState::GOAL_REACHED:
-    case msg::GoalState::GOAL_REJECTED:
-    case msg::GoalState::GOAL_CANCELLED:
-    case msg::GoalState::GOAL_REPLACED:
-    case msg::GoalState::GOAL_TIMED_OUT:
-      return true;
-  }
-  return false;
-}
 
 std::string binding_text(const msg::GoalStatus& goal) {
   if (!goal.has_binding()) return {};
@@ -151,8 +20,10 @@ std::string why_text(const msg::GoalStatus& goal) {
   const std::string binding = binding_text(goal);
   const bool told = why.find(binding) != std::string::npos;
   if (!told) why += why.empty() ? binding : " (" + binding + ")";
-  if (goal.blocked_duration() > 0.0) why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
-  if (!goal.recovery_action().empty() && !is_final(goal.state())) why += (why.empty() ? "" : "; ") + goal.recovery_action();
+  if (goal.blocked_duration() > 0.0)
+    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
+  if (!goal.recovery_action().empty() && !is_final(goal.state()))
+    why += (why.empty() ? "" : "; ") + goal.recovery_action();
   return why;
 }
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "planner/model/fnv1a.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/goal_state.hpp"
 
@@ -268,7 +268,7 @@ void GoalManager::tell_active(msg::GoalState state, const msg::Cause& cause, Clo
   status.priority(active.last.priority);
   status.distance_to_goal(active.last.distance);
   status.elapsed(seconds(now - active.since));
-  status.q_goal(bus::to_message(active.q_goal));
+  status.q_goal(messages::to_message(active.q_goal));
 }
 
 void GoalManager::end_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {

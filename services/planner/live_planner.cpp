@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
 
@@ -152,8 +152,8 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   if (inputs.number > 0) {
     command_.term(context.term);
     command_.sequence_number(inputs.number);
-    command_.q(bus::to_message(period.result.q));
-    command_.qd(bus::to_message(period.result.qd));
+    messages::to_message(period.result.q, command_.q());
+    messages::to_message(period.result.qd, command_.qd());
   }
   return period;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "planner/model/fnv1a.hpp"
+#include "services/messages/names.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
@@ -13,10 +14,6 @@
 
 namespace hecaton::services {
 namespace {
-
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
 
 /// Each arm draws its own subspaces, the same ones in every run.
 planner::ArmPlannerOptions planner_options(const planner::Cell& cell, int arm) {
@@ -27,28 +24,6 @@ planner::ArmPlannerOptions planner_options(const planner::Cell& cell, int arm) {
   // Milliseconds: greater than any number that this planner used before it was restarted.
   options.plan_numbers_after = static_cast<std::uint32_t>(stamp_now() / 1'000'000);
   return options;
-}
-
-const char* state_name(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-      return "accepted";
-    case msg::GoalState::GOAL_ACTIVE:
-      return "active";
-    case msg::GoalState::GOAL_REACHED:
-      return "reached";
-    case msg::GoalState::GOAL_BLOCKED:
-      return "blocked";
-    case msg::GoalState::GOAL_REJECTED:
-      return "rejected";
-    case msg::GoalState::GOAL_CANCELLED:
-      return "cancelled";
-    case msg::GoalState::GOAL_REPLACED:
-      return "replaced";
-    case msg::GoalState::GOAL_TIMED_OUT:
-      break;
-  }
-  return "timed out";
 }
 
 }  // namespace
@@ -189,7 +164,7 @@ void PlannerService::publish_statuses(Clock::time_point now) {
     const bool passing =
         status.state() == msg::GoalState::GOAL_ACTIVE || status.state() == msg::GoalState::GOAL_BLOCKED;
     (passing ? log_debug : log_info)("goal", {{"goal", status.goal()},
-                                              {"state", state_name(status.state())},
+                                              {"state", text(status.state())},
                                               {"elapsed", status.elapsed()},
                                               {"distance", status.distance_to_goal()},
                                               {"reason", status.cause().text()}});

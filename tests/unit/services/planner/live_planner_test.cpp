@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/simulation/cell_simulation.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "tests/support/corridor.hpp"
 
 namespace hecaton::services {
@@ -158,7 +158,7 @@ class Service {
       for (const world::Obstacle& obstacle : cell_.scene.obstacles) {
         msg::ObstacleShapes shapes;
         shapes.name(obstacle.name);
-        shapes.obstacle(bus::to_message(obstacle));
+        shapes.obstacle(messages::to_message(obstacle));
         EXPECT_EQ(planner_.obstacles().apply(shapes), std::nullopt);
       }
     }
@@ -198,8 +198,8 @@ class Service {
     state.sequence_number(static_cast<std::uint64_t>(stamp(time)));
     state.stamp_ns(stamp(time));
     state.mode(msg::ArmMode::ARM_RUNNING);
-    state.q(bus::to_message(q));
-    state.qd(bus::to_message(qd));
+    state.q(messages::to_message(q));
+    state.qd(messages::to_message(qd));
     state.term(1);
     state.newest_term(1);
     state.planner(node(arm));
@@ -214,7 +214,7 @@ class Service {
     status.arm(name(arm));
     status.goal(kGoal);
     status.state(seen.has_goal ? msg::GoalState::GOAL_ACTIVE : msg::GoalState::GOAL_REACHED);
-    status.q_goal(bus::to_message(seen.q_goal));
+    status.q_goal(messages::to_message(seen.q_goal));
     status.priority(seen.claim);
     EXPECT_EQ(planner_.arms().apply(status), std::nullopt);
     msg::CoupledPlanProgress progress;
@@ -250,7 +250,7 @@ class Service {
     world::ObstacleSnapshot snapshot;
     snapshot.sequence = static_cast<std::uint64_t>(stamp(time));
     snapshot.states = states;
-    msg::ObstacleStates message = bus::to_message(snapshot, cell_.scene.obstacles);
+    msg::ObstacleStates message = messages::to_message(snapshot, cell_.scene.obstacles);
     message.sequence_number(snapshot.sequence);
     message.stamp_ns(stamp(time));
     EXPECT_EQ(planner_.obstacles().apply(message, {}, time), std::nullopt);
