@@ -12,6 +12,7 @@
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
 #include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -103,12 +104,6 @@ class Follower {
     std::fprintf(stderr, "%s: %s\n", options_.arm.c_str(), text.c_str());
   }
 
-  /// The goal's own status does not explain why the arm stands: it is held or stopped, or a process or the drive fails.
-  [[nodiscard]] static bool stands_apart_from_goal(const msg::ArmStatus& arm) {
-    return arm.mode() != msg::Mode::MODE_RUN || !arm.driver_alive() || !arm.planner_alive() ||
-           arm.state().mode() != msg::ArmMode::ARM_RUNNING;
-  }
-
   /// Tells what only the supervisor knows.
   void look(bus::Clock::time_point now) {
     last_look_ = now;
@@ -116,8 +111,9 @@ class Follower {
     if (client_.poll_status(cell, 500ms)) {
       last_answer_ = now;
       for (const msg::ArmStatus& arm : cell.arms()) {
-        const bool untold = !answered_ || stands_apart_from_goal(arm);
-        if (arm.arm() == options_.arm && untold && !arm.waiting_for().empty()) tell(arm.waiting_for());
+        const msg::Cause& cause = arm.waiting_for();
+        const bool of_goal = answered_ && is_about_goal(cause.kind());  // its planner has told it
+        if (arm.arm() == options_.arm && !of_goal && !is_none(cause)) tell(cause.text());
       }
     } else if (now > last_answer_ + kGone) {
       throw Failure(ExitCode::kUnreachable, "the cell no longer answers");

@@ -32,9 +32,9 @@ std::optional<LastCommand> last_command(const std::optional<ArmView::Heard>& own
 
 }  // namespace
 
-Recollection judge_recollection(const Mandate& under, std::chrono::nanoseconds until, const Duty& duty,
+Recollection judge_recollection(const ArmLease& under, std::chrono::nanoseconds until, const Duty& duty,
                                 const std::optional<LastCommand>& last) {
-  const Mandate& newest = duty.mandate();
+  const ArmLease& newest = duty.mandate();
   if (newest.term == 0) return Recollection::kUnknown;
   // Mandates never return: no other planner can have had the arm.
   if (newest == under && duty.in_charge()) return Recollection::kCounts;
@@ -88,7 +88,7 @@ PlannerFailover::PlannerFailover(Identity identity, const std::string& checkpoin
       checkpoint_(checkpoint_in(checkpoint, joints)),
       saved_(checkpoint_ ? checkpoint_->load() : std::nullopt) {}
 
-bool PlannerFailover::hear(const Mandate& ordered) {
+bool PlannerFailover::hear(const ArmLease& ordered) {
   duty_.hear(ordered);
   return identity_.alone || duty_.in_charge();
 }

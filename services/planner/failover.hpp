@@ -17,7 +17,7 @@
 #include "services/planner/arm_view.hpp"
 #include "services/planner/goal_checkpoint.hpp"
 #include "services/planner/goal_manager.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services {
 
@@ -29,24 +29,24 @@ class Duty {
   Duty(std::string node, bool first) : node_(std::move(node)), first_(first) {}
 
   /// From a cell mode; term 0: none was heard.
-  void hear(const Mandate& mandate) { mandate_.hear(mandate); }
+  void hear(const ArmLease& mandate) { mandate_.hear(mandate); }
   /// From the state of the arm's driver: a planner that was replaced while its process slept may learn it here.
-  void hear_driver(const Mandate& mandate) { mandate_.hear_driver(mandate); }
+  void hear_driver(const ArmLease& mandate) { mandate_.hear_driver(mandate); }
 
   [[nodiscard]] bool in_charge() const {
-    const Mandate& newest = mandate_.newest();
+    const ArmLease& newest = mandate_.newest();
     if (newest.term == 0) return false;
     return newest.planner.empty() ? first_ : newest.planner == node_;
   }
   /// To be carried by commands.
   [[nodiscard]] std::uint64_t term() const { return mandate_.newest().term; }
-  [[nodiscard]] const Mandate& mandate() const { return mandate_.newest(); }
+  [[nodiscard]] const ArmLease& mandate() const { return mandate_.newest(); }
   bool operator==(const Duty&) const = default;
 
  private:
   std::string node_;
   bool first_;
-  NewestMandate mandate_;
+  NewestArmLease mandate_;
 };
 
 /// Whether what a planner that was restarted has saved of its arm's goals still counts, or another planner may have
@@ -68,7 +68,7 @@ struct LastCommand {
 constexpr std::chrono::milliseconds kTogether{250};
 
 /// `under`: the mandate under which it was saved; `until`: when it was last complete.
-[[nodiscard]] Recollection judge_recollection(const Mandate& under, std::chrono::nanoseconds until, const Duty& duty,
+[[nodiscard]] Recollection judge_recollection(const ArmLease& under, std::chrono::nanoseconds until, const Duty& duty,
                                               const std::optional<LastCommand>& last);
 
 /// What a planner does with a status that the other planner of its arm has published.
@@ -117,11 +117,11 @@ class PlannerFailover {
   PlannerFailover(Identity identity, const std::string& checkpoint, int joints);
 
   /// Between periods: from a cell mode. True when this planner is in charge.
-  bool hear(const Mandate& ordered);
+  bool hear(const ArmLease& ordered);
 
   struct News {
     Clock::time_point now;                      ///< when the period began
-    const Mandate& ordered;                     ///< by the newest cell mode
+    const ArmLease& ordered;                    ///< by the newest cell mode
     const std::optional<ArmView::Heard>& own;   ///< the last state of the arm's driver
     std::span<const msg::GoalStatus> statuses;  ///< that have arrived since the last period
   };
@@ -141,6 +141,7 @@ class PlannerFailover {
   /// Whether saved goals count is decided: goals of clients may be handled.
   [[nodiscard]] bool ready() const { return !saved_; }
   [[nodiscard]] const Duty& duty() const { return duty_; }
+  [[nodiscard]] const std::string& node() const { return identity_.node; }
 
  private:
   void judge(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now);
@@ -158,7 +159,7 @@ class PlannerFailover {
   std::optional<GoalCheckpoint::Saved> saved_;        ///< until it is known whether it still counts
   std::optional<Clock::time_point> undecided_since_;  ///< that, while this planner is in charge
   std::deque<msg::GoalStatus> waiting_;               ///< statuses that are to be judged later
-  Mandate judged_under_;                              ///< all statuses that count under it were followed
+  ArmLease judged_under_;                             ///< all statuses that count under it were followed
   bool changed_ = false;                              ///< since the last save
 };
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "services/planner/goal_manager.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 #include "services/runtime/mapped_file.hpp"
 
 namespace hecaton::services {
@@ -16,7 +16,7 @@ class GoalCheckpoint {
  public:
   struct Saved {
     GoalSnapshot snapshot;
-    Mandate mandate;            ///< under which it was saved
+    ArmLease mandate;           ///< under which it was saved
     std::int64_t stamp_ns = 0;  ///< when, on this host's steady clock
     std::int64_t until_ns = 0;  ///< when it was last complete
   };

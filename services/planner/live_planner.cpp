@@ -17,20 +17,6 @@ msg::Cause obstacles_old(std::string text) {
   return make_cause(CauseKind::CAUSE_OBSTACLES_OLD, world_node(), std::move(text));
 }
 
-CauseKind kind_of(ArmOrder order) {
-  switch (order) {
-    case ArmOrder::kUnheard:
-      return CauseKind::CAUSE_MODE_UNKNOWN;
-    case ArmOrder::kRun:
-      return CauseKind::CAUSE_NONE;
-    case ArmOrder::kHold:
-      return CauseKind::CAUSE_HOLD_ORDERED;
-    case ArmOrder::kStop:
-      break;
-  }
-  return CauseKind::CAUSE_STOP_ORDERED;
-}
-
 }  // namespace
 
 bool is_missing_input(const msg::Cause& hold) {
@@ -75,8 +61,7 @@ std::optional<msg::Cause> LivePlanner::hold(Clock::time_point now, const CellMod
   if (!hears_own_arm(now)) {
     return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " is silent");
   }
-  const ArmOrder order = mode.order(name());
-  if (order != ArmOrder::kRun) return make_cause(kind_of(order), name(), mode.why(name()));
+  if (mode.order(name()) != msg::Mode::MODE_RUN) return mode.why(name());
   return missing_obstacles(now);
 }
 
@@ -97,15 +82,18 @@ GoalQuestion LivePlanner::question(const msg::Goal& goal, Clock::time_point now)
 
 LivePlanner::OldestInput LivePlanner::oldest_input(Clock::time_point now, const CellModeView& mode) const {
   OldestInput oldest;
-  const auto consider = [&oldest](double age, const std::string& input) {
-    if (age > oldest.age) oldest = {age, input};
+  const auto consider = [&oldest](double age, const std::string& input, CauseKind kind) {
+    if (age > oldest.age) oldest = {age, input, kind};
   };
   const auto& arms = planner_.controller().geometry().arms();
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
-    if (!arms_.lost(i, now, mode)) consider(arms_.age(i, now), "ArmState/" + arms[i].name);
+    if (!arms_.lost(i, now, mode))
+      consider(arms_.age(i, now), "ArmState/" + arms[i].name, CauseKind::CAUSE_ARM_STATE_OLD);
   }
   const double never = std::numeric_limits<double>::infinity();
-  if (!sensor_only_) consider(obstacles_.known() ? obstacles_.age(now) : never, "ObstacleStates");
+  if (!sensor_only_) {
+    consider(obstacles_.known() ? obstacles_.age(now) : never, "ObstacleStates", CauseKind::CAUSE_OBSTACLES_OLD);
+  }
   return oldest;
 }
 

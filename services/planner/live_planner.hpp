@@ -49,6 +49,7 @@ class LivePlanner {
   struct OldestInput {
     double age = 0.0;  ///< [s]; infinite: never received
     std::string topic_and_key;
+    msg::CauseKind kind = msg::CauseKind::CAUSE_NONE;  ///< that it is missing or too old
   };
   /// Of all inputs that the planner needs; lost arms do not count, the planner works around them.
   [[nodiscard]] OldestInput oldest_input(Clock::time_point now, const CellModeView& mode) const;

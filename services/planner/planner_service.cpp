@@ -68,7 +68,7 @@ void PlannerService::run() {
   const auto put_in_charge = [&] {
     (void)modes_mailbox_.take_events();
     modes_.update();
-    return failover_.hear(modes_.view().mandate(arm));
+    return failover_.hear(modes_.view().lease(arm));
   };
   while (failover_.in_charge() ? loop_.next() : loop_.next(modes_mailbox_, put_in_charge)) run_period(Clock::now());
   log_info("planner ends", {{"arm", arm}});
@@ -78,7 +78,7 @@ void PlannerService::run_period(Clock::time_point now) {
   const std::vector<msg::GoalStatus> statuses = subscriptions_.update(planner_);
   (void)modes_mailbox_.take_events();
   modes_.update();
-  const Mandate ordered = modes_.view().mandate(planner_.name());
+  const ArmLease ordered = modes_.view().lease(planner_.name());
   failover_.update({.now = now, .ordered = ordered, .own = planner_.own_arm(), .statuses = statuses}, goals_);
   look_at_threads(now);
   if (failover_.ready()) handle_goals(now);
@@ -178,15 +178,18 @@ void PlannerService::beat(Clock::time_point now) {
   Vital vital;
   vital.term = mode.term();
   vital.heard_mode = mode.number();
-  vital.mandate = failover_.duty().mandate();
+  vital.lease = failover_.duty().mandate();
   vital.oldest_input_age = std::isfinite(oldest.age) ? oldest.age : 1e9;
   vital.oldest_input = oldest.topic_and_key;
   vital.state = failover_.in_charge() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
   if (starved || hanging_.any) vital.state = msg::NodeState::NODE_DEGRADED;
-  if (hanging_.any) vital.detail = *hanging_.any;
   if (starved) {
-    vital.detail += hanging_.any ? "; " : "";
-    vital.detail += hold_ ? hold_->text() : vital.oldest_input + " is old or missing";
+    vital.cause =
+        hold_ ? *hold_ : make_cause(oldest.kind, oldest.topic_and_key, oldest.topic_and_key + " is old or missing");
+  }
+  if (hanging_.any) {
+    const std::string also = starved ? "; " + vital.cause.text() : "";
+    vital.cause = make_cause(msg::CauseKind::CAUSE_NODE_SILENT, failover_.node(), *hanging_.any + also);
   }
   publishers_.heartbeat.beat(now, vital, loop_.statistics());
 }
