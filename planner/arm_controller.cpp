@@ -1,10 +1,8 @@
 #include "planner/arm_controller.hpp"
 
 #include <limits>
-#include <sstream>
 #include <utility>
 
-#include "planner/goal_check.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -32,10 +30,6 @@ void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
   scratch_.rebuild(geometry_);
 }
 
-std::string ArmController::reject_goal(const JointVector& q_goal, std::span<const world::ObstacleState> obstacles) {
-  return planner::reject_goal(geometry_, q_goal, guide_ ? std::span<const world::ObstacleState>() : obstacles);
-}
-
 void ArmController::set_goal(const JointVector& q_goal) {
   goal_ = q_goal;
   follow({});
@@ -61,12 +55,12 @@ void ArmController::follow(std::vector<JointVector> points) {
   if (!route_.under_way() && memory_.local.detour.of_route) memory_.local.detour = {};
 }
 
-void ArmController::go_together(const JointVector& q_aim) {
+void ArmController::follow_coupled_plan(const JointVector& q_aim) {
   follow({});
   aim_ = q_aim;
 }
 
-void ArmController::leave_company() {
+void ArmController::leave_coupled_plan() {
   if (!aim_) return;
   aim_.reset();
   memory_.local.detour = {};

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "planner/approach.hpp"
@@ -31,9 +30,6 @@ class ArmController {
   /// What the arm gathers beside its ticks; null for methods without.
   [[nodiscard]] const MotionGuide* guide() const { return guide_.get(); }
 
-  /// Empty when `q_goal` may be tried; otherwise one sentence that says why not: wrong number of joints, not finite,
-  /// outside a limit, in collision with itself or with an obstacle where that is now.
-  [[nodiscard]] std::string reject_goal(const JointVector& q_goal, std::span<const world::ObstacleState> obstacles);
   void set_goal(const JointVector& q_goal);
   /// Forgets the goal: brakes, stays where it comes to rest, gives way.
   void cancel_goal();
@@ -66,9 +62,9 @@ class ArmController {
   [[nodiscard]] const Route& route() const { return route_; }
   /// From the next period on the arm goes to q_aim, and stays there, with or without a goal of its own; it makes room
   /// for nobody, and leaves its route.
-  void go_together(const JointVector& q_aim);
+  void follow_coupled_plan(const JointVector& q_aim);
   /// It finds its own way again.
-  void leave_company();
+  void leave_coupled_plan();
 
   /// Has a goal and has not been there yet; as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
@@ -103,7 +99,7 @@ class ArmController {
   std::optional<JointVector> goal_;
   Approach approach_;
   Route route_;
-  std::optional<JointVector> aim_;  ///< of go_together()
+  std::optional<JointVector> aim_;  ///< of follow_coupled_plan()
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
   std::unique_ptr<MotionGuide> guide_;

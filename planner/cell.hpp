@@ -89,4 +89,21 @@ struct Cell {
   Timing timing;
 };
 
+/// Of all arms, in the cell's order.
+[[nodiscard]] inline std::vector<Arm> arms_of(const Cell& cell) {
+  std::vector<Arm> arms;
+  for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+  return arms;
+}
+[[nodiscard]] inline std::vector<std::string> names_of(const Cell& cell) {
+  std::vector<std::string> names;
+  for (const PlannedArm& planned : cell.arms) names.push_back(planned.arm.name);
+  return names;
+}
+[[nodiscard]] inline std::vector<LocalParameters> parameters_of(const Cell& cell) {
+  std::vector<LocalParameters> parameters;
+  for (const PlannedArm& planned : cell.arms) parameters.push_back(planned.parameters);
+  return parameters;
+}
+
 }  // namespace hecaton::planner

@@ -31,7 +31,7 @@ enum class TickStatus : std::uint8_t {
   kMoving,      ///< the local planner makes progress
   kFollowing,   ///< follows a boundary
   kDetouring,   ///< goes by a way-point
-  kTogether,    ///< goes with others by a composite plan
+  kTogether,    ///< goes with others by a coupled plan
   kRouted,      ///< goes by the points of a planned route
   kYielding,    ///< makes room for an arm that has the right of way: see `yields_to`
   kBlocked,     ///< no progress for now: see `binding`

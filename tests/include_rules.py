@@ -34,7 +34,8 @@ ALLOWED = {
                         "world/model"],
     "planner/global": ["planner/local", "planner/collision", "planner/trajectory", "planner/model", "planner/simd", "world/model"],
     "planner/route": ["planner", "planner/methods", "planner/global", "planner/local", "planner/collision", "planner/model", "world/model"],
-    "planner/simulation": ["planner", "planner/methods", "planner/methods/strategy", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
+    "planner/arm_planner": ["planner", "planner/methods", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model", "world/model"],
+    "planner/simulation": ["planner", "planner/arm_planner", "planner/methods", "planner/methods/strategy", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl"],
     "services/messages": ["idl", "planner/model", "world/model"],
@@ -43,7 +44,7 @@ ALLOWED = {
     "services/arm_driver/devices": ["planner/model", "planner/trajectory", "planner/simulation", "services/runtime"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
     "services/command_line": ["services/config", "services/runtime", "world/model"],
-    "services/strategies": ["services/command_line", "services/config", "planner", "planner/strategy_search"],
+    "services/strategies": ["services/command_line", "services/config", "planner", "planner/model", "planner/strategy_search"],
 }
 # What every service may include, and what each needs beside it.
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime"]
@@ -52,8 +53,8 @@ BESIDE = {
     "supervisor": ["services/messages", "planner/trajectory"],
     "arm_driver": ["services/messages", "services/arm_driver/devices", "planner/model", "planner/trajectory"],
     "world": ["services/messages", "planner", "planner/model", "planner/simulation", "world/model", "world/sim"],
-    "planner": ["services/messages", "planner", "planner/collision", "planner/local", "planner/model", "planner/rollout",
-                "planner/route", "world/model"],
+    "planner": ["services/messages", "planner", "planner/arm_planner", "planner/collision", "planner/local", "planner/methods",
+                "planner/model", "planner/rollout", "planner/route", "world/model"],
     "cli": ["services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
             "planner/methods/potential_field", "planner/simulation", "planner/trajectory", "world/model", "world/sim"],
 }
@@ -83,8 +84,7 @@ PURE = ["services/runtime/cause", "services/runtime/orders", "services/superviso
         "services/supervisor/reception",
         "services/supervisor/watch_limits", "services/supervisor/failover/leadership",
         "services/supervisor/failover/planner_failover",
-        "services/runtime/arm_lease", "services/runtime/node_name", "services/runtime/turn_watch",
-        "services/planner/duty", "services/planner/recollection"]
+        "services/runtime/arm_lease", "services/runtime/node_name", "services/runtime/turn_watch"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 

@@ -76,8 +76,7 @@ std::vector<world::Obstacle> draw_clutter(const Clutter& clutter, Random& random
 
 struct TaskGenerator::Impl {
   explicit Impl(const Cell& task_cell) : cell(task_cell) {
-    std::vector<Arm> arms;
-    for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+    const std::vector<Arm> arms = arms_of(cell);
     for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
       geometries.emplace_back(arms, i).set_obstacles(cell.scene.obstacles);
     }

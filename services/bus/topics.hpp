@@ -51,8 +51,8 @@ struct TopicInfo {
         .instances = 4096, .retained = 256)                                                                            \
   TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "planner cli clients supervisor", .reliable = true, \
         .transient_local = true, .instances = 4096, .retained = 8)                                                     \
-  TOPIC(CompositePlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                  \
-  TOPIC(CompositeProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,              \
+  TOPIC(CoupledPlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                    \
+  TOPIC(CoupledPlanProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,            \
         .heartbeat = 5ms)                                                                                              \
   TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms)                               \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \

@@ -104,7 +104,7 @@ class Follower {
     std::fprintf(stderr, "%s: %s\n", options_.arm.c_str(), text.c_str());
   }
 
-  /// The supervisor knows why an arm stands that its planner would move: held, stopped, a fault.
+  /// Tells what only the supervisor knows.
   void look(bus::Clock::time_point now) {
     last_look_ = now;
     msg::CellStatus cell;

@@ -87,7 +87,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.extra["subspaces_drawn"] = batch.redraws;
   report.extra["yielding_ticks"] = batch.yielding_ticks;
   report.extra["routes"] = batch.routes;
-  report.extra["composite_plans"] = batch.composites;
+  report.extra["coupled_plans"] = batch.coupled_plans;
   const planner::Chatter& chatter = batch.chatter;
   report.chatter = ChatterReport{chatter.turns_per_second(), chatter.quick_per_second(), chatter.joint_time};
   return report;

@@ -67,15 +67,18 @@ void keep_path(const std::vector<JointVector>& path, planner::global::Plan& plan
   for (std::size_t i = 1; i < path.size(); ++i) plan.length += (path[i] - path[i - 1]).norm();
 }
 
-/// Who only senses is not told that something unknown is where it shall go.
+/// A method that knows obstacles by its sensors alone: only limits and the arm itself refuse its goal.
 void refuse_ends(const PlanQuery& query, const planner::global::Validity& validity, bool sensor_only,
                  const JointVector& goal, planner::global::Plan& plan) {
   if (plan.reason = planner::global::reject(validity, "start", query.start); !plan.reason.empty()) {
     plan.status = PlanStatus::kStartInvalid;
     return;
   }
-  plan.reason = sensor_only ? planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {})
-                            : planner::global::reject(validity, "goal", query.goal);
+  if (!sensor_only) {
+    plan.reason = planner::global::reject(validity, "goal", query.goal);
+  } else if (const auto rejection = planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {})) {
+    plan.reason = rejection->text;
+  }
   if (!plan.reason.empty()) plan.status = PlanStatus::kGoalInvalid;
 }
 
@@ -99,9 +102,9 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
   planner::EpisodeOptions options;
   options.seed = seed;
   options.observe = [&](double time, const planner::CellConfiguration& measured,
-                        std::span<const planner::ArmController> planners) {
+                        std::span<const planner::ArmPlanner> planners) {
     gone.push_back(measured[0]);
-    const planner::cspace::SensedPlanner& way = *cspace_of(planners[0]);
+    const planner::cspace::SensedPlanner& way = *cspace_of(planners[0].controller());
     plan.iterations = static_cast<std::uint64_t>(way.searches());
     plan.nodes = static_cast<int>(way.map().points().size());
     plan.reason = way.why_none(measured[0]).value_or("");

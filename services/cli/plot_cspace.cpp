@@ -138,7 +138,7 @@ const planner::cspace::SensedPlanner* cspace_of(const planner::ArmController& co
 
 std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std::vector<JointVector>& trace) {
   const planner::PlannedArm& planned = moment.cell.arms[arm];
-  const planner::cspace::SensedPlanner& planner = *cspace_of(moment.planners[arm]);
+  const planner::cspace::SensedPlanner& planner = *cspace_of(moment.planners[arm].controller());
   const SensedMap& map = planner.map();
   const JointVector& q = moment.measured[arm];
   const Workspace workspace(planned, ArmPlanes(*planned.arm.model).angles(q)[0]);

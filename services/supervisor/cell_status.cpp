@@ -34,8 +34,8 @@ std::string binding_text(const msg::GoalStatus& goal) {
 }
 
 std::string held_text(const msg::GoalStatus& goal) {
-  if (goal.held_for() < 1.0) return {};
-  return ", for " + std::to_string(std::lround(goal.held_for())) + " s";
+  if (goal.blocked_duration() < 1.0) return {};
+  return ", for " + std::to_string(std::lround(goal.blocked_duration())) + " s";
 }
 
 /// What the drive says of itself; empty while it follows commands.
@@ -253,19 +253,19 @@ std::string goal_text(const msg::GoalStatus& goal) {
     case msg::GoalState::GOAL_ACCEPTED:
       return "goal " + goal.goal() + " accepted, not begun";
     case msg::GoalState::GOAL_ACTIVE:
-      return with(goal.trying(), goal.reason()) + binding_text(goal) + held_text(goal);
+      return with(goal.recovery_action(), goal.cause().text()) + binding_text(goal) + held_text(goal);
     case msg::GoalState::GOAL_BLOCKED:
-      return with("blocked", goal.reason()) + binding_text(goal) + held_text(goal);
+      return with("blocked", goal.cause().text()) + binding_text(goal) + held_text(goal);
     case msg::GoalState::GOAL_REACHED:
       return "a goal; the last was reached";
     case msg::GoalState::GOAL_REJECTED:
-      return with("a goal; the last was rejected", goal.reason());
+      return with("a goal; the last was rejected", goal.cause().text());
     case msg::GoalState::GOAL_CANCELLED:
       return "a goal; the last was cancelled";
     case msg::GoalState::GOAL_REPLACED:
       return "the goal that replaced " + goal.goal();
     case msg::GoalState::GOAL_TIMED_OUT:
-      return with("a goal; the last timed out", goal.reason());
+      return with("a goal; the last timed out", goal.cause().text());
   }
   return {};
 }

@@ -52,9 +52,7 @@ struct Situation {
 };
 
 inline planner::CellGeometry geometry_of(const planner::Cell& cell, int self) {
-  std::vector<planner::Arm> arms;
-  for (const auto& planned : cell.arms) arms.push_back(planned.arm);
-  planner::CellGeometry geometry(arms, self);
+  planner::CellGeometry geometry(arms_of(cell), self);
   geometry.set_obstacles(cell.scene.obstacles);
   return geometry;
 }

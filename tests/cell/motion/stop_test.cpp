@@ -70,7 +70,7 @@ TEST_F(MotionStop, HoldStopsTheArmAndRunLetsItGoOnToTheSameGoal) {
   set_mode(msg::Mode::MODE_HOLD, 1, "somebody opened the door");
   ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
   EXPECT_EQ(arm()->cause().text(), "the cell is held: somebody opened the door");
-  ASSERT_TRUE(await([&] { return status("g")->reason() == "the cell is held: somebody opened the door"; }));
+  ASSERT_TRUE(await([&] { return status("g")->cause().text() == "the cell is held: somebody opened the door"; }));
   EXPECT_EQ(status("g")->state(), msg::GoalState::GOAL_ACTIVE);
   set_mode(msg::Mode::MODE_RUN, 1);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
@@ -93,7 +93,7 @@ TEST_F(MotionStop, ThePlannerStopsForASilentWorldSaysSoAndGoesOnWithTheNext) {
   move_away("g");
   world.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
-  EXPECT_EQ(status("g")->reason(), "the world is silent");
+  EXPECT_EQ(status("g")->cause().text(), "the world is silent");
   EXPECT_FALSE(moves());
   start_world();
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
@@ -114,7 +114,7 @@ TEST_F(MotionStopOfTwo, AnArmWhoseNeighbourFallsSilentStopsSaysSoAndGoesOnWhenIt
   ASSERT_TRUE(await([&] { return moves("arm1"); }));
   neighbour.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
-  EXPECT_EQ(status("g")->reason().find("the last state of arm arm2 is "), 0U) << status("g")->reason();
+  EXPECT_EQ(status("g")->cause().text().find("the last state of arm arm2 is "), 0U) << status("g")->cause().text();
   EXPECT_FALSE(moves("arm1"));
   start_driver("arm2");
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));

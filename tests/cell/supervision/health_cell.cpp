@@ -159,7 +159,7 @@ msg::GoalStatus HealthCell::await_goal(const std::string& goal,
     }
     static_cast<void>(goal_news_.wait_for_data(1s));
   }
-  give_up("no such news of goal " + goal + "; last: " + std::to_string(last.state()) + ' ' + last.reason());
+  give_up("no such news of goal " + goal + "; last: " + std::to_string(last.state()) + ' ' + last.cause().text());
 }
 
 msg::ArmState HealthCell::next_state(const std::string& arm) {

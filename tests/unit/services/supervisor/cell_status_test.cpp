@@ -115,7 +115,7 @@ TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
 
 TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   auto blocked = goal(1, "g1", msg::GoalState::GOAL_BLOCKED);
-  blocked.value.reason("no way for now");
+  blocked.value.cause(make_cause(msg::CauseKind::CAUSE_WAY_BLOCKED, "pallet", "no way for now"));
   blocked.value.has_binding(true);
   blocked.value.binding_own("left/forearm");
   blocked.value.binding_other("pallet");
