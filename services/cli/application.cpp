@@ -10,6 +10,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "services/cli/cell_access.hpp"
 #include "services/cli/choice_option.hpp"
 #include "services/cli/command_line_shape.hpp"
 #include "services/cli/commands.hpp"
@@ -145,6 +146,9 @@ ExitCode run_application(int argc, const char* const* argv) {
     if (const std::string bad = number_like_an_option(*app); !bad.empty()) return complain(ExitCode::kBadInput, bad);
     return complain(ExitCode::kUsage, usage_sentence(*app, error));
   } catch (const Failure& failure) {
+    return complain(failure.code(), failure.what());
+  } catch (const Error& error) {
+    const Failure failure = failure_of(error);
     return complain(failure.code(), failure.what());
   } catch (const std::exception& error) {
     return complain(ExitCode::kBadInput, error.what());

@@ -1,17 +1,17 @@
 /// hecaton obstacle add|move|remove, attach, detach: edits of the world while it runs.
 
+#include <cstdio>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
 #include "services/bus/convert.hpp"
-#include "services/cli/client.hpp"
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/document.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/obstacle_options.hpp"
 #include "services/cli/quantities.hpp"
-#include "services/config/obstacle_rules.hpp"
+#include "services/client/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -21,15 +21,12 @@ constexpr const char* kRejections =
     "the "
     "tool. Exit code 1: the world rejects the edit, and nothing has changed.";
 
-using Check = std::function<void(const msg::CellStatus&)>;
-
-/// `check` sees the cell first and refuses what is plainly wrong; `done` says what was done.
-ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const Check& check,
-              const std::string& done) {
-  Client client(settings);
-  check(client.status());
-  const msg::WorldEditReply reply = client.edit(request);
-  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+/// The world alone judges and carries out edits: no supervisor is needed.
+ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const std::string& done) {
+  const msg::WorldEditReply reply = connect(settings)->edit(request, answer_limit(settings));
+  const Cause cause = client::to_public(reply);
+  if (!reply.done()) throw Rejected(cause);
+  if (cause) std::fprintf(stderr, "done, but %s\n", cause.text.c_str());
   print(settings, {{"done", true}, {"name", request.name()}, {"edition", reply.edition()}}, done + "\n");
   return ExitCode::kDone;
 }
@@ -41,17 +38,6 @@ msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
   return request;
 }
 
-void require_new_name(const msg::CellStatus& cell, const std::string& name) {
-  std::vector<std::string> arms;
-  std::vector<std::string> obstacles;
-  for (const msg::ArmStatus& arm : cell.arms()) arms.push_back(arm.arm());
-  for (const msg::ObstacleStatus& obstacle : cell.obstacles()) obstacles.push_back(obstacle.name());
-  if (const auto complaint = config::complain_about_name(name, arms, obstacles)) {
-    throw Failure(ExitCode::kBadInput,
-                  "cell '" + cell.cell() + "': NAME = " + complaint->value + " must be " + complaint->must_be);
-  }
-}
-
 void add_obstacle_add(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("add", "Adds an obstacle");
   auto options = std::make_shared<ObstacleOptions>();
@@ -61,8 +47,7 @@ void add_obstacle_add(CLI::App& app, Session& session) {
     session.action = [&session, obstacle] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
       request.obstacle(bus::to_message(obstacle));
-      const auto new_name = [&](const msg::CellStatus& cell) { require_new_name(cell, obstacle.name); };
-      return edit(session.settings, request, new_name, "added " + obstacle.name);
+      return edit(session.settings, request, "added " + obstacle.name);
     };
   });
 }
@@ -77,8 +62,7 @@ void add_obstacle_move(CLI::App& app, Session& session) {
     session.action = [&session, name, pose] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_MOVE, *name);
       request.X_WO(bus::to_message(pose_of(*pose)));
-      return edit(
-          session.settings, request, [&](const auto& cell) { require_obstacle(cell, *name); }, "moved " + *name);
+      return edit(session.settings, request, "moved " + *name);
     };
   });
 }
@@ -89,9 +73,7 @@ void add_obstacle_remove(CLI::App& app, Session& session) {
   command->add_option("NAME", *name, "the obstacle")->required();
   command->callback([&session, name] {
     session.action = [&session, name] {
-      return edit(
-          session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name),
-          [&](const auto& cell) { require_obstacle(cell, *name); }, "removed " + *name);
+      return edit(session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name), "removed " + *name);
     };
   });
 }
@@ -107,14 +89,8 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
     session.action = [&session, arm, object, kind] {
       msg::WorldEditRequest request = request_for(kind, *object);
       request.arm(*arm);
-      const auto check = [&](const msg::CellStatus& cell) {
-        static_cast<void>(require_arm(cell, *arm));
-        require_obstacle(cell, *object);
-        if (kind == msg::EditKind::EDIT_DETACH) require_carried(cell, *arm, *object);
-      };
-      return edit(
-          session.settings, request, check,
-          kind == msg::EditKind::EDIT_ATTACH ? *arm + " carries " + *object : *arm + " has let go of " + *object);
+      const bool attach = kind == msg::EditKind::EDIT_ATTACH;
+      return edit(session.settings, request, *arm + (attach ? " carries " : " has let go of ") + *object);
     };
   });
 }

@@ -113,12 +113,12 @@ class Run {
   }
 
   void look_on(RunningCell& cell) {
-    SupervisorNews supervisor(cell.client());
+    SupervisorNews supervisor(cell.connection());
     while (!cell.interrupted()) {
       static_cast<void>(cell.look());
       display_.cell(cell.status());
       tell_news(cell, supervisor);
-      [[maybe_unused]] const bool woken = cell.client().mailbox().wait(250ms);
+      static_cast<void>(cell.connection().wait_until([&] { return cell.interrupted(); }, 250ms));
     }
   }
 
@@ -133,11 +133,11 @@ class Run {
   }
 
   void give_tasks(RunningCell& cell) {
-    bus::Reader<msg::RefereeReport> referee(cell.client().participant(), &cell.client().mailbox());
+    bus::Reader<msg::RefereeReport> referee(cell.connection().participant(), &cell.connection().mailbox());
     RefereeAccount account;
     TickAccount ticks;
     UsageAccount usage;
-    SupervisorNews supervisor(cell.client());
+    SupervisorNews supervisor(cell.connection());
     const auto listen = [&] {
       for (const auto& sample : referee.take()) {
         if (!sample.disposed) account.update(sample.value);
@@ -158,11 +158,12 @@ class Run {
     // The referee must have judged everything that happened until now.
     listen();
     const double last = account.time();
-    const auto until = Clock::now() + 1s;
-    while (account.time() <= last && Clock::now() < until) {
-      [[maybe_unused]] const bool arrived = referee.wait_for_data(until - Clock::now());
-      listen();
-    }
+    static_cast<void>(cell.connection().wait_until(
+        [&] {
+          listen();
+          return account.time() > last;
+        },
+        1s));
     static_cast<void>(cell.look());
     ticks.update(cell.status());
 

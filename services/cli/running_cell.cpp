@@ -20,25 +20,14 @@ std::vector<std::string> agent_arguments(const config::CellFile& file, const Run
   return {file.path, "--anew", "--domain", std::to_string(options.domain), "--log-dir", options.log_folder};
 }
 
-Membership join_as_member(const config::CellFile& file, int domain) {
-  return {visit(file, domain), "DDS domain " + std::to_string(domain)};
-}
-
 }  // namespace
 
 void refuse_occupied_domain(int domain) {
-  Settings settings;
-  settings.domain = domain;
-  Client probe(join(settings), kAnswer);
-  bus::Reader<msg::Heartbeat> beats(probe.participant(), &probe.mailbox());
-  const auto until = bus::Clock::now() + kProbe;
-  while (beats.take().empty()) {
-    const auto left = until - bus::Clock::now();
-    if (left <= 0ns) return;
-    [[maybe_unused]] const bool arrived = beats.wait_for_data(left);
-  }
-  msg::CellStatus status;
-  const std::string name = probe.poll_status(status, kAnswer) ? " '" + status.cell() + "'" : "";
+  const auto probe = client::Connection::make(client::join({std::nullopt, domain}));
+  bus::Reader<msg::Heartbeat> beats(probe->participant(), &probe->mailbox());
+  if (!probe->wait_until([&] { return !beats.take().empty(); }, kProbe)) return;
+  const auto status = probe->poll_status(kAnswer);
+  const std::string name = status ? " '" + status->cell() + "'" : "";
   throw Failure(ExitCode::kBadInput, "another cell" + name + " is up in DDS domain " + std::to_string(domain) +
                                          "; end it first, or choose another domain with --domain");
 }
@@ -64,10 +53,10 @@ std::string missing_parts(const msg::CellStatus& status) {
 RunningCell::RunningCell(const config::CellFile& file, const Options& options)
     : file_(file),
       log_(options.log_folder + "/agent.log"),
-      client_(join_as_member(file, options.domain), kAnswer),
+      connection_(client::Connection::make(client::join(file, options.domain))),
       leftovers_{file, options.domain},
       agent_(agent_arguments(file, options), log_) {
-  shutdown_.wake(&client_.mailbox());
+  shutdown_.wake(&connection_->mailbox());
 }
 
 RunningCell::Leftovers::~Leftovers() {
@@ -79,11 +68,14 @@ bool RunningCell::look() {
   if (!ended.empty()) {
     throw Failure(ExitCode::kNegative, "the cell's agent " + ended + "; its log is " + log_);
   }
-  return answered_ = client_.poll_status(status_, kAnswer);
+  const auto newest = connection_->poll_status(kAnswer);
+  answered_ = newest.has_value();
+  if (answered_) status_ = *newest;
+  return answered_;
 }
 
 bool RunningCell::wait_until_up(double timeout, const std::function<void(const std::string&)>& tell) {
-  const auto until = bus::Clock::now() + seconds(timeout);
+  const auto until = client::deadline_of(Seconds(timeout));
   std::string told;
   while (!interrupted()) {
     const bool answered = look();
@@ -92,13 +84,11 @@ bool RunningCell::wait_until_up(double timeout, const std::function<void(const s
     const std::string waits = missing.empty() ? "the cell's mode to be run: " + status_.mode().reason() : missing;
     if (waits != told) tell("waiting for " + waits);
     told = waits;
-    if (bus::Clock::now() > until) {
+    if (client::Clock::now() > until) {
       throw Failure(ExitCode::kTimeOut, "the cell is not up after " + duration_text(timeout) + ": still waiting for " +
                                             waits + "; logs are beside " + log_);
     }
-    if (answered) {
-      [[maybe_unused]] const bool woken = client_.mailbox().wait(50ms);
-    }
+    if (answered) static_cast<void>(connection_->wait_until([this] { return interrupted(); }, 50ms));
   }
   return false;
 }

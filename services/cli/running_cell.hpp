@@ -2,10 +2,11 @@
 /// A cell that this process brought up on this host, from the first process to the last.
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "services/cli/child_agent.hpp"
-#include "services/cli/client.hpp"
+#include "services/client/connection.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/shutdown.hpp"
 
@@ -33,7 +34,7 @@ class RunningCell {
   [[nodiscard]] const msg::CellStatus& status() const { return status_; }
   [[nodiscard]] bool interrupted() const { return shutdown_.requested(); }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
-  [[nodiscard]] Client& client() { return client_; }
+  [[nodiscard]] client::Connection& connection() { return *connection_; }
   [[nodiscard]] ChildAgent& agent() { return agent_; }
 
  private:
@@ -46,7 +47,7 @@ class RunningCell {
 
   const config::CellFile& file_;
   std::string log_;
-  Client client_;
+  std::shared_ptr<client::Connection> connection_;
   ShutdownSignal shutdown_;
   Leftovers leftovers_;  // after the agent
   ChildAgent agent_;

@@ -1,0 +1,36 @@
+#pragma once
+/// How commands reach a running cell: the client library, and what its answers mean for exit codes.
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <hecaton/client.hpp>
+#include <idl/supervisor.h>
+
+#include "services/cli/failure.hpp"
+#include "services/cli/settings.hpp"
+#include "services/client/connection.hpp"
+
+namespace hecaton::services::cli {
+
+using Connection = std::shared_ptr<client::Connection>;
+
+[[nodiscard]] ConnectOptions place_of(const Settings& settings);
+/// How long each question, order or edit of a command may take.
+[[nodiscard]] Wait answer_limit(const Settings& settings);
+/// A connection to the cell that the settings name. Throws what hecaton::Cell::connect throws.
+[[nodiscard]] Connection connect(const Settings& settings);
+
+/// What an error of the client library is for the command line.
+[[nodiscard]] Failure failure_of(const Error& error);
+
+/// Throws Failure (bad input) that names the known ones when the cell has no such arm.
+const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm);
+void require_arms(const msg::CellStatus& status, const std::vector<std::string>& arms);
+
+/// What `status` means for a command that waits for the goal to be reached.
+[[nodiscard]] ExitCode outcome_code(const msg::GoalStatus& status);
+
+}  // namespace hecaton::services::cli
