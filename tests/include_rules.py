@@ -39,6 +39,8 @@ SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planne
            "world/model", "world/sim"]
 for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
     ALLOWED[f"services/{service}"] = SERVICE
+ALLOWED["services/client"] = ["idl", "services/bus", "services/config", "services/runtime", "world/model"]
+ALLOWED["services/cli"] = [*SERVICE, "services/client"]
 
 # third-party header → the only places that may include it
 ONLY_IN = {

@@ -12,6 +12,7 @@
 /// value (Outcome), never an exception.
 
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -129,6 +130,9 @@ class HECATON_API Arm {
   /// has the outcome kRejected.
   Goal go_to(const std::string& named, const GoalOptions& options = {}) const;
   Goal go_to(const std::vector<double>& q, const GoalOptions& options = {}) const;
+  Goal go_to(std::initializer_list<double> q, const GoalOptions& options = {}) const {
+    return go_to(std::vector<double>(q), options);
+  }
   Goal go_to(const Pose& tool, const GoalOptions& options = {}) const;
 
   /// As last measured, with its age; the first call waits until a state has arrived. Throws Unreachable: no driver of
