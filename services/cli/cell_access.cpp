@@ -1,5 +1,7 @@
 #include "services/cli/cell_access.hpp"
 
+#include <utility>
+
 namespace hecaton::services::cli {
 namespace {
 
@@ -55,6 +57,16 @@ Failure failure_of(const Error& error) {
   if (dynamic_cast<const NoAnswer*>(&error) != nullptr) return {ExitCode::kTimeOut, error.what()};
   if (dynamic_cast<const Interrupted*>(&error) != nullptr) return {ExitCode::kNegative, error.what()};
   return {ExitCode::kBadInput, error.what()};
+}
+
+std::function<ExitCode()> on_cell(std::function<ExitCode()> action) {
+  return [action = std::move(action)] {
+    try {
+      return action();
+    } catch (const Error& error) {
+      throw failure_of(error);
+    }
+  };
 }
 
 const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm) {

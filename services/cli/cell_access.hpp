@@ -1,6 +1,7 @@
 #pragma once
 /// How commands reach a running cell: the client library, and what its answers mean for exit codes.
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -9,8 +10,8 @@
 #include <hecaton/client.hpp>
 #include <idl/supervisor.h>
 
-#include "services/cli/failure.hpp"
-#include "services/cli/settings.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/settings.hpp"
 #include "services/client/connection.hpp"
 
 namespace hecaton::services::cli {
@@ -25,6 +26,8 @@ using Connection = std::shared_ptr<client::Connection>;
 
 /// What an error of the client library is for the command line.
 [[nodiscard]] Failure failure_of(const Error& error);
+/// The same action, whose errors of the client library are Failures.
+[[nodiscard]] std::function<ExitCode()> on_cell(std::function<ExitCode()> action);
 
 /// Throws Failure (bad input) that names the known ones when the cell has no such arm.
 const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm);

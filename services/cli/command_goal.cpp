@@ -5,12 +5,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -46,7 +47,7 @@ void fill(msg::Goal& goal, const Options& options) {
     goal.named(options.named);
   } else {
     goal.kind(msg::GoalKind::GOAL_POSE);
-    goal.X_WT(bus::to_message(pose_of(options.pose)));
+    goal.X_WT(messages::to_message(pose_of(options.pose)));
   }
 }
 
@@ -161,7 +162,7 @@ void add_goal(CLI::App& app, Session& session) {
                86400.0);
   command->footer("Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");
   command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+      [&session, options] { session.action = on_cell([&session, options] { return run(session.settings, *options); }); });
 }
 
 }  // namespace hecaton::services::cli

@@ -9,6 +9,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -49,7 +50,7 @@ void add_mode(CLI::App& app, Session& session, const char* name, const char* des
   auto arms = std::make_shared<std::vector<std::string>>();
   command->add_option("ARM", *arms, "names of arms; none: the whole cell");
   command->callback([&session, arms, kind] {
-    session.action = [&session, arms, kind] { return run(session.settings, kind, *arms); };
+    session.action = on_cell([&session, arms, kind] { return run(session.settings, kind, *arms); });
   });
 }
 

@@ -5,13 +5,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/document.hpp"
 #include "services/cli/obstacle_options.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/client/convert.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -44,11 +44,11 @@ void add_obstacle_add(CLI::App& app, Session& session) {
   add_obstacle_options(*command, *options);
   command->callback([&session, options] {
     const world::Obstacle obstacle = make_obstacle(*options);
-    session.action = [&session, obstacle] {
+    session.action = on_cell([&session, obstacle] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
-      request.obstacle(bus::to_message(obstacle));
+      request.obstacle(messages::to_message(obstacle));
       return edit(session.settings, request, "added " + obstacle.name);
-    };
+    });
   });
 }
 
@@ -59,11 +59,11 @@ void add_obstacle_move(CLI::App& app, Session& session) {
   command->add_option("NAME", *name, "the obstacle")->required();
   add_pose(*command, "--pose", *pose, kPoseHelp)->required();
   command->callback([&session, name, pose] {
-    session.action = [&session, name, pose] {
+    session.action = on_cell([&session, name, pose] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_MOVE, *name);
-      request.X_WO(bus::to_message(pose_of(*pose)));
+      request.X_WO(messages::to_message(pose_of(*pose)));
       return edit(session.settings, request, "moved " + *name);
-    };
+    });
   });
 }
 
@@ -72,9 +72,9 @@ void add_obstacle_remove(CLI::App& app, Session& session) {
   auto name = std::make_shared<std::string>();
   command->add_option("NAME", *name, "the obstacle")->required();
   command->callback([&session, name] {
-    session.action = [&session, name] {
+    session.action = on_cell([&session, name] {
       return edit(session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name), "removed " + *name);
-    };
+    });
   });
 }
 
@@ -86,12 +86,12 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
   command->add_option("OBJECT", *object, "name of the obstacle")->required();
   command->footer(kRejections);
   command->callback([&session, arm, object, kind] {
-    session.action = [&session, arm, object, kind] {
+    session.action = on_cell([&session, arm, object, kind] {
       msg::WorldEditRequest request = request_for(kind, *object);
       request.arm(*arm);
       const bool attach = kind == msg::EditKind::EDIT_ATTACH;
       return edit(session.settings, request, *arm + (attach ? " carries " : " has let go of ") + *object);
-    };
+    });
   });
 }
 

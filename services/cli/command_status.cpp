@@ -6,9 +6,9 @@
 
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services::cli {
@@ -83,9 +83,9 @@ void add_view(CLI::App& app, Session& session, const View& view) {
   command->add_flag("-w,--watch", options->watch, "show it again and again, in place on a terminal, until Ctrl-C");
   add_duration(*command, "--interval", options->interval, "time between two looks (500ms)", 0.01, 3600.0);
   command->callback([&session, options, view] {
-    session.action = [&session, options, view] {
+    session.action = on_cell([&session, options, view] {
       return options->watch ? watch(session.settings, view, options->interval) : show(session.settings, view);
-    };
+    });
   });
 }
 

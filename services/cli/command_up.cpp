@@ -7,12 +7,11 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "services/cli/cell_access.hpp"
 #include "services/cli/cell_account.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/log_folder.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
 #include "services/cli/status_json.hpp"
@@ -20,6 +19,8 @@
 #include "services/cli/supervisor_news.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/cli/task_rounds.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/options.hpp"
 
@@ -254,7 +255,7 @@ void add_up(CLI::App& app, Session& session) {
       "Exit code with --tasks: 0 when all were reached without contact, otherwise 1. Contacts and separations are the "
       "referee's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
   command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+      [&session, options] { session.action = on_cell([&session, options] { return run(session.settings, *options); }); });
 }
 
 }  // namespace hecaton::services::cli

@@ -8,11 +8,12 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/cell_access.hpp"
-#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -122,7 +123,7 @@ void add_wait(CLI::App& app, Session& session) {
   add_duration(*command, "--timeout", options->timeout, "how long to wait (30s)", 0.0, 86400.0);
   command->footer("Exit code 0: one of them came; 1: the goal ended otherwise; 4: time-out.");
   command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+      [&session, options] { session.action = on_cell([&session, options] { return run(session.settings, *options); }); });
 }
 
 }  // namespace hecaton::services::cli
