@@ -5,15 +5,6 @@
 namespace hecaton::services::cli {
 namespace {
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
-    text += names[i];
-  }
-  return text.empty() ? "none" : text;
-}
-
 ExitCode code_of(CauseKind kind) {
   switch (kind) {
     case CauseKind::kUnknownName:
@@ -26,6 +17,15 @@ ExitCode code_of(CauseKind kind) {
 }
 
 }  // namespace
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text.empty() ? "none" : text;
+}
 
 ConnectOptions place_of(const Settings& settings) {
   ConnectOptions options;

@@ -18,6 +18,9 @@ namespace hecaton::services::cli {
 
 using Connection = std::shared_ptr<client::Connection>;
 
+/// "north, west and east"; "none" without names.
+[[nodiscard]] std::string listed(const std::vector<std::string>& names);
+
 [[nodiscard]] ConnectOptions place_of(const Settings& settings);
 /// How long each question, order or edit of a command may take.
 [[nodiscard]] Wait answer_limit(const Settings& settings);

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/cli/cell_access.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
 #include "services/runtime/run_folder.hpp"
@@ -42,12 +43,7 @@ std::string missing_parts(const msg::CellStatus& status) {
   }
   if (!status.has_referee()) missing.emplace_back("the referee");
   if (status.arms().empty()) missing.emplace_back("arms");
-  std::string text;
-  for (std::size_t i = 0; i < missing.size(); ++i) {
-    if (i > 0) text += i + 1 == missing.size() ? " and " : ", ";
-    text += missing[i];
-  }
-  return text;
+  return missing.empty() ? "" : listed(missing);
 }
 
 RunningCell::RunningCell(const config::CellFile& file, const Options& options)

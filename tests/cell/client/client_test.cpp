@@ -1,6 +1,8 @@
 /// The client library against a running cell of three arms.
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <future>
 #include <thread>
 
@@ -127,34 +129,6 @@ TEST_F(ClientTest, FaultsAreToldAsTheyBegin) {
   cell.on_fault({});
 }
 
-TEST_F(ClientTest, TheWorldIsEditedWhileNoSupervisorRuns) {
-  const Cell cell = connect();
-  const pid_t supervisor = processes().at("supervisor");
-  // Stopped, not killed: the agent restarts a process that ends.
-  ASSERT_TRUE(signal_process(supervisor, SIGSTOP));
-  EXPECT_THROW(static_cast<void>(cell.status(200ms)), Unreachable);
-  const Receipt added = cell.world().add("crate", Box{0.1, 0.1, 0.1}, Pose::xyz(0.0, 0.0, 2.5), Static{}, kPatience);
-  const Receipt moved = cell.world().move("crate", Pose::xyz(0.1, 0.0, 2.5), kPatience);
-  EXPECT_GE(moved.edition, added.edition);
-  const auto crate = [&]() -> std::optional<ObstacleState> {
-    for (const ObstacleState& obstacle : cell.world().obstacles(kPatience)) {
-      if (obstacle.name == "crate" && std::abs(obstacle.pose.position.x - 0.1) < 1e-9) return obstacle;
-    }
-    return std::nullopt;
-  };
-  const auto limit = std::chrono::steady_clock::now() + kPatience;
-  while (!crate()) ASSERT_LT(std::chrono::steady_clock::now(), limit);
-  cell.world().remove("crate", kPatience);
-
-  // The command line, which begins only now.
-  const Ran ran = run({"obstacle", "add", "post2", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"});
-  EXPECT_EQ(ran.code, 0) << ran.err;
-  EXPECT_EQ(run({"obstacle", "move", "post2", "--pose", "0 0 2.8 0 0 0"}).code, 0);
-  EXPECT_EQ(run({"obstacle", "remove", "nothing"}).code, 3);
-  EXPECT_EQ(run({"obstacle", "remove", "post2"}).code, 0);
-  ASSERT_TRUE(signal_process(supervisor, SIGCONT));
-}
-
 TEST_F(ClientTest, CallbacksMayNotWait) {
   const Cell cell = connect();
   const Goal goal = cell.arm("north").go_to("home", {60s});
@@ -171,6 +145,47 @@ TEST_F(ClientTest, CallbacksMayNotWait) {
   });
   EXPECT_TRUE(threw.get_future().get());
   goal.on_progress({});
+}
+
+/// An agent that restarts nothing: a process that is killed stays away.
+class WithoutSupervisor : public ClientTest {
+ protected:
+  void SetUp() override {
+    up_ = std::make_unique<Process>(std::vector<std::string>{std::string(HECATON_BIN_DIR) + "/hecaton", "agent",
+                                                             cell_file(), "--no-restart", "--domain", domain()});
+    const Cell cell = connect();
+    ASSERT_TRUE(cell.wait_until([&] { return cell.status(kPatience).mode == CellMode::kRun; }, kPatience));
+    const pid_t supervisor = processes().at("supervisor");
+    const Watched end(supervisor);
+    ASSERT_TRUE(signal_process(supervisor, SIGKILL));
+    ASSERT_TRUE(end.wait_for_end());
+  }
+  void TearDown() override { up_.reset(); }
+};
+
+TEST_F(WithoutSupervisor, ObstaclesAreEditedByTheWorldAlone) {
+  const Cell cell = connect();
+  EXPECT_THROW(static_cast<void>(cell.status(200ms)), Unreachable);
+  const World world = cell.world();
+  const Receipt added = world.add("crate", Box{0.1, 0.1, 0.1}, Pose::xyz(0.0, 0.0, 2.5), Static{}, kPatience);
+  const Receipt moved = world.move("crate", Pose::xyz(0.1, 0.0, 2.5), kPatience);
+  EXPECT_GE(moved.edition, added.edition);
+  EXPECT_THROW(static_cast<void>(world.remove("nothing", kPatience)), Rejected);
+  const auto is_moved = [&] {
+    const auto obstacles = world.obstacles(kPatience);
+    return std::any_of(obstacles.begin(), obstacles.end(), [](const ObstacleState& obstacle) {
+      return obstacle.name == "crate" && std::abs(obstacle.pose.position.x - 0.1) < 1e-9;
+    });
+  };
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  while (!is_moved()) ASSERT_LT(std::chrono::steady_clock::now(), limit);
+  world.remove("crate", kPatience);
+
+  const Ran ran = run({"obstacle", "add", "lid", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(run({"obstacle", "move", "lid", "--pose", "0 0 2.8 0 0 0"}).code, 0);
+  EXPECT_NE(run({"obstacle", "remove", "nothing"}).code, 0);
+  EXPECT_EQ(run({"obstacle", "remove", "lid"}).code, 0);
 }
 
 }  // namespace
