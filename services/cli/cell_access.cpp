@@ -51,8 +51,9 @@ Failure failure_of(const Error& error) {
   if (const auto* unreachable = dynamic_cast<const Unreachable*>(&error)) {
     const Unreachable::Reason& reason = unreachable->reason();
     const bool nowhere = !reason.what_to_do.empty();
-    return {ExitCode::kUnreachable,
-            reason.why + (nowhere ? ": start one with 'hecaton up CELL', or say where it is with --domain or --cell" : "")};
+    return {
+        ExitCode::kUnreachable,
+        reason.why + (nowhere ? ": start one with 'hecaton up CELL', or say where it is with --domain or --cell" : "")};
   }
   if (dynamic_cast<const NoAnswer*>(&error) != nullptr) return {ExitCode::kTimeOut, error.what()};
   if (dynamic_cast<const Interrupted*>(&error) != nullptr) return {ExitCode::kNegative, error.what()};

@@ -10,9 +10,9 @@
 #include <hecaton/client.hpp>
 #include <idl/supervisor.h>
 
+#include "services/client/connection.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/settings.hpp"
-#include "services/client/connection.hpp"
 
 namespace hecaton::services::cli {
 

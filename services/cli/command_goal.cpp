@@ -161,8 +161,9 @@ void add_goal(CLI::App& app, Session& session) {
   add_duration(*command, "--time-limit", options->time_limit, "after which the planner gives up (none)", 0.001,
                86400.0);
   command->footer("Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");
-  command->callback(
-      [&session, options] { session.action = on_cell([&session, options] { return run(session.settings, *options); }); });
+  command->callback([&session, options] {
+    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -25,8 +25,8 @@ constexpr const char* kRejections =
 
 using Check = std::function<void(const msg::CellStatus&)>;
 
-/// The world alone judges and carries out edits: no supervisor is needed. One that answers lets `check` name what is there
-/// instead of an unknown name.
+/// The world alone judges and carries out edits: no supervisor is needed. One that answers lets `check` name what is
+/// there instead of an unknown name.
 ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const Check& check,
               const std::string& done) {
   constexpr Seconds kGlance{0.2};

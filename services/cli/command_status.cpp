@@ -54,8 +54,7 @@ ExitCode watch(const Settings& settings, const View& view, double interval) {
   while (!shutdown.requested()) {
     std::string text = formatted(settings, view, status, palette);
     if (!answers && settings.format() == OutputFormat::kTable) {
-      text = palette.red("no answer for " +
-                         duration_text(Seconds(client::Clock::now() - answered).count()) +
+      text = palette.red("no answer for " + duration_text(Seconds(client::Clock::now() - answered).count()) +
                          "; last known:") +
              "\n" + text;
     }

@@ -254,8 +254,9 @@ void add_up(CLI::App& app, Session& session) {
   command->footer(
       "Exit code with --tasks: 0 when all were reached without contact, otherwise 1. Contacts and separations are the "
       "referee's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
-  command->callback(
-      [&session, options] { session.action = on_cell([&session, options] { return run(session.settings, *options); }); });
+  command->callback([&session, options] {
+    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -122,8 +122,9 @@ void add_wait(CLI::App& app, Session& session) {
               "outcomes, separated by commas: whichever comes first (reached)");
   add_duration(*command, "--timeout", options->timeout, "how long to wait (30s)", 0.0, 86400.0);
   command->footer("Exit code 0: one of them came; 1: the goal ended otherwise; 4: time-out.");
-  command->callback(
-      [&session, options] { session.action = on_cell([&session, options] { return run(session.settings, *options); }); });
+  command->callback([&session, options] {
+    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+  });
 }
 
 }  // namespace hecaton::services::cli

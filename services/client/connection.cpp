@@ -221,7 +221,8 @@ void Connection::note(const msg::CellStatus& status) {
 
 void Connection::refuse_in_callback() const {
   if (std::this_thread::get_id() == thread_.get_id()) {
-    throw std::logic_error("a callback of the client library may not wait: what it waits for arrives in its own thread");
+    throw std::logic_error(
+        "a callback of the client library may not wait: what it waits for arrives in its own thread");
   }
 }
 
@@ -384,7 +385,8 @@ void Connection::cancel(const GoalRecord& record) {
   goal.sequence_number(++numbers_);
   goal.stamp_ns(services::stamp_now());
   if (const auto result = goal_topics().goals.write(goal); !result) {
-    throw Unreachable({"the cancellation could not be sent: " + result.reason, {}, "the planner of '" + goal.arm() + "'"});
+    throw Unreachable(
+        {"the cancellation could not be sent: " + result.reason, {}, "the planner of '" + goal.arm() + "'"});
   }
 }
 
@@ -393,7 +395,8 @@ std::optional<msg::GoalStatus> Connection::status_of(const GoalRecord& record) c
   return record.status;
 }
 
-void Connection::set_callback(const std::shared_ptr<GoalRecord>& record, std::function<void(const Progress&)> callback) {
+void Connection::set_callback(const std::shared_ptr<GoalRecord>& record,
+                              std::function<void(const Progress&)> callback) {
   const Lock lock(mutex_);
   record->callback = std::move(callback);
   record->news = record->status.has_value();

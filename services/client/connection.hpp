@@ -141,8 +141,8 @@ class Connection {
   using Lock = std::unique_lock<std::mutex>;
 
   struct CallOptions {
-    Seconds again = kForever;           ///< without an answer for so long the request is written once more
-    Seconds others = Seconds::zero();   ///< how long to listen for more answers when several services read it
+    Seconds again = kForever;          ///< without an answer for so long the request is written once more
+    Seconds others = Seconds::zero();  ///< how long to listen for more answers when several services read it
   };
   explicit Connection(Membership membership);
   /// The answers that came; none within the limit. Throws Interrupted.

@@ -24,10 +24,10 @@ class ClientTest : public LiveCell {
 };
 
 TEST_F(ClientTest, GoalsReportProgressAndOutcome) {
-  const Cell cell = connect();
-  const Goal goal = cell.arm("north").go_to("ready", {60s});
   std::promise<Progress> first;
   std::atomic<int> calls = 0;
+  const Cell cell = connect();
+  const Goal goal = cell.arm("north").go_to("ready", {60s});
   goal.on_progress([&](const Progress& progress) {
     if (calls++ == 0) first.set_value(progress);
   });
@@ -116,9 +116,9 @@ TEST_F(ClientTest, OrdersAndStatusAgree) {
 }
 
 TEST_F(ClientTest, FaultsAreToldAsTheyBegin) {
-  const Cell cell = connect();
   std::promise<Fault> told;
   std::atomic<bool> done = false;
+  const Cell cell = connect();
   cell.on_fault([&](const Fault& fault) {
     if (fault.cause.subject == "planner/north" && !done.exchange(true)) told.set_value(fault);
   });
@@ -130,10 +130,10 @@ TEST_F(ClientTest, FaultsAreToldAsTheyBegin) {
 }
 
 TEST_F(ClientTest, CallbacksMayNotWait) {
-  const Cell cell = connect();
-  const Goal goal = cell.arm("north").go_to("home", {60s});
   std::promise<bool> threw;
   std::atomic<bool> done = false;
+  const Cell cell = connect();
+  const Goal goal = cell.arm("north").go_to("home", {60s});
   goal.on_progress([&](const Progress&) {
     if (done.exchange(true)) return;
     try {

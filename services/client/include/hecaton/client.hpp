@@ -6,7 +6,8 @@
 ///
 /// Threads: every object may be used from any thread at the same time, and copies are cheap handles to one connection.
 /// Callbacks run one after the other in the connection's own thread; they must not throw, and may not call anything
-/// that waits (it throws std::logic_error).
+/// that waits (it throws std::logic_error). A callback that holds a handle keeps the connection alive until another
+/// callback replaces it.
 ///
 /// Failures: calls throw what is derived from hecaton::Error, with one sentence in what(). What becomes of a goal is a
 /// value (Outcome), never an exception.
@@ -220,7 +221,8 @@ class HECATON_API Cell {
 
   /// Faults as told so far; the first call begins to listen, status() brings them up to date. Does not wait.
   [[nodiscard]] std::vector<Fault> faults() const;
-  /// `callback` gets every fault that lasts now, that begins and that is cleared; replaces an earlier callback.
+  /// `callback` gets every fault that lasts now, that begins and that is cleared, and those of the recent past as they
+  /// become known; replaces an earlier callback, an empty one ends them.
   void on_fault(std::function<void(const Fault&)> callback) const;
 
   /// Until all of them have ended; outcomes in the same order.

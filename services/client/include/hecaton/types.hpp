@@ -36,7 +36,7 @@ struct Vector3 {
 
 /// A position and a rotation, of a body's frame in W unless a field says otherwise.
 struct HECATON_API Pose {
-  Vector3 position;                                     ///< [m]
+  Vector3 position;                                    ///< [m]
   std::array<double, 4> rotation{1.0, 0.0, 0.0, 0.0};  ///< unit quaternion w, x, y, z
 
   /// Without rotation.

@@ -30,7 +30,8 @@ TEST(PublicPose, TurnsAboutFixedAxesInTheOrderOfUrdf) {
 }
 
 TEST(PublicEnumerations, HaveTheValuesAndTheWordsOfTheMessages) {
-  EXPECT_EQ(static_cast<std::uint32_t>(GoalState::kTimedOut), static_cast<std::uint32_t>(msg::GoalState::GOAL_TIMED_OUT));
+  EXPECT_EQ(static_cast<std::uint32_t>(GoalState::kTimedOut),
+            static_cast<std::uint32_t>(msg::GoalState::GOAL_TIMED_OUT));
   EXPECT_EQ(static_cast<std::uint32_t>(CauseKind::kContact), static_cast<std::uint32_t>(msg::CauseKind::CAUSE_CONTACT));
   EXPECT_EQ(name_of(GoalState::kTimedOut), "timed_out");
   EXPECT_EQ(name_of(CauseKind::kNone), "none");
