@@ -13,7 +13,7 @@ int main(int argc, char** argv) try {
   }
   const hecaton::Cell cell = hecaton::Cell::connect(argv[1]);
   cell.on_fault([](const hecaton::Fault& fault) {
-    std::cout << (fault.cleared ? "cleared: " : "fault: ") << fault.cause.text << std::endl;
+    std::cout << (fault.cleared ? "cleared: " : "fault: ") << fault.cause.subject << ": " << fault.cause.text << std::endl;
   });
   std::cout << "listening to cell " << cell.status().cell << std::endl;
 

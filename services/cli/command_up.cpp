@@ -10,7 +10,6 @@
 #include "services/cli/cell_access.hpp"
 #include "services/cli/cell_account.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/log_folder.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
