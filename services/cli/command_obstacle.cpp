@@ -1,7 +1,6 @@
 /// hecaton obstacle add|move|remove, attach, detach: edits of the world while it runs.
 
 #include <cstdio>
-#include <functional>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -12,7 +11,6 @@
 #include "services/client/convert.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/quantities.hpp"
-#include "services/config/obstacle_rules.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
@@ -23,49 +21,14 @@ constexpr const char* kRejections =
     "the "
     "tool. Exit code 1: the world rejects the edit, and nothing has changed.";
 
-using Check = std::function<void(const msg::CellStatus&)>;
-
-/// The world alone judges and carries out edits: no supervisor is needed. One that answers lets `check` name what is
-/// there instead of an unknown name.
-ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const Check& check,
-              const std::string& done) {
-  constexpr Seconds kGlance{0.2};
-  const Connection cell = connect(settings);
-  if (const auto now = cell->poll_status(kGlance)) check(*now);
-  const msg::WorldEditReply reply = cell->edit(request, answer_limit(settings));
-  const Cause cause = client::to_public(reply);
+/// The world alone judges and carries out edits: no supervisor is needed.
+ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const std::string& done) {
+  const msg::WorldEditReply reply = connect(settings)->edit(request, answer_limit(settings));
+  const Cause cause = client::to_public(reply.cause());
   if (!reply.done()) throw Rejected(cause);
   if (cause) std::fprintf(stderr, "done, but %s\n", cause.text.c_str());
   print(settings, {{"done", true}, {"name", request.name()}, {"edition", reply.edition()}}, done + "\n");
   return ExitCode::kDone;
-}
-
-void require_new_name(const msg::CellStatus& cell, const std::string& name) {
-  std::vector<std::string> arms;
-  std::vector<std::string> obstacles;
-  for (const msg::ArmStatus& arm : cell.arms()) arms.push_back(arm.arm());
-  for (const msg::ObstacleStatus& obstacle : cell.obstacles()) obstacles.push_back(obstacle.name());
-  if (const auto complaint = config::complain_about_name(name, arms, obstacles)) {
-    throw Failure(ExitCode::kBadInput,
-                  "cell '" + cell.cell() + "': NAME = " + complaint->value + " must be " + complaint->must_be);
-  }
-}
-
-const msg::ObstacleStatus& require_obstacle(const msg::CellStatus& cell, const std::string& name) {
-  std::vector<std::string> names;
-  for (const msg::ObstacleStatus& known : cell.obstacles()) {
-    if (known.name() == name) return known;
-    names.push_back(known.name());
-  }
-  throw Failure(ExitCode::kBadInput,
-                "cell '" + cell.cell() + "' has no obstacle '" + name + "'; its obstacles: " + listed(names));
-}
-
-void require_carried(const msg::CellStatus& cell, const std::string& arm, const std::string& object) {
-  const std::string& carrier = require_obstacle(cell, object).attached_to();
-  if (carrier == arm) return;
-  throw Failure(ExitCode::kBadInput, "arm '" + arm + "' does not carry '" + object + "'; " +
-                                         (carrier.empty() ? "no arm" : carrier) + " does");
 }
 
 msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
@@ -84,8 +47,7 @@ void add_obstacle_add(CLI::App& app, Session& session) {
     session.action = on_cell([&session, obstacle] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
       request.obstacle(messages::to_message(obstacle));
-      const auto new_name = [&](const msg::CellStatus& cell) { require_new_name(cell, obstacle.name); };
-      return edit(session.settings, request, new_name, "added " + obstacle.name);
+      return edit(session.settings, request, "added " + obstacle.name);
     });
   });
 }
@@ -100,8 +62,7 @@ void add_obstacle_move(CLI::App& app, Session& session) {
     session.action = on_cell([&session, name, pose] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_MOVE, *name);
       request.X_WO(messages::to_message(pose_of(*pose)));
-      const auto known = [&](const msg::CellStatus& cell) { require_obstacle(cell, *name); };
-      return edit(session.settings, request, known, "moved " + *name);
+      return edit(session.settings, request, "moved " + *name);
     });
   });
 }
@@ -112,8 +73,7 @@ void add_obstacle_remove(CLI::App& app, Session& session) {
   command->add_option("NAME", *name, "the obstacle")->required();
   command->callback([&session, name] {
     session.action = on_cell([&session, name] {
-      const auto known = [&](const msg::CellStatus& cell) { require_obstacle(cell, *name); };
-      return edit(session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name), known, "removed " + *name);
+      return edit(session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name), "removed " + *name);
     });
   });
 }
@@ -130,12 +90,7 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
       msg::WorldEditRequest request = request_for(kind, *object);
       request.arm(*arm);
       const bool attach = kind == msg::EditKind::EDIT_ATTACH;
-      const auto check = [&](const msg::CellStatus& cell) {
-        require_arms(cell, {*arm});
-        require_obstacle(cell, *object);
-        if (!attach) require_carried(cell, *arm, *object);
-      };
-      return edit(session.settings, request, check, *arm + (attach ? " carries " : " has let go of ") + *object);
+      return edit(session.settings, request, *arm + (attach ? " carries " : " has let go of ") + *object);
     });
   });
 }

@@ -71,7 +71,7 @@ class Waiter {
     }
     fault_.reset();
     for (const msg::Fault& fault : cell_.faults()) {
-      if (!fault.cleared() && subjects_.count(fault.subject()) > 0) fault_ = fault;
+      if (!fault.cleared() && subjects_.count(fault.cause().subject()) > 0) fault_ = fault;
     }
   }
 
@@ -79,7 +79,7 @@ class Waiter {
     if (fault_ && wanted_.count(kFault) > 0) {
       return Outcome{ExitCode::kDone,
                      {{"arm", options_.arm}, {"outcome", kFault}, {"fault", to_json(*fault_)}},
-                     "fault: " + fault_->seen()};
+                     "fault: " + fault_->cause().text()};
     }
     const auto& goal = replaced_ && wanted_.count("replaced") > 0 ? replaced_ : newest_;
     if (!goal) return std::nullopt;

@@ -9,14 +9,14 @@ namespace {
 using client::Connection;
 
 Receipt receipt_of(const msg::WorldEditReply& reply) {
-  if (!reply.done()) throw Rejected(client::to_public(reply));
-  return {reply.edition(), client::to_public(reply)};
+  if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
+  return {reply.edition(), client::to_public(reply.cause())};
 }
 
 Receipt order(Connection& connection, msg::RequestKind kind, const std::vector<std::string>& arms, const Wait& wait) {
   const msg::SupervisorReply reply = connection.order(kind, arms, wait);
-  if (!reply.done()) throw Rejected(client::to_public(reply));
-  return {0, client::to_public(reply)};
+  if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
+  return {0, client::to_public(reply.cause())};
 }
 
 msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {

@@ -26,35 +26,13 @@ Public same(Message value) {
   return static_cast<Public>(value);
 }
 
-// Until the messages carry causes.
-Cause cause_in(const std::string& text) {
-  return {text.empty() ? CauseKind::kNone : CauseKind::kNotAllowedNow, {}, text};
-}
-[[maybe_unused]] Cause cause_in(const msg::Cause& cause) {
-  return client::to_public(cause);
-}
+// Until goals and arm states carry causes.
 template <class M>
 Cause cause_of(const M& m) {
   if constexpr (requires { m.cause(); }) {
     return client::to_public(m.cause());
-  } else if constexpr (requires { m.reason(); }) {
-    return cause_in(m.reason());
-  } else if constexpr (requires { m.seen(); }) {
-    return {CauseKind::kNodeFailed, m.subject(), m.seen()};
   } else {
-    return cause_in(m.detail());
-  }
-}
-template <class M>
-void add_orders(const M& mode, CellStatus& cell) {
-  if constexpr (requires { mode.held_arms(); }) {
-    cell.held_arms = mode.held_arms();
-    cell.stopped_arms = mode.stopped_arms();
-  } else {
-    for (const auto& order : mode.arms()) {
-      auto& arms = order.mode() == msg::Mode::MODE_STOP ? cell.stopped_arms : cell.held_arms;
-      arms.push_back(order.arm());
-    }
+    return {m.reason().empty() ? CauseKind::kNone : CauseKind::kNotAllowedNow, {}, m.reason()};
   }
 }
 template <class M>
@@ -150,14 +128,6 @@ struct MotionToMessage {
 
 }  // namespace
 
-Cause to_public(const msg::SupervisorReply& reply) {
-  return cause_of(reply);
-}
-
-Cause to_public(const msg::WorldEditReply& reply) {
-  return cause_of(reply);
-}
-
 Cause to_public(const msg::Cause& cause) {
   return {same<CauseKind>(cause.kind()), cause.subject(), cause.text()};
 }
@@ -180,7 +150,7 @@ Progress to_public(const msg::GoalStatus& status) {
 }
 
 Fault to_public(const msg::Fault& fault) {
-  return {fault.id(), same<Severity>(fault.severity()), cause_of(fault), fault.cleared()};
+  return {fault.id(), same<Severity>(fault.severity()), to_public(fault.cause()), fault.cleared()};
 }
 
 ArmState to_public(const msg::ArmState& state, Seconds age) {
@@ -202,8 +172,10 @@ CellStatus to_public(const msg::CellStatus& status) {
   CellStatus cell;
   cell.cell = status.cell();
   cell.mode = same<CellMode>(status.mode().mode());
-  cell.cause = cause_of(status.mode());
-  add_orders(status.mode(), cell);
+  cell.cause = to_public(status.mode().cause());
+  for (const msg::ArmOrder& order : status.mode().arms()) {
+    (order.mode() == msg::Mode::MODE_STOP ? cell.stopped_arms : cell.held_arms).push_back(order.arm());
+  }
   cell.supervisor = status.supervisor();
   cell.standby = if_any(status.standby());
   for (const msg::ArmStatus& arm : status.arms()) {
@@ -214,12 +186,12 @@ CellStatus to_public(const msg::CellStatus& status) {
     entry.planner_alive = arm.planner_alive();
     if (arm.state_age() >= 0.0) entry.state = to_public(arm.state(), Seconds(arm.state_age()));
     if (arm.has_goal()) entry.goal = to_public(arm.goal());
-    entry.waiting_for = cause_in(arm.waiting_for());
+    entry.waiting_for = to_public(arm.waiting_for());
   }
   for (const msg::NodeStatus& node : status.nodes()) {
     const msg::Heartbeat& beat = node.heartbeat();
     cell.nodes.push_back({beat.node(), same<NodeKind>(beat.kind()), same<NodeState>(beat.state()), beat.host(),
-                          node.alive(), cause_of(beat), Seconds(node.age())});
+                          node.alive(), to_public(beat.cause()), Seconds(node.age())});
   }
   for (const msg::Fault& fault : status.faults()) cell.faults.push_back(to_public(fault));
   if (status.has_referee()) cell.contacts = to_public(status.referee());

@@ -9,9 +9,6 @@
 namespace hecaton::client {
 
 [[nodiscard]] Cause to_public(const msg::Cause& cause);
-/// Why it was refused, or why what was done may be lost.
-[[nodiscard]] Cause to_public(const msg::SupervisorReply& reply);
-[[nodiscard]] Cause to_public(const msg::WorldEditReply& reply);
 [[nodiscard]] Progress to_public(const msg::GoalStatus& status);
 [[nodiscard]] Fault to_public(const msg::Fault& fault);
 [[nodiscard]] ArmState to_public(const msg::ArmState& state, Seconds age);

@@ -1,5 +1,5 @@
 // What a supervisor makes of the events that agents tell to whoever meets them.
-#include "services/supervisor/ears.hpp"
+#include "services/supervisor/supervisor_subscriptions.hpp"
 
 #include "services/runtime/node_name.hpp"
 #include "tests/unit/services/bus/bus_test.hpp"
@@ -33,7 +33,7 @@ class Past : public bus::BusTest {
     event.pid(pid);
     event.kind(kind);
     event.signal_number(signal);
-    event.reason(reason);
+    if (!reason.empty()) event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, event.node(), reason));
     event.sequence_number(++told_);
     event.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(told_)).count());
     ASSERT_TRUE(events_.write(event));
@@ -62,13 +62,13 @@ struct Listener {
   void listen() {
     watch.advance(bus::Clock::now().time_since_epoch());
     static_cast<void>(mailbox.take_events());
-    ears.listen(own.id(), {picture, watch, leadership, succession});
+    ears.listen(own.id(), {snapshot, watch, leadership, succession});
   }
   /// Until the event of this number has been taken in; `meanwhile` is called again and again.
   template <class Act>
   [[nodiscard]] bool hears(std::uint64_t number, Act meanwhile) {
     const auto heard = [&] {
-      return std::any_of(picture.processes.begin(), picture.processes.end(),
+      return std::any_of(snapshot.processes.begin(), snapshot.processes.end(),
                          [&](const auto& entry) { return entry.second.value.sequence_number() == number; });
     };
     for (const auto until = bus::Clock::now() + bus::kPatience; !heard() && bus::Clock::now() < until; listen()) {
@@ -85,11 +85,11 @@ struct Listener {
   }
 
   bus::Mailbox mailbox;
-  Picture picture;
+  CellSnapshot snapshot;
   CellWatch watch{cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), bus::Clock::now().time_since_epoch()};
   Leadership leadership{{}, 0, bus::Clock::now().time_since_epoch()};
-  Succession succession{{}};
-  Ears ears;
+  PlannerFailover succession{{}};
+  SupervisorSubscriptions ears;
   bus::Writer<msg::CellMode> own;
 };
 
@@ -113,7 +113,8 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   ASSERT_TRUE(probe.wait_matched(2, bus::kPatience));
   const auto is_told = [&] {
     const auto open = listener.watch.faults().open();
-    return std::any_of(open.begin(), open.end(), [](const auto& one) { return one.kind == FaultKind::kNodeTwice; });
+    return std::any_of(open.begin(), open.end(),
+                       [](const auto& one) { return one.kind == msg::CauseKind::CAUSE_DUPLICATE_NODE; });
   };
   const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
     msg::Heartbeat sample;
