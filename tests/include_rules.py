@@ -55,11 +55,12 @@ BESIDE = {
     "world": ["services/messages", "planner", "planner/model", "planner/simulation", "world/model", "world/sim"],
     "planner": ["services/messages", "planner", "planner/arm_planner", "planner/collision", "planner/local", "planner/methods",
                 "planner/model", "planner/rollout", "planner/route", "world/model"],
-    "cli": ["services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
+    "cli": ["services/client", "services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
             "planner/methods/potential_field", "planner/simulation", "planner/trajectory", "world/model", "world/sim"],
 }
 for service, rooms in BESIDE.items():
     ALLOWED[f"services/{service}"] = SERVICE + rooms
+ALLOWED["services/client"] = [*SERVICE, "world/model"]
 
 # third-party header → the only places that may include it
 ONLY_IN = {

@@ -65,7 +65,7 @@ void EpisodePlotter::draw(const planner::EpisodeMoment& moment) {
       past.trace.push_back(moment.measured[arm]);
       write(moment, arm);
     }
-    const auto* planner = cspace_of(moment.planners[arm]);
+    const auto* planner = cspace_of(moment.planners[arm].controller());
     if (planner == nullptr) continue;
     past.trace.push_back(moment.measured[arm]);
     if (due || planner->searches() != past.searches) write(moment, arm);

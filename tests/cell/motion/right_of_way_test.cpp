@@ -33,7 +33,7 @@ class MotionRightOfWay : public MotionCell {
   }
   [[nodiscard]] bool asked(const std::string& goal) const {
     return std::any_of(told(goal).begin(), told(goal).end(),
-                       [](const msg::GoalStatus& status) { return status.claim() > 0; });
+                       [](const msg::GoalStatus& status) { return status.priority() > 0; });
   }
   [[nodiscard]] const std::vector<msg::GoalStatus>& told(const std::string& goal) const { return told_.at(goal); }
 };
