@@ -56,11 +56,8 @@ ONLY_IN = {
 }
 
 # Pure parts: standard library and themselves only.
-PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
-        "services/supervisor/cell_holds", "services/supervisor/cell_losses",
-        "services/supervisor/cell_watch", "services/supervisor/host_watch", "services/supervisor/echo",
-        "services/supervisor/reception",
-        "services/supervisor/watch_limits", "services/supervisor/leadership", "services/supervisor/succession",
+PURE = ["services/supervisor/detection/", "services/supervisor/fault_list", "services/supervisor/cell_mode",
+        "services/runtime/stall_compensated_clock", "services/supervisor/leadership", "services/supervisor/succession",
         "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
         "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch",
         "services/planner/duty", "services/planner/recollection"]
@@ -92,7 +89,7 @@ def check(root):
             for pattern, places in ONLY_IN.items():
                 if re.search(pattern, included) and not any(path.startswith(place) for place in places):
                     problems.append(f"{path}: may not include {included} (only {', '.join(places)} may)")
-            if any(path.startswith(pure + ".") for pure in PURE):
+            if any(path.startswith(pure if pure.endswith("/") else pure + ".") for pure in PURE):
                 own_part = any(included.startswith(pure) for pure in PURE)
                 standard = kind == "<" and "/" not in included and not included.endswith(".h")
                 if not (own_part or standard):

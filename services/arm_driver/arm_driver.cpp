@@ -172,7 +172,6 @@ void ArmDriver::publish() {
 void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
-  vital.heard_mode = modes_.view().number();
   vital.detail = state_.reason();
   const bool as_told = drive_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
   vital.state = as_told && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;

@@ -416,7 +416,6 @@ void PlannerService::publish_statuses() {
 void PlannerService::beat() {
   Vital vital;
   vital.term = modes_.view().term();
-  vital.heard_mode = modes_.view().number();
   vital.mandate = duty_.mandate();
   const auto consider = [&vital](double age, const std::string& input) {
     if (age <= vital.oldest_input_age) return;

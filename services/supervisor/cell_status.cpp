@@ -59,7 +59,7 @@ class StatusBuilder {
   }
 
   void add_arm(const std::string& name) {
-    const CellWatch& watch = source_.watch;
+    const FaultDetector& watch = source_.watch;
     msg::ArmStatus arm;
     arm.arm(name);
     arm.mode(mode_of(watch.mode().mode_of(name)));

@@ -4,7 +4,7 @@
 #include <idl/supervisor.h>
 
 #include "services/config/cell_file.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/messages.hpp"
 #include "services/supervisor/picture.hpp"
 #include "services/supervisor/succession.hpp"
@@ -13,7 +13,7 @@ namespace hecaton::services {
 
 struct StatusSource {
   const config::CellFile& file;
-  const CellWatch& watch;
+  const FaultDetector& watch;
   const Picture& picture;
   const Succession& succession;
   const msg::CellMode& mode;  ///< as last published

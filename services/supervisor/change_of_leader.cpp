@@ -52,7 +52,6 @@ void Supervisor::withdraw() {
   modes_.forget();
   if (!leads_) return;
   leads_ = false;
-  watch_.stand_back();
   order_legacy_.stand_back(watch_.mode().orders());
   legacy_.leave(watch_.faults().history(), led_under_);
   legacy_told_ = true;
@@ -92,7 +91,6 @@ void Supervisor::begin_to_lead() {
   if (other && other->term() >= led_under_) {
     watch_.mode().restore(orders_in(*other));
     watch_.faults().recall(faults_in(ears_.faults_of_others(), other->term(), read_clocks()));
-    watch_.succeed(other->node(), since_epoch(turned_) - other_spoke);
     watch_.judge_again(other_spoke - kTold);
     for (const auto& [id, left] : legacy_.left()) watch_.adopt(left.cause, left.record, since_epoch(turned_));
     watch_.faults().clear(node_, since_epoch(turned_));  // whatever the other thought of us
@@ -106,7 +104,6 @@ void Supervisor::begin_to_lead() {
   leads_ = true;
   led_under_ = leadership_.term();
   constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
-  watch_.begin_to_lead(led_under_);
   modes_.set_strength(static_cast<int>(std::min(leadership_.term(), kStrongest)));
   log_info("supervisor leads", {{"term", leadership_.term()}});
 }
@@ -139,7 +136,7 @@ void Supervisor::remember_leader() {
 void Supervisor::keep(Memory memory) {
   const bool was_forgetful = memory_.forgetful();
   memory_.keep(std::move(memory));
-  const std::string cause = cause_of(FaultKind::kForgetful, node_);
+  const std::string cause = cause_of(FaultKind::kPersistenceFailed, node_);
   const Time now = since_epoch(bus::Clock::now());
   if (!memory_.forgetful()) {
     if (was_forgetful) log_info("orders are remembered again", {{"file", memory_.path()}});
@@ -147,8 +144,8 @@ void Supervisor::keep(Memory memory) {
     return;
   }
   if (!was_forgetful) log_error("orders cannot be remembered", {{"file", memory_.path()}});
-  watch_.faults().raise(cause,
-                        {FaultKind::kForgetful, FaultSeverity::kWarning, node_, node_ + ": " + memory_.failure()}, now);
+  watch_.faults().raise(
+      cause, {FaultKind::kPersistenceFailed, FaultSeverity::kWarning, node_, node_ + ": " + memory_.failure()}, now);
 }
 
 }  // namespace hecaton::services

@@ -16,7 +16,8 @@ constexpr Time kAlone = std::chrono::seconds(1);
 /// What an agent tells so long after it happened was told to nobody in between: it is history.
 constexpr Time kLate = std::chrono::seconds(1);
 
-// Silence is judged by CellWatch, which knows of our own stalls; the middleware's deadlines would only cost time.
+// Silence is judged by FaultDetector, which compensates stalls of this process; the middleware's deadlines would only
+// cost time.
 bus::ReaderOptions without_deadline() {
   bus::ReaderOptions options;
   options.deadline = std::chrono::milliseconds(0);
@@ -60,6 +61,7 @@ Ears::Ears(bus::Participant& participant, Self self, bus::Mailbox& urgent, bus::
       requests_(participant, &urgent),
       processes_(participant, &urgent),
       heartbeats_(participant, &quiet, every_sample()),
+      rows_(participant, &quiet),
       arms_(participant, &quiet, every_sample()),
       goals_(participant, &quiet),
       shapes_(participant, &quiet),
@@ -72,6 +74,7 @@ void Ears::listen(const bus::EndpointId& self, const Listeners& to) {
   hear_leaders(self, to);
   hear_processes(to);
   hear_nodes(to);
+  hear_rows(to);
   hear_drivers(to);
   hear_world(to);
 }
@@ -108,7 +111,7 @@ void Ears::hear_faults(const bus::EndpointId& self) {
   }
 }
 
-void Ears::adopt_faults(CellWatch& watch, const Clocks& clocks) {
+void Ears::adopt_faults(FaultDetector& watch, const Clocks& clocks) {
   for (const std::string& id : std::exchange(unadopted_, {})) {
     const auto fault = other_faults_.all().find(id);
     if (fault == other_faults_.all().end()) continue;
@@ -131,10 +134,20 @@ void Ears::hear_nodes(const Listeners& to) {
     // A grant that its driver never heard of may have reached a planner, which waits for the planner that it names.
     to.succession.hear(beat.subject(), {beat.mandate().planner(), beat.mandate().term()});
     const bool failed = beat.state() == msg::NodeState::NODE_FAILED;
-    const HeardMode mode{beat.heard_mode().term(), beat.heard_mode().sequence_number()};
-    to.watch.heard(beat.node(),
-                   {beat.pid(), arrival(sample), beat.sequence_number(), mode, failed ? beat.detail() : std::string()});
+    to.watch.heard(beat.node(), {beat.pid(), arrival(sample), beat.sequence_number(),
+                                 failed ? std::optional(beat.detail()) : std::nullopt});
     to.picture.take_heartbeat(sample);
+  }
+}
+
+void Ears::hear_rows(const Listeners& to) {
+  for (const auto& sample : rows_.take()) {
+    if (sample.disposed) continue;
+    std::vector<HostAge> ages;
+    for (const msg::HostAge& heard : sample.value.heard()) {
+      ages.push_back({heard.host(), std::chrono::round<Time>(std::chrono::duration<float>(heard.age()))});
+    }
+    to.watch.row_heard(sample.value.host(), ages, arrival(sample));
   }
 }
 
@@ -154,6 +167,8 @@ void Ears::hear_drivers(const Listeners& to) {
     } else {
       to.leadership.heard_term(state.newest_term(), arrival(sample));  // the only planner uses the cell's term
     }
+    const bool failed = state.mode() == msg::ArmMode::ARM_FAILED;
+    to.watch.device_heard(state.arm(), failed ? std::optional(state.reason()) : std::nullopt);
     to.picture.arms.insert_or_assign(state.arm(), heard(sample));
   }
   for (const auto& sample : goals_.take()) to.picture.take_goal(sample);

@@ -13,7 +13,7 @@
 
 #include "services/bus/endpoint.hpp"
 #include "services/runtime/told_faults.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/leadership.hpp"
 #include "services/supervisor/messages.hpp"
 #include "services/supervisor/picture.hpp"
@@ -25,7 +25,7 @@ class Ears {
  public:
   struct Listeners {
     Picture& picture;
-    CellWatch& watch;
+    FaultDetector& watch;
     Leadership& leadership;
     Succession& succession;
   };
@@ -59,7 +59,7 @@ class Ears {
   [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
   /// Whoever leads answers for what others told while they led, also on another side of a partition: adopts what was
   /// heard since the last call. While we lead, listen() does it.
-  void adopt_faults(CellWatch& watch, const Clocks& clocks);
+  void adopt_faults(FaultDetector& watch, const Clocks& clocks);
   /// What others told of faults, by id.
   [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return other_faults_.all(); }
 
@@ -67,6 +67,7 @@ class Ears {
   void hear_leaders(const bus::EndpointId& self, const Listeners& to);
   void hear_faults(const bus::EndpointId& self);
   void hear_nodes(const Listeners& to);
+  void hear_rows(const Listeners& to);
   void hear_drivers(const Listeners& to);
   void hear_processes(const Listeners& to);
   void hear_process(const bus::Sample<msg::ProcessEvent>& sample, const Listeners& to);
@@ -87,6 +88,7 @@ class Ears {
   bus::Reader<msg::SupervisorRequest> requests_;
   bus::Reader<msg::ProcessEvent> processes_;
   bus::Reader<msg::Heartbeat> heartbeats_;
+  bus::Reader<msg::Reachability> rows_;
   bus::Reader<msg::ArmState> arms_;
   bus::Reader<msg::GoalStatus> goals_;
   bus::Reader<msg::ObstacleShapes> shapes_;

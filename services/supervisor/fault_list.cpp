@@ -20,20 +20,26 @@ std::string_view fault_kind_name(FaultKind kind) {
       return "process_died";
     case FaultKind::kNodeFailed:
       return "node_failed";
-    case FaultKind::kAgentLost:
-      return "agent_lost";
-    case FaultKind::kNodeTwice:
-      return "node_twice";
-    case FaultKind::kForgetful:
-      return "forgetful";
+    case FaultKind::kHostLost:
+      return "host_lost";
+    case FaultKind::kHostIsolated:
+      return "host_isolated";
+    case FaultKind::kLinkLost:
+      return "link_lost";
+    case FaultKind::kDuplicateNode:
+      return "duplicate_node";
+    case FaultKind::kPersistenceFailed:
+      return "persistence_failed";
     case FaultKind::kContact:
       return "contact";
+    case FaultKind::kArmFailed:
+      return "arm_failed";
   }
   return "unknown";
 }
 
 std::optional<FaultKind> fault_kind(std::string_view name) {
-  for (int i = 0; i <= static_cast<int>(FaultKind::kContact); ++i) {
+  for (int i = 0; i <= static_cast<int>(FaultKind::kArmFailed); ++i) {
     const auto kind = static_cast<FaultKind>(i);
     if (fault_kind_name(kind) == name) return kind;
   }

@@ -16,16 +16,19 @@ namespace hecaton::services {
 /// From the weakest explanation to the strongest: when a stronger one turns up for the same cause, the record is
 /// corrected instead of a second one opened.
 enum class FaultKind : std::uint8_t {
-  kDriverSilent,  ///< the driver's loop runs, but the arm's state does not come
-  kWorldSilent,   ///< the world's loop runs, but the obstacles' states do not come
-  kNodeMissing,   ///< never appeared
-  kNodeSilent,    ///< no sign of its working loop
-  kProcessDied,   ///< its agent saw it end
-  kNodeFailed,    ///< it says itself that it cannot do its work
-  kAgentLost,     ///< no sign of a host's agent: and of all that is silent on this host
-  kNodeTwice,     ///< two processes are one node at one time; a cause of its own
-  kForgetful,     ///< a supervisor's orders would be lost with its process; likewise
-  kContact,       ///< the referee saw two things touch
+  kDriverSilent,       ///< the driver's loop runs, but the arm's state does not come
+  kWorldSilent,        ///< the world's loop runs, but the obstacles' states do not come
+  kNodeMissing,        ///< never appeared
+  kNodeSilent,         ///< no sign of its working loop
+  kProcessDied,        ///< its agent saw it end
+  kNodeFailed,         ///< it says itself that it cannot do its work
+  kHostLost,           ///< no host hears this host
+  kHostIsolated,       ///< it hears no other host, or no other host hears it
+  kLinkLost,           ///< two hosts do not hear each other; a cause of its own, as all that follow
+  kDuplicateNode,      ///< two processes are one node at one time
+  kPersistenceFailed,  ///< a supervisor's orders would be lost with its process
+  kContact,            ///< two bodies touched
+  kArmFailed,          ///< the arm's device reports a failure
 };
 
 /// "driver_silent", …: as in messages and cell files.

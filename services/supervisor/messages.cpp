@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "services/runtime/node_name.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -37,13 +37,8 @@ msg::Severity severity_of(FaultSeverity severity) {
   return msg::Severity::SEVERITY_CRITICAL;
 }
 
-/// Whose fault it is, as the watch names it: a stream's is its driver's, a host's is its agent's.
 std::string cause_of(const FaultRecord& record) {
-  if (record.kind == FaultKind::kDriverSilent) return driver_node(record.subject);
-  if (record.kind == FaultKind::kAgentLost && !record.subject.starts_with(agent_node({}))) {
-    return agent_node(record.subject);
-  }
-  return cause_of(record.kind, record.subject);
+  return cause_of_subject(record.kind, record.subject);
 }
 
 FaultSeverity fault_severity(msg::Severity severity) {

@@ -9,9 +9,9 @@
 
 #include <idl/supervisor.h>
 
+#include "services/runtime/stall_compensated_clock.hpp"
 #include "services/supervisor/cell_mode.hpp"
 #include "services/supervisor/fault_list.hpp"
-#include "services/supervisor/liveness.hpp"
 #include "services/supervisor/succession.hpp"
 
 namespace hecaton::services {

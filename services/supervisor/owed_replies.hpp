@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "services/supervisor/liveness.hpp"
+#include "services/runtime/stall_compensated_clock.hpp"
 
 namespace hecaton::services {
 

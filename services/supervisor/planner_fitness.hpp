@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "services/supervisor/liveness.hpp"
+#include "services/runtime/stall_compensated_clock.hpp"
 
 namespace hecaton::services {
 

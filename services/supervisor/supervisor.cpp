@@ -58,7 +58,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       node_(supervisors_[place_].node),
       shutdown_(shutdown),
       began_(bus::Clock::now()),
-      watch_(expected_nodes(file, node_), arm_names(file), watch_limits(file, kTurn), since_epoch(began_),
+      watch_(expected_nodes(file, node_), arm_names(file), detection_limits(file, kTurn), since_epoch(began_),
              own_host(options, supervisors_[place_])),
       memory_(options.memory),
       succession_(arms_with_standby(file)),
@@ -124,6 +124,9 @@ void Supervisor::turn(bus::Clock::time_point now) {
   const bool led = leadership_.role() == Leadership::Role::kLeading;
   ears_.listen(modes_.id(), {picture_, watch_, leadership_, succession_});  // may end it
   if (!acquainted_) get_acquainted();
+  const auto& leader = ears_.other_mode();
+  // A leader whose host hears no other host knows nothing of the cell, and nobody's orders reach it.
+  if (leader && watch_.is_isolated(leader->node())) leadership_.leader_died();
   if (leadership_.decide(since_epoch(now), ears_.newest_arrival())) begin_to_lead();
   const bool leads = leadership_.role() == Leadership::Role::kLeading;
   if (led && !leads) {
@@ -144,7 +147,6 @@ void Supervisor::turn(bus::Clock::time_point now) {
     watch_.judge(since_epoch(now));
   }
   if (leads) publish_mode(now);
-  note_echo();
   publish_faults();
   answer_requests();
   if (!leads) owed_.drop();
@@ -335,19 +337,8 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   mode_ = std::move(next);
   mode_at_ = now;
   static_cast<void>(modes_.write(mode_));
-  watch_.mode_published(mode_.sequence_number());
   if (changed) {
     log_info("cell mode", {{"mode", mode_name(watch_.mode().decide().cell)}, {"reason", mode_.reason()}});
-  }
-}
-
-void Supervisor::note_echo() {
-  if (watch_.unheard() == unheard_) return;
-  unheard_ = !unheard_;
-  if (unheard_) {
-    log_warning("unheard by all other hosts: their silence may be ours");
-  } else {
-    log_info("silence of other hosts counts again");
   }
 }
 

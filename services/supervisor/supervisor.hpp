@@ -17,7 +17,7 @@
 #include "services/runtime/options.hpp"
 #include "services/runtime/pulse.hpp"
 #include "services/runtime/shutdown.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/ears.hpp"
 #include "services/supervisor/fault_legacy.hpp"
 #include "services/supervisor/kept_memory.hpp"
@@ -79,8 +79,6 @@ class Supervisor {
   [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
   [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
   void publish_mode(bus::Clock::time_point now);
-  /// Logs when no other host hears us any more, and when one does again.
-  void note_echo();
   void publish_faults();
   msg::Fault publish_fault(const FaultRecord& record, std::uint64_t term, const Clocks& clocks);
   /// What we lead by.
@@ -98,7 +96,7 @@ class Supervisor {
   std::string node_;
   ShutdownSignal& shutdown_;
   bus::Clock::time_point began_;
-  CellWatch watch_;
+  FaultDetector watch_;
   Picture picture_;
   KeptMemory memory_;
   std::uint64_t remembered_news_ = 0;       ///< of others' faults
@@ -120,7 +118,6 @@ class Supervisor {
   bus::Clock::time_point mode_at_{};
   std::vector<msg::SupervisorRequest> early_;  ///< orders that came before we led
   OwedReplies<msg::SupervisorRequest> owed_;
-  bool unheard_ = false;  ///< as last logged
   std::uint64_t fault_sequence_ = 0;
   OrderLegacy order_legacy_;
   bus::Clock::time_point handed_over_at_{};  ///< orders to the leader, last

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "services/supervisor/liveness.hpp"
+#include "services/runtime/stall_compensated_clock.hpp"
 
 namespace hecaton::services {
 

@@ -47,7 +47,7 @@ std::string drive_text(const msg::ArmState& state) {
   return {};
 }
 
-std::string first_awaited(const std::string& arm, const CellWatch& watch) {
+std::string first_awaited(const std::string& arm, const FaultDetector& watch) {
   for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
     if (std::string awaited = watch.awaited(node); !awaited.empty()) return awaited;
   }
@@ -78,7 +78,7 @@ std::string goal_text(const msg::GoalStatus& goal) {
   return {};
 }
 
-std::string waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture) {
+std::string waiting_for(const std::string& arm, const FaultDetector& watch, const Picture& picture) {
   if (std::string held = watch.mode().reason_of(arm); !held.empty()) return held;
   if (std::string awaited = first_awaited(arm, watch); !awaited.empty()) return awaited;
   const auto* state = find(picture.arms, arm);

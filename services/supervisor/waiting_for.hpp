@@ -3,13 +3,13 @@
 
 #include <string>
 
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/picture.hpp"
 
 namespace hecaton::services {
 
 /// Empty while it moves.
-[[nodiscard]] std::string waiting_for(const std::string& arm, const CellWatch& watch, const Picture& picture);
+[[nodiscard]] std::string waiting_for(const std::string& arm, const FaultDetector& watch, const Picture& picture);
 
 /// "blocked: no way for now (arm2/link4 – pallet, 18 mm)"
 [[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);

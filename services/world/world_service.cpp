@@ -259,7 +259,6 @@ void WorldService::publish_report(const world::RefereeReport& report, bool runni
 void WorldService::beat() {
   Vital vital;
   vital.term = modes_.view().term();
-  vital.heard_mode = modes_.view().number();
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const std::string& name = file_.cell.arms[i].arm.name;
     if (!measured_[i]) {

@@ -45,13 +45,20 @@ def silence_of(node, limits):
 
 def silences(node):
     """What a node that fell silent is said to be: itself, or its stream, when heartbeats are heard again before the states
-    are (CellWatch::stream_sight)."""
+    are (FaultDetector::stream_sight)."""
     pairs = {("node_silent", node)}
     if node == "world":
         pairs.add(("world_silent", node))
     if node.startswith("driver/"):
         pairs.add(("driver_silent", node.removeprefix("driver/")))
     return pairs
+
+
+def pairs(fault):
+    """What a told fault means: (kind, subject). A host that is isolated is lost to the others; of a lost link, either end may be."""
+    if fault["kind"] == "link_lost":
+        return {("host_lost", host) for host in fault["subject"].split("<->")}
+    return {("host_lost" if fault["kind"] == "host_isolated" else fault["kind"], fault["subject"])}
 
 
 class Injection:
@@ -170,11 +177,12 @@ class Absence(OfHost):
     """The host is not there for the others."""
 
     def must(self):
-        return ("agent_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
+        return ("host_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
 
     def may(self, places, blind):
         # Its nodes do not return in one instant.
-        return {("agent_lost", self.host)}.union(*(silences(node) for node in self.nodes(places)))
+        nodes = {f"agent/{self.host}", *self.nodes(places)}
+        return {("host_lost", self.host)}.union(*map(silences, nodes))
 
     def hits(self, places):
         return set(filter(is_supervisor, self.nodes(places)))
@@ -191,13 +199,13 @@ class OneWay(OfHost):
 
 class Separation(Absence):
     """The host's processes run on without the others. A supervisor among them leads, or does so after a second alone
-    (Ears::newest_arrival), and tells that its own host is lost: the only other one, if there are but two. Its account is not lost when
-    all are together again (FaultLegacy)."""
+    (Ears::newest_arrival), and tells that its own host is isolated: that the link is lost, if there are but two hosts. Its
+    account is not lost when all are together again (FaultLegacy)."""
 
     def may(self, places, blind):
         hosts = set(places.values())
         cannot_know = len(hosts) == 2 and self.hits(places) and self.lasted > self.limits.lease / 2
-        return super().may(places, blind) | ({("agent_lost", host) for host in hosts} if cannot_know else set())
+        return super().may(places, blind) | ({("host_lost", host) for host in hosts} if cannot_know else set())
 
 
 class Cut(Separation):
@@ -231,10 +239,10 @@ class Split(Absence):
         cell.hosts.reunite(self.hosts)
 
     def all_that_must(self):
-        return [("agent_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
+        return [("host_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
 
     def may(self, places, blind):
-        return {("agent_lost", host) for host in self.lost}.union(*map(silences, self.nodes(places)))
+        return {("host_lost", host) for host in self.lost}.union(*map(silences, self.nodes(places)))
 
     def nodes(self, places):
         """Supervisors are among them only if they are parted: then each is lost to the other."""
@@ -433,8 +441,8 @@ class SplitTest(unittest.TestCase):
         places, splits = self.splits()
         for one in splits:
             beyond = set("abcde") - set(one.hosts) if "a" in one.hosts else set(one.hosts)
-            self.assertEqual(set(one.all_that_must()), {("agent_lost", host) for host in beyond})
-            self.assertNotIn(("agent_lost", "a"), one.may(places, False))
+            self.assertEqual(set(one.all_that_must()), {("host_lost", host) for host in beyond})
+            self.assertNotIn(("host_lost", "a"), one.may(places, False))
             self.assertEqual(one.hits(places), set())
 
     def test_both_are_where_a_supervisor_is_on_each(self):

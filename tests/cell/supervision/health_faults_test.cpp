@@ -149,7 +149,7 @@ TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
   const int pid = pid_of(cell.await_healthy(), "planner-left");
   bus::Writer<msg::Heartbeat> second(cell.participant());
   const auto is = [](const msg::Fault& told, bool cleared) {
-    return fault_is(told, "node_twice", "planner/left", cleared);
+    return fault_is(told, "duplicate_node", "planner/left", cleared);
   };
   bus::Reader<msg::Fault> faults(cell.participant(), &cell.mailbox());
   msg::Heartbeat beat;

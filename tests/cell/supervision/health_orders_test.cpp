@@ -178,10 +178,10 @@ TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
     });
   };
   const auto forgetful = cell_.await("a degraded supervisor", is_degraded);
-  EXPECT_EQ(open_faults(forgetful, "forgetful", "supervisor"), 1) << text_of(forgetful);
+  EXPECT_EQ(open_faults(forgetful, "persistence_failed", "supervisor"), 1) << text_of(forgetful);
   ASSERT_TRUE(std::filesystem::remove(next));
   cell_.await("that it remembers again", [&](const msg::CellStatus& status) {
-    return !is_degraded(status) && open_faults(status, "forgetful", "supervisor") == 0;
+    return !is_degraded(status) && open_faults(status, "persistence_failed", "supervisor") == 0;
   });
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto after = cell_.await("its successor", [&](const msg::CellStatus& status) {

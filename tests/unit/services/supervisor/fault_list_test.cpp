@@ -58,7 +58,7 @@ TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
 }
 
 TEST(FaultList, EveryKindHasANameOfItsOwn) {
-  for (int i = 0; i <= static_cast<int>(FaultKind::kAgentLost); ++i) {
+  for (int i = 0; i <= static_cast<int>(FaultKind::kArmFailed); ++i) {
     const auto kind = static_cast<FaultKind>(i);
     EXPECT_EQ(fault_kind(fault_kind_name(kind)), kind);
   }
