@@ -7,7 +7,6 @@
 
 #include <poll.h>
 
-#include "planner/model/source_file.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -35,9 +34,9 @@ std::string level_name(LogLevel level) {
 }
 
 /// A service that is started again must not read what somebody is editing for the next time.
-std::filesystem::path keep_sources(const std::filesystem::path& folder) {
+std::filesystem::path keep_sources(const planner::SourceFiles& sources, const std::filesystem::path& folder) {
   try {
-    planner::keep_sources(folder);
+    sources.keep(folder);
     return folder;
   } catch (const std::filesystem::filesystem_error& error) {
     throw std::runtime_error("the cell's files cannot be kept in " + folder.string() + ": " + error.code().message());
@@ -46,7 +45,7 @@ std::filesystem::path keep_sources(const std::filesystem::path& folder) {
 
 /// In the order of planned_hosts().
 std::vector<RunFolder> run_folders(const config::CellFile& file, const ServiceOptions& options, bool anew) {
-  const std::string origin = run_origin();
+  const std::string origin = run_origin(file.sources);
   const int domain = choose_domain(options, file.network.domain);
   std::vector<RunFolder> folders;
   for (const std::string& host : planned_hosts(file, options.host)) {
@@ -101,7 +100,7 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
       reachability_(participant_, planned_hosts(file, options.host), period_, bus::Clock::now()),
-      keeper_(planned(file, options, folders_, keep_sources(folders_.front().path() / "sources")),
+      keeper_(planned(file, options, folders_, keep_sources(file.sources, folders_.front().path() / "sources")),
               keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
     pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NodeKind::NODE_AGENT, {}, host},

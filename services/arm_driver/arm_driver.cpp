@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
+#include "services/messages/names.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -14,26 +15,6 @@ namespace {
 
 /// A stall longer than this many periods is not simulated in full: by then the arm has stopped.
 constexpr std::uint64_t kMostPeriodsAtOnce = 500;
-
-const char* mode_name(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return "starting";
-    case msg::ArmMode::ARM_RUNNING:
-      return "running";
-    case msg::ArmMode::ARM_BRAKING:
-      return "braking";
-    case msg::ArmMode::ARM_STOPPED:
-      return "stopped";
-    case msg::ArmMode::ARM_FAILED:
-      break;
-  }
-  return "failed";
-}
-
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
 
 Commander commander_of(const bus::Sample<msg::ArmCommand>& sample) {
   return {{sample.value.node(), sample.value.term()}, sample.writer};
@@ -153,8 +134,8 @@ void ArmDriver::publish() {
   state_.sequence_number(state_.sequence_number() + 1);
   state_.stamp_ns(stamp_now());
   state_.mode(drive_.mode());
-  state_.q(bus::to_message(drive_.arm().q()));
-  state_.qd(bus::to_message(drive_.arm().qd()));
+  messages::to_message(drive_.arm().q(), state_.q());
+  messages::to_message(drive_.arm().qd(), state_.qd());
   state_.command_sequence_number(drive_.gate().sequence());
   state_.command_age(drive_.command_age());
   state_.newest_term(drive_.gate().mandate().term);
@@ -164,9 +145,8 @@ void ArmDriver::publish() {
   (void)states_.write(state_);  // best effort, and the bus has logged a refusal
   if (logged_mode_ == state_.mode()) return;
   logged_mode_ = state_.mode();
-  log_info(
-      "arm mode",
-      {{"mode", mode_name(logged_mode_)}, {"reason", state_.reason()}, {"command_age_ms", drive_.command_age() * 1e3}});
+  log_info("arm mode",
+           {{"mode", text(logged_mode_)}, {"reason", state_.reason()}, {"command_age_ms", drive_.command_age() * 1e3}});
 }
 
 void ArmDriver::beat() {

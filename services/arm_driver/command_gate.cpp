@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
@@ -25,8 +25,8 @@ Verdict CommandGate::judge(const msg::ArmCommand& command) {
     complaint_ = std::move(stale);
     return Verdict::kStaleTerm;
   }
-  const auto q = bus::joints_from_message(command.q(), "command of " + command.node() + ": q", joints_);
-  const auto qd = bus::joints_from_message(command.qd(), "command of " + command.node() + ": qd", joints_);
+  const auto q = messages::joints_from_message(command.q(), {"command of ", command.node(), ": q"}, joints_);
+  const auto qd = messages::joints_from_message(command.qd(), {"command of ", command.node(), ": qd"}, joints_);
   const bool period_usable = std::isfinite(command.period()) && command.period() > 0.0;
   if (!q || !qd || !period_usable) {
     ++unusable_;

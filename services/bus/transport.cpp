@@ -83,7 +83,7 @@ std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQo
                                      const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
-  auto gate = std::make_shared<Gate>(options.lose_one_in, options.lease);
+  auto gate = std::make_shared<Gate>(options.discard, options.lease);
   qos.transport().user_transports.push_back(std::make_shared<GateDescriptor>(udp(options), gate));
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());

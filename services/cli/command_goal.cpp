@@ -5,13 +5,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/goals.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -46,7 +46,7 @@ void fill(msg::Goal& goal, const Options& options) {
     goal.named(options.named);
   } else {
     goal.kind(msg::GoalKind::GOAL_POSE);
-    goal.X_WT(bus::to_message(pose_of(options.pose)));
+    goal.X_WT(messages::to_message(pose_of(options.pose)));
   }
 }
 

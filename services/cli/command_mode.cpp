@@ -7,9 +7,9 @@
 
 #include "services/cli/client.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

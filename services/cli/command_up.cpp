@@ -9,10 +9,8 @@
 
 #include "services/cli/cell_account.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/log_folder.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
 #include "services/cli/status_json.hpp"
@@ -20,6 +18,8 @@
 #include "services/cli/supervisor_news.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/cli/task_rounds.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/options.hpp"
 

@@ -7,13 +7,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/goals.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/told_faults.hpp"
 
 namespace hecaton::services::cli {

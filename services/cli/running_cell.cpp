@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services::cli {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -19,7 +19,7 @@ Json vector(const msg::Vec3& v) {
 }
 
 Json pose(const msg::Pose& pose) {
-  const auto value = bus::from_message(pose, "pose");
+  const auto value = messages::from_message(pose, "pose");
   return value ? Json(xyz_rpy_of(*value)) : Json(nullptr);
 }
 

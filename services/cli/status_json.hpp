@@ -3,7 +3,7 @@
 
 #include <idl/supervisor.h>
 
-#include "services/cli/document.hpp"
+#include "services/command_line/document.hpp"
 
 namespace hecaton::services::cli {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {

@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
+#include "services/messages/names.hpp"
 #include "services/planner/explain.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
@@ -26,10 +27,6 @@ constexpr auto kLongestSearch = 60s;
 constexpr double kBlockedAfter = 1.0;
 /// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
 constexpr double kTrackingTolerance = 2.0;
-
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
 
 std::vector<planner::Arm> arms_of(const planner::Cell& cell) {
   std::vector<planner::Arm> arms;
@@ -54,28 +51,6 @@ std::uint64_t seed_of(const std::string& name) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
   return hash;
-}
-
-const char* state_name(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-      return "accepted";
-    case msg::GoalState::GOAL_ACTIVE:
-      return "active";
-    case msg::GoalState::GOAL_REACHED:
-      return "reached";
-    case msg::GoalState::GOAL_BLOCKED:
-      return "blocked";
-    case msg::GoalState::GOAL_REJECTED:
-      return "rejected";
-    case msg::GoalState::GOAL_CANCELLED:
-      return "cancelled";
-    case msg::GoalState::GOAL_REPLACED:
-      return "replaced";
-    case msg::GoalState::GOAL_TIMED_OUT:
-      break;
-  }
-  return "timed out";
 }
 
 /// An arm that cannot be used because the disk is full would be worse than one whose goal ends with its planner.
@@ -374,8 +349,8 @@ void PlannerService::command(const planner::TickResult& result) {
   command_.sequence_number(++sequence_);
   controller_.sent(sequence_);
   command_.stamp_ns(stamp_now());
-  command_.q(bus::to_message(result.q));
-  command_.qd(bus::to_message(result.qd));
+  messages::to_message(result.q, command_.q());
+  messages::to_message(result.qd, command_.qd());
   if (Clock::now() - now_ > reaction_ + loop_.period()) return;
   (void)commands_.write(command_);  // the bus logs a refusal; the next command is due in one period
 }
@@ -406,7 +381,7 @@ void PlannerService::publish_statuses() {
     const bool passing =
         status.state() == msg::GoalState::GOAL_ACTIVE || status.state() == msg::GoalState::GOAL_BLOCKED;
     (passing ? log_debug : log_info)("goal", {{"goal", status.goal()},
-                                              {"state", state_name(status.state())},
+                                              {"state", text(status.state())},
                                               {"elapsed", status.elapsed()},
                                               {"distance", status.distance_to_goal()},
                                               {"reason", status.reason()}});

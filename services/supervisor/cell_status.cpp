@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/names.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 #include "services/supervisor/messages.hpp"
@@ -162,7 +162,7 @@ class StatusBuilder {
       msg::ObstacleStatus status;
       status.name(name);
       status.shape(shape_list(obstacle));
-      status.motion(bus::motion_name(obstacle.motion().kind()));
+      status.motion(text(obstacle.motion().kind()));
       status.attached_to(obstacle.attached_to());
       status.X_WO(obstacle.X_WO());
       status.age(kNever);
@@ -183,10 +183,9 @@ class StatusBuilder {
   }
 
   static std::string shape_list(const msg::Obstacle& obstacle) {
-    std::string text;
-    for (const msg::PlacedShape& shape : obstacle.shapes())
-      text += (text.empty() ? "" : " + ") + bus::shape_text(shape);
-    return text;
+    std::string list;
+    for (const msg::PlacedShape& shape : obstacle.shapes()) list += (list.empty() ? "" : " + ") + text(shape);
+    return list;
   }
 
   const StatusSource& source_;

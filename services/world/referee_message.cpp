@@ -1,6 +1,6 @@
 #include "services/world/referee_message.hpp"
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
@@ -10,16 +10,16 @@ msg::RefereeReport referee_message(const world::RefereeReport& report, double ti
   message.time(time);
   message.contacts(report.contacts);
   message.judged(report.judged);
-  if (report.judged) message.smallest(bus::to_message(report.smallest));
+  if (report.judged) message.smallest(messages::to_message(report.smallest));
   for (int kind = 0; kind < world::kContactKinds; ++kind) {
     const world::KindReport& of_kind = report.kinds[static_cast<std::size_t>(kind)];
     msg::KindSummary& summary = message.kinds().emplace_back();
     summary.kind(static_cast<msg::ContactKind>(kind));
     summary.judged(of_kind.judged);
     summary.contacts(of_kind.contacts);
-    if (of_kind.judged) summary.smallest(bus::to_message(of_kind.smallest));
+    if (of_kind.judged) summary.smallest(messages::to_message(of_kind.smallest));
   }
-  for (const world::Separation& event : report.events) message.events().push_back(bus::to_message(event));
+  for (const world::Separation& event : report.events) message.events().push_back(messages::to_message(event));
   return message;
 }
 

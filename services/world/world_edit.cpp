@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "planner/model/kinematics.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/config/obstacle_rules.hpp"
 #include "world/sim/obstacle_motion.hpp"
 
@@ -27,7 +27,7 @@ std::optional<world::EditResult> refuse_place(const world::BulletWorld& world, c
 }
 
 world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const msg::Obstacle& message) {
-  const auto obstacle = bus::from_message(message);
+  const auto obstacle = messages::from_message(message);
   if (!obstacle) return refused(obstacle.error);
   if (const auto complaint = config::complain(*obstacle)) return refused(about(obstacle->name, complaint->sentence()));
   std::vector<std::string> arms;
@@ -54,7 +54,7 @@ const world::Obstacle* find(const world::BulletWorld& world, const std::string& 
 }
 
 world::EditResult move(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
-  const auto X_WO = bus::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
+  const auto X_WO = messages::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
   if (!X_WO) return refused(X_WO.error);
   if (const auto complaint = config::complain(*X_WO, "pose")) {
     return refused(about(request.name(), complaint->sentence()));

@@ -7,7 +7,7 @@
 namespace hecaton::services {
 namespace {
 
-bus::Converted<world::RefereeReport> report_from(const msg::RefereeReport& message) {
+messages::Converted<world::RefereeReport> report_from(const msg::RefereeReport& message) {
   if (message.kinds().size() != world::kContactKinds) return {{}, "referee: another number of kinds of contacts"};
   world::RefereeReport report;
   for (std::size_t i = 0; i < world::kContactKinds; ++i) {
@@ -16,12 +16,12 @@ bus::Converted<world::RefereeReport> report_from(const msg::RefereeReport& messa
     kind.contacts = summary.contacts();
     kind.judged = summary.judged();
     if (!kind.judged) continue;
-    const auto smallest = bus::from_message(summary.smallest(), "referee: smallest");
+    const auto smallest = messages::from_message(summary.smallest(), "referee: smallest");
     if (!smallest) return {{}, smallest.error};
     kind.smallest = *smallest;
   }
   for (const msg::Separation& event : message.events()) {
-    const auto contact = bus::from_message(event, "referee: contact");
+    const auto contact = messages::from_message(event, "referee: contact");
     if (!contact) return {{}, contact.error};
     report.events.push_back(*contact);
   }
@@ -35,7 +35,7 @@ msg::WorldMemory memory_of(const world::BulletWorld& world) {
   memory.time(world.time());
   memory.edition(world.snapshot().edition);
   for (const world::Obstacle& obstacle : world.obstacles_now()) {
-    memory.obstacles().push_back(bus::to_message(obstacle));
+    memory.obstacles().push_back(messages::to_message(obstacle));
   }
   const world::RefereeMemory account = world.referee().remember();
   memory.referee(referee_message(account.report, world.time(), true));
@@ -52,13 +52,13 @@ msg::WorldMemory memory_of(const world::BulletWorld& world) {
   return memory;
 }
 
-bus::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene) {
+messages::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene) {
   if (!std::isfinite(memory.time())) return {{}, "time must be finite"};
   Continuation next;
   next.scene = scene;
   next.scene.obstacles.clear();
   for (const msg::Obstacle& message : memory.obstacles()) {
-    const auto obstacle = bus::from_message(message);
+    const auto obstacle = messages::from_message(message);
     if (!obstacle) return {{}, obstacle.error};
     next.scene.obstacles.push_back(*obstacle);
   }

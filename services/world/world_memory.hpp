@@ -5,7 +5,7 @@
 
 #include <idl/world.h>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "world/sim/bullet_world.hpp"
 
 namespace hecaton::services {
@@ -22,6 +22,6 @@ struct Continuation {
   world::RefereeMemory account;
 };
 /// `scene`: of the cell file, for all but the obstacles.
-bus::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene);
+messages::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene);
 
 }  // namespace hecaton::services

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "planner/simulation/arm_bodies.hpp"
-#include "services/bus/convert.hpp"
 #include "services/bus/message_file.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -22,10 +22,6 @@ constexpr auto kReportPeriod = 100ms;
 constexpr double kLongestStep = 0.1;
 /// How long the last report may wait for its readers when the service ends.
 constexpr auto kFarewell = 200ms;
-
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
 
 std::vector<world::ArmBodies> bodies_of(const planner::Cell& cell) {
   std::vector<world::ArmBodies> bodies;
@@ -125,7 +121,8 @@ void WorldService::set_arms() {
                                     [&](const auto& planned) { return planned.arm.name == sample.value.arm(); });
     if (sample.disposed || found == arms.end()) continue;
     const planner::Arm& arm = found->arm;
-    const auto q = bus::joints_from_message(sample.value.q(), "ArmState of " + arm.name + ": q", arm.model->joints());
+    const auto q =
+        messages::joints_from_message(sample.value.q(), {"ArmState of ", arm.name, ": q"}, arm.model->joints());
     if (!q) {
       log_warning("message ignored", {{"reason", q.error}});
       continue;
@@ -196,14 +193,14 @@ void WorldService::publish_shapes(const std::string& name) {
     (void)shapes_.retire(message);
     return;
   }
-  message.obstacle(bus::to_message(*found));
+  message.obstacle(messages::to_message(*found));
   if (const auto written = shapes_.write(message); !written) {
     log_error("obstacle not published", {{"obstacle", name}, {"reason", written.reason}});
   }
 }
 
 void WorldService::publish_states() {
-  msg::ObstacleStates message = bus::to_message(world_.snapshot(), world_.obstacles());
+  msg::ObstacleStates message = messages::to_message(world_.snapshot(), world_.obstacles());
   message.term(modes_.view().term());
   message.stamp_ns(stamp_now());
   (void)states_.write(message);  // best effort, and the bus has logged a refusal
@@ -223,7 +220,7 @@ void WorldService::publish_scans() {
     for (const planner::RangeScan& scan : scanners_[i].scan(world_.time(), *q_[i], caster_, now.states)) {
       const planner::RangeSensor& sensor = planned.sensors[scan.sensor];
       if (!sensor.simulated) continue;
-      msg::RangeScan message = bus::to_message(scan, sensor);
+      msg::RangeScan message = messages::to_message(scan, sensor);
       message.sensor(planned.arm.name + "/" + sensor.name);
       message.arm(planned.arm.name);
       message.link(planned.arm.model->links[sensor.link].name);

@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 
 #include "planner/model/kinematics.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 
@@ -30,7 +30,7 @@ msg::WorldEditRequest add_ball(const std::string& name, double radius, const Eig
   obstacle.shapes.push_back({world::Sphere{radius}});
   obstacle.X_WO.translation() = place;
   msg::WorldEditRequest message = request(msg::EditKind::EDIT_ADD, name);
-  message.obstacle(bus::to_message(obstacle));
+  message.obstacle(messages::to_message(obstacle));
   return message;
 }
 

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "services/cli/client.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

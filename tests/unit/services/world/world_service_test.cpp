@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/world/referee_message.hpp"
 #include "services/world/world_edit.hpp"
 
@@ -30,7 +30,7 @@ class Edit : public testing::Test {
 
 TEST_F(Edit, AddMoveRemove) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "ignored");
-  add.obstacle(bus::to_message(ball("b")));
+  add.obstacle(messages::to_message(ball("b")));
   EXPECT_EQ(edited_name(add), "b");
   ASSERT_TRUE(apply_edit(world_, cell_, add).done);
   ASSERT_EQ(world_.obstacles().size(), 2U);
@@ -59,7 +59,7 @@ TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
 TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
   const auto refusal = [&](const world::Obstacle& obstacle) {
     msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
-    add.obstacle(bus::to_message(obstacle));
+    add.obstacle(messages::to_message(obstacle));
     return apply_edit(world_, cell_, add).reason;
   };
   EXPECT_EQ(refusal(ball("two words")),
