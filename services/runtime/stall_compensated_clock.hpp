@@ -13,6 +13,9 @@ using Time = std::chrono::nanoseconds;  ///< since any fixed instant; never goes
 
 class StallCompensatedClock {
  public:
+  /// After a stall of this a process has thrown away what waited in its sockets (services/bus/absence.hpp).
+  static constexpr Time kLongStall = std::chrono::milliseconds(250);
+
   /// An interval between two calls of advance() above `limit` is a stall, of which only `period` counts.
   StallCompensatedClock(Time period, Time limit, Time now) : period_(period), limit_(limit), now_(now), before_(now) {}
 

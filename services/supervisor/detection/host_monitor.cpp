@@ -5,9 +5,6 @@
 namespace hecaton::services {
 namespace {
 
-/// After a stall of this the process has thrown away what waited in its sockets (services/bus/absence.hpp).
-constexpr Time kLongStall = std::chrono::milliseconds(250);
-
 /// Keeps the beginning of a condition that holds without a gap.
 void keep_since(std::optional<Time>& since, bool holds, Time now) {
   if (!holds) {
@@ -57,7 +54,7 @@ void HostMonitor::judge(Time stall) {
 // An observer that stood still for long has to hear every host again first. When it stood still for longer than a sure
 // return takes, others may have dropped it.
 void HostMonitor::note_stall(Time stall) {
-  if (stall <= kLongStall) return;
+  if (stall <= StallCompensatedClock::kLongStall) return;
   unsettled_ = now();
   for (HostIndex host = 0; host < hosts_.size(); ++host) {
     hosts_[host].returned = hosts_[host].steady_since = now();

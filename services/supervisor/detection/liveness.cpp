@@ -5,9 +5,7 @@
 namespace hecaton::services {
 namespace {
 
-/// An observer that stood still for longer has thrown away what arrived meanwhile, and hears all senders again only
-/// after a moment (up to 24 ms).
-constexpr Time kLongStall = std::chrono::milliseconds(250);
+/// After a long stall an observer hears all senders again only after a moment (up to 24 ms).
 constexpr Time kCatchingUp = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -46,7 +44,7 @@ void Liveness::allow(std::string_view name, Time silence) {
 }
 
 void Liveness::judge(bool stalled) {
-  const Time catching_up = clock_.last_stall() > kLongStall ? kCatchingUp : Time(0);
+  const Time catching_up = clock_.last_stall() > StallCompensatedClock::kLongStall ? kCatchingUp : Time(0);
   for (auto& [name, entry] : entries_) {
     const Time now = clock_.now();
     const bool accused = entry.presence == Presence::kSuspected || entry.presence == Presence::kLost;
