@@ -7,6 +7,7 @@
 
 #include <poll.h>
 
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -192,7 +193,9 @@ void Agent::tell(const Incident& incident) {
   event.restarts(incident.restarts);
   event.sequence_number(++sequence_);
   event.stamp_ns(stamp_now());
-  if (exited) event.reason(incident.reason);
+  if (exited && incident.hung) {
+    event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, service.node, incident.reason));
+  }
   static_cast<void>(events_.write(event));  // the bus has logged a refusal
   if (!exited) {
     log_info("service started", {{"service", service.name}, {"pid", incident.pid}, {"restarts", incident.restarts}});
@@ -210,8 +213,10 @@ void Agent::tell(const Incident& incident) {
 void Agent::beat(bus::Clock::time_point now) {
   Vital vital;
   vital.newest_event = sequence_;
-  vital.detail = keeper_.complaint();
-  if (!vital.detail.empty()) vital.state = msg::NodeState::NODE_DEGRADED;
+  if (!keeper_.all_well()) {
+    vital.state = msg::NodeState::NODE_DEGRADED;
+    vital.cause = make_cause(msg::CauseKind::CAUSE_PROCESS_DIED, {}, keeper_.complaint());
+  }
   if (ending_) vital.state = msg::NodeState::NODE_STOPPING;
   for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
   reachability_.report(now);

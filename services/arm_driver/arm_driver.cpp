@@ -5,6 +5,7 @@
 
 #include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -67,8 +68,8 @@ void ArmDriver::run() {
 void ArmDriver::listen() {
   (void)mailbox_.take_events();
   modes_.update();
-  drive_.saw(modes_.view().mandate(name_));
-  drive_.order(modes_.view().order(name_), modes_.view().why(name_));
+  drive_.saw(modes_.view().lease(name_));
+  drive_.order(modes_.view().order(name_), modes_.view().why(name_).text());
   for (const auto& sample : commands_.take()) {
     // What lay here while this process was stopped is no command any more.
     const bool current = sample.age(loop_.now()) <= command_timeout_;
@@ -102,7 +103,7 @@ void ArmDriver::note_acceptance(const Commander& commander, bus::Clock::time_poi
 // From now on commands of older terms are refused, whether or not one of this term ever comes: also by our successor,
 // should we be killed when the arm has just moved by it.
 void ArmDriver::note_mandate() {
-  const Mandate& newest = drive_.gate().mandate();
+  const ArmLease& newest = drive_.gate().mandate();
   if (newest == logged_mandate_) return;
   memory_.remember(drive_.arm().q(), newest);
   log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", logged_mandate_.term}});
@@ -152,9 +153,10 @@ void ArmDriver::publish() {
 void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
-  vital.detail = state_.reason();
-  const bool as_told = drive_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
+  const bool runs = drive_.mode() == msg::ArmMode::ARM_RUNNING;
+  const bool as_told = runs || modes_.view().order(name_) != msg::Mode::MODE_RUN;
   vital.state = as_told && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
+  if (!runs) vital.cause = make_cause(msg::CauseKind::CAUSE_COMMANDS_CEASED, name_, state_.reason());
   vital.oldest_input = "ArmCommand/" + name_;
   vital.oldest_input_age = drive_.command_age();
   pulse_.beat(loop_.now(), vital, loop_.statistics());

@@ -11,7 +11,7 @@ CommandGate::CommandGate(int joints) : joints_(joints) {}
 
 // Why its sender is not, or no longer, the one to command; empty when it is.
 std::string CommandGate::fence(const msg::ArmCommand& command) const {
-  const Mandate& newest = mandate_.newest();
+  const ArmLease& newest = mandate_.newest();
   const auto claim = [&] { return "commands of " + command.node() + " carry term " + std::to_string(command.term()); };
   if (command.term() < newest.term) return claim() + ", which is older than " + std::to_string(newest.term);
   const bool taken = command.term() == newest.term && !newest.planner.empty() && newest.planner != command.node();

@@ -29,7 +29,7 @@ ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, co
   Client client(settings);
   check(client.status());
   const msg::WorldEditReply reply = client.edit(request);
-  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.cause().text());
   print(settings, {{"done", true}, {"name", request.name()}, {"edition", reply.edition()}}, done + "\n");
   return ExitCode::kDone;
 }

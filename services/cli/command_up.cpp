@@ -126,7 +126,7 @@ class Run {
     for (const std::string& line : supervisor.listen(cell.answered() ? &cell.status() : nullptr)) display_.line(line);
     std::string open;
     for (const msg::Fault& fault : cell.status().faults()) {
-      if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.seen();
+      if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.cause().text();
     }
     if (open != faults_) display_.line(open.empty() ? "all faults are over" : "fault: " + open);
     faults_ = open;

@@ -6,6 +6,7 @@
 #include <ctime>
 
 #include "services/command_line/quantities.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 
@@ -31,7 +32,7 @@ std::string goal_text(const msg::GoalStatus& goal) {
 }
 
 std::string waiting_text(const msg::ArmStatus& arm) {
-  if (!arm.waiting_for().empty()) return arm.waiting_for();
+  if (!is_none(arm.waiting_for())) return arm.waiting_for().text();
   if (!arm.has_goal() || is_final(arm.goal().state())) return {};
   return why_text(arm.goal());
 }

@@ -8,6 +8,8 @@
 namespace hecaton::services::cli {
 
 [[nodiscard]] Json to_json(const msg::GoalStatus& goal);
+/// Null for CAUSE_NONE.
+[[nodiscard]] Json to_json(const msg::Cause& cause);
 [[nodiscard]] Json to_json(const msg::ArmStatus& arm);
 [[nodiscard]] Json to_json(const msg::NodeStatus& node);
 [[nodiscard]] Json to_json(const msg::HostStatus& host);

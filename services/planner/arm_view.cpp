@@ -194,7 +194,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.qd = heard_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
     seen.known = true;
-    seen.plans = heard_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == ArmOrder::kRun;
+    seen.plans = heard_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
   }
   return observations_;
 }

@@ -10,6 +10,7 @@
 #include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
 #include "services/planner/explain.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -184,7 +185,7 @@ std::string PlannerService::blind() const {
 }
 
 std::string PlannerService::hold_reason() const {
-  return modes_.view().order(name_) != ArmOrder::kRun ? modes_.view().why(name_) : blind();
+  return modes_.view().order(name_) != msg::Mode::MODE_RUN ? modes_.view().why(name_).text() : blind();
 }
 
 void PlannerService::note_hold(const std::string& reason) {
@@ -270,7 +271,7 @@ void PlannerService::plan() {
     route_policy_.drop();
   }
 
-  const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
+  const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == msg::Mode::MODE_RUN;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
   waited_for_input_ = starved ? waited_for_input_ + controller_.control_period() : 0.0;
   if (!desk_.has_active()) return;
@@ -391,7 +392,7 @@ void PlannerService::publish_statuses() {
 void PlannerService::beat() {
   Vital vital;
   vital.term = modes_.view().term();
-  vital.mandate = duty_.mandate();
+  vital.lease = duty_.mandate();
   const auto consider = [&vital](double age, const std::string& input) {
     if (age <= vital.oldest_input_age) return;
     vital.oldest_input_age = std::isfinite(age) ? age : 1e9;
@@ -405,10 +406,15 @@ void PlannerService::beat() {
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
   vital.state = in_charge_ ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
   if (starved || !hanging_thread_.empty()) vital.state = msg::NodeState::NODE_DEGRADED;
-  vital.detail = hanging_thread_;
   if (starved) {
-    vital.detail += vital.detail.empty() ? "" : "; ";
-    vital.detail += hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+    const bool obstacles = vital.oldest_input == "ObstacleStates";
+    vital.cause =
+        make_cause(obstacles ? msg::CauseKind::CAUSE_OBSTACLES_OLD : msg::CauseKind::CAUSE_ARM_STATE_OLD,
+                   vital.oldest_input, hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_);
+  }
+  if (!hanging_thread_.empty()) {
+    const std::string also = starved ? "; " + vital.cause.text() : "";
+    vital.cause = make_cause(msg::CauseKind::CAUSE_NODE_SILENT, node_, hanging_thread_ + also);
   }
   pulse_.beat(now_, vital, loop_.statistics());
 }

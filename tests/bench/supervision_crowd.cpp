@@ -5,9 +5,9 @@
 
 #include <idl/arm.h>
 
-#include "services/messages/convert.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"

@@ -45,20 +45,13 @@ def silence_of(node, limits):
 
 def silences(node):
     """What a node that fell silent is said to be: itself, or its stream, when heartbeats are heard again before the states
-    are (FaultDetector::stream_sight)."""
+    are (CellWatch::stream_sight)."""
     pairs = {("node_silent", node)}
     if node == "world":
         pairs.add(("world_silent", node))
     if node.startswith("driver/"):
         pairs.add(("driver_silent", node.removeprefix("driver/")))
     return pairs
-
-
-def pairs(fault):
-    """What a told fault means: (kind, subject). A host that is isolated is lost to the others; of a lost link, either end may be."""
-    if fault["kind"] == "link_lost":
-        return {("host_lost", host) for host in fault["subject"].split("<->")}
-    return {("host_lost" if fault["kind"] == "host_isolated" else fault["kind"], fault["subject"])}
 
 
 class Injection:
@@ -181,8 +174,7 @@ class Absence(OfHost):
 
     def may(self, places, blind):
         # Its nodes do not return in one instant.
-        nodes = {f"agent/{self.host}", *self.nodes(places)}
-        return {("host_lost", self.host)}.union(*map(silences, nodes))
+        return {("host_lost", self.host)}.union(*(silences(node) for node in self.nodes(places)))
 
     def hits(self, places):
         return set(filter(is_supervisor, self.nodes(places)))
@@ -199,8 +191,8 @@ class OneWay(OfHost):
 
 class Separation(Absence):
     """The host's processes run on without the others. A supervisor among them leads, or does so after a second alone
-    (Ears::newest_arrival), and tells that its own host is isolated: that the link is lost, if there are but two hosts. Its
-    account is not lost when all are together again (FaultLegacy)."""
+    (Ears::newest_arrival), and tells that its own host is lost: the only other one, if there are but two. Its account is not lost when
+    all are together again (FaultLegacy)."""
 
     def may(self, places, blind):
         hosts = set(places.values())

@@ -1,5 +1,5 @@
 #pragma once
-/// The nodes that a supervisor expects, and how soon their silence counts. Standard library only.
+/// The nodes that a supervisor expects, and how soon their silence counts. Pure.
 
 #include <chrono>
 #include <cstdint>
@@ -12,11 +12,9 @@
 
 namespace hecaton::services {
 
-enum class NodeRole : std::uint8_t { kPlanner, kDriver, kWorld, kAgent, kSupervisor };
-
 struct ExpectedNode {
   std::string name;
-  NodeRole role{};
+  msg::NodeKind role{};
   std::string arm;   ///< of planners and drivers
   std::string host;  ///< where it runs
 };
@@ -34,11 +32,11 @@ struct DetectionLimits {
   Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
   Time arm_period = std::chrono::milliseconds(4);     ///< of ArmState
   Time world_period = std::chrono::milliseconds(10);  ///< of ObstacleStates
-  std::set<FaultKind> waits_for_resume{};             ///< what such a fault holds stays held until people resume it
+  std::set<msg::CauseKind> waits_for_resume{};        ///< what such a fault holds stays held until people resume it
 
   [[nodiscard]] HostLimits hosts() const;
-  /// A fault of a host or of its link waits where kHostLost does.
-  [[nodiscard]] bool waits(FaultKind kind) const;
+  /// A fault of a host or of its link waits where CAUSE_HOST_LOST does.
+  [[nodiscard]] bool waits(msg::CauseKind kind) const;
 };
 
 }  // namespace hecaton::services

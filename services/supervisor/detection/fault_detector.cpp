@@ -38,14 +38,18 @@ bool silent(Presence presence) {
   return presence == Presence::kSuspected || presence == Presence::kLost;
 }
 
-FaultSeverity silence_severity(Presence presence) {
-  return presence == Presence::kSuspected ? FaultSeverity::kWarning : FaultSeverity::kError;
+msg::Severity silence_severity(Presence presence) {
+  return presence == Presence::kSuspected ? msg::Severity::SEVERITY_WARNING : msg::Severity::SEVERITY_ERROR;
 }
 
 FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit, Time silence) {
   const auto within = exit.at ? std::nullopt : std::optional(silence);
-  return {
-      FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit), within, exit.at};
+  return {msg::CauseKind::CAUSE_PROCESS_DIED,
+          msg::Severity::SEVERITY_ERROR,
+          node.name,
+          node.name + ": " + end_text(exit),
+          within,
+          exit.at};
 }
 
 /// "north-pc<->west-pc": the same for both directions.
@@ -69,26 +73,26 @@ HostLimits DetectionLimits::hosts() const {
   return hosts;
 }
 
-bool DetectionLimits::waits(FaultKind kind) const {
-  const bool of_host = kind == FaultKind::kHostIsolated || kind == FaultKind::kLinkLost;
-  return waits_for_resume.contains(of_host ? FaultKind::kHostLost : kind);
+bool DetectionLimits::waits(msg::CauseKind kind) const {
+  const bool of_host = kind == msg::CauseKind::CAUSE_HOST_ISOLATED || kind == msg::CauseKind::CAUSE_LINK_LOST;
+  return waits_for_resume.contains(of_host ? msg::CauseKind::CAUSE_HOST_LOST : kind);
 }
 
-std::string cause_of(FaultKind kind, const std::string& node) {
-  const bool beside =
-      kind == FaultKind::kDuplicateNode || kind == FaultKind::kPersistenceFailed || kind == FaultKind::kArmFailed;
-  return beside ? node + kBeside + std::string(fault_kind_name(kind)) : node;
+std::string cause_of(msg::CauseKind kind, const std::string& node) {
+  const bool beside = kind == msg::CauseKind::CAUSE_DUPLICATE_NODE ||
+                      kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED || kind == msg::CauseKind::CAUSE_ARM_FAILED;
+  return beside ? node + kBeside + std::string(cause_name(kind)) : node;
 }
 
-std::string cause_of_subject(FaultKind kind, const std::string& subject) {
+std::string cause_of_subject(msg::CauseKind kind, const std::string& subject) {
   switch (kind) {
-    case FaultKind::kDriverSilent:
-    case FaultKind::kArmFailed:
+    case msg::CauseKind::CAUSE_DRIVER_SILENT:
+    case msg::CauseKind::CAUSE_ARM_FAILED:
       return cause_of(kind, driver_node(subject));
-    case FaultKind::kHostLost:
-    case FaultKind::kHostIsolated:
+    case msg::CauseKind::CAUSE_HOST_LOST:
+    case msg::CauseKind::CAUSE_HOST_ISOLATED:
       return agent_node(subject);
-    case FaultKind::kLinkLost:
+    case msg::CauseKind::CAUSE_LINK_LOST:
       return "link " + subject;
     default:
       return cause_of(kind, subject);
@@ -97,7 +101,7 @@ std::string cause_of_subject(FaultKind kind, const std::string& subject) {
 
 std::string end_text(const ProcessExit& exit) {
   const std::string process = "process " + std::to_string(exit.pid);
-  if (!exit.reason.empty()) return "its agent ended " + process + ": " + exit.reason;
+  if (!is_none(exit.cause)) return "its agent ended " + process + ": " + exit.cause.text();
   if (exit.signal_number == 0) return process + " ended with exit code " + std::to_string(exit.exit_code);
   const char* name = strsignal(exit.signal_number);
   return process + " was ended by signal " + std::to_string(exit.signal_number) +
@@ -115,14 +119,14 @@ FaultDetector::FaultDetector(std::vector<ExpectedNode> nodes, std::vector<std::s
       mode_(std::move(arms)) {
   for (const ExpectedNode& node : nodes_) {
     LivenessLimits own = limits_.node;
-    if (node.role == NodeRole::kAgent) own.lost = limits_.host_lease;
+    if (node.role == msg::NodeKind::NODE_AGENT) own.lost = limits_.host_lease;
     liveness_.expect(node.name, own);
     losses_.expect(node.name, node.host);
     State& state = states_[node.name];
-    state.has_stream = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+    state.has_stream = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
     if (!state.has_stream) continue;
     LivenessLimits stream = limits_.node;
-    stream.silence = node.role == NodeRole::kDriver ? limits_.arm_stream : limits_.world_stream;
+    stream.silence = node.role == msg::NodeKind::NODE_DRIVER ? limits_.arm_stream : limits_.world_stream;
     stream.lost = std::max(stream.lost, stream.silence);
     liveness_.expect(stream_name(node.name), stream);
     losses_.expect(stream_name(node.name), node.host);
@@ -137,7 +141,7 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   const ExpectedNode* known = expected(node);
   if (!known) return;
   State& state = states_.find(node)->second;
-  hosts_.heard(*hosts_.index(known->host), clock_.at(heartbeat.at), known->role == NodeRole::kAgent);
+  hosts_.heard(*hosts_.index(known->host), clock_.at(heartbeat.at), known->role == msg::NodeKind::NODE_AGENT);
   losses_.arrived(node, heartbeat.pid, heartbeat.number);
   const std::int64_t pid = heartbeat.pid;
   const bool late = (state.died && state.died->pid == pid) || (state.stopped && state.pid == pid);
@@ -216,18 +220,18 @@ void FaultDetector::process_exited(std::string_view node, const ProcessExit& exi
 
 void FaultDetector::contacts(std::uint64_t count, const std::string& subject, const std::string& seen) {
   const bool first = !std::exchange(contacts_.known, true);
-  if (first && faults_.knows(FaultKind::kContact)) contacts_.count = count;
+  if (first && faults_.knows(msg::CauseKind::CAUSE_CONTACT)) contacts_.count = count;
   if (count > contacts_.count) {
-    contacts_.untold.push_back({FaultKind::kContact, FaultSeverity::kCritical, subject, seen});
+    contacts_.untold.push_back({msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, subject, seen});
   }
   contacts_.count = count;
 }
 
 void FaultDetector::adopt(const std::string& cause, const FaultRecord& record, Time now) {
   faults_.adopt(cause, record, now);
-  const bool judged =
-      record.kind == FaultKind::kLinkLost ||
-      (record.kind != FaultKind::kPersistenceFailed && expects(std::string_view(cause).substr(0, cause.find(kBeside))));
+  const bool judged = record.kind == msg::CauseKind::CAUSE_LINK_LOST ||
+                      (record.kind != msg::CauseKind::CAUSE_PERSISTENCE_FAILED &&
+                       expects(std::string_view(cause).substr(0, cause.find(kBeside))));
   if (!judged) faults_.clear(cause, now);
 }
 
@@ -303,7 +307,7 @@ void FaultDetector::allow_for_losses() {
     all += overdue;
   }
   for (const ExpectedNode& node : nodes_) {
-    const bool agent = node.role == NodeRole::kAgent;
+    const bool agent = node.role == msg::NodeKind::NODE_AGENT;
     const int own = overdue_heartbeats(node);  // tells nothing of the way
     const PacketLossEstimator::Late others{late[node.host] - own, all - own};
     // A lease is long enough to go by the losses that are known.
@@ -312,7 +316,7 @@ void FaultDetector::allow_for_losses() {
     liveness_.allow(node.name, allowed);
     if (agent) hosts_.allow(*hosts_.index(node.host), allowed);
     if (!find(node.name)->has_stream) continue;
-    const Time period = node.role == NodeRole::kWorld ? limits_.world_period : limits_.arm_period;
+    const Time period = node.role == msg::NodeKind::NODE_WORLD ? limits_.world_period : limits_.arm_period;
     liveness_.allow(stream_name(node.name), longest_row(lost, period));
   }
 }
@@ -340,12 +344,13 @@ void FaultDetector::raise(const std::string& cause, const FaultSight& sight, Tim
 // Rules 3 to 5: the state of each host is one fault, and its nodes are not blamed.
 void FaultDetector::judge_hosts(Time now) {
   for (const ExpectedNode& agent : nodes_) {
-    if (agent.role != NodeRole::kAgent) continue;
+    if (agent.role != msg::NodeKind::NODE_AGENT) continue;
     const HostIndex host = *hosts_.index(agent.host);
     const FaultRecord* open = faults_.open(agent.name);
     if (hosts_.state(host) != HostState::kHeard) {
       raise(agent.name, host_sight(host), now);
-    } else if (open && (open->kind == FaultKind::kHostLost || open->kind == FaultKind::kHostIsolated)) {
+    } else if (open &&
+               (open->kind == msg::CauseKind::CAUSE_HOST_LOST || open->kind == msg::CauseKind::CAUSE_HOST_ISOLATED)) {
       faults_.clear(agent.name, now);
     }
   }
@@ -355,12 +360,12 @@ FaultSight FaultDetector::host_sight(HostIndex host) const {
   const std::string& name = hosts_.name(host);
   const std::string lease = milliseconds(limits_.host_lease);
   if (hosts_.state(host) == HostState::kLost) {
-    return {FaultKind::kHostLost, FaultSeverity::kError, name, "host " + name + ": no host has heard it for " + lease,
-            hosts_.silence(host)};
+    return {msg::CauseKind::CAUSE_HOST_LOST, msg::Severity::SEVERITY_ERROR, name,
+            "host " + name + ": no host has heard it for " + lease, hosts_.silence(host)};
   }
   const bool own = host == hosts_.own();
   return {
-      FaultKind::kHostIsolated, FaultSeverity::kError, name,
+      msg::CauseKind::CAUSE_HOST_ISOLATED, msg::Severity::SEVERITY_ERROR, name,
       "host " + name +
           (own ? ": it hears no other host, or no other host hears it, for " : ": it has heard no other host for ") +
           lease};
@@ -374,16 +379,16 @@ void FaultDetector::judge_links(Time now) {
     const std::string& to = hosts_.name(link.observer);
     const bool own = link.subject == hosts_.own() || link.observer == hosts_.own();
     const std::string name = link_name(from, to);
-    const std::string cause = cause_of_subject(FaultKind::kLinkLost, name);
+    const std::string cause = cause_of_subject(msg::CauseKind::CAUSE_LINK_LOST, name);
     lost.insert(cause);
     raise(cause,
-          {FaultKind::kLinkLost, own ? FaultSeverity::kError : FaultSeverity::kWarning, name,
+          {msg::CauseKind::CAUSE_LINK_LOST, own ? msg::Severity::SEVERITY_ERROR : msg::Severity::SEVERITY_WARNING, name,
            "link " + name + ": " + to + " has not heard " + from + " for " + milliseconds(limits_.host_lease)},
           now);
   }
   std::vector<std::string> over;
   for (const FaultRecord& record : faults_.open()) {
-    if (record.kind == FaultKind::kLinkLost) over.push_back(cause_of_subject(record.kind, record.subject));
+    if (record.kind == msg::CauseKind::CAUSE_LINK_LOST) over.push_back(cause_of_subject(record.kind, record.subject));
   }
   for (const std::string& cause : over) {
     if (!lost.contains(cause)) faults_.clear(cause, now);
@@ -419,14 +424,14 @@ void FaultDetector::judge_duplicates(Time now) {
   for (const ExpectedNode& node : nodes_) {
     State& state = states_.find(node.name)->second;
     if (clock_.now() - state.returned_at > kDuplicate) state.returns = 0;
-    const std::string cause = cause_of(FaultKind::kDuplicateNode, node.name);
+    const std::string cause = cause_of(msg::CauseKind::CAUSE_DUPLICATE_NODE, node.name);
     if (state.returns < kLateSamples) {
       faults_.clear(cause, now);
       continue;
     }
     const auto [one, other] = std::minmax(state.pid, state.former_pid);
     faults_.raise(cause,
-                  {FaultKind::kDuplicateNode, FaultSeverity::kError, node.name,
+                  {msg::CauseKind::CAUSE_DUPLICATE_NODE, msg::Severity::SEVERITY_ERROR, node.name,
                    node.name + ": processes " + std::to_string(one) + " and " + std::to_string(other) +
                        " are this node at one time: end one of them"},
                   now);
@@ -436,15 +441,15 @@ void FaultDetector::judge_duplicates(Time now) {
 // It lasts until an ArmState says otherwise, also while the driver's process is gone.
 void FaultDetector::judge_devices(Time now) {
   for (const ExpectedNode& node : nodes_) {
-    if (node.role != NodeRole::kDriver) continue;
+    if (node.role != msg::NodeKind::NODE_DRIVER) continue;
     const auto& failure = find(node.name)->device_failure;
-    const std::string cause = cause_of(FaultKind::kArmFailed, node.name);
+    const std::string cause = cause_of(msg::CauseKind::CAUSE_ARM_FAILED, node.name);
     if (!failure) {
       faults_.clear(cause, now);
       continue;
     }
     raise(cause,
-          {FaultKind::kArmFailed, FaultSeverity::kError, node.arm,
+          {msg::CauseKind::CAUSE_ARM_FAILED, msg::Severity::SEVERITY_ERROR, node.arm,
            "arm " + node.arm + ": its device reports a failure" + (failure->empty() ? "" : ": " + *failure)},
           now);
   }
@@ -459,7 +464,8 @@ void FaultDetector::judge_contacts(Time now) {
     note_passing(std::move(passing));
     faults_.raise(cause, contact, now);
     faults_.clear(cause, now);
-    if (limits_.waits(FaultKind::kContact)) mode_.hold_until_resumed({}, contact.seen);
+    if (limits_.waits(msg::CauseKind::CAUSE_CONTACT))
+      mode_.hold_until_resumed({}, make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, contact.subject, contact.seen));
   }
 }
 
@@ -468,7 +474,7 @@ void FaultDetector::hold_until_resumed() {
   for (const ExpectedNode& node : nodes_) {
     const FaultRecord* fault = holds_arms(node) ? fault_holding(node) : nullptr;
     if (!fault || !fresh.contains({fault->life, fault->number}) || !limits_.waits(fault->kind)) continue;
-    mode_.hold_until_resumed(node.role == NodeRole::kWorld ? std::string() : node.arm, fault->seen);
+    mode_.hold_until_resumed(node.role == msg::NodeKind::NODE_WORLD ? std::string() : node.arm, held_by(*fault));
   }
 }
 
@@ -477,16 +483,17 @@ std::optional<FaultSight> FaultDetector::sight(const ExpectedNode& node) const {
   if (state.died) return death_sight(node, *state.died, state.silence_at_end);
   if (state.stopped) return std::nullopt;
   if (state.failure) {
-    const std::string& own_words = state.failure->empty() ? "it reports that it cannot do its work" : *state.failure;
-    return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + own_words,
-                      limits_.heartbeat_period};
+    const std::string& text = state.failure->text();
+    const std::string own_words = text.empty() ? "it reports that it cannot do its work" : text;
+    return FaultSight{msg::CauseKind::CAUSE_NODE_FAILED, msg::Severity::SEVERITY_ERROR, node.name,
+                      node.name + ": " + own_words, limits_.heartbeat_period};
   }
   const Presence presence = liveness_.presence(node.name);
   if (presence == Presence::kMissing) {
     const ExpectedNode* agent = agent_of(node.host);
     const bool explained = agent && agent->name != node.name && liveness_.presence(agent->name) == Presence::kMissing;
     if (explained) return std::nullopt;
-    return FaultSight{FaultKind::kNodeMissing, FaultSeverity::kError, node.name,
+    return FaultSight{msg::CauseKind::CAUSE_NODE_MISSING, msg::Severity::SEVERITY_ERROR, node.name,
                       node.name + " did not appear within " + milliseconds(limits_.node.grace), limits_.node.grace};
   }
   if (silent(presence)) return silence_sight(node, presence);
@@ -496,12 +503,13 @@ std::optional<FaultSight> FaultDetector::sight(const ExpectedNode& node) const {
 // Rule 1, process. A node is silent when the packets of its host have gone on without its own for longer than its
 // limit. So neither a broken link nor a lost host blames a process. (Agents that fork need longer: a lease.)
 std::optional<FaultSight> FaultDetector::silence_sight(const ExpectedNode& node, Presence presence) const {
-  const bool agent = node.role == NodeRole::kAgent;
+  const bool agent = node.role == msg::NodeKind::NODE_AGENT;
   const LivenessLimits limits = liveness_.limits(node.name);
   const Time limit = presence == Presence::kLost ? limits.lost : limits.silence;
   if ((agent && presence != Presence::kLost) || is_excused(node) || !falls_behind(node, limit)) return std::nullopt;
   const Time own = agent ? limits_.host_lease : presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
-  return FaultSight{FaultKind::kNodeSilent, agent ? FaultSeverity::kWarning : silence_severity(presence), node.name,
+  return FaultSight{msg::CauseKind::CAUSE_NODE_SILENT,
+                    agent ? msg::Severity::SEVERITY_WARNING : silence_severity(presence), node.name,
                     node.name + ": no heartbeat for more than " + milliseconds(limit) +
                         (limit > own ? ", while the network loses others" : ""),
                     liveness_.silence(node.name)};
@@ -510,7 +518,7 @@ std::optional<FaultSight> FaultDetector::silence_sight(const ExpectedNode& node,
 // Rule 1 for the states of a driver or the world: heartbeats of the same loop have gone on without them. When both end
 // together the loop hangs, which is the other fault.
 std::optional<FaultSight> FaultDetector::stream_sight(const ExpectedNode& node) const {
-  const bool world = node.role == NodeRole::kWorld;
+  const bool world = node.role == msg::NodeKind::NODE_WORLD;
   const std::string stream = stream_name(node.name);
   const Presence presence = liveness_.presence(stream);
   const Time limit = liveness_.limits(stream).silence;
@@ -518,8 +526,8 @@ std::optional<FaultSight> FaultDetector::stream_sight(const ExpectedNode& node) 
   const auto last = liveness_.last_heard(stream);
   if (last && *liveness_.last_heard(node.name) - *last <= limit) return std::nullopt;
   const std::string missing = world ? "no obstacle states" : "no arm state";
-  return FaultSight{world ? FaultKind::kWorldSilent : FaultKind::kDriverSilent, silence_severity(presence),
-                    world ? node.name : node.arm,
+  return FaultSight{world ? msg::CauseKind::CAUSE_WORLD_SILENT : msg::CauseKind::CAUSE_DRIVER_SILENT,
+                    silence_severity(presence), world ? node.name : node.arm,
                     node.name + ": heartbeats, but " + missing + " for more than " + milliseconds(limit),
                     liveness_.silence(stream)};
 }
@@ -556,7 +564,7 @@ const ExpectedNode* FaultDetector::expected(std::string_view node) const {
 }
 
 const ExpectedNode* FaultDetector::agent_of(std::string_view host) const {
-  const auto is_it = [&](const ExpectedNode& one) { return one.role == NodeRole::kAgent && one.host == host; };
+  const auto is_it = [&](const ExpectedNode& one) { return one.role == msg::NodeKind::NODE_AGENT && one.host == host; };
   const auto found = std::find_if(nodes_.begin(), nodes_.end(), is_it);
   return found == nodes_.end() ? nullptr : &*found;
 }
@@ -592,7 +600,7 @@ bool FaultDetector::sound(const ExpectedNode& node) const {
   if (state.stopped) return true;
   if (state.failure) return false;
   const bool host_is_lost =
-      node.role == NodeRole::kAgent && hosts_.state(*hosts_.index(node.host)) != HostState::kHeard;
+      node.role == msg::NodeKind::NODE_AGENT && hosts_.state(*hosts_.index(node.host)) != HostState::kHeard;
   return alive(node.name) && !host_is_lost &&
          (!state.has_stream || liveness_.presence(stream_name(node.name)) == Presence::kAlive);
 }
@@ -602,25 +610,27 @@ bool FaultDetector::is_isolated(std::string_view node) const {
   return known && hosts_.state(*hosts_.index(known->host)) == HostState::kIsolated;
 }
 
-std::string FaultDetector::awaited(std::string_view node) const {
+msg::Cause FaultDetector::awaited(std::string_view node) const {
   const State* state = find(node);
   if (!state) return {};
   const std::string name(node);
-  if (state->stopped) return name + " was told to end";
-  if (const FaultRecord* fault = faults_.open(node)) return fault->seen;
+  if (state->stopped) return make_cause(msg::CauseKind::CAUSE_NODE_STOPPED, name, name + " was ordered to end");
+  if (const FaultRecord* fault = faults_.open(node)) return make_cause(fault->kind, fault->subject, fault->seen);
   switch (liveness_.presence(node)) {
     case Presence::kWaiting:
     case Presence::kMissing:
-      return name + " has not appeared yet";
+      return make_cause(msg::CauseKind::CAUSE_NODE_MISSING, name, name + " has not appeared yet");
     case Presence::kSuspected:
     case Presence::kLost:
-      return name + " is silent";
+      return make_cause(msg::CauseKind::CAUSE_NODE_SILENT, name, name + " is silent");
     case Presence::kReturning:
     case Presence::kAlive:
       break;
   }
-  if (state->has_stream && !liveness_.last_heard(stream_name(node))) return name + " has not told any state yet";
-  return {};
+  if (!state->has_stream || liveness_.last_heard(stream_name(node))) return {};
+  const bool world = name == world_node();
+  return make_cause(world ? msg::CauseKind::CAUSE_WORLD_SILENT : msg::CauseKind::CAUSE_DRIVER_SILENT, name,
+                    name + " has not sent any state yet");
 }
 
 Loss FaultDetector::loss_of(std::string_view arm) const {
@@ -636,14 +646,14 @@ Loss FaultDetector::loss_of(std::string_view arm) const {
 // The fault that makes the node unable to serve its arm; null: none.
 const FaultRecord* FaultDetector::fault_holding(const ExpectedNode& node) const {
   if (const FaultRecord* fault = faults_.open(node.name)) return fault;
-  if (const FaultRecord* fault = faults_.open(cause_of(FaultKind::kArmFailed, node.name))) return fault;
+  if (const FaultRecord* fault = faults_.open(cause_of(msg::CauseKind::CAUSE_ARM_FAILED, node.name))) return fault;
   if (alive(node.name)) return nullptr;
   if (const ExpectedNode* agent = agent_of(node.host)) {
     if (const FaultRecord* fault = faults_.open(agent->name)) return fault;
   }
   if (!hosts_.own() || node.host == hosts_.name(*hosts_.own())) return nullptr;
   const std::string& own = hosts_.name(*hosts_.own());
-  const std::string link = cause_of_subject(FaultKind::kLinkLost, link_name(node.host, own));
+  const std::string link = cause_of_subject(msg::CauseKind::CAUSE_LINK_LOST, link_name(node.host, own));
   if (const FaultRecord* fault = faults_.open(link)) return fault;
   const ExpectedNode* own_agent = agent_of(own);
   return own_agent && hosts_.isolated() ? faults_.open(own_agent->name) : nullptr;
@@ -651,28 +661,37 @@ const FaultRecord* FaultDetector::fault_holding(const ExpectedNode& node) const 
 
 // A node that is not heard may itself hear its planner or driver: the safe order is hold, also before it is known whose
 // fault it is.
-std::string FaultDetector::hold_reason(const ExpectedNode& node) const {
-  if (const FaultRecord* fault = fault_holding(node)) return fault->seen;
-  if (!liveness_.last_heard(node.name)) return {};
+std::optional<msg::Cause> FaultDetector::hold_cause(const ExpectedNode& node) const {
+  if (const FaultRecord* fault = fault_holding(node)) return held_by(*fault);
+  if (!liveness_.last_heard(node.name)) return std::nullopt;
+  const auto silent = [&](const std::string& text) {
+    return make_cause(msg::CauseKind::CAUSE_NODE_SILENT, node.name, text);
+  };
   const auto silence = hosts_.silence(*hosts_.index(node.host));
-  if (!alive(node.name) && silence && *silence >= limits_.node.silence) return "nothing is heard of host " + node.host;
-  return is_excused(node) && !sound(node) ? node.name + " is not back yet" : std::string();
+  if (!alive(node.name) && silence && *silence >= limits_.node.silence) {
+    return silent("nothing is heard of host " + node.host);
+  }
+  if (is_excused(node) && !sound(node)) return silent(node.name + " is not back yet");
+  return std::nullopt;
 }
 
 // Everything works without agents and without the other supervisor, an arm without its standby planner.
 bool FaultDetector::holds_arms(const ExpectedNode& node) const {
-  if (node.role == NodeRole::kPlanner) return node.name == in_charge(node.arm);
-  return node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+  if (node.role == msg::NodeKind::NODE_PLANNER) return node.name == in_charge(node.arm);
+  return node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
 }
 
 AutomaticHolds FaultDetector::holds() const {
   AutomaticHolds holds;
   for (const ExpectedNode& node : nodes_) {
     if (!holds_arms(node)) continue;
-    const std::string reason = hold_reason(node);
-    if (reason.empty()) continue;
-    std::string& place = node.role == NodeRole::kWorld ? holds.cell : holds.arms[node.arm];
-    if (place.empty()) place = reason;
+    auto cause = hold_cause(node);
+    if (!cause) continue;
+    if (node.role != msg::NodeKind::NODE_WORLD) {
+      holds.arms.try_emplace(node.arm, *std::move(cause));
+    } else if (!holds.cell) {
+      holds.cell = std::move(cause);
+    }
   }
   return holds;
 }

@@ -1,6 +1,6 @@
 #pragma once
 /// From signs of life, rows of reachability, process events and orders to the faults and the mode of a cell: the whole
-/// judgement of the supervisor. Standard library only: time is an argument, and every fault can be tested without a
+/// judgement of the supervisor. Pure: time is an argument, and every fault can be tested without a
 /// network.
 ///
 /// One turn of the owner's loop: advance(now), everything that arrived, judge(now).
@@ -43,9 +43,9 @@ namespace hecaton::services {
 
 struct Heartbeat {
   std::int64_t pid = 0;
-  Time at{0};                            ///< when it arrived
-  std::uint64_t number = 0;              ///< the process counts its heartbeats from 1; 0: unknown
-  std::optional<std::string> failure{};  ///< the node reports that it cannot do its work, and why; may be ""
+  Time at{0};                           ///< when it arrived
+  std::uint64_t number = 0;             ///< the process counts its heartbeats from 1; 0: unknown
+  std::optional<msg::Cause> failure{};  ///< the node reports that it cannot do its work, and why; its text may be ""
 };
 
 struct ProcessExit {
@@ -55,16 +55,16 @@ struct ProcessExit {
   bool wanted = false;    ///< it was ordered to end
   /// When, if it was before this supervisor heard the agent, or was told late; otherwise just now.
   std::optional<Time> at{};
-  std::string reason{};  ///< why its agent ended it, unasked; empty: it did not
+  msg::Cause cause{};  ///< why its agent ended it, unasked; CAUSE_NONE: it did not
 };
 
 /// "process 123 was ended by signal 9 (Killed)", "its agent ended process 123: its loop was silent for 10012 ms"
 [[nodiscard]] std::string end_text(const ProcessExit& exit);
 
 /// The key of a node's fault in the FaultList. Most kinds explain each other and share one key.
-[[nodiscard]] std::string cause_of(FaultKind kind, const std::string& node);
+[[nodiscard]] std::string cause_of(msg::CauseKind kind, const std::string& node);
 /// The key of a fault of this kind and subject.
-[[nodiscard]] std::string cause_of_subject(FaultKind kind, const std::string& subject);
+[[nodiscard]] std::string cause_of_subject(msg::CauseKind kind, const std::string& subject);
 
 /// Why nothing is heard of an arm's driver.
 enum class Loss : std::uint8_t {
@@ -126,8 +126,8 @@ class FaultDetector {
   [[nodiscard]] Loss loss_of(std::string_view arm) const;
   /// The host of this node is heard and hears no other host.
   [[nodiscard]] bool is_isolated(std::string_view node) const;
-  /// What a node is being waited for: "planner/arm1 has not appeared yet"; empty when it is there.
-  [[nodiscard]] std::string awaited(std::string_view node) const;
+  /// What a node is being waited for: "planner/arm1 has not appeared yet"; CAUSE_NONE when it is there.
+  [[nodiscard]] msg::Cause awaited(std::string_view node) const;
 
  private:
   struct State {
@@ -135,7 +135,7 @@ class FaultDetector {
     std::optional<ProcessExit> died{};  // and nothing was heard of a successor
     bool stopped = false;               // was ordered to end, and did
     bool has_stream = false;
-    std::optional<std::string> failure{};         // of the node, in its own words
+    std::optional<msg::Cause> failure{};          // of the node, in its own words
     std::optional<std::string> device_failure{};  // of a driver's device
     std::optional<ProcessExit> unjudged{};        // an end that no judgement has seen
     std::optional<Time> unjudged_since{};         // when that was, if it is judged once more
@@ -189,7 +189,8 @@ class FaultDetector {
 
   [[nodiscard]] AutomaticHolds holds() const;
   [[nodiscard]] const FaultRecord* fault_holding(const ExpectedNode& node) const;
-  [[nodiscard]] std::string hold_reason(const ExpectedNode& node) const;
+  /// Why the node holds its arm, or the world the cell; empty: it does not.
+  [[nodiscard]] std::optional<msg::Cause> hold_cause(const ExpectedNode& node) const;
   [[nodiscard]] bool holds_arms(const ExpectedNode& node) const;
 
   DetectionLimits limits_;

@@ -11,7 +11,7 @@ TEST_F(FaultDetectorTest, HealthyCellRuns) {
   run_for(10s);
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_TRUE(detector.faults().over().empty());
-  EXPECT_EQ(detector.mode().decide(), ModeDecision{});
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
   for (const auto& node : detector.nodes()) EXPECT_TRUE(detector.alive(node.name)) << node.name;
 }
 
@@ -19,13 +19,13 @@ TEST_F(FaultDetectorTest, DeathIsToldAtOnceAndHoldsTheArm) {
   kill("planner/arm2", 9);
   detector.judge(now);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(fault.subject, "planner/arm2");
   EXPECT_EQ(fault.seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
   ASSERT_TRUE(fault.detected_within) << "it was heard";
   EXPECT_LE(*fault.detected_within, 10ms) << "a beat";
   EXPECT_EQ(held(), Names{"arm2"});
-  EXPECT_EQ(detector.mode().reason_of("arm2"), "held: " + fault.seen);
+  EXPECT_EQ(detector.mode().cause_of("arm2").text(), "held: " + fault.seen);
   EXPECT_FALSE(detector.alive("planner/arm2"));
 }
 
@@ -35,32 +35,33 @@ TEST_F(FaultDetectorTest, NodeThatReportsAFailureIsFailedInItsOwnWords) {
   start("world");
   mute.insert("world");
   turn();
-  detector.heard("world", {pids["world"], now, 0, "cannot be recovered"});
+  detector.heard(
+      "world", {pids["world"], now, 0, make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "world", "cannot be recovered")});
   detector.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeFailed);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
   EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
-  EXPECT_EQ(detector.mode().decide().reason, "world: cannot be recovered");
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(detector.mode().decide()), "world: cannot be recovered");
   mute.clear();
   run_for(200ms);
   EXPECT_TRUE(detector.faults().open().empty()) << "its beats do not say so any more";
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(FaultDetectorTest, NodeThatReportsAFailureWithoutWordsIsFailed) {
   mute.insert("world");
   turn(10ms);
-  detector.heard("world", {pids["world"], now, 0, ""});
+  detector.heard("world", {pids["world"], now, 0, msg::Cause()});
   detector.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeFailed);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
   EXPECT_EQ(the_fault().seen, "world: it reports that it cannot do its work");
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
   detector.device_heard("arm3", "joint 2: following error");
   turn();
-  EXPECT_EQ(the_fault().kind, FaultKind::kArmFailed);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED);
   EXPECT_EQ(the_fault().subject, "arm3");
   EXPECT_EQ(the_fault().seen, "arm arm3: its device reports a failure: joint 2: following error");
   EXPECT_EQ(held(), Names{"arm3"});
@@ -69,7 +70,7 @@ TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
   EXPECT_EQ(detector.faults().open().size(), 2U) << "beside the death of its driver";
   start("driver/arm3");
   run_for(500ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kArmFailed) << "until the driver says otherwise";
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED) << "until the driver says otherwise";
   detector.device_heard("arm3", std::nullopt);
   turn();
   EXPECT_TRUE(detector.faults().open().empty());
@@ -79,7 +80,7 @@ TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
 TEST_F(FaultDetectorTest, DeathIsOneFaultHoweverLongItLasts) {
   kill("driver/arm1", 11);
   run_for(5s);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_TRUE(detector.faults().over().empty());
 }
 
@@ -92,7 +93,7 @@ TEST_F(FaultDetectorTest, RestartReleasesTheArmOnceItIsSteady) {
   run_for(50ms);
   EXPECT_TRUE(held().empty());
   ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_EQ(detector.faults().over().front().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(detector.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST_F(FaultDetectorTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
@@ -107,9 +108,9 @@ TEST_F(FaultDetectorTest, LateHeartbeatOfTheDeadIsIgnored) {
   kill("planner/arm1", 9);
   detector.heard("planner/arm1", {pids["planner/arm1"], now});
   detector.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   run_for(5s);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST_F(FaultDetectorTest, OldNewsOfAPredecessorIsNoFault) {
@@ -125,11 +126,11 @@ TEST_F(FaultDetectorTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant
   detector.process_started("planner/arm1", ++pids["planner/arm1"]);
   detector.heard("planner/arm1", {pids["planner/arm1"], now});
   detector.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   run_for(5s);
   EXPECT_TRUE(detector.faults().open().empty());
   ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_EQ(detector.faults().over().front().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(detector.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 // Its agent could not be heard when it ended, and when it can be again the successor's beats come first.
@@ -146,9 +147,9 @@ TEST_F(FaultDetectorTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndH
   detector.judge(now);
   ASSERT_EQ(detector.faults().over().size(), 1U);
   const FaultRecord& told = detector.faults().over().front();
-  EXPECT_EQ(told.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(told.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(told.since, now - 3s);
-  EXPECT_TRUE(detector.mode().decide().held_arms.empty());
+  EXPECT_TRUE(arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD).empty());
   detector.process_exited("planner/arm1", exit);
   run_for(1s);
   EXPECT_EQ(detector.faults().over().size(), 1U) << "told once";
@@ -191,7 +192,7 @@ TEST_F(FaultDetectorTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
   late.judge(now + 200ms);
   ASSERT_EQ(late.faults().over().size(), 1U) << "at once: nobody waits for what is over";
   EXPECT_EQ(late.faults().over().front().since, now - 30s);
-  EXPECT_TRUE(late.mode().decide().held_arms.empty());
+  EXPECT_TRUE(arms_on(late.mode().decide(), msg::Mode::MODE_HOLD).empty());
 }
 
 TEST_F(FaultDetectorTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
@@ -210,19 +211,19 @@ TEST_F(FaultDetectorTest, WantedEndIsNoFault) {
   detector.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
   run_for(5s);
   EXPECT_TRUE(detector.faults().open().empty());
-  EXPECT_EQ(detector.awaited("planner/arm1"), "planner/arm1 was told to end");
+  EXPECT_EQ(detector.awaited("planner/arm1").text(), "planner/arm1 was ordered to end");
 }
 
 TEST_F(FaultDetectorTest, HangIsNodeSilentAndClearsByItself) {
   hung.insert("planner/arm3");
   run_for(35ms);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kNodeSilent);
-  EXPECT_EQ(fault.severity, FaultSeverity::kWarning);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_NODE_SILENT);
+  EXPECT_EQ(fault.severity, msg::Severity::SEVERITY_WARNING);
   EXPECT_EQ(fault.subject, "planner/arm3");
   EXPECT_EQ(held(), Names{"arm3"});
   run_for(200ms);
-  EXPECT_EQ(the_fault().severity, FaultSeverity::kError);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_ERROR);
   hung.clear();
   run_for(150ms);
   EXPECT_TRUE(detector.faults().open().empty());
@@ -232,7 +233,7 @@ TEST_F(FaultDetectorTest, HangIsNodeSilentAndClearsByItself) {
 TEST_F(FaultDetectorTest, HungDriverIsOneFaultOfTheNode) {
   hung.insert("driver/arm1");
   run_for(5s);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_TRUE(detector.faults().over().empty());
 }
 
@@ -240,7 +241,7 @@ TEST_F(FaultDetectorTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
   mute.insert("driver/arm1");
   run_for(60ms);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kDriverSilent);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_DRIVER_SILENT);
   EXPECT_EQ(fault.subject, "arm1");
   EXPECT_EQ(held(), Names{"arm1"});
   mute.clear();
@@ -255,22 +256,22 @@ TEST_F(FaultDetectorTest, SilentStreamThatTurnsIntoDeathStaysOneFault) {
   run_for(100ms);
   kill("driver/arm1", 6);
   run_for(100ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(the_fault().number, 1U);
 }
 
 TEST_F(FaultDetectorTest, SilentWorldHoldsTheCell) {
   mute.insert("world");
   run_for(100ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kWorldSilent);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_WORLD_SILENT);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   mute.clear();
   hung.insert("world");
   run_for(100ms);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   hung.clear();
   run_for(200ms);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(FaultDetectorTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHeard) {
@@ -295,11 +296,11 @@ TEST_F(FaultDetectorTest, SimultaneousFaultsAreAllTold) {
   hung.insert("driver/arm2");
   mute.insert("driver/arm3");
   run_for(100ms);
-  std::map<std::string, FaultKind> kinds;
+  std::map<std::string, msg::CauseKind> kinds;
   for (const FaultRecord& fault : detector.faults().open()) kinds[fault.subject] = fault.kind;
-  const std::map<std::string, FaultKind> expected{{"planner/arm1", FaultKind::kProcessDied},
-                                                  {"driver/arm2", FaultKind::kNodeSilent},
-                                                  {"arm3", FaultKind::kDriverSilent}};
+  const std::map<std::string, msg::CauseKind> expected{{"planner/arm1", msg::CauseKind::CAUSE_PROCESS_DIED},
+                                                       {"driver/arm2", msg::CauseKind::CAUSE_NODE_SILENT},
+                                                       {"arm3", msg::CauseKind::CAUSE_DRIVER_SILENT}};
   EXPECT_EQ(kinds, expected);
   EXPECT_EQ(held(), (Names{"arm1", "arm2", "arm3"}));
 }
@@ -343,15 +344,15 @@ TEST(FaultDetectorStart, StartUpIsNoFaultUntilTheGraceIsOver) {
   for (const auto* node : {"agent/h1", "agent/h2", "world"}) cell.dead.erase(node);
   cell.run_for(990ms);
   EXPECT_TRUE(cell.detector.faults().open().empty());
-  EXPECT_EQ(cell.detector.mode().decide(), ModeDecision{});
-  EXPECT_EQ(cell.detector.awaited("planner/arm1"), "planner/arm1 has not appeared yet");
+  EXPECT_EQ(cell.detector.mode().decide(), msg::CellMode{});
+  EXPECT_EQ(cell.detector.awaited("planner/arm1").text(), "planner/arm1 has not appeared yet");
   for (const auto& node : cell.detector.nodes()) {
     if (node.name != "planner/arm1") cell.dead.erase(node.name);
   }
   cell.run_for(20ms);
   const auto open = cell.detector.faults().open();
   ASSERT_EQ(open.size(), 1U);
-  EXPECT_EQ(open.front().kind, FaultKind::kNodeMissing);
+  EXPECT_EQ(open.front().kind, msg::CauseKind::CAUSE_NODE_MISSING);
   EXPECT_EQ(open.front().seen, "planner/arm1 did not appear within 1000 ms");
   cell.dead.clear();
   cell.run_for(200ms);
@@ -359,10 +360,10 @@ TEST(FaultDetectorStart, StartUpIsNoFaultUntilTheGraceIsOver) {
 }
 
 TEST(FaultDetectorStandby, OnlyThePlannerInChargeHoldsItsArm) {
-  const std::vector<ExpectedNode> nodes{{"agent/h1", NodeRole::kAgent, "", "h1"},
-                                        {"planner/arm1", NodeRole::kPlanner, "arm1", "h1"},
-                                        {"planner/arm1@h2", NodeRole::kPlanner, "arm1", "h2"},
-                                        {"supervisor@h2", NodeRole::kSupervisor, "", "h2"}};
+  const std::vector<ExpectedNode> nodes{{"agent/h1", msg::NodeKind::NODE_AGENT, "", "h1"},
+                                        {"planner/arm1", msg::NodeKind::NODE_PLANNER, "arm1", "h1"},
+                                        {"planner/arm1@h2", msg::NodeKind::NODE_PLANNER, "arm1", "h2"},
+                                        {"supervisor@h2", msg::NodeKind::NODE_SUPERVISOR, "", "h2"}};
   FaultDetector detector(nodes, {"arm1"}, cell_limits(), 0ms);
   detector.advance(5ms);
   for (const ExpectedNode& node : nodes) detector.heard(node.name, {1, 5ms});
@@ -373,10 +374,11 @@ TEST(FaultDetectorStandby, OnlyThePlannerInChargeHoldsItsArm) {
   detector.process_exited("supervisor@h2", {1, -1, 9, false});
   EXPECT_TRUE(detector.ended("planner/arm1"));
   detector.judge(5ms);
-  EXPECT_EQ(detector.mode().mode_of("arm1"), MoveMode::kHold);
+  EXPECT_EQ(detector.mode().mode_of("arm1"), msg::Mode::MODE_HOLD);
   detector.put_in_charge("arm1", "planner/arm1@h2");
   detector.judge(5ms);
-  EXPECT_EQ(detector.mode().mode_of("arm1"), MoveMode::kRun) << "neither its standby nor a supervisor holds an arm";
+  EXPECT_EQ(detector.mode().mode_of("arm1"), msg::Mode::MODE_RUN)
+      << "neither its standby nor a supervisor holds an arm";
   EXPECT_NE(detector.faults().open("planner/arm1"), nullptr);
   EXPECT_NE(detector.faults().open("supervisor@h2"), nullptr);
   detector.advance(10ms);
@@ -387,7 +389,9 @@ TEST(FaultDetectorStandby, OnlyThePlannerInChargeHoldsItsArm) {
 
 // What another supervisor told on its side of a partition: here all are well.
 TEST_F(FaultDetectorTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
-  FaultRecord theirs{9, 4, FaultKind::kNodeSilent, FaultSeverity::kError, "planner/arm1", "silent", now - 1s, {}, {}};
+  FaultRecord theirs{
+      9,  4, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/arm1", "silent", now - 1s,
+      {}, {}};
   detector.adopt("planner/arm1", theirs, now);
   theirs.number = 5;
   theirs.subject = "supervisor";
@@ -426,7 +430,7 @@ TEST_F(FaultDetectorTest, TwoProcessesOfOneNodeAreTold) {
   beat_of_another(2);
   EXPECT_TRUE(detector.faults().open().empty()) << "they may be stragglers";
   beat_of_another(10);
-  EXPECT_EQ(the_fault().kind, FaultKind::kDuplicateNode);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_DUPLICATE_NODE);
   EXPECT_EQ(the_fault().subject, "planner/arm1");
   EXPECT_EQ(the_fault().seen, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
                                   " are this node at one time: end one of them");

@@ -11,13 +11,13 @@ TEST_F(FaultDetectorTest, LostHostIsOneFaultAndHoldsItsArms) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(60ms);
   EXPECT_EQ(held(), Names{"arm3"}) << "a driver that is not heard may hear its planner";
-  EXPECT_EQ(detector.mode().reason_of("arm3"), "held: nothing is heard of host h2");
+  EXPECT_EQ(detector.mode().cause_of("arm3").text(), "held: nothing is heard of host h2");
   run_for(30ms);
   EXPECT_TRUE(detector.faults().open().empty()) << "a node or the host may be at fault";
   run_for(40ms);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kHostLost);
-  EXPECT_EQ(fault.severity, FaultSeverity::kError);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_HOST_LOST);
+  EXPECT_EQ(fault.severity, msg::Severity::SEVERITY_ERROR);
   EXPECT_EQ(fault.subject, "h2");
   EXPECT_EQ(held(), Names{"arm3"});
   hung.clear();
@@ -51,7 +51,7 @@ TEST(Hosts, OfTwoHostsTheirLinkIsLost) {
   cell.fall_silent("h2");
   cell.run_for(110ms);
   EXPECT_EQ(cell.accused(), Names{"h1<->h2"});
-  EXPECT_EQ(cell.detector.faults().open().front().kind, FaultKind::kLinkLost);
+  EXPECT_EQ(cell.detector.faults().open().front().kind, msg::CauseKind::CAUSE_LINK_LOST);
   EXPECT_EQ(cell.held(), Names{"arm3"});
   cell.hung.clear();
   cell.run_for(300ms);
@@ -67,7 +67,7 @@ TEST_F(FaultDetectorTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
   run_for(30ms);
   hung.insert("driver/arm3");
   run_for(400ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kHostLost);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_HOST_LOST);
   hung.clear();
   run_for(150ms);
   EXPECT_TRUE(detector.faults().open().empty());
@@ -92,10 +92,10 @@ TEST(Hosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep) {
 TEST_F(FaultDetectorTest, SilentAgentAloneHoldsNothing) {
   hung.insert("agent/h2");
   run_for(200ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_EQ(the_fault().subject, "agent/h2");
-  EXPECT_EQ(the_fault().severity, FaultSeverity::kWarning);
-  EXPECT_EQ(detector.mode().decide(), ModeDecision{});
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_WARNING);
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
   hung.clear();
   run_for(200ms);
   EXPECT_TRUE(detector.faults().open().empty());
@@ -108,7 +108,7 @@ TEST_F(FaultDetectorTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
   run_for(5s);
   EXPECT_TRUE(detector.faults().open().empty()) << "the network may need as long";
   run_for(200ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
@@ -125,7 +125,7 @@ TEST_F(FaultDetectorTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeA
   run_for(900ms);
   hung = {"driver/arm3"};
   run_for(30ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
@@ -136,7 +136,7 @@ TEST(FaultDetectorStart, HostThatNeverAppearsIsOneFault) {
   const auto open = cell.detector.faults().open();
   ASSERT_EQ(open.size(), 1U);
   EXPECT_EQ(open.front().subject, "agent/h2");
-  EXPECT_EQ(cell.detector.mode().decide().held_arms, Names{"arm3"});
+  EXPECT_EQ(cell.arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD), Names{"arm3"});
 }
 
 }  // namespace

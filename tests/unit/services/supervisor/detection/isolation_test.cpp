@@ -25,7 +25,7 @@ class Isolation : public ::testing::Test, protected VirtualCell {
     mute_host("h3");
     cut.erase({"h3", "h3"});
   }
-  FaultKind kind_of_first() { return detector.faults().open().front().kind; }
+  msg::CauseKind kind_of_first() { return detector.faults().open().front().kind; }
 };
 
 // Its own link is more likely to have failed than all of the others'. The hosts return one after the other.
@@ -33,8 +33,8 @@ TEST_F(Isolation, HostThatHearsNoOtherIsIsolatedItselfAndBlamesNone) {
   cut_off();
   run_for(2s);
   ASSERT_EQ(accused(), Names{"h3"});
-  EXPECT_EQ(kind_of_first(), FaultKind::kHostIsolated);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   cut.clear();
   fall_silent("h2");
   run_for(150ms);
@@ -98,7 +98,7 @@ TEST_F(Isolation, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
   hung = {"agent/h3"};
   run_for(200ms);
   ASSERT_EQ(accused(), Names{"agent/h3"});
-  EXPECT_EQ(kind_of_first(), FaultKind::kNodeSilent);
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_NODE_SILENT);
 }
 
 TEST_F(Isolation, DriversThatSendNoStatesAreNotBackYet) {
@@ -109,10 +109,10 @@ TEST_F(Isolation, DriversThatSendNoStatesAreNotBackYet) {
   run_for(300ms);
   EXPECT_EQ(accused(), Names{});
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   mute.clear();
   run_for(300ms);
-  EXPECT_EQ(detector.mode().decide(), ModeDecision{});
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
 }
 
 TEST_F(Isolation, NodeThatStaysAwayIsHeldUntilItIsTold) {
@@ -148,7 +148,7 @@ TEST_F(Isolation, MuteHostTellsItselfWithinALease) {
   EXPECT_EQ(accused(), Names{});
   run_for(50ms);
   ASSERT_EQ(accused(), Names{"h3"});
-  EXPECT_EQ(kind_of_first(), FaultKind::kHostIsolated);
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
   EXPECT_TRUE(held().empty()) << "all drivers are heard";
   cut.clear();
   run_for(150ms);
@@ -176,7 +176,7 @@ TEST_F(Isolation, MuteHostBlamesNoneOfThoseThatDropIt) {
   run_for(6s);
   EXPECT_EQ(accused(), Names{});
   ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_EQ(detector.mode().decide(), ModeDecision{});
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
   fall_silent("h2");
   run_for(110ms);
   EXPECT_EQ(accused(), Names{"h2"}) << "it had returned";
@@ -185,7 +185,7 @@ TEST_F(Isolation, MuteHostBlamesNoneOfThoseThatDropIt) {
 TEST_F(Isolation, DeathsAreToldWhateverHostIsHeard) {
   mute_own();
   for (const ExpectedNode& node : detector.nodes()) {
-    if (node.role != NodeRole::kAgent && node.host != "h3") kill(node.name, 9);
+    if (node.role != msg::NodeKind::NODE_AGENT && node.host != "h3") kill(node.name, 9);
   }
   run_for(1s);
   EXPECT_EQ(accused().size(), 8U) << "seven, and its own host";
@@ -205,7 +205,7 @@ TEST_F(Isolation, DeafHostIsIsolatedAndItsNodesAreNotBlamed) {
   cut.erase({"h2", "h2"});
   run_for(150ms);
   ASSERT_EQ(accused(), Names{"h2"});
-  EXPECT_EQ(kind_of_first(), FaultKind::kHostIsolated);
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
   EXPECT_TRUE(detector.is_isolated("planner/arm3"));
   hung.insert("planner/arm3");  // the middleware drops one process after the other
   run_for(100ms);
@@ -224,7 +224,7 @@ TEST_F(Isolation, LinkToTheSupervisorIsLostWhereAnotherHostHearsTheSender) {
   cut_link("h2", "h3");
   run_for(180ms);
   ASSERT_EQ(accused(), Names{"h2<->h3"});
-  EXPECT_EQ(kind_of_first(), FaultKind::kLinkLost);
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_LINK_LOST);
   EXPECT_EQ(held(), Names{"arm3"});
   EXPECT_EQ(detector.loss_of("arm3"), Loss::kNone) << "others hear where it is";
   cut.clear();
@@ -245,7 +245,7 @@ TEST_F(Isolation, LinkBetweenOthersIsAWarningAndHoldsNothing) {
   cut_link("h1", "h2");
   run_for(200ms);
   ASSERT_EQ(accused(), Names{"h1<->h2"});
-  EXPECT_EQ(detector.faults().open().front().severity, FaultSeverity::kWarning);
+  EXPECT_EQ(detector.faults().open().front().severity, msg::Severity::SEVERITY_WARNING);
   EXPECT_TRUE(held().empty());
   cut.clear();
   run_for(200ms);
@@ -266,7 +266,7 @@ TEST_F(IsolationOnASharedMachine, HostThatIsHeardByOneNewProcessIsIsolatedAllThe
   cut.clear();
   run_for(500ms);
   EXPECT_EQ(accused(), Names{});
-  EXPECT_EQ(detector.mode().decide(), ModeDecision{});
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
 }
 
 // A mute of 1.54 s is too short for most processes to drop this host, but one does just then.
@@ -291,7 +291,7 @@ TEST_F(IsolationOnASharedMachine, AgentThatDropsTheHostAsTheMuteEndsIsNotLost) {
 struct IsolationThatWaits : Isolation {
   static DetectionLimits limits() {
     DetectionLimits limits = cell_limits();
-    limits.waits_for_resume.insert(FaultKind::kHostLost);
+    limits.waits_for_resume.insert(msg::CauseKind::CAUSE_HOST_LOST);
     return limits;
   }
   IsolationThatWaits() : Isolation(limits()) {}
@@ -303,7 +303,7 @@ TEST_F(IsolationThatWaits, ArmsThatItDidNotHearWaitForResume) {
   cut.clear();
   run_for(500ms);
   EXPECT_EQ(accused(), Names{});
-  EXPECT_NE(detector.mode().decide(), ModeDecision{});
+  EXPECT_NE(detector.mode().decide(), msg::CellMode{});
 }
 
 }  // namespace

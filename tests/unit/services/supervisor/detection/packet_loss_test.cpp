@@ -40,19 +40,19 @@ class LossyCell {
   };
   static std::vector<ExpectedNode> nodes_of() {
     std::vector<ExpectedNode> nodes = cell_nodes();
-    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    nodes.push_back({"agent/h3", msg::NodeKind::NODE_AGENT, {}, "h3"});
     return nodes;
   }
   Time any_time(Time below) { return Time(std::uniform_int_distribution<Time::rep>(0, below.count() - 1)(random_)); }
   void send(const ExpectedNode& node) {
     if (hung.contains(node.name)) return;
     const bool far = node.host != "h3" && (lossy.empty() || lossy == node.host);
-    if (node.role == NodeRole::kAgent) send_row(node.host);
+    if (node.role == msg::NodeKind::NODE_AGENT) send_row(node.host);
     for (Sender& beat = beats_[node.name]; beat.due <= now_; beat.due += 10ms) {
       ++beat.number;
       if (!far || !is_lost()) detector.heard(node.name, {1, beat.due, beat.number});
     }
-    if (node.role != NodeRole::kDriver && node.role != NodeRole::kWorld) return;
+    if (node.role != msg::NodeKind::NODE_DRIVER && node.role != msg::NodeKind::NODE_WORLD) return;
     for (Sender& state = states_[node.name]; state.due <= now_; state.due += 5ms) {
       ++state.number;
       if (!far || !is_lost()) detector.stream_heard(node.name, state.due, state.number);

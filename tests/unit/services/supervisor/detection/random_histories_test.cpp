@@ -70,9 +70,9 @@ class History {
     for (int host = 0; host < setting.hosts; ++host) {
       const std::string name = host_name(host);
       arms.push_back("arm" + name);
-      nodes.push_back({"agent/" + name, NodeRole::kAgent, "", name});
-      nodes.push_back({"driver/arm" + name, NodeRole::kDriver, arms.back(), name});
-      nodes.push_back({"planner/arm" + name, NodeRole::kPlanner, arms.back(), name});
+      nodes.push_back({"agent/" + name, msg::NodeKind::NODE_AGENT, "", name});
+      nodes.push_back({"driver/arm" + name, msg::NodeKind::NODE_DRIVER, arms.back(), name});
+      nodes.push_back({"planner/arm" + name, msg::NodeKind::NODE_PLANNER, arms.back(), name});
     }
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       processes_.push_back({nodes[i].name, static_cast<std::int64_t>(i) + 1, 0, below(10000) * 1us});
@@ -103,7 +103,7 @@ class History {
   std::vector<std::unique_ptr<FaultDetector>> detectors;
   struct Told {
     int judge = 0;
-    FaultKind kind{};
+    msg::CauseKind kind{};
     std::string subject;
     Time at{0};
     bool right = false;
@@ -311,15 +311,15 @@ class History {
     // A host that was away is dropped and found again by one process after the other.
     const Time dropped = setting_.drops_peers ? Time(9s) : Time(400ms);
     switch (record.kind) {
-      case FaultKind::kProcessDied:
-      case FaultKind::kNodeSilent:
+      case msg::CauseKind::CAUSE_PROCESS_DIED:
+      case msg::CauseKind::CAUSE_NODE_SILENT:
         return std::any_of(injections.begin(), injections.end(), [&](const Injection& one) {
           const bool hit = processes_[static_cast<std::size_t>(one.process)].name == record.subject;
           const Time after = setting_.drops_peers ? Time(9s) : Time(400ms);
           return hit && (one.kind == Kind::kHang || one.kind == Kind::kKill) && now >= one.begin &&
                  now < one.end + after;
         });
-      case FaultKind::kHostLost:
+      case msg::CauseKind::CAUSE_HOST_LOST:
         // A host whose agent hangs is heard by no other agent: with its link to the supervisor it looks lost.
         return was(dropped, [&](const Truth& truth) {
           const bool agent = !truth.agents[host] && !truth.up[host][own];
@@ -327,7 +327,7 @@ class History {
                    return !truth.up[host][other] || (other != own && !truth.up[other][own]);
                  });
         });
-      case FaultKind::kHostIsolated:
+      case msg::CauseKind::CAUSE_HOST_ISOLATED:
         return was(dropped, [&](const Truth& truth) {
           const bool deaf =
               all_others(static_cast<int>(host), [&](std::size_t other) { return !truth.up[other][host]; });
@@ -336,7 +336,7 @@ class History {
                             });
           return deaf || mute;
         });
-      case FaultKind::kLinkLost: {
+      case msg::CauseKind::CAUSE_LINK_LOST: {
         const auto other = static_cast<std::size_t>(record.subject.back() - '0');
         return was(400ms, [&](const Truth& truth) { return !truth.up[host][other] || !truth.up[other][host]; });
       }
@@ -373,14 +373,14 @@ std::string text(const History& history, const Setting& setting, unsigned seed) 
   }
   for (const auto& told : history.told) {
     text += "\n  judge " + std::to_string(told.judge) + " at " + std::to_string(told.at / 1ms) +
-            " ms: " + std::string(fault_kind_name(told.kind)) + " " + told.subject + (told.right ? "" : "  WRONG");
+            " ms: " + std::string(cause_name(told.kind)) + " " + told.subject + (told.right ? "" : "  WRONG");
   }
   return text;
 }
 
 /// What the judge has to tell of the only fault of a history, and within which time; without a kind: nothing.
 struct Due {
-  std::vector<FaultKind> kinds;
+  std::vector<msg::CauseKind> kinds;
   std::string subject;
   Time within{0};
 };
@@ -398,21 +398,22 @@ Due due_of(const Injection& one, const Setting& setting, int judge) {
       std::array{"agent/", "driver/arm", "planner/arm"}[static_cast<std::size_t>(one.process % kProcesses)] + host;
   switch (one.kind) {
     case Kind::kHang:
-      return {{FaultKind::kNodeSilent}, node, process};
+      return {{msg::CauseKind::CAUSE_NODE_SILENT}, node, process};
     case Kind::kKill:
-      return {{FaultKind::kProcessDied}, node, 10ms};
+      return {{msg::CauseKind::CAUSE_PROCESS_DIED}, node, 10ms};
     case Kind::kPause:
       if (own) return {};
       [[fallthrough]];
     case Kind::kMute:
     case Kind::kCut:
-      if (two) return {{FaultKind::kLinkLost}, link(1 - one.host), lossy ? 300ms : 200ms};
-      return {{own ? FaultKind::kHostIsolated : FaultKind::kHostLost}, host, lossy ? 200ms : 150ms};
+      if (two) return {{msg::CauseKind::CAUSE_LINK_LOST}, link(1 - one.host), lossy ? 300ms : 200ms};
+      return {
+          {own ? msg::CauseKind::CAUSE_HOST_ISOLATED : msg::CauseKind::CAUSE_HOST_LOST}, host, lossy ? 200ms : 150ms};
     case Kind::kDeaf:
-      if (two) return {{FaultKind::kLinkLost}, link(1 - one.host), lossy ? 300ms : 200ms};
-      return {{FaultKind::kHostIsolated}, host, lossy ? 250ms : 180ms};
+      if (two) return {{msg::CauseKind::CAUSE_LINK_LOST}, link(1 - one.host), lossy ? 300ms : 200ms};
+      return {{msg::CauseKind::CAUSE_HOST_ISOLATED}, host, lossy ? 250ms : 180ms};
     case Kind::kLink:
-      return {{FaultKind::kLinkLost}, link(one.other), lossy ? 300ms : 220ms};
+      return {{msg::CauseKind::CAUSE_LINK_LOST}, link(one.other), lossy ? 300ms : 220ms};
   }
   return {};
 }
@@ -436,7 +437,7 @@ void judge_history(const Setting& setting, unsigned seed, Counts& counts) {
   for (const auto& told : history.told) {
     if (told.right) continue;
     // Two heartbeats of a process that are lost before any other is missed look like a hang.
-    const bool onset = setting.loss > 0.0 && told.at < 500ms && told.kind == FaultKind::kNodeSilent;
+    const bool onset = setting.loss > 0.0 && told.at < 500ms && told.kind == msg::CauseKind::CAUSE_NODE_SILENT;
     ++(onset ? counts.onsets : counts.wrong);
     if (onset) continue;
     show("wrong blame");

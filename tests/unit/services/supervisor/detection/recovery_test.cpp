@@ -9,7 +9,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-DetectionLimits limits(std::set<FaultKind> waits) {
+DetectionLimits limits(std::set<msg::CauseKind> waits) {
   DetectionLimits limits = cell_limits();
   limits.waits_for_resume = std::move(waits);
   return limits;
@@ -17,7 +17,8 @@ DetectionLimits limits(std::set<FaultKind> waits) {
 
 class Recovery : public ::testing::Test, protected VirtualCell {
  protected:
-  explicit Recovery(std::set<FaultKind> waits = {FaultKind::kProcessDied, FaultKind::kHostLost, FaultKind::kContact})
+  explicit Recovery(std::set<msg::CauseKind> waits = {msg::CauseKind::CAUSE_PROCESS_DIED,
+                                                      msg::CauseKind::CAUSE_HOST_LOST, msg::CauseKind::CAUSE_CONTACT})
       : VirtualCell(cell_nodes(), limits(std::move(waits))) {
     run_for(200ms);
   }
@@ -33,9 +34,9 @@ class Recovery : public ::testing::Test, protected VirtualCell {
 TEST_F(Recovery, WaitsForResumeAfterADeath) {
   die_and_return("planner/arm2");
   EXPECT_EQ(held(), Names{"arm2"});
-  EXPECT_EQ(detector.mode().reason_of("arm2"),
+  EXPECT_EQ(detector.mode().cause_of("arm2").text(),
             "on hold until resumed: planner/arm2: process 107 was ended by signal 9 (Killed)");
-  EXPECT_EQ(detector.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
@@ -52,7 +53,7 @@ TEST_F(Recovery, IsAutomaticWhereTheCellFileDoesNotSayOtherwise) {
 TEST_F(Recovery, NeedNotBeAskedForAgainByWhoResumedWhileTheFaultLasted) {
   kill("planner/arm2", 9);
   run_for(50ms);
-  EXPECT_EQ(detector.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{"arm2"}) << "the fault itself still holds it";
   start("planner/arm2");
@@ -67,15 +68,15 @@ TEST_F(Recovery, OfALostHostIsThatOfItsArms) {
   run_for(5s);
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_EQ(detector.mode().resume({}), "");
+  EXPECT_TRUE(is_none(detector.mode().resume({})));
   EXPECT_EQ(held(), Names{});
 }
 
 TEST_F(Recovery, OfTheWorldIsThatOfTheCell) {
   die_and_return("world");
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
-  EXPECT_EQ(detector.mode().resume({}), "");
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_TRUE(is_none(detector.mode().resume({})));
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(Recovery, OfAContactIsThatOfTheCell) {
@@ -85,35 +86,36 @@ TEST_F(Recovery, OfAContactIsThatOfTheCell) {
   run_for(50ms);
   ASSERT_EQ(detector.faults().over().size(), 1U);
   EXPECT_EQ(detector.faults().over().front().seen, "arm1/wrist touched pallet");
-  EXPECT_EQ(detector.faults().over().front().severity, FaultSeverity::kCritical);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
-  EXPECT_EQ(detector.mode().decide().reason, "hold until resumed: arm1/wrist touched pallet");
-  EXPECT_EQ(detector.mode().resume({}), "");
+  EXPECT_EQ(detector.faults().over().front().severity, msg::Severity::SEVERITY_CRITICAL);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(detector.mode().decide()), "hold until resumed: arm1/wrist touched pallet");
+  EXPECT_TRUE(is_none(detector.mode().resume({})));
   detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(50ms);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kRun) << "one contact, one fault";
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN) << "one contact, one fault";
 }
 
 TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
   FaultHistory history;
-  history.over.push_back({1, 1, FaultKind::kContact, FaultSeverity::kCritical, "a", "a touched b", 1ms, {}, 1ms});
+  history.over.push_back(
+      {1, 1, msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, "a", "a touched b", 1ms, {}, 1ms});
   detector.faults().recall(history);
   detector.contacts(3, "a", "a touched b");
   run_for(50ms);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 struct RecoveryOfTheHung : Recovery {
-  RecoveryOfTheHung() : Recovery({FaultKind::kNodeSilent, FaultKind::kProcessDied}) {}
+  RecoveryOfTheHung() : Recovery({msg::CauseKind::CAUSE_NODE_SILENT, msg::CauseKind::CAUSE_PROCESS_DIED}) {}
 };
 
 TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
   hung.insert("planner/arm2");
   run_for(100ms);
-  EXPECT_EQ(detector.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   kill("planner/arm2", 9);
   run_for(50ms);
-  EXPECT_EQ(detector.faults().open("planner/arm2")->kind, FaultKind::kProcessDied);
+  EXPECT_EQ(detector.faults().open("planner/arm2")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   start("planner/arm2");
   run_for(500ms);
   EXPECT_EQ(held(), Names{});
@@ -145,7 +147,7 @@ TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
   turn();
   EXPECT_TRUE(detector.faults().open().empty()) << "it is back";
   EXPECT_EQ(held(), Names{"arm2"}) << "until resumed";
-  EXPECT_EQ(detector.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
@@ -159,7 +161,7 @@ TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
   take_over(spoke);
   ASSERT_EQ(detector.faults().over().size(), 1U);
   EXPECT_LE(detector.faults().over().front().since - spoke, 10ms);
-  EXPECT_EQ(detector.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(Takeover, TellsNothingAgain) {
@@ -181,9 +183,9 @@ TEST_F(Recovery, IsWaitedForAcrossLives) {
   die_and_return("planner/arm2");
   CellModeState next({"arm1", "arm2", "arm3"});
   next.restore(detector.mode().orders(), detector.mode().causes());
-  EXPECT_EQ(next.reason_of("arm2"), detector.mode().reason_of("arm2"));
+  EXPECT_EQ(next.cause_of("arm2").text(), detector.mode().cause_of("arm2").text());
   next.restore(detector.mode().orders());
-  EXPECT_EQ(next.reason_of("arm2"), detector.mode().reason_of("arm2"))
+  EXPECT_EQ(next.cause_of("arm2").text(), detector.mode().cause_of("arm2").text())
       << "another's orders, which it judged itself, too";
 }
 

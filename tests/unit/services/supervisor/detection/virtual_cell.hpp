@@ -17,20 +17,20 @@ namespace hecaton::services::testing {
 using namespace std::chrono_literals;
 
 inline std::vector<ExpectedNode> cell_nodes() {
-  return {{"agent/h1", NodeRole::kAgent, "", "h1"},
-          {"agent/h2", NodeRole::kAgent, "", "h2"},
-          {"world", NodeRole::kWorld, "", "h1"},
-          {"driver/arm1", NodeRole::kDriver, "arm1", "h1"},
-          {"planner/arm1", NodeRole::kPlanner, "arm1", "h1"},
-          {"driver/arm2", NodeRole::kDriver, "arm2", "h1"},
-          {"planner/arm2", NodeRole::kPlanner, "arm2", "h1"},
-          {"driver/arm3", NodeRole::kDriver, "arm3", "h2"},
-          {"planner/arm3", NodeRole::kPlanner, "arm3", "h2"}};
+  return {{"agent/h1", msg::NodeKind::NODE_AGENT, "", "h1"},
+          {"agent/h2", msg::NodeKind::NODE_AGENT, "", "h2"},
+          {"world", msg::NodeKind::NODE_WORLD, "", "h1"},
+          {"driver/arm1", msg::NodeKind::NODE_DRIVER, "arm1", "h1"},
+          {"planner/arm1", msg::NodeKind::NODE_PLANNER, "arm1", "h1"},
+          {"driver/arm2", msg::NodeKind::NODE_DRIVER, "arm2", "h1"},
+          {"planner/arm2", msg::NodeKind::NODE_PLANNER, "arm2", "h1"},
+          {"driver/arm3", msg::NodeKind::NODE_DRIVER, "arm3", "h2"},
+          {"planner/arm3", msg::NodeKind::NODE_PLANNER, "arm3", "h2"}};
 }
 
 inline std::vector<ExpectedNode> nodes_of_three_hosts() {
   std::vector<ExpectedNode> nodes = cell_nodes();
-  nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+  nodes.push_back({"agent/h3", msg::NodeKind::NODE_AGENT, {}, "h3"});
   return nodes;
 }
 
@@ -69,9 +69,9 @@ class VirtualCell {
     const bool beat = ++turns % 2 == 0 || step > 5ms;
     for (const ExpectedNode& node : detector.nodes()) {
       if (!running(node.name)) continue;
-      if (beat && node.role == NodeRole::kAgent) send_row(node.host);
+      if (beat && node.role == msg::NodeKind::NODE_AGENT) send_row(node.host);
       if (cut.contains({node.host, own})) continue;
-      const bool streams = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+      const bool streams = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
       if (streams && !mute.contains(node.name)) detector.stream_heard(node.name, now);
       if (beat) detector.heard(node.name, {pids[node.name], now});
     }
@@ -111,7 +111,7 @@ class VirtualCell {
     for (const FaultRecord& fault : detector.faults().open()) subjects.push_back(fault.subject);
     return subjects;
   }
-  [[nodiscard]] std::vector<std::string> held() { return detector.mode().decide().held_arms; }
+  [[nodiscard]] std::vector<std::string> held() { return arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD); }
 
   std::string own;
   FaultDetector detector;

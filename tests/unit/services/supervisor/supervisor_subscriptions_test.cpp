@@ -1,5 +1,5 @@
 // What a supervisor makes of the events that agents tell to whoever meets them.
-#include "services/supervisor/ears.hpp"
+#include "services/supervisor/supervisor_subscriptions.hpp"
 
 #include "services/runtime/node_name.hpp"
 #include "tests/unit/services/bus/bus_test.hpp"
@@ -33,7 +33,7 @@ class Past : public bus::BusTest {
     event.pid(pid);
     event.kind(kind);
     event.signal_number(signal);
-    event.reason(reason);
+    if (!reason.empty()) event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, event.node(), reason));
     event.sequence_number(++told_);
     event.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(told_)).count());
     ASSERT_TRUE(events_.write(event));
@@ -54,7 +54,7 @@ class Past : public bus::BusTest {
   std::uint64_t told_ = 0;
 };
 
-/// A supervisor's ears and what it watches.
+/// A supervisor's subscriptions and its detector.
 struct Listener {
   explicit Listener(bus::Participant& participant, bool remembers, std::vector<ExpectedNode> nodes = cell_nodes(),
                     const std::string& host = {})
@@ -65,13 +65,13 @@ struct Listener {
   void listen() {
     watch.advance(bus::Clock::now().time_since_epoch());
     static_cast<void>(mailbox.take_events());
-    ears.listen(own.id(), {picture, watch, leadership, succession});
+    ears.listen(own.id(), {snapshot, watch, leadership, succession});
   }
   /// Until the event of this number has been taken in; `meanwhile` is called again and again.
   template <class Act>
   [[nodiscard]] bool hears(std::uint64_t number, Act meanwhile) {
     const auto heard = [&] {
-      return std::any_of(picture.processes.begin(), picture.processes.end(),
+      return std::any_of(snapshot.processes.begin(), snapshot.processes.end(),
                          [&](const auto& entry) { return entry.second.value.sequence_number() == number; });
     };
     for (const auto until = bus::Clock::now() + bus::kPatience; !heard() && bus::Clock::now() < until; listen()) {
@@ -82,7 +82,7 @@ struct Listener {
   }
   /// Sends again and again until the only open fault is this one, or, without a subject, there is none.
   template <class Send>
-  [[nodiscard]] bool accuses(const std::string& subject, FaultKind kind, Send send) {
+  [[nodiscard]] bool accuses(const std::string& subject, msg::CauseKind kind, Send send) {
     for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; listen()) {
       if (!send()) return false;
       static_cast<void>(mailbox.wait(cell_limits().loop_period));
@@ -101,11 +101,11 @@ struct Listener {
   }
 
   bus::Mailbox mailbox;
-  Picture picture;
+  CellSnapshot snapshot;
   FaultDetector watch;
   Leadership leadership{{}, 0, bus::Clock::now().time_since_epoch()};
-  Succession succession{{}};
-  Ears ears;
+  PlannerFailover succession{{}};
+  SupervisorSubscriptions ears;
   bus::Writer<msg::CellMode> own;
 };
 
@@ -129,7 +129,8 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   ASSERT_TRUE(probe.wait_matched(2, bus::kPatience));
   const auto is_told = [&] {
     const auto open = listener.watch.faults().open();
-    return std::any_of(open.begin(), open.end(), [](const auto& one) { return one.kind == FaultKind::kDuplicateNode; });
+    return std::any_of(open.begin(), open.end(),
+                       [](const auto& one) { return one.kind == msg::CauseKind::CAUSE_DUPLICATE_NODE; });
   };
   const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
     msg::Heartbeat sample;
@@ -168,7 +169,8 @@ TEST_F(Past, NodeThatReportsAFailureWithoutWordsIsAFault) {
   sample.kind(msg::NodeKind::NODE_PLANNER);
   sample.host("h2");
   sample.state(msg::NodeState::NODE_FAILED);
-  EXPECT_TRUE(listener.accuses("planner/arm3", FaultKind::kNodeFailed, [&] { return beats_.write(sample); }));
+  EXPECT_TRUE(
+      listener.accuses("planner/arm3", msg::CauseKind::CAUSE_NODE_FAILED, [&] { return beats_.write(sample); }));
 }
 
 TEST_F(Past, DeviceThatReportsAFailureIsAFaultOfItsArm) {
@@ -177,7 +179,7 @@ TEST_F(Past, DeviceThatReportsAFailureIsAFaultOfItsArm) {
   msg::ArmState sample;
   sample.arm("arm1");
   sample.mode(msg::ArmMode::ARM_FAILED);
-  EXPECT_TRUE(listener.accuses("arm1", FaultKind::kArmFailed, [&] { return states.write(sample); }));
+  EXPECT_TRUE(listener.accuses("arm1", msg::CauseKind::CAUSE_ARM_FAILED, [&] { return states.write(sample); }));
   sample.mode(msg::ArmMode::ARM_RUNNING);
   EXPECT_TRUE(listener.accuses("", {}, [&] { return states.write(sample); }));
 }
@@ -206,7 +208,7 @@ TEST_F(Past, RowsOfAgentsTellThatTheHostIsNotHeard) {
     static_cast<void>(listener.mailbox.wait(cell_limits().loop_period));
     listener.listen();
   }
-  EXPECT_TRUE(listener.accuses("h3", FaultKind::kHostIsolated, [&] { return write(0.2F); }));
+  EXPECT_TRUE(listener.accuses("h3", msg::CauseKind::CAUSE_HOST_ISOLATED, [&] { return write(0.2F); }));
 }
 
 TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {

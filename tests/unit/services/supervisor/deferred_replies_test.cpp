@@ -1,8 +1,8 @@
-#include "services/supervisor/owed_replies.hpp"
-
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "services/supervisor/replication/unreplicated.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -10,8 +10,8 @@ namespace {
 using namespace std::chrono_literals;
 using Replies = std::vector<std::string>;
 
-TEST(OwedReplies, WaitUntilTheStandbyHasHeardTheOrder) {
-  OwedReplies<std::string> owed;
+TEST(DeferredReplies, WaitUntilTheStandbyHasHeardTheOrder) {
+  DeferredReplies<std::string> owed;
   owed.owe("hold", 7, 0s);
   owed.owe("stop", 9, 0s);
   EXPECT_EQ(owed.take(6, 1ms), Replies{});
@@ -20,21 +20,21 @@ TEST(OwedReplies, WaitUntilTheStandbyHasHeardTheOrder) {
   EXPECT_EQ(owed.take(12, 4ms), Replies{"stop"});
 }
 
-TEST(OwedReplies, WaitForNobodyWhenNobodyStandsBy) {
-  OwedReplies<std::string> owed;
+TEST(DeferredReplies, WaitForNobodyWhenNobodyStandsBy) {
+  DeferredReplies<std::string> owed;
   owed.owe("hold", 7, 0s);
   EXPECT_EQ(owed.take(std::nullopt, 0s), Replies{"hold"});
 }
 
-TEST(OwedReplies, AreGivenWhenTheStandbyIsDeaf) {
-  OwedReplies<std::string> owed;
+TEST(DeferredReplies, AreGivenWhenTheStandbyIsDeaf) {
+  DeferredReplies<std::string> owed;
   owed.owe("hold", 7, 1s);
-  EXPECT_EQ(owed.take(0, 1s + OwedReplies<std::string>::kPatience - 1ns), Replies{});
-  EXPECT_EQ(owed.take(0, 1s + OwedReplies<std::string>::kPatience), Replies{"hold"});
+  EXPECT_EQ(owed.take(0, 1s + DeferredReplies<std::string>::kPatience - 1ns), Replies{});
+  EXPECT_EQ(owed.take(0, 1s + DeferredReplies<std::string>::kPatience), Replies{"hold"});
 }
 
-TEST(OwedReplies, AreNotGivenByWhoNoLongerLeads) {
-  OwedReplies<std::string> owed;
+TEST(DeferredReplies, AreNotGivenByWhoNoLongerLeads) {
+  DeferredReplies<std::string> owed;
   owed.owe("hold", 7, 0s);
   owed.drop();
   EXPECT_EQ(owed.take(std::nullopt, 1h), Replies{});

@@ -1,4 +1,4 @@
-#include "services/supervisor/picture.hpp"
+#include "services/supervisor/cell_snapshot.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -23,7 +23,7 @@ bool other_life(const bus::Sample<msg::Heartbeat>& sample, const Heard<msg::Hear
 
 }  // namespace
 
-void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
+void CellSnapshot::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
   if (sample.disposed) return;  // the planner keeps only its last goals; what became of this one stays true
   const auto known = goals.find(sample.value.arm());
   if (known == goals.end() || newer(sample, known->second)) {
@@ -32,7 +32,7 @@ void Picture::take_goal(const bus::Sample<msg::GoalStatus>& sample) {
   }
 }
 
-void Picture::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
+void CellSnapshot::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
   const msg::Heartbeat& heartbeat = sample.value;
   const auto* before = find(heartbeats, heartbeat.node());
   if (heartbeat.kind() == msg::NodeKind::NODE_PLANNER && before && other_life(sample, *before)) {
@@ -45,7 +45,7 @@ void Picture::take_heartbeat(const bus::Sample<msg::Heartbeat>& sample) {
   heartbeats.insert_or_assign(heartbeat.node(), heard(sample));
 }
 
-void Picture::take_states(const bus::Sample<msg::ObstacleStates>& sample) {
+void CellSnapshot::take_states(const bus::Sample<msg::ObstacleStates>& sample) {
   const auto& named = sample.value.states();
   if (states && states->writer != sample.writer) {
     std::erase_if(obstacles, [&](const auto& entry) {

@@ -1,4 +1,4 @@
-#include "services/supervisor/succession.hpp"
+#include "services/supervisor/failover/planner_failover.hpp"
 
 #include <set>
 
@@ -15,25 +15,25 @@ class SuccessionTest : public ::testing::Test {
   SuccessionTest() { EXPECT_TRUE(leadership_.decide(1s, 0ms)); }
 
   bool decide() {
-    return succession_.decide(
+    return failover_.decide(
         [this](const std::string&, const std::string& planner) {
-          return PlannerFitness{out_.contains(planner), ready_.contains(planner)};
+          return PlannerHealth{out_.contains(planner), ready_.contains(planner)};
         },
         leadership_);
   }
-  [[nodiscard]] Mandate mandate() const { return succession_.mandate_of("arm1"); }
+  [[nodiscard]] ArmLease mandate() const { return failover_.lease("arm1"); }
 
   Leadership leadership_{{}, 0, 0ms, {0, 2}};
-  Succession succession_{{{"arm1", {"p", "q"}}}};
+  PlannerFailover failover_{{{"arm1", {"p", "q"}}}};
   std::set<std::string> out_, ready_;
 };
 
 TEST_F(SuccessionTest, TheFirstIsInChargeAtTheBeginning) {
-  EXPECT_EQ(mandate(), Mandate());
+  EXPECT_EQ(mandate(), ArmLease());
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 4}));
+  EXPECT_EQ(mandate(), (ArmLease{"p", 4}));
   EXPECT_FALSE(decide()) << "nothing is to change";
-  EXPECT_EQ(succession_.mandate_of("arm2"), Mandate());
+  EXPECT_EQ(failover_.lease("arm2"), ArmLease());
 }
 
 TEST_F(SuccessionTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
@@ -42,46 +42,46 @@ TEST_F(SuccessionTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
   EXPECT_FALSE(decide()) << "nobody is ready";
   ready_ = {"q"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"q", 6}));
+  EXPECT_EQ(mandate(), (ArmLease{"q", 6}));
   // The roles are exchanged: who comes back stands by.
   out_ = {};
   ready_ = {"p"};
   EXPECT_FALSE(decide());
   out_ = {"q"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 8}));
+  EXPECT_EQ(mandate(), (ArmLease{"p", 8}));
 }
 
 TEST_F(SuccessionTest, WhatAnotherLeaderGrantedStays) {
-  succession_.hear("arm1", {"q", 7});
+  failover_.hear("arm1", {"q", 7});
   EXPECT_FALSE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"q", 7}));
+  EXPECT_EQ(mandate(), (ArmLease{"q", 7}));
   out_ = {"q"};
   ready_ = {"p"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 8})) << "above what it heard";
-  succession_.hear("arm1", {"q", 7});
-  EXPECT_EQ(mandate(), (Mandate{"p", 8})) << "old news";
+  EXPECT_EQ(mandate(), (ArmLease{"p", 8})) << "above what it heard";
+  failover_.hear("arm1", {"q", 7});
+  EXPECT_EQ(mandate(), (ArmLease{"p", 8})) << "old news";
 }
 
 TEST_F(SuccessionTest, TheDriverKnowsBetterWhoHasATerm) {
   EXPECT_TRUE(decide());
-  succession_.hear_driver("arm1", {"q", 4});
-  EXPECT_EQ(mandate(), (Mandate{"q", 4})) << "our memory was lost, and the term given before";
-  succession_.hear_driver("arm1", {"p", 2});
-  EXPECT_EQ(mandate(), (Mandate{"q", 4}));
+  failover_.hear_driver("arm1", {"q", 4});
+  EXPECT_EQ(mandate(), (ArmLease{"q", 4})) << "our memory was lost, and the term given before";
+  failover_.hear_driver("arm1", {"p", 2});
+  EXPECT_EQ(mandate(), (ArmLease{"q", 4}));
   EXPECT_FALSE(decide());
 }
 
 TEST_F(SuccessionTest, AStrangerInChargeIsReplaced) {
-  succession_.hear_driver("arm1", {"somebody", 9});
+  failover_.hear_driver("arm1", {"somebody", 9});
   EXPECT_TRUE(decide());
-  EXPECT_EQ(mandate(), (Mandate{"p", 10}));
+  EXPECT_EQ(mandate(), (ArmLease{"p", 10}));
 }
 
 // In charge for long, heard 10 ms ago, its last command accepted 10 ms ago.
-PlannerSigns at_work() {
-  PlannerSigns signs;
+PlannerObservations at_work() {
+  PlannerObservations signs;
   signs.silence = 10ms;
   signs.in_charge = 10s;
   signs.uncommanded = 10ms;
@@ -89,48 +89,48 @@ PlannerSigns at_work() {
 }
 
 TEST(Fitness, WhoWorksIsLeftInCharge) {
-  EXPECT_FALSE(fitness_of(at_work(), {}).out);
-  EXPECT_FALSE(fitness_of({}, {}).out) << "not heard yet";
-  PlannerSigns standby;
+  EXPECT_FALSE(health_of(at_work(), {}).out);
+  EXPECT_FALSE(health_of({}, {}).out) << "not heard yet";
+  PlannerObservations standby;
   standby.silence = 10ms;
-  EXPECT_FALSE(fitness_of(standby, {}).ready);
+  EXPECT_FALSE(health_of(standby, {}).ready);
   standby.stands_by = true;
-  EXPECT_TRUE(fitness_of(standby, {}).ready);
+  EXPECT_TRUE(health_of(standby, {}).ready);
   standby.silence.reset();
-  EXPECT_FALSE(fitness_of(standby, {}).ready) << "it was restarted, and has said nothing yet";
+  EXPECT_FALSE(health_of(standby, {}).ready) << "it was restarted, and has said nothing yet";
 }
 
 TEST(Fitness, WhoDiedOrHangsIsOut) {
-  PlannerSigns signs = at_work();
+  PlannerObservations signs = at_work();
   signs.ended = true;
-  EXPECT_TRUE(fitness_of(signs, {}).out);
+  EXPECT_TRUE(health_of(signs, {}).out);
   signs = at_work();
   signs.silence = signs.uncommanded = 20ms;
-  EXPECT_TRUE(fitness_of(signs, {}).out);
+  EXPECT_TRUE(health_of(signs, {}).out);
   signs.uncommanded.reset();
-  EXPECT_TRUE(fitness_of(signs, {}).out) << "the driver is silent, too";
+  EXPECT_TRUE(health_of(signs, {}).out) << "the driver is silent, too";
 }
 
 TEST(Fitness, LostHeartbeatsAloneReplaceNobody) {
-  PlannerSigns signs = at_work();
+  PlannerObservations signs = at_work();
   signs.silence = 1s;
-  EXPECT_FALSE(fitness_of(signs, {}).out) << "its commands arrive";
+  EXPECT_FALSE(health_of(signs, {}).out) << "its commands arrive";
 }
 
 TEST(Fitness, WhomTheDriverDoesNotHearIsOut) {
-  PlannerSigns signs = at_work();
+  PlannerObservations signs = at_work();
   signs.uncommanded = 100ms;
-  EXPECT_TRUE(fitness_of(signs, {}).out);
+  EXPECT_TRUE(health_of(signs, {}).out);
   signs.in_charge = 50ms;
-  EXPECT_FALSE(fitness_of(signs, {}).out) << "it has just been put in charge";
+  EXPECT_FALSE(health_of(signs, {}).out) << "it has just been put in charge";
 }
 
 TEST(Fitness, WhoIsSilentIsNotReady) {
-  PlannerSigns signs;
+  PlannerObservations signs;
   signs.stands_by = true;
   signs.silence = 20ms;
   signs.uncommanded = 1ms;
-  EXPECT_FALSE(fitness_of(signs, {}).ready) << "those commands are not its own";
+  EXPECT_FALSE(health_of(signs, {}).ready) << "those commands are not its own";
 }
 
 }  // namespace

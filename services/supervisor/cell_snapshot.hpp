@@ -47,7 +47,7 @@ template <class T>
   return found == all.end() ? nullptr : &found->second;
 }
 
-struct Picture {
+struct CellSnapshot {
   HeardByName<msg::Heartbeat> heartbeats;      ///< by node
   HeardByName<msg::ProcessEvent> processes;    ///< by process, newest
   HeardByName<msg::ArmState> arms;             ///< by arm

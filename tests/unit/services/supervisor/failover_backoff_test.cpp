@@ -1,14 +1,14 @@
-#include "services/supervisor/takeover_patience.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/supervisor/failover/planner_failover.hpp"
 
 namespace hecaton::services {
 namespace {
 
 using namespace std::chrono_literals;
 
-TEST(TakeoverPatience, DoublesWithEachReplacementUpToTheMost) {
-  TakeoverPatience patience(20ms, 100ms);
+TEST(FailoverBackoff, DoublesWithEachReplacementUpToTheMost) {
+  FailoverBackoff patience(20ms, 100ms);
   EXPECT_EQ(patience.at(100s), 20ms);
   patience.replaced(100s);
   EXPECT_EQ(patience.at(100s), 40ms);
@@ -19,8 +19,8 @@ TEST(TakeoverPatience, DoublesWithEachReplacementUpToTheMost) {
   EXPECT_EQ(patience.at(103s), 100ms);
 }
 
-TEST(TakeoverPatience, IsHalvedWhileNothingHappens) {
-  TakeoverPatience patience(20ms, 100ms);
+TEST(FailoverBackoff, IsHalvedWhileNothingHappens) {
+  FailoverBackoff patience(20ms, 100ms);
   patience.replaced(100s);
   patience.replaced(100s);
   EXPECT_EQ(patience.at(109s), 80ms);
@@ -31,8 +31,8 @@ TEST(TakeoverPatience, IsHalvedWhileNothingHappens) {
   EXPECT_EQ(patience.at(1000s), 20ms);
 }
 
-TEST(TakeoverPatience, IsNeverBelowWhatTheCellFileSays) {
-  TakeoverPatience patience(150ms, 100ms);
+TEST(FailoverBackoff, IsNeverBelowWhatTheCellFileSays) {
+  FailoverBackoff patience(150ms, 100ms);
   patience.replaced(1s);
   EXPECT_EQ(patience.at(1s), 150ms);
 }

@@ -1,10 +1,11 @@
 #pragma once
-/// Which supervisor leads, and under which term. Standard library only: time is an argument.
+/// Which supervisor leads, and under which term. Pure: time is an argument. Model-checked (tests/model,
+/// docs/design/0008-terms.md).
 ///
-/// A supervisor begins by listening. When nobody leads it takes a term above every term that it has heard or remembers;
-/// when somebody does it stands by, and takes over when the leader has died or been silent for `silence`. Whoever hears
-/// a leader of a higher term stands back at once; who was itself absent, or hears that the cell has followed a higher
-/// term, begins anew, with a new term of its own.
+/// A supervisor begins by listening. When it hears no leader it takes a term above every term that it has heard or
+/// remembers. When it hears one it stands by, and takes over when the leader has died or been silent for `silence`. A
+/// leader that hears a leader of a higher term stands back at once. A supervisor that was absent, or hears that the
+/// cell has followed a higher term, begins anew, with a new term of its own.
 
 #include <algorithm>
 #include <chrono>
@@ -40,8 +41,8 @@ class Leadership {
     highest_ = std::max(highest_, term);
     if (role_ == Role::kLeading && term > term_) absent(at);
   }
-  /// A planner's mandate of this term exists.
-  void heard_mandate(std::uint64_t term) { highest_ = std::max(highest_, term); }
+  /// A planner's lease of this term exists.
+  void heard_lease(std::uint64_t term) { highest_ = std::max(highest_, term); }
   /// A cell mode of another supervisor.
   void heard_leader(std::uint64_t term, Time at) {
     if (role_ == Role::kLeading && term < term_) return;  // it will hear of us

@@ -1,32 +1,32 @@
-#include "services/supervisor/order_legacy.hpp"
-
 #include <gtest/gtest.h>
+
+#include "services/supervisor/replication/unreplicated.hpp"
 
 namespace hecaton::services {
 namespace {
 
-Orders arm_order(const char* arm, MoveMode mode) {
+Orders arm_order(const char* arm, msg::Mode mode) {
   Orders orders;
   orders.arms[arm] = mode;
   return orders;
 }
 
-const Orders kStopLeft = arm_order("left", MoveMode::kStop);
+const Orders kStopLeft = arm_order("left", msg::Mode::MODE_STOP);
 
 TEST(Orders, BeyondWhatIsKnown) {
   Orders orders = kStopLeft;
-  orders.arms["right"] = MoveMode::kHold;
-  orders.cell = MoveMode::kHold;
+  orders.arms["right"] = msg::Mode::MODE_HOLD;
+  orders.cell = msg::Mode::MODE_HOLD;
   EXPECT_EQ(beyond(orders, {}), orders);
   EXPECT_TRUE(beyond(orders, orders).empty());
-  Orders known = arm_order("left", MoveMode::kHold);
-  known.arms["right"] = MoveMode::kStop;
-  known.cell = MoveMode::kStop;
+  Orders known = arm_order("left", msg::Mode::MODE_HOLD);
+  known.arms["right"] = msg::Mode::MODE_STOP;
+  known.cell = msg::Mode::MODE_STOP;
   EXPECT_EQ(beyond(orders, known), kStopLeft) << "a stop is more than a hold";
 }
 
-TEST(OrderLegacy, OfWhatTheOtherHeardNothingIsLeft) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, OfWhatTheOtherHeardNothingIsLeft) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.published({}, 1);
   legacy.given({"left"});
@@ -41,19 +41,19 @@ TEST(OrderLegacy, OfWhatTheOtherHeardNothingIsLeft) {
   EXPECT_TRUE(legacy.left().empty());
 }
 
-TEST(OrderLegacy, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.published({}, 1);
   legacy.heard(1);
   Orders orders = kStopLeft;
-  orders.cell = MoveMode::kHold;
+  orders.cell = msg::Mode::MODE_HOLD;
   legacy.given({"left"});
   legacy.given({});
   legacy.published(orders, 2);
   legacy.stand_back(orders);
   EXPECT_EQ(legacy.left(), orders);
-  EXPECT_FALSE(legacy.strike_out(arm_order("left", MoveMode::kHold)));
+  EXPECT_FALSE(legacy.strike_out(arm_order("left", msg::Mode::MODE_HOLD)));
   EXPECT_EQ(legacy.left(), orders) << "a hold is no stop";
   EXPECT_FALSE(legacy.strike_out(kStopLeft));
   EXPECT_TRUE(legacy.left().arms.empty());
@@ -61,8 +61,8 @@ TEST(OrderLegacy, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
   EXPECT_FALSE(legacy.strike_out(orders)) << "nothing was left any more";
 }
 
-TEST(OrderLegacy, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.published(kStopLeft, 1);
   legacy.heard(1);
@@ -76,8 +76,8 @@ TEST(OrderLegacy, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
   EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
 }
 
-TEST(OrderLegacy, OfANewTermNothingIsKnownToHaveBeenHeard) {
-  OrderLegacy legacy(kStopLeft);
+TEST(UnreplicatedOrders, OfANewTermNothingIsKnownToHaveBeenHeard) {
+  UnreplicatedOrders legacy(kStopLeft);
   EXPECT_EQ(legacy.left(), kStopLeft) << "by an earlier life";
   legacy.begin_to_lead();
   EXPECT_TRUE(legacy.left().empty());
@@ -85,8 +85,8 @@ TEST(OrderLegacy, OfANewTermNothingIsKnownToHaveBeenHeard) {
   EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
 }
 
-TEST(OrderLegacy, WhatWasResumedIsNotLeft) {
-  OrderLegacy legacy;
+TEST(UnreplicatedOrders, WhatWasResumedIsNotLeft) {
+  UnreplicatedOrders legacy;
   legacy.begin_to_lead();
   legacy.given({"left"});
   legacy.published(kStopLeft, 1);
