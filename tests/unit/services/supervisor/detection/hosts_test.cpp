@@ -136,7 +136,7 @@ TEST(FaultDetectorStart, HostThatNeverAppearsIsOneFault) {
   const auto open = cell.detector.faults().open();
   ASSERT_EQ(open.size(), 1U);
   EXPECT_EQ(open.front().subject, "agent/h2");
-  EXPECT_EQ(cell.arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD), Names{"arm3"});
+  EXPECT_EQ(cell.held(), Names{"arm3"});
 }
 
 }  // namespace
