@@ -79,12 +79,9 @@ ONLY_IN = {
 }
 
 # Pure parts: standard library, the generated values of idl/ and themselves only.
-PURE = ["services/runtime/cause", "services/runtime/orders", "services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
-        "services/supervisor/cell_holds", "services/supervisor/cell_losses",
-        "services/supervisor/cell_watch", "services/supervisor/host_watch", "services/supervisor/echo",
-        "services/supervisor/reception",
-        "services/supervisor/watch_limits", "services/supervisor/failover/leadership",
-        "services/supervisor/failover/planner_failover",
+PURE = ["services/runtime/cause", "services/runtime/orders", "services/runtime/stall_compensated_clock",
+        "services/supervisor/detection/", "services/supervisor/fault_list", "services/supervisor/cell_mode",
+        "services/supervisor/failover/leadership", "services/supervisor/failover/planner_failover",
         "services/runtime/arm_lease", "services/runtime/node_name", "services/runtime/turn_watch"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
@@ -114,7 +111,7 @@ def check(root):
             for pattern, places in ONLY_IN.items():
                 if re.search(pattern, included) and not any(path.startswith(place) for place in places):
                     problems.append(f"{path}: may not include {included} (only {', '.join(places)} may)")
-            if any(path.startswith(pure + ".") for pure in PURE):
+            if any(path.startswith(pure if pure.endswith("/") else pure + ".") for pure in PURE):
                 own_part = any(included.startswith(pure) for pure in PURE)
                 values = included.startswith("idl/") and not included.endswith("PubSubTypes.h")
                 standard = kind == "<" and "/" not in included and not included.endswith(".h")

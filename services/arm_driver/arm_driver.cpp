@@ -143,7 +143,6 @@ void ArmDriver::publish() {
 void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
-  vital.heard_mode = modes_.view().number();
   vital.cause = state_.cause();
   const bool runs = control_.mode() == msg::ArmMode::ARM_RUNNING;
   const bool as_ordered = runs || modes_.view().order(name_) != msg::Mode::MODE_RUN;

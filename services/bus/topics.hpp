@@ -55,6 +55,7 @@ struct TopicInfo {
   TOPIC(CoupledPlanProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,            \
         .heartbeat = 5ms)                                                                                              \
   TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms)                               \
+  TOPIC(Reachability, sample.host(), "agent", "agent supervisor")                                                      \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \
         .heartbeat = 5ms)                                                                                              \
   TOPIC(CellMode, "", "supervisor", "all", .reliable = true, .transient_local = true, .exclusive = true,               \

@@ -177,7 +177,6 @@ void PlannerService::beat(Clock::time_point now) {
   const bool starved = oldest.age > planner_.state_age_limit() || !mode.heard();
   Vital vital;
   vital.term = mode.term();
-  vital.heard_mode = mode.number();
   vital.lease = failover_.duty().mandate();
   vital.oldest_input_age = std::isfinite(oldest.age) ? oldest.age : 1e9;
   vital.oldest_input = oldest.topic_and_key;

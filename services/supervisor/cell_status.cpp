@@ -76,7 +76,7 @@ msg::CauseKind goal_kind(msg::GoalState state) {
   return under_way ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_NO_GOAL;
 }
 
-msg::Cause first_awaited(const std::string& arm, const CellWatch& watch) {
+msg::Cause first_awaited(const std::string& arm, const FaultDetector& watch) {
   for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
     if (msg::Cause awaited = watch.awaited(node); !is_none(awaited)) return awaited;
   }
@@ -111,7 +111,7 @@ class StatusBuilder {
   }
 
   void add_arm(const std::string& name) {
-    const CellWatch& watch = source_.watch;
+    const FaultDetector& watch = source_.watch;
     msg::ArmStatus arm;
     arm.arm(name);
     arm.mode(watch.mode().mode_of(name));
@@ -270,7 +270,7 @@ std::string goal_text(const msg::GoalStatus& goal) {
   return {};
 }
 
-msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const CellSnapshot& snapshot) {
+msg::Cause waiting_for(const std::string& arm, const FaultDetector& watch, const CellSnapshot& snapshot) {
   if (msg::Cause held = watch.mode().cause_of(arm); !is_none(held)) return held;
   if (msg::Cause awaited = first_awaited(arm, watch); !is_none(awaited)) return awaited;
   const auto* state = find(snapshot.arms, arm);
@@ -294,8 +294,8 @@ msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const Cel
 }
 
 // Only arms at rest, so that no reader has to count how long ago they were lost.
-std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const CellWatch& watch, const CellSnapshot& snapshot,
-                                    bus::Clock::time_point now) {
+std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& watch,
+                                    const CellSnapshot& snapshot, bus::Clock::time_point now) {
   std::vector<msg::LostArm> lost;
   for (const planner::PlannedArm& planned : file.cell.arms) {
     const Loss loss = watch.loss_of(planned.arm.name);

@@ -53,7 +53,6 @@ class Crowd {
     Vital vital;
     while (loop_.next()) {
       modes_.update();
-      vital.heard_mode = modes_.view().number();
       for (msg::ArmState& state : told_) {
         state.sequence_number(state.sequence_number() + 1);
         state.stamp_ns(stamp_now());

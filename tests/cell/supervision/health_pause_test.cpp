@@ -126,9 +126,9 @@ TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGSTOP));
   cell_.await_dropped("agent/localhost");
   cell_.await("agent/localhost is a fault",
-              [](const msg::CellStatus& status) { return open_faults(status, "host_lost", "localhost") == 1; });
+              [](const msg::CellStatus& status) { return open_faults(status, "node_silent", "agent/localhost") == 1; });
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGCONT));
-  static_cast<void>(fault_that_is_over("host_lost", "localhost"));
+  static_cast<void>(fault_that_is_over("node_silent", "agent/localhost"));
   const auto after = cell_.await_healthy();
   for (const auto& process : before.hosts()[0].processes()) {
     EXPECT_EQ(process_of(after, process.name())->pid(), process.pid());

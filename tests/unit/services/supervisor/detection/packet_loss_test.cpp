@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+#include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -16,8 +16,8 @@ namespace {
 class LossyCell {
  public:
   explicit LossyCell(unsigned seed)
-      : random_(seed), watch(nodes_of(), {"arm1", "arm2", "arm3"}, cell_limits(), 0ms, "h3") {
-    for (const ExpectedNode& node : watch.nodes()) {
+      : random_(seed), detector(nodes_of(), {"arm1", "arm2", "arm3"}, cell_limits(), 0ms, "h3") {
+    for (const ExpectedNode& node : detector.nodes()) {
       beats_[node.name].due = any_time(10ms);
       states_[node.name].due = any_time(5ms);
     }
@@ -26,12 +26,12 @@ class LossyCell {
   void run_for(Time duration) {
     for (const Time end = now_ + duration; now_ < end;) {
       now_ += 5ms;
-      watch.advance(now_);
-      for (const ExpectedNode& node : watch.nodes()) send(node);
-      watch.judge(now_);
+      detector.advance(now_);
+      for (const ExpectedNode& node : detector.nodes()) send(node);
+      detector.judge(now_);
     }
   }
-  [[nodiscard]] bool told() const { return !watch.faults().open().empty() || !watch.faults().over().empty(); }
+  [[nodiscard]] bool told() const { return !detector.faults().open().empty() || !detector.faults().over().empty(); }
 
  private:
   struct Sender {
@@ -47,24 +47,36 @@ class LossyCell {
   void send(const ExpectedNode& node) {
     if (hung.contains(node.name)) return;
     const bool far = node.host != "h3" && (lossy.empty() || lossy == node.host);
+    if (node.role == msg::NodeKind::NODE_AGENT) send_row(node.host);
     for (Sender& beat = beats_[node.name]; beat.due <= now_; beat.due += 10ms) {
       ++beat.number;
-      if (!far || !is_lost()) watch.heard(node.name, {1, beat.due, beat.number});
+      if (!far || !is_lost()) detector.heard(node.name, {1, beat.due, beat.number});
     }
     if (node.role != msg::NodeKind::NODE_DRIVER && node.role != msg::NodeKind::NODE_WORLD) return;
     for (Sender& state = states_[node.name]; state.due <= now_; state.due += 5ms) {
       ++state.number;
-      if (!far || !is_lost()) watch.stream_heard(node.name, state.due, state.number);
+      if (!far || !is_lost()) detector.stream_heard(node.name, state.due, state.number);
     }
+  }
+  void send_row(const std::string& observer) {
+    for (const char* host : {"h1", "h2", "h3"}) {
+      if (!hung.contains("agent/" + std::string(host))) newest_[host] = now_;
+    }
+    std::vector<HostAge> ages;
+    for (const auto& [host, newest] : newest_) {
+      if (host != observer) ages.push_back({host, now_ - newest});
+    }
+    detector.row_heard(observer, ages, now_);
   }
   bool is_lost() { return std::bernoulli_distribution(lost)(random_); }
 
   std::mt19937 random_;
   std::map<std::string, Sender> beats_, states_;
+  std::map<std::string, Time> newest_;  // of each host's agent
   Time now_{0};
 
  public:
-  CellWatch watch;
+  FaultDetector detector;
   double lost = 0.0;
   std::string lossy;  ///< what this host sends is lost; empty: what comes to us
   std::set<std::string> hung;
@@ -85,14 +97,14 @@ int blamed(double lost, const std::string& lossy) {
 }
 
 // Two lost heartbeats of a planner before any other is missed cannot be told from a loop that hangs.
-TEST(CellWatchLoss, NobodyIsBlamedForWhatTheNetworkLoses) {
+TEST(PacketLoss, NobodyIsBlamedForWhatTheNetworkLoses) {
   for (const double lost : {0.01, 0.1, 0.3}) {
     EXPECT_LE(blamed(lost, ""), 1) << lost << " of what comes to us";
     EXPECT_LE(blamed(lost, "h1"), 1) << lost << " of what h1 sends";
   }
 }
 
-TEST(CellWatchLoss, WhoHangsIsToldAllTheSame) {
+TEST(PacketLoss, WhoHangsIsToldAllTheSame) {
   LossyCell cell(1);
   cell.run_for(1s);
   cell.lost = 0.3;
@@ -100,13 +112,13 @@ TEST(CellWatchLoss, WhoHangsIsToldAllTheSame) {
   ASSERT_FALSE(cell.told());
   cell.hung.insert("planner/arm1");
   cell.run_for(240ms);  // 22 beats of 10 ms at most, and a turn
-  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
-  const FaultRecord fault = cell.watch.faults().open().front();
+  ASSERT_EQ(cell.detector.faults().open().size(), 1U);
+  const FaultRecord fault = cell.detector.faults().open().front();
   EXPECT_EQ(fault.subject, "planner/arm1");
   EXPECT_TRUE(fault.seen.ends_with(" ms, while the network loses others")) << fault.seen;
 }
 
-TEST(CellWatchLoss, OnceNothingIsLostAnyMoreWhoHangsIsToldAsSoonAsBefore) {
+TEST(PacketLoss, OnceNothingIsLostAnyMoreWhoHangsIsToldAsSoonAsBefore) {
   LossyCell cell(1);
   cell.run_for(1s);
   cell.lost = 0.3;
@@ -118,18 +130,18 @@ TEST(CellWatchLoss, OnceNothingIsLostAnyMoreWhoHangsIsToldAsSoonAsBefore) {
   EXPECT_TRUE(cell.told());
 }
 
-TEST(CellWatchLoss, AHostThatIsLostIsNoLoss) {
+TEST(PacketLoss, AHostThatIsLostIsNoLoss) {
   LossyCell cell(1);
   cell.run_for(1s);
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
   cell.run_for(105ms);
-  ASSERT_EQ(cell.watch.faults().open().size(), 1U);
-  EXPECT_EQ(cell.watch.faults().open().front().seen, "host h2: nothing heard of it or its nodes for more than 100 ms");
+  ASSERT_EQ(cell.detector.faults().open().size(), 1U);
+  EXPECT_EQ(cell.detector.faults().open().front().seen, "host h2: no host has heard it for 100 ms");
   cell.hung.clear();
   cell.run_for(1s);
   cell.hung.insert("planner/arm1");
   cell.run_for(25ms);
-  ASSERT_EQ(cell.watch.faults().open().size(), 1U) << "ten heartbeats of each were missed, and none was lost";
+  ASSERT_EQ(cell.detector.faults().open().size(), 1U) << "ten heartbeats of each were missed, and none was lost";
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+#include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
 
 namespace hecaton::services::testing {
 namespace {
@@ -18,7 +18,7 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
  protected:
   int below(int limit) { return std::uniform_int_distribution<>(0, limit - 1)(random_); }
   std::string any_node() {
-    const auto& nodes = cell_.watch.nodes();
+    const auto& nodes = cell_.detector.nodes();
     return nodes[static_cast<std::size_t>(below(static_cast<int>(nodes.size())))].name;
   }
   std::vector<std::string> any_arms() {
@@ -34,17 +34,17 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
     msg::Cause refusal;
     switch (below(3)) {
       case 0:
-        refusal = cell_.watch.mode().hold(arms);
+        refusal = cell_.detector.mode().hold(arms);
         break;
       case 1:
-        refusal = cell_.watch.mode().stop(arms);
+        refusal = cell_.detector.mode().stop(arms);
         if (arms.empty()) stopped_ = true;
         break;
       default:
-        refusal = cell_.watch.mode().resume(arms);
+        refusal = cell_.detector.mode().resume(arms);
         if (arms.empty()) stopped_ = false;
     }
-    EXPECT_TRUE(is_none(refusal) || refusal.kind() == msg::CauseKind::CAUSE_NOT_ALLOWED_NOW) << refusal.text();
+    EXPECT_TRUE(is_none(refusal) || refusal.kind() == msg::CauseKind::CAUSE_NOT_ALLOWED_NOW);
   }
 
   void happen() {
@@ -75,18 +75,19 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
   }
 
   void check() {
-    const msg::CellMode decision = cell_.watch.mode().decide();
+    const msg::CellMode decision = cell_.detector.mode().decide();
     if (stopped_) {
       EXPECT_EQ(decision.mode(), msg::Mode::MODE_STOP);
-      for (const auto* arm : {"arm1", "arm2", "arm3"}) EXPECT_EQ(cell_.watch.mode().mode_of(arm), msg::Mode::MODE_STOP);
+      for (const auto* arm : {"arm1", "arm2", "arm3"})
+        EXPECT_EQ(cell_.detector.mode().mode_of(arm), msg::Mode::MODE_STOP);
     }
     std::set<std::string> subjects;
-    for (const FaultRecord& fault : cell_.watch.faults().open()) {
+    for (const FaultRecord& fault : cell_.detector.faults().open()) {
       EXPECT_TRUE(subjects.insert(fault.subject).second) << fault.subject;
       const auto slash = fault.subject.find('/');
       const std::string arm = slash == std::string::npos ? fault.subject : fault.subject.substr(slash + 1);
       if (arm.starts_with("arm")) {
-        EXPECT_NE(cell_.watch.mode().mode_of(arm), msg::Mode::MODE_RUN) << fault.seen;
+        EXPECT_NE(cell_.detector.mode().mode_of(arm), msg::Mode::MODE_RUN) << fault.seen;
       }
       if (fault.subject == "world") {
         EXPECT_NE(decision.mode(), msg::Mode::MODE_RUN) << fault.seen;
@@ -99,14 +100,14 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
     cell_.mute.clear();
     while (!cell_.dead.empty()) cell_.start(std::string(*cell_.dead.begin()));
     cell_.run_for(1s);
-    EXPECT_TRUE(cell_.watch.faults().open().empty());
-    for (const FaultRecord& fault : cell_.watch.faults().over()) EXPECT_TRUE(fault.cleared.has_value());
-    const Orders& orders = cell_.watch.mode().orders();
-    EXPECT_EQ(cell_.watch.mode().decide().mode(), orders.cell);
+    EXPECT_TRUE(cell_.detector.faults().open().empty());
+    for (const FaultRecord& fault : cell_.detector.faults().over()) EXPECT_TRUE(fault.cleared.has_value());
+    const Orders& orders = cell_.detector.mode().orders();
+    EXPECT_EQ(cell_.detector.mode().decide().mode(), orders.cell);
     for (const auto* arm : {"arm1", "arm2", "arm3"}) {
       const auto own = orders.arms.find(arm);
       const msg::Mode ordered = own == orders.arms.end() ? msg::Mode::MODE_RUN : own->second;
-      EXPECT_EQ(cell_.watch.mode().mode_of(arm), std::max(ordered, orders.cell));
+      EXPECT_EQ(cell_.detector.mode().mode_of(arm), std::max(ordered, orders.cell));
     }
   }
 

@@ -2,15 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+#include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
 
 namespace hecaton::services::testing {
 namespace {
 
 using Names = std::vector<std::string>;
 
-WatchLimits limits(std::set<msg::CauseKind> waits) {
-  WatchLimits limits = cell_limits();
+DetectionLimits limits(std::set<msg::CauseKind> waits) {
+  DetectionLimits limits = cell_limits();
   limits.waits_for_resume = std::move(waits);
   return limits;
 }
@@ -22,22 +22,21 @@ class Recovery : public ::testing::Test, protected VirtualCell {
       : VirtualCell(cell_nodes(), limits(std::move(waits))) {
     run_for(200ms);
   }
-  Names held() { return arms_on(watch.mode().decide(), msg::Mode::MODE_HOLD); }
   void die_and_return(const std::string& node) {
     kill(node, 9);
     run_for(50ms);
     start(node);
     run_for(500ms);
-    EXPECT_TRUE(watch.faults().open().empty()) << "it is back";
+    EXPECT_TRUE(detector.faults().open().empty()) << "it is back";
   }
 };
 
 TEST_F(Recovery, WaitsForResumeAfterADeath) {
   die_and_return("planner/arm2");
   EXPECT_EQ(held(), Names{"arm2"});
-  EXPECT_EQ(watch.mode().cause_of("arm2").text(),
+  EXPECT_EQ(detector.mode().cause_of("arm2").text(),
             "on hold until resumed: planner/arm2: process 107 was ended by signal 9 (Killed)");
-  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
@@ -54,7 +53,7 @@ TEST_F(Recovery, IsAutomaticWhereTheCellFileDoesNotSayOtherwise) {
 TEST_F(Recovery, NeedNotBeAskedForAgainByWhoResumedWhileTheFaultLasted) {
   kill("planner/arm2", 9);
   run_for(50ms);
-  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{"arm2"}) << "the fault itself still holds it";
   start("planner/arm2");
@@ -67,43 +66,43 @@ TEST_F(Recovery, OfALostHostIsThatOfItsArms) {
   run_for(1s);
   hung.clear();
   run_for(5s);
-  EXPECT_TRUE(watch.faults().open().empty());
+  EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_TRUE(is_none(watch.mode().resume({})));
+  EXPECT_TRUE(is_none(detector.mode().resume({})));
   EXPECT_EQ(held(), Names{});
 }
 
 TEST_F(Recovery, OfTheWorldIsThatOfTheCell) {
   die_and_return("world");
-  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
-  EXPECT_TRUE(is_none(watch.mode().resume({})));
-  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_TRUE(is_none(detector.mode().resume({})));
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(Recovery, OfAContactIsThatOfTheCell) {
-  watch.contacts(0, "", "");
+  detector.contacts(0, "", "");
   run_for(50ms);
-  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(50ms);
-  ASSERT_EQ(watch.faults().over().size(), 1U);
-  EXPECT_EQ(watch.faults().over().front().seen, "arm1/wrist touched pallet");
-  EXPECT_EQ(watch.faults().over().front().severity, msg::Severity::SEVERITY_CRITICAL);
-  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
-  EXPECT_EQ(causes_text(watch.mode().decide()), "hold until resumed: arm1/wrist touched pallet");
-  EXPECT_TRUE(is_none(watch.mode().resume({})));
-  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  ASSERT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(detector.faults().over().front().seen, "arm1/wrist touched pallet");
+  EXPECT_EQ(detector.faults().over().front().severity, msg::Severity::SEVERITY_CRITICAL);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(detector.mode().decide()), "hold until resumed: arm1/wrist touched pallet");
+  EXPECT_TRUE(is_none(detector.mode().resume({})));
+  detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(50ms);
-  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN) << "one contact, one fault";
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN) << "one contact, one fault";
 }
 
 TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
   FaultHistory history;
   history.over.push_back(
       {1, 1, msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, "a", "a touched b", 1ms, {}, 1ms});
-  watch.faults().recall(history);
-  watch.contacts(3, "a", "a touched b");
+  detector.faults().recall(history);
+  detector.contacts(3, "a", "a touched b");
   run_for(50ms);
-  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 struct RecoveryOfTheHung : Recovery {
@@ -113,10 +112,10 @@ struct RecoveryOfTheHung : Recovery {
 TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
   hung.insert("planner/arm2");
   run_for(100ms);
-  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   kill("planner/arm2", 9);
   run_for(50ms);
-  EXPECT_EQ(watch.faults().open("planner/arm2")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  EXPECT_EQ(detector.faults().open("planner/arm2")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   start("planner/arm2");
   run_for(500ms);
   EXPECT_EQ(held(), Names{});
@@ -126,10 +125,10 @@ TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
 class Takeover : public Recovery {
  protected:
   void take_over(Time since, FaultHistory told = {}) {
-    watch.mode().restore({});
-    watch.faults().recall(std::move(told));
-    watch.judge_again(since);
-    watch.judge(now);
+    detector.mode().restore({});
+    detector.faults().recall(std::move(told));
+    detector.judge_again(since);
+    detector.judge(now);
   }
 };
 
@@ -140,53 +139,53 @@ TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
   const Time died = now;
   die_and_return("planner/arm2");
   take_over(spoke);
-  const auto* fault = watch.faults().open("planner/arm2");
+  const auto* fault = detector.faults().open("planner/arm2");
   ASSERT_NE(fault, nullptr);
   EXPECT_EQ(fault->seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
   EXPECT_LE(fault->since - died, 10ms);
   EXPECT_EQ(held(), Names{"arm2"});
   turn();
-  EXPECT_TRUE(watch.faults().open().empty()) << "it is back";
+  EXPECT_TRUE(detector.faults().open().empty()) << "it is back";
   EXPECT_EQ(held(), Names{"arm2"}) << "until resumed";
-  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
 
 TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
-  watch.contacts(0, "", "");
+  detector.contacts(0, "", "");
   run_for(50ms);
   const Time spoke = now;
-  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(300ms);
   take_over(spoke);
-  ASSERT_EQ(watch.faults().over().size(), 1U);
-  EXPECT_LE(watch.faults().over().front().since - spoke, 10ms);
-  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  ASSERT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_LE(detector.faults().over().front().since - spoke, 10ms);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(Takeover, TellsNothingAgain) {
-  watch.contacts(0, "", "");
+  detector.contacts(0, "", "");
   run_for(50ms);
   const Time before = now;
-  watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
+  detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   die_and_return("planner/arm2");
-  const FaultHistory told = watch.faults().history();
+  const FaultHistory told = detector.faults().history();
   ASSERT_EQ(told.over.size(), 2U);
   take_over(before, told);
-  EXPECT_EQ(watch.faults().history(), told) << "the leader told it";
+  EXPECT_EQ(detector.faults().history(), told) << "the leader told it";
   EXPECT_EQ(held(), Names{}) << "and was told to resume";
   take_over(now + 1ms);
-  EXPECT_TRUE(watch.faults().over().empty()) << "of what it must have seen before it fell silent";
+  EXPECT_TRUE(detector.faults().over().empty()) << "of what it must have seen before it fell silent";
 }
 
 TEST_F(Recovery, IsWaitedForAcrossLives) {
   die_and_return("planner/arm2");
   CellModeState next({"arm1", "arm2", "arm3"});
-  next.restore(watch.mode().orders(), watch.mode().causes());
-  EXPECT_EQ(next.cause_of("arm2").text(), watch.mode().cause_of("arm2").text());
-  next.restore(watch.mode().orders());
-  EXPECT_EQ(next.cause_of("arm2").text(), watch.mode().cause_of("arm2").text())
+  next.restore(detector.mode().orders(), detector.mode().causes());
+  EXPECT_EQ(next.cause_of("arm2").text(), detector.mode().cause_of("arm2").text());
+  next.restore(detector.mode().orders());
+  EXPECT_EQ(next.cause_of("arm2").text(), detector.mode().cause_of("arm2").text())
       << "another's orders, which it judged itself, too";
 }
 

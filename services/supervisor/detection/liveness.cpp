@@ -1,38 +1,14 @@
-#include "services/supervisor/liveness.hpp"
+#include "services/supervisor/detection/liveness.hpp"
 
 #include <algorithm>
 
 namespace hecaton::services {
 namespace {
 
-/// Who stood still for longer has thrown away what was said meanwhile, and needs a moment to hear everybody again:
-/// chaos saw 24 ms after 0.8 s.
-constexpr Time kLongStall = std::chrono::milliseconds(250);
+/// After a long stall an observer hears all senders again only after a moment (up to 24 ms).
 constexpr Time kCatchingUp = std::chrono::milliseconds(100);
 
 }  // namespace
-
-bool PunctualClock::advance(Time now) {
-  before_ = now_;
-  punctual_before_ = punctual_;
-  now_ = std::max(now, now_);
-  const Time interval = now_ - before_;
-  if (interval <= limit_) {
-    punctual_ += interval;
-    return false;
-  }
-  punctual_ += period_;
-  stalled_ += interval - period_;
-  last_stall_ = interval;
-  ++stalls_;
-  return true;
-}
-
-Time PunctualClock::at(Time at) const {
-  const Time counted =
-      punctual_before_ + (at - before_);  // what lies before `before_` was counted in full, or is older
-  return std::min(counted, punctual_);
-}
 
 void Liveness::expect(const std::string& name, const LivenessLimits& limits) {
   Entry entry;
@@ -68,10 +44,8 @@ void Liveness::allow(std::string_view name, Time silence) {
 }
 
 void Liveness::judge(bool stalled) {
-  const Time catching_up = clock_.last_stall() > kLongStall ? kCatchingUp : Time(0);
+  const Time catching_up = clock_.last_stall() > StallCompensatedClock::kLongStall ? kCatchingUp : Time(0);
   for (auto& [name, entry] : entries_) {
-    // After a stall of the whole machine everybody needs a moment to be heard again. Pardons are rare enough that
-    // stalls which follow each other closely cannot hide a silence for ever.
     const Time now = clock_.now();
     const bool accused = entry.presence == Presence::kSuspected || entry.presence == Presence::kLost;
     const bool pardonable = !entry.pardoned || now - *entry.pardoned > 2 * limits(entry).silence;
