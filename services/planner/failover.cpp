@@ -80,7 +80,7 @@ std::vector<msg::GoalStatus> UnpublishedEnds::take() {
   return {std::make_move_iterator(left.begin()), std::make_move_iterator(left.end())};
 }
 
-PlannerFailover::PlannerFailover(Identity identity, const std::string& checkpoint, int joints)
+FailoverParticipant::FailoverParticipant(Identity identity, const std::string& checkpoint, int joints)
     : identity_(std::move(identity)),
       duty_(identity_.node, identity_.first),
       in_charge_(identity_.alone),
@@ -88,12 +88,12 @@ PlannerFailover::PlannerFailover(Identity identity, const std::string& checkpoin
       checkpoint_(checkpoint_in(checkpoint, joints)),
       saved_(checkpoint_ ? checkpoint_->load() : std::nullopt) {}
 
-bool PlannerFailover::hear(const ArmLease& ordered) {
+bool FailoverParticipant::hear(const ArmLease& ordered) {
   duty_.hear(ordered);
   return identity_.alone || duty_.in_charge();
 }
 
-void PlannerFailover::update(const News& news, GoalManager& goals) {
+void FailoverParticipant::update(const News& news, GoalManager& goals) {
   for (const msg::GoalStatus& status : news.statuses) judge(status, goals, news.now);
   take_duty(news);
   resume(news, goals);
@@ -103,7 +103,7 @@ void PlannerFailover::update(const News& news, GoalManager& goals) {
   for (const msg::GoalStatus& status : std::exchange(waiting_, {})) judge(status, goals, news.now);
 }
 
-void PlannerFailover::judge(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now) {
+void FailoverParticipant::judge(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now) {
   if (status.arm() != identity_.arm || status.node() == identity_.node) return;
   const Heed what = heed(status, duty_, ready());
   if (what == Heed::kIgnore) return;
@@ -118,7 +118,7 @@ void PlannerFailover::judge(const msg::GoalStatus& status, GoalManager& goals, C
   changed_ = true;
 }
 
-void PlannerFailover::take_duty(const News& news) {
+void FailoverParticipant::take_duty(const News& news) {
   if (news.own) duty_.hear_driver(news.own->mandate);
   was_in_charge_ = in_charge_;
   in_charge_ = hear(news.ordered);
@@ -126,7 +126,7 @@ void PlannerFailover::take_duty(const News& news) {
   log_info(in_charge_ ? "is in charge" : "stands by", {{"arm", identity_.arm}, {"term", duty_.term()}});
 }
 
-Recollection PlannerFailover::judge_saved(const News& news) {
+Recollection FailoverParticipant::judge_saved(const News& news) {
   if (identity_.alone) return Recollection::kCounts;
   const auto judged =
       judge_recollection(saved_->mandate, std::chrono::nanoseconds(saved_->until_ns), duty_, last_command(news.own));
@@ -140,7 +140,7 @@ Recollection PlannerFailover::judge_saved(const News& news) {
 }
 
 // Where another planner may have had the arm since, its goals are that planner's to publish.
-void PlannerFailover::resume(const News& news, GoalManager& goals) {
+void FailoverParticipant::resume(const News& news, GoalManager& goals) {
   if (ready()) return;
   const Recollection judged = judge_saved(news);
   if (judged == Recollection::kUnknown) return;
@@ -155,8 +155,8 @@ void PlannerFailover::resume(const News& news, GoalManager& goals) {
   log_info("resumes a goal", {{"arm", identity_.arm}, {"goal", saved.snapshot.active->goal}});
 }
 
-std::vector<msg::GoalStatus> PlannerFailover::release(std::vector<msg::GoalStatus> statuses, GoalManager& goals,
-                                                      Clock::time_point now) {
+std::vector<msg::GoalStatus> FailoverParticipant::release(std::vector<msg::GoalStatus> statuses, GoalManager& goals,
+                                                          Clock::time_point now) {
   changed_ = changed_ || !statuses.empty();
   if (!in_charge_) {
     unpublished_.keep(std::move(statuses));
@@ -173,7 +173,7 @@ std::vector<msg::GoalStatus> PlannerFailover::release(std::vector<msg::GoalStatu
 
 // Before anything of it is published: a status that a client has is never forgotten. What has ended is published again
 // instead. A standby saves, too: the arm may have no other planner tomorrow.
-void PlannerFailover::save(const GoalManager& goals, Clock::time_point now) {
+void FailoverParticipant::save(const GoalManager& goals, Clock::time_point now) {
   if (!checkpoint_ || !ready()) return;
   const std::int64_t now_ns = stamp_now();
   if (std::exchange(changed_, false)) checkpoint_->save({goals.snapshot(now), duty_.mandate(), now_ns, now_ns});

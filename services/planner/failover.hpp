@@ -102,7 +102,7 @@ class UnpublishedEnds {
 
 /// One planner's part in failover. It owns the duty, the checkpoint, and everything that waits until it is known which
 /// planner is in charge.
-class PlannerFailover {
+class FailoverParticipant {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -114,7 +114,7 @@ class PlannerFailover {
   };
   /// `checkpoint`: a file for the goals; empty: none. A file that cannot be used is logged, and goals then end with the
   /// process: an arm that could not be used at all would be worse.
-  PlannerFailover(Identity identity, const std::string& checkpoint, int joints);
+  FailoverParticipant(Identity identity, const std::string& checkpoint, int joints);
 
   /// Between periods: from a cell mode. True when this planner is in charge.
   bool hear(const ArmLease& ordered);

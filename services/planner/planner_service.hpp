@@ -62,7 +62,7 @@ class PlannerService {
   PlannerSubscriptions subscriptions_;
   PlannerPublishers publishers_;
   PeriodicLoop loop_;
-  PlannerFailover failover_;
+  FailoverParticipant failover_;
   GoalManager goals_;
   GoalResolver resolver_;
   LivePlanner planner_;
