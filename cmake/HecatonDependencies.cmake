@@ -20,11 +20,23 @@ else()
 endif()
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
-pkg_check_modules(NLOPT REQUIRED IMPORTED_TARGET nlopt_cxx)
-# Only for searches by several processes; its C++ bindings are not used.
-set(MPI_CXX_SKIP_MPICXX ON)
-find_package(MPI COMPONENTS CXX)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
+
+# The off-line stage of motion strategies is a program and a package of its own: hecaton-strategies.
+pkg_check_modules(NLOPT IMPORTED_TARGET nlopt_cxx)
+set(MPI_CXX_SKIP_MPICXX ON) # its C++ bindings are not used
+find_package(MPI COMPONENTS CXX)
+find_package(Boost CONFIG) # Boost.Math: headers only
+if(NLOPT_FOUND AND MPI_CXX_FOUND AND Boost_FOUND)
+  set(strategies_possible ON)
+else()
+  set(strategies_possible OFF)
+endif()
+option(HECATON_STRATEGIES "Build hecaton-strategies (needs NLopt, Open MPI and Boost's headers)" ${strategies_possible})
+if(HECATON_STRATEGIES AND NOT strategies_possible)
+  message(FATAL_ERROR "HECATON_STRATEGIES is ON, but NLopt (nlopt_cxx), MPI or Boost was not found; install "
+                      "libnlopt-dev libnlopt-cxx-dev libopenmpi-dev libboost-dev, or set HECATON_STRATEGIES=OFF")
+endif()
 
 # Debian's fcl carries no -march, so neither may a file that passes Eigen types to it.
 add_library(hecaton_eigen INTERFACE)

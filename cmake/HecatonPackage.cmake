@@ -3,10 +3,6 @@ include(GNUInstallDirs)
 
 install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-# In a package of its own: whoever searches with one process needs no Open MPI.
-if(MPI_CXX_FOUND)
-  install(TARGETS hecaton-mpi LIBRARY DESTINATION lib/hecaton COMPONENT mpi)
-endif()
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
@@ -15,16 +11,25 @@ install(FILES README.md ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md DESTINATION
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
 
-# The program writes its own man page and completion.
+# Each program of several commands writes its own man page and completion. COMPONENT: the package, if not the main one.
 find_program(HECATON_GZIP gzip REQUIRED)
-install(CODE "
-  execute_process(COMMAND $<TARGET_FILE:hecaton> completion bash
-                  OUTPUT_FILE ${CMAKE_BINARY_DIR}/hecaton.bash COMMAND_ERROR_IS_FATAL ANY)
-  execute_process(COMMAND $<TARGET_FILE:hecaton> man COMMAND ${HECATON_GZIP} -9n
-                  OUTPUT_FILE ${CMAKE_BINARY_DIR}/hecaton.1.gz COMMAND_ERROR_IS_FATAL ANY)")
-install(FILES ${CMAKE_BINARY_DIR}/hecaton.bash RENAME hecaton
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
-install(FILES ${CMAKE_BINARY_DIR}/hecaton.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+function(hecaton_install_shell_files program)
+  install(CODE "
+    execute_process(COMMAND $<TARGET_FILE:${program}> completion bash
+                    OUTPUT_FILE ${CMAKE_BINARY_DIR}/${program}.bash COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND $<TARGET_FILE:${program}> man COMMAND ${HECATON_GZIP} -9n
+                    OUTPUT_FILE ${CMAKE_BINARY_DIR}/${program}.1.gz COMMAND_ERROR_IS_FATAL ANY)" ${ARGN})
+  install(FILES ${CMAKE_BINARY_DIR}/${program}.bash RENAME ${program}
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions ${ARGN})
+  install(FILES ${CMAKE_BINARY_DIR}/${program}.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 ${ARGN})
+endfunction()
+hecaton_install_shell_files(hecaton)
+# A package of its own, which alone depends on NLopt, Open MPI and gnuplot.
+if(HECATON_STRATEGIES)
+  install(TARGETS hecaton-strategies RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT strategies)
+  install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton-strategies COMPONENT strategies)
+  hecaton_install_shell_files(hecaton-strategies COMPONENT strategies)
+endif()
 
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON) # a package does not wait for the tests to be built
 set(CPACK_GENERATOR DEB)
@@ -38,14 +43,15 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/package/postinst
                                        ${PROJECT_SOURCE_DIR}/deploy/package/prerm
                                        ${PROJECT_SOURCE_DIR}/deploy/package/postrm)
-# hecaton, and hecaton-mpi with what the component has.
+# hecaton, and hecaton-strategies with what the component has.
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME hecaton)
-set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SUGGESTS hecaton-mpi)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SUGGESTS hecaton-strategies)
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA})
 unset(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA)
 set(CPACK_COMPONENT_UNSPECIFIED_DESCRIPTION ${PROJECT_DESCRIPTION})
-set(CPACK_COMPONENT_MPI_DESCRIPTION "Searches for motion strategies by several processes, on several machines (Open MPI)")
-set(CPACK_DEBIAN_MPI_PACKAGE_NAME hecaton-mpi)
-set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "hecaton (= ${PROJECT_VERSION}), openmpi-bin")
+set(CPACK_COMPONENT_STRATEGIES_DESCRIPTION "Motion strategies of robot arms that share a workspace, found off line")
+set(CPACK_DEBIAN_STRATEGIES_PACKAGE_NAME hecaton-strategies)
+set(CPACK_DEBIAN_STRATEGIES_PACKAGE_DEPENDS "openmpi-bin, gnuplot-nox | gnuplot")
+set(CPACK_DEBIAN_STRATEGIES_PACKAGE_SUGGESTS hecaton)
 include(CPack)

@@ -28,17 +28,28 @@ ALLOWED = {
     "planner/route": ["planner", "planner/global", "planner/local", "planner/collision", "planner/model", "world/model"],
     "planner/simulation": ["planner", "planner/cspace", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
-    "services/bus": ["idl", "planner/model", "world/model", "world/sim"],
+    "services/bus": ["idl"],
+    "services/messages": ["idl", "planner/model", "world/model"],
     "services/config": ["planner", "planner/strategy", "planner/cspace", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model", "world/sim"],
     "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
+    "services/command_line": ["services/config", "services/runtime", "world/model"],
+    "services/strategies": ["services/command_line", "services/config", "planner", "planner/strategy_search"],
 }
-SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "planner", "planner/cspace", "planner/potential", "planner/local",
-           "planner/collision", "planner/model", "planner/trajectory", "planner/rollout", "planner/global", "planner/route", "planner/simulation",
-           "planner/strategy", "planner/strategy_search",
-           "world/model", "world/sim"]
-for service in ("planner", "world", "supervisor", "agent", "arm_driver", "cli"):
-    ALLOWED[f"services/{service}"] = SERVICE
+# What every service may include, and what each needs beside it.
+SERVICE = ["idl", "services/bus", "services/config", "services/runtime"]
+BESIDE = {
+    "agent": ["planner/model"],
+    "supervisor": ["services/messages", "planner/trajectory"],
+    "arm_driver": ["services/messages", "planner/model", "planner/simulation"],
+    "world": ["services/messages", "planner", "planner/model", "planner/simulation", "world/model", "world/sim"],
+    "planner": ["services/messages", "planner", "planner/collision", "planner/local", "planner/model", "planner/rollout",
+                "planner/route", "world/model"],
+    "cli": ["services/messages", "services/command_line", "planner", "planner/collision", "planner/cspace", "planner/global", "planner/local", "planner/model",
+            "planner/potential", "planner/simulation", "planner/trajectory", "world/model", "world/sim"],
+}
+for service, rooms in BESIDE.items():
+    ALLOWED[f"services/{service}"] = SERVICE + rooms
 
 # third-party header → the only places that may include it
 ONLY_IN = {
@@ -46,8 +57,9 @@ ONLY_IN = {
     r"^fcl/": ["tests/"],
     r"^(bt[A-Z]\w*\.h|Bullet\w*/|LinearMath/)": ["world/sim/", "tests/"],
     r"^assimp/": ["planner/model/mesh_"],
-    r"^nlopt": ["planner/strategy_search/simplex"],
-    r"^mpi\.h$": ["services/cli/mpi/"],
+    r"^nlopt": ["planner/strategy_search/search"],
+    r"^mpi\.h$": ["services/strategies/ranks"],
+    r"^boost/": ["planner/strategy_search/statistics"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
     r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/"],
@@ -55,14 +67,14 @@ ONLY_IN = {
     r"^nlohmann/": ["services/", "tests/"],
 }
 
-# Pure parts: standard library and themselves only.
-PURE = ["services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
+# Pure parts: standard library, the generated values of idl/ and themselves only.
+PURE = ["services/runtime/cause", "services/runtime/orders", "services/supervisor/liveness", "services/supervisor/fault_list", "services/supervisor/cell_mode",
         "services/supervisor/cell_holds", "services/supervisor/cell_losses",
         "services/supervisor/cell_watch", "services/supervisor/host_watch", "services/supervisor/echo",
         "services/supervisor/reception",
-        "services/supervisor/watch_limits", "services/supervisor/leadership", "services/supervisor/succession",
-        "services/supervisor/planner_fitness", "services/supervisor/takeover_patience",
-        "services/runtime/mandate", "services/runtime/node_name", "services/runtime/turn_watch",
+        "services/supervisor/watch_limits", "services/supervisor/failover/leadership",
+        "services/supervisor/failover/planner_failover",
+        "services/runtime/arm_lease", "services/runtime/node_name", "services/runtime/turn_watch",
         "services/planner/duty", "services/planner/recollection"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
@@ -94,9 +106,10 @@ def check(root):
                     problems.append(f"{path}: may not include {included} (only {', '.join(places)} may)")
             if any(path.startswith(pure + ".") for pure in PURE):
                 own_part = any(included.startswith(pure) for pure in PURE)
+                values = included.startswith("idl/") and not included.endswith("PubSubTypes.h")
                 standard = kind == "<" and "/" not in included and not included.endswith(".h")
-                if not (own_part or standard):
-                    problems.append(f"{path}: is pure and may include the standard library only, not {included}")
+                if not (own_part or standard or values):
+                    problems.append(f"{path}: is pure and may include the standard library and idl values only, not {included}")
     return problems
 
 

@@ -119,15 +119,4 @@ void tool_jacobian(const RobotModel& model, const Kinematics& kinematics, FrameJ
   }
 }
 
-Eigen::Vector3d point_velocity(const RobotModel& model, const Kinematics& kinematics, int link,
-                               const Eigen::Vector3d& p_W, const JointVector& qd) {
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();
-  const int n = joints_before(model, link);
-  for (int j = 0; j < n; ++j) {
-    const Eigen::Vector3d& axis = kinematics.axis_W[j];
-    v_W += qd[j] * (kinematics.prismatic[j] ? axis : axis.cross(p_W - kinematics.origin_W[j]).eval());
-  }
-  return v_W;
-}
-
 }  // namespace hecaton::planner

@@ -44,8 +44,4 @@ void directional_jacobian(const RobotModel& model, const Kinematics& kinematics,
 /// J: 6 × n, rows [ω; v], of the tool frame T in W.
 void tool_jacobian(const RobotModel& model, const Kinematics& kinematics, FrameJacobian& J);
 
-/// Velocity [m/s] in W of the point of `link` that is now at p_W when the joints move with qd.
-[[nodiscard]] Eigen::Vector3d point_velocity(const RobotModel& model, const Kinematics& kinematics, int link,
-                                             const Eigen::Vector3d& p_W, const JointVector& qd);
-
 }  // namespace hecaton::planner

@@ -11,7 +11,6 @@
 #include <assimp/scene.h>
 
 #include "planner/model/model_error.hpp"
-#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -82,7 +81,7 @@ std::string first_line(const std::string& text) {
 
 }  // namespace
 
-Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std::string& where) {
+Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std::string& where, SourceFiles& sources) {
   const std::string mesh = where + ": mesh '" + path + "'";
   constexpr std::array kFormats{".stl", ".dae", ".obj"};
   const std::string extension = lower_case_extension(path);
@@ -90,7 +89,7 @@ Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std:
     throw ModelError(mesh + " has ending '" + extension + "'; .stl, .dae and .obj are allowed");
   }
   std::error_code ignored;
-  const std::filesystem::path place = open_source(path);
+  const std::filesystem::path place = sources.open(path);
   if (!std::filesystem::is_regular_file(place, ignored)) throw ModelError(mesh + " is no file that exists");
 
   Assimp::Importer importer;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/model/source_file.hpp"
 #include "world/model/pose.hpp"
 
 namespace hecaton::planner {
@@ -16,6 +17,7 @@ struct Mesh {
 
 /// Times `scale` component by component. Collada: its unit is applied, its up axis is not, as ROS tools read it. Throws
 /// ModelError with `where` (the element that names the mesh) in front.
-[[nodiscard]] Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std::string& where);
+[[nodiscard]] Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std::string& where,
+                             SourceFiles& sources);
 
 }  // namespace hecaton::planner

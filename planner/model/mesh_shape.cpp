@@ -20,9 +20,9 @@ std::string percent(double fraction) {
 
 }  // namespace
 
-MeshShape mesh_shape(const std::string& path, const Eigen::Vector3d& scale, MeshGeometry kind,
-                     const std::string& where) {
-  const Mesh mesh = load_mesh(path, scale, where);
+MeshShape mesh_shape(const std::string& path, const Eigen::Vector3d& scale, MeshGeometry kind, const std::string& where,
+                     SourceFiles& sources) {
+  const Mesh mesh = load_mesh(path, scale, where, sources);
   const auto hull = convex_hull(mesh.vertices);
   if (!hull) throw ModelError(where + ": mesh '" + path + "' has no volume; a collision mesh must not be flat");
 

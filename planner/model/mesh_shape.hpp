@@ -4,6 +4,7 @@
 #include <string>
 
 #include "planner/model/robot_model.hpp"
+#include "planner/model/source_file.hpp"
 #include "planner/model/urdf_loader.hpp"
 
 namespace hecaton::planner {
@@ -19,6 +20,6 @@ struct MeshShape {
 
 /// A convex shape that encloses the mesh in file `path` times `scale`. Throws ModelError that begins with `where`.
 [[nodiscard]] MeshShape mesh_shape(const std::string& path, const Eigen::Vector3d& scale, MeshGeometry kind,
-                                   const std::string& where);
+                                   const std::string& where, SourceFiles& sources);
 
 }  // namespace hecaton::planner

@@ -6,27 +6,28 @@
 #include <sstream>
 
 #include "planner/model/model_error.hpp"
-#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool is_file(const fs::path& path) {
+bool is_file(const fs::path& path, const SourceFiles& sources) {
   std::error_code ignored;
-  return fs::is_regular_file(source_place(path), ignored);
+  return fs::is_regular_file(sources.place(path), ignored);
 }
 
 /// The file `inside` of a package whose folder is `folder` itself or a child of it.
-std::optional<fs::path> in_package(const fs::path& folder, const std::string& package, const std::string& inside) {
-  if (folder.filename() == package && is_file(folder / inside)) return folder / inside;
-  if (is_file(folder / package / inside)) return folder / package / inside;
+std::optional<fs::path> in_package(const fs::path& folder, const std::string& package, const std::string& inside,
+                                   const SourceFiles& sources) {
+  if (folder.filename() == package && is_file(folder / inside, sources)) return folder / inside;
+  if (is_file(folder / package / inside, sources)) return folder / package / inside;
   return std::nullopt;
 }
 
 std::string resolve_package(const std::string& uri, const std::string& urdf_path,
-                            const std::map<std::string, std::string>& packages, const std::string& where) {
+                            const std::map<std::string, std::string>& packages, const std::string& where,
+                            const SourceFiles& sources) {
   const std::string rest = uri.substr(std::string("package://").size());
   const std::size_t slash = rest.find('/');
   const std::string package = rest.substr(0, slash);
@@ -36,14 +37,14 @@ std::string resolve_package(const std::string& uri, const std::string& urdf_path
   }
   if (const auto entry = packages.find(package); entry != packages.end()) {
     const fs::path path = fs::path(entry->second) / inside;
-    if (is_file(path)) return path.string();
+    if (is_file(path, sources)) return path.string();
     throw ModelError(where + ": '" + uri + "': package '" + package + "' is mapped to '" + entry->second +
                      "', where there is no file '" + inside + "'");
   }
   std::error_code ignored;
   const fs::path absolute = fs::weakly_canonical(urdf_path, ignored);
   for (fs::path folder = absolute.parent_path(); !folder.empty(); folder = folder.parent_path()) {
-    if (const auto path = in_package(folder, package, inside)) return path->string();
+    if (const auto path = in_package(folder, package, inside, sources)) return path->string();
     if (folder == folder.parent_path()) break;
   }
   if (const char* search = std::getenv("ROS_PACKAGE_PATH")) {
@@ -51,7 +52,7 @@ std::string resolve_package(const std::string& uri, const std::string& urdf_path
     for (std::string folder; std::getline(folders, folder, ':');) {
       const fs::path without_slash =
           fs::path(folder).has_filename() ? fs::path(folder) : fs::path(folder).parent_path();
-      if (const auto path = in_package(without_slash, package, inside)) return path->string();
+      if (const auto path = in_package(without_slash, package, inside, sources)) return path->string();
     }
   }
   throw ModelError(where + ": '" + uri + "' is not found: map package '" + package +
@@ -61,8 +62,9 @@ std::string resolve_package(const std::string& uri, const std::string& urdf_path
 }  // namespace
 
 std::string resolve_resource(const std::string& uri, const std::string& urdf_path,
-                             const std::map<std::string, std::string>& packages, const std::string& where) {
-  if (uri.starts_with("package://")) return resolve_package(uri, urdf_path, packages, where);
+                             const std::map<std::string, std::string>& packages, const std::string& where,
+                             const SourceFiles& sources) {
+  if (uri.starts_with("package://")) return resolve_package(uri, urdf_path, packages, where, sources);
   fs::path path;
   if (uri.starts_with("file://")) {
     path = uri.substr(std::string("file://").size());
@@ -73,7 +75,7 @@ std::string resolve_resource(const std::string& uri, const std::string& urdf_pat
   } else {
     path = fs::path(urdf_path).parent_path() / uri;  // an absolute uri replaces the folder
   }
-  if (!is_file(path)) throw ModelError(where + ": mesh file '" + path.string() + "' does not exist");
+  if (!is_file(path, sources)) throw ModelError(where + ": mesh file '" + path.string() + "' does not exist");
   return path.string();
 }
 

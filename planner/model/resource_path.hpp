@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "planner/model/source_file.hpp"
+
 namespace hecaton::planner {
 
 /// Resolves `uri` as used in the URDF at `urdf_path`:
@@ -12,9 +14,9 @@ namespace hecaton::planner {
 ///   else below a folder of ROS_PACKAGE_PATH likewise
 /// - file:///x, and paths that are absolute already
 /// - anything without scheme: relative to the URDF's folder
-/// The result exists. Throws ModelError that begins with `where`.
+/// The result exists in `sources`. Throws ModelError that begins with `where`.
 [[nodiscard]] std::string resolve_resource(const std::string& uri, const std::string& urdf_path,
-                                           const std::map<std::string, std::string>& packages,
-                                           const std::string& where);
+                                           const std::map<std::string, std::string>& packages, const std::string& where,
+                                           const SourceFiles& sources);
 
 }  // namespace hecaton::planner

@@ -1,27 +1,34 @@
 #pragma once
-/// The files that a cell and its robots are read from: cell file, URDF, SRDF, meshes. All of them are opened through
-/// here, so that a running cell can keep what it came up with: whoever edits them meanwhile edits the next cell.
-///
-/// One set of files for the whole process, because libraries open some of them by name.
+/// The files that a cell and its robots are read from: cell file, URDF, SRDF, meshes. Readers open each of them through
+/// a `SourceFiles`, so that the agent can keep the files with which a cell came up, and restarted services read those.
 
 #include <filesystem>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace hecaton::planner {
 
-/// From now on files are read from the copy in this folder, under their absolute paths; what is not there does not
-/// exist. Empty: from where they are.
-void read_sources_from(const std::filesystem::path& snapshot);
+/// Where files are read from, and which of them were read. Not thread-safe.
+class SourceFiles {
+ public:
+  /// Reads files where they are; or, with a `snapshot`, the copies in this folder, under their absolute paths: what is
+  /// not there does not exist.
+  explicit SourceFiles(std::filesystem::path snapshot = {}) : snapshot_(std::move(snapshot)) {}
 
-/// Where to look for the file. To look is not to read.
-[[nodiscard]] std::filesystem::path source_place(const std::filesystem::path& file);
-/// Where to read it; it is remembered as one of sources_read().
-[[nodiscard]] std::filesystem::path open_source(const std::filesystem::path& file);
+  /// The path under which `file` is found. Does not count as reading it.
+  [[nodiscard]] std::filesystem::path place(const std::filesystem::path& file) const;
+  /// The path to read `file` from; adds it to read().
+  [[nodiscard]] std::filesystem::path open(const std::filesystem::path& file);
 
-/// Absolute paths of all that were read since the process began.
-[[nodiscard]] std::set<std::string> sources_read();
-/// Copies all that were read into the folder. Throws std::filesystem::filesystem_error.
-void keep_sources(const std::filesystem::path& snapshot);
+  /// Absolute paths of the files that were opened.
+  [[nodiscard]] const std::set<std::string>& read() const { return read_; }
+  /// Copies these files into the folder, for the `snapshot` of others. Throws std::filesystem::filesystem_error.
+  void keep(const std::filesystem::path& folder) const;
+
+ private:
+  std::filesystem::path snapshot_;
+  std::set<std::string> read_;
+};
 
 }  // namespace hecaton::planner

@@ -19,8 +19,8 @@ using LinkPair = std::pair<int, int>;  // sorted
 
 class SrdfReader {
  public:
-  SrdfReader(const std::string& path, RobotModel& model) : path_(path), model_(model) {
-    load_xml(path_, "SRDF", document_);
+  SrdfReader(const std::string& path, RobotModel& model, SourceFiles& sources) : path_(path), model_(model) {
+    load_xml(path_, "SRDF", document_, sources);
   }
 
   void apply() {
@@ -107,8 +107,8 @@ class SrdfReader {
 
 }  // namespace
 
-void apply_srdf(const std::string& path, RobotModel& model) {
-  SrdfReader(path, model).apply();
+void apply_srdf(const std::string& path, RobotModel& model, SourceFiles& sources) {
+  SrdfReader(path, model, sources).apply();
 }
 
 }  // namespace hecaton::planner

@@ -25,7 +25,9 @@ constexpr double kFurthest = 1000.0;  // of any part of an arm [m]; what exceeds
 
 class UrdfChecker {
  public:
-  explicit UrdfChecker(std::string path) : path_(std::move(path)) { load_xml(path_, "URDF", document_); }
+  UrdfChecker(std::string path, SourceFiles& sources) : path_(std::move(path)) {
+    load_xml(path_, "URDF", document_, sources);
+  }
 
   std::string checked_text() {
     XMLElement* robot = document_.RootElement();
@@ -293,8 +295,8 @@ class UrdfChecker {
 
 }  // namespace
 
-std::string read_urdf_document(const std::string& path) {
-  return UrdfChecker(path).checked_text();
+std::string read_urdf_document(const std::string& path, SourceFiles& sources) {
+  return UrdfChecker(path, sources).checked_text();
 }
 
 }  // namespace hecaton::planner

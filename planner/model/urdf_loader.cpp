@@ -46,8 +46,8 @@ class UrdfdomMessages : console_bridge::OutputHandler {
   std::string text_;
 };
 
-urdf::ModelInterfaceSharedPtr parse(const std::string& path) {
-  const std::string text = read_urdf_document(path);
+urdf::ModelInterfaceSharedPtr parse(const std::string& path, SourceFiles& sources) {
+  const std::string text = read_urdf_document(path, sources);
   const UrdfdomMessages messages;
   urdf::ModelInterfaceSharedPtr model;
   std::string reason;
@@ -128,10 +128,11 @@ Tree flatten(const urdf::ModelInterface& model) {
 
 class ModelBuilder {
  public:
-  ModelBuilder(const std::string& path, const UrdfOptions& options) : path_(path), options_(options) {}
+  ModelBuilder(const std::string& path, const UrdfOptions& options, SourceFiles& sources)
+      : path_(path), options_(options), sources_(sources) {}
 
   std::shared_ptr<const RobotModel> build() {
-    const urdf::ModelInterfaceSharedPtr urdf = parse(path_);
+    const urdf::ModelInterfaceSharedPtr urdf = parse(path_, sources_);
     auto [tree, urdf_links] = flatten(*urdf);
     if (static_cast<int>(tree.size()) > kMaxLinks) {
       throw ModelError(path_ + ": the robot has " + std::to_string(tree.size()) + " links; at most " +
@@ -149,7 +150,7 @@ class ModelBuilder {
       add_geometry(i, *urdf_links[i]);
     }
     model_->self_pairs = pairs_of_separate_bodies(*model_);
-    if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, *model_);
+    if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, *model_, sources_);
     return model_;
   }
 
@@ -207,9 +208,9 @@ class ModelBuilder {
   }
 
   void add_mesh(int index, const urdf::Mesh& mesh, const Pose& X_LC, const std::string& where) {
-    const std::string file = resolve_resource(mesh.filename, path_, options_.packages, where);
+    const std::string file = resolve_resource(mesh.filename, path_, options_.packages, where, sources_);
     const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
-    MeshShape shape = mesh_shape(file, scale, options_.meshes, where);
+    MeshShape shape = mesh_shape(file, scale, options_.meshes, where, sources_);
     shape.geometry.link = index;
     shape.geometry.capsule = link_capsule(shape.geometry.shape);
     shape.geometry.X_LS = X_LC * shape.geometry.X_LS;
@@ -219,6 +220,7 @@ class ModelBuilder {
 
   const std::string& path_;
   const UrdfOptions& options_;
+  SourceFiles& sources_;
   std::shared_ptr<RobotModel> model_ = std::make_shared<RobotModel>();
 };
 
@@ -239,7 +241,8 @@ void check_options(const UrdfOptions& options) {
 
 std::shared_ptr<const RobotModel> load_urdf(const std::string& urdf_path, const UrdfOptions& options) {
   check_options(options);
-  return ModelBuilder(urdf_path, options).build();
+  SourceFiles in_place;
+  return ModelBuilder(urdf_path, options, options.sources != nullptr ? *options.sources : in_place).build();
 }
 
 }  // namespace hecaton::planner

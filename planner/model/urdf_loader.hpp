@@ -9,6 +9,7 @@
 
 #include "planner/model/model_error.hpp"
 #include "planner/model/robot_model.hpp"
+#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 
@@ -27,6 +28,7 @@ struct UrdfOptions {
   MeshGeometry meshes = MeshGeometry::kConvexHull;
   double default_acceleration = 10.0;      ///< URDF knows none [rad/s² | m/s²]
   std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; without it they are an error
+  SourceFiles* sources = nullptr;          ///< where its files are read from; null: from where they are
   bool allow_bare_links = false;           ///< accept bodies that a joint moves but that have no collision geometry
 
   /// What whoever reads the messages calls the two options above ("arms[0].limits.velocity"); empty: not offered.

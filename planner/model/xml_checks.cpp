@@ -11,7 +11,6 @@
 #include <tinyxml2.h>
 
 #include "planner/model/model_error.hpp"
-#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -28,9 +27,9 @@ std::optional<double> number(std::string_view word) {
 
 }  // namespace
 
-void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document) {
+void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document, SourceFiles& sources) {
   std::error_code error;
-  const std::filesystem::path place = open_source(path);
+  const std::filesystem::path place = sources.open(path);
   if (!std::filesystem::exists(place, error)) throw ModelError(path + ": this " + kind + " file does not exist");
   if (!std::filesystem::is_regular_file(place, error))
     throw ModelError(path + ": a " + kind + " must be a regular file");

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "planner/model/source_file.hpp"
+
 namespace tinyxml2 {
 class XMLDocument;
 class XMLElement;
@@ -13,7 +15,7 @@ namespace hecaton::planner {
 
 /// Parses the file into `document`. Throws ModelError when it is missing, unreadable, larger than 64 MB or not
 /// well-formed. `kind` names it in the sentence: "URDF", "SRDF".
-void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document);
+void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document, SourceFiles& sources);
 
 /// 'text' for a sentence: without control characters, cut when long.
 [[nodiscard]] std::string in_quotes(const std::string& text);

@@ -2,6 +2,8 @@
 /// The two indexes of a strategy [Mediavilla02, section 3.1]: the estimated probability of faults and the average time.
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "planner/strategy/strategy.hpp"
@@ -42,5 +44,14 @@ struct EvaluateOptions {
 
 [[nodiscard]] Evaluation evaluate(const StrategyProblem& problem, const TaskSet& tasks, const SystemStrategy& strategy,
                                   const EvaluateOptions& options = {});
+
+/// As a line of numbers and spaces from which the same bits are read again: for a search's file, and between its
+/// processes.
+[[nodiscard]] std::string text_of(const Evaluation& evaluation);
+[[nodiscard]] std::string text_of(const SystemStrategy& strategy);
+
+/// Nothing when the text is something else, or was cut off.
+[[nodiscard]] std::optional<Evaluation> evaluation_of(const std::string& text);
+[[nodiscard]] std::optional<SystemStrategy> strategy_of(const std::string& text);
 
 }  // namespace hecaton::planner

@@ -50,7 +50,7 @@ struct SearchHooks {
   int part = 0;   ///< only candidates whose index has this remainder …
   int parts = 1;  ///< … when divided by this are evaluated here, as one of several processes
   /// Then brings what the others have: a text for each candidate, at first empty for theirs (planner/strategy_search/
-  /// as_text).
+  /// text_of()).
   std::function<void(std::vector<std::string>& texts)> share = {};
 };
 
@@ -91,5 +91,25 @@ struct SearchReport {
 [[nodiscard]] SearchReport search_strategies(const StrategyProblem& problem,
                                              const std::vector<SystemStrategy>& candidates, const SearchPlan& plan,
                                              const SearchHooks& hooks = {});
+
+/// Local optimisation of a strategy by the flexible polyhedron search of Nelder and Mead [Mediavilla02, section 3.2],
+/// as NLopt has it.
+struct SimplexOptions {
+  int most_steps = 200;      ///< evaluations of T(L)
+  double tolerance = 0.5;    ///< of T(L), as in table 2 [steps]
+  double first_size = 0.25;  ///< of the first simplex, in α and β
+};
+
+struct SimplexResult {
+  SystemStrategy strategy;  ///< the best that was evaluated
+  Evaluation initial;
+  Evaluation final;
+  int steps = 0;  ///< evaluations that were made
+};
+
+/// Minimises T(L) over the coefficients of all arms on these tasks; directions stay. A fault counts with its time
+/// limit, so that strategies with faults lose.
+[[nodiscard]] SimplexResult refine_by_simplex(const StrategyProblem& problem, const TaskSet& tasks,
+                                              const SystemStrategy& initial, const SimplexOptions& options = {});
 
 }  // namespace hecaton::planner

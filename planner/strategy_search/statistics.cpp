@@ -3,32 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include <boost/math/distributions/binomial.hpp>
+
 namespace hecaton::planner {
 namespace {
-
-/// P(X ≤ k) of a binomial distribution, summed in logarithms.
-double at_most(std::int64_t k, std::int64_t n, double p) {
-  if (p <= 0.0) return 1.0;
-  if (p >= 1.0) return k >= n ? 1.0 : 0.0;
-  const auto of = [](std::int64_t x) { return std::lgamma(static_cast<double>(x) + 1.0); };
-  double sum = 0.0;
-  for (std::int64_t i = 0; i <= k; ++i) {
-    const double choose = of(n) - of(i) - of(n - i);
-    sum += std::exp(choose + static_cast<double>(i) * std::log(p) + static_cast<double>(n - i) * std::log1p(-p));
-  }
-  return std::min(sum, 1.0);
-}
-
-/// The p in [0, 1] at which P(X ≤ k), which falls with p, is `probability`.
-double solve(std::int64_t k, std::int64_t n, double probability) {
-  double low = 0.0;
-  double high = 1.0;
-  for (int step = 0; step < 100; ++step) {
-    const double middle = 0.5 * (low + high);
-    (at_most(k, n, middle) > probability ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
 
 double covariance(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::size_t lag) {
   const double mean_a = moments(a).mean;
@@ -47,11 +25,14 @@ double normalised(std::span<const std::int32_t> a, std::span<const std::int32_t>
 
 FaultBounds fault_bounds(std::int64_t faults, std::int64_t tasks, double confidence) {
   if (tasks <= 0) return {};
+  using Binomial = boost::math::binomial_distribution<double>;
   const double tail = 0.5 * (1.0 - confidence);
+  const auto n = static_cast<double>(tasks);
+  const auto k = static_cast<double>(faults);
   FaultBounds bounds;
   // [Clopper34] p_low: P(X ≥ faults) = tail; p_high: P(X ≤ faults) = tail.
-  if (faults > 0) bounds.low = solve(faults - 1, tasks, 1.0 - tail);
-  if (faults < tasks) bounds.high = solve(faults, tasks, tail);
+  if (faults > 0) bounds.low = Binomial::find_lower_bound_on_p(n, k, tail);
+  if (faults < tasks) bounds.high = Binomial::find_upper_bound_on_p(n, k, tail);
   return bounds;
 }
 

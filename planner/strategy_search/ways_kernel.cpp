@@ -1,6 +1,5 @@
-#include "planner/strategy_search/rough_distance.hpp"
 #include "planner/strategy_search/run_kernel.hpp"
-#include "planner/strategy_search/task_plane.hpp"
+#include "planner/strategy_search/runner.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <poll.h>
 
-#include "planner/model/source_file.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -35,9 +35,9 @@ std::string level_name(LogLevel level) {
 }
 
 /// A service that is started again must not read what somebody is editing for the next time.
-std::filesystem::path keep_sources(const std::filesystem::path& folder) {
+std::filesystem::path keep_sources(const planner::SourceFiles& sources, const std::filesystem::path& folder) {
   try {
-    planner::keep_sources(folder);
+    sources.keep(folder);
     return folder;
   } catch (const std::filesystem::filesystem_error& error) {
     throw std::runtime_error("the cell's files cannot be kept in " + folder.string() + ": " + error.code().message());
@@ -46,7 +46,7 @@ std::filesystem::path keep_sources(const std::filesystem::path& folder) {
 
 /// In the order of planned_hosts().
 std::vector<RunFolder> run_folders(const config::CellFile& file, const ServiceOptions& options, bool anew) {
-  const std::string origin = run_origin();
+  const std::string origin = run_origin(file.sources);
   const int domain = choose_domain(options, file.network.domain);
   std::vector<RunFolder> folders;
   for (const std::string& host : planned_hosts(file, options.host)) {
@@ -100,7 +100,7 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       folders_(run_folders(file, options, agent.anew)),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
-      keeper_(planned(file, options, folders_, keep_sources(folders_.front().path() / "sources")),
+      keeper_(planned(file, options, folders_, keep_sources(file.sources, folders_.front().path() / "sources")),
               keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
     pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NodeKind::NODE_AGENT, {}, host},
@@ -192,7 +192,9 @@ void Agent::tell(const Incident& incident) {
   event.restarts(incident.restarts);
   event.sequence_number(++sequence_);
   event.stamp_ns(stamp_now());
-  if (exited) event.reason(incident.reason);
+  if (exited && incident.hung) {
+    event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, service.node, incident.reason));
+  }
   static_cast<void>(events_.write(event));  // the bus has logged a refusal
   if (!exited) {
     log_info("service started", {{"service", service.name}, {"pid", incident.pid}, {"restarts", incident.restarts}});
@@ -210,8 +212,10 @@ void Agent::tell(const Incident& incident) {
 void Agent::beat(bus::Clock::time_point now) {
   Vital vital;
   vital.newest_event = sequence_;
-  vital.detail = keeper_.complaint();
-  if (!vital.detail.empty()) vital.state = msg::NodeState::NODE_DEGRADED;
+  if (!keeper_.all_well()) {
+    vital.state = msg::NodeState::NODE_DEGRADED;
+    vital.cause = make_cause(msg::CauseKind::CAUSE_PROCESS_DIED, {}, keeper_.complaint());
+  }
   if (ending_) vital.state = msg::NodeState::NODE_STOPPING;
   for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
 }

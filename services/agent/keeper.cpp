@@ -48,7 +48,7 @@ std::vector<Incident> Keeper::turn(Clock::time_point now) {
 
 // Who was stopped itself knows nothing of the others for that time.
 void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
-  if (!kept.child || kept.told_end || !kept.hung.empty()) return;
+  if (!kept.child || kept.told_end || kept.hung) return;
   const bool was_away = now - watched_ >= 2 * options_.watchdog / kLooks;
   const bool told = kept.child->told_alive();
   if (told && !kept.began) kept.began = now;
@@ -59,7 +59,7 @@ void Keeper::watch(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   kept.hung = (kept.began ? "its loop was silent for " : "its loop did not begin within ") +
               std::to_string(silence.count()) + " ms";
   incidents.push_back(incident(kept, Incident::Kind::kHung));
-  incidents.back().reason = kept.hung;
+  incidents.back().reason = *kept.hung;
   kept.child->signal(SIGKILL);
 }
 
@@ -80,7 +80,7 @@ void Keeper::start(Kept& kept, Clock::time_point now, std::vector<Incident>& inc
   kept.started = now;
   kept.began.reset();
   kept.heard = now;
-  kept.hung.clear();
+  kept.hung.reset();
   kept.told_end = false;
   if (kept.given_up) ++kept.retries;
   ChildCommand command{options_.programs / kept.service.program, kept.service.arguments, {}};
@@ -107,7 +107,7 @@ void Keeper::settle(Kept& kept, Clock::time_point now, std::vector<Incident>& in
     return;
   }
   ++kept.starts;
-  kept.failure.clear();
+  kept.failure.reset();
   incidents.push_back(incident(kept, Incident::Kind::kStarted));
 }
 
@@ -133,7 +133,9 @@ void Keeper::tell_end(Kept& kept, const ChildEnd& end, std::vector<Incident>& in
   kept.told_end = true;
   incidents.push_back(incident(kept, Incident::Kind::kExited));
   incidents.back().end = end;
-  if (end.signal_number == SIGKILL) incidents.back().reason = kept.hung;  // else it ended by itself at last
+  if (!kept.hung || end.signal_number != SIGKILL) return;  // else it ended by itself at last
+  incidents.back().hung = true;
+  incidents.back().reason = *kept.hung;
 }
 
 void Keeper::plan_restart(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents) {
@@ -191,13 +193,17 @@ bool Keeper::all_ended() const {
   return std::none_of(kept_.begin(), kept_.end(), [](const Kept& kept) { return kept.child.has_value(); });
 }
 
+bool Keeper::all_well() const {
+  return std::none_of(kept_.begin(), kept_.end(), [](const Kept& kept) { return kept.given_up || kept.failure; });
+}
+
 std::string Keeper::complaint() const {
   std::string text;
   for (const Kept& kept : kept_) {
-    if (!kept.given_up && kept.failure.empty()) continue;
+    if (!kept.given_up && !kept.failure) continue;
     text += (text.empty() ? "" : "; ") + kept.service.name;
     if (kept.given_up) text += " " + given_up(options_.restart, kept.retries);
-    if (!kept.failure.empty()) text += ": " + kept.failure;
+    if (kept.failure) text += ": " + *kept.failure;
   }
   return text;
 }

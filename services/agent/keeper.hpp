@@ -37,7 +37,8 @@ struct Incident {
   ChildEnd end;
   bool wanted = false;
   unsigned restarts = 0;  ///< so far
-  std::string reason;     ///< kNotStarted: why; kGivenUp: after what; kHung, and kExited of who was killed for it: how
+  bool hung = false;      ///< kExited: the agent killed it, because its loop hung
+  std::string reason;     ///< kNotStarted: why; kGivenUp: after what; kHung, and kExited when it hung: how
 };
 
 class Keeper {
@@ -59,8 +60,10 @@ class Keeper {
   [[nodiscard]] std::optional<Clock::time_point> next_start() const;
   [[nodiscard]] bool all_ended() const;
   /// "planner-arm1 was given up after 10 restarts in a row, and is tried again every 60 s (2 times so far)", until it
-  /// has lived long enough again; empty: all is well.
+  /// has lived long enough again.
   [[nodiscard]] std::string complaint() const;
+  /// True when there is nothing to complain of.
+  [[nodiscard]] bool all_well() const;
 
  private:
   struct Kept {
@@ -71,13 +74,13 @@ class Keeper {
     Clock::time_point started{};
     std::optional<Clock::time_point> began{};  // when it first told that it lives
     Clock::time_point heard{};                 // when it last did, or was started, or we were away ourselves
-    std::string hung{};                        // how, and was killed; empty: it did not
+    std::optional<std::string> hung{};         // how, and was killed; empty: it did not
     bool starting = false;                     // its program is being read
     bool told_end = false;                     // that it ends, which may take a while
     unsigned starts = 0;
     bool given_up = false;
-    unsigned retries = 0;   // since then
-    std::string failure{};  // why it could not be started the last time; empty: it could
+    unsigned retries = 0;                  // since then
+    std::optional<std::string> failure{};  // why it could not be started the last time; empty: it could
   };
   void start(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);
   void settle(Kept& kept, Clock::time_point now, std::vector<Incident>& incidents);

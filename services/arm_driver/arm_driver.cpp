@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
+#include "services/messages/names.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -14,26 +16,6 @@ namespace {
 
 /// A stall longer than this many periods is not simulated in full: by then the arm has stopped.
 constexpr std::uint64_t kMostPeriodsAtOnce = 500;
-
-const char* mode_name(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return "starting";
-    case msg::ArmMode::ARM_RUNNING:
-      return "running";
-    case msg::ArmMode::ARM_BRAKING:
-      return "braking";
-    case msg::ArmMode::ARM_STOPPED:
-      return "stopped";
-    case msg::ArmMode::ARM_FAILED:
-      break;
-  }
-  return "failed";
-}
-
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
 
 Commander commander_of(const bus::Sample<msg::ArmCommand>& sample) {
   return {{sample.value.node(), sample.value.term()}, sample.writer};
@@ -86,8 +68,8 @@ void ArmDriver::run() {
 void ArmDriver::listen() {
   (void)mailbox_.take_events();
   modes_.update();
-  drive_.saw(modes_.view().mandate(name_));
-  drive_.order(modes_.view().order(name_), modes_.view().why(name_));
+  drive_.saw(modes_.view().lease(name_));
+  drive_.order(modes_.view().order(name_), modes_.view().why(name_).text());
   for (const auto& sample : commands_.take()) {
     // What lay here while this process was stopped is no command any more.
     const bool current = sample.age(loop_.now()) <= command_timeout_;
@@ -121,7 +103,7 @@ void ArmDriver::note_acceptance(const Commander& commander, bus::Clock::time_poi
 // From now on commands of older terms are refused, whether or not one of this term ever comes: also by our successor,
 // should we be killed when the arm has just moved by it.
 void ArmDriver::note_mandate() {
-  const Mandate& newest = drive_.gate().mandate();
+  const ArmLease& newest = drive_.gate().mandate();
   if (newest == logged_mandate_) return;
   memory_.remember(drive_.arm().q(), newest);
   log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", logged_mandate_.term}});
@@ -153,8 +135,8 @@ void ArmDriver::publish() {
   state_.sequence_number(state_.sequence_number() + 1);
   state_.stamp_ns(stamp_now());
   state_.mode(drive_.mode());
-  state_.q(bus::to_message(drive_.arm().q()));
-  state_.qd(bus::to_message(drive_.arm().qd()));
+  messages::to_message(drive_.arm().q(), state_.q());
+  messages::to_message(drive_.arm().qd(), state_.qd());
   state_.command_sequence_number(drive_.gate().sequence());
   state_.command_age(drive_.command_age());
   state_.newest_term(drive_.gate().mandate().term);
@@ -164,18 +146,18 @@ void ArmDriver::publish() {
   (void)states_.write(state_);  // best effort, and the bus has logged a refusal
   if (logged_mode_ == state_.mode()) return;
   logged_mode_ = state_.mode();
-  log_info(
-      "arm mode",
-      {{"mode", mode_name(logged_mode_)}, {"reason", state_.reason()}, {"command_age_ms", drive_.command_age() * 1e3}});
+  log_info("arm mode",
+           {{"mode", text(logged_mode_)}, {"reason", state_.reason()}, {"command_age_ms", drive_.command_age() * 1e3}});
 }
 
 void ArmDriver::beat() {
   Vital vital;
   vital.term = modes_.view().term();
   vital.heard_mode = modes_.view().number();
-  vital.detail = state_.reason();
-  const bool as_told = drive_.mode() == msg::ArmMode::ARM_RUNNING || modes_.view().order(name_) != ArmOrder::kRun;
+  const bool runs = drive_.mode() == msg::ArmMode::ARM_RUNNING;
+  const bool as_told = runs || modes_.view().order(name_) != msg::Mode::MODE_RUN;
   vital.state = as_told && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
+  if (!runs) vital.cause = make_cause(msg::CauseKind::CAUSE_COMMANDS_CEASED, name_, state_.reason());
   vital.oldest_input = "ArmCommand/" + name_;
   vital.oldest_input_age = drive_.command_age();
   pulse_.beat(loop_.now(), vital, loop_.statistics());

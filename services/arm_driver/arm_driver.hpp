@@ -54,7 +54,7 @@ class ArmDriver {
   msg::ArmMode logged_mode_ = msg::ArmMode::ARM_STARTING;
   CommandRecord record_;
   bus::Clock::time_point accepted_at_{};  ///< when the command that was accepted last arrived
-  Mandate logged_mandate_;
+  ArmLease logged_mandate_;
 };
 
 }  // namespace hecaton::services

@@ -39,7 +39,7 @@ std::optional<ArmMemory::Remembered> ArmMemory::recall() const {
   return Remembered{Eigen::Map<const Eigen::VectorXd>(slot->q.data(), joints_), {slot->planner.data(), slot->term}};
 }
 
-void ArmMemory::remember(const planner::JointVector& q, const Mandate& mandate) {
+void ArmMemory::remember(const planner::JointVector& q, const ArmLease& mandate) {
   if (slots_ == nullptr) return;
   Slot& slot = slots_[++number_ % 2];
   const std::atomic_ref<std::uint64_t> number(slot.number);

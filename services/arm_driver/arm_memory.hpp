@@ -11,7 +11,7 @@
 #include <string>
 
 #include "planner/model/limits.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 #include "services/runtime/mapped_file.hpp"
 
 namespace hecaton::services {
@@ -20,7 +20,7 @@ class ArmMemory {
  public:
   struct Remembered {
     planner::JointVector q;  ///< [rad | m]
-    Mandate mandate;         ///< the newest that the driver knew; of a planner whose name is too long the term alone
+    ArmLease mandate;        ///< the newest that the driver knew; of a planner whose name is too long the term alone
   };
 
   /// An empty path: nothing is remembered. Throws std::runtime_error with a sentence when the file cannot be used.
@@ -28,7 +28,7 @@ class ArmMemory {
 
   /// What was last remembered, of an arm with so many joints.
   [[nodiscard]] std::optional<Remembered> recall() const;
-  void remember(const planner::JointVector& q, const Mandate& mandate);
+  void remember(const planner::JointVector& q, const ArmLease& mandate);
 
  private:
   struct Slot;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
@@ -11,7 +11,7 @@ CommandGate::CommandGate(int joints) : joints_(joints) {}
 
 // Why its sender is not, or no longer, the one to command; empty when it is.
 std::string CommandGate::fence(const msg::ArmCommand& command) const {
-  const Mandate& newest = mandate_.newest();
+  const ArmLease& newest = mandate_.newest();
   const auto claim = [&] { return "commands of " + command.node() + " carry term " + std::to_string(command.term()); };
   if (command.term() < newest.term) return claim() + ", which is older than " + std::to_string(newest.term);
   const bool taken = command.term() == newest.term && !newest.planner.empty() && newest.planner != command.node();
@@ -25,8 +25,8 @@ Verdict CommandGate::judge(const msg::ArmCommand& command) {
     complaint_ = std::move(stale);
     return Verdict::kStaleTerm;
   }
-  const auto q = bus::joints_from_message(command.q(), "command of " + command.node() + ": q", joints_);
-  const auto qd = bus::joints_from_message(command.qd(), "command of " + command.node() + ": qd", joints_);
+  const auto q = messages::joints_from_message(command.q(), {"command of ", command.node(), ": q"}, joints_);
+  const auto qd = messages::joints_from_message(command.qd(), {"command of ", command.node(), ": qd"}, joints_);
   const bool period_usable = std::isfinite(command.period()) && command.period() > 0.0;
   if (!q || !qd || !period_usable) {
     ++unusable_;

@@ -8,7 +8,7 @@
 #include <idl/arm.h>
 
 #include "planner/model/limits.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services {
 
@@ -25,7 +25,7 @@ class CommandGate {
   explicit CommandGate(int joints);
 
   /// Some message proved that this mandate exists: commands of older terms are refused from now on.
-  void saw(const Mandate& mandate) { mandate_.hear(mandate); }
+  void saw(const ArmLease& mandate) { mandate_.hear(mandate); }
 
   /// On kAccepted q(), qd() and period() are the command's; otherwise they stay what they were.
   Verdict judge(const msg::ArmCommand& command);
@@ -34,9 +34,9 @@ class CommandGate {
   [[nodiscard]] const planner::JointVector& qd() const { return qd_; }  ///< [rad/s | m/s]
   [[nodiscard]] double period() const { return period_; }               ///< [s]
 
-  [[nodiscard]] const Mandate& mandate() const { return mandate_.newest(); }  ///< that commands must have
-  [[nodiscard]] std::uint64_t term() const { return term_; }                  ///< of the last accepted command
-  [[nodiscard]] std::uint64_t sequence() const { return sequence_; }          ///< of the last accepted command
+  [[nodiscard]] const ArmLease& mandate() const { return mandate_.newest(); }  ///< that commands must have
+  [[nodiscard]] std::uint64_t term() const { return term_; }                   ///< of the last accepted command
+  [[nodiscard]] std::uint64_t sequence() const { return sequence_; }           ///< of the last accepted command
   [[nodiscard]] std::uint64_t stale_rejected() const { return stale_rejected_; }
   [[nodiscard]] std::uint64_t unusable() const { return unusable_; }
   /// Why the last refused command was refused, a sentence; empty after an accepted one.
@@ -49,7 +49,7 @@ class CommandGate {
   planner::JointVector q_;
   planner::JointVector qd_;
   double period_ = 0.0;
-  NewestMandate mandate_;
+  NewestArmLease mandate_;
   std::uint64_t term_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t stale_rejected_ = 0;

@@ -12,13 +12,13 @@
 #include <utility>
 
 #include "services/bus/mailbox.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services {
 
 /// A process of a planner, and the term under which it commands.
 struct Commander {
-  Mandate mandate;
+  ArmLease mandate;
   bus::EndpointId writer;  ///< of its commands: two lives of one node differ
   bool operator==(const Commander&) const = default;
 };

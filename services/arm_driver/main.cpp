@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   return services::run_service(
       argc, argv, "Drives one arm of a cell: follows its planner's commands, stops by itself when they cease",
       services::Subject::kArm, [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
-        const config::CellFile file = config::load_cell_file(options.cell);
+        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
         const int arm = services::find_arm(file, options.arm);
         const services::LogScope log(services::driver_node(options.arm), options);
         services::lock_memory();

@@ -24,17 +24,17 @@ SimulatedDrive::SimulatedDrive(planner::JointLimits limits, const planner::Joint
       command_timeout_(command_timeout),
       why_("no supervisor was heard yet") {}
 
-void SimulatedDrive::order(ArmOrder order, const std::string& why) {
+void SimulatedDrive::order(msg::Mode order, const std::string& why) {
   order_ = order;
   why_ = why;
-  if (order != ArmOrder::kRun) arm_.stop();
+  if (order != msg::Mode::MODE_RUN) arm_.stop();
 }
 
 // A command counts as accepted also while the arm is held, so that its sender knows that it is heard.
 Verdict SimulatedDrive::command(const msg::ArmCommand& command) {
   const Verdict verdict = gate_.judge(command);
   if (verdict != Verdict::kAccepted) return verdict;
-  if (order_ == ArmOrder::kRun && !arm_.command(gate_.q(), gate_.qd(), gate_.period())) {
+  if (order_ == msg::Mode::MODE_RUN && !arm_.command(gate_.q(), gate_.qd(), gate_.period())) {
     complaint_ = far_text(gate_.q(), arm_.q());
     ++too_far_;
     return Verdict::kTooFar;
@@ -63,7 +63,7 @@ void SimulatedDrive::step(double dt) {
 
 std::string SimulatedDrive::reason() const {
   if (mode_ == msg::ArmMode::ARM_RUNNING) return {};
-  if (order_ != ArmOrder::kRun) return why_;
+  if (order_ != msg::Mode::MODE_RUN) return why_;
   if (!gate_.complaint().empty()) return gate_.complaint();
   if (!complaint_.empty()) return complaint_;
   if (!commanded_) return "no command came yet";

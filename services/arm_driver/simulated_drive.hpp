@@ -19,9 +19,9 @@ class SimulatedDrive {
   SimulatedDrive(planner::JointLimits limits, const planner::JointVector& start, double command_timeout);
 
   /// The order in force, from the cell mode. Anything but kRun stops the arm; `why` is told meanwhile.
-  void order(ArmOrder order, const std::string& why);
+  void order(msg::Mode order, const std::string& why);
   /// A mandate that exists, see CommandGate.
-  void saw(const Mandate& mandate) { gate_.saw(mandate); }
+  void saw(const ArmLease& mandate) { gate_.saw(mandate); }
   /// Follows the command when it is acceptable and the order lets it; stops when the arm is too far from it.
   Verdict command(const msg::ArmCommand& command);
   /// Advances by dt [s].
@@ -41,7 +41,7 @@ class SimulatedDrive {
   planner::ArmModel arm_;
   CommandGate gate_;
   double command_timeout_;
-  ArmOrder order_ = ArmOrder::kUnheard;
+  msg::Mode order_ = msg::Mode::MODE_HOLD;
   std::string why_;
   msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;
   bool commanded_ = false;

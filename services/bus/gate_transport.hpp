@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -22,16 +23,16 @@ namespace hecaton::bus {
 /// What one participant may send and hear.
 class Gate {
  public:
-  /// `lose_one_in`: for tests; 0: nothing is lost.
-  Gate(int lose_one_in, Clock::duration lease)
-      : absence(lease, Clock::now()), hearing(lease), lose_one_in_(static_cast<std::uint64_t>(lose_one_in)) {}
+  /// `discard`: as in ParticipantOptions.
+  Gate(std::function<bool()> discard, Clock::duration lease)
+      : absence(lease, Clock::now()), hearing(lease), discard_(std::move(discard)) {}
 
   void open() { open_ = true; }
   void close() { open_ = false; }
   /// Asked once for each datagram that is sent.
   [[nodiscard]] bool lets_out() {
     if (!open_ || absence.away(Clock::now())) return false;
-    return lose_one_in_ == 0 || mixed(++sent_) % lose_one_in_ != 0;
+    return !discard_ || !discard_();
   }
   /// Asked once for each datagram that has come.
   [[nodiscard]] bool lets_in() const { return !absence.away(Clock::now()); }
@@ -41,17 +42,8 @@ class Gate {
   Receivers receivers;
 
  private:
-  /// Losing every n-th would lose the same message of a periodic protocol again and again. [Steele14]
-  static std::uint64_t mixed(std::uint64_t z) {
-    z *= 0x9E37'79B9'7F4A'7C15ULL;
-    z = (z ^ (z >> 30)) * 0xBF58'476D'1CE4'E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D0'49BB'1331'11EBULL;
-    return z ^ (z >> 31);
-  }
-
-  const std::uint64_t lose_one_in_;
+  const std::function<bool()> discard_;
   std::atomic<bool> open_ = false;
-  std::atomic<std::uint64_t> sent_ = 0;
 };
 
 /// Of a UDP locator; its logical port number is the UDP port.

@@ -103,7 +103,6 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
     throw std::runtime_error(who + "domain = " + std::to_string(domain) + " must be between 0 and 232");
   }
   if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(who + "lease must be at least 20 ms");
-  if (options.lose_one_in < 0) throw std::runtime_error(who + "lose_one_in must be at least 0");
   if (announcements_are_blocked(domain)) {
     throw std::runtime_error(
         who + "UDP port " + std::to_string(announcement_port(domain)) + " of domain " + std::to_string(domain) +

@@ -2,6 +2,7 @@
 /// A process's membership in a cell's DDS domain. Endpoints keep the membership alive; one per process is enough.
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,8 +36,8 @@ struct ParticipantOptions {
   bool farewell = true;
   /// Told when participants come and go; must outlive the participant.
   Mailbox* mailbox = nullptr;
-  /// One in n datagrams of this participant is lost, at random, the same ones in every run; 0: none. For tests.
-  int lose_one_in = 0;
+  /// Called for each datagram that this participant sends, from several threads; true discards it. Empty: none is.
+  std::function<bool()> discard;
 };
 
 class Participant {

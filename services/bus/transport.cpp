@@ -76,7 +76,7 @@ void add_peer(dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
 std::shared_ptr<Gate> add_transports(dds::DomainParticipantQos& qos, int domain, const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
-  auto gate = std::make_shared<Gate>(options.lose_one_in, options.lease);
+  auto gate = std::make_shared<Gate>(options.discard, options.lease);
   qos.transport().user_transports.push_back(std::make_shared<GateDescriptor>(udp(options), gate));
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());

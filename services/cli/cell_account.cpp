@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
-#include "services/bus/convert.hpp"
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -29,7 +29,7 @@ void RefereeAccount::update(const msg::RefereeReport& report) {
   time_ = report.time();
   contacts_ = report.contacts();
   if (!report.judged()) return;
-  const auto separation = bus::from_message(report.smallest(), "RefereeReport: smallest");
+  const auto separation = messages::from_message(report.smallest(), "RefereeReport: smallest");
   if (separation && (!smallest_ || separation->distance < smallest_->distance)) smallest_ = *separation;
 }
 

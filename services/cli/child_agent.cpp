@@ -14,7 +14,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "services/cli/failure.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

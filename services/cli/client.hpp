@@ -16,8 +16,8 @@
 #include "services/bus/endpoint.hpp"
 #include "services/bus/mailbox.hpp"
 #include "services/bus/participant.hpp"
-#include "services/cli/failure.hpp"
-#include "services/cli/settings.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/settings.hpp"
 #include "services/config/cell_file.hpp"
 
 namespace hecaton::services::cli {

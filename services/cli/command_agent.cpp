@@ -9,9 +9,9 @@
 #include <unistd.h>
 
 #include "services/cli/child_agent.hpp"
-#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

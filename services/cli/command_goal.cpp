@@ -5,13 +5,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/goals.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -46,7 +47,7 @@ void fill(msg::Goal& goal, const Options& options) {
     goal.named(options.named);
   } else {
     goal.kind(msg::GoalKind::GOAL_POSE);
-    goal.X_WT(bus::to_message(pose_of(options.pose)));
+    goal.X_WT(messages::to_message(pose_of(options.pose)));
   }
 }
 
@@ -110,8 +111,9 @@ class Follower {
     if (client_.poll_status(cell, 500ms)) {
       last_answer_ = now;
       for (const msg::ArmStatus& arm : cell.arms()) {
-        const bool of_goal = answered_ && goal_text(status_).ends_with(arm.waiting_for());  // its planner has told it
-        if (arm.arm() == options_.arm && !of_goal && !arm.waiting_for().empty()) tell(arm.waiting_for());
+        const msg::Cause& cause = arm.waiting_for();
+        const bool of_goal = answered_ && is_about_goal(cause.kind());  // its planner has told it
+        if (arm.arm() == options_.arm && !of_goal && !is_none(cause)) tell(cause.text());
       }
     } else if (now > last_answer_ + kGone) {
       throw Failure(ExitCode::kUnreachable, "the cell no longer answers");

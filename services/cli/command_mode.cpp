@@ -7,9 +7,10 @@
 
 #include "services/cli/client.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 /// Resuming the cell leaves alone who was stopped by name.
 void tell_stopped(const msg::CellMode& mode) {
   std::string names;
-  for (const std::string& arm : mode.stopped_arms()) names += " " + arm;
+  for (const std::string& arm : arms_on(mode, msg::Mode::MODE_STOP)) names += " " + arm;
   if (names.empty()) return;
   std::fprintf(stderr, "still stopped by name:%s; 'hecaton resume%s' lets them move again\n", names.c_str(),
                names.c_str());
@@ -38,8 +39,8 @@ msg::SupervisorReply order(Client& client, msg::RequestKind kind, const std::vec
 ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
   Client client(settings);
   const msg::SupervisorReply reply = order(client, kind, arms);
-  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
-  if (!reply.reason().empty()) std::fprintf(stderr, "done, but %s\n", reply.reason().c_str());
+  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.cause().text());
+  if (!is_none(reply.cause())) std::fprintf(stderr, "done, but %s\n", reply.cause().text().c_str());
   if (kind == msg::RequestKind::REQUEST_RESUME && arms.empty()) tell_stopped(reply.status().mode());
   print(settings, to_json(reply.status().mode()), mode_text(reply.status(), Palette::for_stream(stdout)));
   return ExitCode::kDone;

@@ -4,14 +4,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/client.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/document.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/obstacle_options.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/obstacle_rules.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -29,7 +29,7 @@ ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, co
   Client client(settings);
   check(client.status());
   const msg::WorldEditReply reply = client.edit(request);
-  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.reason());
+  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.cause().text());
   print(settings, {{"done", true}, {"name", request.name()}, {"edition", reply.edition()}}, done + "\n");
   return ExitCode::kDone;
 }
@@ -60,7 +60,7 @@ void add_obstacle_add(CLI::App& app, Session& session) {
     const world::Obstacle obstacle = make_obstacle(*options);
     session.action = [&session, obstacle] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
-      request.obstacle(bus::to_message(obstacle));
+      request.obstacle(messages::to_message(obstacle));
       const auto new_name = [&](const msg::CellStatus& cell) { require_new_name(cell, obstacle.name); };
       return edit(session.settings, request, new_name, "added " + obstacle.name);
     };
@@ -76,7 +76,7 @@ void add_obstacle_move(CLI::App& app, Session& session) {
   command->callback([&session, name, pose] {
     session.action = [&session, name, pose] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_MOVE, *name);
-      request.X_WO(bus::to_message(pose_of(*pose)));
+      request.X_WO(messages::to_message(pose_of(*pose)));
       return edit(
           session.settings, request, [&](const auto& cell) { require_obstacle(cell, *name); }, "moved " + *name);
     };

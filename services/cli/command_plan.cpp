@@ -12,10 +12,7 @@
 
 #include "planner/global/plan.hpp"
 #include "planner/global/timed_path.hpp"
-#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/document.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/method_option.hpp"
 #include "services/cli/plan_by_cspace.hpp"
 #include "services/cli/plan_by_field.hpp"
@@ -23,9 +20,12 @@
 #include "services/cli/plan_query.hpp"
 #include "services/cli/plot_graph.hpp"
 #include "services/cli/plot_path.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/task_options.hpp"
-#include "services/cli/terminal.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "services/cli/client.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services::cli {

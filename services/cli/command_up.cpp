@@ -9,10 +9,8 @@
 
 #include "services/cli/cell_account.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/log_folder.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
 #include "services/cli/status_json.hpp"
@@ -20,6 +18,8 @@
 #include "services/cli/supervisor_news.hpp"
 #include "services/cli/task_options.hpp"
 #include "services/cli/task_rounds.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/options.hpp"
 
@@ -126,7 +126,7 @@ class Run {
     for (const std::string& line : supervisor.listen(cell.answered() ? &cell.status() : nullptr)) display_.line(line);
     std::string open;
     for (const msg::Fault& fault : cell.status().faults()) {
-      if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.seen();
+      if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.cause().text();
     }
     if (open != faults_) display_.line(open.empty() ? "all faults are over" : "fault: " + open);
     faults_ = open;

@@ -7,13 +7,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/choice_option.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/goals.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
 #include "services/cli/status_json.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/runtime/told_faults.hpp"
 
 namespace hecaton::services::cli {
@@ -77,7 +77,7 @@ class Waiter {
 
  private:
   void note(const msg::Fault& fault) {
-    if (!fault.cleared() && subjects_.count(fault.subject()) > 0) fault_ = fault;
+    if (!fault.cleared() && subjects_.count(fault.cause().subject()) > 0) fault_ = fault;
     if (fault.cleared() && fault_ && fault_->id() == fault.id()) fault_.reset();
   }
 
@@ -85,7 +85,7 @@ class Waiter {
     if (fault_ && wanted_.count(kFault) > 0) {
       return Outcome{ExitCode::kDone,
                      {{"arm", options_.arm}, {"outcome", kFault}, {"fault", to_json(*fault_)}},
-                     "fault: " + fault_->seen()};
+                     "fault: " + fault_->cause().text()};
     }
     if (!newest_) return std::nullopt;
     const std::string state = text(newest_->state());

@@ -2,7 +2,7 @@
 /// Every command of `hecaton`, each in its own file: adds itself to the command line, and leaves what it does in
 /// `session.action` when it was given. All references must outlive the action.
 
-#include "services/cli/settings.hpp"
+#include "services/command_line/settings.hpp"
 
 namespace hecaton::services::cli {
 
@@ -21,8 +21,5 @@ void add_carry_commands(CLI::App& app, Session& session);  ///< attach, detach
 void add_check(CLI::App& app, Session& session);
 void add_plan(CLI::App& app, Session& session);
 void add_simulate(CLI::App& app, Session& session);
-void add_strategies(CLI::App& app, Session& session);
-void add_completion(CLI::App& app, Session& session);
-void add_man(CLI::App& app, Session& session);
 
 }  // namespace hecaton::services::cli

@@ -2,8 +2,8 @@
 
 #include "services/cli/describe_model.hpp"
 #include "services/cli/method_option.hpp"
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {

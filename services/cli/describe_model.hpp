@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "planner/model/robot_model.hpp"
-#include "services/cli/document.hpp"
-#include "services/cli/terminal.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/validate.hpp"
 

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "services/cli/failure.hpp"
 #include "services/cli/plot_cspace.hpp"
 #include "services/cli/plot_path.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

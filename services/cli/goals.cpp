@@ -3,8 +3,8 @@
 #include <tuple>
 #include <utility>
 
-#include "services/cli/failure.hpp"
 #include "services/cli/message_text.hpp"
+#include "services/command_line/failure.hpp"
 #include "services/runtime/process_info.hpp"
 
 namespace hecaton::services::cli {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "services/cli/failure.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 

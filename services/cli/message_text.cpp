@@ -5,140 +5,10 @@
 #include <chrono>
 #include <ctime>
 
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
-
-// No default in any switch: the compiler then tells which new value has no word yet.
-std::string text(msg::Mode mode) {
-  switch (mode) {
-    case msg::Mode::MODE_RUN:
-      return "run";
-    case msg::Mode::MODE_HOLD:
-      return "hold";
-    case msg::Mode::MODE_STOP:
-      return "stop";
-  }
-  return "unknown";
-}
-
-std::string text(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return "starting";
-    case msg::ArmMode::ARM_RUNNING:
-      return "running";
-    case msg::ArmMode::ARM_BRAKING:
-      return "braking";
-    case msg::ArmMode::ARM_STOPPED:
-      return "stopped";
-    case msg::ArmMode::ARM_FAILED:
-      return "failed";
-  }
-  return "unknown";
-}
-
-std::string text(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-      return "accepted";
-    case msg::GoalState::GOAL_ACTIVE:
-      return "active";
-    case msg::GoalState::GOAL_REACHED:
-      return "reached";
-    case msg::GoalState::GOAL_BLOCKED:
-      return "blocked";
-    case msg::GoalState::GOAL_REJECTED:
-      return "rejected";
-    case msg::GoalState::GOAL_CANCELLED:
-      return "cancelled";
-    case msg::GoalState::GOAL_REPLACED:
-      return "replaced";
-    case msg::GoalState::GOAL_TIMED_OUT:
-      return "timed_out";
-  }
-  return "unknown";
-}
-
-std::string text(msg::NodeKind kind) {
-  switch (kind) {
-    case msg::NodeKind::NODE_PLANNER:
-      return "planner";
-    case msg::NodeKind::NODE_DRIVER:
-      return "driver";
-    case msg::NodeKind::NODE_WORLD:
-      return "world";
-    case msg::NodeKind::NODE_SUPERVISOR:
-      return "supervisor";
-    case msg::NodeKind::NODE_AGENT:
-      return "agent";
-    case msg::NodeKind::NODE_CLIENT:
-      return "client";
-    case msg::NodeKind::NODE_OTHER:
-      return "other";
-  }
-  return "unknown";
-}
-
-std::string text(msg::NodeState state) {
-  switch (state) {
-    case msg::NodeState::NODE_STARTING:
-      return "starting";
-    case msg::NodeState::NODE_RUNNING:
-      return "running";
-    case msg::NodeState::NODE_DEGRADED:
-      return "degraded";
-    case msg::NodeState::NODE_STANDBY:
-      return "standby";
-    case msg::NodeState::NODE_STOPPING:
-      return "stopping";
-    case msg::NodeState::NODE_FAILED:
-      return "failed";
-  }
-  return "unknown";
-}
-
-std::string text(msg::Severity severity) {
-  switch (severity) {
-    case msg::Severity::SEVERITY_INFO:
-      return "info";
-    case msg::Severity::SEVERITY_WARNING:
-      return "warning";
-    case msg::Severity::SEVERITY_ERROR:
-      return "error";
-    case msg::Severity::SEVERITY_CRITICAL:
-      return "critical";
-  }
-  return "unknown";
-}
-
-std::string text(msg::ContactKind kind) {
-  switch (kind) {
-    case msg::ContactKind::CONTACT_ARM_ARM:
-      return "arm-arm";
-    case msg::ContactKind::CONTACT_ARM_OBSTACLE:
-      return "arm-obstacle";
-    case msg::ContactKind::CONTACT_ARM_SELF:
-      return "arm-self";
-  }
-  return "unknown";
-}
-
-bool is_final(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-    case msg::GoalState::GOAL_ACTIVE:
-    case msg::GoalState::GOAL_BLOCKED:
-      return false;
-    case msg::GoalState::GOAL_REACHED:
-    case msg::GoalState::GOAL_REJECTED:
-    case msg::GoalState::GOAL_CANCELLED:
-    case msg::GoalState::GOAL_REPLACED:
-    case msg::GoalState::GOAL_TIMED_OUT:
-      return true;
-  }
-  return false;
-}
 
 std::string binding_text(const msg::GoalStatus& goal) {
   if (!goal.has_binding()) return {};
@@ -162,7 +32,7 @@ std::string goal_text(const msg::GoalStatus& goal) {
 }
 
 std::string waiting_text(const msg::ArmStatus& arm) {
-  if (!arm.waiting_for().empty()) return arm.waiting_for();
+  if (!is_none(arm.waiting_for())) return arm.waiting_for().text();
   if (!arm.has_goal() || is_final(arm.goal().state())) return {};
   return why_text(arm.goal());
 }

@@ -1,24 +1,14 @@
 #pragma once
-/// Words for the enumerations of messages, and short texts for people.
+/// Short texts for people about messages.
 
 #include <string>
 
 #include <idl/supervisor.h>
 
-#include "services/cli/terminal.hpp"
+#include "services/command_line/terminal.hpp"
+#include "services/messages/names.hpp"
 
 namespace hecaton::services::cli {
-
-[[nodiscard]] std::string text(msg::Mode mode);          ///< "run", "hold", "stop"
-[[nodiscard]] std::string text(msg::ArmMode mode);       ///< "starting", "running", "braking", "stopped", "failed"
-[[nodiscard]] std::string text(msg::GoalState state);    ///< "accepted", …, "timed_out"
-[[nodiscard]] std::string text(msg::NodeKind kind);      ///< "planner", …
-[[nodiscard]] std::string text(msg::NodeState state);    ///< "starting", …
-[[nodiscard]] std::string text(msg::Severity severity);  ///< "info", …
-[[nodiscard]] std::string text(msg::ContactKind kind);   ///< "arm-arm", …
-
-/// Nothing more will come of such a goal.
-[[nodiscard]] bool is_final(msg::GoalState state);
 
 /// "arm2/forearm – pallet, 18 mm"; empty without binding.
 [[nodiscard]] std::string binding_text(const msg::GoalStatus& goal);

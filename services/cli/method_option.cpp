@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "services/cli/choice_option.hpp"
+#include "services/command_line/choice_option.hpp"
 
 namespace hecaton::services::cli {
 namespace {

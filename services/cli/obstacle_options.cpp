@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/obstacle_rules.hpp"
 
 namespace hecaton::services::cli {

@@ -7,9 +7,9 @@
 #include "planner/goal_check.hpp"
 #include "planner/simulation/cell_simulation.hpp"
 #include "services/cli/episode_plotter.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/method_option.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/method_rules.hpp"
 
 namespace hecaton::services::cli {

@@ -6,7 +6,7 @@
 #include "planner/local/goal_objective.hpp"
 #include "planner/potential/refine_path.hpp"
 #include "services/cli/plot_path.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
 
 namespace hecaton::services::cli {
 namespace {

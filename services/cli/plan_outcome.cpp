@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
 
 namespace hecaton::services::cli {
 namespace {

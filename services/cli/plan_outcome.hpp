@@ -7,8 +7,8 @@
 
 #include "planner/global/plan.hpp"
 #include "planner/trajectory/averaged_trajectory.hpp"
-#include "services/cli/document.hpp"
-#include "services/cli/terminal.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/check_start.hpp"
 #include "services/config/moveit_files.hpp"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
 
 namespace hecaton::services::cli {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "services/cli/document.hpp"
-#include "services/cli/terminal.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/terminal.hpp"
 #include "world/sim/contact_referee.hpp"
 
 namespace hecaton::services::cli {

@@ -7,9 +7,9 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/collision/model_filter.hpp"
-#include "services/cli/choice_option.hpp"
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {

@@ -3,8 +3,9 @@
 #include <utility>
 #include <vector>
 
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/runtime/orders.hpp"
 #include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services::cli {
@@ -89,7 +90,7 @@ bool RunningCell::wait_until_up(double timeout, const std::function<void(const s
     const bool answered = look();
     const std::string missing = answered ? missing_parts(status_) : "the supervisor";
     if (missing.empty() && status_.mode().mode() == msg::Mode::MODE_RUN) return true;
-    const std::string waits = missing.empty() ? "the cell's mode to be run: " + status_.mode().reason() : missing;
+    const std::string waits = missing.empty() ? "the cell's mode to be run: " + causes_text(status_.mode()) : missing;
     if (waits != told) tell("waiting for " + waits);
     told = waits;
     if (bus::Clock::now() > until) {

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <string_view>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -19,7 +20,7 @@ Json vector(const msg::Vec3& v) {
 }
 
 Json pose(const msg::Pose& pose) {
-  const auto value = bus::from_message(pose, "pose");
+  const auto value = messages::from_message(pose, "pose");
   return value ? Json(xyz_rpy_of(*value)) : Json(nullptr);
 }
 
@@ -61,7 +62,7 @@ Json to_json(const msg::ArmStatus& arm) {
             {"planner", arm.planner()},
             {"standby", arm.standby()},
             {"term", arm.term()},
-            {"waiting_for", arm.waiting_for()}};
+            {"waiting_for", to_json(arm.waiting_for())}};
   json["state"] = {{"mode", text(state.mode())},
                    {"q", state.q()},
                    {"qd", state.qd()},
@@ -81,6 +82,11 @@ Json to_json(const msg::ArmStatus& arm) {
   return json;
 }
 
+Json to_json(const msg::Cause& cause) {
+  if (is_none(cause)) return nullptr;
+  return {{"kind", cause_name(cause.kind())}, {"subject", cause.subject()}, {"text", cause.text()}};
+}
+
 Json to_json(const msg::NodeStatus& node) {
   const msg::Heartbeat& beat = node.heartbeat();
   return {{"node", beat.node()},
@@ -90,7 +96,7 @@ Json to_json(const msg::NodeStatus& node) {
           {"pid", beat.pid()},
           {"alive", node.alive()},
           {"state", text(beat.state())},
-          {"detail", beat.detail()},
+          {"cause", to_json(beat.cause())},
           {"term", beat.term()},
           {"ticks", beat.ticks()},
           {"tick_us", {{"p50", beat.tick_p50_us()}, {"p99", beat.tick_p99_us()}, {"max", beat.tick_max_us()}}},
@@ -120,13 +126,13 @@ Json to_json(const msg::HostStatus& host) {
 Json to_json(const msg::Fault& fault) {
   return {{"id", fault.id()},
           {"severity", text(fault.severity())},
-          {"kind", fault.kind()},
-          {"subject", fault.subject()},
-          {"seen", fault.seen()},
+          {"kind", cause_name(fault.cause().kind())},
+          {"subject", fault.cause().subject()},
+          {"description", fault.cause().text()},
           {"since_unix_ms", fault.since_unix_ms()},
           {"cleared", fault.cleared()},
           {"duration_s", fault_duration(fault)},
-          {"detected_within_s", age(fault.detected_within())}};
+          {"detection_latency_bound_s", age(fault.detection_latency_bound())}};
 }
 
 Json to_json(const msg::ObstacleStatus& obstacle) {
@@ -159,16 +165,28 @@ Json to_json(const msg::RefereeReport& report) {
   return json;
 }
 
+Json orders_json(const msg::CellMode& mode) {
+  Json json = Json::array();
+  for (const msg::ArmOrder& order : mode.arms()) {
+    json.push_back({{"arm", order.arm()},
+                    {"mode", text(order.mode())},
+                    {"ordered", text(order.ordered())},
+                    {"cause", to_json(order.cause())}});
+  }
+  return json;
+}
+
 Json to_json(const msg::LostArm& lost) {
   return {{"arm", lost.arm()}, {"q", lost.q()}, {"qd", lost.qd()}, {"moved_for_s", lost.moved_for()}};
 }
 
 Json to_json(const msg::CellMode& mode) {
   return {{"mode", text(mode.mode())},
-          {"held_arms", mode.held_arms()},
+          {"held_arms", arms_on(mode, msg::Mode::MODE_HOLD)},
           {"lost_arms", list_json(mode.lost_arms())},
-          {"stopped_arms", mode.stopped_arms()},
-          {"reason", mode.reason()},
+          {"stopped_arms", arms_on(mode, msg::Mode::MODE_STOP)},
+          {"cause", to_json(mode.cause())},
+          {"arm_orders", orders_json(mode)},
           {"term", mode.term()}};
 }
 

@@ -3,11 +3,13 @@
 
 #include <idl/supervisor.h>
 
-#include "services/cli/document.hpp"
+#include "services/command_line/document.hpp"
 
 namespace hecaton::services::cli {
 
 [[nodiscard]] Json to_json(const msg::GoalStatus& goal);
+/// Null for CAUSE_NONE.
+[[nodiscard]] Json to_json(const msg::Cause& cause);
 [[nodiscard]] Json to_json(const msg::ArmStatus& arm);
 [[nodiscard]] Json to_json(const msg::NodeStatus& node);
 [[nodiscard]] Json to_json(const msg::HostStatus& host);

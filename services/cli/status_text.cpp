@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "services/bus/convert.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
-#include "services/cli/table.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/command_line/table.hpp"
+#include "services/messages/convert.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -67,7 +68,7 @@ std::string process_text(const msg::ProcessEvent& process, const Palette& palett
 
 std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
   // Who is in charge is worth a column only where it can change.
-  const bool has_standbys = !status.mode().grants().empty();
+  const bool has_standbys = !status.mode().leases().empty();
   std::vector<Table::Column> columns{{"arm"},
                                      {"mode"},
                                      {"drive"},
@@ -112,10 +113,10 @@ std::string nodes_text(const msg::CellStatus& status, const Palette& palette) {
     const msg::Heartbeat& beat = node.heartbeat();
     std::string state = node.alive() ? text(beat.state()) : palette.red("silent");
     if (node.alive() && beat.state() == msg::NodeState::NODE_DEGRADED) {
-      state = palette.yellow(state.append(": ").append(beat.detail()));
+      state = palette.yellow(state.append(": ").append(beat.cause().text()));
     }
     if (node.alive() && beat.state() == msg::NodeState::NODE_FAILED)
-      state = palette.red(state.append(": ").append(beat.detail()));
+      state = palette.red(state.append(": ").append(beat.cause().text()));
     std::string input = beat.oldest_input();
     if (!input.empty()) input.append(", ").append(duration_text(beat.oldest_input_age()));
     table.add({beat.node(), beat.host(), std::to_string(beat.pid()), state, decimal_text(beat.tick_p50_us(), 0),
@@ -158,9 +159,10 @@ std::string faults_text(const msg::CellStatus& status, const Palette& palette) {
   for (const msg::Fault& fault : status.faults()) {
     const std::string lasted = duration_text(fault_duration(fault));
     table.add({clock_text(fault.since_unix_ms()),
-               fault.cleared() ? palette.dim("cleared") : coloured(fault.severity(), palette), fault.kind(),
-               fault.subject(), fault.detected_within() < 0.0 ? "–" : duration_text(fault.detected_within()),
-               fault.cleared() ? palette.dim(lasted) : lasted, fault.seen()});
+               fault.cleared() ? palette.dim("cleared") : coloured(fault.severity(), palette),
+               std::string(cause_name(fault.cause().kind())), fault.cause().subject(),
+               fault.detection_latency_bound() < 0.0 ? "–" : duration_text(fault.detection_latency_bound()),
+               fault.cleared() ? palette.dim(lasted) : lasted, fault.cause().text()});
   }
   return table.text(palette);
 }
@@ -186,12 +188,12 @@ std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
     out += std::string(", ") + word;
     for (const std::string& arm : arms) out += " " + arm;
   };
-  add_arms("held", status.mode().held_arms());
-  add_arms("stopped", status.mode().stopped_arms());
+  add_arms("held", arms_on(status.mode(), msg::Mode::MODE_HOLD));
+  add_arms("stopped", arms_on(status.mode(), msg::Mode::MODE_STOP));
   std::vector<std::string> lost;
   for (const msg::LostArm& arm : status.mode().lost_arms()) lost.push_back(arm.arm());
   add_arms("lost and worked around", lost);
-  if (!status.mode().reason().empty()) out += " (" + status.mode().reason() + ")";
+  if (const std::string why = causes_text(status.mode()); !why.empty()) out += " (" + why + ")";
   return out + "\n";
 }
 

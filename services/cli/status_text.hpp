@@ -5,7 +5,7 @@
 
 #include <idl/supervisor.h>
 
-#include "services/cli/terminal.hpp"
+#include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 

@@ -1,20 +1,9 @@
 #include "services/cli/task_options.hpp"
 
-#include <limits>
-
-#include <CLI/CLI.hpp>
-
-#include "services/cli/failure.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
 
 namespace hecaton::services::cli {
-
-CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& description) {
-  return add_whole_number(
-             app, "--seed", [&seed](std::uint64_t value) { seed = value; }, description, 0,
-             std::numeric_limits<std::uint64_t>::max())
-      ->type_name("S");
-}
 
 void require_tasks(const config::CellFile& file) {
   const planner::TaskArea& tasks = file.cell.tasks;

@@ -4,19 +4,12 @@
 #include <cstdint>
 #include <string>
 
+#include "services/command_line/quantities.hpp"
 #include "services/config/cell_file.hpp"
-
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
 
 namespace hecaton::services::cli {
 
 inline constexpr std::uint64_t kMostTasks = 100'000'000;
-
-/// --seed S
-CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& description);
 
 /// Throws Failure (bad input) when the cell file does not say where tasks are.
 void require_tasks(const config::CellFile& file);

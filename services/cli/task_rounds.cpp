@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "services/bus/convert.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/message_text.hpp"
-#include "services/cli/quantities.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -85,7 +85,7 @@ void TaskRounds::start_round() {
     Task task;
     task.goal = goals_.draft(tally_.arms[i].name);
     task.goal.kind(msg::GoalKind::GOAL_JOINTS);
-    task.goal.q(bus::to_message((*drawn)[i]));
+    task.goal.q(messages::to_message((*drawn)[i]));
     task.goal.time_limit(cell_.file().cell.tasks.time_limit);
     task.counted = given_ < options_.tasks;
     if (task.counted) ++given_;
@@ -98,7 +98,7 @@ planner::CellConfiguration TaskRounds::measured() const {
   planner::CellConfiguration q;
   for (const ArmReport& arm : tally_.arms) {
     const msg::ArmStatus& status = require_arm(cell_.status(), arm.name);
-    const auto joints = bus::joints_from_message(status.state().q(), "state of " + arm.name);
+    const auto joints = messages::joints_from_message(status.state().q(), "state of " + arm.name);
     if (!joints) throw Failure(ExitCode::kNegative, joints.error);
     q.push_back(*joints);
   }

@@ -31,6 +31,7 @@ std::optional<double> fallback_velocity(const ArmView& arm) {
 
 planner::UrdfOptions read_options(const ArmView& arm) {
   planner::UrdfOptions options;
+  options.sources = &arm.own.view().sources();
   if (const auto tool_link = arm.find("tool_link")) options.tool_link = tool_link->text();
   if (const auto tool = arm.find("tool")) options.X_LT = read_pose(*tool);
   if (const auto srdf = arm.find("srdf")) options.srdf_path = beside(srdf->file(), srdf->text());

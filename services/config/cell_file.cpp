@@ -83,10 +83,10 @@ void check_relations(const MapView& root, const CellFile& file) {
   require_below("world_period", file.cell.timing.world_period);
 }
 
-CellFile read_cell(const YamlNode& tree, const std::string& path) {
+CellFile read_cell(const YamlNode& tree, const YamlSource& source) {
   CellFile file;
-  file.path = path;
-  const MapView root = YamlView(tree, path, "").map(section::kRoot);
+  file.path = source.path;
+  const MapView root = YamlView(tree, source, "").map(section::kRoot);
   file.cell.name = root.at("name").name();
   file.network = read_network(root);
   file.hosts = read_hosts(root);
@@ -99,18 +99,22 @@ CellFile read_cell(const YamlNode& tree, const std::string& path) {
   read_arms(root, file);
   check_task_poses(root, file.cell);
   file.cell.scene = read_scene(root, file.cell.arms);
-  check_start(file.cell, path);
+  check_start(file.cell, source.path);
+  file.sources = source.sources;
   return file;
 }
 
 }  // namespace
 
-CellFile load_cell_file(const std::string& path) {
-  return read_cell(read_yaml_file(path), path);
+CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot) {
+  planner::SourceFiles sources(snapshot);
+  const YamlNode tree = read_yaml_file(path, sources);
+  return read_cell(tree, {path, sources});
 }
 
 CellFile parse_cell_file(const std::string& text, const std::string& path) {
-  return read_cell(read_yaml_text(text, path), path);
+  planner::SourceFiles sources;
+  return read_cell(read_yaml_text(text, path), {path, sources});
 }
 
 }  // namespace hecaton::config

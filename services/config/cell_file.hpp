@@ -2,11 +2,13 @@
 /// A cell file (YAML): the cell itself, and where on the network its services run. docs/cell-file.md lists every key.
 
 #include <chrono>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "planner/cell.hpp"
+#include "planner/model/source_file.hpp"
 #include "services/config/config_error.hpp"
 
 namespace hecaton::config {
@@ -66,11 +68,13 @@ struct CellFile {
   std::vector<ArmHosts> arm_hosts;  ///< one per arm of the cell
   std::string world_host;
   Supervision supervision;
-  bool real_time = false;  ///< services' loops have real-time priority where the machine allows it
+  planner::SourceFiles sources;  ///< which files it was read from
+  bool real_time = false;        ///< services' loops have real-time priority where the machine allows it
 };
 
-/// Reads, and checks that the cell can start: see check_start. Throws ConfigError.
-[[nodiscard]] CellFile load_cell_file(const std::string& path);
+/// Reads, and checks that the cell can start: see check_start. `snapshot`: the folder of copies to read instead (see
+/// planner::SourceFiles). Throws ConfigError.
+[[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {});
 
 /// The same for a text, as if it stood in `path` (which names files relative to it, and messages).
 [[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path);

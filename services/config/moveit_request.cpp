@@ -65,8 +65,10 @@ std::map<std::string, double> goal_of(const YamlView& goal) {
 }  // namespace
 
 MoveItRequest read_moveit_request(const std::string& path) {
-  const YamlNode tree = read_yaml_file(path);
-  const YamlView root(tree, path, "");
+  planner::SourceFiles sources;
+  const YamlNode tree = read_yaml_file(path, sources);
+  const YamlSource source{path, sources};
+  const YamlView root(tree, source, "");
   check_keys(root, kRequestKeys);
   refuse_given(root, {"path_constraints", "trajectory_constraints", "reference_trajectories"}, "are not read");
   for (const char* key : {"max_velocity_scaling_factor", "max_acceleration_scaling_factor"}) check_scaling(root, key);
@@ -90,7 +92,8 @@ MoveItRequest read_moveit_request(const std::string& path) {
 
 std::vector<std::string> groups_of_srdf(const std::string& path) {
   tinyxml2::XMLDocument document;
-  planner::load_xml(path, "SRDF", document);
+  planner::SourceFiles sources;
+  planner::load_xml(path, "SRDF", document, sources);
   std::vector<std::string> names;
   const tinyxml2::XMLElement* robot = document.RootElement();
   if (robot == nullptr) return names;

@@ -123,8 +123,10 @@ void check_links(const YamlView& root, std::string_view list, std::string_view k
 }  // namespace
 
 MoveItScene read_moveit_scene(const std::string& path, std::span<const std::string> frame_names) {
-  const YamlNode tree = read_yaml_file(path);
-  const YamlView root(tree, path, "");
+  planner::SourceFiles sources;
+  const YamlNode tree = read_yaml_file(path, sources);
+  const YamlSource source{path, sources};
+  const YamlView root(tree, source, "");
   const Frames frames{frame_names};
   check_keys(root, kSceneKeys);
   refuse_diff(root, "scene");

@@ -102,8 +102,9 @@ void read_strategy(const MapView& map, planner::StrategyParameters& parameters) 
 
 void read_strategy_file(const YamlView& file, const std::string& arm, planner::StrategyParameters& parameters) {
   const std::string path = beside(file.file(), file.text());
-  const YamlNode tree = read_yaml_file(path);
-  const YamlView root(tree, path, "");
+  const YamlNode tree = read_yaml_file(path, file.sources());
+  const YamlSource source{path, file.sources()};
+  const YamlView root(tree, source, "");
   for (const auto& [name, view] : root.named_items(128)) {
     if (name != arm) continue;
     const MapView map = view.map(section::kStrategy);

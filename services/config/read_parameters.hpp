@@ -15,7 +15,7 @@ inline constexpr Bounds kCoefficient{-planner::kMostCoefficient, planner::kMostC
 /// them together.
 void read_parameters(const MapView& map, planner::LocalParameters& parameters);
 
-/// The arm's strategy in a file as `hecaton strategies search` writes it, which the key `file` names.
+/// The arm's strategy in a file as `hecaton-strategies search` writes it, which the key `file` names.
 void read_strategy_file(const YamlView& file, const std::string& arm, planner::StrategyParameters& parameters);
 
 }  // namespace hecaton::config

@@ -40,7 +40,8 @@ world::PlacedShape read_mesh(const MapView& map) {
   const std::string where = file.file() + ": " + file.path();
   try {
     const planner::LinkGeometry geometry =
-        planner::mesh_shape(beside(file.file(), file.text()), scale, planner::MeshGeometry::kConvexHull, where)
+        planner::mesh_shape(beside(file.file(), file.text()), scale, planner::MeshGeometry::kConvexHull, where,
+                            file.sources())
             .geometry;
     return {geometry.shape, read_pose(map, "pose") * geometry.X_LS};
   } catch (const planner::ModelError& error) {

@@ -18,7 +18,7 @@ constexpr std::array kSupervisionKeys = {
     Words("host_lease"), Words("takeover_lease"), Words("watchdog"),         Words("recovery")};
 constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silent"), Words("node_missing"),
                                       Words("node_silent"),   Words("process_died"), Words("node_failed"),
-                                      Words("agent_lost"),    Words("contact")};
+                                      Words("host_lost"),     Words("contact")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout"), Words("real_time")};
 constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),

@@ -10,7 +10,6 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
-#include "planner/model/source_file.hpp"
 #include "services/config/config_error.hpp"
 #include "services/config/text.hpp"
 
@@ -159,9 +158,9 @@ YamlNode read_yaml_text(const std::string& text, const std::string& path) {
   }
 }
 
-YamlNode read_yaml_file(const std::string& path) {
+YamlNode read_yaml_file(const std::string& path, planner::SourceFiles& sources) {
   std::error_code error;
-  const std::filesystem::path place = planner::open_source(path);
+  const std::filesystem::path place = sources.open(path);
   if (std::filesystem::is_directory(place, error)) {
     throw ConfigError(path + ": is a folder, but must be a YAML file");
   }

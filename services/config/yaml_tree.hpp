@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "planner/model/source_file.hpp"
+
 namespace hecaton::config {
 
 struct YamlNode {
@@ -20,7 +22,7 @@ struct YamlNode {
 /// Reads the only document of the file. Aliases are expanded. Throws ConfigError with file and line for unreadable
 /// files, malformed YAML, keys that appear twice in one map, keys that are no plain words, several documents, and for
 /// files that are too large, too deep or expand too far.
-[[nodiscard]] YamlNode read_yaml_file(const std::string& path);
+[[nodiscard]] YamlNode read_yaml_file(const std::string& path, planner::SourceFiles& sources);
 
 /// The same for a text; `path` is only named in messages.
 [[nodiscard]] YamlNode read_yaml_text(const std::string& text, const std::string& path);

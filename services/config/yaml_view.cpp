@@ -41,7 +41,7 @@ std::string child_path(const std::string& path, std::string_view key) {
 
 }  // namespace
 
-YamlView::YamlView(const YamlNode& node, const std::string& file, std::string path)
+YamlView::YamlView(const YamlNode& node, const YamlSource& file, std::string path)
     : node_(&node), file_(&file), path_(std::move(path)) {}
 
 std::string YamlView::value() const {
@@ -51,11 +51,12 @@ std::string YamlView::value() const {
 }
 
 void YamlView::fail(const std::string& must_be) const {
-  throw ConfigError(*file_ + ": " + (path_.empty() ? "the file" : path_) + " = " + value() + " must be " + must_be);
+  throw ConfigError(file_->path + ": " + (path_.empty() ? "the file" : path_) + " = " + value() + " must be " +
+                    must_be);
 }
 
 void YamlView::fail_with(const std::string& says) const {
-  throw ConfigError(*file_ + ": " + (path_.empty() ? "" : path_ + ": ") + says);
+  throw ConfigError(file_->path + ": " + (path_.empty() ? "" : path_ + ": ") + says);
 }
 
 const std::string& YamlView::scalar(const std::string& must_be) const {
@@ -146,7 +147,8 @@ std::size_t YamlView::type(std::span<const std::string_view> choices) const {
   if (!is_map()) fail("a map with the key type (" + alternatives(choices) + ")");
   const auto found = std::find(node_->keys.begin(), node_->keys.end(), "type");
   if (found == node_->keys.end()) {
-    throw ConfigError(*file_ + ": " + child_path(path_, "type") + " is missing, but must be " + alternatives(choices));
+    throw ConfigError(file_->path + ": " + child_path(path_, "type") + " is missing, but must be " +
+                      alternatives(choices));
   }
   const YamlNode& item = node_->items[static_cast<std::size_t>(found - node_->keys.begin())];
   return YamlView(item, *file_, child_path(path_, "type")).choice(choices);
@@ -218,7 +220,7 @@ std::optional<YamlView> MapView::find(std::string_view key) const {
   const YamlNode& node = *view_.node_;
   const auto found = std::find(node.keys.begin(), node.keys.end(), key);
   if (found == node.keys.end()) return std::nullopt;
-  return YamlView(node.items[static_cast<std::size_t>(found - node.keys.begin())], view_.file(),
+  return YamlView(node.items[static_cast<std::size_t>(found - node.keys.begin())], *view_.file_,
                   child_path(view_.path(), key));
 }
 

@@ -17,13 +17,20 @@ namespace hecaton::config {
 
 class MapView;
 
-/// One value of the file. Refers to the tree and the file's name, which must outlive it.
+/// A file that is read.
+struct YamlSource {
+  std::string path;               ///< as messages name it
+  planner::SourceFiles& sources;  ///< where the files that it names are read from
+};
+
+/// One value of the file. Refers to the tree and to the file, which must outlive it.
 class YamlView {
  public:
-  YamlView(const YamlNode& node, const std::string& file, std::string path);
+  YamlView(const YamlNode& node, const YamlSource& file, std::string path);
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] const std::string& file() const { return *file_; }
+  [[nodiscard]] const std::string& file() const { return file_->path; }
+  [[nodiscard]] planner::SourceFiles& sources() const { return file_->sources; }
   [[nodiscard]] bool is_sequence() const { return node_->kind == YamlNode::Kind::kSequence; }
   [[nodiscard]] bool is_map() const { return node_->kind == YamlNode::Kind::kMap; }
   /// No value, or an empty text; of lists and maps never.
@@ -70,7 +77,7 @@ class YamlView {
   [[nodiscard]] double parsed_number(const std::string& must_be) const;
 
   const YamlNode* node_;
-  const std::string* file_;
+  const YamlSource* file_;
   std::string path_;
 };
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "planner/local/rest_region.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
@@ -28,13 +28,13 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
   const auto index = static_cast<std::size_t>(name - names_.begin());
   std::optional<Heard>& heard = heard_[index];
   if (heard && heard->writer == writer && state.sequence_number() <= heard->sequence) return {};
-  const std::string what = "ArmState of " + state.arm();
-  const auto q = bus::joints_from_message(state.q(), what + ": q", joints_[index]);
+  const auto q = messages::joints_from_message(state.q(), {"ArmState of ", state.arm(), ": q"}, joints_[index]);
   if (!q) return q.error;
-  const auto qd = bus::joints_from_message(state.qd(), what + ": qd", joints_[index]);
+  const auto qd = messages::joints_from_message(state.qd(), {"ArmState of ", state.arm(), ": qd"}, joints_[index]);
   if (!qd) return qd.error;
   if (!(state.command_age() >= 0.0)) {
-    return what + ": command_age = " + std::to_string(state.command_age()) + " must be at least 0 s";
+    return "ArmState of " + state.arm() + ": command_age = " + std::to_string(state.command_age()) +
+           " must be at least 0 s";
   }
   SenderClock clock = heard && heard->writer == writer ? heard->clock : SenderClock();
   const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
@@ -67,7 +67,7 @@ std::string ArmView::apply(const msg::GoalStatus& status) {
     return {};
   }
   const auto q_goal =
-      bus::joints_from_message(status.q_goal(), "GoalStatus of " + status.arm() + ": q_goal", joints_[index]);
+      messages::joints_from_message(status.q_goal(), {"GoalStatus of ", status.arm(), ": q_goal"}, joints_[index]);
   if (!q_goal) return q_goal.error;
   goals_[index] = status.goal();
   seen.q_goal = *q_goal;
@@ -109,7 +109,7 @@ std::string ArmView::apply(const msg::CompositePlan& plan) {
   for (std::uint32_t point = 0; point < plan.points(); ++point) {
     auto& at = heard->points.emplace_back();
     for (const int arm : heard->arms) {
-      const auto q = bus::joints_from_message({from, from + joints_[arm]}, what + ": q", joints_[arm]);
+      const auto q = messages::joints_from_message({from, from + joints_[arm]}, what + ": q", joints_[arm]);
       if (!q) return q.error;
       at.push_back(*q);
       from += joints_[arm];
@@ -161,11 +161,10 @@ bool ArmView::lost(int index, Clock::time_point now, const CellModeView& mode) c
 // The later the state, the smaller the region; but what the supervisor heard last may be later or earlier than what
 // this planner did, and only from the last that anybody heard does it count how long the arm moved on.
 void ArmView::observe_lost(int index, const msg::LostArm& lost) {
-  const std::string what = "LostArm " + lost.arm();
   const std::optional<Heard>& heard = heard_[index];
   const bool own_is_newer = heard && heard->stamp_ns >= lost.stamp_ns();
-  const auto q = bus::joints_from_message(lost.q(), what + ": q", joints_[index]);
-  const auto qd = bus::joints_from_message(lost.qd(), what + ": qd", joints_[index]);
+  const auto q = messages::joints_from_message(lost.q(), {"LostArm ", lost.arm(), ": q"}, joints_[index]);
+  const auto qd = messages::joints_from_message(lost.qd(), {"LostArm ", lost.arm(), ": qd"}, joints_[index]);
   planner::ArmObservation& seen = observations_[index];
   seen.known = own_is_newer || (q && qd);
   if (!seen.known) return;
@@ -195,7 +194,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.qd = heard_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
     seen.known = true;
-    seen.plans = heard_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == ArmOrder::kRun;
+    seen.plans = heard_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
   }
   return observations_;
 }

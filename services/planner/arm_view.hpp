@@ -31,7 +31,7 @@ class ArmView {
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
     double command_age = 0.0;   ///< of the last command that its driver accepted [s]
-    Mandate mandate;            ///< that its driver goes by
+    ArmLease mandate;           ///< that its driver goes by
     std::int64_t stamp_ns = 0;  ///< on its driver's clock
     std::uint64_t sequence = 0;
     bus::EndpointId writer;

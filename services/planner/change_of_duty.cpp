@@ -21,7 +21,7 @@ constexpr std::size_t kHeardEarly = 64;
 bool PlannerService::hear_mandate() {
   (void)modes_mailbox_.take_events();
   modes_.update();
-  duty_.hear(modes_.view().mandate(name_));
+  duty_.hear(modes_.view().lease(name_));
   return planners_.size() == 1 || duty_.in_charge();
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/goal_state.hpp"
 
 namespace hecaton::services {
@@ -256,7 +256,7 @@ void GoalDesk::tell_active(msg::GoalState state, const std::string& reason, Cloc
   status.claim(active.last.claim);
   status.distance_to_goal(active.last.distance);
   status.elapsed(seconds(now - active.since));
-  status.q_goal(bus::to_message(active.q_goal));
+  status.q_goal(messages::to_message(active.q_goal));
 }
 
 void GoalDesk::end_active(msg::GoalState state, const std::string& reason, Clock::time_point now) {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "services/planner/goal_account.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 #include "services/runtime/mapped_file.hpp"
 
 namespace hecaton::services {
@@ -16,7 +16,7 @@ class GoalMemory {
  public:
   struct Remembered {
     GoalAccount account;
-    Mandate mandate;            ///< under which it was
+    ArmLease mandate;           ///< under which it was
     std::int64_t stamp_ns = 0;  ///< when, on this host's steady clock
     std::int64_t until_ns = 0;  ///< when that was last all that there was to know
   };

@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   return services::run_service(
       argc, argv, "Plans the motion of one arm of a cell, among obstacles and other planned arms",
       services::Subject::kArm, [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
-        const config::CellFile file = config::load_cell_file(options.cell);
+        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
         const int arm = services::find_arm(file, options.arm);
         const auto planners = services::planners_of(file, static_cast<std::size_t>(arm));
         const services::LogScope log(planners[services::index_on(planners, options.host)].node, options);

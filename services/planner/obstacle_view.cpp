@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
@@ -11,7 +11,7 @@ ObstacleView::ObstacleView(std::vector<std::string> arms)
     : arms_(std::move(arms)), obstacles_(std::make_shared<const std::vector<world::Obstacle>>()) {}
 
 std::string ObstacleView::apply(const msg::ObstacleShapes& shapes) {
-  const auto obstacle = bus::from_message(shapes.obstacle());
+  const auto obstacle = messages::from_message(shapes.obstacle());
   if (!obstacle) return obstacle.error;
   if (obstacle->attachment && std::find(arms_.begin(), arms_.end(), obstacle->attachment->arm) == arms_.end()) {
     return "obstacle \"" + obstacle->name + "\": attached_to = " + obstacle->attachment->arm +
@@ -26,7 +26,7 @@ std::string ObstacleView::apply(const msg::ObstacleStates& states, const bus::En
                                 Clock::time_point received) {
   const bool overtaken = newest_ && newest_->writer == writer && states.sequence_number() <= newest_->snapshot.sequence;
   if (overtaken) return {};
-  auto snapshot = bus::from_message(states, 0.0);
+  auto snapshot = messages::from_message(states, 0.0);
   if (!snapshot) return snapshot.error;
   SenderClock clock = newest_ && newest_->writer == writer ? newest_->clock : SenderClock();
   const Clock::time_point sent = clock.sent(states.stamp_ns(), received);

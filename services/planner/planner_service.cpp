@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
+#include "services/messages/names.hpp"
 #include "services/planner/explain.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -26,10 +28,6 @@ constexpr auto kLongestSearch = 60s;
 constexpr double kBlockedAfter = 1.0;
 /// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
 constexpr double kTrackingTolerance = 2.0;
-
-std::chrono::nanoseconds nanoseconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
-}
 
 std::vector<planner::Arm> arms_of(const planner::Cell& cell) {
   std::vector<planner::Arm> arms;
@@ -54,28 +52,6 @@ std::uint64_t seed_of(const std::string& name) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
   return hash;
-}
-
-const char* state_name(msg::GoalState state) {
-  switch (state) {
-    case msg::GoalState::GOAL_ACCEPTED:
-      return "accepted";
-    case msg::GoalState::GOAL_ACTIVE:
-      return "active";
-    case msg::GoalState::GOAL_REACHED:
-      return "reached";
-    case msg::GoalState::GOAL_BLOCKED:
-      return "blocked";
-    case msg::GoalState::GOAL_REJECTED:
-      return "rejected";
-    case msg::GoalState::GOAL_CANCELLED:
-      return "cancelled";
-    case msg::GoalState::GOAL_REPLACED:
-      return "replaced";
-    case msg::GoalState::GOAL_TIMED_OUT:
-      break;
-  }
-  return "timed out";
 }
 
 /// An arm that cannot be used because the disk is full would be worse than one whose goal ends with its planner.
@@ -209,7 +185,7 @@ std::string PlannerService::blind() const {
 }
 
 std::string PlannerService::hold_reason() const {
-  return modes_.view().order(name_) != ArmOrder::kRun ? modes_.view().why(name_) : blind();
+  return modes_.view().order(name_) != msg::Mode::MODE_RUN ? modes_.view().why(name_).text() : blind();
 }
 
 void PlannerService::note_hold(const std::string& reason) {
@@ -295,7 +271,7 @@ void PlannerService::plan() {
     route_policy_.drop();
   }
 
-  const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == ArmOrder::kRun;
+  const bool world_missing = !hold_reason_.empty() && modes_.view().order(name_) == msg::Mode::MODE_RUN;
   const bool starved = world_missing || result.status == planner::TickStatus::kStaleInput;
   waited_for_input_ = starved ? waited_for_input_ + controller_.control_period() : 0.0;
   if (!desk_.has_active()) return;
@@ -374,8 +350,8 @@ void PlannerService::command(const planner::TickResult& result) {
   command_.sequence_number(++sequence_);
   controller_.sent(sequence_);
   command_.stamp_ns(stamp_now());
-  command_.q(bus::to_message(result.q));
-  command_.qd(bus::to_message(result.qd));
+  messages::to_message(result.q, command_.q());
+  messages::to_message(result.qd, command_.qd());
   if (Clock::now() - now_ > reaction_ + loop_.period()) return;
   (void)commands_.write(command_);  // the bus logs a refusal; the next command is due in one period
 }
@@ -406,7 +382,7 @@ void PlannerService::publish_statuses() {
     const bool passing =
         status.state() == msg::GoalState::GOAL_ACTIVE || status.state() == msg::GoalState::GOAL_BLOCKED;
     (passing ? log_debug : log_info)("goal", {{"goal", status.goal()},
-                                              {"state", state_name(status.state())},
+                                              {"state", text(status.state())},
                                               {"elapsed", status.elapsed()},
                                               {"distance", status.distance_to_goal()},
                                               {"reason", status.reason()}});
@@ -417,7 +393,7 @@ void PlannerService::beat() {
   Vital vital;
   vital.term = modes_.view().term();
   vital.heard_mode = modes_.view().number();
-  vital.mandate = duty_.mandate();
+  vital.lease = duty_.mandate();
   const auto consider = [&vital](double age, const std::string& input) {
     if (age <= vital.oldest_input_age) return;
     vital.oldest_input_age = std::isfinite(age) ? age : 1e9;
@@ -431,10 +407,15 @@ void PlannerService::beat() {
   const bool starved = vital.oldest_input_age > state_age_limit_ || !modes_.view().heard();
   vital.state = in_charge_ ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
   if (starved || !hanging_thread_.empty()) vital.state = msg::NodeState::NODE_DEGRADED;
-  vital.detail = hanging_thread_;
   if (starved) {
-    vital.detail += vital.detail.empty() ? "" : "; ";
-    vital.detail += hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_;
+    const bool obstacles = vital.oldest_input == "ObstacleStates";
+    vital.cause =
+        make_cause(obstacles ? msg::CauseKind::CAUSE_OBSTACLES_OLD : msg::CauseKind::CAUSE_ARM_STATE_OLD,
+                   vital.oldest_input, hold_reason_.empty() ? vital.oldest_input + " is old or missing" : hold_reason_);
+  }
+  if (!hanging_thread_.empty()) {
+    const std::string also = starved ? "; " + vital.cause.text() : "";
+    vital.cause = make_cause(msg::CauseKind::CAUSE_NODE_SILENT, node_, hanging_thread_ + also);
   }
   pulse_.beat(now_, vital, loop_.statistics());
 }

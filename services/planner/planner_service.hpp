@@ -119,7 +119,7 @@ class PlannerService {
   std::optional<GoalMemory::Remembered> remembered_;  ///< until it is known whether it still counts
   std::optional<Clock::time_point> undecided_since_;  ///< that, while we are in charge
   std::deque<msg::GoalStatus> heard_early_;           ///< from the other planner, before it is known whether it counts
-  Mandate caught_up_;                                 ///< under which everything that counts was followed
+  ArmLease caught_up_;                                ///< under which everything that counts was followed
   bool has_news_ = false;                             ///< that are not remembered yet
   planner::ArmController controller_;
   GoalResolver resolver_;

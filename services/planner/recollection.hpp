@@ -27,9 +27,9 @@ struct LastCommand {
 constexpr std::chrono::milliseconds kTogether{250};
 
 /// `under`: the mandate under which it was remembered; `until`: when that was last all that there was to know.
-[[nodiscard]] inline Recollection judge_recollection(const Mandate& under, std::chrono::nanoseconds until,
+[[nodiscard]] inline Recollection judge_recollection(const ArmLease& under, std::chrono::nanoseconds until,
                                                      const Duty& duty, const std::optional<LastCommand>& last) {
-  const Mandate& newest = duty.mandate();
+  const ArmLease& newest = duty.mandate();
   if (newest.term == 0) return Recollection::kUnknown;
   // Mandates never come back: nobody else can have had the arm.
   if (newest == under && duty.in_charge()) return Recollection::kCounts;

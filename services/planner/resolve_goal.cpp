@@ -7,7 +7,7 @@
 #include "planner/goal_check.hpp"
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/reach.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -32,7 +32,7 @@ GoalAnswer checked(const planner::CellGeometry& geometry, const msg::Goal& goal,
   return answer;
 }
 
-// Unlike bus::joints_from_message this lets any finite or infinite number pass: the check knows the joints' names.
+// Unlike messages::joints_from_message this lets any finite or infinite number pass: the check knows the joints' names.
 GoalAnswer joint_goal(const planner::CellGeometry& geometry, const msg::Goal& goal,
                       std::span<const world::ObstacleState> obstacles) {
   const planner::Arm& arm = geometry.own_arm();
@@ -63,7 +63,7 @@ planner::IkTask ik_task(int joints) {
 GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_now,
                      std::span<const world::ObstacleState> obstacles) {
   const planner::Arm& arm = geometry.own_arm();
-  const auto X_WT = bus::from_message(goal.X_WT(), "goal: pose");
+  const auto X_WT = messages::from_message(goal.X_WT(), "goal: pose");
   if (!X_WT) return rejected(goal, X_WT.error);
   const Eigen::Vector3d p_WT = X_WT->translation();
   std::ostringstream out;

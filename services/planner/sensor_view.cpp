@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
@@ -30,7 +30,7 @@ std::optional<planner::RangeScan> SensorView::take(const msg::RangeScan& message
   std::optional<Heard>& heard = heard_[index];
   const bool same_writer = heard && heard->writer == writer;
   if (same_writer && message.sequence_number() <= heard->sequence) return std::nullopt;
-  auto readings = bus::from_message(message);
+  auto readings = messages::from_message(message);
   if (!readings) {
     complaint = readings.error;
     return std::nullopt;

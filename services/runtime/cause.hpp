@@ -1,7 +1,13 @@
 #pragma once
-/// Causes as values: made in one line, asked by kind. No decision is taken on a text.
+/// Causes as values: made in one line, asked by kind, named by one table. No decision is taken on a text.
+/// Standard library and the generated values only.
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <idl/cause.h>
@@ -20,6 +26,49 @@ namespace hecaton::services {
 /// True when there is nothing to explain.
 [[nodiscard]] inline bool is_none(const msg::Cause& cause) {
   return cause.kind() == msg::CauseKind::CAUSE_NONE;
+}
+
+/// In the order of msg::CauseKind.
+inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::CauseKind::CAUSE_NOT_PERSISTED) + 1>
+    kCauseNames{"none",
+                // orders and the cell mode
+                "starting", "mode_unknown", "hold_ordered", "stop_ordered", "held_by_fault",
+                // missing inputs
+                "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
+                // commands and the device
+                "commands_ceased", "command_refused", "command_too_far", "device_failed",
+                // faults
+                "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
+                "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "contact",
+                "arm_failed",
+                // goals
+                "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
+                "goal_not_resolved", "way_blocked", "giving_way", "device_does_not_follow", "time_limit",
+                "goal_replaced", "goal_cancelled",
+                // requests and edits
+                "unknown_name", "name_taken", "invalid_value", "not_allowed_now", "not_persisted"};
+
+/// The kind's name in JSON, logs, cell files and checkpoints: "node_silent". A kind of a newer peer is "unknown".
+[[nodiscard]] inline std::string_view cause_name(msg::CauseKind kind) {
+  const auto index = static_cast<std::size_t>(kind);
+  return index < kCauseNames.size() ? kCauseNames[index] : "unknown";
+}
+
+/// The inverse of cause_name(); empty when no kind has this name.
+[[nodiscard]] inline std::optional<msg::CauseKind> cause_kind(std::string_view name) {
+  const auto found = std::find(kCauseNames.begin(), kCauseNames.end(), name);
+  if (found == kCauseNames.end()) return std::nullopt;
+  return static_cast<msg::CauseKind>(found - kCauseNames.begin());
+}
+
+/// True for the kinds of the section Faults.
+[[nodiscard]] inline bool is_fault(msg::CauseKind kind) {
+  return kind >= msg::CauseKind::CAUSE_DRIVER_SILENT && kind <= msg::CauseKind::CAUSE_ARM_FAILED;
+}
+
+/// True for the kinds that say what becomes of a goal; CAUSE_NO_GOAL is none of them.
+[[nodiscard]] inline bool is_about_goal(msg::CauseKind kind) {
+  return kind >= msg::CauseKind::CAUSE_GOAL_MALFORMED && kind <= msg::CauseKind::CAUSE_GOAL_CANCELLED;
 }
 
 }  // namespace hecaton::services

@@ -3,35 +3,26 @@
 #include <algorithm>
 
 #include "services/bus/endpoint.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton::services {
 namespace {
 
-bool contains(const std::vector<std::string>& names, std::string_view name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+/// The stricter of the cell's mode and the arm's own.
+msg::Mode mode_in(const msg::CellMode& mode, std::string_view arm) {
+  const msg::ArmOrder* own = order_in(mode, arm);
+  return own == nullptr ? mode.mode() : std::max(mode.mode(), own->mode());
 }
 
-/// Whatever faults hold beside.
-ArmOrder ordered_by_people(const msg::CellMode& mode, std::string_view arm) {
-  if (mode.ordered() == msg::Mode::MODE_STOP || contains(mode.stopped_arms(), arm)) return ArmOrder::kStop;
-  if (mode.ordered() == msg::Mode::MODE_HOLD || contains(mode.arms_ordered_to_hold(), arm)) return ArmOrder::kHold;
-  return ArmOrder::kRun;
+/// The same, as far as people ordered it: whatever faults hold beside.
+msg::Mode ordered_in(const msg::CellMode& mode, std::string_view arm) {
+  const msg::ArmOrder* own = order_in(mode, arm);
+  return own == nullptr ? mode.ordered() : std::max(mode.ordered(), own->ordered());
 }
 
-/// Of all that `former` orders, as strictly.
+/// True when `mode` has all of people's orders in `former`, as strictly.
 bool knows_orders_of(const msg::CellMode& former, const msg::CellMode& mode) {
-  const auto holds = [&](const std::string& arm) {
-    return contains(mode.arms_ordered_to_hold(), arm) || contains(mode.stopped_arms(), arm);
-  };
-  const auto stops = [&](const std::string& arm) { return contains(mode.stopped_arms(), arm); };
-  return mode.ordered() >= former.ordered() && std::ranges::all_of(former.stopped_arms(), stops) &&
-         std::ranges::all_of(former.arms_ordered_to_hold(), holds);
-}
-
-ArmOrder order_in(const msg::CellMode& mode, std::string_view arm) {
-  if (mode.mode() == msg::Mode::MODE_STOP || contains(mode.stopped_arms(), arm)) return ArmOrder::kStop;
-  if (mode.mode() == msg::Mode::MODE_HOLD || contains(mode.held_arms(), arm)) return ArmOrder::kHold;
-  return ArmOrder::kRun;
+  return beyond(orders_in(former), orders_in(mode)).empty();
 }
 
 }  // namespace
@@ -59,9 +50,9 @@ bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point recei
   return true;
 }
 
-Mandate CellModeView::mandate(std::string_view arm) const {
-  for (const msg::Grant& grant : mode_.grants()) {
-    if (grant.arm() == arm) return {grant.planner(), grant.term()};
+ArmLease CellModeView::lease(std::string_view arm) const {
+  for (const msg::ArmLease& lease : mode_.leases()) {
+    if (lease.arm() == arm) return lease_of(lease);
   }
   return {{}, term_};
 }
@@ -73,31 +64,34 @@ const msg::LostArm* CellModeView::lost(std::string_view arm) const {
   return found == lost.end() ? nullptr : &*found;
 }
 
-ArmOrder CellModeView::order(std::string_view arm) const {
-  if (!heard_) return ArmOrder::kUnheard;
-  const ArmOrder now = order_in(mode_, arm);
-  return former_ ? std::max(now, ordered_by_people(*former_, arm)) : now;
+msg::Mode CellModeView::order(std::string_view arm) const {
+  if (!heard_) return msg::Mode::MODE_HOLD;
+  const msg::Mode now = mode_in(mode_, arm);
+  return former_ ? std::max(now, ordered_in(*former_, arm)) : now;
 }
 
-std::string CellModeView::why(std::string_view arm) const {
-  const ArmOrder what = order(arm);
-  if (heard_ && what != order_in(mode_, arm)) {
-    return mode_.node() + " has begun to lead and does not know of an order of " + former_->node() +
-           " yet: " + former_->reason();
+msg::Cause CellModeView::why(std::string_view arm) const {
+  if (!heard_) {
+    return make_cause(msg::CauseKind::CAUSE_MODE_UNKNOWN, {},
+                      mode_.term() == 0 ? "no supervisor was heard yet"
+                                        : "no supervisor was heard since this process was stopped and away");
   }
-  const auto because = [this] { return mode_.reason().empty() ? std::string() : ": " + mode_.reason(); };
-  switch (what) {
-    case ArmOrder::kUnheard:
-      return mode_.term() == 0 ? "no supervisor was heard yet"
-                               : "no supervisor was heard since this process was stopped and away";
-    case ArmOrder::kStop:
-      return (mode_.mode() == msg::Mode::MODE_STOP ? "the cell is stopped" : "the arm is stopped") + because();
-    case ArmOrder::kHold:
-      return (mode_.mode() == msg::Mode::MODE_HOLD ? "the cell is held" : "the arm is held") + because();
-    case ArmOrder::kRun:
-      break;
+  const msg::Mode what = order(arm);
+  if (what == msg::Mode::MODE_RUN) return {};
+  const bool stop = what == msg::Mode::MODE_STOP;
+  if (what != mode_in(mode_, arm)) {
+    return make_cause(stop ? msg::CauseKind::CAUSE_STOP_ORDERED : msg::CauseKind::CAUSE_HOLD_ORDERED, std::string(arm),
+                      mode_.node() + " has begun to lead and does not know of an order of " + former_->node() +
+                          " yet: " + causes_text(*former_));
   }
-  return {};
+  const bool whole_cell = mode_.mode() == what;
+  msg::Cause cause = whole_cell ? mode_.cause() : order_in(mode_, arm)->cause();
+  const std::string head = std::string(whole_cell ? "the cell" : "the arm") + (stop ? " is stopped" : " is held");
+  if (is_none(cause)) {
+    return make_cause(stop ? msg::CauseKind::CAUSE_STOP_ORDERED : msg::CauseKind::CAUSE_HOLD_ORDERED, {}, head);
+  }
+  cause.text(head + ": " + cause.text());
+  return cause;
 }
 
 struct CellModeListener::Impl {

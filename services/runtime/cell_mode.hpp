@@ -11,17 +11,10 @@
 #include <idl/health.h>
 
 #include "services/bus/participant.hpp"
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services {
-
-/// The later, the stricter.
-enum class ArmOrder {
-  kUnheard,  ///< no cell mode was ever heard: to be treated as hold
-  kRun,
-  kHold,  ///< brake and stay; goals are kept
-  kStop,  ///< the same, latched until resumed
-};
 
 [[nodiscard]] msg::ModeNumber number_of(const msg::CellMode& mode);
 
@@ -35,23 +28,24 @@ class CellModeView {
 
   /// `received`: when it arrived. False when it was ignored because its term is older than one already seen.
   bool apply(const msg::CellMode& mode, bus::Clock::time_point received = {});
-  /// The order may have changed unheard: kUnheard until the next cell mode. Terms stay what they were.
+  /// The order may have changed unheard: it is unknown until the next cell mode. Terms stay what they were.
   void forget_order() { heard_ = false; }
 
   [[nodiscard]] bool heard() const { return heard_; }
   [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
   [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
   [[nodiscard]] msg::ModeNumber number() const { return number_of(mode_); }  ///< both 0 before any was heard
-  /// Who commands the arm. An arm without a standby is not listed: its planner commands under the cell's term.
-  [[nodiscard]] Mandate mandate(std::string_view arm) const;
+  /// Which planner commands the arm. An arm without a standby is not listed: its planner commands under the cell's
+  /// term.
+  [[nodiscard]] ArmLease lease(std::string_view arm) const;
   /// When the last one that counted arrived.
   [[nodiscard]] bus::Clock::time_point received() const { return received_; }
   /// What is known of the arm if it was lost, else null. Valid until the next cell mode.
   [[nodiscard]] const msg::LostArm* lost(std::string_view arm) const;
-  /// The stricter of the cell's order and the arm's own.
-  [[nodiscard]] ArmOrder order(std::string_view arm) const;
-  /// Why it is not kRun, a sentence; empty for kRun.
-  [[nodiscard]] std::string why(std::string_view arm) const;
+  /// The stricter of the cell's order and the arm's own; MODE_HOLD while the order is unknown.
+  [[nodiscard]] msg::Mode order(std::string_view arm) const;
+  /// Why the order is not MODE_RUN; CAUSE_NONE when it is, CAUSE_MODE_UNKNOWN while the order is unknown.
+  [[nodiscard]] msg::Cause why(std::string_view arm) const;
 
  private:
   bool heard_ = false;

@@ -8,7 +8,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "planner/model/source_file.hpp"
 #include "services/config/text.hpp"
 #include "services/runtime/version.hpp"
 
@@ -72,9 +71,7 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   app.add_option("--life-fd", options.life_fd, "descriptor by whose end its agent learns that it ends")
       ->check(CLI::Range(0, kHighestDescriptor));
   add_common_options(app, options);
-  const auto leave = parse_or_explain(app, argc, argv);
-  planner::read_sources_from(options.sources);
-  return leave;
+  return parse_or_explain(app, argc, argv);
 }
 
 int choose_domain(const ServiceOptions& options, int of_cell) {

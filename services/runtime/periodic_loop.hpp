@@ -10,6 +10,11 @@
 
 namespace hecaton::services {
 
+/// A period of the cell file [s] as a duration; fractions of a nanosecond are cut off.
+[[nodiscard]] inline std::chrono::nanoseconds nanoseconds(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
 /// while (loop.next()) { one period's work; }
 class PeriodicLoop {
  public:

@@ -71,10 +71,9 @@ void Pulse::beat(Clock::time_point now, const Vital& vital, const LoopStatistics
   pulse.refresh(now, loop);
   msg::Heartbeat& sample = pulse.sample;
   sample.state(vital.state);
-  sample.detail(vital.detail);
+  sample.cause(vital.cause);
   sample.term(vital.term);
-  sample.mandate().planner(vital.mandate.planner);
-  sample.mandate().term(vital.mandate.term);
+  sample.lease(lease_message({}, vital.lease));
   sample.heard_mode(vital.heard_mode);
   sample.newest_event(vital.newest_event);
   sample.sequence_number(sample.sequence_number() + 1);

@@ -8,8 +8,8 @@
 #include <idl/health.h>
 
 #include "services/bus/participant.hpp"
+#include "services/runtime/arm_lease.hpp"
 #include "services/runtime/loop_statistics.hpp"
-#include "services/runtime/mandate.hpp"
 
 namespace hecaton::services {
 
@@ -30,9 +30,9 @@ struct PulseTiming {
 /// What changes from beat to beat.
 struct Vital {
   msg::NodeState state = msg::NodeState::NODE_RUNNING;
-  std::string detail;  ///< why degraded
+  msg::Cause cause;  ///< of the state; CAUSE_NONE: nothing to explain
   std::uint64_t term = 0;
-  Mandate mandate;                 ///< a planner's: the newest for its arm that it has heard of
+  ArmLease lease;                  ///< a planner's: the newest for its arm that it has heard of
   msg::ModeNumber heard_mode;      ///< the newest that it has heard; a supervisor's: of another
   std::uint64_t newest_event = 0;  ///< an agent's: number of the last ProcessEvent that it has told
   double oldest_input_age = 0.0;   ///< [s]

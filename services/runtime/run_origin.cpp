@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "planner/model/source_file.hpp"
 #include "services/runtime/version.hpp"
 
 namespace hecaton::services {
@@ -27,12 +26,12 @@ std::string contents(const std::string& path) {
 
 }  // namespace
 
-std::string run_origin() {
+std::string run_origin(const planner::SourceFiles& sources) {
   std::string boot;
   std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
   std::string text = "version " + std::string(kVersion) + "\nboot " + boot + '\n';
-  for (const std::string& path : planner::sources_read()) {
-    const std::string bytes = contents(planner::source_place(path));
+  for (const std::string& path : sources.read()) {
+    const std::string bytes = contents(sources.place(path));
     text += "file " + std::to_string(bytes.size()) + ' ' + std::to_string(digest(bytes)) + ' ' + path + '\n';
   }
   return text;

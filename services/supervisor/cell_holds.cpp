@@ -14,31 +14,37 @@ const FaultRecord* CellWatch::fault_holding(const ExpectedNode& node) const {
   return hosts_.cut_off() ? faults_.open(hosts_.agent_of(hosts_.own())->name) : nullptr;
 }
 
-std::string CellWatch::hold_reason(const ExpectedNode& node) const {
-  if (const FaultRecord* fault = fault_holding(node)) return fault->seen;
+std::optional<msg::Cause> CellWatch::hold_cause(const ExpectedNode& node) const {
+  if (const FaultRecord* fault = fault_holding(node)) return held_by(*fault);
   // Who is not heard had better not move, for it may hear us: also while whose fault it is is not known yet, or it is
   // our own.
-  if (!liveness_.last_heard(node.name)) return {};
+  if (!liveness_.last_heard(node.name)) return std::nullopt;
   const bool silent = !alive(node.name) && hosts_.silent_for(node.host, limits_.node.silence);
-  if (silent) return "nothing is heard of host " + node.host;
+  if (silent) {
+    return make_cause(msg::CauseKind::CAUSE_NODE_SILENT, node.name, "nothing is heard of host " + node.host);
+  }
   const bool returns = (hosts_.put_down_to_us(node) && !sound(node)) || (hosts_.explain(node) && !alive(node.name));
-  return returns ? node.name + " is not back yet" : std::string();
+  if (!returns) return std::nullopt;
+  return make_cause(msg::CauseKind::CAUSE_NODE_SILENT, node.name, node.name + " is not back yet");
 }
 
 // What an agent started works without it, everything without the other supervisor, an arm without who stands by for it.
 bool CellWatch::holds_arms(const ExpectedNode& node) const {
-  if (node.role == NodeRole::kPlanner) return node.name == in_charge(node.arm);
-  return node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+  if (node.role == msg::NodeKind::NODE_PLANNER) return node.name == in_charge(node.arm);
+  return node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
 }
 
 AutomaticHolds CellWatch::holds() const {
   AutomaticHolds holds;
   for (const ExpectedNode& node : nodes_) {
     if (!holds_arms(node)) continue;
-    const std::string reason = hold_reason(node);
-    if (reason.empty()) continue;
-    std::string& place = node.role == NodeRole::kWorld ? holds.cell : holds.arms[node.arm];
-    if (place.empty()) place = reason;
+    auto cause = hold_cause(node);
+    if (!cause) continue;
+    if (node.role != msg::NodeKind::NODE_WORLD) {
+      holds.arms.try_emplace(node.arm, *std::move(cause));
+    } else if (!holds.cell) {
+      holds.cell = std::move(cause);
+    }
   }
   return holds;
 }

@@ -32,14 +32,14 @@ void CellWatch::allow_for_losses() {
     all += beats;
   }
   for (const ExpectedNode& node : nodes_) {
-    const bool agent = node.role == NodeRole::kAgent;
+    const bool agent = node.role == msg::NodeKind::NODE_AGENT;
     const int own = late_beats(node);  // says nothing of the way
     const Reception::Late others{late[node.host] - own, all - own};
     // A lease is long enough to go by what is known to be lost.
     const double lost = reception_.lost(node.host, agent ? Reception::Late{} : others);
     liveness_.allow(node.name, longest_row(lost, limits_.heartbeat_period));
     if (!find(node.name)->has_stream) continue;
-    const Time period = node.role == NodeRole::kWorld ? limits_.world_period : limits_.arm_period;
+    const Time period = node.role == msg::NodeKind::NODE_WORLD ? limits_.world_period : limits_.arm_period;
     liveness_.allow(stream_name(node.name), longest_row(lost, period));
   }
 }

@@ -1,7 +1,6 @@
 #include "services/supervisor/cell_mode.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace hecaton::services {
 namespace {
@@ -12,154 +11,143 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-void append(std::string& text, const std::string& part) {
-  if (!text.empty()) text += "; ";
-  text += part;
+/// The first cause gives the kind; all give text.
+void add_cause(msg::Cause& causes, msg::Cause cause) {
+  if (is_none(cause)) return;
+  if (is_none(causes)) {
+    causes = std::move(cause);
+  } else {
+    causes.text() += "; " + cause.text();
+  }
+}
+
+msg::Cause with_text(msg::Cause cause, std::string text) {
+  cause.text(std::move(text));
+  return cause;
 }
 
 }  // namespace
 
-std::string_view mode_name(MoveMode mode) {
-  switch (mode) {
-    case MoveMode::kRun:
-      return "run";
-    case MoveMode::kHold:
-      return "hold";
-    case MoveMode::kStop:
-      return "stop";
-  }
-  return "unknown";
-}
-
-Orders beyond(const Orders& orders, const Orders& known) {
-  Orders rest;
-  if (orders.cell > known.cell) rest.cell = orders.cell;
-  for (const auto& [arm, mode] : orders.arms) {
-    const auto same = known.arms.find(arm);
-    if (same == known.arms.end() || mode > same->second) rest.arms[arm] = mode;
-  }
-  return rest;
-}
-
-std::string CellModeState::unknown(const std::vector<std::string>& arms) const {
+msg::Cause CellModeState::unknown(const std::vector<std::string>& arms) const {
   for (const std::string& arm : arms) {
-    if (std::find(arms_.begin(), arms_.end(), arm) == arms_.end()) {
-      return "unknown arm " + arm + ": this cell's arms are " + listed(arms_);
-    }
+    if (std::find(arms_.begin(), arms_.end(), arm) != arms_.end()) continue;
+    return make_cause(msg::CauseKind::CAUSE_UNKNOWN_NAME, arm,
+                      "unknown arm " + arm + ": this cell's arms are " + listed(arms_));
   }
   return {};
 }
 
-void CellModeState::order(const std::vector<std::string>& arms, MoveMode mode) {
-  if (arms.empty()) orders_.cell = std::max(orders_.cell, mode);
-  for (const std::string& arm : arms) {
-    MoveMode& own = orders_.arms[arm];
-    own = std::max(own, mode);
-  }
+void CellModeState::tighten(const std::string& arm, msg::Mode mode) {
+  msg::Mode& own = arm.empty() ? orders_.cell : orders_.arms[arm];
+  own = std::max(own, mode);
 }
 
-std::string CellModeState::hold(const std::vector<std::string>& arms) {
-  std::string refusal = unknown(arms);
-  if (refusal.empty()) order(arms, MoveMode::kHold);
+msg::Cause CellModeState::order(const std::vector<std::string>& arms, msg::Mode mode) {
+  msg::Cause refusal = unknown(arms);
+  if (!is_none(refusal)) return refusal;
+  if (arms.empty()) tighten({}, mode);
+  for (const std::string& arm : arms) tighten(arm, mode);
   return refusal;
 }
 
-std::string CellModeState::stop(const std::vector<std::string>& arms) {
-  std::string refusal = unknown(arms);
-  if (refusal.empty()) order(arms, MoveMode::kStop);
-  return refusal;
-}
-
-std::string CellModeState::resume(const std::vector<std::string>& arms) {
-  std::string refusal = unknown(arms);
-  if (!refusal.empty()) return refusal;
+msg::Cause CellModeState::resume(const std::vector<std::string>& arms) {
+  msg::Cause refusal = unknown(arms);
+  if (!is_none(refusal)) return refusal;
   if (arms.empty()) {
-    orders_.cell = MoveMode::kRun;
-    std::erase_if(orders_.arms, [](const auto& order) { return order.second != MoveMode::kStop; });
-    std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == MoveMode::kRun; });
-    return {};
+    orders_.cell = msg::Mode::MODE_RUN;
+    std::erase_if(orders_.arms, [](const auto& order) { return order.second != msg::Mode::MODE_STOP; });
+    std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == msg::Mode::MODE_RUN; });
+    return refusal;
   }
-  if (orders_.cell != MoveMode::kRun) {
+  if (orders_.cell != msg::Mode::MODE_RUN) {
     const std::string mode(mode_name(orders_.cell));
-    return "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if you wish";
+    return make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, {},
+                      "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if you wish");
   }
   for (const std::string& arm : arms) {
     orders_.arms.erase(arm);
     causes_.erase(arm);
   }
-  return {};
+  return refusal;
 }
 
-void CellModeState::hold_until_resumed(const std::string& arm, const std::string& why) {
-  order(arm.empty() ? std::vector<std::string>{} : std::vector{arm}, MoveMode::kHold);
-  causes_[arm] = why;
+void CellModeState::hold_until_resumed(const std::string& arm, const msg::Cause& cause) {
+  tighten(arm, msg::Mode::MODE_HOLD);
+  causes_[arm] = cause;
 }
 
-void CellModeState::restore(const Orders& orders, const OrderCauses& causes) {
+void CellModeState::restore(const Orders& orders, const CausesByArm& causes) {
   orders_ = {};
-  orders_.cell = orders.cell;
-  for (const auto& [arm, mode] : orders.arms) {
-    if (mode != MoveMode::kRun && std::find(arms_.begin(), arms_.end(), arm) != arms_.end()) orders_.arms[arm] = mode;
-  }
+  add(orders);
   causes_.insert(causes.begin(), causes.end());
-  std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == MoveMode::kRun; });
+  std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == msg::Mode::MODE_RUN; });
 }
 
 void CellModeState::add(const Orders& orders) {
-  order({}, orders.cell);
+  tighten({}, orders.cell);
   for (const auto& [arm, mode] : orders.arms) {
-    if (mode != MoveMode::kRun && unknown({arm}).empty()) order({arm}, mode);
+    if (mode != msg::Mode::MODE_RUN && is_none(unknown({arm}))) tighten(arm, mode);
   }
 }
 
-MoveMode CellModeState::order_of(std::string_view arm) const {
+msg::Mode CellModeState::order_of(std::string_view arm) const {
   if (arm.empty()) return orders_.cell;
   const auto own = orders_.arms.find(arm);
-  return own == orders_.arms.end() ? MoveMode::kRun : own->second;
+  return own == orders_.arms.end() ? msg::Mode::MODE_RUN : own->second;
 }
 
-std::string CellModeState::order_text(std::string_view arm) const {
-  const std::string mode(mode_name(order_of(arm)));
+msg::Cause CellModeState::order_cause(std::string_view arm) const {
+  const msg::Mode order = order_of(arm);
+  if (order == msg::Mode::MODE_RUN) return {};
+  const std::string mode(mode_name(order));
   const auto cause = causes_.find(arm);
-  return cause == causes_.end() ? mode + " by operator" : mode + " until resumed: " + cause->second;
+  if (cause != causes_.end()) return with_text(cause->second, mode + " until resumed: " + cause->second.text());
+  const bool stop = order == msg::Mode::MODE_STOP;
+  return make_cause(stop ? msg::CauseKind::CAUSE_STOP_ORDERED : msg::CauseKind::CAUSE_HOLD_ORDERED, std::string(arm),
+                    mode + " by operator");
 }
 
-ModeDecision CellModeState::decide() const {
-  ModeDecision decision;
-  decision.cell = std::max(orders_.cell, automatic_.cell.empty() ? MoveMode::kRun : MoveMode::kHold);
-  if (orders_.cell != MoveMode::kRun) append(decision.reason, order_text({}));
-  if (!automatic_.cell.empty()) append(decision.reason, automatic_.cell);
+msg::CellMode CellModeState::decide() const {
+  const auto strictest = [](msg::Mode ordered, bool held) {
+    return std::max(ordered, held ? msg::Mode::MODE_HOLD : msg::Mode::MODE_RUN);
+  };
+  msg::CellMode decision;
+  decision.mode(strictest(orders_.cell, automatic_.cell.has_value()));
+  decision.ordered(orders_.cell);
+  decision.cause(order_cause({}));
+  if (automatic_.cell) add_cause(decision.cause(), *automatic_.cell);
   for (const std::string& arm : arms_) {
-    const MoveMode own = order_of(arm);
+    const msg::Mode own = order_of(arm);
     const auto held = automatic_.arms.find(arm);
-    if (own == MoveMode::kStop) {
-      decision.stopped_arms.push_back(arm);
-    } else if (own == MoveMode::kHold || held != automatic_.arms.end()) {
-      decision.held_arms.push_back(arm);
-    }
-    if (own != MoveMode::kRun) append(decision.reason, arm + ": " + order_text(arm));
-    if (held != automatic_.arms.end()) append(decision.reason, arm + ": " + held->second);
+    if (own == msg::Mode::MODE_RUN && held == automatic_.arms.end()) continue;
+    msg::ArmOrder& order = decision.arms().emplace_back();
+    order.arm(arm);
+    order.mode(strictest(own, held != automatic_.arms.end()));
+    order.ordered(own);
+    order.cause(order_cause(arm));
+    if (held != automatic_.arms.end()) add_cause(order.cause(), held->second);
   }
   return decision;
 }
 
-MoveMode CellModeState::mode_of(std::string_view arm) const {
-  const bool held = !automatic_.cell.empty() || automatic_.arms.contains(arm);
-  return std::max({orders_.cell, order_of(arm), held ? MoveMode::kHold : MoveMode::kRun});
+msg::Mode CellModeState::mode_of(std::string_view arm) const {
+  const bool held = automatic_.cell || automatic_.arms.contains(arm);
+  return std::max({orders_.cell, order_of(arm), held ? msg::Mode::MODE_HOLD : msg::Mode::MODE_RUN});
 }
 
-std::string CellModeState::reason_of(std::string_view arm) const {
-  std::string reason;
-  if (orders_.cell != MoveMode::kRun) {
-    append(reason, "the cell is on " + order_text({}) + (causes_.contains("") ? "" : ": waits for resume"));
-  }
-  if (const MoveMode own = order_of(arm); own != MoveMode::kRun) {
-    append(reason, "on " + order_text(arm) + (causes_.contains(arm) ? "" : ": waits for resume"));
-  }
-  if (!automatic_.cell.empty()) append(reason, "held: " + automatic_.cell);
+msg::Cause CellModeState::cause_of(std::string_view arm) const {
+  msg::Cause causes;
+  const auto add_order = [&](std::string_view whose, const char* prefix) {
+    msg::Cause cause = order_cause(whose);
+    std::string text = prefix + cause.text() + (causes_.contains(whose) ? "" : ": waits for resume");
+    if (!is_none(cause)) add_cause(causes, with_text(std::move(cause), std::move(text)));
+  };
+  add_order({}, "the cell is on ");
+  add_order(arm, "on ");
+  if (automatic_.cell) add_cause(causes, with_text(*automatic_.cell, "held: " + automatic_.cell->text()));
   const auto held = automatic_.arms.find(arm);
-  if (held != automatic_.arms.end()) append(reason, "held: " + held->second);
-  return reason;
+  if (held != automatic_.arms.end()) add_cause(causes, with_text(held->second, "held: " + held->second.text()));
+  return causes;
 }
 
 }  // namespace hecaton::services

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
-#include "services/bus/convert.hpp"
+#include "planner/trajectory/stop_profile.hpp"
+#include "services/messages/names.hpp"
+#include "services/runtime/goal_state.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 #include "services/supervisor/messages.hpp"
-#include "services/supervisor/waiting_for.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -15,20 +17,70 @@ namespace {
 constexpr double kNever = -1.0;            // age of what was never heard [s]
 constexpr std::size_t kClearedShown = 32;  // faults that are over, in a reply
 
-msg::NodeKind kind_of(NodeRole role) {
-  switch (role) {
-    case NodeRole::kPlanner:
-      return msg::NodeKind::NODE_PLANNER;
-    case NodeRole::kDriver:
-      return msg::NodeKind::NODE_DRIVER;
-    case NodeRole::kWorld:
-      return msg::NodeKind::NODE_WORLD;
-    case NodeRole::kSupervisor:
-      return msg::NodeKind::NODE_SUPERVISOR;
-    case NodeRole::kAgent:
+constexpr double kMoving = 1e-3;  // of any joint [rad/s | m/s]
+
+bool moves(const msg::ArmState& state) {
+  return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
+}
+
+std::string with(const std::string& head, const std::string& tail) {
+  return tail.empty() ? head : head + ": " + tail;
+}
+
+std::string binding_text(const msg::GoalStatus& goal) {
+  if (!goal.has_binding()) return {};
+  return " (" + goal.binding_own() + " – " + goal.binding_other() + ", " +
+         std::to_string(std::lround(goal.binding_distance() * 1e3)) + " mm)";
+}
+
+std::string held_text(const msg::GoalStatus& goal) {
+  if (goal.held_for() < 1.0) return {};
+  return ", for " + std::to_string(std::lround(goal.held_for())) + " s";
+}
+
+/// What the drive says of itself; empty while it follows commands.
+std::string drive_text(const msg::ArmState& state) {
+  switch (state.mode()) {
+    case msg::ArmMode::ARM_STARTING:
+      return with("driver waits for its first command", state.reason());
+    case msg::ArmMode::ARM_BRAKING:
+      return with("driver brakes", state.reason());
+    case msg::ArmMode::ARM_STOPPED:
+      return with("driver has stopped", state.reason());
+    case msg::ArmMode::ARM_FAILED:
+      return with("drive failed", state.reason());
+    case msg::ArmMode::ARM_RUNNING:
       break;
   }
-  return msg::NodeKind::NODE_AGENT;
+  return {};
+}
+
+msg::CauseKind drive_kind(msg::ArmMode mode) {
+  switch (mode) {
+    case msg::ArmMode::ARM_STARTING:
+      return msg::CauseKind::CAUSE_STARTING;
+    case msg::ArmMode::ARM_BRAKING:
+    case msg::ArmMode::ARM_STOPPED:
+      return msg::CauseKind::CAUSE_COMMANDS_CEASED;
+    case msg::ArmMode::ARM_FAILED:
+      return msg::CauseKind::CAUSE_DEVICE_FAILED;
+    case msg::ArmMode::ARM_RUNNING:
+      break;
+  }
+  return msg::CauseKind::CAUSE_NONE;
+}
+
+msg::CauseKind goal_kind(msg::GoalState state) {
+  const bool under_way = state == msg::GoalState::GOAL_ACCEPTED || state == msg::GoalState::GOAL_ACTIVE ||
+                         state == msg::GoalState::GOAL_BLOCKED;
+  return under_way ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_NO_GOAL;
+}
+
+msg::Cause first_awaited(const std::string& arm, const CellWatch& watch) {
+  for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
+    if (msg::Cause awaited = watch.awaited(node); !is_none(awaited)) return awaited;
+  }
+  return {};
 }
 
 class StatusBuilder {
@@ -41,7 +93,7 @@ class StatusBuilder {
     status_.mode(source_.mode);
     status_.supervisor(source_.mode.node());
     for (const ExpectedNode& node : source_.watch.nodes()) {
-      if (node.role == NodeRole::kSupervisor && stands_by(node.name)) status_.standby(node.name);
+      if (node.role == msg::NodeKind::NODE_SUPERVISOR && stands_by(node.name)) status_.standby(node.name);
     }
     for (const std::string& arm : arm_names(source_.file)) add_arm(arm);
     add_nodes();
@@ -62,14 +114,14 @@ class StatusBuilder {
     const CellWatch& watch = source_.watch;
     msg::ArmStatus arm;
     arm.arm(name);
-    arm.mode(mode_of(watch.mode().mode_of(name)));
+    arm.mode(watch.mode().mode_of(name));
     arm.driver_alive(watch.alive(driver_node(name)));
     const std::string planner = watch.in_charge(name);
     arm.planner_alive(watch.alive(planner));
-    if (find(source_.picture.heartbeats, planner)) arm.planner(planner);
+    if (find(source_.snapshot.heartbeats, planner)) arm.planner(planner);
     arm.term(source_.mode.term());
-    if (const ArmPlanners* planners = source_.succession.planners_of(name)) {
-      arm.term(source_.succession.mandate_of(name).term);
+    if (const ArmPlanners* planners = source_.failover.planners_of(name)) {
+      arm.term(source_.failover.lease(name).term);
       for (const std::string& other : planners->planners) {
         if (other != planner && stands_by(other)) arm.standby(other);
       }
@@ -77,21 +129,21 @@ class StatusBuilder {
     arm.state().arm(name);
     arm.state_age(kNever);
     arm.goal_age(kNever);
-    if (const auto* state = find(source_.picture.arms, name)) {
+    if (const auto* state = find(source_.snapshot.arms, name)) {
       arm.state(state->value);
       arm.state_age(age(*state));
     }
-    if (const auto* goal = find(source_.picture.goals, name)) {
+    if (const auto* goal = find(source_.snapshot.goals, name)) {
       arm.has_goal(true);
       arm.goal(goal->value);
       arm.goal_age(age(*goal));
     }
-    arm.waiting_for(waiting_for(name, watch, source_.picture));
+    arm.waiting_for(waiting_for(name, watch, source_.snapshot));
     status_.arms().push_back(std::move(arm));
   }
 
   [[nodiscard]] bool stands_by(const std::string& node) const {
-    const auto* heartbeat = find(source_.picture.heartbeats, node);
+    const auto* heartbeat = find(source_.snapshot.heartbeats, node);
     return heartbeat && heartbeat->value.state() == msg::NodeState::NODE_STANDBY && source_.watch.alive(node);
   }
 
@@ -102,7 +154,7 @@ class StatusBuilder {
   }
 
   void add_nodes() {
-    for (const auto& [name, heartbeat] : source_.picture.heartbeats) {
+    for (const auto& [name, heartbeat] : source_.snapshot.heartbeats) {
       msg::NodeStatus node;
       node.heartbeat(heartbeat.value);
       node.age(age(heartbeat));
@@ -110,13 +162,13 @@ class StatusBuilder {
       status_.nodes().push_back(std::move(node));
     }
     for (const ExpectedNode& expected : source_.watch.nodes()) {
-      if (find(source_.picture.heartbeats, expected.name)) continue;
+      if (find(source_.snapshot.heartbeats, expected.name)) continue;
       msg::NodeStatus node;
       node.heartbeat().node(expected.name);
-      node.heartbeat().kind(kind_of(expected.role));
+      node.heartbeat().kind(expected.role);
       node.heartbeat().subject(expected.arm);
       node.heartbeat().host(expected.host);
-      node.heartbeat().detail(source_.watch.awaited(expected.name));
+      node.heartbeat().cause(source_.watch.awaited(expected.name));
       node.age(kNever);
       status_.nodes().push_back(std::move(node));
     }
@@ -127,11 +179,11 @@ class StatusBuilder {
     host.host(name);
     host.agent_alive(source_.watch.alive(agent_node(name)));
     host.age(kNever);
-    for (const auto& [node, heartbeat] : source_.picture.heartbeats) {
+    for (const auto& [node, heartbeat] : source_.snapshot.heartbeats) {
       if (heartbeat.value.host() != name) continue;
       host.age(host.age() < 0.0 ? age(heartbeat) : std::min(host.age(), age(heartbeat)));
     }
-    for (const auto& [process, event] : source_.picture.processes) {
+    for (const auto& [process, event] : source_.snapshot.processes) {
       if (event.value.host() == name) host.processes().push_back(event.value);
     }
     status_.hosts().push_back(std::move(host));
@@ -150,19 +202,19 @@ class StatusBuilder {
 
   void add_referee() {
     status_.referee_age(kNever);
-    if (!source_.picture.referee) return;
+    if (!source_.snapshot.referee) return;
     status_.has_referee(true);
-    status_.referee(source_.picture.referee->value);
-    status_.referee_age(age(*source_.picture.referee));
+    status_.referee(source_.snapshot.referee->value);
+    status_.referee_age(age(*source_.snapshot.referee));
   }
 
   void add_obstacles() {
-    for (const auto& [name, shapes] : source_.picture.obstacles) {
+    for (const auto& [name, shapes] : source_.snapshot.obstacles) {
       const msg::Obstacle& obstacle = shapes.value.obstacle();
       msg::ObstacleStatus status;
       status.name(name);
       status.shape(shape_list(obstacle));
-      status.motion(bus::motion_name(obstacle.motion().kind()));
+      status.motion(text(obstacle.motion().kind()));
       status.attached_to(obstacle.attached_to());
       status.X_WO(obstacle.X_WO());
       status.age(kNever);
@@ -172,21 +224,20 @@ class StatusBuilder {
   }
 
   void add_state(msg::ObstacleStatus& status) {
-    if (!source_.picture.states) return;
-    const auto& states = source_.picture.states->value.states();
+    if (!source_.snapshot.states) return;
+    const auto& states = source_.snapshot.states->value.states();
     const auto state =
         std::find_if(states.begin(), states.end(), [&](const auto& s) { return s.name() == status.name(); });
     if (state == states.end()) return;
     status.X_WO(state->X_WO());
     status.velocity(state->velocity());
-    status.age(age(*source_.picture.states));
+    status.age(age(*source_.snapshot.states));
   }
 
   static std::string shape_list(const msg::Obstacle& obstacle) {
-    std::string text;
-    for (const msg::PlacedShape& shape : obstacle.shapes())
-      text += (text.empty() ? "" : " + ") + bus::shape_text(shape);
-    return text;
+    std::string list;
+    for (const msg::PlacedShape& shape : obstacle.shapes()) list += (list.empty() ? "" : " + ") + text(shape);
+    return list;
   }
 
   const StatusSource& source_;
@@ -196,6 +247,71 @@ class StatusBuilder {
 };
 
 }  // namespace
+
+std::string goal_text(const msg::GoalStatus& goal) {
+  switch (goal.state()) {
+    case msg::GoalState::GOAL_ACCEPTED:
+      return "goal " + goal.goal() + " accepted, not begun";
+    case msg::GoalState::GOAL_ACTIVE:
+      return with(goal.trying(), goal.reason()) + binding_text(goal) + held_text(goal);
+    case msg::GoalState::GOAL_BLOCKED:
+      return with("blocked", goal.reason()) + binding_text(goal) + held_text(goal);
+    case msg::GoalState::GOAL_REACHED:
+      return "a goal; the last was reached";
+    case msg::GoalState::GOAL_REJECTED:
+      return with("a goal; the last was rejected", goal.reason());
+    case msg::GoalState::GOAL_CANCELLED:
+      return "a goal; the last was cancelled";
+    case msg::GoalState::GOAL_REPLACED:
+      return "the goal that replaced " + goal.goal();
+    case msg::GoalState::GOAL_TIMED_OUT:
+      return with("a goal; the last timed out", goal.reason());
+  }
+  return {};
+}
+
+msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const CellSnapshot& snapshot) {
+  if (msg::Cause held = watch.mode().cause_of(arm); !is_none(held)) return held;
+  if (msg::Cause awaited = first_awaited(arm, watch); !is_none(awaited)) return awaited;
+  const auto* state = find(snapshot.arms, arm);
+  const auto* goal = find(snapshot.goals, arm);
+  // What comes to rest after its goal has ended waits for the next one already.
+  if (state && moves(state->value) && !(goal && is_over(goal->value.state()))) return {};
+  const auto* planner = find(snapshot.heartbeats, watch.in_charge(arm));
+  if (planner && planner->value.state() == msg::NodeState::NODE_DEGRADED && !is_none(planner->value.cause())) {
+    msg::Cause cause = planner->value.cause();
+    cause.text(planner->value.node() + ": " + cause.text());
+    return cause;
+  }
+  if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING) {
+    return make_cause(drive_kind(state->value.mode()), arm, drive_text(state->value));
+  }
+  if (goal) return make_cause(goal_kind(goal->value.state()), goal->value.binding_other(), goal_text(goal->value));
+  const auto* lost = find(snapshot.lost_goals, arm);
+  return make_cause(
+      msg::CauseKind::CAUSE_NO_GOAL, {},
+      lost ? "a goal; " + lost->value.goal() + " was lost with the process of " + lost->value.node() : "a goal");
+}
+
+// Only arms at rest, so that no reader has to count how long ago they were lost.
+std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const CellWatch& watch, const CellSnapshot& snapshot,
+                                    bus::Clock::time_point now) {
+  std::vector<msg::LostArm> lost;
+  for (const planner::PlannedArm& planned : file.cell.arms) {
+    const Loss loss = watch.loss_of(planned.arm.name);
+    const auto* last = find(snapshot.arms, planned.arm.name);
+    if (loss == Loss::kNone || !last) continue;
+    const double moved_for = loss == Loss::kEnded ? longest_motion_of_dead(file) : longest_motion_of_cut_off(file);
+    if (last->age(now) < moved_for + planner::longest_stop_time(planned.arm.limits)) continue;
+    msg::LostArm& arm = lost.emplace_back();
+    arm.arm(planned.arm.name);
+    arm.stamp_ns(last->value.stamp_ns());
+    arm.q(last->value.q());
+    arm.qd(last->value.qd());
+    arm.moved_for(moved_for);
+  }
+  return lost;
+}
 
 msg::CellStatus cell_status(const StatusSource& source, const Clocks& clocks) {
   return StatusBuilder(source, clocks).build();

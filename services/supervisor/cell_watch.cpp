@@ -29,26 +29,30 @@ bool silent(Presence presence) {
   return presence == Presence::kSuspected || presence == Presence::kLost;
 }
 
-FaultSeverity silence_severity(Presence presence) {
-  return presence == Presence::kSuspected ? FaultSeverity::kWarning : FaultSeverity::kError;
+msg::Severity silence_severity(Presence presence) {
+  return presence == Presence::kSuspected ? msg::Severity::SEVERITY_WARNING : msg::Severity::SEVERITY_ERROR;
 }
 
 FaultSight death_sight(const ExpectedNode& node, const ProcessExit& exit, Time silence) {
   const auto within = exit.at ? std::nullopt : std::optional(silence);
-  return {
-      FaultKind::kProcessDied, FaultSeverity::kError, node.name, node.name + ": " + end_text(exit), within, exit.at};
+  return {msg::CauseKind::CAUSE_PROCESS_DIED,
+          msg::Severity::SEVERITY_ERROR,
+          node.name,
+          node.name + ": " + end_text(exit),
+          within,
+          exit.at};
 }
 
 }  // namespace
 
-std::string cause_of(FaultKind kind, const std::string& node) {
-  const bool beside = kind == FaultKind::kNodeTwice || kind == FaultKind::kForgetful;
-  return beside ? node + kBeside + std::string(fault_kind_name(kind)) : node;
+std::string cause_of(msg::CauseKind kind, const std::string& node) {
+  const bool beside = kind == msg::CauseKind::CAUSE_DUPLICATE_NODE || kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED;
+  return beside ? node + kBeside + std::string(cause_name(kind)) : node;
 }
 
 std::string end_text(const ProcessExit& exit) {
   const std::string process = "process " + std::to_string(exit.pid);
-  if (!exit.reason.empty()) return "its agent ended " + process + ": " + exit.reason;
+  if (!is_none(exit.cause)) return "its agent ended " + process + ": " + exit.cause.text();
   if (exit.signal_number == 0) return process + " ended with exit code " + std::to_string(exit.exit_code);
   const char* name = strsignal(exit.signal_number);
   return process + " was ended by signal " + std::to_string(exit.signal_number) +
@@ -66,14 +70,14 @@ CellWatch::CellWatch(std::vector<ExpectedNode> nodes, std::vector<std::string> a
       mode_(std::move(arms)) {
   for (const ExpectedNode& node : nodes_) {
     LivenessLimits own = limits_.node;
-    if (node.role == NodeRole::kAgent) own.lost = limits_.host_lease;
+    if (node.role == msg::NodeKind::NODE_AGENT) own.lost = limits_.host_lease;
     liveness_.expect(node.name, own);
     reception_.expect(node.name, node.host);
     State& state = states_[node.name];
-    state.has_stream = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+    state.has_stream = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
     if (!state.has_stream) continue;
     LivenessLimits stream = limits_.node;
-    stream.silence = node.role == NodeRole::kDriver ? limits_.arm_stream : limits_.world_stream;
+    stream.silence = node.role == msg::NodeKind::NODE_DRIVER ? limits_.arm_stream : limits_.world_stream;
     stream.lost = std::max(stream.lost, stream.silence);
     liveness_.expect(stream_name(node.name), stream);
     reception_.expect(stream_name(node.name), node.host);
@@ -118,7 +122,7 @@ void CellWatch::process_started(std::string_view node, std::int64_t pid) {
   if (found == states_.end()) return;
   State& state = found->second;
   if (state.pid == pid) return;  // its heartbeat came first
-  state = {pid, std::nullopt, false, state.has_stream, {}, state.unjudged, state.silence_at_end};
+  state = {pid, std::nullopt, false, state.has_stream, std::nullopt, state.unjudged, state.silence_at_end};
   liveness_.restarted(node);
   if (state.has_stream) liveness_.restarted(stream_name(node));
 }
@@ -145,15 +149,16 @@ void CellWatch::process_exited(std::string_view node, const ProcessExit& exit, b
 
 void CellWatch::contacts(std::uint64_t count, const std::string& subject, const std::string& seen) {
   const bool first = !std::exchange(contacts_known_, true);
-  if (first && faults_.knows(FaultKind::kContact)) contacts_ = count;
-  if (count > contacts_) untold_contacts_.push_back({FaultKind::kContact, FaultSeverity::kCritical, subject, seen});
+  if (first && faults_.knows(msg::CauseKind::CAUSE_CONTACT)) contacts_ = count;
+  if (count > contacts_)
+    untold_contacts_.push_back({msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, subject, seen});
   contacts_ = count;
 }
 
 void CellWatch::adopt(const std::string& cause, const FaultRecord& record, Time now) {
   faults_.adopt(cause, record, now);
-  const bool judged =
-      record.kind != FaultKind::kForgetful && expects(std::string_view(cause).substr(0, cause.find(kBeside)));
+  const bool judged = record.kind != msg::CauseKind::CAUSE_PERSISTENCE_FAILED &&
+                      expects(std::string_view(cause).substr(0, cause.find(kBeside)));
   if (!judged) faults_.clear(cause, now);
 }
 
@@ -174,14 +179,14 @@ void CellWatch::judge_twins(Time now) {
   for (const ExpectedNode& node : nodes_) {
     State& state = states_.find(node.name)->second;
     if (clock_.now() - state.returned_at > kTwins) state.returns = 0;
-    const std::string cause = cause_of(FaultKind::kNodeTwice, node.name);
+    const std::string cause = cause_of(msg::CauseKind::CAUSE_DUPLICATE_NODE, node.name);
     if (state.returns < kStragglers) {
       faults_.clear(cause, now);
       continue;
     }
     const auto [one, other] = std::minmax(state.pid, state.former_pid);
     faults_.raise(cause,
-                  {FaultKind::kNodeTwice, FaultSeverity::kError, node.name,
+                  {msg::CauseKind::CAUSE_DUPLICATE_NODE, msg::Severity::SEVERITY_ERROR, node.name,
                    node.name + ": processes " + std::to_string(one) + " and " + std::to_string(other) +
                        " are this node at one time: end one of them"},
                   now);
@@ -197,7 +202,8 @@ void CellWatch::judge_contacts(Time now) {
     note_passing(std::move(passing));
     faults_.raise(cause, contact, now);
     faults_.clear(cause, now);
-    if (limits_.waits_for_resume.contains(FaultKind::kContact)) mode_.hold_until_resumed({}, contact.seen);
+    if (limits_.waits_for_resume.contains(msg::CauseKind::CAUSE_CONTACT))
+      mode_.hold_until_resumed({}, make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, contact.subject, contact.seen));
   }
 }
 
@@ -206,14 +212,14 @@ void CellWatch::succeed(std::string_view predecessor, Time silence) {
   const ExpectedNode* its_agent = before ? hosts_.agent_of(before->host) : nullptr;
   const FaultRecord* its_own = its_agent ? faults_.open(its_agent->name) : nullptr;
   // It was cut off, too, and heard no more than we did.
-  if (its_own && its_own->severity >= FaultSeverity::kError) return;
+  if (its_own && its_own->severity >= msg::Severity::SEVERITY_ERROR) return;
   for (const ExpectedNode& node : nodes_) {
     const State& state = *find(node.name);
     const ExpectedNode* agent = hosts_.agent_of(node.host);
     const bool told = state.died || state.stopped || faults_.open(node.name) || !agent || faults_.open(agent->name);
     // What is explained it may have explained, too.
     if (told || node.host == hosts_.own() || !liveness_.last_heard(node.name) || hosts_.explain(node)) continue;
-    const Time limit = node.role == NodeRole::kAgent ? limits_.host_lease : limits_.node.silence;
+    const Time limit = node.role == msg::NodeKind::NODE_AGENT ? limits_.host_lease : limits_.node.silence;
     const Time latest = limit + limits_.node.silence;  // of its own word, for it may have stood still
     if (liveness_.silence(node.name) > silence + latest) hosts_.meet_anew(node.host);
   }
@@ -222,7 +228,7 @@ void CellWatch::succeed(std::string_view predecessor, Time silence) {
 void CellWatch::begin_to_lead(std::uint64_t term) {
   std::set<std::string> lost;
   for (const ExpectedNode& node : nodes_) {
-    if (node.role == NodeRole::kAgent && faults_.open(node.name)) lost.insert(node.host);
+    if (node.role == msg::NodeKind::NODE_AGENT && faults_.open(node.name)) lost.insert(node.host);
   }
   hosts_.begin_to_lead(term, std::move(lost));
 }
@@ -294,7 +300,7 @@ void CellWatch::judge(Time now) {
   for (const ExpectedNode& node : nodes_) {
     const FaultRecord* fault = holds_arms(node) ? fault_holding(node) : nullptr;
     if (!fault || !fresh.contains(fault) || !limits_.waits_for_resume.contains(fault->kind)) continue;
-    mode_.hold_until_resumed(node.role == NodeRole::kWorld ? std::string() : node.arm, fault->seen);
+    mode_.hold_until_resumed(node.role == msg::NodeKind::NODE_WORLD ? std::string() : node.arm, held_by(*fault));
   }
 }
 
@@ -341,29 +347,31 @@ std::string CellWatch::in_charge(std::string_view arm) const {
 bool CellWatch::sound(const ExpectedNode& node) const {
   const State& state = *find(node.name);
   if (state.stopped) return true;
-  if (!state.failure.empty()) return false;
+  if (state.failure) return false;
   return alive(node.name) && (!state.has_stream || liveness_.presence(stream_name(node.name)) == Presence::kAlive);
 }
 
-std::string CellWatch::awaited(std::string_view node) const {
+msg::Cause CellWatch::awaited(std::string_view node) const {
   const State* state = find(node);
   if (!state) return {};
   const std::string name(node);
-  if (state->stopped) return name + " was told to end";
-  if (const FaultRecord* fault = faults_.open(node)) return fault->seen;
+  if (state->stopped) return make_cause(msg::CauseKind::CAUSE_NODE_STOPPED, name, name + " was ordered to end");
+  if (const FaultRecord* fault = faults_.open(node)) return make_cause(fault->kind, fault->subject, fault->seen);
   switch (liveness_.presence(node)) {
     case Presence::kWaiting:
     case Presence::kMissing:
-      return name + " has not appeared yet";
+      return make_cause(msg::CauseKind::CAUSE_NODE_MISSING, name, name + " has not appeared yet");
     case Presence::kSuspected:
     case Presence::kLost:
-      return name + " is silent";
+      return make_cause(msg::CauseKind::CAUSE_NODE_SILENT, name, name + " is silent");
     case Presence::kReturning:
     case Presence::kAlive:
       break;
   }
-  if (state->has_stream && !liveness_.last_heard(stream_name(node))) return name + " has not told any state yet";
-  return {};
+  if (!state->has_stream || liveness_.last_heard(stream_name(node))) return {};
+  const bool world = name == world_node();
+  return make_cause(world ? msg::CauseKind::CAUSE_WORLD_SILENT : msg::CauseKind::CAUSE_DRIVER_SILENT, name,
+                    name + " has not sent any state yet");
 }
 
 Loss CellWatch::loss_of(std::string_view arm) const {
@@ -381,17 +389,18 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
   const State& state = *find(node.name);
   if (state.died) return death_sight(node, *state.died, state.silence_at_end);
   if (state.stopped) return std::nullopt;
-  if (!state.failure.empty()) {
-    return FaultSight{FaultKind::kNodeFailed, FaultSeverity::kError, node.name, node.name + ": " + state.failure,
-                      limits_.heartbeat_period};
+  if (state.failure) {
+    return FaultSight{msg::CauseKind::CAUSE_NODE_FAILED, msg::Severity::SEVERITY_ERROR, node.name,
+                      node.name + ": " + state.failure->text(), limits_.heartbeat_period};
   }
-  if (node.role == NodeRole::kAgent && node.host == hosts_.own() && hosts_.cut_off()) return own_host_sight(node);
+  if (node.role == msg::NodeKind::NODE_AGENT && node.host == hosts_.own() && hosts_.cut_off())
+    return own_host_sight(node);
   const Presence presence = presence_of(node);
   if (presence == Presence::kMissing) {
     const ExpectedNode* agent = hosts_.agent_of(node.host);
     const bool explained = agent && agent->name != node.name && presence_of(*agent) == Presence::kMissing;
     if (explained) return std::nullopt;
-    return FaultSight{FaultKind::kNodeMissing, FaultSeverity::kError, node.name,
+    return FaultSight{msg::CauseKind::CAUSE_NODE_MISSING, msg::Severity::SEVERITY_ERROR, node.name,
                       node.name + " did not appear within " + milliseconds(limits_.node.grace), limits_.node.grace};
   }
   if (silent(presence)) return silence_sight(node, presence);
@@ -401,7 +410,7 @@ std::optional<FaultSight> CellWatch::sight(const ExpectedNode& node) const {
 // The same fault as a supervisor on another host tells.
 FaultSight CellWatch::own_host_sight(const ExpectedNode& agent) const {
   return {
-      FaultKind::kAgentLost, FaultSeverity::kError, agent.host,
+      msg::CauseKind::CAUSE_HOST_LOST, msg::Severity::SEVERITY_ERROR, agent.host,
       "host " + agent.host + ": no agent of another host heard there for more than " + milliseconds(limits_.host_lease),
       hosts_.alone_for()};
 }
@@ -410,10 +419,11 @@ std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Pre
   const LivenessLimits limits = liveness_.limits(node.name);
   const Time limit = presence == Presence::kLost ? limits.lost : limits.silence;
   if (hosts_.put_down_to_us(node)) return std::nullopt;
-  if (node.role == NodeRole::kAgent) {
+  if (node.role == msg::NodeKind::NODE_AGENT) {
     if (presence != Presence::kLost) return std::nullopt;
     const bool all = hosts_.silent(node.host);
-    return FaultSight{FaultKind::kAgentLost, all ? FaultSeverity::kError : FaultSeverity::kWarning, node.host,
+    return FaultSight{msg::CauseKind::CAUSE_HOST_LOST,
+                      all ? msg::Severity::SEVERITY_ERROR : msg::Severity::SEVERITY_WARNING, node.host,
                       (all ? "host " + node.host + ": nothing heard of it or its nodes for more than "
                            : node.name + ": no heartbeat, while nodes of its host are heard, for more than ") +
                           milliseconds(limit),
@@ -421,14 +431,14 @@ std::optional<FaultSight> CellWatch::silence_sight(const ExpectedNode& node, Pre
   }
   if (hosts_.explain(node)) return std::nullopt;
   const Time own = presence == Presence::kLost ? limits_.node.lost : limits_.node.silence;
-  return FaultSight{FaultKind::kNodeSilent, silence_severity(presence), node.name,
+  return FaultSight{msg::CauseKind::CAUSE_NODE_SILENT, silence_severity(presence), node.name,
                     node.name + ": no heartbeat for more than " + milliseconds(limit) +
                         (limit > own ? ", while the network loses others" : ""),
                     liveness_.silence(node.name)};
 }
 
 std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) const {
-  const bool world = node.role == NodeRole::kWorld;
+  const bool world = node.role == msg::NodeKind::NODE_WORLD;
   const std::string stream = stream_name(node.name);
   const Presence presence = liveness_.presence(stream);
   const Time limit = liveness_.limits(stream).silence;
@@ -438,8 +448,8 @@ std::optional<FaultSight> CellWatch::stream_sight(const ExpectedNode& node) cons
   const auto last = liveness_.last_heard(stream);
   if (last && *liveness_.last_heard(node.name) - *last <= limit) return std::nullopt;
   const std::string missing = world ? "no obstacle states" : "no arm state";
-  return FaultSight{world ? FaultKind::kWorldSilent : FaultKind::kDriverSilent, silence_severity(presence),
-                    world ? node.name : node.arm,
+  return FaultSight{world ? msg::CauseKind::CAUSE_WORLD_SILENT : msg::CauseKind::CAUSE_DRIVER_SILENT,
+                    silence_severity(presence), world ? node.name : node.arm,
                     node.name + ": heartbeats, but " + missing + " for more than " + milliseconds(limit),
                     liveness_.silence(stream)};
 }

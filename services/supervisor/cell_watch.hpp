@@ -27,7 +27,8 @@ struct Beat {
   Time at{0};                ///< when it arrived
   std::uint64_t number = 0;  ///< the process counts its heartbeats from 1; 0: unknown
   HeardMode heard{};         ///< the cell mode that it has heard last
-  std::string failure{};     ///< why the node cannot do its work, as it says itself
+  /// Why the node cannot do its work, as it says itself; empty: it can.
+  std::optional<msg::Cause> failure{};
 };
 
 struct ProcessExit {
@@ -37,14 +38,14 @@ struct ProcessExit {
   bool wanted = false;    ///< it was told to
   /// When, if it was before we met its agent, or was told late; otherwise just now.
   std::optional<Time> at{};
-  std::string reason{};  ///< why its agent ended it, unasked; empty: it did not
+  msg::Cause cause{};  ///< why its agent ended it, unasked; CAUSE_NONE: it did not
 };
 
 /// "process 123 was ended by signal 9 (Killed)", "its agent ended process 123: its loop was silent for 10012 ms"
 [[nodiscard]] std::string end_text(const ProcessExit& exit);
 
 /// Under which a node's fault of this kind is listed: most explain each other, and share one.
-[[nodiscard]] std::string cause_of(FaultKind kind, const std::string& node);
+[[nodiscard]] std::string cause_of(msg::CauseKind kind, const std::string& node);
 
 /// Why nothing is heard of an arm's driver.
 enum class Loss : std::uint8_t {
@@ -112,8 +113,8 @@ class CellWatch {
   /// The planner that commands the arm, or is to.
   [[nodiscard]] std::string in_charge(std::string_view arm) const;
   [[nodiscard]] Loss loss_of(std::string_view arm) const;
-  /// What a node is being waited for: "planner/arm1 has not appeared yet"; empty when it is there.
-  [[nodiscard]] std::string awaited(std::string_view node) const;
+  /// What a node is being waited for: "planner/arm1 has not appeared yet"; CAUSE_NONE when it is there.
+  [[nodiscard]] msg::Cause awaited(std::string_view node) const;
 
  private:
   struct State {
@@ -121,7 +122,7 @@ class CellWatch {
     std::optional<ProcessExit> died;  // and nothing was heard of a successor
     bool stopped = false;             // was told to end, and did
     bool has_stream = false;
-    std::string failure{};                  // in its own words
+    std::optional<msg::Cause> failure{};    // in its own words
     std::optional<ProcessExit> unjudged{};  // an end that no judgement has seen, whoever came after it
     Time silence_at_end{0};                 // when its last end was told
     std::optional<Time> unjudged_since{};   // when that unjudged end was, if it is judged once more
@@ -159,7 +160,8 @@ class CellWatch {
   [[nodiscard]] AutomaticHolds holds() const;
   /// What its being out does to others is this fault's doing; null: no fault's.
   [[nodiscard]] const FaultRecord* fault_holding(const ExpectedNode& node) const;
-  [[nodiscard]] std::string hold_reason(const ExpectedNode& node) const;
+  /// Why the node holds its arm, or the world the cell; empty: it does not.
+  [[nodiscard]] std::optional<msg::Cause> hold_cause(const ExpectedNode& node) const;
   [[nodiscard]] bool holds_arms(const ExpectedNode& node) const;
 
   WatchLimits limits_;

@@ -41,20 +41,21 @@ std::vector<ExpectedNode> expected_nodes(const config::CellFile& file, const std
   std::set<std::string> hosts{file.world_host};
   for (const PlacedNode& supervisor : supervisors_of(file)) {
     hosts.insert(supervisor.host);
-    if (supervisor.node != self) nodes.push_back({supervisor.node, NodeRole::kSupervisor, {}, supervisor.host});
+    if (supervisor.node != self)
+      nodes.push_back({supervisor.node, msg::NodeKind::NODE_SUPERVISOR, {}, supervisor.host});
   }
-  nodes.push_back({world_node(), NodeRole::kWorld, {}, file.world_host});
+  nodes.push_back({world_node(), msg::NodeKind::NODE_WORLD, {}, file.world_host});
   const std::vector<std::string> arms = arm_names(file);
   for (std::size_t i = 0; i < arms.size(); ++i) {
     const std::string& host = file.arm_hosts[i].host;
-    nodes.push_back({driver_node(arms[i]), NodeRole::kDriver, arms[i], host});
+    nodes.push_back({driver_node(arms[i]), msg::NodeKind::NODE_DRIVER, arms[i], host});
     hosts.insert(host);
     for (const PlacedNode& planner : planners_of(file, i)) {
-      nodes.push_back({planner.node, NodeRole::kPlanner, arms[i], planner.host});
+      nodes.push_back({planner.node, msg::NodeKind::NODE_PLANNER, arms[i], planner.host});
       hosts.insert(planner.host);
     }
   }
-  for (const std::string& host : hosts) nodes.push_back({agent_node(host), NodeRole::kAgent, {}, host});
+  for (const std::string& host : hosts) nodes.push_back({agent_node(host), msg::NodeKind::NODE_AGENT, {}, host});
   return nodes;
 }
 
@@ -101,7 +102,7 @@ WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.world_period, kMissingSamples));
   limits.arm_period = periods(file.cell.timing.driver_period, 1);
   limits.world_period = periods(file.cell.timing.world_period, 1);
-  for (const std::string& kind : supervision.waits_for_resume) limits.waits_for_resume.insert(fault_kind(kind).value());
+  for (const std::string& kind : supervision.waits_for_resume) limits.waits_for_resume.insert(cause_kind(kind).value());
   return limits;
 }
 

@@ -6,7 +6,7 @@
 
 #include "services/config/cell_file.hpp"
 #include "services/supervisor/cell_watch.hpp"
-#include "services/supervisor/succession.hpp"
+#include "services/supervisor/failover/planner_failover.hpp"
 
 namespace hecaton::services {
 

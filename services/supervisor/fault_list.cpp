@@ -6,40 +6,6 @@
 
 namespace hecaton::services {
 
-std::string_view fault_kind_name(FaultKind kind) {
-  switch (kind) {
-    case FaultKind::kDriverSilent:
-      return "driver_silent";
-    case FaultKind::kWorldSilent:
-      return "world_silent";
-    case FaultKind::kNodeMissing:
-      return "node_missing";
-    case FaultKind::kNodeSilent:
-      return "node_silent";
-    case FaultKind::kProcessDied:
-      return "process_died";
-    case FaultKind::kNodeFailed:
-      return "node_failed";
-    case FaultKind::kAgentLost:
-      return "agent_lost";
-    case FaultKind::kNodeTwice:
-      return "node_twice";
-    case FaultKind::kForgetful:
-      return "forgetful";
-    case FaultKind::kContact:
-      return "contact";
-  }
-  return "unknown";
-}
-
-std::optional<FaultKind> fault_kind(std::string_view name) {
-  for (int i = 0; i <= static_cast<int>(FaultKind::kContact); ++i) {
-    const auto kind = static_cast<FaultKind>(i);
-    if (fault_kind_name(kind) == name) return kind;
-  }
-  return std::nullopt;
-}
-
 void FaultList::begin_life(std::uint64_t life) {
   life_ = life;
   const auto enter = [life](FaultRecord& record) { record.life = record.life == 0 ? life : record.life; };
@@ -118,7 +84,7 @@ void FaultList::trim() {
   if (over_.size() > kRemembered) over_.pop_back();
 }
 
-bool FaultList::knows(FaultKind kind) const {
+bool FaultList::knows(msg::CauseKind kind) const {
   const auto same = [kind](const FaultRecord& record) { return record.kind == kind; };
   return std::any_of(over_.begin(), over_.end(), same) ||
          std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });

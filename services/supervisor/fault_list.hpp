@@ -1,5 +1,5 @@
 #pragma once
-/// The faults of a cell: one record for each occurrence. Standard library only: time is an argument.
+/// The faults of a cell: one record for each occurrence. Pure: time is an argument.
 
 #include <chrono>
 #include <cstddef>
@@ -11,34 +11,19 @@
 #include <string_view>
 #include <vector>
 
+#include <idl/health.h>
+
+#include "services/runtime/cause.hpp"
+
 namespace hecaton::services {
 
-/// From the weakest explanation to the strongest: when a stronger one turns up for the same cause, the record is
-/// corrected instead of a second one opened.
-enum class FaultKind : std::uint8_t {
-  kDriverSilent,  ///< the driver's loop runs, but the arm's state does not come
-  kWorldSilent,   ///< the world's loop runs, but the obstacles' states do not come
-  kNodeMissing,   ///< never appeared
-  kNodeSilent,    ///< no sign of its working loop
-  kProcessDied,   ///< its agent saw it end
-  kNodeFailed,    ///< it says itself that it cannot do its work
-  kAgentLost,     ///< no sign of a host's agent: and of all that is silent on this host
-  kNodeTwice,     ///< two processes are one node at one time; a cause of its own
-  kForgetful,     ///< a supervisor's orders would be lost with its process; likewise
-  kContact,       ///< the referee saw two things touch
-};
-
-/// "driver_silent", …: as in messages and cell files.
-[[nodiscard]] std::string_view fault_kind_name(FaultKind kind);
-[[nodiscard]] std::optional<FaultKind> fault_kind(std::string_view name);
-
-enum class FaultSeverity : std::uint8_t { kInfo, kWarning, kError, kCritical };
-
+/// Fault kinds are those of msg::CauseKind's section Faults, from the weakest explanation to the strongest: when a
+/// stronger one turns up for the same cause, the record is corrected instead of a second one opened.
 struct FaultRecord {
   std::uint64_t life = 0;    ///< of the supervisor that opened it
   std::uint64_t number = 0;  ///< unique in that life, from 1
-  FaultKind kind{};
-  FaultSeverity severity{};
+  msg::CauseKind kind{};
+  msg::Severity severity{};
   std::string subject;  ///< node, host or arm
   std::string seen;     ///< a sentence
   std::chrono::nanoseconds since{0};
@@ -46,6 +31,11 @@ struct FaultRecord {
   std::optional<std::chrono::nanoseconds> cleared;
   bool operator==(const FaultRecord&) const = default;
 };
+
+/// Why the arms stand still that depend on what is faulty.
+[[nodiscard]] inline msg::Cause held_by(const FaultRecord& fault) {
+  return make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, fault.subject, fault.seen);
+}
 
 /// Faults as they outlive their supervisor.
 struct FaultHistory {
@@ -56,8 +46,8 @@ struct FaultHistory {
 
 /// What is wrong, as somebody sees it now.
 struct FaultSight {
-  FaultKind kind{};
-  FaultSeverity severity{};
+  msg::CauseKind kind{};
+  msg::Severity severity{};
   std::string subject;
   std::string seen;
   /// It was seen no later than this after it happened: the time since the last sign that all was well. Empty: unknown.
@@ -87,7 +77,7 @@ class FaultList {
   void clear(std::string_view cause, std::chrono::nanoseconds now);
 
   /// One of this kind is remembered.
-  [[nodiscard]] bool knows(FaultKind kind) const;
+  [[nodiscard]] bool knows(msg::CauseKind kind) const;
   /// The same was seen before, and is remembered; `since`: not earlier than this.
   [[nodiscard]] bool knows(const FaultSight& sight,
                            std::chrono::nanoseconds since = std::chrono::nanoseconds::min()) const;

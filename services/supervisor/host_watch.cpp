@@ -8,7 +8,7 @@ void HostWatch::judge() {
   judge_own();
   const Time now = clock_.now();
   for (const ExpectedNode& agent : nodes_) {
-    if (agent.role != NodeRole::kAgent) continue;
+    if (agent.role != msg::NodeKind::NODE_AGENT) continue;
     if (silent_for(agent.host, pause())) silences_[agent.host] = now;
     if (!liveness_.last_heard(agent.name)) continue;  // who never came is not lost
     if (silent_for(agent.host, limits_.host_lease)) absences_[agent.host] = {now, now, {}};
@@ -37,7 +37,8 @@ void HostWatch::judge_own() {
     }
   }
   const auto is_well = [&](const ExpectedNode& node) {
-    return node.role == NodeRole::kAgent && node.host != own_ && liveness_.presence(node.name) == Presence::kAlive;
+    return node.role == msg::NodeKind::NODE_AGENT && node.host != own_ &&
+           liveness_.presence(node.name) == Presence::kAlive;
   };
   if (alone && *alone > limits_.host_lease) {
     cut_off_ = true;
@@ -51,7 +52,7 @@ void HostWatch::judge_own() {
 
 const ExpectedNode* HostWatch::agent_of(const std::string& host) const {
   const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const ExpectedNode& node) {
-    return node.role == NodeRole::kAgent && node.host == host;
+    return node.role == msg::NodeKind::NODE_AGENT && node.host == host;
   });
   return found == nodes_.end() ? nullptr : &*found;
 }
@@ -70,7 +71,7 @@ bool HostWatch::most_are_heard() const {
   int hosts = 0;
   int heard = 0;
   for (const ExpectedNode& agent : nodes_) {
-    if (agent.role != NodeRole::kAgent) continue;
+    if (agent.role != msg::NodeKind::NODE_AGENT) continue;
     ++hosts;
     heard += liveness_.last_heard(agent.name) && !silent_for(agent.host, limits_.node.silence) ? 1 : 0;
   }
@@ -121,7 +122,7 @@ bool HostWatch::lost_before(const std::string& host) const {
 std::vector<const ExpectedNode*> HostWatch::others() const {
   std::vector<const ExpectedNode*> agents;
   for (const ExpectedNode& node : nodes_) {
-    const bool counts = node.role == NodeRole::kAgent && node.host != own_ && liveness_.last_heard(node.name);
+    const bool counts = node.role == msg::NodeKind::NODE_AGENT && node.host != own_ && liveness_.last_heard(node.name);
     if (counts && !(unanswered() && lost_before(node.host))) agents.push_back(&node);
   }
   return agents;

@@ -61,7 +61,7 @@ class HostWatch {
   /// The silence of this node, which may be an agent, is: until it has been heard for long enough that the reunion will
   /// not take it away again, or has had the time to return.
   [[nodiscard]] bool put_down_to_us(const ExpectedNode& node) const {
-    const bool host_may_be_lost = node.role == NodeRole::kAgent && !unheard();
+    const bool host_may_be_lost = node.role == msg::NodeKind::NODE_AGENT && !unheard();
     return meets_anew_.contains(node.name) || (unanswered() && node.host != own_ && !host_may_be_lost);
   }
 

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   return services::run_service(
       argc, argv, "Watches a cell: tells its faults, holds what they affect, answers what is going on",
       services::Subject::kCell, [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
-        const config::CellFile file = config::load_cell_file(options.cell);
+        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
         const auto supervisors = services::supervisors_of(file);
         const services::LogScope log(supervisors[services::index_on(supervisors, options.host)].node, options);
         services::lock_memory();

@@ -11,69 +11,29 @@
 namespace hecaton::services {
 namespace {
 
-MoveMode move_mode(msg::Mode mode) {
-  switch (mode) {
-    case msg::Mode::MODE_HOLD:
-      return MoveMode::kHold;
-    case msg::Mode::MODE_STOP:
-      return MoveMode::kStop;
-    case msg::Mode::MODE_RUN:
-      break;
-  }
-  return MoveMode::kRun;
-}
-
-msg::Severity severity_of(FaultSeverity severity) {
-  switch (severity) {
-    case FaultSeverity::kInfo:
-      return msg::Severity::SEVERITY_INFO;
-    case FaultSeverity::kWarning:
-      return msg::Severity::SEVERITY_WARNING;
-    case FaultSeverity::kError:
-      return msg::Severity::SEVERITY_ERROR;
-    case FaultSeverity::kCritical:
-      break;
-  }
-  return msg::Severity::SEVERITY_CRITICAL;
-}
-
 /// Whose fault it is, as the watch names it: a stream's is its driver's, a host's is its agent's.
 std::string cause_of(const FaultRecord& record) {
-  if (record.kind == FaultKind::kDriverSilent) return driver_node(record.subject);
-  if (record.kind == FaultKind::kAgentLost && !record.subject.starts_with(agent_node({}))) {
+  if (record.kind == msg::CauseKind::CAUSE_DRIVER_SILENT) return driver_node(record.subject);
+  if (record.kind == msg::CauseKind::CAUSE_HOST_LOST && !record.subject.starts_with(agent_node({}))) {
     return agent_node(record.subject);
   }
-  return cause_of(record.kind, record.subject);
-}
-
-FaultSeverity fault_severity(msg::Severity severity) {
-  switch (severity) {
-    case msg::Severity::SEVERITY_INFO:
-      return FaultSeverity::kInfo;
-    case msg::Severity::SEVERITY_WARNING:
-      return FaultSeverity::kWarning;
-    case msg::Severity::SEVERITY_ERROR:
-      return FaultSeverity::kError;
-    case msg::Severity::SEVERITY_CRITICAL:
-      break;
-  }
-  return FaultSeverity::kCritical;
+  return services::cause_of(record.kind, record.subject);
 }
 
 /// The inverse of fault_message(): times are related to our clock by the wall clock, durations are the teller's.
 std::optional<FaultRecord> fault_record(const msg::Fault& fault, const Clocks& clocks) {
   FaultRecord record;
-  const auto kind = fault_kind(fault.kind());
-  if (!kind || std::sscanf(fault.id().c_str(), "f%" SCNu64 "-%" SCNu64, &record.life, &record.number) != 2) {
+  if (!is_fault(fault.cause().kind()) ||
+      std::sscanf(fault.id().c_str(), "f%" SCNu64 "-%" SCNu64, &record.life, &record.number) != 2) {
     return std::nullopt;
   }
-  record.kind = *kind;
-  record.severity = fault_severity(fault.severity());
-  record.subject = fault.subject();
-  record.seen = fault.seen();
+  record.kind = fault.cause().kind();
+  record.severity = std::min(fault.severity(), msg::Severity::SEVERITY_CRITICAL);
+  record.subject = fault.cause().subject();
+  record.seen = fault.cause().text();
   record.since = clocks.now - std::chrono::milliseconds(clocks.now_unix_ms - fault.since_unix_ms());
-  if (fault.detected_within() >= 0.0) {
-    record.detected_within = std::chrono::round<Time>(std::chrono::duration<double>(fault.detected_within()));
+  if (fault.detection_latency_bound() >= 0.0) {
+    record.detected_within = std::chrono::round<Time>(std::chrono::duration<double>(fault.detection_latency_bound()));
   }
   if (fault.cleared()) record.cleared = record.since + Time(fault.cleared_ns() - fault.since_ns());
   return record;
@@ -86,53 +46,20 @@ Clocks read_clocks() {
   return {bus::Clock::now().time_since_epoch(), std::chrono::duration_cast<std::chrono::milliseconds>(wall).count()};
 }
 
-msg::Mode mode_of(MoveMode mode) {
-  switch (mode) {
-    case MoveMode::kHold:
-      return msg::Mode::MODE_HOLD;
-    case MoveMode::kStop:
-      return msg::Mode::MODE_STOP;
-    case MoveMode::kRun:
-      break;
-  }
-  return msg::Mode::MODE_RUN;
-}
-
-msg::CellMode mode_message(const CellModeState& mode, const Succession& succession, const std::string& node) {
-  const ModeDecision decision = mode.decide();
-  msg::CellMode message;
+msg::CellMode mode_message(const CellModeState& mode, const PlannerFailover& failover, const std::string& node) {
+  msg::CellMode message = mode.decide();
   message.node(node);
-  message.mode(mode_of(decision.cell));
-  message.held_arms(decision.held_arms);
-  message.stopped_arms(decision.stopped_arms);
-  message.reason(decision.reason);
-  message.ordered(mode_of(mode.orders().cell));
-  for (const auto& [arm, order] : mode.orders().arms) {
-    if (order == MoveMode::kHold) message.arms_ordered_to_hold().push_back(arm);
-  }
-  for (const ArmPlanners& arm : succession.arms()) {
-    const Mandate mandate = succession.mandate_of(arm.arm);
-    if (mandate.term == 0) continue;
-    msg::Grant& grant = message.grants().emplace_back();
-    grant.arm(arm.arm);
-    grant.planner(mandate.planner);
-    grant.term(mandate.term);
+  for (const ArmPlanners& arm : failover.arms()) {
+    const ArmLease lease = failover.lease(arm.arm);
+    if (lease.term > 0) message.leases().push_back(lease_message(arm.arm, lease));
   }
   return message;
 }
 
-Orders orders_in(const msg::CellMode& mode) {
-  Orders orders;
-  orders.cell = move_mode(mode.ordered());
-  for (const std::string& arm : mode.arms_ordered_to_hold()) orders.arms[arm] = MoveMode::kHold;
-  for (const std::string& arm : mode.stopped_arms()) orders.arms[arm] = MoveMode::kStop;
-  return orders;
-}
-
 std::vector<msg::SupervisorRequest> requests_for(const Orders& orders, const std::string& client) {
   std::vector<msg::SupervisorRequest> requests;
-  for (const auto& [mode, kind] : {std::pair{MoveMode::kHold, msg::RequestKind::REQUEST_HOLD},
-                                   std::pair{MoveMode::kStop, msg::RequestKind::REQUEST_STOP}}) {
+  for (const auto& [mode, kind] : {std::pair{msg::Mode::MODE_HOLD, msg::RequestKind::REQUEST_HOLD},
+                                   std::pair{msg::Mode::MODE_STOP, msg::RequestKind::REQUEST_STOP}}) {
     msg::SupervisorRequest request;
     request.client(client);
     request.kind(kind);
@@ -159,15 +86,13 @@ std::optional<ToldRecord> told_record(const msg::Fault& fault, const Clocks& clo
 msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks) {
   msg::Fault message;
   message.id(fault_id(record));
-  message.severity(severity_of(record.severity));
-  message.kind(std::string(fault_kind_name(record.kind)));
-  message.subject(record.subject);
-  message.seen(record.seen);
+  message.severity(record.severity);
+  message.cause(make_cause(record.kind, record.subject, record.seen));
   message.since_ns(record.since.count());
   message.since_unix_ms(clocks.now_unix_ms -
                         std::chrono::duration_cast<std::chrono::milliseconds>(clocks.now - record.since).count());
-  message.detected_within(record.detected_within ? std::chrono::duration<double>(*record.detected_within).count()
-                                                 : -1.0);
+  const auto bound = record.detected_within;
+  message.detection_latency_bound(bound ? std::chrono::duration<double>(*bound).count() : -1.0);
   message.cleared(record.cleared.has_value());
   message.cleared_ns(record.cleared.value_or(Time(0)).count());
   return message;

@@ -10,9 +10,9 @@
 #include <idl/supervisor.h>
 
 #include "services/supervisor/cell_mode.hpp"
+#include "services/supervisor/failover/planner_failover.hpp"
 #include "services/supervisor/fault_list.hpp"
 #include "services/supervisor/liveness.hpp"
-#include "services/supervisor/succession.hpp"
 
 namespace hecaton::services {
 
@@ -23,9 +23,8 @@ struct Clocks {
 };
 [[nodiscard]] Clocks read_clocks();
 
-[[nodiscard]] msg::Mode mode_of(MoveMode mode);
 /// Term, sequence number and stamp are left to the caller.
-[[nodiscard]] msg::CellMode mode_message(const CellModeState& mode, const Succession& succession,
+[[nodiscard]] msg::CellMode mode_message(const CellModeState& mode, const PlannerFailover& failover,
                                          const std::string& node);
 /// Term, sequence number and stamp are left to the caller.
 [[nodiscard]] msg::Fault fault_message(const FaultRecord& record, const Clocks& clocks);
@@ -39,8 +38,6 @@ struct ToldRecord {
 [[nodiscard]] std::optional<ToldRecord> told_record(const msg::Fault& fault, const Clocks& clocks);
 [[nodiscard]] std::string fault_id(const FaultRecord& record);
 
-/// What another leader's mode tells of people's orders.
-[[nodiscard]] Orders orders_in(const msg::CellMode& mode);
 /// What asks for these orders; the ids are left to the caller.
 [[nodiscard]] std::vector<msg::SupervisorRequest> requests_for(const Orders& orders, const std::string& client);
 /// The faults that other leaders told, by id, on our clock. What cannot be understood is left out. A leader tells all

@@ -1,10 +1,10 @@
 #pragma once
-/// The supervisor of a cell on the bus: hears everything, judges who is well, publishes the cell's mode and its faults,
-/// answers people. Requests and deaths wake it at once; silence is judged every kTurn.
+/// The supervisor of a cell: receives everything, judges which nodes work, decides which arms may move and which
+/// planners command them, publishes the cell's mode and its faults, and answers people. Requests and deaths wake it at
+/// once; silence is judged every kTurn.
 
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,26 +17,46 @@
 #include "services/runtime/options.hpp"
 #include "services/runtime/pulse.hpp"
 #include "services/runtime/shutdown.hpp"
+#include "services/supervisor/cell_publisher.hpp"
+#include "services/supervisor/cell_snapshot.hpp"
 #include "services/supervisor/cell_watch.hpp"
-#include "services/supervisor/ears.hpp"
-#include "services/supervisor/fault_legacy.hpp"
-#include "services/supervisor/kept_memory.hpp"
-#include "services/supervisor/leadership.hpp"
-#include "services/supervisor/order_legacy.hpp"
-#include "services/supervisor/owed_replies.hpp"
-#include "services/supervisor/picture.hpp"
-#include "services/supervisor/succession.hpp"
-#include "services/supervisor/takeover_patience.hpp"
+#include "services/supervisor/failover/leadership.hpp"
+#include "services/supervisor/planner_assignment.hpp"
+#include "services/supervisor/replication/replicator.hpp"
+#include "services/supervisor/request_queue.hpp"
+#include "services/supervisor/supervisor_subscriptions.hpp"
 
 namespace hecaton::services {
+
+/// Which of a cell's supervisors a process is.
+struct SupervisorPlace {
+  std::vector<PlacedNode> supervisors;
+  std::size_t index;  ///< ours among them
+  std::string node;
+  std::string host;
+};
+
+/// Logs changes that no message tells: that every node was heard once, and that no other host hears us.
+class TransitionLog {
+ public:
+  void matched(bus::Clock::time_point at) {
+    if (!complete_) newest_match_ = at;
+  }
+  /// Once in each turn.
+  void look(const CellWatch& detector, bus::Clock::time_point now);
+
+ private:
+  std::optional<bus::Clock::time_point> first_heard_;  ///< of any node
+  bus::Clock::time_point newest_match_{};              ///< of any reader, until complete
+  bool complete_ = false;                              ///< every node was heard once
+  bool unheard_ = false;
+};
 
 class Supervisor {
  public:
   static constexpr std::chrono::milliseconds kTurn{5};
-  /// The mode is repeated this often, well within the deadline and the lease of its topic.
-  static constexpr std::chrono::milliseconds kRepeat{25};
 
-  /// Term, orders and faults survive in the options' memory. Throws std::runtime_error with a sentence.
+  /// Term, orders and faults survive in the file of options.memory. Throws std::runtime_error with a sentence.
   Supervisor(const config::CellFile& file, const ServiceOptions& options, ShutdownSignal& shutdown);
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
@@ -46,97 +66,63 @@ class Supervisor {
   void run();
 
  private:
+  struct Connection {
+    bus::Mailbox urgent;
+    bus::Mailbox quiet;
+    bus::Participant participant;
+    Connection(const config::CellFile& file, const ServiceOptions& options, const std::string& node);
+  };
+  struct Turns {
+    bus::Clock::time_point began;
+    bus::Clock::time_point last;                           ///< that was not in an absence
+    std::optional<bus::Clock::time_point> absent_since{};  ///< the participant hears nobody and is not heard
+    bus::Clock::time_point takeover_due = bus::Clock::time_point::max();
+  };
+  struct Heart {
+    Pulse pulse;
+    LoopStatistics loop;
+  };
+
+  /// One turn: receive, decide who leads, assign planners, judge, publish, answer.
   void turn(bus::Clock::time_point now);
-  void come_back(bus::Clock::time_point now);
-  /// Who has no standby is the only one that can tell that it stood still for less than an absence.
-  void tell_stall(bus::Clock::time_point since, bus::Clock::time_point now);
-  void tell_own_silence(const std::string& what, bus::Clock::time_point since, bus::Clock::time_point now);
-  /// Logs how long it took, from the first word of anybody, until everybody was heard.
-  void get_acquainted();
-  /// What we granted while we led is not for who joins from now on, and our faults are only until somebody else tells
-  /// them.
-  void withdraw();
-  /// While we stand by: tells again what an earlier life left to nobody, and forgets what the leader has adopted.
-  void settle_legacy();
-  /// While we stand by: orders once more from the leader what it may not have heard.
-  void hand_over_orders();
-  void begin_to_lead();
-  /// While we lead: puts a planner that stands by in the place of one that is out. True when there was one.
-  bool settle_succession();
-  [[nodiscard]] PlannerSigns signs_of(const std::string& arm, const std::string& planner) const;
-  /// How long the planner in charge may hang now.
-  [[nodiscard]] Time patience_with(const std::string& arm) const;
-  /// When a planner in charge will have been silent for too long, unless it is heard before.
-  [[nodiscard]] bus::Clock::time_point takeover_due(bus::Clock::time_point now) const;
-  void tell_predecessor(Time now);
-  /// What was ordered before we led is obeyed once we do.
-  void answer_requests();
-  [[nodiscard]] bool answers() const;
-  void answer(const msg::SupervisorRequest& request);
-  void reply(const msg::SupervisorRequest& request, const std::string& refusal);
-  /// Which of our cell modes the supervisor that stands by has heard; empty: nobody stands by.
-  [[nodiscard]] std::optional<std::uint64_t> heard_by_standby() const;
-  [[nodiscard]] std::string obey(const msg::SupervisorRequest& request);
-  [[nodiscard]] std::vector<msg::LostArm> lost_arms(bus::Clock::time_point now) const;
+  /// False while the participant is away; lists ourselves as silent when it is back.
+  [[nodiscard]] bool is_present(bus::Clock::time_point now);
+  void receive(bus::Clock::time_point now);
+  /// Takes over the leader's duties, or gives them up. `led`: before this turn's messages.
+  void decide_leadership(bool led, bus::Clock::time_point last_turn);
+  void assign_planners();
+  void judge();
   void publish_mode(bus::Clock::time_point now);
-  /// Logs when no other host hears us any more, and when one does again.
-  void note_echo();
   void publish_faults();
-  msg::Fault publish_fault(const FaultRecord& record, std::uint64_t term, const Clocks& clocks);
-  /// What we lead by.
-  void remember();
-  /// What we would lead by, while we stand by: the leader's orders and faults, so that they outlive both of us as long
-  /// as one memory is left.
-  void remember_leader();
-  void keep(Memory memory);
-  void forget_strangers(bus::Clock::time_point now);
+  void answer();
   void beat(bus::Clock::time_point now);
 
+  void report_own_silence(const std::string& what, bus::Clock::time_point since);
+  void stand_back();
+  void answer(const msg::SupervisorRequest& request);
+  [[nodiscard]] msg::Cause obey(const msg::SupervisorRequest& request);
+  void reply(const msg::SupervisorRequest& request, const msg::Cause& refusal);
+  /// The newest of our cell modes that the standby has; empty: no supervisor stands by.
+  [[nodiscard]] std::optional<std::uint64_t> received_by_standby() const;
+  [[nodiscard]] bool is(Leadership::Role role) const { return leadership_.role() == role; }
+  [[nodiscard]] Replicator::Cell replicated();
+  [[nodiscard]] PlannerAssignment::Cell assigned();
+
   const config::CellFile& file_;
-  std::vector<PlacedNode> supervisors_;
-  std::size_t place_;  ///< ours among them
-  std::string node_;
+  SupervisorPlace place_;
   ShutdownSignal& shutdown_;
-  bus::Clock::time_point began_;
-  CellWatch watch_;
-  Picture picture_;
-  KeptMemory memory_;
-  std::uint64_t remembered_news_ = 0;       ///< of others' faults
-  std::uint64_t remembered_mode_ = 0;       ///< of the leader's, as last looked at
-  bus::Clock::time_point remembered_at_{};  ///< when that was
-  Succession succession_;
-  /// The last term under which we led, in this life or an earlier one, or whose leader we remember. Of an equal one it
-  /// is the other who knows better: we never take each other's.
-  std::uint64_t led_under_;
-  std::map<std::string, bus::Clock::time_point> in_charge_since_;  ///< of the planner in charge, by arm
-  std::map<std::string, TakeoverPatience> patience_;               ///< by arm that has a standby
-  bus::Clock::time_point takeover_due_ = bus::Clock::time_point::max();
-  std::optional<bus::Clock::time_point> absent_since_;  ///< nobody hears us, and we hear nobody
-  std::optional<bus::Clock::time_point> first_word_;    ///< of anybody
-  bus::Clock::time_point newest_match_{};               ///< of any reader, until acquainted
-  bool acquainted_ = false;                             ///< has heard of everybody once
-  bus::Clock::time_point turned_;                       ///< the last turn that was not in an absence
-  msg::CellMode mode_;                                  ///< as last published
-  bus::Clock::time_point mode_at_{};
-  std::vector<msg::SupervisorRequest> early_;  ///< orders that came before we led
-  OwedReplies<msg::SupervisorRequest> owed_;
-  bool unheard_ = false;  ///< as last logged
-  std::uint64_t fault_sequence_ = 0;
-  OrderLegacy order_legacy_;
-  bus::Clock::time_point handed_over_at_{};  ///< orders to the leader, last
-  FaultLegacy legacy_;
-  bool legacy_told_ = false;  ///< in this life
-  bool leads_ = false;        ///< began to, and has withdrawn nothing since
-  bus::Mailbox urgent_, quiet_;
-  bus::Participant participant_;
-  Ears ears_;
-  Leadership leadership_;  ///< behind the ears: it listens from when there are any
-  bus::Writer<msg::CellMode> modes_;
-  bus::Writer<msg::Fault> faults_;
-  bus::Writer<msg::SupervisorReply> replies_;
-  bus::Writer<msg::SupervisorRequest> requests_;  ///< to who leads
-  Pulse pulse_;
-  LoopStatistics loop_;
+  Turns turns_;
+  CellWatch detector_;
+  CellSnapshot snapshot_;
+  Replicator replicator_;
+  PlannerAssignment planners_;
+  RequestQueue requests_;
+  TransitionLog transitions_;
+  Connection connection_;
+  SupervisorSubscriptions subscriptions_;
+  Leadership leadership_;  ///< behind the subscriptions: it listens from when there are any
+  CellPublisher publisher_;
+  Heart heart_;
 };
 
 }  // namespace hecaton::services

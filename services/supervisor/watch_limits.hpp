@@ -11,11 +11,9 @@
 
 namespace hecaton::services {
 
-enum class NodeRole : std::uint8_t { kPlanner, kDriver, kWorld, kAgent, kSupervisor };
-
 struct ExpectedNode {
   std::string name;
-  NodeRole role{};
+  msg::NodeKind role = msg::NodeKind::NODE_OTHER;
   std::string arm;   ///< of planners and drivers
   std::string host;  ///< where it runs
 };
@@ -37,7 +35,7 @@ struct WatchLimits {
   Time world_stream = std::chrono::milliseconds(50);  ///< silence of ObstacleStates, likewise
   Time arm_period = std::chrono::milliseconds(4);     ///< of ArmState
   Time world_period = std::chrono::milliseconds(10);  ///< of ObstacleStates
-  std::set<FaultKind> waits_for_resume{};             ///< what such a fault holds stays held until people resume it
+  std::set<msg::CauseKind> waits_for_resume{};        ///< what such a fault holds stays held until people resume it
 };
 
 }  // namespace hecaton::services

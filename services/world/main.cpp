@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   return services::run_service(argc, argv, "Owns the obstacles of a cell and judges contacts and separations",
                                services::Subject::kCell,
                                [](const services::ServiceOptions& options, services::ShutdownSignal& shutdown) {
-                                 const config::CellFile file = config::load_cell_file(options.cell);
+                                 const config::CellFile file = config::load_cell_file(options.cell, options.sources);
                                  const services::LogScope log(services::world_node(), options);
                                  services::lock_memory();
                                  services::hold_life_line(options.life_fd);

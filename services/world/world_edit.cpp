@@ -3,15 +3,19 @@
 #include <algorithm>
 
 #include "planner/model/kinematics.hpp"
-#include "services/bus/convert.hpp"
 #include "services/config/obstacle_rules.hpp"
+#include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
+#include "services/runtime/log.hpp"
+#include "services/runtime/node_name.hpp"
 #include "world/sim/obstacle_motion.hpp"
 
 namespace hecaton::services {
 namespace {
 
-world::EditResult refused(std::string reason) {
-  return {false, std::move(reason)};
+world::EditResult refused(const std::string& obstacle, std::string reason,
+                          world::EditRefusal refusal = world::EditRefusal::kInvalidValue) {
+  return {refusal, obstacle, std::move(reason)};
 }
 
 std::string about(const std::string& obstacle, const std::string& sentence) {
@@ -23,22 +27,26 @@ std::optional<world::EditResult> refuse_place(const world::BulletWorld& world, c
                                               const world::Obstacle& obstacle, const world::Pose& X_WO) {
   const std::string overlap = config::overlap_with_arms(cell.arms, cell.q, world.obstacles(), obstacle, X_WO);
   if (overlap.empty()) return std::nullopt;
-  return refused(about(obstacle.name, "pose must be clear of the arms, but " + overlap));
+  return refused(obstacle.name, about(obstacle.name, "pose must be clear of the arms, but " + overlap),
+                 world::EditRefusal::kNotNow);
 }
 
 world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const msg::Obstacle& message) {
-  const auto obstacle = bus::from_message(message);
-  if (!obstacle) return refused(obstacle.error);
-  if (const auto complaint = config::complain(*obstacle)) return refused(about(obstacle->name, complaint->sentence()));
+  const auto obstacle = messages::from_message(message);
+  if (!obstacle) return refused(message.name(), obstacle.error);
+  if (const auto complaint = config::complain(*obstacle))
+    return refused(obstacle->name, about(obstacle->name, complaint->sentence()));
   std::vector<std::string> arms;
   for (const planner::PlannedArm& planned : cell.arms) arms.push_back(planned.arm.name);
   std::vector<std::string> others;
   for (const world::Obstacle& other : world.obstacles()) others.push_back(other.name);
   if (const auto complaint = config::complain_about_name(obstacle->name, arms, others)) {
-    return refused(about(obstacle->name, complaint->sentence()));
+    return refused(obstacle->name, about(obstacle->name, complaint->sentence()), world::EditRefusal::kNameTaken);
   }
   if (others.size() >= config::kMostObstacles) {
-    return refused("the cell has " + std::to_string(others.size()) + " obstacles, the most that it may have");
+    return refused(obstacle->name,
+                   "the cell has " + std::to_string(others.size()) + " obstacles, the most that it may have",
+                   world::EditRefusal::kNotNow);
   }
   if (!obstacle->attachment) {
     const world::Pose X_WO = world::motion_at(*obstacle, world.time()).X_WO;
@@ -54,10 +62,10 @@ const world::Obstacle* find(const world::BulletWorld& world, const std::string& 
 }
 
 world::EditResult move(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
-  const auto X_WO = bus::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
-  if (!X_WO) return refused(X_WO.error);
+  const auto X_WO = messages::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
+  if (!X_WO) return refused(request.name(), X_WO.error);
   if (const auto complaint = config::complain(*X_WO, "pose")) {
-    return refused(about(request.name(), complaint->sentence()));
+    return refused(request.name(), about(request.name(), complaint->sentence()));
   }
   const world::Obstacle* obstacle = find(world, request.name());
   if (obstacle != nullptr && !obstacle->attachment) {
@@ -86,12 +94,29 @@ world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, cons
     world::Obstacle carried = *obstacle;
     carried.attachment = {request.arm(), X_WT->inverse() * world.snapshot().states[index].X_WO};
     if (world::is_scripted(carried.motion)) carried.motion = world::StaticMotion{};  // as attaching ends a script
-    if (const auto complaint = config::complain(carried)) return refused(about(carried.name, complaint->sentence()));
+    if (const auto complaint = config::complain(carried))
+      return refused(carried.name, about(carried.name, complaint->sentence()), world::EditRefusal::kNotNow);
   }
   return world.attach(request.name(), request.arm());
 }
 
 }  // namespace
+
+msg::Cause cause_of(const world::EditResult& result) {
+  switch (result.refusal) {
+    case world::EditRefusal::kNone:
+      return {};
+    case world::EditRefusal::kUnknownName:
+      return make_cause(msg::CauseKind::CAUSE_UNKNOWN_NAME, result.subject, result.reason);
+    case world::EditRefusal::kNameTaken:
+      return make_cause(msg::CauseKind::CAUSE_NAME_TAKEN, result.subject, result.reason);
+    case world::EditRefusal::kInvalidValue:
+      return make_cause(msg::CauseKind::CAUSE_INVALID_VALUE, result.subject, result.reason);
+    case world::EditRefusal::kNotNow:
+      break;
+  }
+  return make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, result.subject, result.reason);
+}
 
 const std::string& edited_name(const msg::WorldEditRequest& request) {
   return request.kind() == msg::EditKind::EDIT_ADD ? request.obstacle().name() : request.name();
@@ -110,7 +135,45 @@ world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, 
     case msg::EditKind::EDIT_DETACH:
       return world.detach(request.name());
   }
-  return refused("edit: unknown kind");
+  return refused(request.name(), "edit: unknown kind");
+}
+
+std::vector<msg::WorldEditReply> EditReplies::take(const CheckpointWriter& writer) {
+  std::vector<msg::WorldEditReply> ready;
+  while (!due_.empty()) {
+    const CheckpointWriter::Outcome outcome = writer.outcome(due_.front().first);
+    if (!outcome.known) break;
+    ready.push_back(std::move(due_.front().second));
+    due_.pop_front();
+    if (outcome.failure) ready.back().cause(not_persisted("the edit is ", *outcome.failure));
+  }
+  return ready;
+}
+
+void EditService::obey(const Edited& edited) {
+  const auto& lost = edited.persistence.lost();
+  for (const auto& sample : requests_.take()) {
+    if (sample.disposed) continue;
+    const msg::WorldEditRequest& request = sample.value;
+    const world::EditResult result = lost ? world::EditResult{world::EditRefusal::kNotNow, world_node(), *lost}
+                                          : apply_edit(edited.world, edited.cell, request);
+    if (result.done()) edited.obstacles.publish_shapes(edited.world, edited_name(request), edited.term);
+    msg::WorldEditReply reply;
+    reply.client(request.client());
+    reply.request_id(request.request_id());
+    reply.done(result.done());
+    reply.cause(cause_of(result));
+    reply.edition(edited.world.snapshot().edition);
+    due_.owe(result.done() ? edited.persistence.write(edited.world) : 0, std::move(reply));
+    log_info("world edit", {{"client", request.client()},
+                            {"obstacle", edited_name(request)},
+                            {"done", result.done()},
+                            {"reason", result.reason}});
+  }
+}
+
+void EditService::reply(const CheckpointWriter& writer) {
+  for (const msg::WorldEditReply& reply : due_.take(writer)) static_cast<void>(replies_.write(reply));
 }
 
 }  // namespace hecaton::services

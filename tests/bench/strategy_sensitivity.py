@@ -1,8 +1,8 @@
 """What decides which strategies of problem 2A are without fault [Mediavilla02]: the search with one thing changed at a time.
 
-usage: strategy_sensitivity.py HECATON [-o FILE.csv] [--threads N] [--only GROUP]
+usage: strategy_sensitivity.py HECATON_STRATEGIES [-o FILE.csv] [--threads N] [--only GROUP]
 
-Prints a table and writes FILE.csv, which `hecaton strategies plot FILE.csv` draws. Every row is a search of the 576 strategies in
+Prints a table and writes FILE.csv, which `hecaton-strategies plot FILE.csv` draws. Every row is a search of the 576 strategies in
 300 tasks of each arm and, for those without fault, in two sets of 300 more (or as the row says).
 """
 import argparse
@@ -15,7 +15,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 URDF = ROOT / "deploy/cells/urdf/scorbot_er9.urdf"
-# Group, variant, arguments of scorbot_cell.py, arguments of `strategies search`.
+# Group, variant, arguments of scorbot_cell.py, arguments of `search`.
 ROWS = [
     ("layout", "as documented", [], []),
     ("layout", "bases 1.0 m apart", ["--spacing", "1.0"], []),
@@ -39,12 +39,12 @@ ROWS = [
 ]
 
 
-def search(hecaton, threads, cell_arguments, search_arguments, folder):
+def search(program, threads, cell_arguments, search_arguments, folder):
     cell = folder / "cell.yaml"
     subprocess.run([sys.executable, ROOT / "deploy/cells/scorbot_cell.py", "2a", "--urdf", URDF,
                     *cell_arguments, "-o", cell], check=True)
     arguments = search_arguments if "--confirm" in search_arguments else ["--confirm", "300", *search_arguments]
-    ran = subprocess.run([hecaton, "strategies", "search", cell, "--threads", str(threads), "-o", "json", *arguments],
+    ran = subprocess.run([program, "search", cell, "--threads", str(threads), "-o", "json", *arguments],
                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
     if ran.returncode not in (0, 1):
         sys.exit(ran.stderr.decode())
@@ -52,7 +52,7 @@ def search(hecaton, threads, cell_arguments, search_arguments, folder):
 
 
 parser = argparse.ArgumentParser(usage=__doc__)
-parser.add_argument("hecaton")
+parser.add_argument("program")
 parser.add_argument("-o", "--output")
 parser.add_argument("--threads", type=int, default=2)
 parser.add_argument("--only", help="one group")
@@ -62,7 +62,7 @@ with tempfile.TemporaryDirectory() as name:
     for group, variant, cell_arguments, search_arguments in ROWS:
         if options.only not in (None, group):
             continue
-        report = search(options.hecaton, options.threads, cell_arguments, search_arguments, pathlib.Path(name))
+        report = search(options.program, options.threads, cell_arguments, search_arguments, pathlib.Path(name))
         stages, best = report["stages"], report["strategies"]
         table.append((group, variant, stages[0]["candidates"], stages[0]["without_fault"], stages[-1]["without_fault"],
                       f"{best[0]['time_steps']:.2f}"))

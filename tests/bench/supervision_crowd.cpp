@@ -5,7 +5,7 @@
 
 #include <idl/arm.h>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/cell_mode.hpp"
@@ -44,8 +44,8 @@ class Crowd {
       msg::ArmState& state = told_.emplace_back();
       state.arm(arm);
       state.mode(msg::ArmMode::ARM_RUNNING);
-      state.q(bus::to_message(file.cell.arms[i].start));
-      state.qd(bus::to_message(planner::JointVector(planner::JointVector::Zero(file.cell.arms[i].start.size()))));
+      state.q(messages::to_message(file.cell.arms[i].start));
+      state.qd(messages::to_message(planner::JointVector(planner::JointVector::Zero(file.cell.arms[i].start.size()))));
     }
   }
 

@@ -67,7 +67,7 @@ class Unreached(AssertionError):
 
 
 NEVER = (math.inf, -math.inf)
-SILENCES = ("node_silent", "agent_lost", "driver_silent", "world_silent")  # what a machine that stands still makes of anybody
+SILENCES = ("node_silent", "host_lost", "driver_silent", "world_silent")  # what a machine that stands still makes of anybody
 UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
 ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_takeovers")
 
@@ -402,7 +402,7 @@ class Chaos:
     def is_the_machines(self, fault):
         """Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole."""
         told = fault["since_unix_ms"]
-        silence = {"node_silent": self.limits.silence, "agent_lost": self.limits.lease}.get(fault["kind"])
+        silence = {"node_silent": self.limits.silence, "host_lost": self.limits.lease}.get(fault["kind"])
         stood_still = silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2)
         self.machine_stalls += 1 if stood_still else 0
         return bool(stood_still)

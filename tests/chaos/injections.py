@@ -170,11 +170,11 @@ class Absence(OfHost):
     """The host is not there for the others."""
 
     def must(self):
-        return ("agent_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
+        return ("host_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
 
     def may(self, places, blind):
         # Its nodes do not return in one instant.
-        return {("agent_lost", self.host)}.union(*(silences(node) for node in self.nodes(places)))
+        return {("host_lost", self.host)}.union(*(silences(node) for node in self.nodes(places)))
 
     def hits(self, places):
         return set(filter(is_supervisor, self.nodes(places)))
@@ -197,7 +197,7 @@ class Separation(Absence):
     def may(self, places, blind):
         hosts = set(places.values())
         cannot_know = len(hosts) == 2 and self.hits(places) and self.lasted > self.limits.lease / 2
-        return super().may(places, blind) | ({("agent_lost", host) for host in hosts} if cannot_know else set())
+        return super().may(places, blind) | ({("host_lost", host) for host in hosts} if cannot_know else set())
 
 
 class Cut(Separation):
@@ -231,10 +231,10 @@ class Split(Absence):
         cell.hosts.reunite(self.hosts)
 
     def all_that_must(self):
-        return [("agent_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
+        return [("host_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
 
     def may(self, places, blind):
-        return {("agent_lost", host) for host in self.lost}.union(*map(silences, self.nodes(places)))
+        return {("host_lost", host) for host in self.lost}.union(*map(silences, self.nodes(places)))
 
     def nodes(self, places):
         """Supervisors are among them only if they are parted: then each is lost to the other."""
@@ -433,8 +433,8 @@ class SplitTest(unittest.TestCase):
         places, splits = self.splits()
         for one in splits:
             beyond = set("abcde") - set(one.hosts) if "a" in one.hosts else set(one.hosts)
-            self.assertEqual(set(one.all_that_must()), {("agent_lost", host) for host in beyond})
-            self.assertNotIn(("agent_lost", "a"), one.may(places, False))
+            self.assertEqual(set(one.all_that_must()), {("host_lost", host) for host in beyond})
+            self.assertNotIn(("host_lost", "a"), one.may(places, False))
             self.assertEqual(one.hits(places), set())
 
     def test_both_are_where_a_supervisor_is_on_each(self):

@@ -60,7 +60,7 @@ def beside(injection, injections, places):
 def may_be_told(injections, places):
     """(kind, subject) of all faults that are right."""
     blind = bool(supervisors_hit(injections, places))
-    of_itself = {("agent_lost", host) for host in left_alone(injections, places)}
+    of_itself = {("host_lost", host) for host in left_alone(injections, places)}
     return of_itself.union(*(injection.may(beside(injection, injections, places), blind) for injection in injections))
 
 
@@ -101,7 +101,7 @@ class MayTest(unittest.TestCase):
 
     def test_a_lost_host_is_lost_and_its_nodes_may_return_late(self):
         self.assertEqual(self.may(lasting(Cut("north-pc", 2.0))),
-                         {("agent_lost", "north-pc"), ("node_silent", "driver/north"), ("driver_silent", "north"),
+                         {("host_lost", "north-pc"), ("node_silent", "driver/north"), ("driver_silent", "north"),
                           ("node_silent", "planner/north")})
 
     def test_a_host_that_only_works_worse_is_blamed_for_nothing(self):
@@ -113,21 +113,21 @@ class MayTest(unittest.TestCase):
                           KillAgent("supervisor-pc", 2.0), Kill("supervisor", "supervisor-pc"),
                           Stop("supervisor", "supervisor-pc", 2.0)):
             may = self.may(lasting(injection))
-            self.assertNotIn(("agent_lost", "north-pc"), may, injection)
+            self.assertNotIn(("host_lost", "north-pc"), may, injection)
             self.assertNotIn(("node_silent", "driver/north"), may, injection)
 
     def test_of_two_hosts_it_takes_the_other_for_lost_if_it_was_cut_off_for_long_enough_in_fact(self):
         places = {"supervisor": "here", "driver/north": "there"}
         for seconds, accused in (0.4, False), (1.1, True):
             may = may_be_told([lasting(Cut("here", 0.4), seconds)], places)
-            self.assertEqual(("agent_lost", "there") in may, accused, seconds)
+            self.assertEqual(("host_lost", "there") in may, accused, seconds)
 
     def test_so_it_does_where_another_takes_the_third_away(self):
         places = {"supervisor": "here", "driver/north": "there", "world": "elsewhere"}
         cut = lasting(Cut("here", 2.0))
         for other, accused in (KillAgent("elsewhere", 2.0), True), (Kill("world", "elsewhere"), False):
-            self.assertEqual(("agent_lost", "there") in may_be_told([cut, lasting(other)], places), accused, str(other))
-        self.assertNotIn(("agent_lost", "there"), may_be_told([cut], places))
+            self.assertEqual(("host_lost", "there") in may_be_told([cut, lasting(other)], places), accused, str(other))
+        self.assertNotIn(("host_lost", "there"), may_be_told([cut], places))
 
     def test_a_death_is_told_as_a_silence_only_beside_a_supervisor_that_did_not_hear_of_it(self):
         death = Kill("planner/north", "north-pc")
@@ -183,9 +183,9 @@ class HiddenTest(unittest.TestCase):
         both = Cut("there", 2.0), Mute("elsewhere", 2.0)
         for cut in both:
             self.assertTrue(hidden(cut, [*map(lasting, both)], places, "supervisor"))
-        self.assertIn(("agent_lost", "here"), may_be_told(both, places))
+        self.assertIn(("host_lost", "here"), may_be_told(both, places))
         self.assertFalse(hidden(both[0], [both[0], Kill("world", "elsewhere")], places, "supervisor"))
-        self.assertNotIn(("agent_lost", "here"), may_be_told([both[0], Kill("world", "elsewhere")], places))
+        self.assertNotIn(("host_lost", "here"), may_be_told([both[0], Kill("world", "elsewhere")], places))
         self.assertEqual(left_alone(both, places), {"here"})
         unwatched = {"supervisor": "elsewhere", "driver/north": "there", "world": "here"}
         self.assertEqual(left_alone(both, unwatched), set(), "there is nobody who tells")

@@ -187,7 +187,7 @@ def runs(status):
 
 def lost(host, status, known):
     """It is told, and is none of the faults with these ids."""
-    return any(fault["kind"] == "agent_lost" and fault["subject"] == host and fault["id"] not in known
+    return any(fault["kind"] == "host_lost" and fault["subject"] == host and fault["id"] not in known
                for fault in status["faults"])
 
 

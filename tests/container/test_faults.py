@@ -140,7 +140,7 @@ class CellTest(unittest.TestCase):
         injected = unix_ms()
         lose(host)
         try:
-            fault = self.cell.wait_for_fault("agent_lost", host, self.known)
+            fault = self.cell.wait_for_fault("host_lost", host, self.known)
             # Where the lost arm is nobody knows: the others go where it cannot be, or wait.
             for other in others:
                 goals.append(self.cell.goal(other, "ready"))
@@ -230,7 +230,7 @@ class FaultTest(CellTest):
         injected = unix_ms()
         self.cell.cut_power("west-pc")
         try:
-            fault = self.cell.wait_for_fault("agent_lost", "west-pc", self.known)
+            fault = self.cell.wait_for_fault("host_lost", "west-pc", self.known)
             goals = {arm: self.cell.goal(arm, "ready") for arm in ("north", "east")}
             for arm, goal in goals.items():
                 self.cell.wait_until_it_is_there_or_waits(arm, goal, "west")
@@ -341,7 +341,7 @@ class StandbyTest(CellTest):
         try:
             self.cell.wait_for("the other supervisor leads", lambda status: (
                 status["supervisor"] == before["standby"] and status["term"] > before["term"]))
-            fault = self.cell.wait_for_fault("agent_lost", cut.host, self.known)
+            fault = self.cell.wait_for_fault("host_lost", cut.host, self.known)
             for goal in goals:
                 self.cell.wait_for_goal(goal)
         finally:

@@ -59,7 +59,7 @@ std::string Calm::wrong_at_rest(const Dead& dead, const Processes& processes) co
   const bool first = dead.supervisor != 0 && leads(0, processes, actors_);
   const bool second = dead.supervisor != 1 && leads(1, processes, actors_);
   if (first == second) return "not one supervisor leads";
-  const Mandate told = actors_.supervisors()[processes.supervisors[first ? 0 : 1]].mandate();
+  const ArmLease told = actors_.supervisors()[processes.supervisors[first ? 0 : 1]].mandate();
   const std::size_t in_charge = planner_index(told.planner);
   if (in_charge == kNobody || static_cast<int>(in_charge) == dead.planner) return "no living planner is in charge";
   const DriverProcess& driver = actors_.drivers()[processes.driver];

@@ -12,7 +12,7 @@ bool told_before(const Cell& cell, const Actors& actors, const auto& condition) 
   return told;
 }
 
-void of_grants(const std::string& name, const Cell& before, const Mandate& granted, const Actors& actors,
+void of_grants(const std::string& name, const Cell& before, const ArmLease& granted, const Actors& actors,
                Sentences& sentences) {
   const auto another_has_it = [&](const Letter& letter) {
     return letter.kind == Letter::Kind::kMode && letter.granted == granted.term && letter.mandate() != granted;
@@ -64,7 +64,7 @@ Sentences of_hearing(const Cell& before, const Letter& letter, const Actors& act
 }
 
 Sentences of_driver_death(const Cell& before, const Actors& actors) {
-  const Mandate& mandate = actors.drivers()[before.processes.driver].mandate();
+  const ArmLease& mandate = actors.drivers()[before.processes.driver].mandate();
   const auto is_stale = [&](const Letter& letter) {
     return letter.kind == Letter::Kind::kCommand && letter.granted < mandate.term;
   };

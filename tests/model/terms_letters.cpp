@@ -20,7 +20,7 @@ std::uint8_t planner_index(const std::string& name) {
   return static_cast<std::uint8_t>(found - kPlanners.begin());
 }
 
-Letter letter_about(Letter::Kind kind, const Mandate& mandate) {
+Letter letter_about(Letter::Kind kind, const ArmLease& mandate) {
   return {kind, 0, 0, static_cast<std::uint8_t>(mandate.term), planner_index(mandate.planner)};
 }
 

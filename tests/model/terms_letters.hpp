@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-#include "services/runtime/mandate.hpp"
+#include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services::model {
 
@@ -34,13 +34,13 @@ struct Letter {
   std::uint8_t granted = 0;  ///< the mandate's
   std::uint8_t planner = 0;  ///< whose mandate it is
 
-  [[nodiscard]] Mandate mandate() const { return {planner_name(planner), granted}; }
+  [[nodiscard]] ArmLease mandate() const { return {planner_name(planner), granted}; }
   [[nodiscard]] auto fields() const { return std::make_tuple(kind, sender, term, granted, planner); }
   bool operator<(const Letter& other) const { return fields() < other.fields(); }
 };
 
 /// About a mandate; the cell term and the sender are left to the caller.
-[[nodiscard]] Letter letter_about(Letter::Kind kind, const Mandate& mandate);
+[[nodiscard]] Letter letter_about(Letter::Kind kind, const ArmLease& mandate);
 [[nodiscard]] std::string text(const Letter& letter);
 
 /// A set of letters within the bounds, by their numbers.

@@ -1,7 +1,7 @@
 #pragma once
 /// A cell for exhaustive exploration: two supervisors, two planners of one arm, its driver, and a network that may
 /// lose, delay, repeat and reorder whatever it likes. What the processes decide is the real code: Leadership,
-/// Succession, CellModeView, Duty, CommandGate (docs/design/0008-terms.md).
+/// PlannerFailover, CellModeView, Duty, CommandGate (docs/design/0008-terms.md).
 ///
 /// Whatever was ever told may arrive at any time, any number of times, or never. So there is nothing to model for a
 /// partition, a link of one direction, or a process that is stopped and goes on, but that a leading supervisor finds

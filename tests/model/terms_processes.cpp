@@ -14,7 +14,7 @@ msg::CellMode message_of(const Letter& mode) {
   msg::CellMode message;
   message.term(mode.term);
   if (mode.granted == 0) return message;
-  msg::Grant& grant = message.grants().emplace_back();
+  msg::ArmLease& grant = message.leases().emplace_back();
   grant.arm(kArm);
   grant.planner(planner_name(mode.planner));
   grant.term(mode.granted);
@@ -37,7 +37,7 @@ void add(std::string& key, std::uint64_t value) {
   key.push_back(static_cast<char>(value));
 }
 
-void add(std::string& key, const Mandate& mandate) {
+void add(std::string& key, const ArmLease& mandate) {
   add(key, mandate.term);
   add(key, planner_index(mandate.planner));
 }
@@ -48,7 +48,7 @@ SupervisorProcess::SupervisorProcess(const Rules& rules, int index)
     : rules_(rules),
       index_(index),
       leadership_(leadership_of(rules, index, 0)),
-      succession_({{kArm, {planner_name(0), planner_name(1)}}}) {}
+      failover_({{kArm, {planner_name(0), planner_name(1)}}}) {}
 
 SupervisorProcess SupervisorProcess::successor(const Rules& rules, int index, std::uint64_t remembered) {
   SupervisorProcess process(rules, index);
@@ -67,12 +67,12 @@ void SupervisorProcess::hear(const Letter& letter, Time now) {
     case Letter::Kind::kMode:
       return hear_mode(letter, now);
     case Letter::Kind::kState:
-      if (rules_.driver_proves) succession_.hear_driver(kArm, letter.mandate());
+      if (rules_.driver_proves) failover_.hear_driver(kArm, letter.mandate());
       return;
     case Letter::Kind::kBeat:
       return leadership_.heard_term(counted(letter.term), now);
     case Letter::Kind::kHeld:
-      if (rules_.planners_prove) succession_.hear(kArm, letter.mandate());
+      if (rules_.planners_prove) failover_.hear(kArm, letter.mandate());
       return;
     case Letter::Kind::kCommand:
       return;
@@ -84,7 +84,7 @@ void SupervisorProcess::hear_mode(const Letter& mode, Time now) {
   if (mode.sender == index_ && !is_successor_) return;
   leadership_.heard_leader(counted(mode.term), now);
   static_cast<void>(leadership_.decide(now, now));
-  succession_.hear(kArm, mode.mandate());
+  failover_.hear(kArm, mode.mandate());
 }
 
 void SupervisorProcess::lose_patience(Time now) {
@@ -99,9 +99,9 @@ void SupervisorProcess::grant(int out) {
   if (!leads()) return;
   const auto fitness = [&](const std::string&, const std::string& planner) {
     const bool is_out = out >= 0 && planner == planner_name(static_cast<std::size_t>(out));
-    return PlannerFitness{is_out, !is_out};
+    return PlannerHealth{is_out, !is_out};
   };
-  static_cast<void>(succession_.decide(fitness, leadership_));
+  static_cast<void>(failover_.decide(fitness, leadership_));
 }
 
 std::uint64_t SupervisorProcess::next_term() const {
@@ -109,8 +109,8 @@ std::uint64_t SupervisorProcess::next_term() const {
   return would.take_term();
 }
 
-Mandate SupervisorProcess::mandate() const {
-  return succession_.mandate_of(kArm);
+ArmLease SupervisorProcess::mandate() const {
+  return failover_.lease(kArm);
 }
 
 std::vector<Letter> SupervisorProcess::tells() const {
@@ -140,7 +140,7 @@ PlannerProcess::PlannerProcess(const Rules& rules, int index)
 void PlannerProcess::hear(const Letter& letter) {
   if (letter.kind == Letter::Kind::kMode) {
     static_cast<void>(view_.apply(message_of(letter)));
-    duty_.hear(view_.mandate(kArm));
+    duty_.hear(view_.lease(kArm));
   }
   if (letter.kind == Letter::Kind::kState && rules_.driver_proves) duty_.hear_driver(letter.mandate());
 }
@@ -172,7 +172,7 @@ void DriverProcess::hear(const Letter& letter) {
 
 void DriverProcess::hear_mode(const Letter& mode) {
   static_cast<void>(view_.apply(message_of(mode)));
-  Mandate mandate = view_.mandate(kArm);
+  ArmLease mandate = view_.lease(kArm);
   prove(mandate.term);
   if (!rules_.binding) mandate.planner.clear();
   gate_.saw(mandate);
@@ -208,7 +208,7 @@ void DriverProcess::prove(std::uint64_t term) {
 
 // As ArmDriver begins: with nothing but what its memory has, which is what it went by when it last told its state.
 void DriverProcess::restart() {
-  const Mandate remembered = gate_.mandate();
+  const ArmLease remembered = gate_.mandate();
   view_ = {};
   gate_ = CommandGate(1);
   if (rules_.driver_remembers) gate_.saw(remembered);

@@ -11,8 +11,8 @@
 #include "services/arm_driver/command_gate.hpp"
 #include "services/planner/duty.hpp"
 #include "services/runtime/cell_mode.hpp"
-#include "services/supervisor/leadership.hpp"
-#include "services/supervisor/succession.hpp"
+#include "services/supervisor/failover/leadership.hpp"
+#include "services/supervisor/failover/planner_failover.hpp"
 #include "tests/model/terms_letters.hpp"
 
 namespace hecaton::services::model {
@@ -49,7 +49,7 @@ class SupervisorProcess {
   [[nodiscard]] std::uint64_t cell_term() const { return leadership_.term(); }
   [[nodiscard]] std::uint64_t highest() const { return leadership_.highest(); }
   [[nodiscard]] std::uint64_t next_term() const;  ///< that it would take
-  [[nodiscard]] Mandate mandate() const;
+  [[nodiscard]] ArmLease mandate() const;
 
   [[nodiscard]] std::vector<Letter> tells() const;
   [[nodiscard]] std::string key() const;
@@ -62,7 +62,7 @@ class SupervisorProcess {
   int index_;
   bool is_successor_ = false;
   Leadership leadership_;
-  Succession succession_;
+  PlannerFailover failover_;
 };
 
 class PlannerProcess {
@@ -90,9 +90,9 @@ class DriverProcess {
   /// Its process dies and another begins, on the same host.
   void restart();
 
-  [[nodiscard]] const Mandate& mandate() const { return gate_.mandate(); }
+  [[nodiscard]] const ArmLease& mandate() const { return gate_.mandate(); }
   /// The last command that moved the arm was of this mandate, and nothing newer was heard of since.
-  [[nodiscard]] bool follows(const Mandate& mandate) const { return mandate.term > 0 && followed_ == mandate; }
+  [[nodiscard]] bool follows(const ArmLease& mandate) const { return mandate.term > 0 && followed_ == mandate; }
   /// The arm did what it must not, a sentence; empty: all is well.
   [[nodiscard]] const std::string& violation() const { return violation_; }
 
@@ -110,7 +110,7 @@ class DriverProcess {
   CommandGate gate_{1};
 
   // The account goes on when the process dies.
-  Mandate followed_;          // of the last command that moved the arm, until a newer mandate was proved
+  ArmLease followed_;         // of the last command that moved the arm, until a newer mandate was proved
   std::uint64_t proved_ = 0;  // the highest term of a mandate that the driver was shown
   std::string violation_;
 };

@@ -12,12 +12,12 @@
 namespace hecaton::world {
 namespace {
 
-EditResult refused(std::string reason) {
-  return {false, std::move(reason)};
+EditResult unknown(const char* what, const std::string& name) {
+  return {EditRefusal::kUnknownName, name, std::string("there is no ") + what + " named '" + name + "'"};
 }
 
-EditResult unknown_obstacle(const std::string& name) {
-  return refused("there is no obstacle named '" + name + "'");
+EditResult not_now(const std::string& subject, std::string reason) {
+  return {EditRefusal::kNotNow, subject, std::move(reason)};
 }
 
 /// Throws unless the arms can be simulated; returns them.
@@ -204,21 +204,27 @@ ObstacleSnapshot BulletWorld::snapshot() const {
 }
 
 EditResult BulletWorld::add(const Obstacle& obstacle) {
-  if (auto reason = impl_->why_not(obstacle); !reason.empty()) return refused(std::move(reason));
+  if (auto reason = impl_->why_not(obstacle); !reason.empty()) {
+    const bool taken = impl_->obstacle_index(obstacle.name) >= 0;
+    return {taken ? EditRefusal::kNameTaken : EditRefusal::kInvalidValue, obstacle.name, std::move(reason)};
+  }
   impl_->append(obstacle);
   impl_->referee.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
-  return {true, {}};
+  return {};
 }
 
 EditResult BulletWorld::move(const std::string& name, const Pose& X_WO) {
   const int index = impl_->obstacle_index(name);
-  if (index < 0) return unknown_obstacle(name);
+  if (index < 0) return unknown("obstacle", name);
   Obstacle& obstacle = impl_->scene.obstacles[index];
   if (obstacle.attachment) {
-    return refused("obstacle '" + name + "' is attached to '" + obstacle.attachment->arm + "': detach it first");
+    return not_now(name, "obstacle '" + name + "' is attached to '" + obstacle.attachment->arm + "': detach it first");
   }
-  if (!is_rigid(X_WO)) return refused("obstacle '" + name + "' cannot be moved to what is no finite, rigid pose");
+  if (!is_rigid(X_WO)) {
+    return {EditRefusal::kInvalidValue, name,
+            "obstacle '" + name + "' cannot be moved to what is no finite, rigid pose"};
+  }
   obstacle.X_WO = X_WO;
   if (auto* dynamic = std::get_if<DynamicMotion>(&obstacle.motion)) {
     dynamic->initial_velocity = {};
@@ -227,48 +233,49 @@ EditResult BulletWorld::move(const std::string& name, const Pose& X_WO) {
   }
   impl_->states[index] = {X_WO, {}};
   impl_->pushing.renew(index);
-  return {true, {}};
+  return {};
 }
 
 EditResult BulletWorld::remove(const std::string& name) {
   const int index = impl_->obstacle_index(name);
-  if (index < 0) return unknown_obstacle(name);
+  if (index < 0) return unknown("obstacle", name);
   impl_->scene.obstacles.erase(impl_->scene.obstacles.begin() + index);
   impl_->states.erase(impl_->states.begin() + index);
   impl_->carriers.erase(impl_->carriers.begin() + index);
   impl_->pushing.erase(index);
   impl_->referee.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
-  return {true, {}};
+  return {};
 }
 
 EditResult BulletWorld::attach(const std::string& name, const std::string& arm) {
   const int index = impl_->obstacle_index(name);
-  if (index < 0) return unknown_obstacle(name);
+  if (index < 0) return unknown("obstacle", name);
   const int carrier = impl_->arm_index(arm);
-  if (carrier < 0) return refused("there is no arm named '" + arm + "'");
+  if (carrier < 0) return unknown("arm", arm);
   Obstacle& obstacle = impl_->scene.obstacles[index];
   if (obstacle.attachment) {
-    return refused("obstacle '" + name + "' is already attached to '" + obstacle.attachment->arm + "'");
+    return not_now(name, "obstacle '" + name + "' is already attached to '" + obstacle.attachment->arm + "'");
   }
   const ArmTrack& track = impl_->tracks[carrier];
-  if (!track.known()) return refused("where arm '" + arm + "' is was never measured");
+  if (!track.known()) return not_now(arm, "where arm '" + arm + "' is was never measured");
 
   obstacle.X_WO = impl_->states[index].X_WO;
   obstacle.attachment = Attachment{arm, track.X_WT().inverse() * obstacle.X_WO};
   if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
   impl_->change_hands(index);
   impl_->states[index] = impl_->prescribed(index);
-  return {true, {}};
+  return {};
 }
 
 EditResult BulletWorld::detach(const std::string& name) {
   const int index = impl_->obstacle_index(name);
-  if (index < 0) return unknown_obstacle(name);
+  if (index < 0) return unknown("obstacle", name);
   Obstacle& obstacle = impl_->scene.obstacles[index];
-  if (!obstacle.attachment) return refused("obstacle '" + name + "' is not attached to any arm");
+  if (!obstacle.attachment) return not_now(name, "obstacle '" + name + "' is not attached to any arm");
   if (!impl_->carriers[index]->known()) {
-    return refused("where arm '" + obstacle.attachment->arm + "', which carries '" + name + "', is was never measured");
+    return not_now(name,
+                   "where arm '" + obstacle.attachment->arm + "', which carries '" + name + "', is was never measured");
   }
   MotionState state = impl_->prescribed(index);
   obstacle.attachment.reset();
@@ -277,7 +284,7 @@ EditResult BulletWorld::detach(const std::string& name) {
   if (!is_free(obstacle)) state.velocity = {};
   impl_->change_hands(index);
   impl_->states[index] = state;
-  return {true, {}};
+  return {};
 }
 
 const ContactReferee& BulletWorld::referee() const {

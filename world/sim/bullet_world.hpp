@@ -14,10 +14,21 @@
 
 namespace hecaton::world {
 
-/// The outcome of an edit: done, or one sentence that says why not. A refused edit changes nothing.
+/// Why an edit was refused.
+enum class EditRefusal {
+  kNone,          ///< it was done
+  kUnknownName,   ///< of an obstacle or an arm
+  kNameTaken,     ///< by another obstacle, or by an arm
+  kInvalidValue,  ///< a shape, pose, motion or carrier that is impossible
+  kNotNow,        ///< the obstacle or the arm is in a state that forbids it
+};
+
+/// The outcome of an edit. A refused edit changes nothing.
 struct EditResult {
-  bool done = false;
-  std::string reason;
+  EditRefusal refusal = EditRefusal::kNone;
+  std::string subject{};  ///< the obstacle or arm that the refusal is about
+  std::string reason{};   ///< one sentence for people; empty only when done
+  [[nodiscard]] bool done() const { return refusal == EditRefusal::kNone; }
 };
 
 /// One period: set_arm() for every arm that was measured, step(), snapshot(). Not thread-safe; worlds share nothing, so

@@ -11,25 +11,16 @@
 #include <vector>
 
 #include "world/model/scene.hpp"
+#include "world/model/separation.hpp"
 #include "world/model/snapshot.hpp"
 #include "world/sim/arm_bodies.hpp"
 
 namespace hecaton::world {
 
-enum class ContactKind : std::uint8_t { kArmArm, kArmObstacle, kArmSelf };
 inline constexpr int kContactKinds = 3;
 
 /// A contact begins at a distance ≤ 0 and lasts until the two are further apart than this [m].
 inline constexpr double kPartedDistance = 1e-3;
-
-/// One pair's separation at one instant.
-struct Separation {
-  double distance = 0.0;  ///< [m]; ≤ 0: contact, the depth negative
-  ContactKind kind = ContactKind::kArmArm;
-  std::string a;      ///< "arm1/forearm"
-  std::string b;      ///< "arm2/wrist", "arm2/box" for what arm2 carries, or "pallet"
-  double time = 0.0;  ///< world time [s]
-};
 
 /// The account of one kind of pairs.
 struct KindReport {

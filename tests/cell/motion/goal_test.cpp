@@ -110,7 +110,7 @@ TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
   wall.shapes()[0].dimensions().z(0.3);
   add.obstacle(wall);
   const auto reply = edit(add);
-  ASSERT_TRUE(reply.done()) << reply.reason();
+  ASSERT_TRUE(reply.done()) << reply.cause().text();
   // The planner knows the wall when it answers: edits and goals come over different topics, so ask until it does.
   int attempt = 0;
   ASSERT_TRUE(await([&] {

@@ -115,7 +115,7 @@ bool MotionCell::await(const std::function<bool()>& event) {
     read_all();
     if (event()) return true;
     if (bus::Clock::now() >= beat) {
-      set_mode(mode_.mode(), mode_.term(), mode_.reason());
+      set_mode(mode_.mode(), mode_.term(), mode_.cause().text());
       beat = bus::Clock::now() + kSupervisorPeriod;
     }
     (void)mailbox_.wait(kSupervisorPeriod);
@@ -139,7 +139,7 @@ void MotionCell::read_all() {
 void MotionCell::set_mode(msg::Mode mode, std::uint64_t term, const std::string& reason) {
   mode_.mode(mode);
   mode_.term(term);
-  mode_.reason(reason);
+  mode_.cause(reason.empty() ? msg::Cause() : make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, reason));
   mode_.sequence_number(mode_.sequence_number() + 1);
   EXPECT_TRUE(modes_.write(mode_));
 }

@@ -27,7 +27,7 @@ class MotionWorld : public MotionCell {
   [[nodiscard]] std::string refusal(const msg::WorldEditRequest& wanted) {
     const auto reply = edit(wanted);
     EXPECT_FALSE(reply.done());
-    return reply.reason();
+    return reply.cause().text();
   }
 
   /// The world's answer to `attach` once the arm's state has reached it: before that it refuses for want of a measured
@@ -36,8 +36,8 @@ class MotionWorld : public MotionCell {
     msg::WorldEditReply reply;
     EXPECT_TRUE(await([&] {
       reply = edit(request(msg::EditKind::EDIT_ATTACH, name, arm));
-      return reply.done() || reply.reason().find("measured") == std::string::npos;
-    })) << reply.reason();
+      return reply.done() || reply.cause().text().find("measured") == std::string::npos;
+    })) << reply.cause().text();
     return reply;
   }
 };
@@ -67,7 +67,7 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
   add.obstacle(box("crate", 2.0, 0.5, 0.5));
   const auto added = edit(add);
-  ASSERT_TRUE(added.done()) << added.reason();
+  ASSERT_TRUE(added.done()) << added.cause().text();
   ASSERT_TRUE(await([&] { return obstacle("crate") != nullptr && state("crate") != nullptr; }));
 
   msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "crate");
@@ -77,7 +77,8 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
 
   const auto out_of_reach = attach("crate", "arm1");
   EXPECT_FALSE(out_of_reach.done());
-  EXPECT_NE(out_of_reach.reason().find("at most 0.1 m from the tool"), std::string::npos) << out_of_reach.reason();
+  EXPECT_NE(out_of_reach.cause().text().find("at most 0.1 m from the tool"), std::string::npos)
+      << out_of_reach.cause().text();
 
   // At home the tool is at (0.2194, 0.15, 1.4507) and points along (0.964, 0, 0.267) [m]: 0.1 m ahead of it.
   move.X_WO().position().x(0.3158);
@@ -86,7 +87,7 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   ASSERT_TRUE(edit(move).done());
 
   const auto attached = attach("crate", "arm1");
-  ASSERT_TRUE(attached.done()) << attached.reason();
+  ASSERT_TRUE(attached.done()) << attached.cause().text();
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to() == "arm1"; }));
   ASSERT_TRUE(await([&] { return arm()->carried() == "crate"; }));
   ASSERT_TRUE(edit(request(msg::EditKind::EDIT_DETACH, "crate")).done());
@@ -126,7 +127,8 @@ TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
     if (reply.done()) static_cast<void>(edit(request(msg::EditKind::EDIT_REMOVE, "hat")));
     return !reply.done();
   }));
-  EXPECT_NE(reply.reason().find("must be clear of the arms, but arm1/"), std::string::npos) << reply.reason();
+  EXPECT_NE(reply.cause().text().find("must be clear of the arms, but arm1/"), std::string::npos)
+      << reply.cause().text();
   ASSERT_TRUE(await([&] { return obstacle("hat") == nullptr; }));
   EXPECT_EQ(obstacle("post")->edition(), edition);
   EXPECT_EQ(shapes_.latest().size(), 1U);

@@ -27,15 +27,14 @@ TEST(FaultAccount, WhatAnotherToldWhileItLedIsKeptAndOutlivesTheSupervisor) {
   told.term(1);
   told.sequence_number(1);
   told.severity(msg::Severity::SEVERITY_ERROR);
-  told.kind("node_silent");
-  told.subject("planner/left");
-  told.seen("planner/left: no heartbeat on the other side");
+  told.cause(
+      make_cause(msg::CauseKind::CAUSE_NODE_SILENT, "planner/left", "planner/left: no heartbeat on the other side"));
   told.since_unix_ms(read_clocks().now_unix_ms - 5000);
   bus::Writer<msg::Fault> another(cell.participant());
   ASSERT_TRUE(another.write(told));
   const auto is_over = [&](const msg::CellStatus& status) {
     const msg::Fault* kept = find_fault(status, told.id());
-    return kept && kept->cleared() && kept->seen() == told.seen();
+    return kept && kept->cleared() && kept->cause() == told.cause();
   };
   cell.await("another's fault, over because its cause is gone", is_over);
   cell.await_healthy();
@@ -51,7 +50,8 @@ TEST(FaultAccount, WhatNobodyHasAdoptedStaysWhenItsTellerStandsBack) {
   const int pid = pid_of_node(cell.await_healthy(), "planner/left");
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const msg::Fault fault = cell.await_fault("a fault that is over", [](const msg::Fault& told) {
-    return told.kind() == "process_died" && told.subject() == "planner/left" && told.cleared();
+    return told.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && told.cause().subject() == "planner/left" &&
+           told.cleared();
   });
 
   bus::Reader<msg::Heartbeat> beats(cell.participant(), &cell.mailbox());

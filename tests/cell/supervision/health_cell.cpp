@@ -96,7 +96,7 @@ msg::CellStatus HealthCell::await_healthy() {
     return nodes.size() == 7 && hosts.size() == 1 && hosts[0].processes().size() == 6 &&
            std::all_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.alive(); }) &&
            std::all_of(faults.begin(), faults.end(), [](const auto& fault) { return fault.cleared(); }) &&
-           status.mode().mode() == msg::Mode::MODE_RUN && status.mode().held_arms().empty();
+           status.mode().mode() == msg::Mode::MODE_RUN && arms_on(status.mode(), msg::Mode::MODE_HOLD).empty();
   });
 }
 
@@ -112,7 +112,8 @@ msg::CellMode HealthCell::await_mode(const std::string& what,
     }
     static_cast<void>(modes_.wait_for_data(1s));
   }
-  give_up("no such mode: " + what + "; last: " + std::to_string(static_cast<int>(last.mode())) + ' ' + last.reason());
+  give_up("no such mode: " + what + "; last: " + std::to_string(static_cast<int>(last.mode())) + ' ' +
+          causes_text(last));
 }
 
 msg::Fault HealthCell::await_fault(const std::string& what, const std::function<bool(const msg::Fault&)>& condition) {
@@ -225,7 +226,7 @@ int pid_of_node(const msg::CellStatus& status, const std::string& node) {
 
 int open_faults(const msg::CellStatus& status, const std::string& kind, const std::string& subject) {
   return static_cast<int>(std::count_if(status.faults().begin(), status.faults().end(), [&](const msg::Fault& fault) {
-    return !fault.cleared() && fault.kind() == kind && fault.subject() == subject;
+    return !fault.cleared() && cause_name(fault.cause().kind()) == kind && fault.cause().subject() == subject;
   }));
 }
 
@@ -255,14 +256,14 @@ bool Witnesses::await_all_ended() const {
 std::string text_of(const msg::CellStatus& status) {
   std::ostringstream text;
   text << "mode " << static_cast<int>(status.mode().mode()) << " term " << status.mode().term() << ' '
-       << status.mode().reason() << '\n';
-  for (const auto& arm : status.arms()) text << arm.arm() << " waits for: " << arm.waiting_for() << '\n';
+       << causes_text(status.mode()) << '\n';
+  for (const auto& arm : status.arms()) text << arm.arm() << " waits for: " << arm.waiting_for().text() << '\n';
   for (const auto& node : status.nodes()) {
     text << node.heartbeat().node() << (node.alive() ? " alive " : " not alive ") << node.age() << " s\n";
   }
   for (const auto& fault : status.faults()) {
-    text << fault.id() << ' ' << fault.kind() << ' ' << fault.seen() << (fault.cleared() ? " cleared" : " open")
-         << '\n';
+    text << fault.id() << ' ' << cause_name(fault.cause().kind()) << ' ' << fault.cause().text()
+         << (fault.cleared() ? " cleared" : " open") << '\n';
   }
   return text.str();
 }

@@ -18,7 +18,7 @@ int pid_of(const msg::CellStatus& status, const std::string& name) {
 }
 
 bool fault_is(const msg::Fault& fault, const std::string& kind, const std::string& subject, bool cleared) {
-  return fault.kind() == kind && fault.subject() == subject && fault.cleared() == cleared;
+  return cause_name(fault.cause().kind()) == kind && fault.cause().subject() == subject && fault.cleared() == cleared;
 }
 
 TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
@@ -31,11 +31,12 @@ TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
   const auto fault = cell.await_fault("death of planner/left", [](const msg::Fault& told) {
     return fault_is(told, "process_died", "planner/left", false);
   });
-  EXPECT_EQ(fault.seen(), "planner/left: process " + std::to_string(pid) + " was ended by signal 9 (Killed)");
+  EXPECT_EQ(fault.cause().text(), "planner/left: process " + std::to_string(pid) + " was ended by signal 9 (Killed)");
   EXPECT_EQ(fault.severity(), msg::Severity::SEVERITY_ERROR);
   cell.await_mode("left is held", [](const msg::CellMode& mode) {
-    return contains(mode.held_arms(), "left") && !contains(mode.held_arms(), "right") &&
-           mode.mode() == msg::Mode::MODE_RUN && mode.reason().find("signal 9") != std::string::npos;
+    return contains(arms_on(mode, msg::Mode::MODE_HOLD), "left") &&
+           !contains(arms_on(mode, msg::Mode::MODE_HOLD), "right") && mode.mode() == msg::Mode::MODE_RUN &&
+           causes_text(mode).find("signal 9") != std::string::npos;
   });
 
   const auto cleared = cell.await_fault(
@@ -58,7 +59,7 @@ TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
   const auto held = cell.await("right is held, and told why", [](const msg::CellStatus& status) {
     const auto arm = arm_of(status, "right");
     return arm.mode() == msg::Mode::MODE_HOLD && !arm.planner_alive() && arm.driver_alive() &&
-           arm.waiting_for().starts_with("held: planner/right: no heartbeat for more than ");
+           arm.waiting_for().text().starts_with("held: planner/right: no heartbeat for more than ");
   });
   EXPECT_EQ(arm_of(held, "left").mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(open_faults(held, "node_silent", "planner/right"), 1);
@@ -81,7 +82,7 @@ TEST(HealthFaults, StoppedDriverIsOneFault) {
            seen.faults().front().severity() == msg::Severity::SEVERITY_ERROR;
   });
   EXPECT_EQ(open_faults(status, "driver_silent", "left"), 0);
-  EXPECT_TRUE(contains(status.mode().held_arms(), "left"));
+  EXPECT_TRUE(contains(arms_on(status.mode(), msg::Mode::MODE_HOLD), "left"));
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   cell.await_healthy();
 }
@@ -92,7 +93,7 @@ TEST(HealthFaults, KilledWorldHoldsTheCellUntilItIsBack) {
   ASSERT_GT(pid, 0);
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   cell.await_mode("the cell is held", [](const msg::CellMode& mode) {
-    return mode.mode() == msg::Mode::MODE_HOLD && mode.reason().starts_with("world: process ");
+    return mode.mode() == msg::Mode::MODE_HOLD && causes_text(mode).starts_with("world: process ");
   });
   cell.await_mode("the cell runs again", [](const msg::CellMode& mode) { return mode.mode() == msg::Mode::MODE_RUN; });
   const auto status = cell.await_healthy();
@@ -109,8 +110,9 @@ TEST(HealthFaults, WithoutRestartTheFaultStays) {
     for (const auto& node : status.nodes()) {
       if (node.heartbeat().kind() == msg::NodeKind::NODE_AGENT &&
           node.heartbeat().state() == msg::NodeState::NODE_DEGRADED) {
-        return node.heartbeat().detail() == "driver-right ended and is not restarted" &&
-               open_faults(status, "process_died", "driver/right") == 1 && contains(status.mode().held_arms(), "right");
+        return node.heartbeat().cause().text() == "driver-right ended and is not restarted" &&
+               open_faults(status, "process_died", "driver/right") == 1 &&
+               contains(arms_on(status.mode(), msg::Mode::MODE_HOLD), "right");
       }
     }
     return false;
@@ -125,7 +127,7 @@ TEST(HealthFaults, OthersWorkAroundAnArmWhoseDriverDied) {
   cell.await_goal("under way", [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto mode = cell.await_mode("right is lost", [](const msg::CellMode& told) {
-    return told.lost_arms().size() == 1 && contains(told.held_arms(), "right");
+    return told.lost_arms().size() == 1 && contains(arms_on(told, msg::Mode::MODE_HOLD), "right");
   });
   EXPECT_EQ(mode.lost_arms().front().arm(), "right");
   EXPECT_EQ(mode.lost_arms().front().q().size(), 6U);
@@ -149,7 +151,7 @@ TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
   const int pid = pid_of(cell.await_healthy(), "planner-left");
   bus::Writer<msg::Heartbeat> second(cell.participant());
   const auto is = [](const msg::Fault& told, bool cleared) {
-    return fault_is(told, "node_twice", "planner/left", cleared);
+    return fault_is(told, "duplicate_node", "planner/left", cleared);
   };
   bus::Reader<msg::Fault> faults(cell.participant(), &cell.mailbox());
   msg::Heartbeat beat;
@@ -164,7 +166,7 @@ TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
     static_cast<void>(cell.mailbox().wait(10ms));
     static_cast<void>(cell.mailbox().take_events());
     for (const auto& sample : faults.take()) {
-      if (!sample.disposed && is(sample.value, false)) seen = sample.value.seen();
+      if (!sample.disposed && is(sample.value, false)) seen = sample.value.cause().text();
     }
   }
   EXPECT_NE(seen.find("processes 1 and " + std::to_string(pid)), std::string::npos) << seen;

@@ -54,7 +54,7 @@ class HealthGoalOfTwo : public ::testing::Test {
       const msg::ArmStatus left = arm_of(status, "left");
       return left.state().mode() == msg::ArmMode::ARM_RUNNING && left.planner_alive() &&
              left.standby().empty() != with_standby && status.mode().mode() == msg::Mode::MODE_RUN &&
-             status.mode().held_arms().empty();
+             arms_on(status.mode(), msg::Mode::MODE_HOLD).empty();
     });
   }
   void expect_arrival(const std::string& goal) {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/supervisor/memory.hpp"
+#include "services/supervisor/replication/checkpoint.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 
@@ -27,7 +27,7 @@ class HealthOrders : public ::testing::Test {
 TEST_F(HealthOrders, StatusTellsTheWholeCell) {
   const auto status = cell_.await("arms that wait for a goal", [](const msg::CellStatus& seen) {
     return seen.has_referee() && seen.obstacles().size() == 1 && seen.arms().size() == 2 &&
-           seen.arms()[0].waiting_for() == "a goal" && seen.arms()[1].waiting_for() == "a goal";
+           seen.arms()[0].waiting_for().text() == "a goal" && seen.arms()[1].waiting_for().text() == "a goal";
   });
   EXPECT_EQ(status.cell(), "health");
   EXPECT_EQ(status.supervisor(), "supervisor");
@@ -52,7 +52,7 @@ TEST_F(HealthOrders, StopIsLatchedUntilResume) {
   EXPECT_TRUE(reply.done());
   EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
   EXPECT_EQ(arm_of(reply.status(), "left").mode(), msg::Mode::MODE_STOP);
-  EXPECT_EQ(arm_of(reply.status(), "left").waiting_for(), "the cell is on stop by operator: waits for resume");
+  EXPECT_EQ(arm_of(reply.status(), "left").waiting_for().text(), "the cell is on stop by operator: waits for resume");
   reply = order(msg::RequestKind::REQUEST_HOLD);
   EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
   reply = order(msg::RequestKind::REQUEST_RESUME, {"left"});
@@ -69,21 +69,21 @@ TEST_F(HealthOrders, SingleArmsAreHeldAndReleased) {
   auto reply = order(msg::RequestKind::REQUEST_HOLD, {"left"});
   EXPECT_TRUE(reply.done());
   EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_RUN);
-  EXPECT_EQ(reply.status().mode().held_arms(), std::vector<std::string>{"left"});
+  EXPECT_EQ(arms_on(reply.status().mode(), msg::Mode::MODE_HOLD), std::vector<std::string>{"left"});
   reply = order(msg::RequestKind::REQUEST_STOP, {"right"});
-  EXPECT_EQ(reply.status().mode().stopped_arms(), std::vector<std::string>{"right"});
+  EXPECT_EQ(arms_on(reply.status().mode(), msg::Mode::MODE_STOP), std::vector<std::string>{"right"});
   reply = order(msg::RequestKind::REQUEST_RESUME, {"left"});
-  EXPECT_TRUE(reply.status().mode().held_arms().empty());
-  EXPECT_EQ(reply.status().mode().stopped_arms(), std::vector<std::string>{"right"});
+  EXPECT_TRUE(arms_on(reply.status().mode(), msg::Mode::MODE_HOLD).empty());
+  EXPECT_EQ(arms_on(reply.status().mode(), msg::Mode::MODE_STOP), std::vector<std::string>{"right"});
 }
 
 TEST_F(HealthOrders, UnknownArmIsRefusedWithTheNamesThatAreAllowed) {
   cell_.await_healthy();
   const auto reply = order(msg::RequestKind::REQUEST_HOLD, {"middle"});
   EXPECT_FALSE(reply.done());
-  EXPECT_EQ(reply.reason(), "unknown arm middle: this cell's arms are left, right");
+  EXPECT_EQ(reply.cause().text(), "unknown arm middle: this cell's arms are left, right");
   EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_RUN);
-  EXPECT_TRUE(reply.status().mode().held_arms().empty());
+  EXPECT_TRUE(arms_on(reply.status().mode(), msg::Mode::MODE_HOLD).empty());
 }
 
 TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
@@ -92,7 +92,7 @@ TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
   ASSERT_TRUE(supervisor);
   cell_.send_goal("left", "g1", "turned");
   cell_.await("left moves", [](const msg::CellStatus& status) {
-    return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
+    return arm_of(status, "left").has_goal() && is_none(arm_of(status, "left").waiting_for());
   });
   ASSERT_TRUE(test::signal_process(supervisor->pid(), SIGKILL));
 
@@ -110,7 +110,9 @@ TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
   EXPECT_GT(arm_of(after, "right").state().term(), before.mode().term());
   cell_.await("the predecessor's death is known", [](const msg::CellStatus& status) {
     for (const auto& fault : status.faults()) {
-      if (fault.kind() == "process_died" && fault.subject() == "supervisor" && fault.cleared()) return true;
+      if (fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == "supervisor" &&
+          fault.cleared())
+        return true;
     }
     return false;
   });
@@ -126,18 +128,20 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
   const auto mode =
       cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
   EXPECT_EQ(mode.mode(), msg::Mode::MODE_STOP);
-  EXPECT_EQ(mode.stopped_arms(), std::vector<std::string>{"right"});
+  EXPECT_EQ(arms_on(mode, msg::Mode::MODE_STOP), std::vector<std::string>{"right"});
   const auto resumed = order(msg::RequestKind::REQUEST_RESUME).status().mode();
   EXPECT_EQ(resumed.mode(), msg::Mode::MODE_RUN);
-  EXPECT_EQ(resumed.stopped_arms(), std::vector<std::string>{"right"}) << "it was stopped by name";
-  EXPECT_TRUE(order(msg::RequestKind::REQUEST_RESUME, {"right"}).status().mode().stopped_arms().empty());
+  EXPECT_EQ(arms_on(resumed, msg::Mode::MODE_STOP), std::vector<std::string>{"right"}) << "it was stopped by name";
+  EXPECT_TRUE(
+      order(msg::RequestKind::REQUEST_RESUME, {"right"}) arms_on(.status().mode(), msg::Mode::MODE_STOP).empty());
 }
 
 TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
   const auto before = cell_.await_healthy();
   ASSERT_TRUE(test::signal_process(process_of(before, "planner-left")->pid(), SIGKILL));
   const auto died = cell_.await_fault("death of planner/left", [](const msg::Fault& told) {
-    return told.subject() == "planner/left" && told.kind() == "process_died" && told.cleared();
+    return told.cause().subject() == "planner/left" && told.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED &&
+           told.cleared();
   });
   ASSERT_TRUE(test::signal_process(process_of(before, "supervisor")->pid(), SIGKILL));
   cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
@@ -145,7 +149,7 @@ TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
   const auto kept = std::find_if(after.faults().begin(), after.faults().end(),
                                  [&](const msg::Fault& fault) { return fault.id() == died.id(); });
   ASSERT_NE(kept, after.faults().end());
-  EXPECT_EQ(kept->seen(), died.seen());
+  EXPECT_EQ(kept->cause(), died.cause());
   EXPECT_EQ(kept->since_ns(), died.since_ns());
   EXPECT_EQ(kept->cleared_ns(), died.cleared_ns());
 }
@@ -170,7 +174,7 @@ TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
   for (std::error_code error; !std::filesystem::create_directory(next, error);) std::filesystem::remove(next, error);
   const auto reply = order(msg::RequestKind::REQUEST_STOP);
   EXPECT_TRUE(reply.done());
-  EXPECT_NE(reply.reason().find(memory + " cannot be written"), std::string::npos) << reply.reason();
+  EXPECT_NE(reply.cause().text().find(memory + " cannot be written"), std::string::npos) << reply.cause().text();
   EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
   const auto is_degraded = [](const msg::CellStatus& status) {
     return std::any_of(status.nodes().begin(), status.nodes().end(), [](const msg::NodeStatus& node) {
@@ -178,10 +182,10 @@ TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
     });
   };
   const auto forgetful = cell_.await("a degraded supervisor", is_degraded);
-  EXPECT_EQ(open_faults(forgetful, "forgetful", "supervisor"), 1) << text_of(forgetful);
+  EXPECT_EQ(open_faults(forgetful, "persistence_failed", "supervisor"), 1) << text_of(forgetful);
   ASSERT_TRUE(std::filesystem::remove(next));
   cell_.await("that it remembers again", [&](const msg::CellStatus& status) {
-    return !is_degraded(status) && open_faults(status, "forgetful", "supervisor") == 0;
+    return !is_degraded(status) && open_faults(status, "persistence_failed", "supervisor") == 0;
   });
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto after = cell_.await("its successor", [&](const msg::CellStatus& status) {

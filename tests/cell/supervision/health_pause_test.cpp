@@ -26,7 +26,7 @@ class HealthPause : public ::testing::Test {
     cell_.await_healthy();
     cell_.send_goal("left", "way", "away");
     cell_.await("left moves", [](const msg::CellStatus& status) {
-      return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
+      return arm_of(status, "left").has_goal() && is_none(arm_of(status, "left").waiting_for());
     });
   }
   void expect_arrival() {
@@ -37,7 +37,8 @@ class HealthPause : public ::testing::Test {
   msg::Fault fault_that_is_over(const std::string& kind, const std::string& subject) {
     const auto status = cell_.await_healthy();
     for (const msg::Fault& fault : status.faults()) {
-      if (fault.kind() == kind && fault.subject() == subject && fault.cleared()) return fault;
+      if (cause_name(fault.cause().kind()) == kind && fault.cause().subject() == subject && fault.cleared())
+        return fault;
     }
     ADD_FAILURE() << "no " << kind << " of " << subject << " was told:\n" << text_of(status);
     return {};
@@ -53,7 +54,7 @@ TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   expect_arrival();
   const msg::Fault fault = fault_that_is_over("node_silent", "planner/left");
-  EXPECT_TRUE(fault.seen().starts_with("planner/left: no heartbeat for more than ")) << fault.seen();
+  EXPECT_TRUE(fault.cause().text().starts_with("planner/left: no heartbeat for more than ")) << fault.cause().text();
   EXPECT_EQ(process_of(cell_.await_healthy(), "planner-left")->pid(), pid);
 }
 
@@ -93,11 +94,11 @@ TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   cell_.await_mode("a new term", [&](const msg::CellMode& mode) { return mode.term() > before.mode().term(); });
   const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
-  EXPECT_TRUE(own.seen().starts_with("supervisor: was itself stopped and away for ")) << own.seen();
+  EXPECT_TRUE(own.cause().text().starts_with("supervisor: was itself stopped and away for ")) << own.cause().text();
   const auto after = cell_.await_healthy();
   for (const msg::Fault& fault : after.faults()) {
     const bool of_that_time = fault.since_ns() >= own.since_ns() && fault.since_ns() <= own.cleared_ns();
-    EXPECT_TRUE(fault.id() == own.id() || !of_that_time) << fault.seen();
+    EXPECT_TRUE(fault.id() == own.id() || !of_that_time) << fault.cause().text();
   }
   EXPECT_EQ(process_of(after, "supervisor")->pid(), pid);
   cell_.send_goal("right", "way", "away");
@@ -116,7 +117,7 @@ TEST_F(HealthPause, SupervisorTellsOfItsOwnStallWhereNobodyElseCan) {
   }
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
-  EXPECT_TRUE(own.seen().starts_with("supervisor: stood still for ")) << own.seen();
+  EXPECT_TRUE(own.cause().text().starts_with("supervisor: stood still for ")) << own.cause().text();
   EXPECT_EQ(process_of(cell_.await_healthy(), "supervisor")->pid(), pid);
 }
 
@@ -125,9 +126,9 @@ TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGSTOP));
   cell_.await_dropped("agent/localhost");
   cell_.await("agent/localhost is a fault",
-              [](const msg::CellStatus& status) { return open_faults(status, "agent_lost", "localhost") == 1; });
+              [](const msg::CellStatus& status) { return open_faults(status, "host_lost", "localhost") == 1; });
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGCONT));
-  static_cast<void>(fault_that_is_over("agent_lost", "localhost"));
+  static_cast<void>(fault_that_is_over("host_lost", "localhost"));
   const auto after = cell_.await_healthy();
   for (const auto& process : before.hosts()[0].processes()) {
     EXPECT_EQ(process_of(after, process.name())->pid(), process.pid());

@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 
 #include "planner/model/kinematics.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 
@@ -30,7 +30,7 @@ msg::WorldEditRequest add_ball(const std::string& name, double radius, const Eig
   obstacle.shapes.push_back({world::Sphere{radius}});
   obstacle.X_WO.translation() = place;
   msg::WorldEditRequest message = request(msg::EditKind::EDIT_ADD, name);
-  message.obstacle(bus::to_message(obstacle));
+  message.obstacle(messages::to_message(obstacle));
   return message;
 }
 
@@ -86,14 +86,16 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   runner.obstacle().motion().speed(1.0);
   runner.obstacle().motion().length(10.0);
   const auto rolls = cell_.edit(runner);
-  ASSERT_TRUE(rolls.done()) << rolls.reason();
+  ASSERT_TRUE(rolls.done()) << rolls.cause().text();
   cell_.await("a contact", [](const msg::CellStatus& status) { return status.referee().contacts() > 0; });
   ASSERT_TRUE(cell_.edit(request(msg::EditKind::EDIT_REMOVE, "runner")).done());
   cell_.await("a hold", [](const msg::CellStatus& status) {
-    return status.mode().mode() == msg::Mode::MODE_HOLD && status.mode().reason().find("touched") != std::string::npos;
+    return status.mode().mode() == msg::Mode::MODE_HOLD &&
+           causes_text(status.mode()).find("touched") != std::string::npos;
   });
-  const msg::Fault touch = cell_.await_fault("the contact", [](const msg::Fault& f) { return f.kind() == "contact"; });
-  EXPECT_NE(touch.seen().find("runner"), std::string::npos) << touch.seen();
+  const msg::Fault touch = cell_.await_fault(
+      "the contact", [](const msg::Fault& f) { return f.cause().kind() == msg::CauseKind::CAUSE_CONTACT; });
+  EXPECT_NE(touch.cause().text().find("runner"), std::string::npos) << touch.cause().text();
   ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_RESUME)->done());
   const auto gone = cell_.await("no runner", [](const msg::CellStatus& status) { return !obstacle(status, "runner"); });
   const auto before = cell_.await("the whole account", [&](const msg::CellStatus& status) {
@@ -159,23 +161,23 @@ TEST_F(HealthWorld, SaysWhichEditsItDoesNotRememberAndKeepsTheOthers) {
   ASSERT_GT(pid, 0);
   const std::string forgetful = "not remembered, and lost with the world's process: " + memory_of(pid) +
                                 " cannot be written: Too many open files";
-  EXPECT_EQ(cell_.edit(add_ball("first", 0.1, {3.0, 0.0, 0.5})).reason(), "");
+  EXPECT_EQ(cell_.edit(add_ball("first", 0.1, {3.0, 0.0, 0.5})).cause().text(), "");
   {
     const NoFiles none(pid);
     const auto second = cell_.edit(add_ball("second", 0.1, {3.0, 1.0, 0.5}));
     EXPECT_TRUE(second.done());
-    EXPECT_EQ(second.reason(), "the edit is " + forgetful);
+    EXPECT_EQ(second.cause().text(), "the edit is " + forgetful);
     const auto status = cell_.await("that the world says so", [](const msg::CellStatus& seen) {
       return world_in(seen).state() == msg::NodeState::NODE_DEGRADED;
     });
-    EXPECT_EQ(world_in(status).detail(), "edits are " + forgetful);
+    EXPECT_EQ(world_in(status).cause().text(), "edits are " + forgetful);
     EXPECT_TRUE(obstacle(status, "second"));
   }
   cell_.await("that it remembers again", [](const msg::CellStatus& seen) {
-    return world_in(seen).state() == msg::NodeState::NODE_RUNNING && world_in(seen).detail().empty();
+    return world_in(seen).state() == msg::NodeState::NODE_RUNNING && is_none(world_in(seen).cause());
   });
   const NoFiles none(pid);
-  EXPECT_EQ(cell_.edit(add_ball("third", 0.1, {3.0, 2.0, 0.5})).reason(), "the edit is " + forgetful);
+  EXPECT_EQ(cell_.edit(add_ball("third", 0.1, {3.0, 2.0, 0.5})).cause().text(), "the edit is " + forgetful);
   kill_world_and_await_its_successor();
   const auto after = cell_.await("what the successor has", [](const msg::CellStatus& seen) {
     return world_in(seen).state() == msg::NodeState::NODE_RUNNING && obstacle(seen, "second") &&
@@ -194,11 +196,11 @@ TEST_F(HealthWorld, WhatCannotBeRecoveredHoldsTheCellAndIsTold) {
   const auto status = cell_.await("the failure", [](const msg::CellStatus& seen) {
     return open_faults(seen, "node_failed", "world") == 1 && seen.mode().mode() == msg::Mode::MODE_HOLD;
   });
-  EXPECT_EQ(status.mode().reason(), "world: what was edited in the world before it died cannot be recovered (" +
-                                        memory + " is damaged): end the cell and start it again");
+  EXPECT_EQ(causes_text(status.mode()), "world: what was edited in the world before it died cannot be recovered (" +
+                                            memory + " is damaged): end the cell and start it again");
   const auto refused = cell_.edit(add_ball("crate", 0.1, {3.0, 0.0, 0.5}));
   EXPECT_FALSE(refused.done());
-  EXPECT_EQ("world: " + refused.reason(), status.mode().reason());
+  EXPECT_EQ("world: " + refused.cause().text(), causes_text(status.mode()));
 }
 
 }  // namespace

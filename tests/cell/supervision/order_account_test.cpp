@@ -62,7 +62,7 @@ TEST(OrderAccount, WhatWasOrderedUnheardIsOrderedFromWhoLeads) {
   const auto after = cell.await("the first, leading again", [&](const msg::CellStatus& status) {
     return status.mode().term() > before.mode().term() + 1000;
   });
-  EXPECT_EQ(after.mode().stopped_arms(), std::vector<std::string>{"left"});
+  EXPECT_EQ(arms_on(after.mode(), msg::Mode::MODE_STOP), std::vector<std::string>{"left"});
   EXPECT_EQ(after.mode().ordered(), msg::Mode::MODE_HOLD) << "the other's orders hold, too";
 }
 

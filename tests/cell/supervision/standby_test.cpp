@@ -28,14 +28,14 @@ class Standby : public ::testing::Test {
     return cell_.await("standbys that are ready", [](const msg::CellStatus& status) {
       return !status.standby().empty() && !arm_of(status, "left").standby().empty() &&
              arm_of(status, "left").state().mode() == msg::ArmMode::ARM_RUNNING &&
-             status.mode().mode() == msg::Mode::MODE_RUN && status.mode().held_arms().empty();
+             status.mode().mode() == msg::Mode::MODE_RUN && arms_on(status.mode(), msg::Mode::MODE_HOLD).empty();
     });
   }
   msg::CellStatus send_left_on_its_way() {
     await_ready();
     cell_.send_goal("left", "way", "away");
     cell_.await("left moves", [](const msg::CellStatus& status) {
-      return arm_of(status, "left").has_goal() && arm_of(status, "left").waiting_for().empty();
+      return arm_of(status, "left").has_goal() && is_none(arm_of(status, "left").waiting_for());
     });
     return await_ready();
   }
@@ -89,10 +89,10 @@ TEST_F(Standby, OfAKilledPlannerBringsTheArmToItsGoal) {
   const msg::ArmStatus before = arm_of(status, "left");
   ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
   const msg::ArmStatus after = await_successor(before);
-  EXPECT_TRUE(after.mode() == msg::Mode::MODE_RUN) << "its fault holds nobody: " << after.waiting_for();
+  EXPECT_TRUE(after.mode() == msg::Mode::MODE_RUN) << "its fault holds nobody: " << after.waiting_for().text();
   expect_arrival();
   cell_.await_fault("the death", [&](const msg::Fault& fault) {
-    return fault.kind() == "process_died" && fault.subject() == before.planner();
+    return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == before.planner();
   });
   await_standing_by(before.planner());
 }
@@ -152,7 +152,8 @@ TEST_F(Standby, WasTakenOverFromAlsoForADriverThatIsRestarted) {
   const auto taken_over = await_ready();
   ASSERT_EQ(kill(pid_of_node(taken_over, "driver/left"), SIGKILL), 0);
   cell_.await_fault("the driver's death", [&](const msg::Fault& fault) {
-    return fault.kind() == "process_died" && fault.subject() == "driver/left" && fault.cleared();
+    return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == "driver/left" &&
+           fault.cleared();
   });
   const msg::ArmStatus after = arm_of(await_ready(), "left");
   EXPECT_GE(after.term(), arm_of(taken_over, "left").term());
@@ -163,7 +164,8 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
   const msg::ArmStatus first = arm_of(started, "left");
   ASSERT_EQ(kill(pid_of_node(started, first.planner()), SIGKILL), 0);
   const msg::Fault died = cell_.await_fault("the planner's death", [&](const msg::Fault& fault) {
-    return fault.kind() == "process_died" && fault.subject() == first.planner() && fault.cleared();
+    return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == first.planner() &&
+           fault.cleared();
   });
   const auto before = cell_.await("a standby", [](const auto& status) { return !status.standby().empty(); });
   const std::string leader = before.supervisor();
@@ -175,13 +177,13 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
     return seen.node() != leader && seen.term() > before.mode().term();
   });
   EXPECT_EQ(mode.mode(), msg::Mode::MODE_RUN);
-  EXPECT_EQ(mode.arms_ordered_to_hold(), std::vector<std::string>{"left"});
+  EXPECT_EQ(orders_in(mode).arms.at("left"), msg::Mode::MODE_HOLD);
   const auto after = cell_.await("an answer", [&](const msg::CellStatus& seen) { return seen.supervisor() != leader; });
   EXPECT_TRUE(std::any_of(after.faults().begin(), after.faults().end(), [&](const msg::Fault& fault) {
-    return fault.id() == died.id() && fault.cleared() && fault.seen() == died.seen();
+    return fault.id() == died.id() && fault.cleared() && fault.cause() == died.cause();
   })) << text_of(after);
   cell_.await_fault("the supervisor's death", [&](const msg::Fault& fault) {
-    return fault.kind() == "process_died" && fault.subject() == leader;
+    return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == leader;
   });
 
   ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_RESUME)->done());
@@ -225,7 +227,7 @@ TEST_F(Standby, IsToldWhatWasOrderedWhileItHung) {
   });
   ASSERT_EQ(kill(led, SIGCONT), 0);
   cell_.await("the stop, from who leads now", [&](const msg::CellStatus& status) {
-    return contains(status.mode().stopped_arms(), "left") && !status.standby().empty();
+    return contains(arms_on(status.mode(), msg::Mode::MODE_STOP), "left") && !status.standby().empty();
   });
 }
 
@@ -241,7 +243,8 @@ TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
   cell_.await_dropped(leader);
   ASSERT_EQ(kill(goes_on, SIGCONT), 0);
   const msg::Fault fault = cell_.await_fault("that the other is silent", [&](const msg::Fault& told) {
-    return told.kind() == "node_silent" && told.subject() == leader && !told.cleared();
+    return told.cause().kind() == msg::CauseKind::CAUSE_NODE_SILENT && told.cause().subject() == leader &&
+           !told.cleared();
   });
   ASSERT_EQ(kill(hung, SIGCONT), 0);
   cell_.await_fault("that it is back",

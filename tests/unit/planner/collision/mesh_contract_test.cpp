@@ -51,7 +51,8 @@ struct StandIn {
 std::vector<StandIn> stand_ins(const std::string& path) {
   std::vector<StandIn> all;
   for (const MeshGeometry kind : {MeshGeometry::kConvexHull, MeshGeometry::kCapsule}) {
-    const LinkGeometry geometry = mesh_shape(path, {1, 1, 1}, kind, "test").geometry;
+    SourceFiles sources;
+    const LinkGeometry geometry = mesh_shape(path, {1, 1, 1}, kind, "test", sources).geometry;
     all.push_back({geometry.shape, geometry.X_LS});
     if (const auto fast = link_capsule(geometry.shape)) {
       all.push_back({fast->placed.capsule, geometry.X_LS * fast->placed.X_FS});

@@ -130,10 +130,11 @@ INSTANTIATE_TEST_SUITE_P(Formats, MeshFormats, testing::Values("m.STL", "binary.
 TEST(Collada, UnitAppliesUpAxisDoesNotNodesDo) {
   const test::TemporaryFolder folder;
   const Mesh box = box_mesh({100, 200, 400});
+  SourceFiles sources;
   for (const std::string up : {"Z_UP", "Y_UP", "X_UP"}) {
     const std::string path = folder.write("m.dae", dae(box, up, "0.001", "<translate>1000 0 0</translate>"));
     const Eigen::AlignedBox3d bound =
-        bounds(mesh_shape(path, Eigen::Vector3d::Ones(), MeshGeometry::kConvexHull, "x").geometry);
+        bounds(mesh_shape(path, Eigen::Vector3d::Ones(), MeshGeometry::kConvexHull, "x", sources).geometry);
     EXPECT_TRUE(bound.min().isApprox(Eigen::Vector3d(1.0, 0, 0), 1e-6)) << up << " " << bound.min().transpose();
     EXPECT_TRUE(bound.max().isApprox(Eigen::Vector3d(1.1, 0.2, 0.4), 1e-6)) << up << " " << bound.max().transpose();
   }
@@ -199,10 +200,11 @@ TEST(MeshShape, CapsuleOnRequestWithItsExcess) {
 
 TEST(MeshShape, BadMeshesAreRefused) {
   const test::TemporaryFolder folder;
+  SourceFiles sources;
   const auto error = [&](const std::string& name, const std::string& text) -> std::string {
     try {
-      std::ignore =
-          mesh_shape(folder.write(name, text), Eigen::Vector3d::Ones(), MeshGeometry::kConvexHull, "r.urdf: link 'a'");
+      std::ignore = mesh_shape(folder.write(name, text), Eigen::Vector3d::Ones(), MeshGeometry::kConvexHull,
+                               "r.urdf: link 'a'", sources);
     } catch (const ModelError& caught) {
       return caught.what();
     }

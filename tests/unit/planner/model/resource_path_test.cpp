@@ -17,7 +17,9 @@ class ResourcePath : public testing::Test {
   }
   ~ResourcePath() override { unsetenv("ROS_PACKAGE_PATH"); }
 
-  std::string resolve(const std::string& uri) const { return resolve_resource(uri, urdf_, packages_, "link 'a'"); }
+  std::string resolve(const std::string& uri) const {
+    return resolve_resource(uri, urdf_, packages_, "link 'a'", SourceFiles());
+  }
   std::string error(const std::string& uri) const {
     try {
       return "resolved to " + resolve(uri);

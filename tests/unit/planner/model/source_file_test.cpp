@@ -19,13 +19,10 @@ class SourceFile : public testing::Test {
     fs::create_directories(folder_ / "robot");
     write("first");
   }
-  ~SourceFile() override {
-    read_sources_from({});
-    fs::remove_all(folder_);
-  }
+  ~SourceFile() override { fs::remove_all(folder_); }
   void write(const std::string& text) const { std::ofstream(file_) << text; }
-  [[nodiscard]] std::string read() const {
-    std::ifstream file(open_source(file_));
+  [[nodiscard]] std::string read(SourceFiles& sources) const {
+    std::ifstream file(sources.open(file_));
     std::string text;
     std::getline(file, text);
     return text;
@@ -36,26 +33,30 @@ class SourceFile : public testing::Test {
   fs::path snapshot_ = folder_ / "snapshot";
 };
 
-TEST_F(SourceFile, IsReadWhereItIs) {
-  EXPECT_EQ(read(), "first");
-  EXPECT_TRUE(sources_read().contains(file_.string()));
+TEST_F(SourceFile, IsReadInPlaceWithoutSnapshot) {
+  SourceFiles sources;
+  EXPECT_TRUE(sources.read().empty());
+  EXPECT_EQ(read(sources), "first");
+  EXPECT_EQ(sources.read(), std::set<std::string>{file_.string()});
 }
 
-TEST_F(SourceFile, AndFromItsCopyOnceItIsKept) {
-  EXPECT_EQ(read(), "first");
-  keep_sources(snapshot_);
+TEST_F(SourceFile, IsReadFromItsCopyInTheSnapshot) {
+  SourceFiles sources;
+  EXPECT_EQ(read(sources), "first");
+  sources.keep(snapshot_);
   write("second");
-  read_sources_from(snapshot_);
-  EXPECT_EQ(read(), "first");
+  SourceFiles kept(snapshot_);
+  EXPECT_EQ(read(kept), "first");
+  EXPECT_EQ(read(sources), "second");
   fs::remove(file_);
-  EXPECT_EQ(read(), "first");
-  EXPECT_EQ(resolve_resource("arm.urdf", file_.string(), {}, "test"), file_.string()) << "names stay as they were";
+  EXPECT_EQ(read(kept), "first");
+  EXPECT_EQ(resolve_resource("arm.urdf", file_.string(), {}, "test", kept), file_.string()) << "names stay";
 }
 
-TEST_F(SourceFile, WhatWasNotReadThenDoesNotExist) {
-  read_sources_from(snapshot_);
-  EXPECT_FALSE(fs::exists(source_place(file_)));
-  EXPECT_THROW(static_cast<void>(resolve_resource("arm.urdf", file_.string(), {}, "test")), ModelError);
+TEST_F(SourceFile, DoesNotExistWhenTheSnapshotLacksIt) {
+  const SourceFiles kept(snapshot_);
+  EXPECT_FALSE(fs::exists(kept.place(file_)));
+  EXPECT_THROW(static_cast<void>(resolve_resource("arm.urdf", file_.string(), {}, "test", kept)), ModelError);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ class ArmMemoryTest : public ::testing::Test {
 
   const std::string path_ =
       (std::filesystem::temp_directory_path() / ("hecaton_arm_" + std::to_string(getpid()))).string();
-  const Mandate mandate_{"planner/arm1@beta", 7};
+  const ArmLease mandate_{"planner/arm1@beta", 7};
   const planner::JointVector first_ = (planner::JointVector(3) << 0.1, -0.2, 0.3).finished();
   const planner::JointVector second_ = (planner::JointVector(3) << 1.0, 2.0, 3.0).finished();
 };
@@ -63,9 +63,9 @@ TEST_F(ArmMemoryTest, SurvivesKill) {
 TEST_F(ArmMemoryTest, OfANameThatIsTooLongTheTermIsKept) {
   ArmMemory memory(path_, 3);
   memory.remember(first_, {std::string(256, 'p'), 9});
-  EXPECT_EQ(memory.recall().value().mandate, (Mandate{"", 9}));
+  EXPECT_EQ(memory.recall().value().mandate, (ArmLease{"", 9}));
   memory.remember(first_, {std::string(255, 'p'), 9});
-  EXPECT_EQ(memory.recall().value().mandate, (Mandate{std::string(255, 'p'), 9}));
+  EXPECT_EQ(memory.recall().value().mandate, (ArmLease{std::string(255, 'p'), 9}));
 }
 
 TEST_F(ArmMemoryTest, OfAnotherArmIsNotTaken) {

@@ -57,7 +57,7 @@ TEST(CommandGate, ATermIsThatOfOnePlanner) {
   EXPECT_EQ(gate.judge(other), Verdict::kAccepted);
   EXPECT_EQ(gate.judge(command(3, 4)), Verdict::kStaleTerm);
   EXPECT_EQ(gate.stale_rejected(), 3U);
-  EXPECT_EQ(gate.mandate(), (Mandate{"planner/arm1@beta", 4}));
+  EXPECT_EQ(gate.mandate(), (ArmLease{"planner/arm1@beta", 4}));
 }
 
 TEST(CommandGate, UnusableOnesChangeNothing) {

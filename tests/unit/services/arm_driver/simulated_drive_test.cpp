@@ -49,7 +49,7 @@ TEST_F(Drive, StandsStillUntilASupervisorWasHeard) {
 }
 
 TEST_F(Drive, FollowsAndStopsOnItsOwnProfileWhenCommandsCease) {
-  drive_.order(ArmOrder::kRun, "");
+  drive_.order(msg::Mode::MODE_RUN, "");
   EXPECT_EQ(drive_.reason(), "no command came yet");
   for (int k = 0; k < 100; ++k) plan();
   EXPECT_EQ(drive_.mode(), msg::ArmMode::ARM_RUNNING);
@@ -66,16 +66,16 @@ TEST_F(Drive, FollowsAndStopsOnItsOwnProfileWhenCommandsCease) {
 }
 
 TEST_F(Drive, HoldStopsItAndCommandsDoNotMoveItMeanwhile) {
-  drive_.order(ArmOrder::kRun, "");
+  drive_.order(msg::Mode::MODE_RUN, "");
   for (int k = 0; k < 100; ++k) plan();
-  drive_.order(ArmOrder::kHold, "the cell is held: door");
+  drive_.order(msg::Mode::MODE_HOLD, "the cell is held: door");
   plan();
   EXPECT_EQ(drive_.mode(), msg::ArmMode::ARM_BRAKING);
   EXPECT_EQ(drive_.reason(), "the cell is held: door");
   for (int k = 0; k < 20; ++k) plan();
   EXPECT_EQ(drive_.mode(), msg::ArmMode::ARM_STOPPED);
   const double stands = drive_.arm().q()[0];
-  drive_.order(ArmOrder::kRun, "");
+  drive_.order(msg::Mode::MODE_RUN, "");
   wait(0.1);
   EXPECT_EQ(drive_.arm().q()[0], stands) << "an old command is not taken up again";
   q_ = stands;
@@ -84,7 +84,7 @@ TEST_F(Drive, HoldStopsItAndCommandsDoNotMoveItMeanwhile) {
 }
 
 TEST_F(Drive, StopsWhenItsSetPointsAreForAnArmThatIsSomewhereElse) {
-  drive_.order(ArmOrder::kRun, "");
+  drive_.order(msg::Mode::MODE_RUN, "");
   for (int k = 0; k < 100; ++k) plan();
   q_ += 0.07;  // more than 1 rad/s · (50 + 10) ms, with the 5 ms of the next command
   plan();
@@ -101,7 +101,7 @@ TEST_F(Drive, StopsWhenItsSetPointsAreForAnArmThatIsSomewhereElse) {
 }
 
 TEST_F(Drive, AnOutdatedPlannerCannotKeepItMoving) {
-  drive_.order(ArmOrder::kRun, "");
+  drive_.order(msg::Mode::MODE_RUN, "");
   for (int k = 0; k < 100; ++k) plan(1);
   drive_.saw({{}, 2});
   for (int k = 0; k < 20; ++k) plan(1);

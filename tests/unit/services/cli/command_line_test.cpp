@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "services/cli/command_line_shape.hpp"
+#include "services/command_line/command_line_shape.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {
@@ -186,7 +186,7 @@ TEST(CommandLine, RefusesBadInputWithOneSentence) {
 
 TEST(CommandLine, HelpOfEveryCommandIsNoError) {
   Session session;
-  const auto app = make_application(session);
+  const auto app = make_application(hecaton_program(), session);
   for (const CLI::App* command : subcommands_of(*app)) {
     const Ran ran = run_line({command->get_name(), "--help"});
     EXPECT_EQ(ran.code, ExitCode::kDone) << command->get_name();

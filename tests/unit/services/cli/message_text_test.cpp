@@ -49,7 +49,7 @@ TEST(WaitingText, PrefersTheSupervisorsReason) {
   arm.has_goal(true);
   arm.goal(blocked());
   EXPECT_EQ(waiting_text(arm), "no way for now (arm2/forearm – pallet, 18 mm); draws another subspace");
-  arm.waiting_for("the cell is on hold");
+  arm.waiting_for(make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, "the cell is on hold"));
   EXPECT_EQ(waiting_text(arm), "the cell is on hold");
 }
 

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 
-#include "services/cli/failure.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

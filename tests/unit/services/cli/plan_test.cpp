@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/cli/document.hpp"
+#include "services/command_line/document.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {

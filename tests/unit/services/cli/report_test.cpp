@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/cli/failure.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {

@@ -1,30 +1,15 @@
 #pragma once
-/// Runs a command line inside the test, as main() would.
+/// Runs a command line of `hecaton` inside the test.
 
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
+#include <utility>
 
 #include "services/cli/application.hpp"
+#include "tests/unit/services/command_line/run_program_line.hpp"
 
 namespace hecaton::services::cli {
 
-struct Ran {
-  ExitCode code;
-  std::string out;
-  std::string err;
-};
-
 inline Ran run_line(std::vector<std::string> words) {
-  words.insert(words.begin(), "hecaton");
-  std::vector<const char*> argv;
-  for (const std::string& word : words) argv.push_back(word.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  const ExitCode code = run_application(static_cast<int>(argv.size()), argv.data());
-  std::fflush(stdout);
-  return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
+  return run_line(hecaton_program(), std::move(words));
 }
 
 }  // namespace hecaton::services::cli

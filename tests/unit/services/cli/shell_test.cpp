@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "services/cli/command_line_shape.hpp"
+#include "services/command_line/command_line_shape.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {
@@ -58,8 +58,8 @@ TEST(Completion, OffersChoices) {
 
 TEST(ManPage, TellsOfEveryCommandAndOption) {
   Session session;
-  const auto app = make_application(session);
-  const std::string page = man_page(*app, "1.2.3");
+  const auto app = make_application(hecaton_program(), session);
+  const std::string page = man_page(*app, "moves arms", "1.2.3");
   EXPECT_EQ(page.rfind(".TH HECATON 1", 0), 0U);
   for (const CLI::App* command : subcommands_of(*app)) {
     EXPECT_NE(page.find(".SS \\fBhecaton " + command->get_name()), std::string::npos) << command->get_name();

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/cli/document.hpp"
+#include "services/command_line/document.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {
@@ -181,6 +181,17 @@ TEST(Simulate, RefusesAMethodThatAnArmIsNotFor) {
   const Ran ran = run_line(simulate({"--method", "known_cspace"}));
   EXPECT_EQ(ran.code, ExitCode::kBadInput);
   EXPECT_NE(ran.err.find("--method = known_cspace must be given to an arm of two links"), std::string::npos) << ran.err;
+}
+
+// Both ways to move on a strategy, judged by the contact referee.
+TEST(Simulate, ArmsWithStrategiesReachTheirGoalsWithoutContact) {
+  const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/scorbot_2a.yaml";
+  for (const char* method : {"strategy", "strategy_step"}) {
+    const Ran ran = run_line({"simulate", cell, "--method", method, "--tasks", "20", "-o", "json"});
+    const Json report = Json::parse(ran.out);
+    EXPECT_EQ(report["contacts"], 0) << method;
+    EXPECT_EQ(report["reached"], 20) << method;
+  }
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "services/cli/client.hpp"
-#include "services/cli/failure.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
+#include "services/command_line/failure.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -16,7 +16,10 @@ msg::CellStatus example() {
   msg::CellStatus status;
   status.cell("test");
   status.mode().mode(msg::Mode::MODE_RUN);
-  status.mode().held_arms({"west"});
+  msg::ArmOrder held;
+  held.arm("west");
+  held.mode(msg::Mode::MODE_HOLD);
+  status.mode().arms({held});
   msg::LostArm lost;
   lost.arm("west");
   lost.q({0.3});
@@ -66,9 +69,7 @@ msg::CellStatus example() {
   msg::Fault fault;
   fault.id("1/1");
   fault.severity(msg::Severity::SEVERITY_ERROR);
-  fault.kind("process_died");
-  fault.subject("planner/north");
-  fault.seen("planner/north was ended by signal 9");
+  fault.cause(make_cause(msg::CauseKind::CAUSE_PROCESS_DIED, "planner/north", "planner/north was ended by signal 9"));
   fault.cleared(true);
   status.faults().push_back(fault);
 
@@ -83,8 +84,9 @@ msg::CellStatus example() {
 
 TEST(StatusJson, HasEveryPart) {
   const Json json = to_json(example());
-  for (const char* key : {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "reason", "term", "supervisor",
-                          "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "referee", "obstacles"}) {
+  for (const char* key :
+       {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "arm_orders", "cause", "term", "supervisor",
+        "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "referee", "obstacles"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["mode"], "run");
@@ -112,10 +114,10 @@ TEST(StatusText, FitsIntoATerminalHoweverLongTheReasonsAre) {
   msg::CellStatus status = example();
   std::string reason = "held: planner/north: no heartbeat for more than 250 ms";
   for (int i = 0; i < 5; ++i) reason += "; planner/west: no state of north for 0.2 s";
-  status.arms()[0].waiting_for(reason);
+  status.arms()[0].waiting_for().text(reason);
   status.nodes()[0].heartbeat().state(msg::NodeState::NODE_DEGRADED);
-  status.nodes()[0].heartbeat().detail(reason);
-  status.faults()[0].seen(reason);
+  status.nodes()[0].heartbeat().cause().text(reason);
+  status.faults()[0].cause().text(reason);
   std::istringstream lines(status_text(status, Palette(false)));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 120U) << line;
 }

@@ -25,7 +25,7 @@ world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               takeover_lease: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
-                         process_died: resume, node_failed: automatic, agent_lost: automatic, contact: automatic}}
+                         process_died: resume, node_failed: automatic, host_lost: automatic, contact: automatic}}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms, real_time: true}
 geometry: exact
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,

@@ -80,7 +80,9 @@ TEST(YamlTreeTest, AnAliasInsideItsOwnAnchorIsAnError) {
 TEST(MapViewTest, RefusesKeysThatTheSchemaDoesNotList) {
   const std::string file = "f.yaml";
   const YamlNode root = read_yaml_text("domain: 1\n", file);
-  const MapView map = YamlView(root, file, "network").map(section::kNetwork);
+  planner::SourceFiles sources;
+  const YamlSource source{file, sources};
+  const MapView map = YamlView(root, source, "network").map(section::kNetwork);
   EXPECT_TRUE(map.find("domain").has_value());
   EXPECT_FALSE(map.find("peers").has_value());
   EXPECT_THROW(static_cast<void>(map.find("port")), std::logic_error);

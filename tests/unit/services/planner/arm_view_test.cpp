@@ -33,7 +33,11 @@ class Arms : public testing::Test {
     msg::CellMode message;
     message.mode(msg::Mode::MODE_RUN);
     message.term(1);
-    message.held_arms(held);
+    for (const std::string& arm : held) {
+      msg::ArmOrder& order = message.arms().emplace_back();
+      order.arm(arm);
+      order.mode(msg::Mode::MODE_HOLD);
+    }
     message.lost_arms(lost);
     CellModeView view;
     EXPECT_TRUE(view.apply(message, now_));

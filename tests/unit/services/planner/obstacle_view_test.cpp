@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -16,7 +16,7 @@ msg::ObstacleShapes shapes(const std::string& name, double radius = 0.1, const s
   if (!attached_to.empty()) obstacle.attachment = world::Attachment{attached_to};
   msg::ObstacleShapes message;
   message.name(name);
-  message.obstacle(bus::to_message(obstacle));
+  message.obstacle(messages::to_message(obstacle));
   return message;
 }
 

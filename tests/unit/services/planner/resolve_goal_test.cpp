@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/model/kinematics.hpp"
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/goal_resolver.hpp"
 
@@ -47,7 +47,7 @@ class Resolve : public testing::Test {
   static msg::Goal pose(const world::Pose& X_WT) {
     msg::Goal goal = joints({});
     goal.kind(msg::GoalKind::GOAL_POSE);
-    goal.X_WT(bus::to_message(X_WT));
+    goal.X_WT(messages::to_message(X_WT));
     return goal;
   }
   [[nodiscard]] world::Pose tool(const JointVector& q) const {

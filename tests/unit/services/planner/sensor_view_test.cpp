@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/bus/convert.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -31,7 +31,7 @@ class SensorViewTest : public testing::Test {
   msg::RangeScan scan(std::uint64_t sequence) {
     planner::RangeScan values;
     values.readings = {{{}, 0.3, true}, {{}, 0.5, false}};
-    msg::RangeScan message = bus::to_message(values, arm().sensors[0]);
+    msg::RangeScan message = messages::to_message(values, arm().sensors[0]);
     message.sensor("arm1/side");
     message.arm("arm1");
     message.link("fore");

@@ -89,7 +89,7 @@ using namespace std::chrono_literals;
 class Remembering : public ::testing::Test {
  protected:
   /// By planner "p"; `newest`: the mandate that it knows of now.
-  [[nodiscard]] static Recollection judge(const Mandate& under, const Mandate& newest,
+  [[nodiscard]] static Recollection judge(const ArmLease& under, const ArmLease& newest,
                                           const std::optional<LastCommand>& last) {
     Duty duty("p", true);
     duty.hear(newest);
@@ -100,8 +100,8 @@ class Remembering : public ::testing::Test {
     return {term, kUntil + later};
   }
   static constexpr std::chrono::nanoseconds kUntil = std::chrono::seconds(100);
-  const Mandate ours_{"p", 4};
-  const Mandate others_{"q", 4};
+  const ArmLease ours_{"p", 4};
+  const ArmLease others_{"q", 4};
 };
 
 TEST_F(Remembering, NothingIsKnownBeforeTheFirstMandate) {
@@ -115,11 +115,11 @@ TEST_F(Remembering, WhoeverWasInChargeAndStillIsGoesOn) {
 
 // A goal that was reached, cancelled or replaced while the other one had the arm must not come back.
 TEST_F(Remembering, WhatTheOtherPlannerHasHadSinceIsItsOwn) {
-  const Mandate taken_over{"q", 6};
+  const ArmLease taken_over{"q", 6};
   EXPECT_EQ(judge(ours_, taken_over, std::nullopt), Recollection::kUnknown) << "it may be dead";
   EXPECT_EQ(judge(ours_, taken_over, command(4, 0ms)), Recollection::kUnknown) << "it may be dead";
   EXPECT_EQ(judge(ours_, taken_over, command(6, 10ms)), Recollection::kOutdated);
-  const Mandate given_back{"p", 8};
+  const ArmLease given_back{"p", 8};
   EXPECT_EQ(judge(ours_, given_back, command(6, 10ms)), Recollection::kOutdated);
   EXPECT_EQ(judge(ours_, given_back, std::nullopt), Recollection::kUnknown);
   EXPECT_EQ(judge(ours_, given_back, command(4, 0ms)), Recollection::kCounts) << "the other never began";
@@ -130,7 +130,7 @@ TEST_F(Remembering, WhoeverStoodByGoesOnWhereBothEndedTogether) {
   EXPECT_EQ(judge(others_, others_, command(4, -20ms)), Recollection::kCounts);
   EXPECT_EQ(judge(others_, others_, command(4, kTogether)), Recollection::kCounts);
   EXPECT_EQ(judge(others_, others_, command(4, kTogether + 1ms)), Recollection::kOutdated) << "it has gone on alone";
-  const Mandate ours_now{"p", 6};
+  const ArmLease ours_now{"p", 6};
   EXPECT_EQ(judge(others_, ours_now, command(4, 10ms)), Recollection::kCounts);
   EXPECT_EQ(judge(others_, ours_now, command(4, 400ms)), Recollection::kOutdated);
 }

@@ -14,51 +14,64 @@ msg::CellMode mode(msg::Mode kind, std::uint64_t term) {
   return message;
 }
 
+msg::ArmOrder arm_order(const std::string& arm, msg::Mode mode, const std::string& why) {
+  msg::ArmOrder order;
+  order.arm(arm);
+  order.mode(mode);
+  order.ordered(mode);
+  const bool stop = mode == msg::Mode::MODE_STOP;
+  order.cause(make_cause(stop ? msg::CauseKind::CAUSE_STOP_ORDERED : msg::CauseKind::CAUSE_HOLD_ORDERED, arm, why));
+  return order;
+}
+
 TEST(CellModeView, BeforeAnyIsHeardNothingMoves) {
   const CellModeView view;
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
-  EXPECT_EQ(view.why("arm1"), "no supervisor was heard yet");
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(view.why("arm1").kind(), msg::CauseKind::CAUSE_MODE_UNKNOWN);
+  EXPECT_EQ(view.why("arm1").text(), "no supervisor was heard yet");
   EXPECT_EQ(view.term(), 0U);
 }
 
 TEST(CellModeView, TheStricterOfCellAndArmCounts) {
   CellModeView view;
   msg::CellMode message = mode(msg::Mode::MODE_RUN, 1);
-  message.held_arms({"arm2"});
-  message.stopped_arms({"arm3"});
+  message.arms(
+      {arm_order("arm2", msg::Mode::MODE_HOLD, {}), arm_order("arm3", msg::Mode::MODE_STOP, "stop by operator")});
   ASSERT_TRUE(view.apply(message));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
-  EXPECT_EQ(view.order("arm2"), ArmOrder::kHold);
-  EXPECT_EQ(view.order("arm3"), ArmOrder::kStop);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_RUN);
+  EXPECT_EQ(view.order("arm2"), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(view.order("arm3"), msg::Mode::MODE_STOP);
   message.mode(msg::Mode::MODE_HOLD);
-  message.reason("door");
+  message.cause(make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, "door"));
   view.apply(message);
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kHold);
-  EXPECT_EQ(view.order("arm3"), ArmOrder::kStop);
-  EXPECT_EQ(view.why("arm1"), "the cell is held: door");
-  EXPECT_EQ(view.why("arm3"), "the arm is stopped: door");
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(view.order("arm3"), msg::Mode::MODE_STOP);
+  EXPECT_EQ(view.why("arm1"), make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, "the cell is held: door"));
+  EXPECT_EQ(view.why("arm3"),
+            make_cause(msg::CauseKind::CAUSE_STOP_ORDERED, "arm3", "the arm is stopped: stop by operator"));
 }
 
 TEST(CellModeView, AnOlderTermIsIgnoredAndTheSameTermIsNot) {
   CellModeView view;
   ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_STOP, 5)));
   EXPECT_FALSE(view.apply(mode(msg::Mode::MODE_RUN, 4)));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
   EXPECT_EQ(view.term(), 5U);
   EXPECT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 5)));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_RUN);
 }
 
 TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
   CellModeView view;
   ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 5)));
   view.forget_order();
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
-  EXPECT_EQ(view.why("arm1"), "no supervisor was heard since this process was stopped and away");
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(view.why("arm1").kind(), msg::CauseKind::CAUSE_MODE_UNKNOWN);
+  EXPECT_EQ(view.why("arm1").text(), "no supervisor was heard since this process was stopped and away");
   EXPECT_FALSE(view.apply(mode(msg::Mode::MODE_RUN, 4)));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kUnheard);
+  EXPECT_EQ(view.why("arm1").kind(), msg::CauseKind::CAUSE_MODE_UNKNOWN);
   ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_STOP, 5)));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
 }
 
 // Of a healed partition, or of a supervisor that is started again without its memory.
@@ -67,27 +80,28 @@ TEST(CellModeView, AnOrderThatTheNextLeaderDoesNotKnowHoldsUntilItHadTimeToHearO
   const bus::Clock::time_point start{};
   msg::CellMode before = mode(msg::Mode::MODE_RUN, 5);
   before.node("supervisor");
-  before.stopped_arms({"arm1"});
-  before.arms_ordered_to_hold({"arm2"});
-  before.held_arms({"arm2", "arm3"});  // the last one by a fault, as its leader saw it
-  before.reason("arm1: stop by operator");
+  before.arms({arm_order("arm1", msg::Mode::MODE_STOP, "stop by operator"),
+               arm_order("arm2", msg::Mode::MODE_HOLD, "door"),
+               arm_order("arm3", msg::Mode::MODE_HOLD, "planner/arm3: dead")});
+  before.arms().back().ordered(msg::Mode::MODE_RUN);  // held by a fault, as its leader saw it
   msg::CellMode next = mode(msg::Mode::MODE_RUN, 6);
   next.node("supervisor@beta");
   CellModeView view;
   ASSERT_TRUE(view.apply(before, start));
   ASSERT_TRUE(view.apply(next, start + 5s));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
-  EXPECT_EQ(view.order("arm2"), ArmOrder::kHold);
-  EXPECT_EQ(view.order("arm3"), ArmOrder::kRun);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
+  EXPECT_EQ(view.order("arm2"), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(view.order("arm3"), msg::Mode::MODE_RUN);
   EXPECT_EQ(
-      view.why("arm1"),
-      "supervisor@beta has begun to lead and does not know of an order of supervisor yet: arm1: stop by operator");
-  EXPECT_EQ(view.mandate("arm1"), (Mandate{"", 6}));
+      view.why("arm1").text(),
+      "supervisor@beta has begun to lead and does not know of an order of supervisor yet: arm1: stop by operator; "
+      "arm2: door; arm3: planner/arm3: dead");
+  EXPECT_EQ(view.lease("arm1"), (ArmLease{"", 6}));
   ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kDoubt - 1ms));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kStop);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
   ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kDoubt));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
-  EXPECT_EQ(view.order("arm2"), ArmOrder::kRun);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_RUN);
+  EXPECT_EQ(view.order("arm2"), msg::Mode::MODE_RUN);
 }
 
 TEST(CellModeView, WhatTheNextLeaderKnowsIsResumedAtOnce) {
@@ -99,20 +113,20 @@ TEST(CellModeView, WhatTheNextLeaderKnowsIsResumedAtOnce) {
   next.term(6);
   ASSERT_TRUE(view.apply(next));
   ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 6)));
-  EXPECT_EQ(view.order("arm1"), ArmOrder::kRun);
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_RUN);
 }
 
 TEST(CellModeView, AnArmIsCommandedByWhomTheGrantNamesOrUnderTheCellsTerm) {
   CellModeView view;
-  EXPECT_EQ(view.mandate("arm1"), Mandate());
+  EXPECT_EQ(view.lease("arm1"), ArmLease());
   msg::CellMode message = mode(msg::Mode::MODE_RUN, 3);
-  msg::Grant& grant = message.grants().emplace_back();
+  msg::ArmLease& grant = message.leases().emplace_back();
   grant.arm("arm1");
   grant.planner("planner/arm1@beta");
   grant.term(8);
   ASSERT_TRUE(view.apply(message));
-  EXPECT_EQ(view.mandate("arm1"), (Mandate{"planner/arm1@beta", 8}));
-  EXPECT_EQ(view.mandate("arm2"), (Mandate{"", 3}));
+  EXPECT_EQ(view.lease("arm1"), (ArmLease{"planner/arm1@beta", 8}));
+  EXPECT_EQ(view.lease("arm2"), (ArmLease{"", 3}));
 }
 
 }  // namespace

@@ -194,13 +194,14 @@ TEST_F(RunFolderTest, OfAKilledAgentCanBeRemoved) {
 TEST_F(RunFolderTest, OriginIsWhatTheFilesSay) {
   const fs::path file = parent_ / "cell.yaml";
   std::ofstream(file) << "one";
-  static_cast<void>(planner::open_source(file));
-  const std::string before = run_origin();
+  planner::SourceFiles sources;
+  static_cast<void>(sources.open(file));
+  const std::string before = run_origin(sources);
   EXPECT_NE(before.find(file.string()), std::string::npos) << before;
   std::ofstream(file) << "two";
-  EXPECT_NE(run_origin(), before);
+  EXPECT_NE(run_origin(sources), before);
   std::ofstream(file) << "one";
-  EXPECT_EQ(run_origin(), before);
+  EXPECT_EQ(run_origin(sources), before);
 }
 
 }  // namespace

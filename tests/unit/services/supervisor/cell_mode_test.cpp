@@ -13,100 +13,122 @@ class CellModeStateTest : public ::testing::Test {
 };
 
 TEST_F(CellModeStateTest, RunsWithoutOrders) {
-  EXPECT_EQ(mode_.decide(), ModeDecision{});
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
 TEST_F(CellModeStateTest, HoldAndResumeTheCell) {
-  EXPECT_EQ(mode_.hold({}), "");
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kHold);
-  EXPECT_EQ(mode_.decide().reason, "hold by operator");
-  EXPECT_EQ(mode_.resume({}), "");
-  EXPECT_EQ(mode_.decide(), ModeDecision{});
+  EXPECT_TRUE(is_none(mode_.hold({})));
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(mode_.decide()), "hold by operator");
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
 TEST_F(CellModeStateTest, StopIsLatched) {
-  EXPECT_EQ(mode_.stop({}), "");
-  EXPECT_EQ(mode_.hold({}), "");
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kStop);
-  EXPECT_EQ(mode_.resume({"arm1"}), "the whole cell is on stop: resume the cell, then stop single arms if you wish");
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kStop);
-  EXPECT_EQ(mode_.resume({}), "");
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kRun);
+  EXPECT_TRUE(is_none(mode_.stop({})));
+  EXPECT_TRUE(is_none(mode_.hold({})));
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
+  EXPECT_EQ(mode_.resume({"arm1"}).text(),
+            "the whole cell is on stop: resume the cell, then stop single arms if you wish");
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(CellModeStateTest, ArmsHaveOrdersOfTheirOwn) {
-  EXPECT_EQ(mode_.hold({"arm3"}), "");
-  EXPECT_EQ(mode_.stop({"arm1"}), "");
-  EXPECT_EQ(mode_.hold({"arm1"}), "");
-  const ModeDecision decision = mode_.decide();
-  EXPECT_EQ(decision.cell, MoveMode::kRun);
-  EXPECT_EQ(decision.stopped_arms, Names{"arm1"});
-  EXPECT_EQ(decision.held_arms, Names{"arm3"});
-  EXPECT_EQ(decision.reason, "arm1: stop by operator; arm3: hold by operator");
-  EXPECT_EQ(mode_.mode_of("arm1"), MoveMode::kStop);
-  EXPECT_EQ(mode_.mode_of("arm2"), MoveMode::kRun);
-  EXPECT_EQ(mode_.resume({"arm1"}), "");
-  EXPECT_EQ(mode_.mode_of("arm1"), MoveMode::kRun);
-  EXPECT_EQ(mode_.mode_of("arm3"), MoveMode::kHold);
-  EXPECT_EQ(mode_.resume({}), "");
-  EXPECT_EQ(mode_.decide(), ModeDecision{});
+  EXPECT_TRUE(is_none(mode_.hold({"arm3"})));
+  EXPECT_TRUE(is_none(mode_.stop({"arm1"})));
+  EXPECT_TRUE(is_none(mode_.hold({"arm1"})));
+  const msg::CellMode decision = mode_.decide();
+  EXPECT_EQ(decision.mode(), msg::Mode::MODE_RUN);
+  EXPECT_EQ(arms_on(decision, msg::Mode::MODE_STOP), Names{"arm1"});
+  EXPECT_EQ(arms_on(decision, msg::Mode::MODE_HOLD), Names{"arm3"});
+  EXPECT_EQ(causes_text(decision), "arm1: stop by operator; arm3: hold by operator");
+  EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_STOP);
+  EXPECT_EQ(mode_.mode_of("arm2"), msg::Mode::MODE_RUN);
+  EXPECT_TRUE(is_none(mode_.resume({"arm1"})));
+  EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_RUN);
+  EXPECT_EQ(mode_.mode_of("arm3"), msg::Mode::MODE_HOLD);
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
 TEST_F(CellModeStateTest, WhoWasStoppedByNameIsResumedByNameOnly) {
-  EXPECT_EQ(mode_.stop({"arm1"}), "");
-  EXPECT_EQ(mode_.hold({"arm2"}), "");
-  EXPECT_EQ(mode_.stop({}), "");
-  EXPECT_EQ(mode_.resume({}), "");
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kRun);
-  EXPECT_EQ(mode_.decide().stopped_arms, Names{"arm1"});
-  EXPECT_TRUE(mode_.decide().held_arms.empty()) << "a hold is no latch";
-  EXPECT_EQ(mode_.mode_of("arm1"), MoveMode::kStop);
-  EXPECT_EQ(mode_.resume({"arm1"}), "");
-  EXPECT_EQ(mode_.decide(), ModeDecision{});
+  EXPECT_TRUE(is_none(mode_.stop({"arm1"})));
+  EXPECT_TRUE(is_none(mode_.hold({"arm2"})));
+  EXPECT_TRUE(is_none(mode_.stop({})));
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_RUN);
+  EXPECT_EQ(arms_on(mode_.decide(), msg::Mode::MODE_STOP), Names{"arm1"});
+  EXPECT_TRUE(arms_on(mode_.decide(), msg::Mode::MODE_HOLD).empty()) << "a hold is no latch";
+  EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_STOP);
+  EXPECT_TRUE(is_none(mode_.resume({"arm1"})));
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
 TEST_F(CellModeStateTest, UnknownArmIsRefusedAndNothingChanges) {
-  EXPECT_EQ(mode_.stop({"arm1", "arm9"}), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
-  EXPECT_EQ(mode_.hold({"arm9"}), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
-  EXPECT_EQ(mode_.resume({"arm9"}), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
-  EXPECT_EQ(mode_.decide(), ModeDecision{});
+  EXPECT_EQ(mode_.stop({"arm1", "arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
+  EXPECT_EQ(mode_.hold({"arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
+  EXPECT_EQ(mode_.resume({"arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
 TEST_F(CellModeStateTest, ResumeDoesNotReleaseWhatFaultsHold) {
   AutomaticHolds holds;
-  holds.arms["arm2"] = "planner/arm2: dead";
+  holds.arms["arm2"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "planner/arm2: dead");
   mode_.set_automatic(holds);
-  EXPECT_EQ(mode_.resume({}), "");
-  EXPECT_EQ(mode_.decide().held_arms, Names{"arm2"});
-  EXPECT_EQ(mode_.decide().reason, "arm2: planner/arm2: dead");
-  EXPECT_EQ(mode_.reason_of("arm2"), "held: planner/arm2: dead");
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(arms_on(mode_.decide(), msg::Mode::MODE_HOLD), Names{"arm2"});
+  EXPECT_EQ(causes_text(mode_.decide()), "arm2: planner/arm2: dead");
+  EXPECT_EQ(mode_.cause_of("arm2").text(), "held: planner/arm2: dead");
 }
 
 TEST_F(CellModeStateTest, EndOfAFaultDoesNotReleaseWhatPeopleHold) {
-  EXPECT_EQ(mode_.hold({"arm2"}), "");
+  EXPECT_TRUE(is_none(mode_.hold({"arm2"})));
   AutomaticHolds holds;
-  holds.arms["arm2"] = "planner/arm2: dead";
+  holds.arms["arm2"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "planner/arm2: dead");
   mode_.set_automatic(holds);
   mode_.set_automatic({});
-  EXPECT_EQ(mode_.decide().held_arms, Names{"arm2"});
-  EXPECT_EQ(mode_.reason_of("arm2"), "on hold by operator: waits for resume");
+  EXPECT_EQ(arms_on(mode_.decide(), msg::Mode::MODE_HOLD), Names{"arm2"});
+  EXPECT_EQ(mode_.cause_of("arm2").text(), "on hold by operator: waits for resume");
 }
 
 TEST_F(CellModeStateTest, AutomaticHoldOfTheCellDoesNotWeakenStop) {
-  EXPECT_EQ(mode_.stop({}), "");
-  mode_.set_automatic({"world: silent", {}});
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kStop);
-  EXPECT_EQ(mode_.resume({}), "");
-  EXPECT_EQ(mode_.decide().cell, MoveMode::kHold);
-  EXPECT_EQ(mode_.mode_of("arm1"), MoveMode::kHold);
+  EXPECT_TRUE(is_none(mode_.stop({})));
+  mode_.set_automatic({make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "world", "world: silent"), {}});
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_HOLD);
+}
+
+TEST_F(CellModeStateTest, HoldsAlsoForACauseWithoutAText) {
+  AutomaticHolds holds;
+  holds.cell = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "world", "");
+  holds.arms["arm2"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "");
+  mode_.set_automatic(holds);
+  EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(mode_.decide().cause().subject(), "world");
+  EXPECT_EQ(arms_on(mode_.decide(), msg::Mode::MODE_HOLD), Names{"arm2"});
+  EXPECT_EQ(mode_.cause_of("arm1").kind(), msg::CauseKind::CAUSE_HELD_BY_FAULT);
+}
+
+TEST_F(CellModeStateTest, CausesSayWhoOrderedAndWhichFaultHolds) {
+  EXPECT_TRUE(is_none(mode_.stop({"arm1"})));
+  mode_.hold_until_resumed("arm3", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm3", "signal 9"));
+  const msg::CellMode decision = mode_.decide();
+  ASSERT_EQ(decision.arms().size(), 2U);
+  EXPECT_EQ(decision.arms()[0].cause(), make_cause(msg::CauseKind::CAUSE_STOP_ORDERED, "arm1", "stop by operator"));
+  EXPECT_EQ(decision.arms()[1].cause(),
+            make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm3", "hold until resumed: signal 9"));
 }
 
 TEST_F(CellModeStateTest, RestoresOrdersOfKnownArms) {
   Orders orders;
-  orders.cell = MoveMode::kStop;
-  orders.arms = {{"arm1", MoveMode::kHold}, {"gone", MoveMode::kStop}};
+  orders.cell = msg::Mode::MODE_STOP;
+  orders.arms = {{"arm1", msg::Mode::MODE_HOLD}, {"gone", msg::Mode::MODE_STOP}};
   mode_.restore(orders);
-  EXPECT_EQ(mode_.orders().cell, MoveMode::kStop);
+  EXPECT_EQ(mode_.orders().cell, msg::Mode::MODE_STOP);
   EXPECT_EQ(mode_.orders().arms.size(), 1U);
 }
 

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "services/runtime/node_name.hpp"
+#include "services/supervisor/cell_status.hpp"
 #include "services/supervisor/expected_nodes.hpp"
-#include "services/supervisor/fault_legacy.hpp"
-#include "services/supervisor/waiting_for.hpp"
+#include "services/supervisor/replication/unreplicated.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -40,8 +40,8 @@ class CellStatusTest : public ::testing::Test {
     heartbeat.host("localhost");
     heartbeat.pid(1);
     heartbeat.state(node_state);
-    heartbeat.detail(detail);
-    picture_.heartbeats.insert_or_assign(node, Heard<msg::Heartbeat>{heartbeat, at(), {}});
+    if (!detail.empty()) heartbeat.cause(make_cause(msg::CauseKind::CAUSE_ARM_STATE_OLD, {}, detail));
+    snapshot_.heartbeats.insert_or_assign(node, Heard<msg::Heartbeat>{heartbeat, at(), {}});
     watch_.heard(node, {1, now_});
   }
   void state(const std::string& arm, msg::ArmMode mode, double speed, const std::string& reason) {
@@ -50,7 +50,7 @@ class CellStatusTest : public ::testing::Test {
     message.mode(mode);
     message.reason(reason);
     message.qd({0.0, speed});
-    picture_.arms.insert_or_assign(arm, Heard<msg::ArmState>{message, at(), {}});
+    snapshot_.arms.insert_or_assign(arm, Heard<msg::ArmState>{message, at(), {}});
     watch_.stream_heard(driver_node(arm), now_);
   }
   bus::Sample<msg::GoalStatus> goal(std::uint64_t sequence, const std::string& name, msg::GoalState goal_state) {
@@ -71,14 +71,14 @@ class CellStatusTest : public ::testing::Test {
     sample.value.sequence_number(sequence);
     return sample;
   }
-  msg::CellStatus status() { return cell_status({file_, watch_, picture_, succession_, mode_}, {now_, 1'000'000}); }
-  std::string waits() { return waiting_for("left", watch_, picture_); }
+  msg::CellStatus status() { return cell_status({file_, watch_, snapshot_, failover_, mode_}, {now_, 1'000'000}); }
+  std::string waits() { return waiting_for("left", watch_, snapshot_).text(); }
 
   config::CellFile file_ = config::load_cell_file(kCell);
   Time now_ = 100s;
   CellWatch watch_{expected_nodes(file_, "supervisor"), arm_names(file_), watch_limits(file_, 5ms), now_};
-  Picture picture_;
-  Succession succession_{arms_with_standby(file_)};
+  CellSnapshot snapshot_;
+  PlannerFailover failover_{arms_with_standby(file_)};
   msg::CellMode mode_;
 };
 
@@ -103,7 +103,7 @@ TEST_F(CellStatusTest, MovingArmWaitsForNothing) {
 }
 
 TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
-  picture_.take_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
+  snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
   state("left", msg::ArmMode::ARM_RUNNING, 0.2, {});
   EXPECT_EQ(waits(), "a goal; the last was reached");
   state("left", msg::ArmMode::ARM_RUNNING, 0.0, {});
@@ -117,12 +117,12 @@ TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   blocked.value.binding_own("left/forearm");
   blocked.value.binding_other("pallet");
   blocked.value.binding_distance(0.0184);
-  picture_.take_goal(blocked);
+  snapshot_.take_goal(blocked);
   EXPECT_EQ(waits(), "blocked: no way for now (left/forearm – pallet, 18 mm)");
 }
 
 TEST_F(CellStatusTest, DriversReasonComesBeforeTheGoal) {
-  picture_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
   EXPECT_EQ(waits(), "driver has stopped: no command for 60 ms");
 }
@@ -137,55 +137,55 @@ TEST_F(CellStatusTest, OrdersComeFirst) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   EXPECT_EQ(waits(), "held: planner/left: process 1 was ended by signal 9 (Killed)");
-  EXPECT_EQ(watch_.mode().stop({"left"}), "");
+  EXPECT_TRUE(is_none(watch_.mode().stop({"left"})));
   EXPECT_TRUE(waits().starts_with("on stop by operator: waits for resume; held: "));
 }
 
 TEST_F(CellStatusTest, NewestGoalCountsInWhateverOrderTheyArrive) {
-  picture_.take_goal(goal(8, "g2", msg::GoalState::GOAL_ACTIVE));
-  picture_.take_goal(goal(5, "g1", msg::GoalState::GOAL_REACHED));
-  EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
+  snapshot_.take_goal(goal(8, "g2", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.take_goal(goal(5, "g1", msg::GoalState::GOAL_REACHED));
+  EXPECT_EQ(snapshot_.goals.at("left").value.goal(), "g2");
   EXPECT_EQ(status().arms()[0].goal().goal(), "g2");
   EXPECT_FALSE(status().arms()[1].has_goal());
 }
 
 TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
-  picture_.take_goal(goal(800, "g1", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.take_goal(goal(800, "g1", msg::GoalState::GOAL_ACTIVE));
   auto next = goal(1, "g2", msg::GoalState::GOAL_ACCEPTED);
   next.writer.bytes[0] = 1;
-  picture_.take_goal(next);
-  EXPECT_EQ(picture_.goals.at("left").value.goal(), "g2");
+  snapshot_.take_goal(next);
+  EXPECT_EQ(snapshot_.goals.at("left").value.goal(), "g2");
 }
 
 TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) {
   auto beat = beat_of_left(800);
-  picture_.take_heartbeat(beat);
+  snapshot_.take_heartbeat(beat);
   auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
-  picture_.take_goal(active);
-  picture_.take_heartbeat(beat_of_left(801));
+  snapshot_.take_goal(active);
+  snapshot_.take_heartbeat(beat_of_left(801));
   EXPECT_TRUE(status().arms()[0].has_goal());
   // Its successor has its process id, as in a container, and has lived longer before it is heard.
   beat = beat_of_left(900);
   beat.writer.bytes[0] = 1;
-  picture_.take_heartbeat(beat);
+  snapshot_.take_heartbeat(beat);
   EXPECT_FALSE(status().arms()[0].has_goal());
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
-  picture_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   EXPECT_TRUE(status().arms()[0].has_goal());
   // What is over stays true.
-  picture_.take_goal(goal(2, "g1", msg::GoalState::GOAL_REACHED));
+  snapshot_.take_goal(goal(2, "g1", msg::GoalState::GOAL_REACHED));
   beat.writer.bytes[0] = 2;
-  picture_.take_heartbeat(beat);
+  snapshot_.take_heartbeat(beat);
   EXPECT_EQ(waits(), "a goal; the last was reached");
 }
 
 TEST_F(CellStatusTest, APlannerThatCountsItsHeartbeatsAnewIsAnotherProcess) {
-  picture_.take_heartbeat(beat_of_left(800));
+  snapshot_.take_heartbeat(beat_of_left(800));
   auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
-  picture_.take_goal(active);
-  picture_.take_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
+  snapshot_.take_goal(active);
+  snapshot_.take_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
 }
 
@@ -201,9 +201,9 @@ TEST_F(CellStatusTest, AgesAreSinceArrival) {
 }
 
 TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
-  picture_.heartbeats.erase("planner/left");
+  snapshot_.heartbeats.erase("planner/left");
   CellWatch fresh(expected_nodes(file_, "supervisor"), arm_names(file_), watch_limits(file_, 5ms), now_);
-  const auto told = cell_status({file_, fresh, picture_, succession_, mode_}, {now_, 0});
+  const auto told = cell_status({file_, fresh, snapshot_, failover_, mode_}, {now_, 0});
   const auto& nodes = told.nodes();
   const auto found = std::find_if(nodes.begin(), nodes.end(),
                                   [](const auto& node) { return node.heartbeat().node() == "planner/left"; });
@@ -211,7 +211,8 @@ TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
   EXPECT_FALSE(found->alive());
   EXPECT_LT(found->age(), 0.0);
   EXPECT_EQ(found->heartbeat().kind(), msg::NodeKind::NODE_PLANNER);
-  EXPECT_EQ(found->heartbeat().detail(), "planner/left has not appeared yet");
+  EXPECT_EQ(found->heartbeat().cause(),
+            make_cause(msg::CauseKind::CAUSE_NODE_MISSING, "planner/left", "planner/left has not appeared yet"));
 }
 
 TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
@@ -222,32 +223,32 @@ TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
   ASSERT_GE(told.faults().size(), 1U);
   const msg::Fault& fault = told.faults()[0];
   EXPECT_EQ(fault.id(), "f3-1");
-  EXPECT_EQ(fault.kind(), "process_died");
+  EXPECT_EQ(fault.cause().kind(), msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(fault.since_ns(), (now_ - 2s).count());
   EXPECT_EQ(fault.since_unix_ms(), 998'000);
   EXPECT_FALSE(fault.cleared());
 }
 
 TEST_F(CellStatusTest, ModeIsToldArmByArm) {
-  EXPECT_EQ(watch_.mode().hold({"right"}), "");
-  const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
+  EXPECT_TRUE(is_none(watch_.mode().hold({"right"})));
+  const msg::CellMode message = mode_message(watch_.mode(), failover_, "supervisor");
   EXPECT_EQ(message.mode(), msg::Mode::MODE_RUN);
-  EXPECT_EQ(message.held_arms(), std::vector<std::string>{"right"});
-  EXPECT_EQ(message.reason(), "right: hold by operator");
-  EXPECT_TRUE(message.grants().empty()) << "no arm has a standby";
+  EXPECT_EQ(arms_on(message, msg::Mode::MODE_HOLD), std::vector<std::string>{"right"});
+  EXPECT_EQ(causes_text(message), "right: hold by operator");
+  EXPECT_TRUE(message.leases().empty()) << "no arm has a standby";
   EXPECT_EQ(status().arms()[0].mode(), msg::Mode::MODE_RUN);
   EXPECT_EQ(status().arms()[1].mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(CellStatusTest, OrdersAreToldApartFromWhatFaultsMakeOfThem) {
-  EXPECT_EQ(watch_.mode().hold({"right"}), "");
-  EXPECT_EQ(watch_.mode().stop({"left"}), "");
+  EXPECT_TRUE(is_none(watch_.mode().hold({"right"})));
+  EXPECT_TRUE(is_none(watch_.mode().stop({"left"})));
   watch_.process_exited("world", {1, -1, 9, false});
   watch_.judge(now_);
-  const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
+  const msg::CellMode message = mode_message(watch_.mode(), failover_, "supervisor");
   EXPECT_EQ(message.mode(), msg::Mode::MODE_HOLD) << "for the world's sake";
   EXPECT_EQ(orders_in(message), watch_.mode().orders());
-  EXPECT_EQ(orders_in(message).cell, MoveMode::kRun);
+  EXPECT_EQ(orders_in(message).cell, msg::Mode::MODE_RUN);
 }
 
 TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
@@ -290,7 +291,7 @@ TEST_F(CellStatusTest, FaultsThatTheLastLeaderDidNotTellAreOver) {
 TEST_F(CellStatusTest, WhatALeaderLeftIsStruckOutOnceALaterOneToldIt) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
-  FaultLegacy legacy;
+  UnreplicatedFaults legacy;
   EXPECT_FALSE(legacy.strike_out({})) << "there was nothing";
   legacy.leave(watch_.faults().history(), 7);
   ASSERT_EQ(legacy.left().size(), 1U);
@@ -307,11 +308,11 @@ TEST_F(CellStatusTest, WhatALeaderLeftIsStruckOutOnceALaterOneToldIt) {
 
 class StandbyStatus : public CellStatusTest {
  protected:
-  StandbyStatus() { succession_ = Succession({{"left", {"planner/left", "planner/left@beta"}}}); }
+  StandbyStatus() { failover_ = PlannerFailover({{"left", {"planner/left", "planner/left@beta"}}}); }
 };
 
 TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
-  succession_.hear("left", {"planner/left@beta", 6});
+  failover_.hear("left", {"planner/left@beta", 6});
   watch_.put_in_charge("left", "planner/left@beta");
   beat("planner/left", msg::NodeState::NODE_STANDBY, {});
   beat("planner/left@beta", msg::NodeState::NODE_RUNNING, {});
@@ -319,9 +320,9 @@ TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
   EXPECT_EQ(arm.planner(), "planner/left@beta");
   EXPECT_EQ(arm.standby(), "planner/left");
   EXPECT_EQ(arm.term(), 6U);
-  const msg::CellMode message = mode_message(watch_.mode(), succession_, "supervisor");
-  ASSERT_EQ(message.grants().size(), 1U);
-  EXPECT_EQ(message.grants()[0].planner(), "planner/left@beta");
+  const msg::CellMode message = mode_message(watch_.mode(), failover_, "supervisor");
+  ASSERT_EQ(message.leases().size(), 1U);
+  EXPECT_EQ(message.leases()[0].planner(), "planner/left@beta");
 }
 
 }  // namespace

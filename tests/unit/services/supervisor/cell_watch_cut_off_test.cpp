@@ -16,7 +16,7 @@ class CutOff : public ::testing::Test, protected VirtualCell {
 
   static std::vector<ExpectedNode> nodes_of_three_hosts() {
     std::vector<ExpectedNode> nodes = cell_nodes();
-    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    nodes.push_back({"agent/h3", msg::NodeKind::NODE_AGENT, {}, "h3"});
     return nodes;
   }
   void fall_silent(const std::string& host) {
@@ -33,7 +33,7 @@ class CutOff : public ::testing::Test, protected VirtualCell {
     for (const FaultRecord& fault : watch.faults().open()) subjects.push_back(fault.subject);
     return subjects;
   }
-  Names held() { return watch.mode().decide().held_arms; }
+  Names held() { return arms_on(watch.mode().decide(), msg::Mode::MODE_HOLD); }
 };
 
 // Its own link is more likely to have failed than all of theirs; and they return one after the other.
@@ -42,9 +42,9 @@ TEST_F(CutOff, WhoHearsNoOtherHostTellsThatOfItsOwn) {
   run_for(2s);
   EXPECT_EQ(accused(), Names{"h3"});
   const FaultRecord fault = watch.faults().open().front();
-  EXPECT_EQ(fault.kind, FaultKind::kAgentLost);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_HOST_LOST);
   EXPECT_EQ(fault.seen, "host h3: no agent of another host heard there for more than 100 ms");
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
   hung.clear();
   fall_silent("h2");
   run_for(500ms);
@@ -118,10 +118,10 @@ TEST_F(CutOff, DriversThatBeatWithoutStatesAreNotBackYet) {
   run_for(300ms);
   EXPECT_EQ(accused(), Names{});
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
   mute.clear();
   run_for(300ms);
-  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+  EXPECT_EQ(watch.mode().decide(), msg::CellMode{});
 }
 
 TEST_F(CutOff, WhoStaysAwayIsHeldUntilItIsTold) {
@@ -182,7 +182,8 @@ TEST_F(LeadsUnheard, WhoIsLeftAloneByOneAfterTheOtherTellsItsOwnHost) {
 
 TEST_F(LeadsUnheard, WhatItsPredecessorToldOfItsHostStandsUntilItIsFollowed) {
   FaultHistory told;
-  told.open["agent/h3"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h3", "silent", 0ms, {}, {}};
+  told.open["agent/h3"] = {1,  1, msg::CauseKind::CAUSE_HOST_LOST, msg::Severity::SEVERITY_ERROR, "h3", "silent", 0ms,
+                           {}, {}};
   watch.faults().recall(told);
   watch.begin_to_lead(7);
   run_for(500ms);
@@ -213,7 +214,8 @@ TEST_F(LeadsUnheard, AndWhoIsNotForLongBlamesThemAllTheSame) {
 // Its processes leave us alone one after the other.
 TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLostAsAWhole) {
   FaultHistory told;
-  told.open["agent/h1"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h1", "silent", 0ms, {}, {}};
+  told.open["agent/h1"] = {1,  1, msg::CauseKind::CAUSE_HOST_LOST, msg::Severity::SEVERITY_ERROR, "h1", "silent", 0ms,
+                           {}, {}};
   watch.faults().recall(told);
   watch.begin_to_lead(7);
   hung.insert("planner/arm3");
@@ -226,7 +228,8 @@ TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLostAsAWhole) {
 
 TEST_F(LeadsUnheard, OfTwoHostsTheOtherIsLost) {
   FaultHistory told;
-  told.open["agent/h2"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h2", "silent", 0ms, {}, {}};
+  told.open["agent/h2"] = {1,  1, msg::CauseKind::CAUSE_HOST_LOST, msg::Severity::SEVERITY_ERROR, "h2", "silent", 0ms,
+                           {}, {}};
   fall_silent("h2");
   watch.faults().recall(told);
   watch.begin_to_lead(7);
@@ -258,7 +261,7 @@ TEST_F(CutOffOnASharedMachine, AProcessThatHasJustBegunMayBeHeardAllTheSame) {
   hung.clear();
   run_for(500ms);
   EXPECT_EQ(accused(), Names{});
-  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+  EXPECT_EQ(watch.mode().decide(), msg::CellMode{});
 }
 
 /// It leads, is followed, and is muted at some time: it hears the others, who leave it alone after 1.4 s or later.
@@ -276,7 +279,7 @@ class MutedLeader : public CutOff {
       const HeardMode last{7, published};
       watch.mode_published(++published);
       for (const ExpectedNode& node : watch.nodes()) {
-        const bool answers = node.role != NodeRole::kAgent && running(node.name) && !is_muted;
+        const bool answers = node.role != msg::NodeKind::NODE_AGENT && running(node.name) && !is_muted;
         if (answers) watch.heard(node.name, {pids[node.name], now, 0, last});
       }
     }
@@ -328,7 +331,7 @@ TEST_F(MutedLeaderInHaste, WhoIsLeftAloneByOneAfterTheOtherTellsItsOwnHost) {
   is_muted = false;
   lead_for(500ms);
   EXPECT_EQ(accused(), Names{});
-  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+  EXPECT_EQ(watch.mode().decide(), msg::CellMode{});
 }
 
 TEST_F(MutedLeaderInHaste, WhoIsStillLostAfterAllHaveHeardItAgainIsTold) {
@@ -365,18 +368,18 @@ TEST_F(MutedLeaderInHaste, AnswersThatAreLateForAMomentExcuseNobody) {
 // Nothing but what they say of us tells a muted host from one of which all processes have ended but its agent.
 TEST_F(MutedLeaderInHaste, DeathsAreToldWhoeverHearsUs) {
   for (const ExpectedNode& node : watch.nodes()) {
-    if (node.role != NodeRole::kAgent && node.host != "h3") kill(node.name, 9);
+    if (node.role != msg::NodeKind::NODE_AGENT && node.host != "h3") kill(node.name, 9);
   }
   lead_for(1s);
   EXPECT_EQ(accused().size(), 7U);
-  EXPECT_EQ(watch.faults().open().front().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(watch.faults().open().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 class CutOffThatWaits : public CutOff {
  protected:
   static WatchLimits limits() {
     WatchLimits limits = cell_limits();
-    limits.waits_for_resume.insert(FaultKind::kAgentLost);
+    limits.waits_for_resume.insert(msg::CauseKind::CAUSE_HOST_LOST);
     return limits;
   }
   CutOffThatWaits() : CutOff(limits()) {}
@@ -388,7 +391,7 @@ TEST_F(CutOffThatWaits, ArmsThatItDidNotHearWaitForResume) {
   hung.clear();
   run_for(500ms);
   EXPECT_EQ(accused(), Names{});
-  EXPECT_NE(watch.mode().decide(), ModeDecision{});
+  EXPECT_NE(watch.mode().decide(), msg::CellMode{});
 }
 
 }  // namespace

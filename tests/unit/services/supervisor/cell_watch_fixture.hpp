@@ -17,15 +17,15 @@ namespace hecaton::services::testing {
 using namespace std::chrono_literals;
 
 inline std::vector<ExpectedNode> cell_nodes() {
-  return {{"agent/h1", NodeRole::kAgent, "", "h1"},
-          {"agent/h2", NodeRole::kAgent, "", "h2"},
-          {"world", NodeRole::kWorld, "", "h1"},
-          {"driver/arm1", NodeRole::kDriver, "arm1", "h1"},
-          {"planner/arm1", NodeRole::kPlanner, "arm1", "h1"},
-          {"driver/arm2", NodeRole::kDriver, "arm2", "h1"},
-          {"planner/arm2", NodeRole::kPlanner, "arm2", "h1"},
-          {"driver/arm3", NodeRole::kDriver, "arm3", "h2"},
-          {"planner/arm3", NodeRole::kPlanner, "arm3", "h2"}};
+  return {{"agent/h1", msg::NodeKind::NODE_AGENT, "", "h1"},
+          {"agent/h2", msg::NodeKind::NODE_AGENT, "", "h2"},
+          {"world", msg::NodeKind::NODE_WORLD, "", "h1"},
+          {"driver/arm1", msg::NodeKind::NODE_DRIVER, "arm1", "h1"},
+          {"planner/arm1", msg::NodeKind::NODE_PLANNER, "arm1", "h1"},
+          {"driver/arm2", msg::NodeKind::NODE_DRIVER, "arm2", "h1"},
+          {"planner/arm2", msg::NodeKind::NODE_PLANNER, "arm2", "h1"},
+          {"driver/arm3", msg::NodeKind::NODE_DRIVER, "arm3", "h2"},
+          {"planner/arm3", msg::NodeKind::NODE_PLANNER, "arm3", "h2"}};
 }
 
 inline WatchLimits cell_limits() {
@@ -52,7 +52,7 @@ class VirtualCell {
     const bool beat = ++turns % 2 == 0;
     for (const ExpectedNode& node : watch.nodes()) {
       if (!running(node.name)) continue;
-      const bool streams = node.role == NodeRole::kDriver || node.role == NodeRole::kWorld;
+      const bool streams = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
       if (streams && !mute.contains(node.name)) watch.stream_heard(node.name, now);
       if (beat || step > 5ms) watch.heard(node.name, {pids[node.name], now});
     }
@@ -96,7 +96,7 @@ class CellWatchTest : public ::testing::Test, protected VirtualCell {
     EXPECT_EQ(open.size(), 1U);
     return open.empty() ? FaultRecord{} : open.front();
   }
-  Names held() { return watch.mode().decide().held_arms; }
+  Names held() { return arms_on(watch.mode().decide(), msg::Mode::MODE_HOLD); }
 };
 
 }  // namespace hecaton::services::testing

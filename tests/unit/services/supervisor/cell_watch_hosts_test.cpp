@@ -11,13 +11,13 @@ TEST_F(CellWatchTest, LostHostIsOneFaultAndHoldsItsArms) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(60ms);
   EXPECT_EQ(held(), Names{"arm3"}) << "who is not heard may hear us, and had better not move";
-  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: nothing is heard of host h2");
+  EXPECT_EQ(watch.mode().cause_of("arm3").text(), "held: nothing is heard of host h2");
   run_for(30ms);
   EXPECT_TRUE(watch.faults().open().empty());  // it cannot be told yet who of them is at fault
   run_for(40ms);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kAgentLost);
-  EXPECT_EQ(fault.severity, FaultSeverity::kError);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_HOST_LOST);
+  EXPECT_EQ(fault.severity, msg::Severity::SEVERITY_ERROR);
   EXPECT_EQ(fault.subject, "h2");
   EXPECT_EQ(held(), Names{"arm3"});
   hung.clear();
@@ -31,7 +31,7 @@ TEST_F(CellWatchTest, LostHostIsOneFaultAndHoldsItsArms) {
 TEST(CellWatchHosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
   for (const bool third_host_is_heard : {true, false}) {
     std::vector<ExpectedNode> nodes = cell_nodes();
-    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    nodes.push_back({"agent/h3", msg::NodeKind::NODE_AGENT, {}, "h3"});
     VirtualCell cell(nodes);
     cell.run_for(200ms);
     for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
@@ -65,7 +65,7 @@ TEST_F(CellWatchTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
   run_for(30ms);
   hung.insert("driver/arm3");
   run_for(400ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_HOST_LOST);
   hung.clear();
   run_for(150ms);
   EXPECT_TRUE(watch.faults().open().empty());
@@ -100,7 +100,7 @@ TEST_F(CellWatchTest, ASuccessorPutsDownToItselfWhatItsPredecessorDidNotTell) {
   watch.succeed("supervisor@h2", 20ms);
   run_for(400ms);
   EXPECT_TRUE(watch.faults().open().empty());
-  EXPECT_EQ(watch.mode().reason_of("arm3"), "held: driver/arm3 is not back yet");
+  EXPECT_EQ(watch.mode().cause_of("arm3").text(), "held: driver/arm3 is not back yet");
   hung = {"planner/arm3"};  // the reunion takes away who was heard
   run_for(900ms);
   EXPECT_TRUE(watch.faults().open().empty());
@@ -115,14 +115,15 @@ TEST_F(CellWatchTest, ASuccessorPutsDownToItselfWhatItsPredecessorDidNotTell) {
 // A deaf leader excuses everybody, and its silence about them says nothing.
 TEST(CellWatchHosts, ASuccessorDoesNotGoByAPredecessorThatWasCutOff) {
   std::vector<ExpectedNode> nodes = cell_nodes();
-  nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
-  nodes.push_back({"supervisor@h3", NodeRole::kSupervisor, {}, "h3"});
+  nodes.push_back({"agent/h3", msg::NodeKind::NODE_AGENT, {}, "h3"});
+  nodes.push_back({"supervisor@h3", msg::NodeKind::NODE_SUPERVISOR, {}, "h3"});
   VirtualCell cell(nodes, cell_limits(), "h1");
   cell.run_for(200ms);
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
   cell.run_for(200ms);
   FaultHistory told;
-  told.open["agent/h3"] = {1, 1, FaultKind::kAgentLost, FaultSeverity::kError, "h3", "cut off", 0ms, {}, {}};
+  told.open["agent/h3"] = {1,  1, msg::CauseKind::CAUSE_HOST_LOST, msg::Severity::SEVERITY_ERROR, "h3", "cut off", 0ms,
+                           {}, {}};
   cell.watch.faults().recall(told);
   cell.watch.succeed("supervisor@h3", 20ms);
   cell.run_for(10ms);
@@ -138,7 +139,7 @@ TEST_F(CellWatchTest, ASuccessorTellsWhoDoesNotReturn) {
   run_for(5s);
   EXPECT_TRUE(watch.faults().open().empty());
   run_for(50ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_HOST_LOST);
 }
 
 TEST_F(CellWatchTest, WhatFellSilentWithAPredecessorOrWasToldByItIsToldAtOnce) {
@@ -147,20 +148,20 @@ TEST_F(CellWatchTest, WhatFellSilentWithAPredecessorOrWasToldByItIsToldAtOnce) {
   const FaultHistory told = watch.faults().history();
   watch.succeed("supervisor@h2", 20ms);
   run_for(10ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost) << "told by it";
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_HOST_LOST) << "told by it";
   EXPECT_EQ(watch.faults().history(), told);
   watch.faults().recall({});
   watch.succeed("supervisor@h2", 200ms);
   run_for(10ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost) << "it was silent itself";
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_HOST_LOST) << "it was silent itself";
 }
 
 TEST_F(CellWatchTest, LostAgentAloneHoldsNothing) {
   hung.insert("agent/h2");
   run_for(200ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kAgentLost);
-  EXPECT_EQ(the_fault().severity, FaultSeverity::kWarning);
-  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_HOST_LOST);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_WARNING);
+  EXPECT_EQ(watch.mode().decide(), msg::CellMode{});
 }
 
 TEST_F(CellWatchTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
@@ -170,7 +171,7 @@ TEST_F(CellWatchTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
   run_for(5s);
   EXPECT_TRUE(watch.faults().open().empty()) << "the network may need as long";
   run_for(200ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
@@ -187,7 +188,7 @@ TEST_F(CellWatchTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeAnyOt
   run_for(900ms);
   hung = {"driver/arm3"};
   run_for(30ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
@@ -198,7 +199,7 @@ TEST(CellWatchStart, HostThatNeverAppearsIsOneFault) {
   const auto open = cell.watch.faults().open();
   ASSERT_EQ(open.size(), 1U);
   EXPECT_EQ(open.front().subject, "agent/h2");
-  EXPECT_EQ(cell.watch.mode().decide().held_arms, Names{"arm3"});
+  EXPECT_EQ(arms_on(cell.watch.mode().decide(), msg::Mode::MODE_HOLD), Names{"arm3"});
 }
 
 }  // namespace

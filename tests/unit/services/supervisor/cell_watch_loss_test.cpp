@@ -40,7 +40,7 @@ class LossyCell {
   };
   static std::vector<ExpectedNode> nodes_of() {
     std::vector<ExpectedNode> nodes = cell_nodes();
-    nodes.push_back({"agent/h3", NodeRole::kAgent, {}, "h3"});
+    nodes.push_back({"agent/h3", msg::NodeKind::NODE_AGENT, {}, "h3"});
     return nodes;
   }
   Time any_time(Time below) { return Time(std::uniform_int_distribution<Time::rep>(0, below.count() - 1)(random_)); }
@@ -51,7 +51,7 @@ class LossyCell {
       ++beat.number;
       if (!far || !is_lost()) watch.heard(node.name, {1, beat.due, beat.number});
     }
-    if (node.role != NodeRole::kDriver && node.role != NodeRole::kWorld) return;
+    if (node.role != msg::NodeKind::NODE_DRIVER && node.role != msg::NodeKind::NODE_WORLD) return;
     for (Sender& state = states_[node.name]; state.due <= now_; state.due += 5ms) {
       ++state.number;
       if (!far || !is_lost()) watch.stream_heard(node.name, state.due, state.number);

@@ -31,7 +31,7 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
 
   void order() {
     const auto arms = any_arms();
-    std::string refusal;
+    msg::Cause refusal;
     switch (below(3)) {
       case 0:
         refusal = cell_.watch.mode().hold(arms);
@@ -44,7 +44,7 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
         refusal = cell_.watch.mode().resume(arms);
         if (arms.empty()) stopped_ = false;
     }
-    EXPECT_TRUE(refusal.empty() || refusal.starts_with("the whole cell is on "));
+    EXPECT_TRUE(is_none(refusal) || refusal.kind() == msg::CauseKind::CAUSE_NOT_ALLOWED_NOW) << refusal.text();
   }
 
   void happen() {
@@ -75,10 +75,10 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
   }
 
   void check() {
-    const ModeDecision decision = cell_.watch.mode().decide();
+    const msg::CellMode decision = cell_.watch.mode().decide();
     if (stopped_) {
-      EXPECT_EQ(decision.cell, MoveMode::kStop);
-      for (const auto* arm : {"arm1", "arm2", "arm3"}) EXPECT_EQ(cell_.watch.mode().mode_of(arm), MoveMode::kStop);
+      EXPECT_EQ(decision.mode(), msg::Mode::MODE_STOP);
+      for (const auto* arm : {"arm1", "arm2", "arm3"}) EXPECT_EQ(cell_.watch.mode().mode_of(arm), msg::Mode::MODE_STOP);
     }
     std::set<std::string> subjects;
     for (const FaultRecord& fault : cell_.watch.faults().open()) {
@@ -86,10 +86,10 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
       const auto slash = fault.subject.find('/');
       const std::string arm = slash == std::string::npos ? fault.subject : fault.subject.substr(slash + 1);
       if (arm.starts_with("arm")) {
-        EXPECT_NE(cell_.watch.mode().mode_of(arm), MoveMode::kRun) << fault.seen;
+        EXPECT_NE(cell_.watch.mode().mode_of(arm), msg::Mode::MODE_RUN) << fault.seen;
       }
       if (fault.subject == "world") {
-        EXPECT_NE(decision.cell, MoveMode::kRun) << fault.seen;
+        EXPECT_NE(decision.mode(), msg::Mode::MODE_RUN) << fault.seen;
       }
     }
   }
@@ -102,10 +102,10 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
     EXPECT_TRUE(cell_.watch.faults().open().empty());
     for (const FaultRecord& fault : cell_.watch.faults().over()) EXPECT_TRUE(fault.cleared.has_value());
     const Orders& orders = cell_.watch.mode().orders();
-    EXPECT_EQ(cell_.watch.mode().decide().cell, orders.cell);
+    EXPECT_EQ(cell_.watch.mode().decide().mode(), orders.cell);
     for (const auto* arm : {"arm1", "arm2", "arm3"}) {
       const auto own = orders.arms.find(arm);
-      const MoveMode ordered = own == orders.arms.end() ? MoveMode::kRun : own->second;
+      const msg::Mode ordered = own == orders.arms.end() ? msg::Mode::MODE_RUN : own->second;
       EXPECT_EQ(cell_.watch.mode().mode_of(arm), std::max(ordered, orders.cell));
     }
   }

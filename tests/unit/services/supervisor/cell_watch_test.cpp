@@ -11,7 +11,7 @@ TEST_F(CellWatchTest, HealthyCellRuns) {
   run_for(10s);
   EXPECT_TRUE(watch.faults().open().empty());
   EXPECT_TRUE(watch.faults().over().empty());
-  EXPECT_EQ(watch.mode().decide(), ModeDecision{});
+  EXPECT_EQ(watch.mode().decide(), msg::CellMode{});
   for (const auto& node : watch.nodes()) EXPECT_TRUE(watch.alive(node.name)) << node.name;
 }
 
@@ -19,14 +19,21 @@ TEST_F(CellWatchTest, DeathIsToldAtOnceAndHoldsTheArm) {
   kill("planner/arm2", 9);
   watch.judge(now);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(fault.subject, "planner/arm2");
   EXPECT_EQ(fault.seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
   ASSERT_TRUE(fault.detected_within) << "it was heard";
   EXPECT_LE(*fault.detected_within, 10ms) << "a beat";
   EXPECT_EQ(held(), Names{"arm2"});
-  EXPECT_EQ(watch.mode().reason_of("arm2"), "held: " + fault.seen);
+  EXPECT_EQ(watch.mode().cause_of("arm2").text(), "held: " + fault.seen);
   EXPECT_FALSE(watch.alive("planner/arm2"));
+}
+
+TEST_F(CellWatchTest, AFailureWithoutATextIsAFault) {
+  watch.heard("planner/arm1", {pids["planner/arm1"], now + 1ms, 0, {}, msg::Cause()});
+  watch.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
+  EXPECT_EQ(held(), Names{"arm1"});
 }
 
 TEST_F(CellWatchTest, WhoSaysThatItCannotWorkIsAFaultInItsOwnWords) {
@@ -35,22 +42,24 @@ TEST_F(CellWatchTest, WhoSaysThatItCannotWorkIsAFaultInItsOwnWords) {
   start("world");
   mute.insert("world");
   turn();
-  watch.heard("world", {pids["world"], now, 0, {}, "cannot be recovered"});
+  watch.heard(
+      "world",
+      {pids["world"], now, 0, {}, make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "world", "cannot be recovered")});
   watch.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeFailed);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
   EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
-  EXPECT_EQ(watch.mode().decide().reason, "world: cannot be recovered");
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(watch.mode().decide()), "world: cannot be recovered");
   mute.clear();
   run_for(200ms);
   EXPECT_TRUE(watch.faults().open().empty()) << "its beats do not say so any more";
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(CellWatchTest, DeathIsOneFaultHoweverLongItLasts) {
   kill("driver/arm1", 11);
   run_for(5s);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_TRUE(watch.faults().over().empty());
 }
 
@@ -63,7 +72,7 @@ TEST_F(CellWatchTest, RestartReleasesTheArmOnceItIsSteady) {
   run_for(50ms);
   EXPECT_TRUE(held().empty());
   ASSERT_EQ(watch.faults().over().size(), 1U);
-  EXPECT_EQ(watch.faults().over().front().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(watch.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST_F(CellWatchTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
@@ -78,9 +87,9 @@ TEST_F(CellWatchTest, LateHeartbeatOfTheDeadIsIgnored) {
   kill("planner/arm1", 9);
   watch.heard("planner/arm1", {pids["planner/arm1"], now});
   watch.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   run_for(5s);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST_F(CellWatchTest, OldNewsOfAPredecessorIsNoFault) {
@@ -96,11 +105,11 @@ TEST_F(CellWatchTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
   watch.process_started("planner/arm1", ++pids["planner/arm1"]);
   watch.heard("planner/arm1", {pids["planner/arm1"], now});
   watch.judge(now);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   run_for(5s);
   EXPECT_TRUE(watch.faults().open().empty());
   ASSERT_EQ(watch.faults().over().size(), 1U);
-  EXPECT_EQ(watch.faults().over().front().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(watch.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 // Its agent could not be heard when it ended, and when it can be again the successor's beats come first.
@@ -117,9 +126,9 @@ TEST_F(CellWatchTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndHolds
   watch.judge(now);
   ASSERT_EQ(watch.faults().over().size(), 1U);
   const FaultRecord& told = watch.faults().over().front();
-  EXPECT_EQ(told.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(told.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(told.since, now - 3s);
-  EXPECT_TRUE(watch.mode().decide().held_arms.empty());
+  EXPECT_TRUE(arms_on(watch.mode().decide(), msg::Mode::MODE_HOLD).empty());
   watch.process_exited("planner/arm1", exit);
   run_for(1s);
   EXPECT_EQ(watch.faults().over().size(), 1U) << "told once";
@@ -162,7 +171,7 @@ TEST_F(CellWatchTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
   late.judge(now + 200ms);
   ASSERT_EQ(late.faults().over().size(), 1U) << "at once: nobody waits for what is over";
   EXPECT_EQ(late.faults().over().front().since, now - 30s);
-  EXPECT_TRUE(late.mode().decide().held_arms.empty());
+  EXPECT_TRUE(arms_on(late.mode().decide(), msg::Mode::MODE_HOLD).empty());
 }
 
 TEST_F(CellWatchTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
@@ -181,19 +190,19 @@ TEST_F(CellWatchTest, WantedEndIsNoFault) {
   watch.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
   run_for(5s);
   EXPECT_TRUE(watch.faults().open().empty());
-  EXPECT_EQ(watch.awaited("planner/arm1"), "planner/arm1 was told to end");
+  EXPECT_EQ(watch.awaited("planner/arm1").text(), "planner/arm1 was ordered to end");
 }
 
 TEST_F(CellWatchTest, HangIsNodeSilentAndClearsByItself) {
   hung.insert("planner/arm3");
   run_for(35ms);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kNodeSilent);
-  EXPECT_EQ(fault.severity, FaultSeverity::kWarning);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_NODE_SILENT);
+  EXPECT_EQ(fault.severity, msg::Severity::SEVERITY_WARNING);
   EXPECT_EQ(fault.subject, "planner/arm3");
   EXPECT_EQ(held(), Names{"arm3"});
   run_for(200ms);
-  EXPECT_EQ(the_fault().severity, FaultSeverity::kError);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_ERROR);
   hung.clear();
   run_for(150ms);
   EXPECT_TRUE(watch.faults().open().empty());
@@ -203,7 +212,7 @@ TEST_F(CellWatchTest, HangIsNodeSilentAndClearsByItself) {
 TEST_F(CellWatchTest, HungDriverIsOneFaultOfTheNode) {
   hung.insert("driver/arm1");
   run_for(5s);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeSilent);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_TRUE(watch.faults().over().empty());
 }
 
@@ -211,7 +220,7 @@ TEST_F(CellWatchTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
   mute.insert("driver/arm1");
   run_for(60ms);
   const FaultRecord fault = the_fault();
-  EXPECT_EQ(fault.kind, FaultKind::kDriverSilent);
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_DRIVER_SILENT);
   EXPECT_EQ(fault.subject, "arm1");
   EXPECT_EQ(held(), Names{"arm1"});
   mute.clear();
@@ -226,22 +235,22 @@ TEST_F(CellWatchTest, SilentStreamThatTurnsIntoDeathStaysOneFault) {
   run_for(100ms);
   kill("driver/arm1", 6);
   run_for(100ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kProcessDied);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(the_fault().number, 1U);
 }
 
 TEST_F(CellWatchTest, SilentWorldHoldsTheCell) {
   mute.insert("world");
   run_for(100ms);
-  EXPECT_EQ(the_fault().kind, FaultKind::kWorldSilent);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_WORLD_SILENT);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
   mute.clear();
   hung.insert("world");
   run_for(100ms);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
   hung.clear();
   run_for(200ms);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(CellWatchTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHeard) {
@@ -266,11 +275,11 @@ TEST_F(CellWatchTest, SimultaneousFaultsAreAllTold) {
   hung.insert("driver/arm2");
   mute.insert("driver/arm3");
   run_for(100ms);
-  std::map<std::string, FaultKind> kinds;
+  std::map<std::string, msg::CauseKind> kinds;
   for (const FaultRecord& fault : watch.faults().open()) kinds[fault.subject] = fault.kind;
-  const std::map<std::string, FaultKind> expected{{"planner/arm1", FaultKind::kProcessDied},
-                                                  {"driver/arm2", FaultKind::kNodeSilent},
-                                                  {"arm3", FaultKind::kDriverSilent}};
+  const std::map<std::string, msg::CauseKind> expected{{"planner/arm1", msg::CauseKind::CAUSE_PROCESS_DIED},
+                                                       {"driver/arm2", msg::CauseKind::CAUSE_NODE_SILENT},
+                                                       {"arm3", msg::CauseKind::CAUSE_DRIVER_SILENT}};
   EXPECT_EQ(kinds, expected);
   EXPECT_EQ(held(), (Names{"arm1", "arm2", "arm3"}));
 }
@@ -314,15 +323,15 @@ TEST(CellWatchStart, StartUpIsNoFaultUntilTheGraceIsOver) {
   for (const auto* node : {"agent/h1", "agent/h2", "world"}) cell.dead.erase(node);
   cell.run_for(990ms);
   EXPECT_TRUE(cell.watch.faults().open().empty());
-  EXPECT_EQ(cell.watch.mode().decide(), ModeDecision{});
-  EXPECT_EQ(cell.watch.awaited("planner/arm1"), "planner/arm1 has not appeared yet");
+  EXPECT_EQ(cell.watch.mode().decide(), msg::CellMode{});
+  EXPECT_EQ(cell.watch.awaited("planner/arm1").text(), "planner/arm1 has not appeared yet");
   for (const auto& node : cell.watch.nodes()) {
     if (node.name != "planner/arm1") cell.dead.erase(node.name);
   }
   cell.run_for(20ms);
   const auto open = cell.watch.faults().open();
   ASSERT_EQ(open.size(), 1U);
-  EXPECT_EQ(open.front().kind, FaultKind::kNodeMissing);
+  EXPECT_EQ(open.front().kind, msg::CauseKind::CAUSE_NODE_MISSING);
   EXPECT_EQ(open.front().seen, "planner/arm1 did not appear within 1000 ms");
   cell.dead.clear();
   cell.run_for(200ms);
@@ -330,10 +339,10 @@ TEST(CellWatchStart, StartUpIsNoFaultUntilTheGraceIsOver) {
 }
 
 TEST(CellWatchStandby, OnlyThePlannerInChargeHoldsItsArm) {
-  const std::vector<ExpectedNode> nodes{{"agent/h1", NodeRole::kAgent, "", "h1"},
-                                        {"planner/arm1", NodeRole::kPlanner, "arm1", "h1"},
-                                        {"planner/arm1@h2", NodeRole::kPlanner, "arm1", "h2"},
-                                        {"supervisor@h2", NodeRole::kSupervisor, "", "h2"}};
+  const std::vector<ExpectedNode> nodes{{"agent/h1", msg::NodeKind::NODE_AGENT, "", "h1"},
+                                        {"planner/arm1", msg::NodeKind::NODE_PLANNER, "arm1", "h1"},
+                                        {"planner/arm1@h2", msg::NodeKind::NODE_PLANNER, "arm1", "h2"},
+                                        {"supervisor@h2", msg::NodeKind::NODE_SUPERVISOR, "", "h2"}};
   CellWatch watch(nodes, {"arm1"}, cell_limits(), 0ms);
   watch.advance(5ms);
   for (const ExpectedNode& node : nodes) watch.heard(node.name, {1, 5ms});
@@ -344,10 +353,10 @@ TEST(CellWatchStandby, OnlyThePlannerInChargeHoldsItsArm) {
   watch.process_exited("supervisor@h2", {1, -1, 9, false});
   EXPECT_TRUE(watch.ended("planner/arm1"));
   watch.judge(5ms);
-  EXPECT_EQ(watch.mode().mode_of("arm1"), MoveMode::kHold);
+  EXPECT_EQ(watch.mode().mode_of("arm1"), msg::Mode::MODE_HOLD);
   watch.put_in_charge("arm1", "planner/arm1@h2");
   watch.judge(5ms);
-  EXPECT_EQ(watch.mode().mode_of("arm1"), MoveMode::kRun) << "neither its standby nor a supervisor holds an arm";
+  EXPECT_EQ(watch.mode().mode_of("arm1"), msg::Mode::MODE_RUN) << "neither its standby nor a supervisor holds an arm";
   EXPECT_NE(watch.faults().open("planner/arm1"), nullptr);
   EXPECT_NE(watch.faults().open("supervisor@h2"), nullptr);
   watch.advance(10ms);
@@ -358,7 +367,9 @@ TEST(CellWatchStandby, OnlyThePlannerInChargeHoldsItsArm) {
 
 // What another supervisor told on its side of a partition: here all are well.
 TEST_F(CellWatchTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
-  FaultRecord theirs{9, 4, FaultKind::kNodeSilent, FaultSeverity::kError, "planner/arm1", "silent", now - 1s, {}, {}};
+  FaultRecord theirs{
+      9,  4, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/arm1", "silent", now - 1s,
+      {}, {}};
   watch.adopt("planner/arm1", theirs, now);
   theirs.number = 5;
   theirs.subject = "supervisor";
@@ -397,7 +408,7 @@ TEST_F(CellWatchTest, TwoProcessesOfOneNodeAreTold) {
   beat_of_another(2);
   EXPECT_TRUE(watch.faults().open().empty()) << "they may be stragglers";
   beat_of_another(10);
-  EXPECT_EQ(the_fault().kind, FaultKind::kNodeTwice);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_DUPLICATE_NODE);
   EXPECT_EQ(the_fault().subject, "planner/arm1");
   EXPECT_EQ(the_fault().seen, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
                                   " are this node at one time: end one of them");

@@ -7,9 +7,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const FaultSight kSilent{FaultKind::kNodeSilent, FaultSeverity::kWarning, "planner/a", "silent"};
-const FaultSight kSilentLong{FaultKind::kNodeSilent, FaultSeverity::kError, "planner/a", "silent for long"};
-const FaultSight kDied{FaultKind::kProcessDied, FaultSeverity::kError, "planner/a", "signal 9"};
+const FaultSight kSilent{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "planner/a", "silent"};
+const FaultSight kSilentLong{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/a",
+                             "silent for long"};
+const FaultSight kDied{msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_ERROR, "planner/a", "signal 9"};
 
 TEST(FaultList, OneRecordForOneOccurrence) {
   FaultList faults;
@@ -58,11 +59,11 @@ TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
 }
 
 TEST(FaultList, EveryKindHasANameOfItsOwn) {
-  for (int i = 0; i <= static_cast<int>(FaultKind::kAgentLost); ++i) {
-    const auto kind = static_cast<FaultKind>(i);
-    EXPECT_EQ(fault_kind(fault_kind_name(kind)), kind);
+  for (int i = 0; i <= static_cast<int>(msg::CauseKind::CAUSE_HOST_LOST); ++i) {
+    const auto kind = static_cast<msg::CauseKind>(i);
+    EXPECT_EQ(cause_kind(cause_name(kind)), kind);
   }
-  EXPECT_FALSE(fault_kind("unknown"));
+  EXPECT_FALSE(cause_kind("unknown"));
 }
 
 TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
@@ -71,7 +72,7 @@ TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
   faults.raise("planner/a", kDied, 15ms);
   ASSERT_EQ(faults.open().size(), 1U);
   const FaultRecord& record = *faults.open("planner/a");
-  EXPECT_EQ(record.kind, FaultKind::kProcessDied);
+  EXPECT_EQ(record.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(record.seen, "signal 9");
   EXPECT_EQ(record.since, 10ms);
   EXPECT_EQ(record.number, 1U);
@@ -82,7 +83,7 @@ TEST(FaultList, WeakerExplanationIsNoNews) {
   faults.raise("planner/a", kDied, 10ms);
   static_cast<void>(faults.take_changes());
   faults.raise("planner/a", kSilentLong, 30ms);
-  EXPECT_EQ(faults.open("planner/a")->kind, FaultKind::kProcessDied);
+  EXPECT_EQ(faults.open("planner/a")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_TRUE(faults.take_changes().empty());
 }
 
@@ -92,7 +93,7 @@ TEST(FaultList, MoreSevereIsTold) {
   faults.raise("planner/a", kSilentLong, 90ms);
   const auto changes = faults.take_changes();
   ASSERT_EQ(changes.size(), 2U);
-  EXPECT_EQ(changes[1].severity, FaultSeverity::kError);
+  EXPECT_EQ(changes[1].severity, msg::Severity::SEVERITY_ERROR);
   EXPECT_EQ(changes[1].number, changes[0].number);
 }
 
@@ -130,7 +131,8 @@ TEST(FaultList, RemembersTheLatest) {
 }
 
 FaultRecord of_another(std::uint64_t number, std::optional<std::chrono::nanoseconds> cleared) {
-  return {9, number, FaultKind::kNodeSilent, FaultSeverity::kWarning, "planner/a", "silent", 10ms, 3ms, cleared};
+  return {9,   number, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "planner/a", "silent", 10ms,
+          3ms, cleared};
 }
 
 TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
@@ -162,14 +164,14 @@ TEST(FaultList, AdoptsABetterExplanationOfWhatItKnows) {
   faults.adopt("planner/a", of_another(2, std::nullopt), 40ms);
   for (const std::uint64_t number : {1, 2}) {
     FaultRecord better = of_another(number, 30ms);
-    better.kind = FaultKind::kProcessDied;
+    better.kind = msg::CauseKind::CAUSE_PROCESS_DIED;
     better.seen = "signal 9";
     faults.adopt("planner/a", better, 50ms);
   }
   EXPECT_EQ(faults.over().front().seen, "signal 9");
   EXPECT_EQ(faults.over().front().cleared, 20ms);
   ASSERT_NE(faults.open("planner/a"), nullptr) << "whoever leads judges when it is over";
-  EXPECT_EQ(faults.open("planner/a")->kind, FaultKind::kProcessDied);
+  EXPECT_EQ(faults.open("planner/a")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
@@ -177,7 +179,7 @@ TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
   faults.begin_life(10);
   faults.raise("planner/a", kSilent, 15ms);
   FaultRecord theirs = of_another(1, std::nullopt);
-  theirs.kind = FaultKind::kProcessDied;
+  theirs.kind = msg::CauseKind::CAUSE_PROCESS_DIED;
   theirs.seen = "signal 9";
   faults.adopt("planner/a", theirs, 40ms);
   ASSERT_EQ(faults.open().size(), 1U);

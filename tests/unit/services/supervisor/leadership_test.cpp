@@ -1,4 +1,4 @@
-#include "services/supervisor/leadership.hpp"
+#include "services/supervisor/failover/leadership.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence 
 TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
   Leadership own(kLimits, 0, 0ms);
   own.heard_term(7, 0ms);
-  own.heard_mandate(3);
+  own.heard_lease(3);
   EXPECT_FALSE(own.decide(199ms, 199ms));
   EXPECT_EQ(own.role(), Role::kListening);
   EXPECT_TRUE(own.decide(200ms, 200ms));
@@ -84,7 +84,7 @@ TEST(Leadership, ListensAnewWhenTheCellHasFollowedAHigherTerm) {
 TEST(Leadership, AMandatesTermIsNoReasonToListenAnew) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.heard_mandate(9);
+  own.heard_lease(9);
   EXPECT_EQ(own.role(), Role::kLeading);
   EXPECT_EQ(own.term(), 1U);
   EXPECT_EQ(own.take_term(), 10U);
@@ -97,7 +97,7 @@ TEST(Leadership, TwoNeverTakeTheSameTerm) {
   EXPECT_TRUE(second.decide(200ms, 200ms));
   EXPECT_EQ(first.term(), 2U);
   EXPECT_EQ(second.term(), 1U);
-  second.heard_mandate(4);
+  second.heard_lease(4);
   EXPECT_EQ(second.take_term(), 5U);
   EXPECT_EQ(second.take_term(), 7U);
   EXPECT_EQ(first.take_term(), 4U);

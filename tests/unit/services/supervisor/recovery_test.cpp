@@ -9,7 +9,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-WatchLimits limits(std::set<FaultKind> waits) {
+WatchLimits limits(std::set<msg::CauseKind> waits) {
   WatchLimits limits = cell_limits();
   limits.waits_for_resume = std::move(waits);
   return limits;
@@ -17,11 +17,12 @@ WatchLimits limits(std::set<FaultKind> waits) {
 
 class Recovery : public ::testing::Test, protected VirtualCell {
  protected:
-  explicit Recovery(std::set<FaultKind> waits = {FaultKind::kProcessDied, FaultKind::kAgentLost, FaultKind::kContact})
+  explicit Recovery(std::set<msg::CauseKind> waits = {msg::CauseKind::CAUSE_PROCESS_DIED,
+                                                      msg::CauseKind::CAUSE_HOST_LOST, msg::CauseKind::CAUSE_CONTACT})
       : VirtualCell(cell_nodes(), limits(std::move(waits))) {
     run_for(200ms);
   }
-  Names held() { return watch.mode().decide().held_arms; }
+  Names held() { return arms_on(watch.mode().decide(), msg::Mode::MODE_HOLD); }
   void die_and_return(const std::string& node) {
     kill(node, 9);
     run_for(50ms);
@@ -34,9 +35,9 @@ class Recovery : public ::testing::Test, protected VirtualCell {
 TEST_F(Recovery, WaitsForResumeAfterADeath) {
   die_and_return("planner/arm2");
   EXPECT_EQ(held(), Names{"arm2"});
-  EXPECT_EQ(watch.mode().reason_of("arm2"),
+  EXPECT_EQ(watch.mode().cause_of("arm2").text(),
             "on hold until resumed: planner/arm2: process 107 was ended by signal 9 (Killed)");
-  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
@@ -53,7 +54,7 @@ TEST_F(Recovery, IsAutomaticWhereTheCellFileDoesNotSayOtherwise) {
 TEST_F(Recovery, NeedNotBeAskedForAgainByWhoResumedWhileTheFaultLasted) {
   kill("planner/arm2", 9);
   run_for(50ms);
-  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{"arm2"}) << "the fault itself still holds it";
   start("planner/arm2");
@@ -68,15 +69,15 @@ TEST_F(Recovery, OfALostHostIsThatOfItsArms) {
   run_for(5s);
   EXPECT_TRUE(watch.faults().open().empty());
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_EQ(watch.mode().resume({}), "");
+  EXPECT_TRUE(is_none(watch.mode().resume({})));
   EXPECT_EQ(held(), Names{});
 }
 
 TEST_F(Recovery, OfTheWorldIsThatOfTheCell) {
   die_and_return("world");
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
-  EXPECT_EQ(watch.mode().resume({}), "");
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_TRUE(is_none(watch.mode().resume({})));
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 TEST_F(Recovery, OfAContactIsThatOfTheCell) {
@@ -86,35 +87,36 @@ TEST_F(Recovery, OfAContactIsThatOfTheCell) {
   run_for(50ms);
   ASSERT_EQ(watch.faults().over().size(), 1U);
   EXPECT_EQ(watch.faults().over().front().seen, "arm1/wrist touched pallet");
-  EXPECT_EQ(watch.faults().over().front().severity, FaultSeverity::kCritical);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
-  EXPECT_EQ(watch.mode().decide().reason, "hold until resumed: arm1/wrist touched pallet");
-  EXPECT_EQ(watch.mode().resume({}), "");
+  EXPECT_EQ(watch.faults().over().front().severity, msg::Severity::SEVERITY_CRITICAL);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(watch.mode().decide()), "hold until resumed: arm1/wrist touched pallet");
+  EXPECT_TRUE(is_none(watch.mode().resume({})));
   watch.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(50ms);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun) << "one contact, one fault";
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN) << "one contact, one fault";
 }
 
 TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
   FaultHistory history;
-  history.over.push_back({1, 1, FaultKind::kContact, FaultSeverity::kCritical, "a", "a touched b", 1ms, {}, 1ms});
+  history.over.push_back(
+      {1, 1, msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, "a", "a touched b", 1ms, {}, 1ms});
   watch.faults().recall(history);
   watch.contacts(3, "a", "a touched b");
   run_for(50ms);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kRun);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
 struct RecoveryOfTheHung : Recovery {
-  RecoveryOfTheHung() : Recovery({FaultKind::kNodeSilent, FaultKind::kProcessDied}) {}
+  RecoveryOfTheHung() : Recovery({msg::CauseKind::CAUSE_NODE_SILENT, msg::CauseKind::CAUSE_PROCESS_DIED}) {}
 };
 
 TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
   hung.insert("planner/arm2");
   run_for(100ms);
-  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
   kill("planner/arm2", 9);
   run_for(50ms);
-  EXPECT_EQ(watch.faults().open("planner/arm2")->kind, FaultKind::kProcessDied);
+  EXPECT_EQ(watch.faults().open("planner/arm2")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   start("planner/arm2");
   run_for(500ms);
   EXPECT_EQ(held(), Names{});
@@ -146,7 +148,7 @@ TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
   turn();
   EXPECT_TRUE(watch.faults().open().empty()) << "it is back";
   EXPECT_EQ(held(), Names{"arm2"}) << "until resumed";
-  EXPECT_EQ(watch.mode().resume({"arm2"}), "");
+  EXPECT_TRUE(is_none(watch.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
@@ -160,7 +162,7 @@ TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
   take_over(spoke);
   ASSERT_EQ(watch.faults().over().size(), 1U);
   EXPECT_LE(watch.faults().over().front().since - spoke, 10ms);
-  EXPECT_EQ(watch.mode().decide().cell, MoveMode::kHold);
+  EXPECT_EQ(watch.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
 TEST_F(Takeover, TellsNothingAgain) {
@@ -182,9 +184,10 @@ TEST_F(Recovery, IsWaitedForAcrossLives) {
   die_and_return("planner/arm2");
   CellModeState next({"arm1", "arm2", "arm3"});
   next.restore(watch.mode().orders(), watch.mode().causes());
-  EXPECT_EQ(next.reason_of("arm2"), watch.mode().reason_of("arm2"));
+  EXPECT_EQ(next.cause_of("arm2").text(), watch.mode().cause_of("arm2").text());
   next.restore(watch.mode().orders());
-  EXPECT_EQ(next.reason_of("arm2"), watch.mode().reason_of("arm2")) << "another's orders, which it judged itself, too";
+  EXPECT_EQ(next.cause_of("arm2").text(), watch.mode().cause_of("arm2").text())
+      << "another's orders, which it judged itself, too";
 }
 
 }  // namespace

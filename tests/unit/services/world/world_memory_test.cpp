@@ -1,5 +1,3 @@
-#include "services/world/world_memory.hpp"
-
 #include <filesystem>
 #include <numbers>
 #include <thread>
@@ -11,8 +9,8 @@
 
 #include "services/bus/message_file.hpp"
 #include "services/runtime/kept_file.hpp"
-#include "services/world/edit_replies.hpp"
-#include "services/world/memory_keeper.hpp"
+#include "services/world/world_checkpoint.hpp"
+#include "services/world/world_edit.hpp"
 #include "tests/support/full_disk.hpp"
 
 namespace hecaton::services {
@@ -62,9 +60,9 @@ TEST(WorldMemory, EditsMotionsAndTimeGoOn) {
   scene.obstacles = {ball("moon", at_point(1, 0, 0), world::CircleMotion{Vector3d::Zero(), Vector3d::UnitZ(), 1.0}),
                      ball("rock", at_point(5, 0, 0)), ball("gone", at_point(6, 0, 0))};
   world::BulletWorld first(scene, ball_arm());
-  ASSERT_TRUE(first.add(ball("crate", at_point(2, 3, 4))).done);
-  ASSERT_TRUE(first.move("rock", at_point(5, 1, 0)).done);
-  ASSERT_TRUE(first.remove("gone").done);
+  ASSERT_TRUE(first.add(ball("crate", at_point(2, 3, 4))).done());
+  ASSERT_TRUE(first.move("rock", at_point(5, 1, 0)).done());
+  ASSERT_TRUE(first.remove("gone").done());
   first.step(1.0);
 
   world::BulletWorld second = successor(memory_of(first));
@@ -100,7 +98,7 @@ TEST(WorldMemory, WhatIsCarriedStaysInTheHand) {
   world::BulletWorld first(scene, ball_arm());
   put(first, at_point(0, 0, 0));
   first.step(0.01);
-  ASSERT_TRUE(first.attach("box", "arm").done);
+  ASSERT_TRUE(first.attach("box", "arm").done());
   put(first, at_point(1, 0, 0));
   first.step(0.01);
 
@@ -140,7 +138,7 @@ TEST(WorldMemory, WhatLayBesideWhenItWasGraspedStaysExcused) {
   world::BulletWorld first(scene, ball_arm());
   put(first, at_point(0, 0, 1.5));
   first.step(0.01);
-  ASSERT_TRUE(first.attach("box", "arm").done);
+  ASSERT_TRUE(first.attach("box", "arm").done());
   for (const bool judged_before : {false, true}) {
     if (judged_before) first.step(0.01);
     world::BulletWorld second = successor(memory_of(first));
@@ -171,10 +169,12 @@ class Keeper : public ::testing::Test {
     message.cell(std::string(size, 'x'));
     return message;
   }
-  static std::string await(const MemoryKeeper& keeper, std::uint64_t number) {
-    while (!keeper.outcome(number)) std::this_thread::yield();
-    return *keeper.outcome(number);
+  /// Why it was not kept; empty: it was.
+  static std::optional<std::string> await(const CheckpointWriter& keeper, std::uint64_t number) {
+    while (!keeper.outcome(number).known) std::this_thread::yield();
+    return keeper.outcome(number).failure;
   }
+  static bool is_kept(const CheckpointWriter::Outcome& outcome) { return outcome.known && !outcome.failure; }
   [[nodiscard]] double kept() const {
     const bus::ReadMessage read = bus::read_message(path_);
     EXPECT_TRUE(read.message) << read.error;
@@ -185,44 +185,44 @@ class Keeper : public ::testing::Test {
 };
 
 TEST_F(Keeper, WritesTheNewest) {
-  MemoryKeeper keeper(path_);
+  CheckpointWriter keeper(path_);
   std::uint64_t last = 0;
   for (int i = 1; i <= 100; ++i) last = keeper.keep(memory(i));
-  EXPECT_EQ(await(keeper, last), "");
-  EXPECT_EQ(keeper.outcome(1), "") << "a newer one is kept";
+  EXPECT_EQ(await(keeper, last), std::nullopt);
+  EXPECT_TRUE(is_kept(keeper.outcome(1))) << "a newer one is kept";
   EXPECT_EQ(kept(), 100.0);
-  EXPECT_EQ(keeper.failure(), "");
+  EXPECT_EQ(keeper.failure(), std::nullopt);
 }
 
 TEST_F(Keeper, WritesWhatIsLeftWhenItEnds) {
-  { static_cast<void>(MemoryKeeper(path_).keep(memory(7))); }
+  { static_cast<void>(CheckpointWriter(path_).keep(memory(7))); }
   EXPECT_EQ(kept(), 7.0);
 }
 
 TEST_F(Keeper, WithoutAPathNothingIsWaitedFor) {
-  MemoryKeeper keeper("");
-  EXPECT_EQ(keeper.outcome(keeper.keep(memory(1))), "");
+  CheckpointWriter keeper("");
+  EXPECT_TRUE(is_kept(keeper.outcome(keeper.keep(memory(1)))));
 }
 
 constexpr std::size_t kRoom = 1U << 16U;  // that the first memory takes
 
 TEST_F(Keeper, OnAFullDiskTheLastGoodMemoryStaysAndTheRestIsSaidNotToBeKept) {
   const std::string refusal = path_ + " cannot be written: File too large";
-  MemoryKeeper keeper(path_);
-  ASSERT_EQ(await(keeper, keeper.keep(memory(1))), "");
+  CheckpointWriter keeper(path_);
+  ASSERT_EQ(await(keeper, keeper.keep(memory(1))), std::nullopt);
   {
     const test::FullDisk full(kRoom);
     const std::uint64_t large = keeper.keep(memory(2, kRoom));
     EXPECT_EQ(await(keeper, large), refusal);
     EXPECT_EQ(keeper.failure(), refusal);
     EXPECT_EQ(kept(), 1.0);
-    EXPECT_EQ(await(keeper, keeper.keep(memory(3))), "") << "what has room is remembered";
-    EXPECT_EQ(keeper.failure(), "");
+    EXPECT_EQ(await(keeper, keeper.keep(memory(3))), std::nullopt) << "what has room is remembered";
+    EXPECT_EQ(keeper.failure(), std::nullopt);
     EXPECT_EQ(kept(), 3.0);
     EXPECT_EQ(await(keeper, keeper.keep(memory(4, kRoom))), refusal);
   }
-  EXPECT_EQ(await(keeper, keeper.keep(memory(5, kRoom))), "") << "there is room again";
-  EXPECT_EQ(keeper.failure(), "");
+  EXPECT_EQ(await(keeper, keeper.keep(memory(5, kRoom))), std::nullopt) << "there is room again";
+  EXPECT_EQ(keeper.failure(), std::nullopt);
   EXPECT_EQ(kept(), 5.0);
 }
 
@@ -234,7 +234,7 @@ msg::WorldEditReply reply_to(std::uint64_t request) {
 }
 
 TEST_F(Keeper, RepliesSayOfWhichEditsThereIsNoMemory) {
-  MemoryKeeper keeper(path_);
+  CheckpointWriter keeper(path_);
   EditReplies replies;
   std::vector<msg::WorldEditReply> told;
   const auto take = [&](std::uint64_t memory) {
@@ -245,50 +245,50 @@ TEST_F(Keeper, RepliesSayOfWhichEditsThereIsNoMemory) {
   replies.owe(first, reply_to(1));
   take(first);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].reason(), "");
+  EXPECT_EQ(told[0].cause().text(), "");
 
   const test::FullDisk full(kRoom);
   const std::uint64_t second = keeper.keep(memory(2, kRoom));
   replies.owe(second, reply_to(2));
   msg::WorldEditReply refused = reply_to(3);
   refused.done(false);
-  refused.reason("no such obstacle");
+  refused.cause(make_cause(msg::CauseKind::CAUSE_UNKNOWN_NAME, {}, "no such obstacle"));
   replies.owe(0, refused);
   take(second);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].request_id(), 2U);
   EXPECT_TRUE(told[0].done());
-  EXPECT_EQ(told[0].reason(), "the edit is not remembered, and lost with the world's process: " + path_ +
-                                  " cannot be written: File too large");
+  EXPECT_EQ(told[0].cause().text(), "the edit is not remembered, and lost with the world's process: " + path_ +
+                                        " cannot be written: File too large");
   EXPECT_EQ(told[1].request_id(), 3U);
-  EXPECT_EQ(told[1].reason(), "no such obstacle");
+  EXPECT_EQ(told[1].cause().text(), "no such obstacle");
   EXPECT_TRUE(replies.take(keeper).empty());
 }
 
 // A disk that does not answer: who opens a pipe to write waits until somebody reads it.
 TEST_F(Keeper, AThreadThatHangsKeepsNobodyWaiting) {
   ASSERT_EQ(mkfifo(other_file_of(path_).c_str(), 0600), 0);
-  MemoryKeeper keeper(path_);
+  CheckpointWriter keeper(path_);
   EditReplies replies;
   replies.owe(keeper.keep(memory(1)), reply_to(1));
-  auto now = MemoryKeeper::Clock::now();
-  const auto look_for = [&](MemoryKeeper::Clock::duration time) {
+  auto now = CheckpointWriter::Clock::now();
+  const auto look_for = [&](CheckpointWriter::Clock::duration time) {
     for (const auto until = now + time; now < until;) keeper.look(now += std::chrono::milliseconds(10));
   };
-  look_for(MemoryKeeper::kLongestWrite);
-  EXPECT_EQ(keeper.failure(), "");
+  look_for(CheckpointWriter::kLongestWrite);
+  EXPECT_EQ(keeper.failure(), std::nullopt);
   EXPECT_TRUE(replies.take(keeper).empty());
-  look_for(MemoryKeeper::kLongestWrite);
+  look_for(CheckpointWriter::kLongestWrite);
   const std::string silent = "the thread that writes " + path_ + " has not answered for 1 s";
   EXPECT_EQ(keeper.failure(), silent);
   const auto told = replies.take(keeper);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].reason(), "the edit is not remembered, and lost with the world's process: " + silent);
+  EXPECT_EQ(told[0].cause().text(), "the edit is not remembered, and lost with the world's process: " + silent);
 
   const int reader = open(other_file_of(path_).c_str(), O_RDONLY | O_CLOEXEC);  // now it goes on, and fails
-  while (keeper.outcome(1) == silent) std::this_thread::yield();
-  EXPECT_EQ(keeper.outcome(1), path_ + " cannot be written: Illegal seek");
-  look_for(MemoryKeeper::kLongestWrite);
+  while (keeper.outcome(1).failure == silent) std::this_thread::yield();
+  EXPECT_EQ(keeper.outcome(1).failure, path_ + " cannot be written: Illegal seek");
+  look_for(CheckpointWriter::kLongestWrite);
   EXPECT_EQ(keeper.failure(), path_ + " cannot be written: Illegal seek");
   close(reader);
 }

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "services/bus/convert.hpp"
-#include "services/world/referee_message.hpp"
+#include "services/messages/convert.hpp"
 #include "services/world/world_edit.hpp"
+#include "services/world/world_parts.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -30,15 +30,15 @@ class Edit : public testing::Test {
 
 TEST_F(Edit, AddMoveRemove) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "ignored");
-  add.obstacle(bus::to_message(ball("b")));
+  add.obstacle(messages::to_message(ball("b")));
   EXPECT_EQ(edited_name(add), "b");
-  ASSERT_TRUE(apply_edit(world_, cell_, add).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, add).done());
   ASSERT_EQ(world_.obstacles().size(), 2U);
   msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "b");
   move.X_WO().position().y(0.25);
-  ASSERT_TRUE(apply_edit(world_, cell_, move).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, move).done());
   EXPECT_EQ(world_.snapshot().states[1].X_WO.translation().y(), 0.25);
-  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EditKind::EDIT_REMOVE, "a")).done);
+  ASSERT_TRUE(apply_edit(world_, cell_, request(msg::EditKind::EDIT_REMOVE, "a")).done());
   ASSERT_EQ(world_.obstacles().size(), 1U);
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
@@ -49,17 +49,17 @@ TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
   msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "a");
   move.X_WO().qw(0.5);
   const world::EditResult refused = apply_edit(world_, cell_, move);
-  EXPECT_FALSE(refused.done);
+  EXPECT_FALSE(refused.done());
   EXPECT_NE(refused.reason.find("obstacle \"a\": X_WO: quaternion"), std::string::npos) << refused.reason;
   msg::WorldEditRequest unknown = request(static_cast<msg::EditKind>(77), "a");
-  EXPECT_FALSE(apply_edit(world_, cell_, unknown).done);
+  EXPECT_FALSE(apply_edit(world_, cell_, unknown).done());
   EXPECT_EQ(world_.snapshot().edition, world::BulletWorld(world::Scene{{ball("a")}}, {}).snapshot().edition);
 }
 
 TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
   const auto refusal = [&](const world::Obstacle& obstacle) {
     msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
-    add.obstacle(bus::to_message(obstacle));
+    add.obstacle(messages::to_message(obstacle));
     return apply_edit(world_, cell_, add).reason;
   };
   EXPECT_EQ(refusal(ball("two words")),
@@ -83,7 +83,7 @@ TEST(RefereeMessage, CarriesTheWholeAccount) {
   report.smallest = {-0.003, world::ContactKind::kArmObstacle, "arm1/hand", "pallet", 1.5};
   report.kinds[1] = {2, true, report.smallest};
   report.events = {report.smallest};
-  const msg::RefereeReport message = referee_message(report, 7.25, true);
+  const msg::RefereeReport message = contact_report(report, 7.25, true);
   EXPECT_TRUE(message.running());
   EXPECT_EQ(message.time(), 7.25);
   EXPECT_EQ(message.contacts(), 2U);

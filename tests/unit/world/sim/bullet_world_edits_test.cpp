@@ -18,8 +18,8 @@ TEST(BulletWorldEdits, MoveEndsAScriptAndStopsAFall) {
       world_of({thing("belt", Sphere{0.1}, at_point(5, 0, 0), ConveyorMotion{Vector3d::UnitX(), 0.5, 2.0}),
                 thing("ball", Sphere{0.1}, at_point(0, 0, 2), falling())});
   for (int i = 0; i < 20; ++i) world.step(0.01);
-  EXPECT_TRUE(world.move("belt", at_point(7, 0, 0)).done);
-  EXPECT_TRUE(world.move("ball", at_point(0, 0, 1.1)).done);
+  EXPECT_TRUE(world.move("belt", at_point(7, 0, 0)).done());
+  EXPECT_TRUE(world.move("ball", at_point(0, 0, 1.1)).done());
   EXPECT_EQ(world.snapshot().states[1].velocity.linear.norm(), 0.0);
   for (int i = 0; i < 10; ++i) world.step(0.01);
   expect_point(place(world, 0), {7, 0, 0}, 1e-12);
@@ -34,7 +34,7 @@ TEST(BulletWorldEdits, WhatABodyLiesOnMayBeTakenAway) {
                                 thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0, 0, 1.05), falling())});
   for (int i = 0; i < 500; ++i) world.step(0.01);
   EXPECT_NEAR(place(world, 1).z(), 1.05, 2e-3);
-  EXPECT_TRUE(world.remove("table").done);
+  EXPECT_TRUE(world.remove("table").done());
   for (int i = 0; i < 200; ++i) world.step(0.01);
   EXPECT_NEAR(place(world, 0).z(), 0.05, 2e-3);
 }
@@ -53,7 +53,7 @@ TEST(BulletWorldEdits, AttachedObstaclesFollowTheTool) {
                                {box_arm("arm1"), box_arm("arm2")});
   put_arm(world, 0, at_point(0.5, 0, 0.6));
   put_arm(world, 1, at_point(9, 0, 0.6));
-  ASSERT_TRUE(world.attach("box", "arm1").done);
+  ASSERT_TRUE(world.attach("box", "arm1").done());
   ASSERT_TRUE(world.obstacles()[0].attachment.has_value());
   expect_point(world.obstacles()[0].attachment->X_TO.translation(), {0, 0, -0.1}, 1e-12);
   for (int i = 1; i <= 10; ++i) {
@@ -78,7 +78,7 @@ TEST(BulletWorldEdits, ATurningToolGivesItsVelocityToWhatItCarries) {
   BulletWorld world = world_of({thing("box", Sphere{0.05}, at_point(1.0, 0, 0.5))}, {box_arm("arm1")});
   put_arm(world, 0, at_point(0, 0, 0.5));
   world.step(0.01);
-  ASSERT_TRUE(world.attach("box", "arm1").done);
+  ASSERT_TRUE(world.attach("box", "arm1").done());
   // 0.01 rad in 10 ms about z, 1 m from the axis: 1 rad/s, 1 m/s along y, to the first order.
   put_arm(world, 0, pose_from_xyz_rpy({0, 0, 0.5}, {0, 0, 0.01}));
   world.step(0.01);
@@ -92,15 +92,15 @@ TEST(BulletWorldEdits, DetachedBodiesFallOthersStay) {
                                 thing("sign", Sphere{0.05}, at_point(0.5, 1, 1.0), SineMotion{})},
                                {box_arm("arm1")});
   put_arm(world, 0, at_point(0.5, 0.5, 1.0));
-  ASSERT_TRUE(world.attach("ball", "arm1").done);
-  ASSERT_TRUE(world.attach("sign", "arm1").done);
+  ASSERT_TRUE(world.attach("ball", "arm1").done());
+  ASSERT_TRUE(world.attach("sign", "arm1").done());
   for (int i = 1; i <= 50; ++i) {
     put_arm(world, 0, at_point(0.5 + 0.01 * i, 0.5, 1.0));
     world.step(0.01);
   }
   expect_point(place(world, 0), {1.0, 0, 1.0}, 1e-9);
-  ASSERT_TRUE(world.detach("ball").done);
-  ASSERT_TRUE(world.detach("sign").done);
+  ASSERT_TRUE(world.detach("ball").done());
+  ASSERT_TRUE(world.detach("sign").done());
   const Vector3d sign = place(world, 1);
   for (int i = 0; i < 20; ++i) world.step(0.01);
   expect_point(place(world, 1), sign, 1e-12);
@@ -119,7 +119,7 @@ TEST(BulletWorldEdits, RefusalsSayWhyAndChangeNothing) {
   const ObstacleSnapshot before = world.snapshot();
 
   const auto expect_refused = [&](const EditResult& result, const std::string& reason) {
-    EXPECT_FALSE(result.done);
+    EXPECT_FALSE(result.done());
     EXPECT_EQ(result.reason, reason);
   };
   expect_refused(world.add(thing("post", Sphere{0.1}, at_point(0, 0, 5))), "there is already an obstacle named 'post'");

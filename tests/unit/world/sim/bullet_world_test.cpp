@@ -39,11 +39,11 @@ TEST(BulletWorld, SnapshotsCountStepsAndEditions) {
   world.step(0.01);
   EXPECT_EQ(world.snapshot().sequence, 2U);
   const auto edition = world.snapshot().edition;
-  EXPECT_TRUE(world.move("post", at_point(0, 2, 0)).done);
+  EXPECT_TRUE(world.move("post", at_point(0, 2, 0)).done());
   EXPECT_EQ(world.snapshot().edition, edition);
-  EXPECT_TRUE(world.add(thing("crate", Sphere{0.1}, at_point(0, 3, 0))).done);
+  EXPECT_TRUE(world.add(thing("crate", Sphere{0.1}, at_point(0, 3, 0))).done());
   EXPECT_EQ(world.snapshot().edition, edition + 1);
-  EXPECT_TRUE(world.remove("post").done);
+  EXPECT_TRUE(world.remove("post").done());
   EXPECT_EQ(world.snapshot().edition, edition + 2);
   ASSERT_EQ(world.snapshot().states.size(), 1U);
   expect_point(place(world), {0, 3, 0}, 1e-12);
@@ -225,19 +225,19 @@ ObstacleSnapshot play() {
   for (int i = 0; i < 1000; ++i) {
     put_arm(world, 0, at_point(0.5 * std::sin(0.01 * i), 0.3 * std::cos(0.013 * i), 0.1));
     if (i == 200) {
-      EXPECT_TRUE(world.add(thing("late", Capsule{0.05, 0.1}, at_point(0, 0, 1.0), falling())).done);
+      EXPECT_TRUE(world.add(thing("late", Capsule{0.05, 0.1}, at_point(0, 0, 1.0), falling())).done());
     }
     if (i == 400) {
-      EXPECT_TRUE(world.attach("can", "arm1").done);
+      EXPECT_TRUE(world.attach("can", "arm1").done());
     }
     if (i == 500) {
-      EXPECT_TRUE(world.detach("can").done);
+      EXPECT_TRUE(world.detach("can").done());
     }
     if (i == 600) {
-      EXPECT_TRUE(world.remove("box1").done);
+      EXPECT_TRUE(world.remove("box1").done());
     }
     if (i == 700) {
-      EXPECT_TRUE(world.move("ball", at_point(0, 0, 1)).done);
+      EXPECT_TRUE(world.move("ball", at_point(0, 0, 1)).done());
     }
     world.step(0.01);
   }

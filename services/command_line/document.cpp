@@ -1,0 +1,88 @@
+#include "services/command_line/document.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace hecaton::services::cli {
+namespace {
+
+constexpr auto kReplace = Json::error_handler_t::replace;  // what is not UTF-8 must not end the program
+
+/// Strings, numbers, booleans and null are YAML as JSON writes them; so are empty and purely scalar lists.
+bool fits_one_line(const Json& value) {
+  if (value.is_object()) return value.empty();
+  if (!value.is_array()) return true;
+  return std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_primitive(); });
+}
+
+std::string one_line(const Json& value) {
+  if (!value.is_array()) return value.dump(-1, ' ', false, kReplace);
+  std::string text = "[";
+  for (const Json& item : value) {
+    if (text.size() > 1) text += ", ";
+    text += item.dump(-1, ' ', false, kReplace);
+  }
+  return text + "]";
+}
+
+void write(const Json& value, const std::string& indent, std::string& out);
+
+/// What follows "key:" or "-".
+void write_after(const Json& value, const std::string& indent, bool in_list, std::string& out) {
+  if (fits_one_line(value)) {
+    out += " " + one_line(value) + "\n";
+  } else if (in_list) {
+    std::string nested;
+    write(value, indent + "  ", nested);
+    out += " " + nested.substr(indent.size() + 2);
+  } else {
+    out += "\n";
+    write(value, indent + "  ", out);
+  }
+}
+
+void write(const Json& value, const std::string& indent, std::string& out) {
+  if (value.is_object()) {
+    for (const auto& [key, item] : value.items()) {
+      out += indent + Json(key).dump(-1, ' ', false, kReplace) + ":";
+      write_after(item, indent, false, out);
+    }
+    return;
+  }
+  for (const Json& item : value) {
+    out += indent + "-";
+    write_after(item, indent, true, out);
+  }
+}
+
+}  // namespace
+
+std::string json_text(const Json& value) {
+  return value.dump(2, ' ', false, kReplace) + "\n";
+}
+
+std::string yaml_text(const Json& value) {
+  if (fits_one_line(value)) return one_line(value) + "\n";
+  std::string out;
+  write(value, "", out);
+  return out;
+}
+
+void print(const Settings& settings, const Json& value, const std::string& table) {
+  std::string text;
+  switch (settings.format()) {
+    case OutputFormat::kTable:
+      text = table;
+      break;
+    case OutputFormat::kJson:
+      text = json_text(value);
+      break;
+    case OutputFormat::kYaml:
+      text = yaml_text(value);
+      break;
+  }
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fflush(stdout);
+}
+
+}  // namespace hecaton::services::cli

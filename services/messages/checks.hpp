@@ -1,0 +1,21 @@
+#pragma once
+/// Sentences about numbers that came from the wire. Private to services/messages.
+
+#include <cmath>
+#include <string>
+
+namespace hecaton::messages {
+
+[[nodiscard]] inline std::string not_finite(const std::string& what, double value) {
+  return what + " = " + std::to_string(value) + " must be finite";
+}
+
+/// Empty when the number is finite and above `bound` (or equal to it, when `or_equal`).
+[[nodiscard]] inline std::string check_above(const std::string& what, double value, double bound,
+                                             bool or_equal = false) {
+  if (std::isfinite(value) && (value > bound || (or_equal && value >= bound))) return {};
+  return what + " = " + std::to_string(value) + " must be a finite number " + (or_equal ? "not below " : "above ") +
+         std::to_string(bound);
+}
+
+}  // namespace hecaton::messages

@@ -1,0 +1,83 @@
+#pragma once
+/// The cell mode and people's orders as values. Standard library and the generated values only.
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <idl/health.h>
+
+#include "services/runtime/cause.hpp"
+
+namespace hecaton::services {
+
+/// "run", "hold" or "stop": as in logs and checkpoints.
+[[nodiscard]] inline std::string_view mode_name(msg::Mode mode) {
+  switch (mode) {
+    case msg::Mode::MODE_RUN:
+      return "run";
+    case msg::Mode::MODE_HOLD:
+      return "hold";
+    case msg::Mode::MODE_STOP:
+      return "stop";
+  }
+  return "unknown";
+}
+
+/// People's orders, and those that faults gave in their place. Of two modes the greater is the stricter.
+struct Orders {
+  msg::Mode cell = msg::Mode::MODE_RUN;
+  std::map<std::string, msg::Mode, std::less<>> arms;  ///< those with an order of their own: hold or stop
+  bool operator==(const Orders&) const = default;
+  [[nodiscard]] bool empty() const { return cell == msg::Mode::MODE_RUN && arms.empty(); }
+};
+
+/// Of `orders`, those that `known` does not have, or has less strictly.
+[[nodiscard]] inline Orders beyond(const Orders& orders, const Orders& known) {
+  Orders rest;
+  if (orders.cell > known.cell) rest.cell = orders.cell;
+  for (const auto& [arm, mode] : orders.arms) {
+    const auto same = known.arms.find(arm);
+    if (same == known.arms.end() || mode > same->second) rest.arms[arm] = mode;
+  }
+  return rest;
+}
+
+/// People's orders in a leader's cell mode.
+[[nodiscard]] inline Orders orders_in(const msg::CellMode& mode) {
+  Orders orders;
+  orders.cell = mode.ordered();
+  for (const msg::ArmOrder& arm : mode.arms()) {
+    if (arm.ordered() != msg::Mode::MODE_RUN) orders.arms[arm.arm()] = arm.ordered();
+  }
+  return orders;
+}
+
+/// The arm's own order; null when it has none. Valid as long as `mode`.
+[[nodiscard]] inline const msg::ArmOrder* order_in(const msg::CellMode& mode, std::string_view arm) {
+  const auto found = std::find_if(mode.arms().begin(), mode.arms().end(),
+                                  [&](const msg::ArmOrder& order) { return order.arm() == arm; });
+  return found == mode.arms().end() ? nullptr : &*found;
+}
+
+/// The arms whose own order is exactly `what`, in the cell's order.
+[[nodiscard]] inline std::vector<std::string> arms_on(const msg::CellMode& mode, msg::Mode what) {
+  std::vector<std::string> names;
+  for (const msg::ArmOrder& order : mode.arms()) {
+    if (order.mode() == what) names.push_back(order.arm());
+  }
+  return names;
+}
+
+/// Why the cell and its arms are not on run, for people: "hold by operator; arm1: stop by operator".
+[[nodiscard]] inline std::string causes_text(const msg::CellMode& mode) {
+  std::string text = mode.cause().text();
+  for (const msg::ArmOrder& order : mode.arms()) {
+    text += (text.empty() ? "" : "; ") + order.arm() + ": " + order.cause().text();
+  }
+  return text;
+}
+
+}  // namespace hecaton::services

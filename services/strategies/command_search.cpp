@@ -1,0 +1,260 @@
+/// hecaton-strategies search, hecaton-strategies show: the off-line stage of motion strategies [Mediavilla02].
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "planner/strategy_search/flat_arm.hpp"
+#include "services/command_line/choice_option.hpp"
+#include "services/command_line/failure.hpp"
+#include "services/command_line/quantities.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/config/read_parameters.hpp"
+#include "services/config/text.hpp"
+#include "services/strategies/commands.hpp"
+#include "services/strategies/progress.hpp"
+#include "services/strategies/ranks.hpp"
+#include "services/strategies/results.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+struct SearchOptions {
+  std::string cell;
+  std::string results;  ///< files' name without its ending; empty: none
+  std::vector<double> alpha;
+  std::vector<double> beta;
+  std::string combine;  ///< CSV of pairs; empty: the grid
+  std::string basis = "second";
+  std::string neighbours = "listed";
+  planner::SearchPlan plan;
+  int threads = 0;  ///< 0: one a processor
+  std::size_t top = 10;
+  bool resume = false;
+};
+
+/// `mode`: append to see early whether it can be written, for what is there stays until something replaces it.
+void write_file(const std::string& path, const std::string& text, std::ios::openmode mode = std::ios::trunc) {
+  std::ofstream file(path, mode);
+  file << text;
+  file.close();
+  if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be written");
+}
+
+Json stages_json(const planner::SearchReport& report) {
+  Json stages = Json::array();
+  for (const planner::SearchReport::Stage& stage : report.stages) {
+    stages.push_back({{"name", stage.round.name},
+                      {"tasks", stage.round.tasks},
+                      {"seed", stage.round.seed},
+                      {"candidates", stage.candidates},
+                      {"without_fault", stage.without_fault},
+                      {"arm_ticks", stage.arm_ticks}});
+  }
+  return stages;
+}
+
+/// Twice the same strategy would be counted twice.
+void refuse_repeated(const char* option, const std::vector<double>& values) {
+  for (auto value = values.begin(); value != values.end(); ++value) {
+    if (std::find(values.begin(), value, *value) == value) continue;
+    throw Failure(ExitCode::kBadInput,
+                  std::string(option) + " has " + config::number_text(*value + 0.0) + " twice: its values must differ");
+  }
+}
+
+/// What every rank reads for itself, and finds the same.
+struct Task {
+  std::string cell;
+  std::unique_ptr<planner::StrategyProblem> problem;
+  std::vector<planner::SystemStrategy> candidates;
+  std::string title;
+};
+
+Task read_task(const SearchOptions& options, bool notes) {
+  refuse_repeated("--alpha", options.alpha);
+  refuse_repeated("--beta", options.beta);
+  const config::CellFile file = config::load_cell_file(options.cell);
+  planner::StrategyGrid grid;
+  if (!options.alpha.empty()) grid.alpha = options.alpha;
+  if (!options.beta.empty()) grid.beta = options.beta;
+  try {
+    Task task{file.cell.name, std::make_unique<planner::StrategyProblem>(file.cell), {}, {}};
+    for (const std::string& note : task.problem->notes()) {
+      if (notes) std::fprintf(stderr, "hecaton-strategies: %s\n", note.c_str());
+    }
+    planner::FlatProblem& flat = task.problem->flat();
+    flat.nearest_first = options.neighbours == "nearest";
+    flat.basis = options.basis == "last" ? 1 : options.basis == "first" ? 2 : 0;
+    task.candidates = options.combine.empty() ? grid.of(*task.problem) : combine_pairs(options.combine, *task.problem);
+    task.title = search_title(*task.problem, options.plan, task.candidates);
+    return task;
+  } catch (const planner::ProblemError& error) {
+    throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
+  }
+}
+
+void say_what_was_done(const planner::SearchReport& report, double seconds, const Ranks& ranks, int threads) {
+  std::uint64_t ticks = 0;
+  for (const planner::SearchReport::Stage& stage : report.stages) {
+    std::fprintf(stderr, "%s: %zu of %zu strategies without fault in %d tasks of each arm (seed %llu)\n",
+                 stage.round.name.c_str(), stage.without_fault, stage.candidates, stage.round.tasks,
+                 static_cast<unsigned long long>(stage.round.seed));
+    ticks += stage.arm_ticks;
+  }
+  const std::string processes = ranks.count() > 1 ? std::to_string(ranks.count()) + " processes with " : "";
+  std::fprintf(stderr, "%.1f million arm ticks in %s by %s%d thread%s\n", 1e-6 * static_cast<double>(ticks),
+               duration_text(seconds).c_str(), processes.c_str(), threads, threads == 1 ? "" : "s");
+}
+
+ExitCode search(const Settings& settings, const SearchOptions& options) {
+  Ranks ranks;
+  const bool keeps = ranks.first() && !options.results.empty();
+  const std::string so_far_path = options.results + ".progress";
+  Task task;
+  StrategyProgress progress;
+  std::string so_far;
+  ranks.together([&] { task = read_task(options, ranks.first()); });
+  ranks.require_same(task.title);
+  ranks.together([&] {
+    if (keeps && options.resume) so_far = search_so_far(so_far_path, task.title);
+    if (keeps) write_file(options.results + ".csv", "", std::ios::app);
+    if (keeps) progress.keep(so_far_path, task.title);
+  });
+  progress.know(ranks.first_of(so_far));
+
+  planner::SearchHooks hooks;
+  hooks.threads = options.threads > 0 ? options.threads : ranks.threads();
+  progress.hook(hooks);
+  progress.tell_in_lines(!ranks.alone());
+  ranks.divide(hooks);
+  const auto began = std::chrono::steady_clock::now();
+  planner::SearchReport report;
+  ranks.together([&] {
+    try {
+      report = planner::search_strategies(*task.problem, task.candidates, options.plan, hooks);
+    } catch (const planner::ProblemError& error) {
+      throw Failure(ExitCode::kBadInput, options.cell + ": " + error.what());
+    }
+  });
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  if (!ranks.first()) return ExitCode::kDone;
+  progress.end();
+
+  const StrategyResults results = strategy_results(*task.problem, report.best);
+  if (keeps) {
+    write_file(options.results + ".csv", strategy_csv(results));
+    write_file(options.results + ".yaml", strategy_yaml(results, task.cell));
+  }
+  const Json value = {{"cell", task.cell},
+                      {"seed", options.plan.seed},
+                      {"stages", stages_json(report)},
+                      {"strategies", strategy_json(results, options.top)}};
+  // What mpirun gives a process is a terminal, wherever it passes that on to.
+  const Palette palette = ranks.alone() ? Palette::for_stream(stdout) : Palette(false);
+  print(settings, value, strategy_table(results, options.top, palette));
+  say_what_was_done(report, spent.count(), ranks, hooks.threads);
+  const bool found = !results.rows.empty() && results.rows.front().faults == 0;
+  return found ? ExitCode::kDone : ExitCode::kNegative;
+}
+
+void add_threads(CLI::App& app, int& threads) {
+  add_whole_number(
+      app, "--threads", [&threads](std::uint64_t n) { threads = static_cast<int>(n); },
+      "that simulate at the same time; results do not depend on it (one a processor, divided among this machine's "
+      "processes under mpirun)",
+      1, 1024);
+}
+
+}  // namespace
+
+void add_search(CLI::App& parent, Session& session) {
+  CLI::App* command = parent.add_subcommand(
+      "search", "Looks for the strategies of a cell's motion problem: tries a grid of them, confirms the best");
+  auto options = std::make_shared<SearchOptions>();
+  planner::SearchPlan& plan = options->plan;
+  command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
+  add_whole_number(
+      *command, "--tasks", [&plan](std::uint64_t n) { plan.screening_tasks = static_cast<int>(n); },
+      "tasks of each arm that each strategy of the grid is tried on, up to its first fault (300)", 1, 1'000'000);
+  add_whole_number(
+      *command, "--confirm", [&plan](std::uint64_t n) { plan.confirm_tasks = static_cast<int>(n); },
+      "tasks of each arm and set that confirm each strategy without fault (1800)", 1, 1'000'000);
+  add_whole_number(
+      *command, "--sets", [&plan](std::uint64_t n) { plan.confirm_sets = static_cast<int>(n); },
+      "sets of fresh tasks that confirm, one after the other, each of a seed of its own (2)", 0, 100);
+  add_seed(*command, plan.seed, "of the first set of tasks; the others use the seeds after it (1)");
+  command->add_flag("--complete", plan.complete,
+                    "simulate all tasks of all strategies, also after faults, and keep all: for `plot`");
+  command->add_flag("--halving", plan.halving,
+                    "successive halving: short rounds first, of which the best third goes on; for large grids");
+  add_whole_number(
+      *command, "--refine", [&plan](std::uint64_t n) { plan.refine = static_cast<int>(n); },
+      "so many of the best are refined by the simplex method before they are confirmed (0)", 0, 1000);
+  add_numbers(*command, "--alpha", options->alpha, 0, "the grid's values of each arm's first coefficient (-2 0 2)",
+              config::kCoefficient);
+  add_numbers(*command, "--beta", options->beta, 0, "… and of each arm's further ones, if it has any (-2.5 -1 1 2.5)",
+              config::kCoefficient);
+  command
+      ->add_option("--combine", options->combine,
+                   "instead of a grid: all combinations of which every two neighbours had no fault in these results "
+                   "(CSV) of a cell of two such arms")
+      ->type_name("FILE")
+      ->excludes("--alpha")
+      ->excludes("--beta");
+  add_choice(*command, "--basis", options->basis, {"second", "last", "first"},
+             "for comparison: the joint's axis at which the null space's basis begins; arms only know `second`");
+  add_choice(*command, "--neighbours", options->neighbours, {"listed", "nearest"},
+             "for comparison: the order of neighbours, as the paper lists them or nearest to the goal first; arms only "
+             "know `listed`");
+  add_threads(*command, options->threads);
+  add_whole_number(
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "so many of the best are shown (10)", 1,
+      100000);
+  command
+      ->add_option("--results", options->results,
+                   "write all that were confirmed to NAME.csv, the best to NAME.yaml, for `strategy: {file: …}` in a "
+                   "cell file; NAME.progress is what --resume goes on from")
+      ->type_name("NAME");
+  for (const char* comparison : {"--basis", "--neighbours"}) command->get_option(comparison)->excludes("--results");
+  command->add_flag("--resume", options->resume, "go on with a search that was interrupted; needs --results")
+      ->needs("--results");
+  command->footer(
+      "Exit code 1 when every strategy had a fault. `mpirun hecaton-strategies search …` divides the work among the "
+      "processes that mpirun starts, on several machines, too: each reads the same cell file, the first writes the "
+      "results; these do not depend on how many there are.");
+  command->callback(
+      [&session, options] { session.action = [&session, options] { return search(session.settings, *options); }; });
+}
+
+namespace {
+
+struct ShowOptions {
+  std::string file;
+  std::size_t top = 20;
+};
+
+}  // namespace
+
+void add_show(CLI::App& parent, Session& session) {
+  CLI::App* command = parent.add_subcommand("show", "Shows what a search found");
+  auto options = std::make_shared<ShowOptions>();
+  command->add_option("FILE", options->file, "results (CSV) of a search")->required();
+  add_whole_number(
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "so many of the best are shown (20)", 1,
+      100000);
+  command->callback([&session, options] {
+    session.action = [&session, options] {
+      const StrategyResults results = read_strategy_csv(options->file);
+      print(session.settings, strategy_json(results, options->top),
+            strategy_table(results, options->top, Palette::for_stream(stdout)));
+      return ExitCode::kDone;
+    };
+  });
+}
+
+}  // namespace hecaton::services::cli

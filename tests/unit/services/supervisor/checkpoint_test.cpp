@@ -1,0 +1,151 @@
+#include "services/supervisor/replication/checkpoint.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/support/full_disk.hpp"
+
+namespace hecaton::services {
+namespace {
+
+Checkpoint some_checkpoint() {
+  Checkpoint memory;
+  memory.term = 7;
+  memory.orders.cell = msg::Mode::MODE_HOLD;
+  memory.orders.arms = {{"left", msg::Mode::MODE_STOP}, {"right", msg::Mode::MODE_HOLD}};
+  memory.causes = {
+      {"", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1/wrist", "arm1/wrist touched pallet")},
+      {"right", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/right", "planner/right: signal 9 (Killed)")}};
+  memory.faults.open["planner/left"] = {7,
+                                        2,
+                                        msg::CauseKind::CAUSE_PROCESS_DIED,
+                                        msg::Severity::SEVERITY_ERROR,
+                                        "planner/left",
+                                        "planner/left: signal 9 (Killed)",
+                                        std::chrono::nanoseconds(50),
+                                        std::chrono::nanoseconds(4),
+                                        {}};
+  memory.faults.over.push_back({6, 9, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "world",
+                                "world: no beat", std::chrono::nanoseconds(10), std::nullopt,
+                                std::chrono::nanoseconds(30)});
+  memory.unreplicated.cell = msg::Mode::MODE_HOLD;
+  memory.unreplicated.arms = {{"left", msg::Mode::MODE_STOP}};
+  return memory;
+}
+
+class CheckpointFileTest : public ::testing::Test {
+ protected:
+  ~CheckpointFileTest() override {
+    std::filesystem::remove(path_);
+    std::filesystem::remove(other_checkpoint(path_));
+  }
+  std::string path_ = (std::filesystem::temp_directory_path() / ("memory_test-" + std::to_string(getpid()))).string();
+};
+
+TEST(CheckpointText, SaysWhatIsRemembered) {
+  const std::string text =
+      "term 7\ncell hold\narm left stop\narm right hold\n"
+      "because / held_by_fault arm1/wrist arm1/wrist touched pallet\n"
+      "because right held_by_fault planner/right planner/right: signal 9 (Killed)\n"
+      "unreplicated / hold\nunreplicated left stop\n"
+      "fault 7 2 process_died 2 50 4 open planner/left planner/left planner/left: signal 9 (Killed)\n"
+      "fault 6 9 node_silent 1 10 -1 30 - world world: no beat\n";
+  EXPECT_EQ(checkpoint_text(some_checkpoint()), text);
+  EXPECT_EQ(parse_checkpoint(text), some_checkpoint());
+}
+
+// Another supervisor's words are remembered, too, whatever it said.
+TEST(CheckpointText, CanBeReadAgainWhateverWasTold) {
+  Checkpoint memory = some_checkpoint();
+  for (const auto* text : {"", " ", "two\nlines", "tab\tin it", "\n"}) {
+    memory.faults.over.front().subject = text;
+    memory.faults.over.front().seen = text;
+    memory.causes[""] = make_cause(msg::CauseKind::CAUSE_CONTACT, text, text);
+    const auto read = parse_checkpoint(checkpoint_text(memory));
+    ASSERT_TRUE(read) << "'" << text << "'";
+    EXPECT_EQ(read->orders, memory.orders);
+    EXPECT_EQ(read->faults.over.front().since, memory.faults.over.front().since);
+  }
+}
+
+TEST(CheckpointText, RefusesWhatItDidNotWrite) {
+  for (const auto* text :
+       {"", "term\n", "term x\n", "cell run\n", "term 1\ncell sleep\n", "term 1\narm left\n",
+        "term 1\nsomething else\n", "term 1\nunreplicated left\n", "term 1\nbecause left no_such_kind a b\n",
+        "term 1\nfault 1 1 no_goal 1 10 4 30 - world x\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
+        "term 1\nfault 1 1 node_silent 9 10 4 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
+        "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n"}) {
+    EXPECT_FALSE(parse_checkpoint(text)) << text;
+  }
+}
+
+TEST_F(CheckpointFileTest, SurvivesAndIsReplaced) {
+  EXPECT_FALSE(read_checkpoint(path_));
+  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
+  EXPECT_EQ(read_checkpoint(path_), some_checkpoint());
+  Checkpoint next = some_checkpoint();
+  next.term = 8;
+  next.orders = {};
+  ASSERT_EQ(write_checkpoint(path_, next), "");
+  EXPECT_EQ(read_checkpoint(path_), next);
+}
+
+TEST_F(CheckpointFileTest, DamageIsNotTakenForFreedom) {
+  std::ofstream(path_) << "term 7\ncell st";
+  EXPECT_THROW(static_cast<void>(read_checkpoint(path_)), std::runtime_error);
+}
+
+TEST_F(CheckpointFileTest, UnwritablePlaceIsTold) {
+  EXPECT_NE(write_checkpoint(path_ + "/no/such/folder", some_checkpoint()), "");
+}
+
+TEST_F(CheckpointFileTest, TakesItsRoomBeforehand) {
+  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
+  for (const std::string& file : {path_, other_checkpoint(path_)}) {
+    struct stat room {};
+    ASSERT_EQ(stat(file.c_str(), &room), 0);
+    EXPECT_GE(room.st_size, 1 << 16) << file;
+  }
+  struct stat before {};
+  ASSERT_EQ(stat(path_.c_str(), &before), 0);
+  for (std::uint64_t term = 8; term < 12; ++term) {
+    Checkpoint next = some_checkpoint();
+    next.term = term;
+    next.orders.arms["left"] = msg::Mode::MODE_HOLD;
+    ASSERT_EQ(write_checkpoint(path_, next), "");
+    EXPECT_EQ(read_checkpoint(path_), next);
+  }
+  struct stat after {};
+  ASSERT_EQ(stat(path_.c_str(), &after), 0);
+  EXPECT_EQ(after.st_ino, before.st_ino) << "the same two files take turns";
+  EXPECT_EQ(after.st_size, before.st_size);
+}
+
+TEST_F(CheckpointFileTest, WithoutRoomWhatWasRememberedStays) {
+  {
+    const test::FullDisk full(1000);
+    EXPECT_NE(write_checkpoint(path_, some_checkpoint()), "") << "no room was taken yet";
+  }
+  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
+  Checkpoint large = some_checkpoint();
+  large.causes["left"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "x", std::string(1 << 17, 'x'));
+  {
+    const test::FullDisk full(1 << 16);
+    EXPECT_NE(write_checkpoint(path_, large), "");
+    EXPECT_EQ(read_checkpoint(path_), some_checkpoint());
+    Checkpoint next = some_checkpoint();
+    next.term = 8;
+    EXPECT_EQ(write_checkpoint(path_, next), "") << "what has room still is remembered";
+    EXPECT_EQ(read_checkpoint(path_), next);
+  }
+  EXPECT_EQ(write_checkpoint(path_, large), "");
+  EXPECT_EQ(read_checkpoint(path_), large);
+}
+
+}  // namespace
+}  // namespace hecaton::services

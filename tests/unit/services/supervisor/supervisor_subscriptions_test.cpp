@@ -1,0 +1,218 @@
+// What a supervisor makes of the events that agents tell to whoever meets them.
+#include "services/supervisor/supervisor_subscriptions.hpp"
+
+#include "services/runtime/node_name.hpp"
+#include "tests/unit/services/bus/bus_test.hpp"
+#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using testing::cell_limits;
+using testing::cell_nodes;
+
+/// An agent that has told of a death and of the successor, and of another death without one.
+class Past : public bus::BusTest {
+ protected:
+  void SetUp() override {
+    die("driver/arm1", 11);
+    start("driver/arm1", 12);
+    die("driver/arm2", 21);
+  }
+
+  void die(const std::string& node, int pid, const std::string& reason = {}) {
+    tell(node, pid, msg::ProcessEventKind::PROCESS_EXITED, 9, reason);
+  }
+  void start(const std::string& node, int pid) { tell(node, pid, msg::ProcessEventKind::PROCESS_STARTED, 0); }
+
+  void tell(const std::string& node, int pid, msg::ProcessEventKind kind, int signal, const std::string& reason = {}) {
+    msg::ProcessEvent event;
+    event.process("h1/" + node);
+    event.host("h1");
+    event.node(node);
+    event.pid(pid);
+    event.kind(kind);
+    event.signal_number(signal);
+    if (!reason.empty()) event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, event.node(), reason));
+    event.sequence_number(++told_);
+    event.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(told_)).count());
+    ASSERT_TRUE(events_.write(event));
+  }
+
+  void beat() {
+    msg::Heartbeat beat;
+    beat.node(agent_node("h1"));
+    beat.kind(msg::NodeKind::NODE_AGENT);
+    beat.host("h1");
+    beat.newest_event(told_);
+    beat.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(60)).count());
+    ASSERT_TRUE(beats_.write(beat));
+  }
+
+  bus::Writer<msg::ProcessEvent> events_{here_};
+  bus::Writer<msg::Heartbeat> beats_{here_};
+  std::uint64_t told_ = 0;
+};
+
+/// A supervisor's ears and what it watches.
+struct Listener {
+  Listener(bus::Participant& participant, bool remembers)
+      : ears(participant, {"supervisor", "h1", remembers}, mailbox, mailbox), own(participant) {}
+
+  void listen() {
+    watch.advance(bus::Clock::now().time_since_epoch());
+    static_cast<void>(mailbox.take_events());
+    ears.listen(own.id(), {snapshot, watch, leadership, succession});
+  }
+  /// Until the event of this number has been taken in; `meanwhile` is called again and again.
+  template <class Act>
+  [[nodiscard]] bool hears(std::uint64_t number, Act meanwhile) {
+    const auto heard = [&] {
+      return std::any_of(snapshot.processes.begin(), snapshot.processes.end(),
+                         [&](const auto& entry) { return entry.second.value.sequence_number() == number; });
+    };
+    for (const auto until = bus::Clock::now() + bus::kPatience; !heard() && bus::Clock::now() < until; listen()) {
+      meanwhile();
+      static_cast<void>(mailbox.wait(bus::kOnceMore));
+    }
+    return heard();
+  }
+  [[nodiscard]] std::vector<std::string> accused() {
+    watch.judge(bus::Clock::now().time_since_epoch());
+    std::vector<std::string> subjects;
+    for (const FaultRecord& fault : watch.faults().open()) subjects.push_back(fault.subject);
+    return subjects;
+  }
+
+  bus::Mailbox mailbox;
+  CellSnapshot snapshot;
+  CellWatch watch{cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), bus::Clock::now().time_since_epoch()};
+  Leadership leadership{{}, 0, bus::Clock::now().time_since_epoch()};
+  PlannerFailover succession{{}};
+  SupervisorSubscriptions ears;
+  bus::Writer<msg::CellMode> own;
+};
+
+using Accused = std::vector<std::string>;
+
+TEST_F(Past, IsHistoryForWhoHasNoAccountOfItExceptWhatStillHolds) {
+  Listener newcomer(there_, false);
+  ASSERT_TRUE(newcomer.hears(3, [&] { beat(); }));
+  EXPECT_EQ(newcomer.accused(), Accused{"driver/arm2"});
+  die("driver/arm1", 12);
+  start("driver/arm1", 13);
+  ASSERT_TRUE(newcomer.hears(5, [] {}));
+  EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm1"})) << "news, though its successor is there";
+}
+
+// Of two beats within a turn each counts.
+TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
+  Listener listener(there_, false);
+  bus::Writer<msg::Heartbeat> twin(here_);
+  bus::Reader<msg::Heartbeat> probe(there_);
+  ASSERT_TRUE(probe.wait_matched(2, bus::kPatience));
+  const auto is_told = [&] {
+    const auto open = listener.watch.faults().open();
+    return std::any_of(open.begin(), open.end(),
+                       [](const auto& one) { return one.kind == msg::CauseKind::CAUSE_DUPLICATE_NODE; });
+  };
+  const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
+    msg::Heartbeat sample;
+    sample.node(node);
+    sample.kind(msg::NodeKind::NODE_PLANNER);
+    sample.host("h1");
+    sample.pid(pid);
+    sample.sequence_number(number);
+    return by.write(sample);
+  };
+  // The first ones may be lost: a writer may have been met that has not met its readers yet.
+  const auto arrives = [&](const std::string& node, std::uint64_t number) {
+    for (const auto until = bus::Clock::now() + bus::kOnceMore; bus::Clock::now() < until;) {
+      static_cast<void>(probe.wait_for_data(until - bus::Clock::now()));
+      for (const auto& sample : probe.take()) {
+        if (sample.value.node() == node && sample.value.sequence_number() == number) return;
+      }
+    }
+  };
+  for (std::uint64_t turn = 1; turn <= 100 && !is_told(); ++turn) {
+    ASSERT_TRUE(beat(beats_, "planner/arm1", 1, turn));
+    ASSERT_TRUE(beat(twin, "planner/arm1", 2, turn));
+    // Whatever was sent before is with every reader.
+    ASSERT_TRUE(beat(twin, "planner/arm2", 3, turn));
+    arrives("planner/arm2", turn);
+    listener.listen();
+    static_cast<void>(listener.accused());
+  }
+  EXPECT_TRUE(is_told());
+}
+
+// A leader learns from others' heartbeats that they have heard its cell modes.
+TEST_F(Past, HeartbeatsSayWhetherALeaderIsHeard) {
+  Listener leader(there_, false);
+  bus::Writer<msg::Heartbeat> others(here_);
+  const auto beat = [&](const std::string& node, msg::NodeKind kind, std::uint64_t term, std::uint64_t number) {
+    msg::Heartbeat sample;
+    sample.node(node);
+    sample.kind(kind);
+    sample.host(node == "agent/h1" ? "h1" : "h2");
+    sample.heard_mode().term(term);
+    sample.heard_mode().sequence_number(number);
+    ASSERT_TRUE(others.write(sample));
+  };
+  const auto becomes = [&](bool unheard, std::uint64_t term) {
+    for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; leader.listen()) {
+      if (leader.watch.unheard() == unheard) return true;
+      beat("agent/h1", msg::NodeKind::NODE_AGENT, 0, 0);
+      beat("agent/h2", msg::NodeKind::NODE_AGENT, 0, 0);
+      beat("planner/arm3", msg::NodeKind::NODE_PLANNER, term, 3);
+      static_cast<void>(leader.mailbox.wait(cell_limits().loop_period));
+    }
+    return false;
+  };
+  const Time began = leader.watch.clock().now();
+  leader.watch.begin_to_lead(7);
+  leader.watch.mode_published(3);
+  EXPECT_TRUE(becomes(true, 6)) << "who goes by an older term does not hear us";
+  EXPECT_TRUE(becomes(false, 7));
+  EXPECT_LT(leader.watch.clock().now() - began, cell_limits().host_return) << "or that would have ended it";
+}
+
+TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
+  Listener newcomer(there_, false);
+  // Of the same participant, and younger: what it has, the newcomer has.
+  bus::Reader<msg::ProcessEvent> probe(there_);
+  ASSERT_TRUE(bus::wait_until(probe, [&] {
+    static_cast<void>(probe.take());
+    return probe.latest().size() == 2;
+  }));
+  newcomer.listen();
+  EXPECT_EQ(newcomer.accused(), Accused{});
+  EXPECT_TRUE(newcomer.hears(3, [&] { beat(); }));
+}
+
+TEST_F(Past, IsToldByWhoRemembersWhatWasToldAsOfWhenItWas) {
+  Listener successor(there_, true);
+  ASSERT_TRUE(successor.hears(3, [&] { beat(); }));
+  const Time now = bus::Clock::now().time_since_epoch();
+  EXPECT_EQ(successor.accused(), (Accused{"driver/arm1", "driver/arm2"}));
+  for (const FaultRecord& fault : successor.watch.faults().open()) {
+    EXPECT_LT(fault.since, now - std::chrono::seconds(56))
+        << "the agent's clock said 1 and 3 s, and 60 s when it was met";
+    EXPECT_FALSE(fault.detected_within);
+  }
+}
+
+TEST_F(Past, SaysWhoEndedAProcessAndWhy) {
+  die("driver/arm3", 31, "its loop was silent for 10012 ms");
+  Listener newcomer(there_, false);
+  ASSERT_TRUE(newcomer.hears(4, [&] { beat(); }));
+  EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm3"}));
+  std::vector<std::string> seen;
+  for (const FaultRecord& fault : newcomer.watch.faults().open()) seen.push_back(fault.seen);
+  EXPECT_EQ(seen,
+            (std::vector<std::string>{"driver/arm2: process 21 was ended by signal 9 (Killed)",
+                                      "driver/arm3: its agent ended process 31: its loop was silent for 10012 ms"}));
+}
+
+}  // namespace
+}  // namespace hecaton::services
