@@ -1,4 +1,4 @@
-# Third-party libraries, as Debian 12 packages them. Each is wrapped in a target of ours, so that the folder which may
+# Third-party libraries, as Debian 12 and Debian 13 package them. Each is wrapped in a target of ours, so that the folder which may
 # use it says so by linking it, and its warnings stay its own (SYSTEM includes).
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
@@ -10,7 +10,14 @@ find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(assimp REQUIRED)
 find_package(fastcdr REQUIRED)
-find_package(fastrtps REQUIRED)
+# Fast DDS 3 (Debian 13), or else 2 (Debian 12). services/bus/fastdds.hpp hides what differs in C++, idl/ what is generated.
+find_package(fastdds 3 QUIET)
+if(fastdds_FOUND)
+  set(HECATON_FAST_DDS 3)
+else()
+  find_package(fastrtps REQUIRED)
+  set(HECATON_FAST_DDS 2)
+endif()
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
@@ -43,4 +50,4 @@ add_library(hecaton_urdfdom INTERFACE)
 target_link_libraries(hecaton_urdfdom INTERFACE PkgConfig::URDFDOM PkgConfig::TINYXML2)
 
 add_library(hecaton_dds INTERFACE)
-target_link_libraries(hecaton_dds INTERFACE fastrtps fastcdr)
+target_link_libraries(hecaton_dds INTERFACE $<IF:$<EQUAL:${HECATON_FAST_DDS},3>,fastdds,fastrtps> fastcdr)

@@ -3,6 +3,7 @@ include(GNUInstallDirs)
 
 install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY examples/client DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhecaton-dev/examples COMPONENT client)
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
@@ -54,4 +55,7 @@ set(CPACK_COMPONENT_STRATEGIES_DESCRIPTION "Motion strategies of robot arms that
 set(CPACK_DEBIAN_STRATEGIES_PACKAGE_NAME hecaton-strategies)
 set(CPACK_DEBIAN_STRATEGIES_PACKAGE_DEPENDS "openmpi-bin, gnuplot-nox | gnuplot")
 set(CPACK_DEBIAN_STRATEGIES_PACKAGE_SUGGESTS hecaton)
+set(CPACK_COMPONENT_CLIENT_DESCRIPTION "C++ client library of Hecaton: headers, shared library, CMake package, pkg-config file")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libhecaton-dev)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION libdevel)
 include(CPack)

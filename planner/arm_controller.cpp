@@ -1,11 +1,8 @@
 #include "planner/arm_controller.hpp"
 
 #include <limits>
-#include <sstream>
 #include <utility>
 
-#include "planner/cspace/surface_points.hpp"
-#include "planner/goal_check.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -24,27 +21,13 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
       dt_(control_period),
       scratch_(geometry_, parameters_),
       memory_{LocalMemory(seed)},
-      sent_(geometry_.own_arm().limits, control_period) {
-  if (parameters.by_cspace()) {
-    cspace_ = std::make_unique<cspace::SensedPlanner>(geometry_.own_arm(), parameters.sensed, control_period);
-  }
-}
+      sent_(geometry_.own_arm().limits, control_period),
+      guide_(parameters_.method->make_guide(geometry_.own_arm(), control_period)) {}
 
 void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
-  if (cspace_) {
-    if (parameters_.method == Method::kKnownCspace) {
-      for (const world::Obstacle& obstacle : obstacles) {
-        for (const auto& p_W : cspace::surface_points(obstacle, parameters_.sensed.margin)) cspace_->see(p_W);
-      }
-    }
-    return;
-  }
+  if (guide_) return guide_->set_obstacles(obstacles);
   geometry_.set_obstacles(obstacles);
   scratch_.rebuild(geometry_);
-}
-
-std::string ArmController::reject_goal(const JointVector& q_goal, std::span<const world::ObstacleState> obstacles) {
-  return planner::reject_goal(geometry_, q_goal, cspace_ ? std::span<const world::ObstacleState>() : obstacles);
 }
 
 void ArmController::set_goal(const JointVector& q_goal) {
@@ -72,12 +55,12 @@ void ArmController::follow(std::vector<JointVector> points) {
   if (!route_.under_way() && memory_.local.detour.of_route) memory_.local.detour = {};
 }
 
-void ArmController::go_together(const JointVector& q_aim) {
+void ArmController::follow_coupled_plan(const JointVector& q_aim) {
   follow({});
   aim_ = q_aim;
 }
 
-void ArmController::leave_company() {
+void ArmController::leave_coupled_plan() {
   if (!aim_) return;
   aim_.reset();
   memory_.local.detour = {};
@@ -89,7 +72,7 @@ void ArmController::take_aim(const JointVector& q) {
   Detour& detour = memory_.local.detour;
   if (aim_) {
     detour = {true, *aim_, std::numeric_limits<double>::infinity(), true, false};
-    memory_.local.follower.following = false;
+    memory_.local.deviation.active = false;
     return;
   }
   route_.pass(geometry_.own_arm().limits, q);
@@ -99,7 +82,7 @@ void ArmController::take_aim(const JointVector& q) {
   }
   if (detour.active && detour.stays) return;
   detour = {true, route_.next(), std::numeric_limits<double>::infinity(), false, true};
-  memory_.local.follower.following = false;
+  memory_.local.deviation.active = false;
 }
 
 void ArmController::let_pass(double time) {
@@ -139,7 +122,7 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   input.hold = hold;
   input.arms = arms;
   input.obstacles = obstacles;
-  TickResult result = cspace_ ? tick_through_cspace(input) : tick(geometry_, parameters_, input, memory_, scratch_);
+  TickResult result = guide_ ? tick_by_guide(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   if (aim_ && (result.status == TickStatus::kDetouring || result.status == TickStatus::kIdle)) {
     result.status = TickStatus::kTogether;
   } else if (result.status == TickStatus::kDetouring && memory_.local.detour.of_route) {
@@ -155,41 +138,37 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   return result;
 }
 
-void ArmController::sense(const RangeScan& scan) {
-  if (parameters_.method == Method::kSensedCspace) cspace_->sense(scan);
-}
-
-/// The local planner goes to what is in sight on the way through C-space, and gives way to other arms as ever; where
-/// that would leave what is free, the arm brakes.
-TickResult ArmController::tick_through_cspace(TickInput& input) {
+/// The local planner goes to where the guide sends it, and gives way to other arms as ever; where that would leave what
+/// the guide knows to be free, the arm brakes.
+TickResult ArmController::tick_by_guide(TickInput& input) {
   input.obstacles = {};
-  using Way = cspace::SensedPlanner::Way;
-  Way way = Way::kStraight;
+  GuidedWay way = GuidedWay::kStraight;
   bool at_last = true;
   if (input.has_goal && !input.hold) {
-    const auto guidance = cspace_->guide(input.q, input.qd, input.q_goal);
-    way = guidance.way;
-    at_last = guidance.q == input.q_goal;
-    input.q_goal = guidance.q;
+    const MotionGuide::Aim aim = guide_->guide(input.q, input.qd, input.q_goal);
+    way = aim.way;
+    at_last = aim.q == input.q_goal;
+    input.q_goal = aim.q;
   }
   TickResult result = tick(geometry_, parameters_, input, memory_, scratch_);
-  if (!input.hold) stay_in_sight(input, result);
+  if (!input.hold) stay_where_guided(input, result);
   const bool goes = result.status == TickStatus::kMoving || result.status == TickStatus::kReached;
-  if (goes && way == Way::kNone) result.status = TickStatus::kBlocked;
-  if (goes && (way == Way::kSearching || (way == Way::kAround && !at_last))) result.status = TickStatus::kFollowing;
-  if (goes && way == Way::kStraight && !at_last) result.status = TickStatus::kMoving;
+  if (goes && way == GuidedWay::kNone) result.status = TickStatus::kBlocked;
+  if (goes && (way == GuidedWay::kSearching || (way == GuidedWay::kAround && !at_last)))
+    result.status = TickStatus::kFollowing;
+  if (goes && way == GuidedWay::kStraight && !at_last) result.status = TickStatus::kMoving;
   return result;
 }
 
 /// Everything between the wanted velocity and braking satisfies the rows and limits as these two do: they are convex.
-void ArmController::stay_in_sight(const TickInput& input, TickResult& result) const {
-  if (cspace_->may_go(input.q, result.q, result.qd)) return;
+void ArmController::stay_where_guided(const TickInput& input, TickResult& result) const {
+  if (guide_->may_go(input.q, result.q, result.qd)) return;
   const JointVector wanted = result.qd;
   const JointVector braking = braking_velocity(geometry_.own_arm().limits, input.qd, input.dt);
   for (const double share : {0.5, 0.25, 0.0}) {
     result.qd = braking + share * (wanted - braking);
     result.q = input.q + 0.5 * (input.qd + result.qd) * input.dt;
-    if (cspace_->may_go(input.q, result.q, result.qd)) return;
+    if (guide_->may_go(input.q, result.q, result.qd)) return;
   }
 }
 

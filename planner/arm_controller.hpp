@@ -4,11 +4,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "planner/approach.hpp"
-#include "planner/cspace/sensed_planner.hpp"
 #include "planner/local/old_news.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "planner/route.hpp"
@@ -22,18 +20,16 @@ class ArmController {
   /// `seed` makes the arm's random choices (subspaces) its own and repeatable.
   ArmController(CellGeometry geometry, LocalParameters parameters, double control_period, std::uint64_t seed);
 
-  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates. Nothing to an arm that finds
-  /// them itself, with Method::kSensedCspace; with Method::kKnownCspace what is added is never forgotten.
+  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates. An arm with a guide hands them to it.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// What one of the arm's sensors has measured; for Method::kSensedCspace.
-  void sense(const RangeScan& scan);
-  /// The arm's own C-space; null for methods without.
-  [[nodiscard]] const cspace::SensedPlanner* cspace() const { return cspace_.get(); }
+  /// What one of the arm's sensors has measured; only a guide listens.
+  void sense(const RangeScan& scan) {
+    if (guide_) guide_->sense(scan);
+  }
+  /// What the arm gathers beside its ticks; null for methods without.
+  [[nodiscard]] const MotionGuide* guide() const { return guide_.get(); }
 
-  /// Empty when `q_goal` may be tried; otherwise one sentence that says why not: wrong number of joints, not finite,
-  /// outside a limit, in collision with itself or with an obstacle where that is now.
-  [[nodiscard]] std::string reject_goal(const JointVector& q_goal, std::span<const world::ObstacleState> obstacles);
   void set_goal(const JointVector& q_goal);
   /// Forgets the goal: brakes, stays where it comes to rest, gives way.
   void cancel_goal();
@@ -66,9 +62,9 @@ class ArmController {
   [[nodiscard]] const Route& route() const { return route_; }
   /// From the next period on the arm goes to q_aim, and stays there, with or without a goal of its own; it makes room
   /// for nobody, and leaves its route.
-  void go_together(const JointVector& q_aim);
+  void follow_coupled_plan(const JointVector& q_aim);
   /// It finds its own way again.
-  void leave_company();
+  void leave_coupled_plan();
 
   /// Has a goal and has not been there yet; as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
@@ -92,8 +88,8 @@ class ArmController {
                        bool hold);
 
   void take_aim(const JointVector& q);
-  [[nodiscard]] TickResult tick_through_cspace(TickInput& input);
-  void stay_in_sight(const TickInput& input, TickResult& result) const;
+  [[nodiscard]] TickResult tick_by_guide(TickInput& input);
+  void stay_where_guided(const TickInput& input, TickResult& result) const;
 
   CellGeometry geometry_;
   LocalParameters parameters_;
@@ -103,10 +99,10 @@ class ArmController {
   std::optional<JointVector> goal_;
   Approach approach_;
   Route route_;
-  std::optional<JointVector> aim_;  ///< of go_together()
+  std::optional<JointVector> aim_;  ///< of follow_coupled_plan()
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
-  std::unique_ptr<cspace::SensedPlanner> cspace_;
+  std::unique_ptr<MotionGuide> guide_;
 };
 
 }  // namespace hecaton::planner

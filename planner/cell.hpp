@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planner/local/parameters.hpp"
+#include "planner/methods/motion_method.hpp"
 #include "planner/model/arm.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "world/model/scene.hpp"
@@ -18,6 +19,21 @@ struct PlannedArm {
   LocalParameters parameters;
   JointVector start = {};  ///< where it stands when the cell comes up, at rest [rad | m]; empty: home
   std::vector<RangeSensor> sensors = {};
+  MethodSet methods = {};  ///< with this arm's parameters; parameters.method is one of them once a cell is loaded
+
+  /// Plans the arm by its method of that name. False when it has none.
+  bool select_method(std::string_view name) {
+    auto found = find_method(methods, name);
+    if (!found) return false;
+    parameters.method = std::move(found);
+    return true;
+  }
+  /// Nothing when the method suits the arm; otherwise one sentence that begins with the method's name.
+  [[nodiscard]] std::optional<std::string> objection() const {
+    auto reason = parameters.method->objection(arm, sensors);
+    if (reason) reason = std::string(parameters.method->traits().name) + " " + *reason;
+    return reason;
+  }
 };
 
 /// Obstacles that are drawn anew for every episode of a simulation: boxes, balls and upright cylinders that stand
@@ -72,5 +88,22 @@ struct Cell {
   TaskArea tasks;
   Timing timing;
 };
+
+/// Of all arms, in the cell's order.
+[[nodiscard]] inline std::vector<Arm> arms_of(const Cell& cell) {
+  std::vector<Arm> arms;
+  for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+  return arms;
+}
+[[nodiscard]] inline std::vector<std::string> names_of(const Cell& cell) {
+  std::vector<std::string> names;
+  for (const PlannedArm& planned : cell.arms) names.push_back(planned.arm.name);
+  return names;
+}
+[[nodiscard]] inline std::vector<LocalParameters> parameters_of(const Cell& cell) {
+  std::vector<LocalParameters> parameters;
+  for (const PlannedArm& planned : cell.arms) parameters.push_back(planned.parameters);
+  return parameters;
+}
 
 }  // namespace hecaton::planner

@@ -1,6 +1,8 @@
 #pragma once
 /// Whether a configuration may be a goal.
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -8,10 +10,23 @@
 
 namespace hecaton::planner {
 
-/// Empty when `q_goal` may be a goal of the geometry's own arm; otherwise one sentence: wrong number of joints, not
-/// finite, outside a limit (joint, value, range), in collision with itself or with an obstacle where that is now (both
-/// names, distance) or with what no joint moves of another arm. All else of others is no reason. Allocates.
-[[nodiscard]] std::string reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
-                                      std::span<const world::ObstacleState> obstacles);
+enum class RejectionKind : std::uint8_t {
+  kMalformed,      ///< wrong number of joints, or not finite
+  kOutsideLimits,  ///< subject: the joint
+  kInCollision,    ///< subject: what the arm would touch
+};
+
+/// Why a configuration cannot be a goal. Programs decide on the kind.
+struct Rejection {
+  RejectionKind kind = RejectionKind::kMalformed;
+  std::string subject;
+  std::string text;  ///< one sentence
+};
+
+/// Checks `q_goal` for the geometry's own arm: number of joints, finite, limits, collision with itself, with obstacles
+/// where they are now, and with what no joint moves of another arm. The moving links of other arms do not count.
+/// Empty: it may be a goal. Allocates.
+[[nodiscard]] std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
+                                                   std::span<const world::ObstacleState> obstacles);
 
 }  // namespace hecaton::planner

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/rest_region.hpp"
-#include "planner/potential/field_velocity.hpp"
-#include "planner/step_rule.hpp"
 #include "planner/surroundings.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -17,25 +15,19 @@ namespace hecaton::planner {
 
 struct TickScratch::Storage {
   explicit Storage(const CellGeometry& geometry)
-      : surroundings(geometry),
-        distance(geometry),
-        clearances(kMaxRows),
-        arms(geometry.arms().size()),
-        looked_at(geometry.arms().size()) {}
+      : surroundings(geometry), distance(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
 
   Surroundings surroundings;
   ExactDistance distance;
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
-  std::optional<potential::PotentialField> field;
-  potential::FieldValue value;
-  std::vector<ArmObservation> arms;   ///< of stand_aside()
-  std::vector<Kinematics> looked_at;  ///< of step_way_point()
+  std::unique_ptr<MethodWorkspace> of_method;
+  std::vector<ArmObservation> arms;  ///< of stand_aside()
 };
 
 TickScratch::TickScratch(const CellGeometry& geometry) : storage_(std::make_unique<Storage>(geometry)) {}
 TickScratch::TickScratch(const CellGeometry& geometry, const LocalParameters& parameters) : TickScratch(geometry) {
-  if (parameters.method == Method::kPotentialField) storage_->field.emplace(geometry, parameters.potential);
+  storage_->of_method = parameters.method->make_workspace(geometry);
 }
 TickScratch::~TickScratch() = default;
 TickScratch::TickScratch(TickScratch&&) noexcept = default;
@@ -43,7 +35,7 @@ TickScratch& TickScratch::operator=(TickScratch&&) noexcept = default;
 void TickScratch::rebuild(const CellGeometry& geometry) {
   storage_->surroundings.rebuild(geometry);
   storage_->distance.rebuild(geometry);
-  if (storage_->field) storage_->field->rebuild(geometry);
+  if (storage_->of_method) storage_->of_method->rebuild(geometry);
 }
 
 namespace {
@@ -144,21 +136,6 @@ TickResult brake(const CellGeometry& geometry, const TickInput& input, TickStatu
   return result;
 }
 
-/// Seconds over which to and fro is recognised, and how far it goes at least [rad | m].
-constexpr double kOscillationWindow = 1.0;
-constexpr double kLeastOscillation = 0.02;
-
-/// Where the potential field draws the arm, and whether it gets anywhere there.
-JointVector drawn_by_field(const JointLimits& limits, const CellPoses& poses, const TickInput& input,
-                           TickMemory& memory, potential::PotentialField& field, potential::FieldValue& value) {
-  field.set_goal(input.q_goal);
-  field.evaluate(poses, input.q, value);
-  const JointVector& q_goal = memory.local.q_goal;
-  if (q_goal.size() != input.q_goal.size() || q_goal != input.q_goal) memory.oscillation.reset();
-  memory.oscillation.observe(input.q, input.dt, kOscillationWindow, kLeastOscillation);
-  return potential::field_velocity(limits, value, input.q, input.q_goal, input.dt);
-}
-
 TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                 TickMemory& memory, TickScratch& scratch) {
   TickScratch::Storage& s = scratch.storage();
@@ -172,29 +149,12 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
-  const bool by_field = input.has_goal && s.field.has_value();
-  JointVector drawn;
-  if (by_field) drawn = drawn_by_field(limits, s.surroundings.poses(), input, memory, *s.field, s.value);
-  LocalInput local_input{limits,
-                         parameters,
-                         input.q,
-                         input.qd,
-                         q_goal,
-                         input.dt,
-                         std::span(s.rows).first(rows.count),
-                         input.arms,
-                         geometry.self(),
-                         input.has_goal,
-                         by_field ? &drawn : nullptr};
-  if (parameters.method == Method::kStrategyStep && input.has_goal) {
-    forget_old_goal(local_input, memory.local);
-    const JointVector way_point = step_way_point(geometry, parameters, input, s.surroundings.poses().obstacles,
-                                                 s.distance, s.looked_at, memory.local.strategy);
-    drawn = goal_velocity(limits, input.q, way_point, input.dt);
-    local_input.wanted = &drawn;
-  }
+  const LocalScene local_scene{geometry,   s.surroundings.poses(), input.arms, parameters.damper.self_security_distance,
+                               s.distance, s.of_method.get()};
+  const LocalInput local_input{
+      limits,     parameters,      input.q,        input.qd,    q_goal, input.dt, std::span(s.rows).first(rows.count),
+      input.arms, geometry.self(), input.has_goal, &local_scene};
   const LocalResult local = plan_locally(local_input, memory.local);
-  const bool oscillates = by_field && memory.oscillation.oscillating;
 
   TickResult result;
   result.qd = local.qd;
@@ -206,7 +166,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   result.thinks = local.thinks;
   result.near = std::any_of(s.rows.begin(), s.rows.begin() + rows.count, [](const Row& row) { return row.influences; });
   result.yields_to = local.yields_to;
-  result.redraws = memory.local.follower.redraws;
+  result.redraws = memory.local.deviation.drawn;
   if (local.binding_row >= 0) {
     result.has_binding = true;
     result.binding = s.clearances[s.rows[local.binding_row].clearance];
@@ -218,7 +178,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
                   : at_goal              ? TickStatus::kReached
                   : local.yields_to >= 0 ? TickStatus::kYielding
                   : local.blocked        ? TickStatus::kBlocked
-                  : oscillates           ? TickStatus::kBlocked
+                  : local.stalled        ? TickStatus::kBlocked
                   : local.following      ? TickStatus::kFollowing
                   : local.detouring      ? TickStatus::kDetouring
                                          : TickStatus::kMoving;

@@ -8,10 +8,9 @@
 #include <span>
 
 #include "planner/collision/cell_geometry.hpp"
-#include "planner/local/local_planner.hpp"
 #include "planner/local/observation.hpp"
 #include "planner/local/parameters.hpp"
-#include "planner/potential/oscillation_monitor.hpp"
+#include "planner/local_planner.hpp"
 
 namespace hecaton::planner {
 
@@ -32,7 +31,7 @@ enum class TickStatus : std::uint8_t {
   kMoving,      ///< the local planner makes progress
   kFollowing,   ///< follows a boundary
   kDetouring,   ///< goes by a way-point
-  kTogether,    ///< goes with others by a composite plan
+  kTogether,    ///< goes with others by a coupled plan
   kRouted,      ///< goes by the points of a planned route
   kYielding,    ///< makes room for an arm that has the right of way: see `yields_to`
   kBlocked,     ///< no progress for now: see `binding`
@@ -57,20 +56,19 @@ struct TickResult {
   double room = std::numeric_limits<double>::infinity();
   double room_of_moving = std::numeric_limits<double>::infinity();  ///< the same from obstacles that move [m]
   bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
-  int redraws = 0;       ///< subspaces drawn for this goal
+  int redraws = 0;       ///< ways around that the method has tried for this goal: subspaces drawn
 };
 
 /// What one planner remembers from tick to tick: a value, so that a rollout can copy it.
 struct TickMemory {
   LocalMemory local;
-  potential::OscillationMonitor oscillation = {};  ///< of Method::kPotentialField
 };
 
 /// Storage reused from tick to tick, one per thread. Contents mean nothing between ticks.
 class TickScratch {
  public:
   explicit TickScratch(const CellGeometry& geometry);
-  /// For an arm of these parameters: Method::kPotentialField needs it, and without would go straight to the goal.
+  /// With the workspace of the arm's method. Without, a method that needs one goes straight to the goal.
   TickScratch(const CellGeometry& geometry, const LocalParameters& parameters);
   ~TickScratch();
   TickScratch(TickScratch&&) noexcept;

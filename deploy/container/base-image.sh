@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Makes the image debian:12 where no registry can be reached, from a Debian mirror (DEBIAN_MIRROR, or Debian's own), from which
-# also the image of the Containerfile then takes its packages. Nothing is done when it is there.
+# Makes the image debian:N of the Debian release of this machine where no registry can be reached, from the mirror of
+# debian-root.sh, from which also the image of the Containerfile then takes its packages. Does nothing when the image is there.
 # usage: base-image.sh [DIR]    DIR: a root file system that debootstrap has made already
 set -euo pipefail
 export CONTAINERS_CONF=${CONTAINERS_CONF:-$(dirname "$(realpath "$0")")/containers.conf}
-image=debian:12
+. /etc/os-release
+image=debian:$VERSION_ID
 
 podman image exists "$image" && exit
 if [ $# = 1 ]; then
@@ -13,7 +14,7 @@ else
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT
   root=$work/root
-  debootstrap --variant=minbase bookworm "$root" ${DEBIAN_MIRROR:+"$DEBIAN_MIRROR"} >&2
+  "$(dirname "$0")/debian-root.sh" "$VERSION_CODENAME" "$root"
 fi
 tar -C "$root" --one-file-system -c . | podman import --change 'CMD ["bash"]' - "$image" >/dev/null
 echo "made $image" >&2

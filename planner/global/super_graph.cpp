@@ -6,6 +6,8 @@
 #include <queue>
 #include <unordered_map>
 
+#include "planner/model/fnv1a.hpp"
+
 namespace hecaton::planner::global {
 namespace {
 
@@ -29,9 +31,9 @@ using Places = std::vector<std::uint16_t>;  // a node for each arm
 
 struct PlacesHash {
   std::size_t operator()(const Places& places) const {
-    std::uint64_t hash = 14695981039346656037U;
-    for (const std::uint16_t place : places) hash = (hash ^ place) * 1099511628211U;
-    return hash;
+    Fnv1a hash;
+    for (const std::uint16_t place : places) hash.add(place);
+    return hash.value();
   }
 };
 

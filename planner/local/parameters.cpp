@@ -27,9 +27,6 @@ std::string no_shorter(const char* name, double seconds) {
 bool positive(double value) {
   return std::isfinite(value) && value > 0.0;
 }
-bool fraction(double value) {
-  return value > 0.0 && value < 1.0;
-}
 
 }  // namespace
 
@@ -56,22 +53,6 @@ std::string LocalParameters::validate() const {
     return sentence("damper.self_security_distance", damper.self_security_distance,
                     below("self_influence_distance", damper.self_influence_distance));
   }
-  if (!fraction(follower.deadlock_fraction)) {
-    return sentence("follower.deadlock_fraction", follower.deadlock_fraction, "between 0 and 1, both excluded");
-  }
-  if (!fraction(follower.exit_fraction)) {
-    return sentence("follower.exit_fraction", follower.exit_fraction, "between 0 and 1, both excluded");
-  }
-  if (!std::isfinite(follower.redraw_after) || follower.redraw_after < 0.0) {
-    return sentence("follower.redraw_after", follower.redraw_after, "0 (never) or a time in seconds");
-  }
-  if (!std::isfinite(follower.redraw_growth) || follower.redraw_growth < 1.0) {
-    return sentence("follower.redraw_growth", follower.redraw_growth, "1 or more");
-  }
-  if (!std::isfinite(follower.redraw_longest) || follower.redraw_longest < follower.redraw_after) {
-    return sentence("follower.redraw_longest", follower.redraw_longest,
-                    no_shorter("redraw_after", follower.redraw_after));
-  }
   if (!std::isfinite(yielding.patience) || yielding.patience < 0.0) {
     return sentence("yielding.patience", yielding.patience, "0 (never) or a time in seconds");
   }
@@ -92,20 +73,6 @@ std::string LocalParameters::validate() const {
   }
   if (!std::isfinite(route.together_after) || route.together_after < 0.0) {
     return sentence("route.together_after", route.together_after, "0 (never) or a time in seconds");
-  }
-  if (sensed.cells < 36 || sensed.cells > 1440 || sensed.cells % 4 != 0) {
-    return sentence("sensed.cells", sensed.cells, "a multiple of 4 from 36 to 1440");
-  }
-  if (!positive(sensed.margin)) return sentence("sensed.margin", sensed.margin, "a finite number above 0");
-  const struct {
-    const char* key;
-    double value;
-  } of_field[] = {{"potential.goal_distance", potential.goal_distance},
-                  {"potential.repulsion", potential.repulsion},
-                  {"potential.influence_distance", potential.influence_distance},
-                  {"potential.spacing", potential.spacing}};
-  for (const auto& entry : of_field) {
-    if (!positive(entry.value)) return sentence(entry.key, entry.value, "a finite number above 0");
   }
   return {};
 }

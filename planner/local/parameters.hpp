@@ -1,25 +1,16 @@
 #pragma once
-/// Parameters of the reactive planner, with the symbols of [Lahouar06] and the values that worked.
+/// Parameters of the reactive planner, whatever the motion method, with the symbols of [Lahouar06].
 
 #include <algorithm>
-#include <cmath>
+#include <memory>
 #include <string>
-
-#include "planner/strategy/strategy.hpp"
 
 namespace hecaton::planner {
 
-/// What decides a tick.
-enum class Method {
-  kLocal,              ///< constraints alone: the baseline of [Lahouar06] section 2
-  kBoundaryFollowing,  ///< + boundary following, section 3, in ever fresh subspaces; right of way; rollouts
-  kSingleSubspace,     ///< boundary following as the paper has it: in one subspace as long as it takes, nothing else
-  kSensedCspace,       ///< a way through what the own sensors leave free in C-space: [Li96], planner/cspace
-  kKnownCspace,        ///< the same for an arm that is told all obstacles, which must stand still: the measure of it
-  kPotentialField,     ///< down the gradient of artificial potentials: [Cardenas10], planner/potential
-  kStrategy,           ///< constraints, and a way round them in the plane that a strategy chooses: [Mediavilla02]
-  kStrategyStep,       ///< the strategy's steps as published: to free neighbours in that plane
-};
+class MotionMethod;
+
+/// Boundary following with default parameters; planner/methods/registry.cpp. Thread-safe.
+[[nodiscard]] std::shared_ptr<const MotionMethod> default_method();
 
 /// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
 /// arm that needs longer than S₀ to react and stop follows it only up to ξ, and a flatter one farther out:
@@ -58,20 +49,6 @@ struct DamperParameters {
   }
 };
 
-struct FollowerParameters {
-  double deadlock_fraction = 0.30;  ///< follow when ‖Δq‖ < this · min(‖q_goal − q‖, Δq_max)  (section 4)
-  double exit_fraction = 0.80;      ///< back to the local planner when V(q) < this · d_lock     (section 4)
-  double redraw_after = 1.0;        ///< [s] in the first subspace before a fresh U₂ is drawn; 0: never (the paper)
-  double redraw_growth = 1.25;      ///< each further subspace of a goal gets this many times longer, ≥ 1
-  int most_switches = 6;            ///< changes of the followed constraint before a fresh U₂ is drawn
-  double redraw_longest = 8.0;      ///< but no longer than this [s], ≥ redraw_after
-
-  /// How long the k-th subspace of a goal may be followed, k = 1, 2, … [s].
-  [[nodiscard]] double patience(int k) const {
-    return std::min(redraw_longest, redraw_after * std::pow(redraw_growth, k - 1));
-  }
-};
-
 /// When an arm asks the others to make room, and makes room itself (planner/local/right_of_way.hpp).
 struct YieldingParameters {
   double patience = 2.0;  ///< held back for about this long, an arm asks [s]; 0: it neither asks nor makes room
@@ -94,53 +71,18 @@ struct RouteParameters {
   double together_after = 2.0;  ///< the same with the right of way: it proposes a plan for all that can come near [s]
 };
 
-/// How long an arm remembers what it saw (docs/design/0012-sensed-cspace.md says when it then arrives).
-enum class Remember {
-  kNever,        ///< it plans with what it sees now, as published: "We do not accumulate historical FO_i"
-  kUntilNearer,  ///< from where something comes in its way until the goal is in sight and nearer than there
-  kAlways,
-};
-
-/// What an arm knows of its C-space (planner/cspace).
-struct SensedParameters {
-  int cells = 180;       ///< of a full turn of each joint, 36 to 1440, a multiple of 4
-  double margin = 0.03;  ///< kept from what was seen, for what is between two beams [m], > 0
-  Remember remember = Remember::kAlways;
-};
-
-/// What the goal attracts.
-enum class Attraction {
-  kControlPoints,  ///< each control point in W, to where it is at the goal: [Cardenas10] eq. 5
-  kJoints,         ///< the arm as a point in Q: [Cardenas10] eq. 2 as it stands
-};
-
-/// Artificial potentials [Cardenas10, eq. 2 and 3] with ζ = 1: only η/ζ shapes the field.
-struct PotentialParameters {
-  Attraction attraction = Attraction::kControlPoints;
-  double goal_distance = 0.3;       ///< d*_goal: farther away the attraction grows no more [m | rad], > 0
-  double repulsion = 1e-4;          ///< η [m⁴], > 0
-  double influence_distance = 0.2;  ///< Q*: obstacles farther away do not repel [m], > 0
-  double spacing = 0.15;            ///< control points on a link are no farther apart than this [m], > 0
-};
-
 struct LocalParameters {
-  Method method = Method::kBoundaryFollowing;
+  std::shared_ptr<const MotionMethod> method = default_method();  ///< what velocity the arm wants; never null
   DamperParameters damper;
-  FollowerParameters follower;
   YieldingParameters yielding;
   RolloutParameters rollout;
   RouteParameters route;
-  SensedParameters sensed;
-  PotentialParameters potential;
-  StrategyParameters strategy;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
   double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]
 
-  /// The way is searched in C-space.
-  [[nodiscard]] bool by_cspace() const { return method == Method::kSensedCspace || method == Method::kKnownCspace; }
-
-  /// Empty when consistent; otherwise one sentence: key, value, what is allowed.
+  /// Empty when consistent; otherwise one sentence: key, value, what is allowed. The method has a validate() of its
+  /// own.
   [[nodiscard]] std::string validate() const;
 };
 

@@ -8,8 +8,10 @@ namespace hecaton::planner {
 
 PlayedCell::PlayedCell(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, double dt)
     : parameters_(std::move(parameters)), dt_(dt) {
-  for (int i = 0; i < static_cast<int>(arms.size()); ++i) geometries_.emplace_back(arms, i);
-  for (const CellGeometry& geometry : geometries_) scratch_.emplace_back(geometry);
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    geometries_.emplace_back(arms, i);
+    scratch_.emplace_back(geometries_.back(), parameters_[i]);
+  }
 }
 
 void PlayedCell::set_obstacles(std::span<const world::Obstacle> obstacles) {

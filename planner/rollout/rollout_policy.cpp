@@ -90,13 +90,13 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
       since_answer_(parameters.rollout.interval),
       since_foresight_(kForesightInterval),
       horizon_(parameters.rollout.horizon) {
-  if (parameters.method != Method::kBoundaryFollowing) parameters_.candidates = 0;
+  if (!parameters.method->traits().coordinates) parameters_.candidates = 0;
 }
 
-void RolloutPolicy::prepare(ArmController& controller) const {
+std::optional<double> RolloutPolicy::thinking_time() const {
   const bool could_ask =
       open_ != Open::kHeldBack && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
-  if (could_ask) controller.think_first(kLongestThought);
+  return could_ask ? std::optional(kLongestThought) : std::nullopt;
 }
 
 /// States come with ages of their own: what counts is how far apart the instants are at which they were true.

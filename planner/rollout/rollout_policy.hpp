@@ -11,12 +11,13 @@ namespace hecaton::planner {
 
 class RolloutPolicy {
  public:
-  /// `seed` of the candidates that will be drawn. Only Method::kBoundaryFollowing ever asks.
+  /// `seed` of the candidates that will be drawn. Only an arm whose method coordinates ever asks.
   RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed);
 
-  /// Before a period of `controller`: when a question could be asked, an arm that gets stuck is to wait for the answer.
-  /// Turning aside at once and then another way within a tenth of a second is what would look like trembling.
-  void prepare(ArmController& controller) const;
+  /// Before a period: when a question could be asked, an arm that gets stuck waits so long for the answer [s]. An arm
+  /// that turned aside at once, and then another way within a tenth of a second, would seem to tremble. Empty: no
+  /// question could be asked.
+  [[nodiscard]] std::optional<double> thinking_time() const;
 
   /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
   /// had its time. The longer the arm is held back, the farther it looks ahead. Else, now and then, whether going on

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "planner/route/by_now.hpp"
-
 namespace hecaton::planner {
 namespace {
 
@@ -31,7 +29,6 @@ RouteQuestion make_question(const ArmController& controller, std::span<const Arm
   question.planned = {self};
   question.q = {controller.setpoint().q};
   question.q_goal = {*controller.goal()};
-  for (const JointVector& point : controller.route().left()) question.left.push_back({point});
   const auto stands = [&](int i) { return i != self && arms[i].qd.cwiseAbs().maxCoeff() <= kMoves; };
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     question.arms.push_back(stands(i) ? by_now(controller.geometry(), arms, i) : JointVector());
@@ -50,46 +47,53 @@ bool knows_all(const ArmController& controller, std::span<const ArmObservation> 
 }  // namespace
 
 RoutePolicy::RoutePolicy(const LocalParameters& parameters, std::uint64_t seed)
-    : after_(parameters.method == Method::kBoundaryFollowing ? parameters.route.after : 0.0),
+    : after_(parameters.method->traits().coordinates ? parameters.route.after : 0.0),
       patience_(after_),
       random_(seed),
       since_answer_(after_) {}
 
-std::optional<RouteQuestion> RoutePolicy::next(ArmController& controller, const TickResult& result,
-                                               std::span<const ArmObservation> arms,
-                                               std::span<const world::ObstacleState> obstacles) {
-  if (after_ <= 0.0) return std::nullopt;
+RoutePolicy::Next RoutePolicy::next(const ArmController& controller, const TickResult& result,
+                                    std::span<const ArmObservation> arms,
+                                    std::span<const world::ObstacleState> obstacles) {
+  Next next;
+  if (after_ <= 0.0) return next;
   const double dt = controller.control_period();
   since_answer_ += dt;
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
   const Route& route = controller.route();
-  if (!controller.under_way() || !free_to_plan) return std::nullopt;
+  if (!controller.under_way() || !free_to_plan) return next;
   if (route.under_way()) {
     const double left = route.length(controller.geometry().own_arm().limits, controller.setpoint().q);
     const bool nearer = !on_route_ || left < kNearer * nearest_;
     if (nearer) nearest_ = left;
     stuck_ = nearer || result.yields_to >= 0 ? 0.0 : stuck_ + dt;
-    if (stuck_ > kPatienceOnRoute) controller.follow({});
+    next.leaves_route = stuck_ > kPatienceOnRoute;
   }
-  on_route_ = route.under_way();
+  on_route_ = route.under_way() && !next.leaves_route;
   const bool lost = controller.approach().lost() >= after_;
   if (!lost && !on_route_) patience_ = after_;
   const bool due = since_answer_ >= (on_route_ ? kLookInterval : patience_) && (on_route_ || lost);
-  if (open_ || !due || !knows_all(controller, arms)) return std::nullopt;
+  if (open_ || !due || !knows_all(controller, arms)) return next;
   open_ = true;
-  RouteQuestion question = make_question(controller, arms, obstacles);
+  RouteQuestion& question = next.question.emplace(make_question(controller, arms, obstacles));
+  if (on_route_) {
+    for (const JointVector& point : route.left()) question.left.push_back({point});
+  }
   question.seed = random_.next();
   q_ = controller.setpoint().q;
   q_goal_ = *controller.goal();
-  return question;
+  return next;
 }
 
-void RoutePolicy::answered(const RouteAnswer& answer, ArmController& controller) {
+std::optional<std::vector<JointVector>> RoutePolicy::answered(const RouteAnswer& answer,
+                                                              const ArmController& controller) {
   open_ = false;
   since_answer_ = 0.0;
-  if (std::exchange(dropped_, false) || !controller.goal() || *controller.goal() != q_goal_) return;
+  if (std::exchange(dropped_, false) || !controller.goal() || *controller.goal() != q_goal_) return std::nullopt;
   const JointLimits& limits = controller.geometry().own_arm().limits;
-  if (joint_difference(limits, controller.setpoint().q, q_).cwiseAbs().maxCoeff() > kStillThere) return;
+  if (joint_difference(limits, controller.setpoint().q, q_).cwiseAbs().maxCoeff() > kStillThere) {
+    return std::nullopt;
+  }
   const bool was_on_route = controller.route().under_way();
   if (!was_on_route) patience_ = std::min(kLongest, kGrowth * patience_);
   const bool goes = answer.kind == RouteAnswer::Kind::kFound;
@@ -98,11 +102,11 @@ void RoutePolicy::answered(const RouteAnswer& answer, ArmController& controller)
     on_route_ = false;  // another route is another length
   }
   // What was asked while the arm was on a route that it has left meanwhile has no answer any more.
-  if (answer.kind == RouteAnswer::Kind::kKept && !was_on_route) return;
-  if (!goes && !was_on_route) return;
+  if (answer.kind == RouteAnswer::Kind::kKept && !was_on_route) return std::nullopt;
+  if (!goes && !was_on_route) return std::nullopt;
   std::vector<JointVector> points;
   for (const JointPoint& point : answer.points) points.push_back(point.front());
-  controller.follow(std::move(points));
+  return points;
 }
 
 }  // namespace hecaton::planner

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "planner/arm_controller.hpp"
 #include "planner/route/route_search.hpp"
@@ -12,19 +13,24 @@ namespace hecaton::planner {
 
 class RoutePolicy {
  public:
-  /// `seed` of the searches. Only Method::kBoundaryFollowing ever asks.
+  /// `seed` of the searches. Only an arm whose method coordinates ever asks.
   RoutePolicy(const LocalParameters& parameters, std::uint64_t seed);
 
+  struct Next {
+    std::optional<RouteQuestion> question;
+    bool leaves_route = false;  ///< the arm gets nowhere on its route
+  };
   /// After a period of `controller`: a question when the arm has not come nearer for long, and now and then while it
-  /// follows a route, whether that is still free. A route on which it gets nowhere is left.
-  [[nodiscard]] std::optional<RouteQuestion> next(ArmController& controller, const TickResult& result,
-                                                  std::span<const ArmObservation> arms,
-                                                  std::span<const world::ObstacleState> obstacles);
-  /// The answer has come: the arm follows it from the next period on. Not when the goal is another one by now, the arm
-  /// is somewhere else, or drop() was called since: it would be the answer to another question.
-  void answered(const RouteAnswer& answer, ArmController& controller);
+  /// follows a route, whether that is still free.
+  [[nodiscard]] Next next(const ArmController& controller, const TickResult& result,
+                          std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles);
+  /// The points that the arm follows from the next period on; none: it leaves its route. Empty: nothing changes. So it
+  /// is when the goal is another one by now, the arm is somewhere else, or drop() was called since: the answer would be
+  /// one to another question.
+  [[nodiscard]] std::optional<std::vector<JointVector>> answered(const RouteAnswer& answer,
+                                                                 const ArmController& controller);
 
-  /// The arm is led by somebody else, in periods of which this hears nothing.
+  /// In this period the arm follows a coupled plan, or another planner.
   void drop() { dropped_ = open_; }
 
   /// Routes that were begun so far.

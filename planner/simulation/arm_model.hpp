@@ -1,56 +1,58 @@
 #pragma once
-/// A position-controlled arm with its drive: follows set-points within its limits, stops on its own stop profile when
-/// they cease: begins to at once when a set-point has no successor, and for good after the time-out. The simulated arm
-/// driver and the virtual cell move this.
+/// A simulated position-controlled arm, alone (for the device of the live driver) and behind the driver's interpolation
+/// (for the virtual cell). Users of this header link hecaton_arm_model, which knows no planner.
 
 #include <cstdint>
 
-#include "planner/model/limits.hpp"
+#include "planner/trajectory/set_point_interpolator.hpp"
 
 namespace hecaton::planner {
 
-enum class DriveMode : std::uint8_t {
-  kIdle,      ///< at rest, no set-points yet or any more
-  kTracking,  ///< follows set-points
-  kStopping,  ///< on its stop profile
-};
-
-class ArmModel {
+/// The joints and their position controller. Pure: no clock, no allocation.
+class ServoedJoints {
  public:
-  /// At rest at `q`. `command_timeout` [s]: silence after which the arm stops by itself.
-  ArmModel(JointLimits limits, JointVector q, double command_timeout);
+  /// At rest at `q`.
+  ServoedJoints(JointLimits limits, const JointVector& q);
 
-  /// A set-point: be at q with velocity qd `period` [s] from now. Positions outside the limits are clamped to them.
-  /// False: the arm is too far from it to get there if it is late by no more than the time-out; so it was meant for an
-  /// arm that is somewhere else, and on the straight line to it nobody has looked for obstacles. The arm stops.
-  bool command(const JointVector& q, const JointVector& qd, double period);
-  /// Stops on the stop profile and drops the set-point.
-  void stop();
-  /// Advances by dt [s]. Velocity, acceleration and position limits hold whatever was commanded.
-  void step(double dt);
+  /// Moves by dt [s] towards `set_point`, which is due then. A position error is corrected, but no faster than it can
+  /// be braked away again. Limits hold whatever is commanded.
+  void follow(const JointState& set_point, double dt);
+  /// Moves by dt [s] on the stop profile.
+  void brake(double dt);
 
-  [[nodiscard]] const JointVector& q() const { return q_; }
-  [[nodiscard]] const JointVector& qd() const { return qd_; }
-  [[nodiscard]] DriveMode mode() const { return mode_; }
-  /// Set-points that the limits changed, since construction.
-  [[nodiscard]] std::uint64_t clamped() const { return clamped_; }
+  [[nodiscard]] const JointState& state() const { return state_; }
 
  private:
-  void track(double dt);
   /// The velocity that takes a position error away [rad/s | m/s].
   [[nodiscard]] JointVector correction(const JointVector& error) const;
-  void move(const JointVector& qd_next, double dt);
 
   JointLimits limits_;
-  JointVector q_;
-  JointVector qd_;
-  DriveMode mode_ = DriveMode::kIdle;
-  double command_timeout_;
-  JointVector from_q_, from_qd_;      ///< reference when the last set-point came
-  JointVector target_q_, target_qd_;  ///< the last set-point
-  double period_ = 0.0;               ///< until the set-point is due, when it came [s]
-  double since_command_ = 0.0;        ///< [s]
-  std::uint64_t clamped_ = 0;
+  JointState state_;
+};
+
+/// Follows a planner's set-points within its limits, and stops on the stop profile when they cease: begins to when a
+/// set-point has no successor, and for good after the time-out.
+class ArmModel {
+ public:
+  /// At rest at `q`. `command_timeout` [s]: silence after which the arm stops for good.
+  ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout);
+
+  /// See SetPointInterpolator::command().
+  bool command(const JointVector& q, const JointVector& qd, double period);
+  /// Stops on the stop profile and drops the set-point.
+  void stop() { interpolator_.stop(joints_.state()); }
+  /// Advances by dt [s].
+  void step(double dt) { joints_.follow(interpolator_.step(dt, joints_.state()), dt); }
+
+  [[nodiscard]] const JointVector& q() const { return joints_.state().q; }
+  [[nodiscard]] const JointVector& qd() const { return joints_.state().qd; }
+  [[nodiscard]] DriveMode mode() const { return interpolator_.mode(); }
+  /// Set-points that the limits changed, since construction.
+  [[nodiscard]] std::uint64_t clamped() const { return interpolator_.clamped(); }
+
+ private:
+  SetPointInterpolator interpolator_;
+  ServoedJoints joints_;
 };
 
 }  // namespace hecaton::planner

@@ -45,7 +45,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
     episode_options.world_time = *time;
   }
   if (observed && options.observe_first) {
-    episode_options.observe = [&](double time, const CellConfiguration& measured, std::span<const ArmController> all) {
+    episode_options.observe = [&](double time, const CellConfiguration& measured, std::span<const ArmPlanner> all) {
       options.observe_first({cell, *goals, time, measured, all});
     };
   }
@@ -100,7 +100,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
     report.yielding_ticks += static_cast<std::uint64_t>(arm.yielding_ticks);
     report.chatter += arm.chatter;
     report.rollouts += static_cast<std::uint64_t>(arm.rollouts);
-    report.composites += static_cast<std::uint64_t>(arm.composites);
+    report.coupled_plans += static_cast<std::uint64_t>(arm.coupled_plans);
     report.routes += static_cast<std::uint64_t>(arm.routes);
     report.redraws += static_cast<std::uint64_t>(arm.redraws);
     switch (arm.outcome) {

@@ -15,7 +15,7 @@ struct EpisodeMoment {
   const CellConfiguration& goals;
   double time;  ///< virtual [s]
   const CellConfiguration& measured;
-  std::span<const ArmController> planners;
+  std::span<const ArmPlanner> planners;
 };
 
 struct BatchOptions {
@@ -47,7 +47,7 @@ struct BatchReport {
   std::uint64_t ticks = 0;
   std::uint64_t rollouts = 0;       ///< answers of the rollout search
   std::uint64_t routes = 0;         ///< begun
-  std::uint64_t composites = 0;     ///< composite plans proposed
+  std::uint64_t coupled_plans = 0;  ///< coupled plans proposed
   std::uint64_t rollout_ticks = 0;  ///< played for them, of single arms
   std::uint64_t relaxed_ticks = 0;
   std::uint64_t redraws = 0;

@@ -7,22 +7,17 @@
 #include <memory>
 #include <optional>
 
-#include "planner/rollout/rollout_policy.hpp"
-#include "planner/route/composite_policy.hpp"
-#include "planner/route/route_policy.hpp"
 #include "planner/simulation/arm_bodies.hpp"
 #include "planner/simulation/cell_news.hpp"
 #include "planner/simulation/crew.hpp"
 #include "planner/simulation/range_scanner.hpp"
+#include "planner/simulation/virtual_time_searches.hpp"
 
 namespace hecaton::planner {
 namespace {
 
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
 constexpr double kHopeless = 10.0;
-/// Configurations that a planner's second thread looks at in a control period, in a search for a route: a third of a
-/// microsecond each, and it shares its processor.
-constexpr std::uint64_t kChecksPerPeriod = 10'000;
 /// So that a thread has some 50 µs of ticks to do: a choice, of the order of what waking it costs.
 constexpr int kArmsPerThread = 10;
 
@@ -41,43 +36,67 @@ double processor_us() {
   return 1e6 * static_cast<double>(spent.tv_sec) + 1e-3 * static_cast<double>(spent.tv_nsec);
 }
 
+std::vector<world::ArmBodies> all_bodies(const Cell& cell) {
+  std::vector<world::ArmBodies> bodies;
+  for (const PlannedArm& planned : cell.arms) bodies.push_back(arm_bodies(planned.arm));
+  return bodies;
+}
+
+/// One arm with all that its planner's process and its driver have; but for the planner (Episode::planners_).
+struct SimulatedArm {
+  ArmPlannerOptions options;
+  VirtualTimeSearches searches;
+  ArmModel drive;
+  CellNews news;  ///< what reaches its planner
+  RangeScanner scanner;
+  PeriodEvents events = {};    ///< of the next period
+  Kinematics kinematics = {};  ///< as measured
+  TickResult result = {};      ///< of the last period
+  ChatterCounter chatter = {};
+  // What its planner took in the last period [µs].
+  double tick_us = 0.0;    ///< on the machine's clock
+  double search_us = 0.0;  ///< of the processor
+};
+
 class Episode {
  public:
   Episode(const Cell& cell, const CellConfiguration& starts, const EpisodeOptions& options)
       : cell_(cell),
         options_(options),
+        searched_{arms_of(cell), parameters_of(cell),
+                  std::make_shared<const std::vector<world::Obstacle>>(cell.scene.obstacles),
+                  cell.timing.control_period},
         world_(cell.scene, all_bodies(cell)),
         crew_(threads_worth(options.threads, static_cast<int>(cell.arms.size())), static_cast<int>(cell.arms.size())) {
     const int n = static_cast<int>(cell.arms.size());
     world_.set_time(options.world_time);
-    for (const PlannedArm& planned : cell.arms) {
-      arms_.push_back(planned.arm);
-      parameters_.push_back(planned.parameters);
-    }
-    Random random(options.seed);
-    for (int i = 0; i < n; ++i) {
-      controllers_.emplace_back(CellGeometry(arms_, i), parameters_[i], cell.timing.control_period, random.next());
-      controllers_.back().set_obstacles(cell.scene.obstacles);
-      policies_.emplace_back(parameters_[i], random.next());
-      routes_.emplace_back(RoutePolicy(parameters_[i], options.seed + static_cast<std::uint64_t>(i)));
-      companies_.emplace_back(CompositePolicy(parameters_[i], options.seed + static_cast<std::uint64_t>(i)));
-      drives_.emplace_back(arms_[i].limits, starts[i], cell.timing.command_timeout);
-      news_.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
-    }
-    for (const PlannedArm& planned : cell.arms) scanners_.emplace_back(planned, random.next());
     caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
-    searches_.resize(n);
-    results_.resize(n);
-    kinematics_.resize(n);
-    spent_.resize(n);
-    chatter_.resize(n);
-    for (int i = 0; i < n; ++i) measure(i);
+    Random random(options.seed);
+    std::vector<ArmPlannerOptions> planner_options(n);
+    std::vector<CellNews> news;
+    for (int i = 0; i < n; ++i) {
+      planner_options[i].control_period = cell.timing.control_period;
+      planner_options[i].motion_seed = random.next();
+      planner_options[i].rollout_seed = random.next();
+      planner_options[i].route_seed = options.seed + static_cast<std::uint64_t>(i);
+      news.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
+    }
+    for (int i = 0; i < n; ++i) {
+      planners_.emplace_back(CellGeometry(searched_.arms, i), cell.arms[i].parameters, planner_options[i]);
+      planners_.back().receive({.obstacles = searched_.obstacles});
+      arms_.push_back({.options = planner_options[i],
+                       .searches = VirtualTimeSearches(searched_, i),
+                       .drive = ArmModel(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout),
+                       .news = std::move(news[i]),
+                       .scanner = RangeScanner(cell.arms[i], random.next())});
+      measure(i);
+    }
     publish_measured();
   }
 
   EpisodeOutcome run(const CellConfiguration& goals) {
-    for (std::size_t i = 0; i < controllers_.size(); ++i) controllers_[i].set_goal(goals[i]);
+    for (std::size_t i = 0; i < arms_.size(); ++i) arms_[i].events.goal = GoalChange{goals[i]};
     const double dt = cell_.timing.control_period;
     const auto periods = static_cast<long>(std::llround(cell_.tasks.time_limit / dt));
     double hopeless_for = 0.0;
@@ -88,10 +107,10 @@ class Episode {
       world_.step(dt);
       outcome_.duration = now + dt;
       record(outcome_.duration);
-      if (options_.observe) options_.observe(outcome_.duration, measured(), controllers_);
+      if (options_.observe) options_.observe(outcome_.duration, measured(), planners_);
       if (all_reached()) break;
-      const bool all_blocked = std::all_of(results_.begin(), results_.end(), [](const TickResult& result) {
-        return result.status == TickStatus::kBlocked || result.status == TickStatus::kReached;
+      const bool all_blocked = std::all_of(arms_.begin(), arms_.end(), [](const SimulatedArm& arm) {
+        return arm.result.status == TickStatus::kBlocked || arm.result.status == TickStatus::kReached;
       });
       hopeless_for = all_blocked ? hopeless_for + dt : 0.0;
       if (hopeless_for > kHopeless) {
@@ -101,158 +120,115 @@ class Episode {
     }
     if (options_.times != nullptr) options_.times->run_us += microseconds_since(began);
     declare_hopeless();
-    for (const auto& search : searches_) outcome_.rollout_ticks += search ? search->ticks() : 0;
+    for (std::size_t i = 0; i < arms_.size(); ++i) {
+      const ArmPlanner::Counts counts = planners_[i].counts();
+      outcome_.arms[i].rollouts = counts.rollouts;
+      outcome_.arms[i].routes = counts.routes;
+      outcome_.arms[i].coupled_plans = counts.coupled_plans;
+      outcome_.rollout_ticks += arms_[i].searches.rollout_ticks();
+    }
     outcome_.referee = world_.referee().report();
     return outcome_;
   }
 
  private:
-  static std::vector<world::ArmBodies> all_bodies(const Cell& cell) {
-    std::vector<world::ArmBodies> bodies;
-    for (const PlannedArm& planned : cell.arms) bodies.push_back(arm_bodies(planned.arm));
-    return bodies;
-  }
-
-  /// What one arm's planner took in a period [µs].
-  struct Spent {
-    double tick = 0.0;     ///< on the machine's clock
-    double rollout = 0.0;  ///< of the processor
-  };
-
-  /// Every arm and the world publish, then every planner ticks on what has reached it, and its drive follows: nobody
-  /// sees the others' next move, so that it does not matter who is first.
+  /// Every arm and the world publish, then every planner ticks on what has reached it, and its drive follows. No arm
+  /// sees another's next move, so that the order of the arms does not matter.
   void plan_and_move(double now, double dt) {
     auto instant = std::make_shared<CellInstant>();
-    for (std::size_t i = 0; i < controllers_.size(); ++i) instant->arms.push_back(own_state(static_cast<int>(i)));
+    for (std::size_t i = 0; i < arms_.size(); ++i) instant->arms.push_back(own_state(i));
     instant->obstacles = world_.snapshot().states;
     crew_.for_each([&](int i) {
-      news_[i].hear(now, instant);
+      arms_[i].news.hear(now, instant);
       plan(i, now, instant->obstacles);
       move(i, dt);
     });
     publish_measured();
-    outcome_.ticks += controllers_.size();
+    outcome_.ticks += arms_.size();
     if (options_.times == nullptr) return;
-    for (const Spent& spent : spent_) {
-      options_.times->tick_us.push_back(spent.tick);
-      options_.times->rollout_us += spent.rollout;
+    for (const SimulatedArm& arm : arms_) {
+      options_.times->tick_us.push_back(arm.tick_us);
+      options_.times->rollout_us += arm.search_us;
     }
   }
 
-  /// A planner runs beside its own arm's driver and sensors: between these there is no network.
+  /// A planner runs beside its own arm's driver and sensors: between these there is no network. The drive gets each
+  /// set-point at once.
   void plan(int i, double now, std::span<const world::ObstacleState> in_sight) {
-    for (const RangeScan& scan : scanners_[i].scan(now, drives_[i].q(), caster_, in_sight)) controllers_[i].sense(scan);
-    policies_[i].prepare(controllers_[i]);
-    const auto before = std::chrono::steady_clock::now();
-    const bool hold = !news_[i].knows_obstacles() && controllers_[i].cspace() == nullptr;
-    results_[i] = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, news_[i].arms(),
-                                       news_[i].obstacles(), hold);
-    spent_[i].tick = microseconds_since(before);
+    SimulatedArm& arm = arms_[i];
+    ArmPlanner& planner = planners_[i];
+    const std::vector<RangeScan> scans = arm.scanner.scan(now, arm.drive.q(), caster_, in_sight);
+    arm.events.scans = scans;
     const bool timed = options_.times != nullptr;
-    const double thinks_from = timed ? processor_us() : 0.0;
-    think(i);
-    plan_route(i, now);
-    if (timed) spent_[i].rollout = processor_us() - thinks_from;
-    drives_[i].command(results_[i].q, results_[i].qd, cell_.timing.control_period);
+    double spent = timed ? processor_us() : 0.0;
+    PeriodInputs inputs;
+    inputs.answers = arm.searches.answers();
+    arm.search_us = timed ? processor_us() - spent : 0.0;
+    inputs.own.state = {arm.drive.q(), arm.drive.qd()};
+    inputs.own.follows = true;
+    inputs.own.setpoint = number_;
+    inputs.own.setpoint_age = cell_.timing.control_period;
+    inputs.number = number_ + 1;
+    inputs.arms = arm.news.arms();
+    inputs.obstacles = arm.news.obstacles();
+    inputs.hold = !arm.news.knows_obstacles() && planner.controller().guide() == nullptr;
+    planner.receive(arm.events);
+
+    const auto before = std::chrono::steady_clock::now();
+    arm.result = planner.step(inputs);
+    arm.tick_us = microseconds_since(before);
+    spent = timed ? processor_us() : 0.0;
+    arm.searches.ask(planner.plan_ahead(inputs, arm.result), searched_.obstacles);
+    if (timed) arm.search_us += processor_us() - spent;
+    if (options_.record) options_.record({i, arm.options, arm.events, inputs, arm.result});
+    arm.events = {};
+    arm.drive.command(arm.result.q, arm.result.qd, cell_.timing.control_period);
   }
 
-  [[nodiscard]] ArmObservation own_state(int arm) const {
-    const auto& goal = controllers_[arm].goal();
-    return {drives_[arm].q(),
-            drives_[arm].qd(),
+  [[nodiscard]] ArmObservation own_state(std::size_t i) const {
+    const ArmController& controller = planners_[i].controller();
+    return {arms_[i].drive.q(),
+            arms_[i].drive.qd(),
             0.0,
             true,
             true,
-            controllers_[arm].under_way(),
-            goal.value_or(JointVector()),
-            controllers_[arm].claim(),
+            controller.under_way(),
+            controller.goal().value_or(JointVector()),
+            controller.claim(),
             {},
-            companies_[arm].policy.progress(),
-            companies_[arm].policy.proposal()};
-  }
-
-  /// A period's share of the rollouts that a planner runs beside its ticks.
-  void think(int i) {
-    const RolloutParameters& rollout = parameters_[i].rollout;
-    if (rollout.candidates == 0) return;
-    if (auto question = policies_[i].next(controllers_[i], results_[i], news_[i].arms(), news_[i].obstacles())) {
-      if (!searches_[i]) {  // most arms of a large cell never ask
-        searches_[i] = std::make_unique<RolloutSearch>(arms_, parameters_, i);
-        searches_[i]->set_obstacles(cell_.scene.obstacles);
-      }
-      searches_[i]->begin(std::move(*question));
-    } else if (searches_[i] && searches_[i]->busy()) {
-      if (const auto answer = searches_[i]->advance(rollout.ticks_per_period)) {
-        policies_[i].answered();
-        controllers_[i].begin(answer->manoeuvre);
-        ++outcome_.arms[i].rollouts;
-      }
-    }
-  }
-
-  /// Policies that ask for ways, whose answers come when the configurations that they took could have been looked at.
-  template <class Policy>
-  struct Asking {
-    explicit Asking(Policy asks) : policy(std::move(asks)) {}
-    Policy policy;
-    std::unique_ptr<RouteSearch> search;  ///< null until the first question
-    std::optional<RouteAnswer> answer;    ///< known to the arm `at` this time [s]
-    double at = 0.0;
-  };
-
-  void plan_route(int i, double now) {
-    ArmController& controller = controllers_[i];
-    ask(companies_[i], i, now, [&](const RouteAnswer& answer) { companies_[i].policy.answered(answer); });
-    outcome_.arms[i].composites = companies_[i].policy.proposed();
-    if (companies_[i].policy.takes_part()) {
-      routes_[i].policy.drop();
-      return;
-    }
-    ask(routes_[i], i, now, [&](const RouteAnswer& answer) { routes_[i].policy.answered(answer, controller); });
-    outcome_.arms[i].routes = routes_[i].policy.found();
-  }
-
-  template <class Policy, class Answered>
-  void ask(Asking<Policy>& asking, int i, double now, const Answered& answered) {
-    if (asking.answer && now >= asking.at) {
-      answered(*asking.answer);
-      asking.answer.reset();
-    }
-    const auto question = asking.policy.next(controllers_[i], results_[i], news_[i].arms(), news_[i].obstacles());
-    if (!question) return;
-    if (!asking.search) {
-      asking.search = std::make_unique<RouteSearch>(arms_, parameters_, i);
-      asking.search->set_obstacles(cell_.scene.obstacles);
-    }
-    asking.answer = asking.search->answer(*question);
-    const auto periods = static_cast<double>(1 + asking.answer->checks / kChecksPerPeriod);
-    asking.at = now + (periods - 0.5) * cell_.timing.control_period;
+            planners_[i].progress(),
+            planners_[i].proposal()};
   }
 
   void move(int i, double dt) {
     const int steps = std::max(1, static_cast<int>(std::lround(dt / cell_.timing.driver_period)));
-    for (int k = 0; k < steps; ++k) drives_[i].step(dt / steps);
+    for (int k = 0; k < steps; ++k) arms_[i].drive.step(dt / steps);
     measure(i);
   }
 
-  void measure(int i) { forward_kinematics(*arms_[i].model, arms_[i].X_WB, drives_[i].q(), kinematics_[i]); }
+  void measure(int i) {
+    const Arm& arm = searched_.arms[i];
+    forward_kinematics(*arm.model, arm.X_WB, arms_[i].drive.q(), arms_[i].kinematics);
+  }
 
   void publish_measured() {
-    for (int i = 0; i < static_cast<int>(kinematics_.size()); ++i) {
-      const Kinematics& at = kinematics_[i];
+    for (int i = 0; i < static_cast<int>(arms_.size()); ++i) {
+      const Kinematics& at = arms_[i].kinematics;
       world_.set_arm(i, std::span<const Pose>(at.X_WL).first(at.links), at.X_WT);
     }
   }
 
   void record(double now) {
-    for (std::size_t i = 0; i < results_.size(); ++i) {
+    ++number_;
+    for (std::size_t i = 0; i < arms_.size(); ++i) {
+      const TickResult& result = arms_[i].result;
       ArmOutcome& arm = outcome_.arms[i];
-      arm.redraws = results_[i].redraws;
-      arm.relaxed_ticks += results_[i].relaxed ? 1 : 0;
-      arm.yielding_ticks += results_[i].yields_to >= 0 ? 1 : 0;
-      chatter_[i].add(results_[i].qd, cell_.arms[i].arm.limits, results_[i].near, cell_.timing.control_period);
-      arm.chatter = chatter_[i].total();
-      const bool reached = results_[i].status == TickStatus::kReached;
+      arm.redraws = result.redraws;
+      arm.relaxed_ticks += result.relaxed ? 1 : 0;
+      arm.yielding_ticks += result.yields_to >= 0 ? 1 : 0;
+      arms_[i].chatter.add(result.qd, cell_.arms[i].arm.limits, result.near, cell_.timing.control_period);
+      arm.chatter = arms_[i].chatter.total();
+      const bool reached = result.status == TickStatus::kReached;
       if (reached && arm.outcome != TaskOutcome::kReached) {
         arm.outcome = TaskOutcome::kReached;
         arm.time = now;
@@ -272,11 +248,11 @@ class Episode {
     }
   }
 
-  /// Who had not come nearer for long when its time was over found no way.
+  /// An arm that had not come nearer for long when its time was over found no way.
   void declare_hopeless() {
-    for (std::size_t i = 0; i < controllers_.size(); ++i) {
+    for (std::size_t i = 0; i < planners_.size(); ++i) {
       ArmOutcome& arm = outcome_.arms[i];
-      if (arm.outcome == TaskOutcome::kTimedOut && controllers_[i].approach().hopeless()) {
+      if (arm.outcome == TaskOutcome::kTimedOut && planners_[i].controller().approach().hopeless()) {
         arm.outcome = TaskOutcome::kBlocked;
       }
     }
@@ -284,28 +260,18 @@ class Episode {
 
   [[nodiscard]] CellConfiguration measured() const {
     CellConfiguration q;
-    for (const ArmModel& drive : drives_) q.push_back(drive.q());
+    for (const SimulatedArm& arm : arms_) q.push_back(arm.drive.q());
     return q;
   }
 
   const Cell& cell_;
   const EpisodeOptions& options_;
+  VirtualTimeSearches::Cell searched_;
   world::BulletWorld world_;
   world::RayCaster caster_;
-  std::vector<Arm> arms_;
-  std::vector<LocalParameters> parameters_;
-  std::vector<ArmController> controllers_;
-  std::vector<RolloutPolicy> policies_;
-  std::vector<std::unique_ptr<RolloutSearch>> searches_;  ///< null until the first question
-  std::vector<Asking<RoutePolicy>> routes_;
-  std::vector<Asking<CompositePolicy>> companies_;
-  std::vector<ArmModel> drives_;
-  std::vector<CellNews> news_;
-  std::vector<RangeScanner> scanners_;
-  std::vector<Kinematics> kinematics_;  ///< as measured
-  std::vector<TickResult> results_;
-  std::vector<Spent> spent_;  ///< in the last period
-  std::vector<ChatterCounter> chatter_;
+  std::vector<ArmPlanner> planners_;
+  std::vector<SimulatedArm> arms_;
+  std::uint64_t number_ = 0;  ///< of the last set-points
   Crew crew_;
   EpisodeOutcome outcome_;
 };

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "planner/arm_controller.hpp"
+#include "planner/arm_planner/arm_planner.hpp"
 #include "planner/cell.hpp"
 #include "planner/simulation/arm_model.hpp"
 #include "planner/simulation/chatter.hpp"
@@ -24,7 +24,7 @@ struct ArmOutcome {
   int redraws = 0;         ///< subspaces drawn
   int rollouts = 0;        ///< answers of the rollout search
   int routes = 0;          ///< routes begun
-  int composites = 0;      ///< composite plans proposed
+  int coupled_plans = 0;   ///< coupled plans proposed
   int relaxed_ticks = 0;   ///< ticks that braked because the rows asked for more
   int yielding_ticks = 0;  ///< ticks in which it made room for another arm
   Chatter chatter;
@@ -45,6 +45,15 @@ struct ClockedTimes {
   double run_us = 0.0;          ///< on all periods, on the machine's clock: without drawing tasks and setting up
 };
 
+/// One period of one arm's planner. Valid during the call.
+struct PlannerPeriod {
+  int arm = 0;
+  const ArmPlannerOptions& options;  ///< of the planner
+  const PeriodEvents& events;        ///< without the obstacles: these never change
+  const PeriodInputs& inputs;
+  const TickResult& result;
+};
+
 struct EpisodeOptions {
   NetworkParameters network;
   double world_time = 0.0;  ///< at which instant of their scripts the obstacles begin [s]
@@ -52,7 +61,9 @@ struct EpisodeOptions {
   int threads = 1;  ///< that share the arms of a period, if these are many; the outcome does not depend on it
   ClockedTimes* times = nullptr;  ///< to be added to; may be null
   /// Called after every period with the virtual time, the measured configurations and the planners; may be empty.
-  std::function<void(double, const CellConfiguration&, std::span<const ArmController>)> observe;
+  std::function<void(double, const CellConfiguration&, std::span<const ArmPlanner>)> observe;
+  /// Called in every period of every arm's planner; may be empty. With several threads: by several at once.
+  std::function<void(const PlannerPeriod&)> record;
 };
 
 /// All arms start at rest at `starts` and get their goals at once; ends when all have reached them, at the cell's time

@@ -3,7 +3,7 @@
 #include <sstream>
 #include <vector>
 
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
 namespace {

@@ -7,9 +7,10 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/simulation/draw_account.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -75,8 +76,7 @@ std::vector<world::Obstacle> draw_clutter(const Clutter& clutter, Random& random
 
 struct TaskGenerator::Impl {
   explicit Impl(const Cell& task_cell) : cell(task_cell) {
-    std::vector<Arm> arms;
-    for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+    const std::vector<Arm> arms = arms_of(cell);
     for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
       geometries.emplace_back(arms, i).set_obstacles(cell.scene.obstacles);
     }
@@ -152,8 +152,7 @@ struct TaskGenerator::Impl {
   [[nodiscard]] double rest_distance(int i) const {
     const LocalParameters& p = cell.arms[i].parameters;
     const double least = p.damper.security_distance + kRestMargin;
-    // No step of a strategy leads nearer to anything than h.
-    return p.method == Method::kStrategyStep ? std::max(least, p.strategy.distance + 1e-3) : least;
+    return std::max(least, p.method->least_rest_distance().value_or(least));
   }
 
   [[nodiscard]] JointVector draw_posture(const Arm& arm, Random& random) const {
@@ -285,7 +284,7 @@ struct TaskGenerator::Impl {
     const std::vector<JointVector> areas = areas_of(i);
     JointVector q = areas[area % areas.size()];
     if (areas.size() == 1) return q;
-    const int n = avoiding_joints(cell.arms[i].parameters.strategy, static_cast<int>(q.size()));
+    const int n = avoiding_joints(parameters_of<StrategyParameters>(cell.arms[i].methods), static_cast<int>(q.size()));
     JointVector direction(n);
     for (auto& x : direction) x = random.normal();
     const double radius = cell.tasks.problem.spread * std::pow(random.uniform(), 1.0 / n);

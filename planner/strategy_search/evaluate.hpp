@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/strategy/strategy.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 #include "planner/strategy_search/motion_problem.hpp"
 
 namespace hecaton::planner {

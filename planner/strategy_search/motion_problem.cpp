@@ -115,14 +115,15 @@ StrategyProblem::StrategyProblem(const Cell& cell)
     throw ProblemError("strategies are searched for up to " + std::to_string(kFlatArms) + " arms, and the cell has " +
                        std::to_string(cell.arms.size()));
   }
-  flat_.step = cell.arms.front().parameters.strategy.step;
-  flat_.distance = cell.arms.front().parameters.strategy.distance;
+  const auto strategy = parameters_of<StrategyParameters>(cell.arms.front().methods);
+  flat_.step = strategy.step;
+  flat_.distance = strategy.distance;
   flat_.self_distance = cell.arms.front().parameters.damper.self_security_distance;
   for (const PlannedArm& planned : cell.arms) {
     const Arm& arm = planned.arm;
     const auto found = areas.find(arm.name);
     if (found == areas.end()) throw ProblemError("tasks.areas must name arm " + arm.name + ", too");
-    const int avoiding = avoiding_joints(planned.parameters.strategy, arm.model->joints());
+    const int avoiding = avoiding_joints(parameters_of<StrategyParameters>(planned.methods), arm.model->joints());
     if (avoiding < 2 || avoiding > arm.model->joints()) {
       throw ProblemError("arm " + arm.name + " has not the two joints at least that a strategy needs");
     }

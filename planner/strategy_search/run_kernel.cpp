@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "planner/strategy/plane.hpp"
+#include "planner/methods/strategy/plane.hpp"
 #include "planner/strategy_search/flat_kernels.hpp"
 #include "planner/strategy_search/runner.hpp"
 

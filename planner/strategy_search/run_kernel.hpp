@@ -80,7 +80,7 @@ struct FlatProblem {
   double rounding = 0.0;       ///< distances of two arms in single precision are off by less [m]
   double self_distance = 0.0;  ///< between links of one arm [m]
   int patience = 200;          ///< a task that takes this many times its free time is a fault
-  int basis = 0;               ///< BasisOrder of planner/strategy/plane.hpp
+  int basis = 0;               ///< BasisOrder of planner/methods/strategy/plane.hpp
   bool nearest_first = false;  ///< neighbours are tried nearest to the goal first, not in the paper's order
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 /// One arm of a run of the fast simulation: its task, where it is, and what it has looked at.
 
-#include "planner/strategy/plane.hpp"
+#include "planner/methods/strategy/plane.hpp"
 #include "planner/strategy_search/rough_distance.hpp"
 
 namespace hecaton::planner::HECATON_ISA {

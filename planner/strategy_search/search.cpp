@@ -8,7 +8,7 @@
 
 #include <nlopt.hpp>
 
-#include "planner/strategy/coefficient_limit.hpp"
+#include "planner/methods/strategy/coefficient_limit.hpp"
 #include "planner/strategy_search/flat_arm.hpp"
 
 namespace hecaton::planner {

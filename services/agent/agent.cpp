@@ -100,6 +100,7 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       folders_(run_folders(file, options, agent.anew)),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
+      reachability_(participant_, planned_hosts(file, options.host), period_, bus::Clock::now()),
       keeper_(planned(file, options, folders_, keep_sources(file.sources, folders_.front().path() / "sources")),
               keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
@@ -218,6 +219,7 @@ void Agent::beat(bus::Clock::time_point now) {
   }
   if (ending_) vital.state = msg::NodeState::NODE_STOPPING;
   for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
+  reachability_.report(now);
 }
 
 void Agent::touch_folders(bus::Clock::time_point now) {

@@ -13,6 +13,7 @@
 #include <idl/health.h>
 
 #include "services/agent/keeper.hpp"
+#include "services/agent/reachability_reporter.hpp"
 #include "services/agent/service_manager.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
@@ -59,6 +60,7 @@ class Agent {
   bus::Participant participant_;
   bus::Writer<msg::ProcessEvent> events_;
   std::deque<Pulse> pulses_;  // of each of these hosts
+  ReachabilityReporter reachability_;
   Keeper keeper_;
   LoopStatistics loop_;
   std::vector<pollfd> descriptors_;

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/agent/agent.hpp"
+#include "services/arm_driver/device_choice.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
@@ -41,6 +42,7 @@ int main(int argc, char** argv) {
     agent.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     make_folder(agent.logs);
     const config::CellFile file = config::load_cell_file(options.cell);
+    services::require_known_devices(file);
     if (app.count("--host") > 0) services::require_host(file, options.host);  // also when it is empty
     const services::LogScope log(services::agent_node(options.host.empty() ? "all" : options.host), options);
     services::lock_memory();

@@ -3,11 +3,13 @@
 /// order.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include <idl/arm.h>
 
-#include "planner/model/limits.hpp"
+#include "planner/trajectory/set_point_interpolator.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/arm_lease.hpp"
 
 namespace hecaton::services {
@@ -20,41 +22,39 @@ enum class Verdict {
   kTooFar,     ///< the arm is somewhere else than its sender believes
 };
 
+struct Judgement {
+  Verdict verdict = Verdict::kAccepted;
+  msg::Cause cause = {};  ///< of a refusal; its subject is the sender
+};
+
 class CommandGate {
  public:
   explicit CommandGate(int joints);
 
-  /// Some message proved that this mandate exists: commands of older terms are refused from now on.
-  void saw(const ArmLease& mandate) { mandate_.hear(mandate); }
+  /// Some message proved that this lease exists: commands of older terms are refused from now on.
+  void saw(const ArmLease& lease) { lease_.hear(lease); }
 
-  /// On kAccepted q(), qd() and period() are the command's; otherwise they stay what they were.
-  Verdict judge(const msg::ArmCommand& command);
+  /// Judges all but the distance to the arm: never kTooFar. On kAccepted set_point() is the command's; otherwise it
+  /// stays what it was.
+  [[nodiscard]] Judgement judge(const msg::ArmCommand& command);
 
-  [[nodiscard]] const planner::JointVector& q() const { return q_; }    ///< [rad | m]
-  [[nodiscard]] const planner::JointVector& qd() const { return qd_; }  ///< [rad/s | m/s]
-  [[nodiscard]] double period() const { return period_; }               ///< [s]
-
-  [[nodiscard]] const ArmLease& mandate() const { return mandate_.newest(); }  ///< that commands must have
-  [[nodiscard]] std::uint64_t term() const { return term_; }                   ///< of the last accepted command
-  [[nodiscard]] std::uint64_t sequence() const { return sequence_; }           ///< of the last accepted command
+  [[nodiscard]] const planner::TimedSetPoint& set_point() const { return set_point_; }
+  [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }  ///< that commands must have
+  [[nodiscard]] std::uint64_t term() const { return term_; }              ///< of the last accepted command
+  [[nodiscard]] std::uint64_t sequence() const { return sequence_; }      ///< of the last accepted command
   [[nodiscard]] std::uint64_t stale_rejected() const { return stale_rejected_; }
   [[nodiscard]] std::uint64_t unusable() const { return unusable_; }
-  /// Why the last refused command was refused, a sentence; empty after an accepted one.
-  [[nodiscard]] const std::string& complaint() const { return complaint_; }
 
  private:
-  [[nodiscard]] std::string fence(const msg::ArmCommand& command) const;
+  [[nodiscard]] std::optional<std::string> fence(const msg::ArmCommand& command) const;
 
   int joints_;
-  planner::JointVector q_;
-  planner::JointVector qd_;
-  double period_ = 0.0;
-  NewestArmLease mandate_;
+  planner::TimedSetPoint set_point_;
+  NewestArmLease lease_;
   std::uint64_t term_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t stale_rejected_ = 0;
   std::uint64_t unusable_ = 0;
-  std::string complaint_;
 };
 
 }  // namespace hecaton::services

@@ -18,8 +18,6 @@ dds::TypeSupport type_support() {
   return dds::TypeSupport(new GuardedType<T>());
 }
 
-using ReturnCode = eprosima::fastrtps::types::ReturnCode_t;
-
 }  // namespace
 
 template <class T>
@@ -110,7 +108,7 @@ struct Reader<T>::Impl : ReaderBase {
 
   void drain(dds::DataReader& reader) override {
     dds::SampleInfo info;
-    while (reader.take_next_sample(&scratch, &info) == ReturnCode::RETCODE_OK) {
+    while (outcome(reader.take_next_sample(&scratch, &info)) == Outcome::kOk) {
       const auto received = arrival();
       const std::scoped_lock lock(mutex_);
       if (!info.valid_data) {

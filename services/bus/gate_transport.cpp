@@ -2,36 +2,31 @@
 
 #include <algorithm>
 
-#include <fastdds/rtps/common/LocatorList.hpp>
-
 namespace hecaton::bus {
 namespace {
 
-namespace fast = eprosima::fastdds::rtps;
-namespace wire = eprosima::fastrtps::rtps;
-
-class GateTransport : public fast::ChainingTransport {
+class GateTransport : public FrontTransport {
  public:
   explicit GateTransport(const GateDescriptor& descriptor)
-      : ChainingTransport(descriptor), descriptor_(descriptor), gate_(descriptor.gate) {}
+      : FrontTransport(descriptor), descriptor_(descriptor), gate_(descriptor.gate) {}
 
-  [[nodiscard]] fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+  [[nodiscard]] rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
-  bool send(wire::SenderResource* behind, const wire::octet* data, std::uint32_t size, wire::LocatorsIterator* begin,
-            wire::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) override {
+  bool pass_on(const Datagram& datagram, rtps::SenderResource& behind, rtps::LocatorsIterator& begin,
+               rtps::LocatorsIterator& end, const std::chrono::steady_clock::time_point& until) override {
     if (!gate_->lets_out()) return true;
-    if (!gate_->hearing.shuns_anybody()) return behind->send(data, size, begin, end, until);
-    fast::LocatorList others;
-    for (; *begin != *end; ++*begin) {
-      if (!gate_->hearing.shuns(address_of(**begin))) others.push_back(**begin);
+    if (!gate_->hearing.shuns_anybody()) return datagram.send(behind, begin, end, until);
+    rtps::LocatorList others;
+    for (; begin != end; ++begin) {
+      if (!gate_->hearing.shuns(address_of(*begin))) others.push_back(*begin);
     }
-    fast::Locators first(others.begin());
-    fast::Locators last(others.end());
-    return others.empty() || behind->send(data, size, &first, &last, until);
+    rtps::Locators first(others.begin());
+    rtps::Locators last(others.end());
+    return others.empty() || datagram.send(behind, first, last, until);
   }
 
-  void receive(fast::TransportReceiverInterface* next, const wire::octet* data, std::uint32_t size,
-               const wire::Locator_t& local, const wire::Locator_t& remote) override {
+  void receive(rtps::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     if (!gate_->lets_in()) return;
     // RTPS header: "RTPS", version, vendor, then the sender's prefix.
     Hearing::Prefix sender{};
@@ -51,13 +46,13 @@ class GateTransport : public fast::ChainingTransport {
 
 }  // namespace
 
-Hearing::Address address_of(const wire::Locator_t& locator) {
+Hearing::Address address_of(const rtps::Locator_t& locator) {
   std::uint32_t ipv4 = 0;
   for (int i = 12; i < 16; ++i) ipv4 = ipv4 << 8U | locator.address[i];
   return Hearing::address_of(ipv4, static_cast<std::uint16_t>(locator.port));
 }
 
-fast::TransportInterface* GateDescriptor::create_transport() const {
+rtps::TransportInterface* GateDescriptor::create_transport() const {
   return new GateTransport(*this);
 }
 

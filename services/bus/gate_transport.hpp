@@ -13,10 +13,8 @@
 #include <memory>
 #include <utility>
 
-#include <fastdds/rtps/transport/ChainingTransport.h>
-#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
-
 #include "services/bus/absence.hpp"
+#include "services/bus/fastdds.hpp"
 #include "services/bus/hearing.hpp"
 #include "services/bus/receivers.hpp"
 
@@ -49,14 +47,13 @@ class Gate {
 };
 
 /// Of a UDP locator; its logical port number is the UDP port.
-[[nodiscard]] Hearing::Address address_of(const eprosima::fastrtps::rtps::Locator_t& locator);
+[[nodiscard]] Hearing::Address address_of(const rtps::Locator_t& locator);
 
-struct GateDescriptor : eprosima::fastdds::rtps::ChainingTransportDescriptor {
-  GateDescriptor(std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> behind,
-                 std::shared_ptr<Gate> its_gate)
+struct GateDescriptor : rtps::ChainingTransportDescriptor {
+  GateDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> behind, std::shared_ptr<Gate> its_gate)
       : ChainingTransportDescriptor(std::move(behind)), gate(std::move(its_gate)) {}
 
-  [[nodiscard]] eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
+  [[nodiscard]] rtps::TransportInterface* create_transport() const override;
 
   std::shared_ptr<Gate> gate;
 };

@@ -3,12 +3,11 @@
 
 #include <string>
 
-#include <fastdds/dds/core/policy/QosPolicies.hpp>
+#include "services/bus/fastdds.hpp"
 
 namespace hecaton::bus {
 
-inline std::string policy_name(eprosima::fastdds::dds::QosPolicyId_t id) {
-  namespace dds = eprosima::fastdds::dds;
+inline std::string policy_name(dds::QosPolicyId_t id) {
   switch (id) {
     case dds::RELIABILITY_QOS_POLICY_ID:
       return "reliability";

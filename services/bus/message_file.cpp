@@ -1,43 +1,32 @@
 #include "services/bus/message_file.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <utility>
 
-#include <fastcdr/Cdr.h>
-#include <fastcdr/FastBuffer.h>
+#include "services/bus/type_support.hpp"
 
 namespace hecaton::bus {
 namespace {
 
-std::optional<msg::WorldMemory> decoded(std::string bytes) {
-  eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
-  eprosima::fastcdr::Cdr cdr(buffer);
+using MemorySupport = GuardedSupport<msg::WorldMemoryPubSubType, msg::WorldMemory>;
+
+/// The message whose file_contents() these bytes are, with zeros after them.
+std::optional<msg::WorldMemory> decoded(const std::string& bytes) {
   msg::WorldMemory message;
-  try {
-    message.deserialize(cdr);
-  } catch (const std::exception&) {  // it ends too soon, or a size in it is absurd
-    return std::nullopt;
-  }
-  const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(cdr.getSerializedDataLength());
-  const bool padded = std::all_of(end, bytes.end(), [](char byte) { return byte == '\0'; });
-  if (!padded || message.schema() != msg::SCHEMA_VERSION) return std::nullopt;
-  return message;
+  MemorySupport().read(bytes, message);
+  if (message.schema() != msg::SCHEMA_VERSION) return std::nullopt;
+  const std::string contents = file_contents(message);
+  if (!bytes.starts_with(contents)) return std::nullopt;
+  const bool padded = bytes.find_first_not_of('\0', contents.size()) == std::string::npos;
+  return padded ? std::optional(std::move(message)) : std::nullopt;
 }
 
 }  // namespace
 
 std::string file_contents(const msg::WorldMemory& message) {
-  std::string bytes(msg::WorldMemory::getCdrSerializedSize(message), '\0');
-  eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
-  eprosima::fastcdr::Cdr cdr(buffer);
-  message.serialize(cdr);
-  bytes.resize(cdr.getSerializedDataLength());
-  return bytes;
+  return MemorySupport().bytes_of(message);
 }
 
 ReadMessage read_message(const std::string& path) {
@@ -45,7 +34,7 @@ ReadMessage read_message(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file) return {{}, path + " cannot be read"};
-  auto message = bytes.empty() ? std::nullopt : decoded(std::move(bytes));
+  auto message = bytes.empty() ? std::nullopt : decoded(bytes);
   if (!message) return {{}, path + " is damaged"};
   return {std::move(message), {}};
 }

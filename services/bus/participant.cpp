@@ -8,8 +8,6 @@
 #include <set>
 #include <stdexcept>
 
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -22,14 +20,6 @@
 
 namespace hecaton::bus {
 namespace {
-
-/// Several participants of one process talk over the network like any others: delivery inside the writer's thread would
-/// run a reader's work in a control loop.
-void use_network_inside_process() {
-  eprosima::fastrtps::LibrarySettingsAttributes settings;
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
-}
 
 /// On which all participants of a domain hear announcements (RTPS 2.2, section 9.6.1.1).
 int announcement_port(int domain) {
@@ -183,7 +173,7 @@ dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSuppo
   if (known != topics_.end()) return known->second;
   const std::string name(info.name);
   dds::Topic* topic = nullptr;
-  if (type.register_type(participant) == dds::TypeSupport::ReturnCode_t::RETCODE_OK) {
+  if (outcome(type.register_type(participant)) == Outcome::kOk) {
     topic = participant->create_topic(name, type.get_type_name(), dds::TopicQos(), nullptr, dds::StatusMask::none());
   }
   if (topic == nullptr) throw std::runtime_error("bus: cannot create topic " + name);
@@ -267,35 +257,25 @@ void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   if (missed_.empty()) settled_ = std::min(settled_, now + kMatching);
 }
 
-void Participant::Impl::note_addresses(const rtps::ParticipantDiscoveryInfo& info) {
-  const rtps::ParticipantProxyData& peer = info.info;
+void Participant::Impl::note_addresses(const PeerNews& news) {
   Hearing::Prefix prefix{};
-  std::copy_n(peer.m_guid.guidPrefix.value, prefix.size(), prefix.begin());
-  if (info.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT) {
-    return gate_->hearing.dropped(prefix, Clock::now());
-  }
-  if (info.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT) {
-    return gate_->hearing.left(prefix, Clock::now());
-  }
+  std::copy_n(news.guid.guidPrefix.value, prefix.size(), prefix.begin());
+  if (news.kind == PeerNews::Kind::kDropped) return gate_->hearing.dropped(prefix, Clock::now());
+  if (news.kind == PeerNews::Kind::kLeft) return gate_->hearing.left(prefix, Clock::now());
   std::vector<Hearing::Address> addresses;
-  for (const auto* locators : {&peer.metatraffic_locators, &peer.default_locators}) {
-    for (const auto& locator : locators->unicast) addresses.push_back(address_of(locator));
-  }
+  for (const auto& locator : news.unicast) addresses.push_back(address_of(locator));
   gate_->hearing.found(prefix, std::move(addresses), Clock::now());
 }
 
-void Participant::Impl::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
-  if (info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT) return;
-  const bool found = info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT;
-  const EndpointId peer = endpoint_id(info.info.m_guid);
-  note_addresses(info);
+void Participant::Impl::on_peer(const PeerNews& news) {
+  if (news.kind == PeerNews::Kind::kChanged) return;
+  const bool found = news.kind == PeerNews::Kind::kFound;
+  const EndpointId peer = endpoint_id(news.guid);
+  note_addresses(news);
   note_peer(peer, found);
   if (mailbox_ == nullptr) return;
-  mailbox_->post({found ? EventKind::kParticipantFound : EventKind::kParticipantLost,
-                  {},
-                  info.info.m_participantName.to_string(),
-                  peer,
-                  Clock::now()});
+  mailbox_->post(
+      {found ? EventKind::kParticipantFound : EventKind::kParticipantLost, {}, news.name, peer, Clock::now()});
 }
 
 Participant::Participant(int domain, const std::string& name, const ParticipantOptions& options)
@@ -324,6 +304,6 @@ extern "C" const char* __asan_default_options() {
 // and an order of its locks that Impl::endpoints_mutex keeps from becoming a deadlock. Data races are not suppressed.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
-  return "mutex:libfastrtps\ndeadlock:libfastrtps\n";
+  return "mutex:libfastrtps\ndeadlock:libfastrtps\nmutex:libfastdds\ndeadlock:libfastdds\n";
 }
 #endif

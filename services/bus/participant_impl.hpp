@@ -11,20 +11,12 @@
 #include <string>
 #include <thread>
 
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
-
+#include "services/bus/fastdds.hpp"
 #include "services/bus/gate_transport.hpp"
 #include "services/bus/participant.hpp"
 #include "services/bus/topics.hpp"
 
 namespace hecaton::bus {
-
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
 
 /// Something that may fall silent, and is looked at when that could have happened.
 class Watched {
@@ -37,7 +29,7 @@ class Watched {
   ~Watched() = default;
 };
 
-struct Participant::Impl : dds::DomainParticipantListener {
+struct Participant::Impl : PeerListener {
   Impl(int domain, const std::string& name, const ParticipantOptions& options);
   ~Impl() override;
   Impl(const Impl&) = delete;
@@ -45,7 +37,7 @@ struct Participant::Impl : dds::DomainParticipantListener {
 
   /// The topic of a row, made on first use.
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
-  void on_participant_discovery(dds::DomainParticipant* self, rtps::ParticipantDiscoveryInfo&& info) override;
+  void on_peer(const PeerNews& news) override;
 
   /// Does what removes something of this participant from Fast DDS; nothing any more once that has locked itself up
   /// (removal.hpp).
@@ -77,7 +69,7 @@ struct Participant::Impl : dds::DomainParticipantListener {
   void end_if_locked_up(Clock::time_point now) const;
   [[nodiscard]] Clock::time_point look_for_silence(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
-  void note_addresses(const rtps::ParticipantDiscoveryInfo& info);
+  void note_addresses(const PeerNews& news);
 
   Mailbox* mailbox_;
   std::shared_ptr<Gate> gate_;

@@ -5,15 +5,12 @@
 namespace hecaton::bus {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-using eprosima::fastrtps::Duration_t;
-
 dds::DurabilityQosPolicyKind durability(bool keeps) {
   return keeps ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
 }
 
-Duration_t or_infinite(std::chrono::milliseconds value) {
-  return value.count() > 0 ? duration(value) : eprosima::fastrtps::c_TimeInfinite;
+Duration or_infinite(std::chrono::milliseconds value) {
+  return value.count() > 0 ? duration(value) : kInfinite;
 }
 
 /// What writers and readers must agree upon.
@@ -36,13 +33,13 @@ void set_common(EntityQos& to, const Qos& qos, bool keyed) {
   limits.max_samples = limits.max_instances * qos.depth;
   limits.allocated_samples = std::min(limits.max_samples, 8);
   // Strings and sequences have no fixed size, and data sharing refuses keyed types.
-  to.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  to.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   to.data_sharing().off();
 }
 
 }  // namespace
 
-Duration_t duration(std::chrono::nanoseconds value) {
+Duration duration(std::chrono::nanoseconds value) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(value);
   return {static_cast<std::int32_t>(seconds.count()), static_cast<std::uint32_t>((value - seconds).count())};
 }
@@ -58,11 +55,7 @@ dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength) {
   to.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   to.durability().kind = durability(qos.reliable);
   to.ownership_strength().value = static_cast<std::uint32_t>(strength);
-  auto& times = to.reliable_writer_qos().times;
-  times.initialHeartbeatDelay = duration(std::chrono::milliseconds(1));
-  times.heartbeatPeriod = duration(qos.heartbeat);
-  times.nackResponseDelay = duration(std::chrono::nanoseconds(0));
-  times.nackSupressionDuration = duration(std::chrono::nanoseconds(0));
+  set_heartbeats(to, duration(std::chrono::milliseconds(1)), duration(qos.heartbeat));
   return to;
 }
 
@@ -70,9 +63,7 @@ dds::DataReaderQos reader_qos(const Qos& qos, bool keyed) {
   dds::DataReaderQos to;
   set_common(to, qos, keyed);
   to.durability().kind = durability(qos.transient_local);
-  auto& times = to.reliable_reader_qos().times;
-  times.initialAcknackDelay = duration(std::chrono::milliseconds(1));
-  times.heartbeatResponseDelay = duration(std::chrono::nanoseconds(0));
+  set_acknowledgements(to, duration(std::chrono::milliseconds(1)));
   return to;
 }
 

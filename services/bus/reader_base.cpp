@@ -24,7 +24,7 @@ void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options
   deadline_ = qos.deadline;
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info_, type_);
-  reader_ = participant_->subscriber->create_datareader(topic, reader_qos(qos, type_->m_isGetKeyDefined), this);
+  reader_ = participant_->subscriber->create_datareader(topic, reader_qos(qos, has_key(type_)), this);
   if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
   if (deadline_ > Clock::duration::zero()) participant_->watch(*this);
 }
@@ -123,7 +123,7 @@ Clock::time_point ReaderBase::look(Clock::time_point now, Clock::time_point sinc
 
 // The status is not to be trusted further than this: what changes while another callback runs is counted in the totals
 // and missing from the changes. That a writer lives again is therefore known from its samples.
-void ReaderBase::on_liveliness_changed(dds::DataReader*, const eprosima::fastrtps::LivelinessChangedStatus& status) {
+void ReaderBase::on_liveliness_changed(dds::DataReader*, const LivelinessChanged& status) {
   Event event{EventKind::kLivelinessLost, info_.name, {}, endpoint_id(status.last_publication_handle), Clock::now()};
   {
     const std::scoped_lock lock(mutex_);

@@ -9,10 +9,6 @@
 #include <set>
 #include <string>
 
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/DataReaderListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-
 #include "services/bus/endpoint.hpp"
 #include "services/bus/participant_impl.hpp"
 
@@ -52,8 +48,7 @@ class ReaderBase : public dds::DataReaderListener, private Watched {
  private:
   void on_data_available(dds::DataReader* reader) override;
   void on_subscription_matched(dds::DataReader* reader, const dds::SubscriptionMatchedStatus& status) override;
-  void on_liveliness_changed(dds::DataReader* reader,
-                             const eprosima::fastrtps::LivelinessChangedStatus& status) override;
+  void on_liveliness_changed(dds::DataReader* reader, const LivelinessChanged& status) override;
   void on_requested_incompatible_qos(dds::DataReader* reader,
                                      const dds::RequestedIncompatibleQosStatus& status) override;
 

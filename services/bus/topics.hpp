@@ -51,10 +51,11 @@ struct TopicInfo {
         .instances = 4096, .retained = 256)                                                                            \
   TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "planner cli clients supervisor", .reliable = true, \
         .transient_local = true, .instances = 4096, .retained = 8)                                                     \
-  TOPIC(CompositePlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                  \
-  TOPIC(CompositeProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,              \
+  TOPIC(CoupledPlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                    \
+  TOPIC(CoupledPlanProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,            \
         .heartbeat = 5ms)                                                                                              \
   TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms)                               \
+  TOPIC(Reachability, sample.host(), "agent", "agent supervisor")                                                      \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \
         .heartbeat = 5ms)                                                                                              \
   TOPIC(CellMode, "", "supervisor", "all", .reliable = true, .transient_local = true, .exclusive = true,               \

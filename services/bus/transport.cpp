@@ -5,15 +5,10 @@
 #include <stdexcept>
 
 #include <arpa/inet.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 #include <ifaddrs.h>
 
 namespace hecaton::bus {
 namespace {
-
-namespace transports = eprosima::fastdds::rtps;
 
 constexpr std::uint32_t kSendBuffer = 1U << 20U;  ///< [B] wanted
 
@@ -43,8 +38,8 @@ void require_interfaces(const std::vector<std::string>& wanted) {
   }
 }
 
-std::shared_ptr<transports::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
-  auto descriptor = std::make_shared<transports::UDPv4TransportDescriptor>();
+std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
+  auto descriptor = std::make_shared<rtps::UDPv4TransportDescriptor>();
   descriptor->interfaceWhiteList = options.interfaces;
   // Datagrams to a neighbour that does not answer wait in the kernel for seconds and fill the socket's buffer; a sender
   // that blocks there would keep a whole process from everybody else, on its own host, too. What does not fit is lost
@@ -56,8 +51,7 @@ std::shared_ptr<transports::UDPv4TransportDescriptor> udp(const ParticipantOptio
 
 /// One locator for each participant that may be there. Without ports Fast DDS would try the first 4, or as many of
 /// every peer as of the fullest.
-void add_peer(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
-  namespace rtps = eprosima::fastrtps::rtps;
+void add_peer(dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
   constexpr int kMostParticipants = 119;  // the ports of the next ones belong to the next domain
   in_addr address{};
   if (::inet_pton(AF_INET, peer.address.c_str(), &address) != 1) {
@@ -79,14 +73,13 @@ void add_peer(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain, con
 
 }  // namespace
 
-std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain,
-                                     const ParticipantOptions& options) {
+std::shared_ptr<Gate> add_transports(dds::DomainParticipantQos& qos, int domain, const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
   auto gate = std::make_shared<Gate>(options.discard, options.lease);
   qos.transport().user_transports.push_back(std::make_shared<GateDescriptor>(udp(options), gate));
   if (options.shared_memory) {
-    qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
+    qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());
   }
   for (const Peer& peer : options.peers) add_peer(qos, domain, peer);
   return gate;

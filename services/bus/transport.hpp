@@ -3,8 +3,7 @@
 
 #include <memory>
 
-#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
-
+#include "services/bus/fastdds.hpp"
 #include "services/bus/gate_transport.hpp"
 #include "services/bus/participant.hpp"
 
@@ -12,7 +11,7 @@ namespace hecaton::bus {
 
 /// The participant can send once the gate that this returns is opened. Throws std::runtime_error when an interface does
 /// not exist or a peer is no IPv4 address with 1 to 119 participants.
-[[nodiscard]] std::shared_ptr<Gate> add_transports(eprosima::fastdds::dds::DomainParticipantQos& qos, int domain,
+[[nodiscard]] std::shared_ptr<Gate> add_transports(dds::DomainParticipantQos& qos, int domain,
                                                    const ParticipantOptions& options);
 
 }  // namespace hecaton::bus

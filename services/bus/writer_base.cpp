@@ -11,29 +11,23 @@
 namespace hecaton::bus {
 namespace {
 
-using ReturnCode = eprosima::fastrtps::types::ReturnCode_t;
-
 /// The generated key buffer holds 255 characters of each key string.
 constexpr std::size_t kLongestKey = 200;
 
 /// A full history is reported as a time-out, too, and one whose depth is kept can only lack room for another key.
-std::string explain(const ReturnCode& code, const TopicInfo& info) {
-  if (code == ReturnCode::RETCODE_OUT_OF_RESOURCES || code == ReturnCode::RETCODE_TIMEOUT) {
+std::string explain(Outcome code, const TopicInfo& info) {
+  if (code == Outcome::kOutOfResources || code == Outcome::kTimeout) {
     return "no room within 10 ms: the topic allows " + std::to_string(info.qos.instances) + " keys at one time";
   }
-  if (code == ReturnCode::RETCODE_PRECONDITION_NOT_MET) return "the key was never written";
-  return "Fast DDS returned code " + std::to_string(code());
+  if (code == Outcome::kPreconditionNotMet) return "the key was never written";
+  return "Fast DDS returned code " + std::to_string(static_cast<std::uint32_t>(code));
 }
 
 }  // namespace
 
 WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info,
                        const dds::TypeSupport& type, const WriterOptions& options)
-    : participant_(std::move(participant)),
-      info_(info),
-      type_(type),
-      keyed_(type->m_isGetKeyDefined),
-      mailbox_(options.mailbox) {
+    : participant_(std::move(participant)), info_(info), type_(type), keyed_(has_key(type)), mailbox_(options.mailbox) {
   Qos qos = info.qos;
   qos.deadline = options.deadline.value_or(qos.deadline);
   qos.lease = options.lease.value_or(qos.lease);
@@ -63,10 +57,10 @@ WriteResult WriterBase::send(Action action, void* data, const std::string& key) 
     // Of two threads' samples the one with the lower number must also be the older.
     const std::scoped_lock lock(order_);
     const auto now = duration(source_time());
-    return action == Action::kWrite ? writer_->write_w_timestamp(data, dds::HANDLE_NIL, now)
-                                    : writer_->unregister_instance_w_timestamp(data, dds::HANDLE_NIL, now);
+    return outcome(action == Action::kWrite ? writer_->write_w_timestamp(data, dds::HANDLE_NIL, now)
+                                            : writer_->unregister_instance_w_timestamp(data, dds::HANDLE_NIL, now));
   }();
-  if (code == ReturnCode::RETCODE_OK) return {true, {}};
+  if (code == Outcome::kOk) return {true, {}};
   return refuse(action, key, explain(code, info_));
 }
 
@@ -88,7 +82,7 @@ bool WriterBase::wait_matched(int readers, Clock::duration timeout) const {
 }
 
 bool WriterBase::wait_acknowledged(Clock::duration timeout) const {
-  return writer_->wait_for_acknowledgments(duration(timeout)) == ReturnCode::RETCODE_OK;
+  return outcome(writer_->wait_for_acknowledgments(duration(timeout))) == Outcome::kOk;
 }
 
 void WriterBase::set_strength(int strength) {

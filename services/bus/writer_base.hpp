@@ -8,9 +8,6 @@
 #include <mutex>
 #include <string>
 
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/DataWriterListener.hpp>
-
 #include "services/bus/endpoint.hpp"
 #include "services/bus/participant_impl.hpp"
 

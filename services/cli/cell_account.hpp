@@ -9,11 +9,21 @@
 
 #include <idl/supervisor.h>
 #include <idl/world.h>
+#include <sys/types.h>
 
-#include "services/cli/process_usage.hpp"
 #include "services/cli/report.hpp"
 
 namespace hecaton::services::cli {
+
+/// What a process of this machine costs, from /proc.
+struct ProcessUsage {
+  double cpu_time = 0.0;             ///< user and system, since it started [s]
+  std::uint64_t rss_bytes = 0;       ///< resident now
+  std::uint64_t peak_rss_bytes = 0;  ///< the most that ever was
+};
+
+/// Nothing when there is no such process.
+[[nodiscard]] std::optional<ProcessUsage> process_usage(pid_t pid);
 
 /// The referee's account, also across a restart of the world that could not go on with the old one.
 class RefereeAccount {

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "services/arm_driver/device_choice.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/describe_model.hpp"
 #include "services/cli/robot_options.hpp"
@@ -27,6 +28,7 @@ ExitCode check_urdf(const Settings& settings, const Options& options) {
 ExitCode check_cell(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.file);
   require_interface(file);
+  require_known_devices(file);
   const Findings findings = config::validate(file);
   print(settings, cell_json(file, findings), cell_text(file, findings, Palette::for_stream(stdout)));
   const bool works = findings.empty() || findings.front().severity != config::Severity::kError;  // errors come first

@@ -5,8 +5,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/goals.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/command_line/failure.hpp"
@@ -23,6 +23,7 @@ using namespace std::chrono_literals;
 constexpr auto kAnswer = 5s;
 /// How often to look why the arm does not get on.
 constexpr auto kLook = 1s;
+constexpr auto kLookLimit = 500ms;
 /// Silence of the whole cell after which waiting makes no sense.
 constexpr auto kGone = 5s;
 /// The planner ends a goal at its time limit; this much later we do not count on it any more.
@@ -54,41 +55,46 @@ void fill(msg::Goal& goal, const Options& options) {
 /// Follows one goal from sending to its end.
 class Follower {
  public:
-  Follower(Client& client, const Options& options) : client_(client), options_(options), goals_(client) {
-    goal_ = goals_.draft(options.arm);
-    fill(goal_, options);
+  Follower(client::Connection& cell, const Options& options) : cell_(cell), options_(options) {
+    msg::Goal goal;
+    goal.arm(options.arm);
+    fill(goal, options);
+    goal_ = cell.send(std::move(goal));
   }
 
   msg::GoalStatus run() {
-    goals_.send(goal_);
-    const auto sent = bus::Clock::now();
-    last_look_ = last_answer_ = sent;
-    while (true) {
-      for (const msg::GoalStatus& status : goals_.news()) {
-        last_answer_ = bus::Clock::now();
-        if (status.arm() != goal_.arm() || status.goal() != goal_.goal()) continue;
-        if (answered_ && !is_later(status, status_)) continue;
-        status_ = status;
-        answered_ = true;
-        if (is_final(status.state()) || !options_.wait) return status_;
-        if (status.state() != told_state_ || bus::Clock::now() > told_at_ + kLook) {
-          told_state_ = status.state();
-          tell(goal_text(status));
-        }
-      }
-      const auto now = bus::Clock::now();
-      if (!answered_ && !warned_ && now > sent + kAnswer) warn();
-      if (options_.time_limit > 0.0 && now > sent + seconds(options_.time_limit) + kOverdue) {
+    const auto sent = goal_->sent;
+    last_answer_ = sent;
+    while (!cell_.wait_until([this] { return take_news(); }, kLook)) {
+      const auto now = client::Clock::now();
+      if (!status_ && !warned_ && now > sent + kAnswer) warn();
+      if (options_.time_limit > 0.0 && Seconds(now - sent) > Seconds(options_.time_limit) + kOverdue) {
         throw Failure(ExitCode::kTimeOut,
                       "arm '" + options_.arm + "' did not end its goal in time" + (told_.empty() ? "" : ": " + told_));
       }
-      if ((answered_ || warned_) && now > last_look_ + kLook) look(now);
-      [[maybe_unused]] const bool woken = client_.mailbox().wait(100ms);
+      if (status_ || warned_) look(now);
     }
+    return *status_;
   }
 
  private:
-  /// A goal reaches a planner that was cut off as soon as it is back, for as long as somebody waits here.
+  /// True: nothing more is waited for.
+  bool take_news() {
+    const auto status = cell_.status_of(*goal_);
+    if (!status) return false;
+    const auto now = client::Clock::now();
+    const bool first = !status_;
+    if (first || client::is_later(*status, *status_)) last_answer_ = now;
+    status_ = status;
+    if (is_final(status->state()) || !options_.wait) return true;
+    if (first || status->state() != told_state_ || now > told_at_ + kLook) {
+      told_state_ = status->state();
+      tell(goal_text(*status));
+    }
+    return false;
+  }
+
+  /// A goal reaches a planner that was cut off as soon as it is back, for as long as this client waits.
   void warn() {
     if (!options_.wait) {
       throw Failure(ExitCode::kTimeOut, "the planner of arm '" + options_.arm + "' has not answered the goal");
@@ -100,19 +106,17 @@ class Follower {
   void tell(const std::string& text) {
     if (text == told_) return;
     told_ = text;
-    told_at_ = bus::Clock::now();
+    told_at_ = client::Clock::now();
     std::fprintf(stderr, "%s: %s\n", options_.arm.c_str(), text.c_str());
   }
 
   /// The supervisor knows why an arm stands that its planner would move: held, stopped, a fault.
-  void look(bus::Clock::time_point now) {
-    last_look_ = now;
-    msg::CellStatus cell;
-    if (client_.poll_status(cell, 500ms)) {
+  void look(client::Clock::time_point now) {
+    if (const auto cell = cell_.poll_status(kLookLimit)) {
       last_answer_ = now;
-      for (const msg::ArmStatus& arm : cell.arms()) {
+      for (const msg::ArmStatus& arm : cell->arms()) {
         const msg::Cause& cause = arm.waiting_for();
-        const bool of_goal = answered_ && is_about_goal(cause.kind());  // its planner has told it
+        const bool of_goal = status_ && is_about_goal(cause.kind());  // its planner has told it
         if (arm.arm() == options_.arm && !of_goal && !is_none(cause)) tell(cause.text());
       }
     } else if (now > last_answer_ + kGone) {
@@ -120,23 +124,21 @@ class Follower {
     }
   }
 
-  Client& client_;
+  client::Connection& cell_;
   const Options& options_;
-  Goals goals_;
-  msg::Goal goal_;
-  msg::GoalStatus status_;
-  bool answered_ = false;
+  std::shared_ptr<client::GoalRecord> goal_;
+  std::optional<msg::GoalStatus> status_;
   bool warned_ = false;  ///< that it is not answered
   std::string told_;
   msg::GoalState told_state_ = msg::GoalState::GOAL_ACCEPTED;
-  bus::Clock::time_point told_at_;
-  bus::Clock::time_point last_look_, last_answer_;
+  client::Clock::time_point told_at_;
+  client::Clock::time_point last_answer_;
 };
 
 ExitCode run(const Settings& settings, const Options& options) {
-  Client client(settings);
-  static_cast<void>(require_arm(client.status(), options.arm));
-  const msg::GoalStatus status = Follower(client, options).run();
+  const Connection cell = connect(settings);
+  static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
+  const msg::GoalStatus status = Follower(*cell, options).run();
   const std::string after = options.wait && is_final(status.state()) && status.state() != msg::GoalState::GOAL_REJECTED
                                 ? " after " + duration_text(status.elapsed())
                                 : "";
@@ -161,8 +163,9 @@ void add_goal(CLI::App& app, Session& session) {
   add_duration(*command, "--time-limit", options->time_limit, "after which the planner gives up (none)", 0.001,
                86400.0);
   command->footer("Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");
-  command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+  command->callback([&session, options] {
+    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/client.hpp"
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
@@ -24,21 +24,21 @@ void tell_stopped(const msg::CellMode& mode) {
                names.c_str());
 }
 
-/// Whoever orders a stop must not take silence for obedience.
-msg::SupervisorReply order(Client& client, msg::RequestKind kind, const std::vector<std::string>& arms) {
+/// Without an answer an order counts as not obeyed.
+msg::SupervisorReply order(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
   try {
-    require_arms(client.status(), arms);
-    return client.order(kind, arms);
-  } catch (const Failure& failure) {
-    if (failure.code() != ExitCode::kUnreachable) throw;
-    throw Failure(failure.code(), "nobody has obeyed, and what moves goes on: looked for " + client.looked_for() +
-                                      ", but " + failure.what());
+    const Connection cell = connect(settings);
+    require_arms(cell->status(answer_limit(settings)), arms);
+    return cell->order(kind, arms, answer_limit(settings));
+  } catch (const Unreachable& unreachable) {
+    throw Failure(ExitCode::kUnreachable, "nobody has obeyed, and what moves goes on: looked for " +
+                                              unreachable.reason().looked_for + ", but " +
+                                              failure_of(unreachable).what());
   }
 }
 
 ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
-  Client client(settings);
-  const msg::SupervisorReply reply = order(client, kind, arms);
+  const msg::SupervisorReply reply = order(settings, kind, arms);
   if (!reply.done()) throw Failure(ExitCode::kNegative, reply.cause().text());
   if (!is_none(reply.cause())) std::fprintf(stderr, "done, but %s\n", reply.cause().text().c_str());
   if (kind == msg::RequestKind::REQUEST_RESUME && arms.empty()) tell_stopped(reply.status().mode());
@@ -51,7 +51,7 @@ void add_mode(CLI::App& app, Session& session, const char* name, const char* des
   auto arms = std::make_shared<std::vector<std::string>>();
   command->add_option("ARM", *arms, "names of arms; none: the whole cell");
   command->callback([&session, arms, kind] {
-    session.action = [&session, arms, kind] { return run(session.settings, kind, *arms); };
+    session.action = on_cell([&session, arms, kind] { return run(session.settings, kind, *arms); });
   });
 }
 

@@ -1,16 +1,16 @@
 /// hecaton obstacle add|move|remove, attach, detach: edits of the world while it runs.
 
+#include <cstdio>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/client.hpp"
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/obstacle_options.hpp"
+#include "services/client/convert.hpp"
 #include "services/command_line/document.hpp"
-#include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
-#include "services/config/obstacle_rules.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
@@ -21,15 +21,12 @@ constexpr const char* kRejections =
     "the "
     "tool. Exit code 1: the world rejects the edit, and nothing has changed.";
 
-using Check = std::function<void(const msg::CellStatus&)>;
-
-/// `check` sees the cell first and refuses what is plainly wrong; `done` says what was done.
-ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const Check& check,
-              const std::string& done) {
-  Client client(settings);
-  check(client.status());
-  const msg::WorldEditReply reply = client.edit(request);
-  if (!reply.done()) throw Failure(ExitCode::kNegative, reply.cause().text());
+/// The world alone judges and carries out edits: no supervisor is needed.
+ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const std::string& done) {
+  const msg::WorldEditReply reply = connect(settings)->edit(request, answer_limit(settings));
+  const Cause cause = client::to_public(reply.cause());
+  if (!reply.done()) throw Rejected(cause);
+  if (cause) std::fprintf(stderr, "done, but %s\n", cause.text.c_str());
   print(settings, {{"done", true}, {"name", request.name()}, {"edition", reply.edition()}}, done + "\n");
   return ExitCode::kDone;
 }
@@ -41,29 +38,17 @@ msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
   return request;
 }
 
-void require_new_name(const msg::CellStatus& cell, const std::string& name) {
-  std::vector<std::string> arms;
-  std::vector<std::string> obstacles;
-  for (const msg::ArmStatus& arm : cell.arms()) arms.push_back(arm.arm());
-  for (const msg::ObstacleStatus& obstacle : cell.obstacles()) obstacles.push_back(obstacle.name());
-  if (const auto complaint = config::complain_about_name(name, arms, obstacles)) {
-    throw Failure(ExitCode::kBadInput,
-                  "cell '" + cell.cell() + "': NAME = " + complaint->value + " must be " + complaint->must_be);
-  }
-}
-
 void add_obstacle_add(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("add", "Adds an obstacle");
   auto options = std::make_shared<ObstacleOptions>();
   add_obstacle_options(*command, *options);
   command->callback([&session, options] {
     const world::Obstacle obstacle = make_obstacle(*options);
-    session.action = [&session, obstacle] {
+    session.action = on_cell([&session, obstacle] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
       request.obstacle(messages::to_message(obstacle));
-      const auto new_name = [&](const msg::CellStatus& cell) { require_new_name(cell, obstacle.name); };
-      return edit(session.settings, request, new_name, "added " + obstacle.name);
-    };
+      return edit(session.settings, request, "added " + obstacle.name);
+    });
   });
 }
 
@@ -74,12 +59,11 @@ void add_obstacle_move(CLI::App& app, Session& session) {
   command->add_option("NAME", *name, "the obstacle")->required();
   add_pose(*command, "--pose", *pose, kPoseHelp)->required();
   command->callback([&session, name, pose] {
-    session.action = [&session, name, pose] {
+    session.action = on_cell([&session, name, pose] {
       msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_MOVE, *name);
       request.X_WO(messages::to_message(pose_of(*pose)));
-      return edit(
-          session.settings, request, [&](const auto& cell) { require_obstacle(cell, *name); }, "moved " + *name);
-    };
+      return edit(session.settings, request, "moved " + *name);
+    });
   });
 }
 
@@ -88,11 +72,9 @@ void add_obstacle_remove(CLI::App& app, Session& session) {
   auto name = std::make_shared<std::string>();
   command->add_option("NAME", *name, "the obstacle")->required();
   command->callback([&session, name] {
-    session.action = [&session, name] {
-      return edit(
-          session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name),
-          [&](const auto& cell) { require_obstacle(cell, *name); }, "removed " + *name);
-    };
+    session.action = on_cell([&session, name] {
+      return edit(session.settings, request_for(msg::EditKind::EDIT_REMOVE, *name), "removed " + *name);
+    });
   });
 }
 
@@ -104,18 +86,12 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
   command->add_option("OBJECT", *object, "name of the obstacle")->required();
   command->footer(kRejections);
   command->callback([&session, arm, object, kind] {
-    session.action = [&session, arm, object, kind] {
+    session.action = on_cell([&session, arm, object, kind] {
       msg::WorldEditRequest request = request_for(kind, *object);
       request.arm(*arm);
-      const auto check = [&](const msg::CellStatus& cell) {
-        static_cast<void>(require_arm(cell, *arm));
-        require_obstacle(cell, *object);
-        if (kind == msg::EditKind::EDIT_DETACH) require_carried(cell, *arm, *object);
-      };
-      return edit(
-          session.settings, request, check,
-          kind == msg::EditKind::EDIT_ATTACH ? *arm + " carries " + *object : *arm + " has let go of " + *object);
-    };
+      const bool attach = kind == msg::EditKind::EDIT_ATTACH;
+      return edit(session.settings, request, *arm + (attach ? " carries " : " has let go of ") + *object);
+    });
   });
 }
 

@@ -12,8 +12,8 @@
 
 #include "planner/global/plan.hpp"
 #include "planner/global/timed_path.hpp"
+#include "planner/methods/registry.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/method_option.hpp"
 #include "services/cli/plan_by_cspace.hpp"
 #include "services/cli/plan_by_field.hpp"
 #include "services/cli/plan_outcome.hpp"
@@ -33,9 +33,16 @@ namespace {
 namespace global = planner::global;
 using Clock = std::chrono::steady_clock;
 
-/// Methods of their own: they do not search among all configurations.
-constexpr const char* kByField = "potential_field";
-constexpr std::array kByCspace = {planner::Method::kSensedCspace, planner::Method::kKnownCspace};
+using Path = planner::MethodTraits::Path;
+
+/// How a motion method of that name plans paths: it does not search among all configurations. kNone for global
+/// planners.
+Path motion_path(const std::string& name) {
+  for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {
+    if (traits.name == name) return traits.path;
+  }
+  return Path::kNone;
+}
 
 constexpr std::array kMethods = {global::Method::kRrtConnect, global::Method::kRrt, global::Method::kEst,
                                  global::Method::kPrm};
@@ -108,20 +115,13 @@ PlanOutcome by_field(const PlanQuery& query, const Options& options) {
       [&](global::Plan& plan) { field.refine(plan, options.keep); });
 }
 
-std::optional<planner::Method> cspace_method(const Options& options) {
-  const auto* found = std::find_if(kByCspace.begin(), kByCspace.end(),
-                                   [&](planner::Method method) { return method_name(method) == options.method; });
-  return found == kByCspace.end() ? std::nullopt : std::optional(*found);
-}
-
 /// The path is the one that the arm went: nothing is shortened.
-PlanOutcome by_cspace(const PlanQuery& query, const global::Validity& validity, planner::Method method,
-                      const Options& options) {
+PlanOutcome by_cspace(const PlanQuery& query, const global::Validity& validity, const Options& options) {
   PlanOutcome outcome;
   outcome.method = options.method;
   outcome.seed = options.seed;
   const auto began = Clock::now();
-  CspaceWalk walk = plan_by_cspace(query, validity, method, options.seed, options.plot);
+  CspaceWalk walk = plan_by_cspace(query, validity, options.method, options.seed, options.plot);
   outcome.planning_us = microseconds_since(began);
   outcome.plan = std::move(walk.plan);
   outcome.duration = walk.duration;
@@ -182,11 +182,12 @@ void refuse_what_does_not_matter(const CLI::App& command, const Options& options
       throw Failure(ExitCode::kUsage, std::string(name) + " is not for " + options.method + ": " + why);
     }
   };
-  if (cspace_method(options)) {
+  const Path path = motion_path(options.method);
+  if (path == Path::kWalk) {
     refuse({"--trajectory", "--jerk", "--deviation", "--clearance", "--keep", "--step"},
            "the arm itself goes its way, as its parameters in the cell file say");
   }
-  if (options.method == kByField) refuse({"--budget", "--step"}, "it goes down one way, for as long as that takes");
+  if (path == Path::kDescent) refuse({"--budget", "--step"}, "it goes down one way, for as long as that takes");
 }
 
 /// Before there is a plan that would be lost.
@@ -206,15 +207,16 @@ void refuse_empty(const CLI::App& command) {
 void draw(const PlanQuery& query, const global::Validity& validity, const PlanOutcome& outcome,
           const Options& options) {
   std::ofstream file(options.plot);
-  file << plan_picture(query, outcome.plan, options.method == kByField, options.method,
+  file << plan_picture(query, outcome.plan, motion_path(options.method) == Path::kDescent, options.method,
                        graph_panels(query, validity, outcome));
   if (!file.flush()) throw Failure(ExitCode::kBadInput, "--plot: " + options.plot + " cannot be written");
 }
 
 ExitCode run(const Settings& settings, const Options& options) {
   const PlanQuery query = make_plan_query(options.words);
-  const auto cspace = cspace_method(options);
-  if (!options.plot.empty() && !cspace) {
+  const Path path = motion_path(options.method);
+  const bool walks = path == Path::kWalk;
+  if (!options.plot.empty() && !walks) {
     (void)only_arm(query, "--plot");
     require_writable(options.plot);
   }
@@ -222,17 +224,17 @@ ExitCode run(const Settings& settings, const Options& options) {
   validity_options.step = options.step;
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
-  PlanOutcome outcome = cspace                       ? by_cspace(query, validity, *cspace, options)
-                        : options.method == kByField ? by_field(query, options)
-                                                     : by_search(query, validity, options);
+  PlanOutcome outcome = walks                    ? by_cspace(query, validity, options)
+                        : path == Path::kDescent ? by_field(query, options)
+                                                 : by_search(query, validity, options);
   if (outcome.plan.solved()) {
     outcome.clearance = smallest_clearance(validity, outcome.plan, global::Validity::Pairs::kAll);
     outcome.obstacle_clearance = smallest_clearance(validity, outcome.plan, global::Validity::Pairs::kNotOwn);
-    if (!cspace) time_path(validity, options, outcome);
+    if (!walks) time_path(validity, options, outcome);
   }
   outcome.notes = query.notes;
   for (const std::string& note : query.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
-  if (!options.plot.empty() && !cspace) draw(query, validity, outcome, options);
+  if (!options.plot.empty() && !walks) draw(query, validity, outcome, options);
   print(settings, plan_json(outcome, options.period), plan_text(outcome, options.period, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -247,8 +249,9 @@ void add_plan(CLI::App& app, Session& session) {
   command->add_option("FILE", words.file, "cell file (YAML) or robot description (URDF)")->required();
   std::vector<std::string> methods;
   for (const global::Method method : kMethods) methods.emplace_back(name_of(method));
-  methods.emplace_back(kByField);
-  for (const planner::Method method : kByCspace) methods.emplace_back(method_name(method));
+  for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {
+    if (traits.path != Path::kNone) methods.emplace_back(traits.name);
+  }
   add_choice(*command, "--method", options->method, methods, "how paths are found (rrt_connect)");
   command->add_option("--arm", words.arms, "cell only: arm to plan for (the first); several are planned as one")
       ->expected(1)

@@ -11,13 +11,12 @@
 #include "planner/simulation/batch.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/episode_plotter.hpp"
-#include "services/cli/method_option.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/task_options.hpp"
+#include "services/command_line/choice_option.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
 #include "services/config/cell_file.hpp"
-#include "services/config/method_rules.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -88,7 +87,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.extra["subspaces_drawn"] = batch.redraws;
   report.extra["yielding_ticks"] = batch.yielding_ticks;
   report.extra["routes"] = batch.routes;
-  report.extra["composite_plans"] = batch.composites;
+  report.extra["coupled_plans"] = batch.coupled_plans;
   const planner::Chatter& chatter = batch.chatter;
   report.chatter = ChatterReport{chatter.turns_per_second(), chatter.quick_per_second(), chatter.joint_time};
   return report;
@@ -105,10 +104,8 @@ ExitCode run(const Settings& settings, const Options& options) {
   }
   if (!options.method.empty()) {
     for (planner::PlannedArm& planned : cell.arms) {
-      planned.parameters.method = method_of(options.method);
-      if (const std::string complaint = config::complain_about_method(planned); !complaint.empty()) {
-        throw Failure(ExitCode::kBadInput, "--method = " + complaint);
-      }
+      planned.select_method(options.method);
+      if (const auto objection = planned.objection()) throw Failure(ExitCode::kBadInput, "--method = " + *objection);
     }
   }
   if (options.speed > 0.0) limit_speed(cell, options.speed);
@@ -153,7 +150,9 @@ void add_simulate(CLI::App& app, Session& session) {
       *command, "--tasks", [&batch](std::uint64_t n) { batch.tasks = static_cast<int>(n); },
       "goals for single arms, in total (100)", 1, kMostTasks);
   add_seed(*command, batch.seed, "of all random choices: the same seed gives the same report, to the last bit (1)");
-  add_method(*command, options->method);
+  const std::vector<std::string_view> methods = planner::built_in_methods().names();
+  add_choice(*command, "--method", options->method, {methods.begin(), methods.end()},
+             "what decides each tick, for all arms, instead of the cell file's");
   add_whole_number(
       *command, "--rollouts", [options](std::uint64_t n) { options->rollouts = static_cast<int>(n); },
       "manoeuvres that an arm plays through at a time when it is held back, instead of the cell file's; 0: none", 0,

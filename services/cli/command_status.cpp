@@ -4,11 +4,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/client.hpp"
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
-#include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
 #include "services/runtime/shutdown.hpp"
 
@@ -43,38 +42,36 @@ std::string formatted(const Settings& settings, const View& view, const msg::Cel
 
 /// Until a signal comes or nobody reads any more. JSON: one document a line; YAML: one document after the other.
 ExitCode watch(const Settings& settings, const View& view, double interval) {
-  Client client(settings);
+  const Connection cell = connect(settings);
   ShutdownSignal shutdown;
-  shutdown.wake(&client.mailbox());
-  msg::CellStatus status = client.status();
+  shutdown.wake(&cell->mailbox());
+  msg::CellStatus status = cell->status(answer_limit(settings));
   Screen screen(stdout);
   const Palette palette = Palette::for_stream(stdout);
-  auto due = bus::Clock::now();
+  auto due = client::Clock::now();
   auto answered = due;
   bool answers = true;
   while (!shutdown.requested()) {
     std::string text = formatted(settings, view, status, palette);
     if (!answers && settings.format() == OutputFormat::kTable) {
-      text = palette.red("no answer for " +
-                         duration_text(std::chrono::duration<double>(bus::Clock::now() - answered).count()) +
+      text = palette.red("no answer for " + duration_text(Seconds(client::Clock::now() - answered).count()) +
                          "; last known:") +
              "\n" + text;
     }
     if ((answers || settings.format() == OutputFormat::kTable) && !screen.show(text)) break;
-    due = std::max(due + seconds(interval), bus::Clock::now());
-    while (!shutdown.requested() && bus::Clock::now() < due) {
-      [[maybe_unused]] const bool woken = client.mailbox().wait(due - bus::Clock::now());
-    }
-    if (shutdown.requested()) break;
-    answers = client.poll_status(status, seconds(interval));
-    if (answers) answered = bus::Clock::now();
+    const auto now = client::Clock::now();
+    due = std::max(due + std::chrono::duration_cast<client::Clock::duration>(Seconds(interval)), now);
+    if (cell->wait_until([&] { return shutdown.requested(); }, due - now)) break;
+    const auto newest = cell->poll_status(Seconds(interval));
+    answers = newest.has_value();
+    if (answers) status = *newest;
+    if (answers) answered = client::Clock::now();
   }
   return ExitCode::kDone;
 }
 
 ExitCode show(const Settings& settings, const View& view) {
-  Client client(settings);
-  const msg::CellStatus status = client.status();
+  const msg::CellStatus status = connect(settings)->status(answer_limit(settings));
   print(settings, view.json(status), view.text(status, Palette::for_stream(stdout)));
   return ExitCode::kDone;
 }
@@ -85,9 +82,9 @@ void add_view(CLI::App& app, Session& session, const View& view) {
   command->add_flag("-w,--watch", options->watch, "show it again and again, in place on a terminal, until Ctrl-C");
   add_duration(*command, "--interval", options->interval, "time between two looks (500ms)", 0.01, 3600.0);
   command->callback([&session, options, view] {
-    session.action = [&session, options, view] {
+    session.action = on_cell([&session, options, view] {
       return options->watch ? watch(session.settings, view, options->interval) : show(session.settings, view);
-    };
+    });
   });
 }
 

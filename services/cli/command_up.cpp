@@ -7,9 +7,10 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "services/arm_driver/device_choice.hpp"
+#include "services/cli/cell_access.hpp"
 #include "services/cli/cell_account.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/log_folder.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
@@ -113,12 +114,12 @@ class Run {
   }
 
   void look_on(RunningCell& cell) {
-    SupervisorNews supervisor(cell.client());
+    SupervisorNews supervisor(cell.connection());
     while (!cell.interrupted()) {
       static_cast<void>(cell.look());
       display_.cell(cell.status());
       tell_news(cell, supervisor);
-      [[maybe_unused]] const bool woken = cell.client().mailbox().wait(250ms);
+      static_cast<void>(cell.connection().wait_until([&] { return cell.interrupted(); }, 250ms));
     }
   }
 
@@ -133,11 +134,11 @@ class Run {
   }
 
   void give_tasks(RunningCell& cell) {
-    bus::Reader<msg::RefereeReport> referee(cell.client().participant(), &cell.client().mailbox());
+    bus::Reader<msg::RefereeReport> referee(cell.connection().participant(), &cell.connection().mailbox());
     RefereeAccount account;
     TickAccount ticks;
     UsageAccount usage;
-    SupervisorNews supervisor(cell.client());
+    SupervisorNews supervisor(cell.connection());
     const auto listen = [&] {
       for (const auto& sample : referee.take()) {
         if (!sample.disposed) account.update(sample.value);
@@ -158,11 +159,12 @@ class Run {
     // The referee must have judged everything that happened until now.
     listen();
     const double last = account.time();
-    const auto until = Clock::now() + 1s;
-    while (account.time() <= last && Clock::now() < until) {
-      [[maybe_unused]] const bool arrived = referee.wait_for_data(until - Clock::now());
-      listen();
-    }
+    static_cast<void>(cell.connection().wait_until(
+        [&] {
+          listen();
+          return account.time() > last;
+        },
+        1s));
     static_cast<void>(cell.look());
     ticks.update(cell.status());
 
@@ -223,6 +225,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   if (options.tasks.tasks > 0) require_tasks(file);
   require_interface(file);
+  require_known_devices(file);
   static_cast<void>(sibling_program("hecaton-agent"));
   check_writable(options.report);
   return Run(settings, options, file).run();
@@ -252,8 +255,9 @@ void add_up(CLI::App& app, Session& session) {
   command->footer(
       "Exit code with --tasks: 0 when all were reached without contact, otherwise 1. Contacts and separations are the "
       "referee's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
-  command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+  command->callback([&session, options] {
+    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -7,14 +7,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/goals.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/command_line/choice_option.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
-#include "services/runtime/told_faults.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -38,47 +37,42 @@ struct Outcome {
 
 class Waiter {
  public:
-  Waiter(Client& client, const Options& options, const msg::CellStatus& cell)
-      : client_(client),
-        options_(options),
-        wanted_(options.outcomes.begin(), options.outcomes.end()),
-        goals_(client),
-        faults_(client.participant(), &client.mailbox()) {
-    const msg::ArmStatus& arm = require_arm(cell, options.arm);
-    if (arm.has_goal()) newest_ = arm.goal();
+  /// `now`: the cell as its supervisor sees it.
+  Waiter(client::Connection& cell, const Options& options, const msg::CellStatus& now)
+      : cell_(cell), options_(options), wanted_(options.outcomes.begin(), options.outcomes.end()) {
+    const msg::ArmStatus& arm = require_arm(now, options.arm);
     subjects_ = {options.arm, arm.planner()};
-    for (const msg::NodeStatus& node : cell.nodes()) {
+    for (const msg::NodeStatus& node : now.nodes()) {
       if (node.heartbeat().subject() == options.arm) subjects_.insert(node.heartbeat().node());
     }
     subjects_.erase("");
-    for (const msg::Fault& fault : cell.faults()) note(fault);
   }
 
   std::optional<Outcome> run() {
-    const auto until = bus::Clock::now() + seconds(options_.timeout);
-    while (true) {
-      for (const msg::GoalStatus& status : goals_.news()) {
-        if (status.arm() != options_.arm) continue;
-        // Old goal and new one may be told in either order: "replaced" only counts when it is waited for.
-        if (status.state() == msg::GoalState::GOAL_REPLACED && wanted_.count("replaced") == 0) continue;
-        if (!newest_ || is_later(status, *newest_)) newest_ = status;
-      }
-      for (const auto& sample : faults_.take()) {
-        if (!sample.disposed && told_.hear(sample.value)) note(sample.value);
-      }
-      if (auto outcome = judge()) return outcome;
-      const auto left = until - bus::Clock::now();
-      if (left <= bus::Clock::duration::zero()) return std::nullopt;
-      [[maybe_unused]] const bool woken = client_.mailbox().wait(left);
-    }
+    std::optional<Outcome> outcome;
+    static_cast<void>(cell_.wait_until(
+        [&] {
+          take_news();
+          return (outcome = judge()).has_value();
+        },
+        Seconds(options_.timeout)));
+    return outcome;
   }
 
   [[nodiscard]] std::string now() const { return newest_ ? "its goal is " + goal_text(*newest_) : "it has no goal"; }
 
  private:
-  void note(const msg::Fault& fault) {
-    if (!fault.cleared() && subjects_.count(fault.cause().subject()) > 0) fault_ = fault;
-    if (fault.cleared() && fault_ && fault_->id() == fault.id()) fault_.reset();
+  void take_news() {
+    if (const auto status = cell_.newest_goal(options_.arm)) {
+      const bool later_goal = newest_ && newest_->goal() != status->goal() && !is_final(newest_->state());
+      if (later_goal) replaced_ = newest_;
+      if (replaced_) replaced_->state(msg::GoalState::GOAL_REPLACED);
+      newest_ = status;
+    }
+    fault_.reset();
+    for (const msg::Fault& fault : cell_.faults()) {
+      if (!fault.cleared() && subjects_.count(fault.cause().subject()) > 0) fault_ = fault;
+    }
   }
 
   [[nodiscard]] std::optional<Outcome> judge() const {
@@ -87,28 +81,27 @@ class Waiter {
                      {{"arm", options_.arm}, {"outcome", kFault}, {"fault", to_json(*fault_)}},
                      "fault: " + fault_->cause().text()};
     }
-    if (!newest_) return std::nullopt;
-    const std::string state = text(newest_->state());
-    const Json json{{"arm", options_.arm}, {"outcome", state}, {"goal", to_json(*newest_)}};
-    if (wanted_.count(state) > 0) return Outcome{ExitCode::kDone, json, goal_text(*newest_)};
-    if (!is_final(newest_->state()) || wanted_.count(kFault) > 0) return std::nullopt;
-    return Outcome{ExitCode::kNegative, json, goal_text(*newest_)};
+    const auto& goal = replaced_ && wanted_.count("replaced") > 0 ? replaced_ : newest_;
+    if (!goal) return std::nullopt;
+    const std::string state = text(goal->state());
+    const Json json{{"arm", options_.arm}, {"outcome", state}, {"goal", to_json(*goal)}};
+    if (wanted_.count(state) > 0) return Outcome{ExitCode::kDone, json, goal_text(*goal)};
+    if (!is_final(goal->state()) || wanted_.count(kFault) > 0) return std::nullopt;
+    return Outcome{ExitCode::kNegative, json, goal_text(*goal)};
   }
 
-  Client& client_;
+  client::Connection& cell_;
   const Options& options_;
   std::set<std::string, std::less<>> wanted_;
-  Goals goals_;
-  bus::Reader<msg::Fault> faults_;
-  ToldFaults told_;
   std::set<std::string, std::less<>> subjects_;  ///< the arm and the nodes that serve it
   std::optional<msg::GoalStatus> newest_;
+  std::optional<msg::GoalStatus> replaced_;  ///< a goal that a later one has replaced meanwhile
   std::optional<msg::Fault> fault_;
 };
 
 ExitCode run(const Settings& settings, const Options& options) {
-  Client client(settings);
-  Waiter waiter(client, options, client.status());
+  const Connection cell = connect(settings);
+  Waiter waiter(*cell, options, cell->status(answer_limit(settings)));
   const auto outcome = waiter.run();
   if (!outcome) {
     throw Failure(ExitCode::kTimeOut, "arm '" + options.arm + "': none of " +
@@ -129,8 +122,9 @@ void add_wait(CLI::App& app, Session& session) {
               "outcomes, separated by commas: whichever comes first (reached)");
   add_duration(*command, "--timeout", options->timeout, "how long to wait (30s)", 0.0, 86400.0);
   command->footer("Exit code 0: one of them came; 1: the goal ended otherwise; 4: time-out.");
-  command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+  command->callback([&session, options] {
+    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "services/cli/describe_model.hpp"
-#include "services/cli/method_option.hpp"
 #include "services/command_line/quantities.hpp"
 #include "services/command_line/table.hpp"
 #include "services/config/text.hpp"
@@ -33,7 +32,7 @@ Json named_json(const planner::Arm& arm) {
 Json arm_json(const planner::PlannedArm& planned, const config::ArmHosts& hosts) {
   const planner::Arm& arm = planned.arm;
   return {{"name", arm.name},
-          {"method", method_name(planned.parameters.method)},
+          {"method", planned.parameters.method->traits().name},
           {"geometry", shapes_name(arm.shapes)},
           {"host", hosts.host},
           {"standby_host", hosts.standby_host},
@@ -56,8 +55,8 @@ std::string arms_table(const config::CellFile& file, const Palette& palette) {
     std::string named;
     for (const auto& [name, q] : planned.arm.named) named += (named.empty() ? "" : ", ") + name;
     table.add({planned.arm.name, planned.arm.model->name, std::to_string(planned.arm.model->joints()),
-               method_name(planned.parameters.method), shapes_name(planned.arm.shapes), file.arm_hosts[i].host,
-               place_text(planned.arm.X_WB), named});
+               std::string(planned.parameters.method->traits().name), shapes_name(planned.arm.shapes),
+               file.arm_hosts[i].host, place_text(planned.arm.X_WB), named});
   }
   return table.text(palette);
 }

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "planner/methods/registry.hpp"
 #include "services/cli/plot_cspace.hpp"
 #include "services/cli/plot_path.hpp"
 #include "services/command_line/failure.hpp"
+#include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -15,7 +17,11 @@ namespace {
 constexpr double kInterval = 0.25;  // [s]
 
 bool by_field(const planner::PlannedArm& planned) {
-  return planned.parameters.method == planner::Method::kPotentialField;
+  return planned.parameters.method->traits().picture == planner::MethodTraits::Picture::kField;
+}
+
+bool has_picture(const planner::MethodTraits& traits) {
+  return traits.picture != planner::MethodTraits::Picture::kNone;
 }
 
 std::string field_picture(const planner::EpisodeMoment& moment, int arm,
@@ -35,11 +41,15 @@ std::string field_picture(const planner::EpisodeMoment& moment, int arm,
 EpisodePlotter::EpisodePlotter(std::string folder, const planner::Cell& cell)
     : folder_(std::move(folder)), past_(cell.arms.size()) {
   const bool any = std::any_of(cell.arms.begin(), cell.arms.end(), [](const planner::PlannedArm& planned) {
-    return planned.parameters.by_cspace() || by_field(planned);
+    return has_picture(planned.parameters.method->traits());
   });
   if (!any) {
+    std::vector<std::string_view> names;
+    for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {
+      if (has_picture(traits)) names.push_back(traits.name);
+    }
     throw Failure(ExitCode::kBadInput,
-                  "--plot = " + folder_ + " needs an arm with method sensed_cspace, known_cspace or potential_field");
+                  "--plot = " + folder_ + " needs an arm with method " + config::alternatives(names));
   }
   std::error_code failed;
   std::filesystem::create_directories(folder_, failed);
@@ -55,7 +65,7 @@ void EpisodePlotter::draw(const planner::EpisodeMoment& moment) {
       past.trace.push_back(moment.measured[arm]);
       write(moment, arm);
     }
-    const auto* planner = moment.planners[arm].cspace();
+    const auto* planner = cspace_of(moment.planners[arm].controller());
     if (planner == nullptr) continue;
     past.trace.push_back(moment.measured[arm]);
     if (due || planner->searches() != past.searches) write(moment, arm);

@@ -17,12 +17,14 @@ std::string binding_text(const msg::GoalStatus& goal) {
 
 std::string why_text(const msg::GoalStatus& goal) {
   if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
-  std::string why = goal.reason();
+  std::string why = goal.cause().text();
   const std::string binding = binding_text(goal);
   const bool told = why.find(binding) != std::string::npos;
   if (!told) why += why.empty() ? binding : " (" + binding + ")";
-  if (goal.held_for() > 0.0) why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.held_for());
-  if (!goal.trying().empty() && !is_final(goal.state())) why += (why.empty() ? "" : "; ") + goal.trying();
+  if (goal.blocked_duration() > 0.0)
+    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
+  if (!goal.recovery_action().empty() && !is_final(goal.state()))
+    why += (why.empty() ? "" : "; ") + goal.recovery_action();
   return why;
 }
 

@@ -5,12 +5,12 @@
 #include <span>
 
 #include "planner/goal_check.hpp"
+#include "planner/methods/registry.hpp"
 #include "planner/simulation/cell_simulation.hpp"
 #include "services/cli/episode_plotter.hpp"
-#include "services/cli/method_option.hpp"
+#include "services/cli/plot_cspace.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
-#include "services/config/method_rules.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -22,17 +22,17 @@ using planner::global::PlanStatus;
 constexpr double kThinned = 5e-4;
 
 /// The planned arm alone among what stands in its way.
-planner::Cell cell_of(const PlanQuery& query, planner::Method method) {
+planner::Cell cell_of(const PlanQuery& query, const std::string& method) {
   planner::Cell cell;
   cell.name = query.first.arm.name;
   cell.arms.push_back(query.first);
-  cell.arms.front().parameters.method = method;
-  cell.scene.obstacles = standing(query, "--method " + method_name(method));
+  planner::PlannedArm& planned = cell.arms.front();
+  // An arm of a robot description has no methods of its own, and goes by their defaults.
+  if (!planned.select_method(method)) planned.parameters.method = planner::built_in_method(method);
+  cell.scene.obstacles = standing(query, "--method " + method);
   cell.timing = query.timing;
   cell.tasks.time_limit = query.time_limit;
-  if (const std::string complaint = config::complain_about_method(cell.arms.front()); !complaint.empty()) {
-    throw Failure(ExitCode::kBadInput, "--method = " + complaint);
-  }
+  if (const auto objection = planned.objection()) throw Failure(ExitCode::kBadInput, "--method = " + *objection);
   return cell;
 }
 
@@ -67,22 +67,24 @@ void keep_path(const std::vector<JointVector>& path, planner::global::Plan& plan
   for (std::size_t i = 1; i < path.size(); ++i) plan.length += (path[i] - path[i - 1]).norm();
 }
 
-/// Who only senses is not told that something unknown is where it shall go.
-void refuse_ends(const PlanQuery& query, const planner::global::Validity& validity, planner::Method method,
+/// A method that knows obstacles by its sensors alone: only limits and the arm itself refuse its goal.
+void refuse_ends(const PlanQuery& query, const planner::global::Validity& validity, bool sensor_only,
                  const JointVector& goal, planner::global::Plan& plan) {
   if (plan.reason = planner::global::reject(validity, "start", query.start); !plan.reason.empty()) {
     plan.status = PlanStatus::kStartInvalid;
     return;
   }
-  plan.reason = method == planner::Method::kKnownCspace
-                    ? planner::global::reject(validity, "goal", query.goal)
-                    : planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {});
+  if (!sensor_only) {
+    plan.reason = planner::global::reject(validity, "goal", query.goal);
+  } else if (const auto rejection = planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {})) {
+    plan.reason = rejection->text;
+  }
   if (!plan.reason.empty()) plan.status = PlanStatus::kGoalInvalid;
 }
 
 }  // namespace
 
-CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validity& validity, planner::Method method,
+CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validity& validity, const std::string& method,
                           std::uint64_t seed, const std::string& plot) {
   const planner::Cell cell = cell_of(query, method);
   const planner::CellConfiguration start{JointVector(
@@ -91,7 +93,7 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
       JointVector(Eigen::Map<const Eigen::VectorXd>(query.goal.data(), static_cast<Eigen::Index>(query.goal.size())))};
   CspaceWalk walk;
   planner::global::Plan& plan = walk.plan;
-  refuse_ends(query, validity, method, goal[0], plan);
+  refuse_ends(query, validity, cell.arms[0].parameters.method->traits().sensor_only, goal[0], plan);
   if (!plan.reason.empty()) return walk;
 
   std::optional<EpisodePlotter> plotter;
@@ -100,12 +102,12 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
   planner::EpisodeOptions options;
   options.seed = seed;
   options.observe = [&](double time, const planner::CellConfiguration& measured,
-                        std::span<const planner::ArmController> planners) {
+                        std::span<const planner::ArmPlanner> planners) {
     gone.push_back(measured[0]);
-    const planner::cspace::SensedPlanner& way = *planners[0].cspace();
+    const planner::cspace::SensedPlanner& way = *cspace_of(planners[0].controller());
     plan.iterations = static_cast<std::uint64_t>(way.searches());
     plan.nodes = static_cast<int>(way.map().points().size());
-    plan.reason = way.why_none(measured[0]);
+    plan.reason = way.why_none(measured[0]).value_or("");
     if (plotter) plotter->draw({cell, goal, time, measured, planners});
   };
   const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, start, goal, options);

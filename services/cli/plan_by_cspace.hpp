@@ -1,5 +1,5 @@
 #pragma once
-/// `hecaton plan --method sensed_cspace` and `known_cspace`: the way that the arm itself goes, in virtual time.
+/// `hecaton plan --method` of a method by which the arm itself goes its way, in virtual time.
 
 #include <string>
 
@@ -20,6 +20,6 @@ struct CspaceWalk {
 /// Failure when the query is for several arms, when the arm's cell does not suit the method, and when a picture cannot
 /// be written.
 [[nodiscard]] CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validity& validity,
-                                        planner::Method method, std::uint64_t seed, const std::string& plot);
+                                        const std::string& method, std::uint64_t seed, const std::string& plot);
 
 }  // namespace hecaton::services::cli

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "planner/local/goal_objective.hpp"
-#include "planner/potential/refine_path.hpp"
+#include "planner/methods/potential_field/refine_path.hpp"
 #include "services/cli/plot_path.hpp"
 #include "services/command_line/quantities.hpp"
 
@@ -93,7 +93,7 @@ std::vector<JointVector> spread(const std::vector<JointVector>& path, int count)
 FieldQuery::FieldQuery(const PlanQuery& query, double margin)
     : query_(query),
       geometry_(alone(query)),
-      field_(geometry_, query.first.parameters.potential),
+      field_(geometry_, planner::parameters_of<planner::potential::PotentialParameters>(query.first.methods)),
       margin_(margin),
       motion_(geometry_, states_of(query), {}, margin) {}
 
@@ -134,7 +134,7 @@ std::string plan_picture(const PlanQuery& query, const Plan& plan, bool field, c
                          std::vector<std::string> panels) {
   planner::PlannedArm planned;
   planned.arm = only_arm(query, "--plot");
-  planned.parameters.potential = query.first.parameters.potential;
+  planned.methods = query.first.methods;
   const std::vector<world::Obstacle> obstacles = standing(query, "--plot");
   const JointVector goal = joints_of(query.goal);
   const std::vector<JointVector> path =

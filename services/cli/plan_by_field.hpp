@@ -4,7 +4,7 @@
 #include <string>
 
 #include "planner/global/plan.hpp"
-#include "planner/potential/gradient_descent.hpp"
+#include "planner/methods/potential_field/gradient_descent.hpp"
 #include "services/cli/plan_query.hpp"
 
 namespace hecaton::services::cli {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "planner/cspace/surface_points.hpp"
+#include "planner/methods/sensed_cspace/surface_points.hpp"
 #include "services/cli/formatted.hpp"
 
 namespace hecaton::services::cli {
@@ -132,9 +132,13 @@ std::string axes(const ArmPlanes& planes, const SensedMap& map, const JointVecto
 
 }  // namespace
 
+const planner::cspace::SensedPlanner* cspace_of(const planner::ArmController& controller) {
+  return dynamic_cast<const planner::cspace::SensedPlanner*>(controller.guide());
+}
+
 std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std::vector<JointVector>& trace) {
   const planner::PlannedArm& planned = moment.cell.arms[arm];
-  const planner::cspace::SensedPlanner& planner = *moment.planners[arm].cspace();
+  const planner::cspace::SensedPlanner& planner = *cspace_of(moment.planners[arm].controller());
   const SensedMap& map = planner.map();
   const JointVector& q = moment.measured[arm];
   const Workspace workspace(planned, ArmPlanes(*planned.arm.model).angles(q)[0]);

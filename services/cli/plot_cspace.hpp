@@ -4,9 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "planner/methods/sensed_cspace/sensed_planner.hpp"
 #include "planner/simulation/batch.hpp"
 
 namespace hecaton::services::cli {
+
+/// What an arm that plans in C-space knows of it; null for others.
+[[nodiscard]] const planner::cspace::SensedPlanner* cspace_of(const planner::ArmController& controller);
 
 /// One instant of an arm that plans through C-space, as an SVG. `trace`: where it has been, oldest first. Left: the
 /// obstacles as they are (grey; an arm that senses does not know them), the arm, the points it has seen and the goal

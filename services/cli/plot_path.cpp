@@ -6,8 +6,9 @@
 #include <numbers>
 
 #include "planner/collision/exact_distance.hpp"
-#include "planner/cspace/convex_piece.hpp"
-#include "planner/potential/potential.hpp"
+#include "planner/methods/potential_field/potential.hpp"
+#include "planner/methods/potential_field/potential_field.hpp"
+#include "planner/methods/sensed_cspace/convex_piece.hpp"
 #include "services/cli/formatted.hpp"
 
 namespace hecaton::services::cli {
@@ -69,7 +70,10 @@ Discs discs_of(const world::Shape& shape, const Pose& X_WS) {
 
 class Drawing {
  public:
-  explicit Drawing(const PathPicture& picture) : picture_(picture), geometry_({picture.planned.arm}, 0) {
+  explicit Drawing(const PathPicture& picture)
+      : picture_(picture),
+        field_parameters_(planner::parameters_of<planner::potential::PotentialParameters>(picture.planned.methods)),
+        geometry_({picture.planned.arm}, 0) {
     geometry_.set_obstacles(carried());
     for (const world::Obstacle& obstacle : picture.obstacles) {
       if (obstacle.attachment) continue;
@@ -78,8 +82,7 @@ class Drawing {
         see(discs_of(placed.shape, scene_.back().X_BS));
       }
     }
-    lowest_ =
-        extent_.isEmpty() ? -HUGE_VAL : extent_.min().z() - picture.planned.parameters.potential.influence_distance;
+    lowest_ = extent_.isEmpty() ? -HUGE_VAL : extent_.min().z() - field_parameters_.influence_distance;
     const std::vector<JointVector> states = shown();
     const std::vector<Discs> first = arm_at(states.front(), -HUGE_VAL);
     for (const JointVector& q : states) {
@@ -221,7 +224,7 @@ class Drawing {
 
   /// −∇U of a point at p_W that the tool's place at the goal attracts, in the horizontal plane.
   [[nodiscard]] FieldAt field_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& goal_W) const {
-    const planner::PotentialParameters& parameters = picture_.planned.parameters.potential;
+    const planner::potential::PotentialParameters& parameters = field_parameters_;
     const world::Sphere point{1e-5};
     FieldAt at;
     for (const world::PlacedShape& placed : scene_) {
@@ -247,7 +250,7 @@ class Drawing {
   [[nodiscard]] std::string field_panel() const {
     const Eigen::Vector3d goal_W = tool_at(picture_.goal);
     const double pixel = kPanel / kSquares;
-    const double attraction = picture_.planned.parameters.potential.goal_distance;
+    const double attraction = field_parameters_.goal_distance;
     std::string squares, arrows;
     for (int row = 0; row < kSquares; ++row) {
       int first = 0;
@@ -280,6 +283,7 @@ class Drawing {
   }
 
   const PathPicture& picture_;
+  planner::potential::PotentialParameters field_parameters_;
   planner::CellGeometry geometry_;
   std::vector<world::PlacedShape> scene_;  ///< in W
   double lowest_ = -HUGE_VAL;  ///< what carries an arm that stays level, far below all obstacles, is out of sight [m]

@@ -1,8 +1,14 @@
 #include "services/cli/running_cell.hpp"
 
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "services/cli/cell_access.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
 #include "services/runtime/orders.hpp"
@@ -21,25 +27,37 @@ std::vector<std::string> agent_arguments(const config::CellFile& file, const Run
   return {file.path, "--anew", "--domain", std::to_string(options.domain), "--log-dir", options.log_folder};
 }
 
-Membership join_as_member(const config::CellFile& file, int domain) {
-  return {visit(file, domain), "DDS domain " + std::to_string(domain)};
-}
-
 }  // namespace
 
-void refuse_occupied_domain(int domain) {
-  Settings settings;
-  settings.domain = domain;
-  Client probe(join(settings), kAnswer);
-  bus::Reader<msg::Heartbeat> beats(probe.participant(), &probe.mailbox());
-  const auto until = bus::Clock::now() + kProbe;
-  while (beats.take().empty()) {
-    const auto left = until - bus::Clock::now();
-    if (left <= 0ns) return;
-    [[maybe_unused]] const bool arrived = beats.wait_for_data(left);
+LogFolder::LogFolder(const std::string& wanted, const std::string& cell) : path_(wanted), temporary_(wanted.empty()) {
+  std::error_code error;
+  if (!temporary_) {
+    std::filesystem::create_directories(path_, error);
+    path_ = std::filesystem::absolute(path_);
+    if (error) throw Failure(ExitCode::kBadInput, "log folder '" + path_ + "' cannot be made: " + error.message());
+    return;
   }
-  msg::CellStatus status;
-  const std::string name = probe.poll_status(status, kAnswer) ? " '" + status.cell() + "'" : "";
+  const char* chosen = std::getenv("TMPDIR");
+  const std::filesystem::path parent = chosen == nullptr || *chosen == '\0' ? "/tmp" : chosen;
+  std::string name = parent / ("hecaton-" + cell + "-XXXXXX");
+  if (mkdtemp(name.data()) == nullptr) {
+    throw Failure(ExitCode::kBadInput, "no folder for the logs can be made in " + parent.string() + ": " +
+                                           std::strerror(errno) + "; TMPDIR or --log-dir may name another place");
+  }
+  path_ = name;
+}
+
+LogFolder::~LogFolder() {
+  std::error_code ignored;
+  if (discard_) std::filesystem::remove_all(path_, ignored);
+}
+
+void refuse_occupied_domain(int domain) {
+  const auto probe = client::Connection::make(client::join({std::nullopt, domain}));
+  bus::Reader<msg::Heartbeat> beats(probe->participant(), &probe->mailbox());
+  if (!probe->wait_until([&] { return !beats.take().empty(); }, kProbe)) return;
+  const auto status = probe->poll_status(kAnswer);
+  const std::string name = status ? " '" + status->cell() + "'" : "";
   throw Failure(ExitCode::kBadInput, "another cell" + name + " is up in DDS domain " + std::to_string(domain) +
                                          "; end it first, or choose another domain with --domain");
 }
@@ -54,21 +72,16 @@ std::string missing_parts(const msg::CellStatus& status) {
   }
   if (!status.has_referee()) missing.emplace_back("the referee");
   if (status.arms().empty()) missing.emplace_back("arms");
-  std::string text;
-  for (std::size_t i = 0; i < missing.size(); ++i) {
-    if (i > 0) text += i + 1 == missing.size() ? " and " : ", ";
-    text += missing[i];
-  }
-  return text;
+  return missing.empty() ? "" : listed(missing);
 }
 
 RunningCell::RunningCell(const config::CellFile& file, const Options& options)
     : file_(file),
       log_(options.log_folder + "/agent.log"),
-      client_(join_as_member(file, options.domain), kAnswer),
+      connection_(client::Connection::make(client::join(file, options.domain))),
       leftovers_{file, options.domain},
       agent_(agent_arguments(file, options), log_) {
-  shutdown_.wake(&client_.mailbox());
+  shutdown_.wake(&connection_->mailbox());
 }
 
 RunningCell::Leftovers::~Leftovers() {
@@ -80,11 +93,14 @@ bool RunningCell::look() {
   if (!ended.empty()) {
     throw Failure(ExitCode::kNegative, "the cell's agent " + ended + "; its log is " + log_);
   }
-  return answered_ = client_.poll_status(status_, kAnswer);
+  const auto newest = connection_->poll_status(kAnswer);
+  answered_ = newest.has_value();
+  if (answered_) status_ = *newest;
+  return answered_;
 }
 
 bool RunningCell::wait_until_up(double timeout, const std::function<void(const std::string&)>& tell) {
-  const auto until = bus::Clock::now() + seconds(timeout);
+  const auto until = client::deadline_of(Seconds(timeout));
   std::string told;
   while (!interrupted()) {
     const bool answered = look();
@@ -93,13 +109,11 @@ bool RunningCell::wait_until_up(double timeout, const std::function<void(const s
     const std::string waits = missing.empty() ? "the cell's mode to be run: " + causes_text(status_.mode()) : missing;
     if (waits != told) tell("waiting for " + waits);
     told = waits;
-    if (bus::Clock::now() > until) {
+    if (client::Clock::now() > until) {
       throw Failure(ExitCode::kTimeOut, "the cell is not up after " + duration_text(timeout) + ": still waiting for " +
                                             waits + "; logs are beside " + log_);
     }
-    if (answered) {
-      [[maybe_unused]] const bool woken = client_.mailbox().wait(50ms);
-    }
+    if (answered) static_cast<void>(connection_->wait_until([this] { return interrupted(); }, 50ms));
   }
   return false;
 }

@@ -2,14 +2,36 @@
 /// A cell that this process brought up on this host, from the first process to the last.
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "services/cli/child_agent.hpp"
-#include "services/cli/client.hpp"
+#include "services/client/connection.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services::cli {
+
+/// Where the logs of a cell that `up` starts go.
+class LogFolder {
+ public:
+  /// `wanted`, made if missing; empty: a new folder among the temporary ones. Throws Failure (bad input).
+  LogFolder(const std::string& wanted, const std::string& cell);
+  /// Removes a temporary folder unless it was asked to stay.
+  ~LogFolder();
+  LogFolder(const LogFolder&) = delete;
+  LogFolder& operator=(const LogFolder&) = delete;
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] bool temporary() const { return temporary_; }
+  /// All went well: the logs tell nothing.
+  void discard() { discard_ = temporary_; }
+
+ private:
+  std::string path_;
+  bool temporary_ = false;
+  bool discard_ = false;
+};
 
 /// Throws Failure (bad input) when nodes of any cell are alive in the domain.
 void refuse_occupied_domain(int domain);
@@ -33,7 +55,7 @@ class RunningCell {
   [[nodiscard]] const msg::CellStatus& status() const { return status_; }
   [[nodiscard]] bool interrupted() const { return shutdown_.requested(); }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
-  [[nodiscard]] Client& client() { return client_; }
+  [[nodiscard]] client::Connection& connection() { return *connection_; }
   [[nodiscard]] ChildAgent& agent() { return agent_; }
 
  private:
@@ -46,7 +68,7 @@ class RunningCell {
 
   const config::CellFile& file_;
   std::string log_;
-  Client client_;
+  std::shared_ptr<client::Connection> connection_;
   ShutdownSignal shutdown_;
   Leftovers leftovers_;  // after the agent
   ChildAgent agent_;

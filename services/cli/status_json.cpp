@@ -39,14 +39,15 @@ Json names(const std::string& listed) {
 }  // namespace
 
 Json to_json(const msg::GoalStatus& goal) {
-  Json json{{"arm", goal.arm()}, {"goal", goal.goal()}, {"state", text(goal.state())}, {"reason", goal.reason()}};
+  Json json{
+      {"arm", goal.arm()}, {"goal", goal.goal()}, {"state", text(goal.state())}, {"cause", to_json(goal.cause())}};
   json["binding"] = nullptr;
   if (goal.has_binding()) {
     json["binding"] = {
         {"own", goal.binding_own()}, {"other", goal.binding_other()}, {"distance_m", goal.binding_distance()}};
   }
-  json["trying"] = goal.trying();
-  json["held_for_s"] = goal.held_for();
+  json["recovery_action"] = goal.recovery_action();
+  json["blocked_duration_s"] = goal.blocked_duration();
   json["distance_to_goal"] = goal.distance_to_goal();
   json["elapsed_s"] = goal.elapsed();
   json["planner"] = goal.node();
@@ -67,7 +68,7 @@ Json to_json(const msg::ArmStatus& arm) {
                    {"q", state.q()},
                    {"qd", state.qd()},
                    {"carried", names(state.carried())},
-                   {"reason", state.reason()},
+                   {"cause", to_json(state.cause())},
                    {"term", state.term()},
                    {"command_age_s", age(state.command_age())},
                    {"newest_term", state.newest_term()},

@@ -10,7 +10,7 @@
 #include <idl/health.h>
 #include <idl/supervisor.h>
 
-#include "services/cli/client.hpp"
+#include "services/client/connection.hpp"
 
 namespace hecaton::services::cli {
 
@@ -40,7 +40,7 @@ class SupervisorStory {
 
 class SupervisorNews {
  public:
-  explicit SupervisorNews(Client& client) : processes_(client.participant(), &client.mailbox()) {}
+  explicit SupervisorNews(client::Connection& cell) : processes_(cell.participant(), &cell.mailbox()) {}
 
   /// Lines to tell since the last call. `status`: the newest, or null when no answer came.
   [[nodiscard]] std::vector<std::string> listen(const msg::CellStatus* status);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "services/cli/cell_access.hpp"
 #include "services/cli/message_text.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
@@ -37,8 +38,7 @@ TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Watchers watch
       options_(options),
       watchers_(std::move(watchers)),
       generator_(cell.file().cell),
-      random_(options.seed),
-      goals_(cell.client()) {
+      random_(options.seed) {
   tally_.seed = options.seed;
   for (const planner::PlannedArm& planned : cell.file().cell.arms) {
     ArmReport arm;
@@ -50,11 +50,11 @@ TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Watchers watch
 void TaskRounds::run() {
   while (tally_.tasks < options_.tasks && !cell_.interrupted()) {
     start_round();
-    const auto limit = bus::Clock::now() + seconds(cell_.file().cell.tasks.time_limit) + kOverdue;
-    auto show_at = bus::Clock::now();
+    const auto limit = client::deadline_of(Seconds(cell_.file().cell.tasks.time_limit) + kOverdue);
+    auto show_at = client::Clock::now();
     while (!round_is_over() && !cell_.interrupted()) {
       take_news();
-      const auto now = bus::Clock::now();
+      const auto now = client::Clock::now();
       give_up_when_hopeless(now);
       if (now > limit) {
         for (Task& task : round_) end(task, "timed_out");
@@ -64,9 +64,11 @@ void TaskRounds::run() {
         watchers_.show();
         show_at = now + kShow;
       }
-      if (round_is_over()) break;
-      [[maybe_unused]] const bool woken =
-          cell_.client().mailbox().wait(std::max(show_at - bus::Clock::now(), 0ns + 1ms));
+      const auto changed = [this] {
+        take_news();
+        return round_is_over() || cell_.interrupted();
+      };
+      static_cast<void>(cell_.connection().wait_until(changed, show_at - client::Clock::now()));
     }
     static_cast<void>(cell_.look());
     if (round_is_over()) watchers_.tell(round_text());
@@ -83,15 +85,16 @@ void TaskRounds::start_round() {
   hopeless_since_.reset();
   for (std::size_t i = 0; i < drawn->size(); ++i) {
     Task task;
-    task.goal = goals_.draft(tally_.arms[i].name);
-    task.goal.kind(msg::GoalKind::GOAL_JOINTS);
-    task.goal.q(messages::to_message((*drawn)[i]));
-    task.goal.time_limit(cell_.file().cell.tasks.time_limit);
+    msg::Goal goal;
+    goal.arm(tally_.arms[i].name);
+    goal.kind(msg::GoalKind::GOAL_JOINTS);
+    goal.q(messages::to_message((*drawn)[i]));
+    goal.time_limit(cell_.file().cell.tasks.time_limit);
+    task.goal = cell_.connection().send(std::move(goal));
     task.counted = given_ < options_.tasks;
     if (task.counted) ++given_;
     round_.push_back(std::move(task));
   }
-  for (const Task& task : round_) goals_.send(task.goal);
 }
 
 planner::CellConfiguration TaskRounds::measured() const {
@@ -106,16 +109,13 @@ planner::CellConfiguration TaskRounds::measured() const {
 }
 
 void TaskRounds::take_news() {
-  for (const msg::GoalStatus& status : goals_.news()) {
-    for (Task& task : round_) {
-      if (task.goal.arm() != status.arm() || task.goal.goal() != status.goal()) continue;
-      task.status = status;
-      if (is_final(status.state())) end(task, outcome_of(status.state()));
-    }
+  for (Task& task : round_) {
+    task.status = cell_.connection().status_of(*task.goal);
+    if (task.status && is_final(task.status->state())) end(task, outcome_of(task.status->state()));
   }
 }
 
-void TaskRounds::give_up_when_hopeless(bus::Clock::time_point now) {
+void TaskRounds::give_up_when_hopeless(client::Clock::time_point now) {
   const bool hopeless = std::all_of(round_.begin(), round_.end(), [](const Task& task) {
     return task.ended || (task.status && task.status->state() == msg::GoalState::GOAL_BLOCKED);
   });
@@ -126,7 +126,7 @@ void TaskRounds::give_up_when_hopeless(bus::Clock::time_point now) {
   if (!hopeless_since_) hopeless_since_ = now;
   if (now < *hopeless_since_ + kHopeless) return;
   for (Task& task : round_) {
-    if (!task.ended) goals_.cancel(task.goal);
+    if (!task.ended) cell_.connection().cancel(*task.goal);
     end(task, "blocked");
   }
 }
@@ -137,7 +137,7 @@ void TaskRounds::end(Task& task, const std::string& outcome) {
   task.outcome = outcome;
   if (!task.counted) return;
   const auto arm = std::find_if(tally_.arms.begin(), tally_.arms.end(),
-                                [&](const ArmReport& known) { return known.name == task.goal.arm(); });
+                                [&](const ArmReport& known) { return known.name == task.goal->goal.arm(); });
   ++tally_.tasks;
   ++arm->tasks;
   if (outcome == "reached") {
@@ -151,9 +151,9 @@ void TaskRounds::end(Task& task, const std::string& outcome) {
   ++total;
   ++of_arm;
   missed_.push_back({{"round", rounds_},
-                     {"arm", task.goal.arm()},
+                     {"arm", task.goal->goal.arm()},
                      {"outcome", outcome},
-                     {"goal", task.goal.q()},
+                     {"goal", task.goal->goal.q()},
                      {"why", task.status ? goal_text(*task.status) : "its planner never answered"}});
 }
 
@@ -164,7 +164,7 @@ bool TaskRounds::round_is_over() const {
 std::string TaskRounds::round_text() const {
   std::string text = "round " + std::to_string(rounds_) + ":";
   for (const Task& task : round_) {
-    text += " " + task.goal.arm() + " " + (task.outcome == "timed_out" ? "timed out" : task.outcome);
+    text += " " + task.goal->goal.arm() + " " + (task.outcome == "timed_out" ? "timed out" : task.outcome);
     if (task.status) text += " in " + duration_text(task.status->elapsed());
     if (task.outcome == "blocked" && task.status) text += " (" + goal_text(*task.status) + ")";
     text += ",";

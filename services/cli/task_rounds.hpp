@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "planner/simulation/tasks.hpp"
-#include "services/cli/goals.hpp"
 #include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
 
@@ -16,7 +15,7 @@ namespace hecaton::services::cli {
 
 /// One arm's task of one round.
 struct Task {
-  msg::Goal goal;
+  std::shared_ptr<client::GoalRecord> goal;
   std::optional<msg::GoalStatus> status;  ///< newest
   bool counted = true;                    ///< false: beyond the number of tasks, only keeps the others company
   bool ended = false;
@@ -49,7 +48,7 @@ class TaskRounds {
  private:
   void start_round();
   void take_news();
-  void give_up_when_hopeless(bus::Clock::time_point now);
+  void give_up_when_hopeless(client::Clock::time_point now);
   void end(Task& task, const std::string& outcome);
   [[nodiscard]] bool round_is_over() const;
   [[nodiscard]] planner::CellConfiguration measured() const;
@@ -60,13 +59,12 @@ class TaskRounds {
   Watchers watchers_;
   planner::TaskGenerator generator_;
   planner::Random random_;
-  Goals goals_;
   std::vector<Task> round_;
   Report tally_;
   Json missed_ = Json::array();
   int rounds_ = 0;
   int given_ = 0;  ///< tasks that were given, over all rounds
-  std::optional<bus::Clock::time_point> hopeless_since_;
+  std::optional<client::Clock::time_point> hopeless_since_;
 };
 
 }  // namespace hecaton::services::cli

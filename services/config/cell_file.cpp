@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "planner/methods/strategy/strategy.hpp"
 #include "services/config/check_start.hpp"
 #include "services/config/read_arm.hpp"
 #include "services/config/read_network.hpp"
@@ -34,7 +35,8 @@ void require_of_every_arm(const MapView& root, const planner::Cell& cell, const 
 void check_overlap(const MapView& tasks, const planner::PlannedArm& planned, const std::vector<std::string>& poses,
                    double spread) {
   const planner::Arm& arm = planned.arm;
-  const int joints = planner::avoiding_joints(planned.parameters.strategy, arm.model->joints());
+  const int joints = planner::avoiding_joints(planner::parameters_of<planner::StrategyParameters>(planned.methods),
+                                              arm.model->joints());
   const int n = std::min(joints, arm.model->joints());
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const std::string& next = poses[(k + 1) % poses.size()];
@@ -83,7 +85,7 @@ void check_relations(const MapView& root, const CellFile& file) {
   require_below("world_period", file.cell.timing.world_period);
 }
 
-CellFile read_cell(const YamlNode& tree, const YamlSource& source) {
+CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner::MethodRegistry& methods) {
   CellFile file;
   file.path = source.path;
   const MapView root = YamlView(tree, source, "").map(section::kRoot);
@@ -96,7 +98,7 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source) {
   file.real_time = read_real_time(root);
   file.cell.tasks = read_tasks(root);
   check_relations(root, file);
-  read_arms(root, file);
+  read_arms(root, methods, file);
   check_task_poses(root, file.cell);
   file.cell.scene = read_scene(root, file.cell.arms);
   check_start(file.cell, source.path);
@@ -106,15 +108,16 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source) {
 
 }  // namespace
 
-CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot) {
+CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot,
+                        const planner::MethodRegistry& methods) {
   planner::SourceFiles sources(snapshot);
   const YamlNode tree = read_yaml_file(path, sources);
-  return read_cell(tree, {path, sources});
+  return read_cell(tree, {path, sources}, methods);
 }
 
-CellFile parse_cell_file(const std::string& text, const std::string& path) {
+CellFile parse_cell_file(const std::string& text, const std::string& path, const planner::MethodRegistry& methods) {
   planner::SourceFiles sources;
-  return read_cell(read_yaml_text(text, path), {path, sources});
+  return read_cell(read_yaml_text(text, path), {path, sources}, methods);
 }
 
 }  // namespace hecaton::config

@@ -3,11 +3,13 @@
 
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "planner/cell.hpp"
+#include "planner/methods/registry.hpp"
 #include "planner/model/source_file.hpp"
 #include "services/config/config_error.hpp"
 
@@ -43,6 +45,13 @@ struct ArmHosts {
   std::string standby_host;  ///< of the standby planner; empty: none
 };
 
+/// What moves an arm: `device:` of the cell file. Which types and keys there are, services/arm_driver/devices says.
+struct DeviceOptions {
+  std::string type = "simulated";
+  std::map<std::string, std::string, std::less<>> values;  ///< its other keys
+  std::string where;                                       ///< "FILE: arms[0].device", with which messages begin
+};
+
 /// Who watches, and after how long a silence is a fault.
 struct Supervision {
   std::string host;
@@ -64,8 +73,9 @@ struct CellFile {
   std::string path;  ///< as given to load_cell_file
   planner::Cell cell;
   Network network;
-  std::vector<Host> hosts;          ///< at least one, in the file's order
-  std::vector<ArmHosts> arm_hosts;  ///< one per arm of the cell
+  std::vector<Host> hosts;             ///< at least one, in the file's order
+  std::vector<ArmHosts> arm_hosts;     ///< one per arm of the cell
+  std::vector<DeviceOptions> devices;  ///< one per arm of the cell
   std::string world_host;
   Supervision supervision;
   planner::SourceFiles sources;  ///< which files it was read from
@@ -73,10 +83,12 @@ struct CellFile {
 };
 
 /// Reads, and checks that the cell can start: see check_start. `snapshot`: the folder of copies to read instead (see
-/// planner::SourceFiles). Throws ConfigError.
-[[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {});
+/// planner::SourceFiles). `methods`: what the key `method` may name. Throws ConfigError.
+[[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {},
+                                      const planner::MethodRegistry& methods = planner::built_in_methods());
 
 /// The same for a text, as if it stood in `path` (which names files relative to it, and messages).
-[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path);
+[[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path,
+                                       const planner::MethodRegistry& methods = planner::built_in_methods());
 
 }  // namespace hecaton::config

@@ -65,8 +65,7 @@ void check_apart(const planner::Cell& cell, const planner::CellGeometry& geometr
 
 void check_clearances(const planner::Cell& cell, Findings& findings) {
   if (cell.arms.empty()) return;
-  std::vector<planner::Arm> models;
-  for (const auto& planned : cell.arms) models.push_back(planned.arm);
+  const std::vector<planner::Arm> models = arms_of(cell);
   std::vector<planner::JointVector> starts;
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     planner::CellGeometry geometry(models, arm);

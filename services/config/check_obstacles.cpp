@@ -7,7 +7,7 @@
 #include "services/config/placed_bodies.hpp"
 #include "services/config/text.hpp"
 #include "services/config/top_speed.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::config {
 namespace {

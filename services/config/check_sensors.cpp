@@ -29,8 +29,9 @@ double widest_gap(const planner::RangeSensor& sensor) {
 void check_sensors(const planner::Cell& cell, Findings& findings) {
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     const planner::PlannedArm& planned = cell.arms[arm];
-    if (planned.parameters.method != planner::Method::kSensedCspace) continue;
-    const double margin = planned.parameters.sensed.margin;
+    const auto sensing_margin = planned.parameters.method->sensing_margin();
+    if (!sensing_margin) continue;
+    const double margin = sensing_margin->value;
     const planner::RangeSensor* worst = nullptr;
     double needed = margin + kNearEnough;
     for (const planner::RangeSensor& sensor : planned.sensors) {
@@ -40,8 +41,8 @@ void check_sensors(const planner::Cell& cell, Findings& findings) {
       worst = &sensor;
     }
     if (worst == nullptr) continue;
-    findings.push_back({Severity::kWarning, arm_key(arm) + ".sensed.margin = " + number_text(margin) +
-                                                " should be at least " + number_text(needed) +
+    findings.push_back({Severity::kWarning, arm_key(arm) + "." + std::string(sensing_margin->key) + " = " +
+                                                number_text(margin) + " should be at least " + number_text(needed) +
                                                 " m: half of what is between two beams of sensor " + worst->name +
                                                 ", and three times its noise"});
   }

@@ -97,8 +97,7 @@ world::Pose initial_pose(const world::Obstacle& obstacle) {
 }
 
 void check_start(const planner::Cell& cell, const std::string& file) {
-  std::vector<planner::Arm> models;
-  for (const auto& planned : cell.arms) models.push_back(planned.arm);
+  const std::vector<planner::Arm> models = arms_of(cell);
   std::vector<Bodies> arms;
   std::vector<Bodies> obstacles;
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {

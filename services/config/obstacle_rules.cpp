@@ -7,7 +7,7 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "services/config/text.hpp"
-#include "world/sim/scene_checks.hpp"
+#include "world/model/scene_checks.hpp"
 
 namespace hecaton::config {
 namespace {

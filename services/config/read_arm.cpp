@@ -6,7 +6,6 @@
 #include "services/config/arm_models.hpp"
 #include "services/config/fields.hpp"
 #include "services/config/joint_values.hpp"
-#include "services/config/method_rules.hpp"
 #include "services/config/read_network.hpp"
 #include "services/config/read_parameters.hpp"
 #include "services/config/read_sensors.hpp"
@@ -17,6 +16,7 @@ namespace {
 
 constexpr std::size_t kMostArms = 128;
 constexpr std::size_t kMostPoses = 256;
+constexpr std::size_t kMostDeviceKeys = 64;
 constexpr std::array<std::string_view, 2> kShapeNames = {"fast", "exact"};
 constexpr std::array<planner::LinkShapes, 2> kShapes = {planner::LinkShapes::kFast, planner::LinkShapes::kExact};
 
@@ -50,24 +50,10 @@ planner::JointVector read_start(const ArmView& view, const planner::Arm& arm) {
   start->fail("the name of one of the arm's poses: " + alternatives(names));
 }
 
-/// The arm's own strategy comes before the default's file.
-void read_strategy_file(const ArmView& view, planner::StrategyParameters& parameters) {
-  const auto file_of = [&](const MapView& map) -> bool {
-    const auto strategy = map.find("strategy");
-    if (!strategy) return false;
-    const MapView keys = strategy->map(section::kStrategy);
-    const auto file = keys.find("file");
-    if (file) read_strategy_file(*file, view.own.at("name").name(), parameters);
-    return file || keys.find("coefficients");
-  };
-  if (!file_of(view.own) && view.defaults) file_of(*view.defaults);
-}
-
 planner::LocalParameters read_arm_parameters(const ArmView& view, const planner::Timing& timing) {
   planner::LocalParameters parameters;
   if (view.defaults) read_parameters(*view.defaults, parameters);
   read_parameters(view.own, parameters);
-  read_strategy_file(view, parameters.strategy);
   const std::string complaint = parameters.validate();
   if (!complaint.empty()) {
     throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);
@@ -82,7 +68,8 @@ planner::LocalParameters read_arm_parameters(const ArmView& view, const planner:
   return parameters;
 }
 
-planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing, ArmModels& models) {
+planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing, const ArmSections& sections,
+                             ArmModels& models) {
   planner::PlannedArm planned;
   planned.arm.name = view.own.at("name").name();
   planned.arm.model = models.load(view);
@@ -91,11 +78,23 @@ planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing,
   read_poses(view, planned.arm);
   planned.start = read_start(view, planned.arm);
   planned.parameters = read_arm_parameters(view, timing);
+  planned.methods = read_methods(view, sections);
+  planned.select_method(read_method_name(view, sections));
   planned.sensors = read_sensors(view, *planned.arm.model);
-  if (const std::string complaint = complain_about_method(planned); !complaint.empty()) {
-    view.own.view().fail_with("method = " + complaint);
-  }
+  if (const auto objection = planned.objection()) view.own.view().fail_with("method = " + *objection);
   return planned;
+}
+
+DeviceOptions read_device(const ArmView& view) {
+  DeviceOptions device;
+  const auto map = view.find("device");
+  device.where = view.own.view().file() + ": " + (map ? map->path() : view.own.view().path() + ".device");
+  if (!map) return device;
+  if (!map->is_map() || !map->entry("type")) map->fail("a map with the key type, such as {type: simulated}");
+  for (const auto& [key, value] : map->named_items(kMostDeviceKeys)) {
+    (key == "type" ? device.type : device.values[key]) = value.text();
+  }
+  return device;
 }
 
 void require_unique_name(const YamlView& name, const std::vector<planner::PlannedArm>& arms) {
@@ -107,18 +106,20 @@ void require_unique_name(const YamlView& name, const std::vector<planner::Planne
 
 }  // namespace
 
-void read_arms(const MapView& root, CellFile& file) {
+void read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file) {
   ArmModels models;
+  const ArmSections sections(methods);
   std::optional<MapView> defaults;
-  if (const auto view = root.find("defaults")) defaults = view->map(section::kDefaults);
+  if (const auto view = root.find("defaults")) defaults = view->map(sections.defaults());
   const auto geometry = root.find("geometry");
   const planner::LinkShapes shapes = geometry ? kShapes[geometry->choice(kShapeNames)] : planner::LinkShapes::kFast;
   for (const YamlView& view : root.at("arms").items(1, kMostArms, "arms")) {
-    const ArmView arm{view.map(section::kArm), defaults};
+    const ArmView arm{view.map(sections.arm()), defaults};
     require_unique_name(arm.own.at("name"), file.cell.arms);
-    file.cell.arms.push_back(read_arm(arm, file.cell.timing, models));
+    file.cell.arms.push_back(read_arm(arm, file.cell.timing, sections, models));
     file.cell.arms.back().arm.shapes = shapes;
     const std::string host = read_host(arm.own, "host", file.hosts);
+    file.devices.push_back(read_device(arm));
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
 }

@@ -9,7 +9,7 @@
 
 namespace hecaton::config {
 
-/// Appends to cell.cell.arms and cell.arm_hosts. cell.hosts must be there already.
-void read_arms(const MapView& root, CellFile& cell);
+/// Appends to cell.cell.arms and cell.arm_hosts. cell.hosts must be there already. `methods`: what `method` may name.
+void read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& cell);
 
 }  // namespace hecaton::config

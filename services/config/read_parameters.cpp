@@ -1,29 +1,16 @@
 #include "services/config/read_parameters.hpp"
 
-#include <array>
+#include <algorithm>
 
+#include "planner/methods/registry.hpp"
+#include "services/config/config_error.hpp"
 #include "services/config/fields.hpp"
+#include "services/config/yaml_tree.hpp"
 
 namespace hecaton::config {
 namespace {
 
-constexpr std::array<std::string_view, 8> kMethodNames = {"local",         "single_subspace", "boundary_following",
-                                                          "sensed_cspace", "known_cspace",    "potential_field",
-                                                          "strategy",      "strategy_step"};
-constexpr std::array<planner::Method, 8> kMethods = {
-    planner::Method::kLocal,        planner::Method::kSingleSubspace, planner::Method::kBoundaryFollowing,
-    planner::Method::kSensedCspace, planner::Method::kKnownCspace,    planner::Method::kPotentialField,
-    planner::Method::kStrategy,     planner::Method::kStrategyStep};
-
-constexpr std::array<std::string_view, 2> kAttractionNames = {"control_points", "joints"};
-constexpr std::array<planner::Attraction, 2> kAttractions = {planner::Attraction::kControlPoints,
-                                                             planner::Attraction::kJoints};
-constexpr std::array<std::string_view, 3> kRememberNames = {"never", "until_nearer", "always"};
-constexpr std::array<planner::Remember, 3> kRemember = {planner::Remember::kNever, planner::Remember::kUntilNearer,
-                                                        planner::Remember::kAlways};
-
 constexpr Bounds kDistance{0.0, 10.0, "m", true};
-constexpr Bounds kFraction{0.0, 1.0, "", true};
 
 void read_damper(const MapView& map, planner::DamperParameters& damper) {
   read_number(map, "influence_distance", kDistance, damper.influence_distance);
@@ -31,14 +18,6 @@ void read_damper(const MapView& map, planner::DamperParameters& damper) {
   read_number(map, "convergence_speed", {0.0, 100.0, "m/s", true}, damper.convergence_speed);
   read_number(map, "self_influence_distance", kDistance, damper.self_influence_distance);
   read_number(map, "self_security_distance", kDistance, damper.self_security_distance);
-}
-
-void read_follower(const MapView& map, planner::FollowerParameters& follower) {
-  read_number(map, "deadlock_fraction", kFraction, follower.deadlock_fraction);
-  read_number(map, "exit_fraction", kFraction, follower.exit_fraction);
-  read_seconds(map, "redraw_after", {0.0, 3600.0, "s"}, follower.redraw_after);
-  read_number(map, "redraw_growth", {1.0, 100.0, ""}, follower.redraw_growth);
-  read_seconds(map, "redraw_longest", {0.0, 3600.0, "s"}, follower.redraw_longest);
 }
 
 void read_yielding(const MapView& map, planner::YieldingParameters& yielding) {
@@ -60,72 +39,150 @@ void read_route(const MapView& map, planner::RouteParameters& route) {
   read_seconds(map, "together_after", {0.0, 3600.0, "s"}, route.together_after);
 }
 
-void read_sensed(const MapView& map, planner::SensedParameters& sensed) {
-  if (const auto cells = map.find("cells")) sensed.cells = cells->integer(36, 1440);
-  read_number(map, "margin", {0.0, 1.0, "m", true}, sensed.margin);
-  if (const auto remember = map.find("remember")) sensed.remember = kRemember[remember->choice(kRememberNames)];
+Bounds bounds(const planner::ParameterRange& range) {
+  return {range.low, range.high, range.unit, range.low_open};
 }
 
-void read_potential(const MapView& map, planner::PotentialParameters& potential) {
-  if (const auto attract = map.find("attraction")) {
-    potential.attraction = kAttractions[attract->choice(kAttractionNames)];
-  }
-  read_number(map, "goal_distance", {0.0, 10.0, "m or rad", true}, potential.goal_distance);
-  read_number(map, "repulsion", {0.0, 10.0, "m⁴", true}, potential.repulsion);
-  read_number(map, "influence_distance", kDistance, potential.influence_distance);
-  read_number(map, "spacing", {0.005, 10.0, "m"}, potential.spacing);
-}
+/// Sets what one map of the cell file says: an arm's, `defaults`, or an arm's section of a file of its own.
+class ParameterReader final : public planner::ParameterVisitor {
+ public:
+  /// Of the sections in `arm`.
+  ParameterReader(const MapView& arm, const ArmSections& sections) : arm_(&arm), sections_(&sections) {}
+  /// Of the section `name` alone, which is `keys`.
+  ParameterReader(std::string_view name, const MapView& keys) : only_(name), only_keys_(keys) {}
 
-void read_strategy(const MapView& map, planner::StrategyParameters& parameters) {
-  constexpr std::array<std::string_view, 2> kDirections = {"1", "-1"};
-  if (const auto joints = map.find("joints")) parameters.joints = joints->integer(2, planner::kMaxJoints);
-  if (const auto coefficients = map.find("coefficients")) {
-    parameters.coefficients = 0;
-    parameters.strategy.coefficients.fill(0.0);
-    for (const YamlView& item : coefficients->items(0, planner::kMaxJoints - 2, "numbers")) {
-      parameters.strategy.coefficients[parameters.coefficients++] = item.number(kCoefficient);
+  void section(std::string_view name) override {
+    section_ = name;
+    keys_.reset();
+    if (only_keys_) {
+      if (name == only_) keys_ = only_keys_;
+    } else if (const auto view = arm_->find(name)) {
+      keys_ = view->map(sections_->of_method(name));
     }
   }
-  if (const auto direction = map.find("direction")) {
-    parameters.strategy.direction = direction->choice(kDirections) == 0 ? 1.0 : -1.0;
+  void number(std::string_view name, double& value, const planner::ParameterRange& range) override {
+    if (keys_) read_number(*keys_, name, bounds(range), value);
   }
-  if (const auto file = map.find("file")) {
-    for (const char* key : {"coefficients", "direction"}) {
-      if (const auto given = map.find(key)) given->fail("left out, because strategy.file says it");
+  void seconds(std::string_view name, double& value, const planner::ParameterRange& range) override {
+    if (keys_) read_seconds(*keys_, name, bounds(range), value);
+  }
+  void integer(std::string_view name, int& value, int low, int high) override {
+    if (const auto view = find(name)) value = view->integer(low, high);
+  }
+  void word(std::string_view name, std::span<const std::string_view> words, std::size_t& index) override {
+    if (const auto view = find(name)) index = view->choice(words);
+  }
+  void numbers(std::string_view name, std::span<double> values, int& count,
+               const planner::ParameterRange& range) override {
+    const auto view = find(name);
+    if (!view) return;
+    count = 0;
+    std::fill(values.begin(), values.end(), 0.0);
+    for (const YamlView& item : view->items(0, values.size(), "numbers")) values[count++] = item.number(bounds(range));
+  }
+  void file(std::string_view name, std::initializer_list<std::string_view> said_there) override {
+    const auto given = find(name);
+    if (!given) return;
+    if (only_keys_) given->fail("left out: this is such a file itself");
+    for (const std::string_view key : said_there) {
+      if (const auto twice = keys_->find(key)) {
+        twice->fail("left out, because " + std::string(section_) + "." + std::string(name) + " says it");
+      }
     }
   }
-  read_number(map, "distance", {0.001, 1.0, "m"}, parameters.distance);
-  read_number(map, "step", {1e-4, 1.0, "rad"}, parameters.step);
-}
+
+ private:
+  [[nodiscard]] std::optional<YamlView> find(std::string_view name) const {
+    return keys_ ? keys_->find(name) : std::nullopt;
+  }
+
+  const MapView* arm_ = nullptr;
+  const ArmSections* sections_ = nullptr;
+  std::string_view only_;
+  std::optional<MapView> only_keys_;
+  std::string_view section_;
+  std::optional<MapView> keys_;  ///< of the open section, if the file has it
+};
+
+/// Reads the files that sections name: the arm's own file, or else the default one, unless the arm itself says what is
+/// in it.
+class FileReader final : public planner::ParameterVisitor {
+ public:
+  FileReader(const ArmView& view, const ArmSections& sections, planner::MotionMethod& method)
+      : view_(view), sections_(sections), method_(method) {}
+
+  void section(std::string_view name) override { section_ = name; }
+  void file(std::string_view name, std::initializer_list<std::string_view> said_there) override {
+    if (!read_of(view_.own, name, said_there) && view_.defaults) read_of(*view_.defaults, name, said_there);
+  }
+
+ private:
+  bool read_of(const MapView& arm, std::string_view name, std::initializer_list<std::string_view> said_there) {
+    const auto section = arm.find(section_);
+    if (!section) return false;
+    const MapView keys = section->map(sections_.of_method(section_));
+    if (const auto given = keys.find(name)) {
+      read_file(*given, *said_there.begin());
+      return true;
+    }
+    return keys.find(*said_there.begin()).has_value();
+  }
+
+  void read_file(const YamlView& file, std::string_view needed) {
+    const std::string path = beside(file.file(), file.text());
+    const YamlNode tree = read_yaml_file(path, file.sources());
+    const YamlSource source{path, file.sources()};
+    const YamlView root(tree, source, "");
+    const std::string arm = view_.own.at("name").name();
+    for (const auto& [name, view] : root.named_items(128)) {
+      if (name != arm) continue;
+      const MapView keys = view.map(sections_.of_method(section_));
+      static_cast<void>(keys.at(needed));
+      ParameterReader reader(section_, keys);
+      method_.visit_parameters(reader);
+      return;
+    }
+    root.fail_with("there is no " + std::string(section_) + " for arm " + arm);
+  }
+
+  const ArmView& view_;
+  const ArmSections& sections_;
+  planner::MotionMethod& method_;
+  std::string_view section_;
+};
 
 }  // namespace
 
-void read_strategy_file(const YamlView& file, const std::string& arm, planner::StrategyParameters& parameters) {
-  const std::string path = beside(file.file(), file.text());
-  const YamlNode tree = read_yaml_file(path, file.sources());
-  const YamlSource source{path, file.sources()};
-  const YamlView root(tree, source, "");
-  for (const auto& [name, view] : root.named_items(128)) {
-    if (name != arm) continue;
-    const MapView map = view.map(section::kStrategy);
-    static_cast<void>(map.at("coefficients"));
-    if (const auto other = map.find("file")) other->fail("left out: this is such a file itself");
-    read_strategy(map, parameters);
-    return;
+planner::MethodSet read_methods(const ArmView& view, const ArmSections& sections) {
+  planner::MethodSet methods;
+  for (const auto& method : sections.registry().make_all()) {
+    for (const MapView* map : {view.defaults ? &*view.defaults : nullptr, &view.own}) {
+      if (map == nullptr) continue;
+      ParameterReader reader(*map, sections);
+      method->visit_parameters(reader);
+    }
+    FileReader files(view, sections, *method);
+    method->visit_parameters(files);
+    if (const auto complaint = method->validate()) {
+      throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + *complaint);
+    }
+    methods.push_back(method);
   }
-  root.fail_with("there is no strategy for arm " + arm);
+  return methods;
+}
+
+std::string_view read_method_name(const ArmView& view, const ArmSections& sections) {
+  const auto given = view.find("method");
+  if (!given) return planner::default_method()->traits().name;
+  const std::vector<std::string_view> names = sections.registry().names();
+  return names[given->choice(names)];
 }
 
 void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
-  if (const auto method = map.find("method")) parameters.method = kMethods[method->choice(kMethodNames)];
   if (const auto damper = map.find("damper")) read_damper(damper->map(section::kDamper), parameters.damper);
-  if (const auto follower = map.find("follower")) read_follower(follower->map(section::kFollower), parameters.follower);
   if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
   if (const auto route = map.find("route")) read_route(route->map(section::kRoute), parameters.route);
-  if (const auto sensed = map.find("sensed")) read_sensed(sensed->map(section::kSensed), parameters.sensed);
-  if (const auto field = map.find("potential")) read_potential(field->map(section::kPotential), parameters.potential);
-  if (const auto strategy = map.find("strategy")) read_strategy(strategy->map(section::kStrategy), parameters.strategy);
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);

@@ -1,6 +1,9 @@
 #include "services/config/schema.hpp"
 
+#include <algorithm>
 #include <array>
+
+#include "planner/methods/registry.hpp"
 
 namespace hecaton::config {
 namespace {
@@ -18,7 +21,7 @@ constexpr std::array kSupervisionKeys = {
     Words("host_lease"), Words("takeover_lease"), Words("watchdog"),         Words("recovery")};
 constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silent"), Words("node_missing"),
                                       Words("node_silent"),   Words("process_died"), Words("node_failed"),
-                                      Words("host_lost"),     Words("contact")};
+                                      Words("host_lost"),     Words("contact"),      Words("arm_failed")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout"), Words("real_time")};
 constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
@@ -42,25 +45,20 @@ constexpr std::array kArmKeys = {
     Words("limits"),
     Words("poses"),
     Words("start"),
+    Words("device"),
     Words("method"),
     Words("damper"),
-    Words("follower"),
     Words("yielding"),
     Words("rollout"),
     Words("route"),
     Words("goal_tolerance"),
     Words("acceleration_of_obstacles"),
     Words("state_age_limit"),
-    Words("sensors"),
-    Words("sensed"),
-    Words("potential"),
-    Words("strategy")};
+    Words("sensors")};
 constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
 constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
                                     Words("self_influence_distance"), Words("self_security_distance")};
-constexpr std::array kFollowerKeys = {Words("deadlock_fraction"), Words("exit_fraction"), Words("redraw_after"),
-                                      Words("redraw_growth"), Words("redraw_longest")};
 constexpr std::array kYieldingKeys = {Words("patience"), Words("at_rest")};
 constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
                                      Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
@@ -68,11 +66,6 @@ constexpr std::array kRouteKeys = {Words("after"), Words("together_after")};
 constexpr std::array kSensorKeys = {Words("name"),        Words("link"),         Words("position"), Words("direction"),
                                     Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
                                     Words("noise"),       Words("period"),       Words("simulated")};
-constexpr std::array kSensedKeys = {Words("cells"), Words("margin"), Words("remember")};
-constexpr std::array kPotentialKeys = {Words("attraction"), Words("goal_distance"), Words("repulsion"),
-                                       Words("influence_distance"), Words("spacing")};
-constexpr std::array kStrategyKeys = {Words("joints"),   Words("coefficients"), Words("direction"),
-                                      Words("distance"), Words("step"),         Words("file")};
 constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
                                       Words("attached_to")};
 constexpr std::array kAttachmentKeys = {Words("arm"), Words("pose")};
@@ -110,20 +103,15 @@ constexpr Section kTasks{"tasks", kTaskKeys};
 constexpr Section kTaskAreas{"tasks.areas", {}, true};
 constexpr Section kClutter{"tasks.clutter", kClutterKeys};
 constexpr Section kPose{"pose", kPoseKeys};
-constexpr Section kDefaults{"defaults", std::span(kArmKeys).subspan(kOwnArmKeys)};
-constexpr Section kArm{"arms[]", kArmKeys};
 constexpr Section kArmLimits{"arms[].limits", kArmLimitKeys};
 constexpr Section kArmPoses{"arms[].poses", {}, true};
 constexpr Section kPackages{"arms[].packages", {}, true};
+constexpr Section kDevice{"arms[].device", {}, true};
 constexpr Section kDamper{"arms[].damper", kDamperKeys};
-constexpr Section kFollower{"arms[].follower", kFollowerKeys};
 constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
 constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
 constexpr Section kRoute{"arms[].route", kRouteKeys};
 constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
-constexpr Section kSensed{"arms[].sensed", kSensedKeys};
-constexpr Section kPotential{"arms[].potential", kPotentialKeys};
-constexpr Section kStrategy{"arms[].strategy", kStrategyKeys};
 constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
 constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
 constexpr Section kBox{"obstacles[].shapes[] of type box", kBoxKeys};
@@ -139,15 +127,53 @@ constexpr Section kConveyor{"obstacles[].motion of type conveyor", kConveyorKeys
 constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
 }  // namespace section
 
-std::span<const Section* const> all_sections() {
+ArmSections::ArmSections(const planner::MethodRegistry& registry) : registry_(registry) {
+  struct Collector : planner::ParameterVisitor {
+    std::deque<Keys>* found;
+    Keys* open = nullptr;
+
+    void section(std::string_view name) override {
+      const auto same = [&](const Keys& keys) { return keys.name == name; };
+      const auto known = std::find_if(found->begin(), found->end(), same);
+      open = known == found->end() ? &found->emplace_back(std::string(name)) : &*known;
+    }
+    void key(std::string_view name) override {
+      if (std::find(open->keys.begin(), open->keys.end(), name) == open->keys.end()) open->keys.push_back(name);
+    }
+  } collector;
+  collector.found = &of_methods_;
+  for (const auto& method : registry.make_all()) method->visit_parameters(collector);
+  keys_.assign(kArmKeys.begin(), kArmKeys.end());
+  for (Keys& keys : of_methods_) {
+    keys.section = {keys.where, keys.keys};
+    keys_.push_back(keys.name);
+  }
+  arm_ = {"arms[]", keys_};
+  defaults_ = {"defaults", std::span<const std::string_view>(keys_).subspan(kOwnArmKeys)};
+}
+
+const Section& ArmSections::of_method(std::string_view name) const {
+  return std::find_if(of_methods_.begin(), of_methods_.end(), [&](const Keys& keys) { return keys.name == name; })
+      ->section;
+}
+
+std::vector<const Section*> ArmSections::all() const {
+  std::vector<const Section*> sections{&arm_, &defaults_};
+  for (const Keys& keys : of_methods_) sections.push_back(&keys.section);
+  return sections;
+}
+
+std::vector<const Section*> all_sections() {
   using namespace section;
-  static constexpr std::array kAll = {
-      &kRoot,      &kNetwork,   &kHosts,      &kWorld,    &kSupervision, &kRecovery,  &kTiming,   &kTasks,
-      &kTaskAreas, &kClutter,   &kPose,       &kDefaults, &kArm,         &kArmLimits, &kArmPoses, &kPackages,
-      &kDamper,    &kFollower,  &kYielding,   &kRollout,  &kRoute,       &kSensor,    &kSensed,   &kPotential,
-      &kStrategy,  &kObstacle,  &kAttachment, &kBox,      &kSphere,      &kCapsule,   &kCylinder, &kMesh,
-      &kStatic,    &kWaypoints, &kCircle,     &kSine,     &kConveyor,    &kDynamic};
-  return kAll;
+  static const ArmSections of_arms(planner::built_in_methods());
+  std::vector<const Section*> all = {
+      &kRoot,    &kNetwork,   &kHosts,     &kWorld,      &kSupervision, &kRecovery, &kTiming,  &kTasks,    &kTaskAreas,
+      &kClutter, &kPose,      &kArmLimits, &kArmPoses,   &kPackages,    &kDevice,   &kDamper,  &kYielding, &kRollout,
+      &kRoute,   &kSensor,    &kObstacle,  &kAttachment, &kBox,         &kSphere,   &kCapsule, &kCylinder, &kMesh,
+      &kStatic,  &kWaypoints, &kCircle,    &kSine,       &kConveyor,    &kDynamic};
+  const auto of_methods = of_arms.all();
+  all.insert(all.end(), of_methods.begin(), of_methods.end());
+  return all;
 }
 
 }  // namespace hecaton::config

@@ -58,9 +58,10 @@ msg::Separation to_message(const world::Separation& separation) {
   return message;
 }
 
-static_assert(static_cast<int>(world::ContactKind::kArmArm) == msg::ContactKind::CONTACT_ARM_ARM);
-static_assert(static_cast<int>(world::ContactKind::kArmObstacle) == msg::ContactKind::CONTACT_ARM_OBSTACLE);
-static_assert(static_cast<int>(world::ContactKind::kArmSelf) == msg::ContactKind::CONTACT_ARM_SELF);
+static_assert(static_cast<msg::ContactKind>(world::ContactKind::kArmArm) == msg::ContactKind::CONTACT_ARM_ARM);
+static_assert(static_cast<msg::ContactKind>(world::ContactKind::kArmObstacle) ==
+              msg::ContactKind::CONTACT_ARM_OBSTACLE);
+static_assert(static_cast<msg::ContactKind>(world::ContactKind::kArmSelf) == msg::ContactKind::CONTACT_ARM_SELF);
 static_assert(planner::kMaxJoints == msg::MAX_JOINTS);
 
 Converted<planner::JointVector> joints_from_message(std::span<const double> values, const ValueName& what, int size) {
@@ -109,7 +110,9 @@ Converted<world::Twist> from_message(const msg::Twist& twist, const std::string&
 }
 
 Converted<world::Separation> from_message(const msg::Separation& separation, const std::string& what) {
-  if (separation.kind() > msg::ContactKind::CONTACT_ARM_SELF) return {{}, what + ": unknown kind of contact"};
+  // The enumeration is signed in Fast DDS 3.
+  constexpr auto kLast = static_cast<std::uint32_t>(msg::ContactKind::CONTACT_ARM_SELF);
+  if (static_cast<std::uint32_t>(separation.kind()) > kLast) return {{}, what + ": unknown kind of contact"};
   if (!std::isfinite(separation.distance())) return {{}, not_finite(what + ": distance", separation.distance())};
   if (!std::isfinite(separation.time())) return {{}, not_finite(what + ": time", separation.time())};
   return {world::Separation{separation.distance(), static_cast<world::ContactKind>(separation.kind()), separation.a(),

@@ -22,12 +22,13 @@ ArmView::ArmView(const planner::Cell& cell, int self)
   }
 }
 
-std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& writer, Clock::time_point received) {
+std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus::EndpointId& writer,
+                                          Clock::time_point received) {
   const auto name = std::find(names_.begin(), names_.end(), state.arm());
   if (name == names_.end()) return "ArmState of " + state.arm() + ": no such arm in this cell";
   const auto index = static_cast<std::size_t>(name - names_.begin());
   std::optional<Heard>& heard = heard_[index];
-  if (heard && heard->writer == writer && state.sequence_number() <= heard->sequence) return {};
+  if (heard && heard->writer == writer && state.sequence_number() <= heard->sequence) return std::nullopt;
   const auto q = messages::joints_from_message(state.q(), {"ArmState of ", state.arm(), ": q"}, joints_[index]);
   if (!q) return q.error;
   const auto qd = messages::joints_from_message(state.qd(), {"ArmState of ", state.arm(), ": qd"}, joints_[index]);
@@ -41,7 +42,7 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
   heard = Heard{*q,
                 *qd,
                 state.mode(),
-                state.reason(),
+                state.cause(),
                 state.term(),
                 state.command_sequence_number(),
                 state.command_age(),
@@ -51,10 +52,10 @@ std::string ArmView::apply(const msg::ArmState& state, const bus::EndpointId& wr
                 writer,
                 sent,
                 clock};
-  return {};
+  return std::nullopt;
 }
 
-std::string ArmView::apply(const msg::GoalStatus& status) {
+std::optional<std::string> ArmView::apply(const msg::GoalStatus& status) {
   const auto name = std::find(names_.begin(), names_.end(), status.arm());
   if (name == names_.end()) return "GoalStatus of " + status.arm() + ": no such arm in this cell";
   const auto index = static_cast<std::size_t>(name - names_.begin());
@@ -64,7 +65,7 @@ std::string ArmView::apply(const msg::GoalStatus& status) {
   if (!under_way) {
     // A status of an earlier goal says nothing about the present one.
     if (goals_[index] == status.goal()) seen.has_goal = false;
-    return {};
+    return std::nullopt;
   }
   const auto q_goal =
       messages::joints_from_message(status.q_goal(), {"GoalStatus of ", status.arm(), ": q_goal"}, joints_[index]);
@@ -72,8 +73,8 @@ std::string ArmView::apply(const msg::GoalStatus& status) {
   goals_[index] = status.goal();
   seen.q_goal = *q_goal;
   seen.has_goal = true;
-  seen.claim = status.claim();
-  return {};
+  seen.claim = status.priority();
+  return std::nullopt;
 }
 
 int ArmView::index_of(const std::string& name) const {
@@ -81,11 +82,11 @@ int ArmView::index_of(const std::string& name) const {
   return found == names_.end() ? -1 : static_cast<int>(found - names_.begin());
 }
 
-std::string ArmView::apply(const msg::CompositePlan& plan) {
-  const std::string what = "CompositePlan of " + plan.arm();
+std::optional<std::string> ArmView::apply(const msg::CoupledPlan& plan) {
+  const std::string what = "CoupledPlan of " + plan.arm();
   const int proposer = index_of(plan.arm());
   if (proposer < 0) return what + ": no such arm in this cell";
-  auto heard = std::make_shared<planner::CompositePlan>();
+  auto heard = std::make_shared<planner::CoupledPlan>();
   heard->number = plan.number();
   const bool withdrawn = plan.arms().empty();
   if (withdrawn && (plan.points() != 0 || !plan.q().empty())) return what + ": it has points, but no arms";
@@ -116,15 +117,15 @@ std::string ArmView::apply(const msg::CompositePlan& plan) {
     }
   }
   said_by(proposer, plan.node()).proposal = withdrawn ? nullptr : std::move(heard);
-  return {};
+  return std::nullopt;
 }
 
-std::string ArmView::apply(const msg::CompositeProgress& progress) {
+std::optional<std::string> ArmView::apply(const msg::CoupledPlanProgress& progress) {
   const int arm = index_of(progress.arm());
-  if (arm < 0) return "CompositeProgress of " + progress.arm() + ": no such arm in this cell";
+  if (arm < 0) return "CoupledPlanProgress of " + progress.arm() + ": no such arm in this cell";
   const int proposer = progress.proposer().empty() ? -1 : index_of(progress.proposer());
   said_by(arm, progress.node()).progress = {proposer, progress.number(), progress.reached()};
-  return {};
+  return std::nullopt;
 }
 
 ArmView::Said& ArmView::said_by(int arm, const std::string& planner) {
@@ -183,7 +184,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.stray.resize(0);
     const bool gone = lost(static_cast<int>(i), now, mode);
     const Said* said = gone ? nullptr : company_of(static_cast<int>(i));
-    seen.progress = said != nullptr ? said->progress : planner::CompositeProgress{};
+    seen.progress = said != nullptr ? said->progress : planner::CoupledPlanProgress{};
     seen.proposal = said != nullptr ? said->proposal : nullptr;
     if (gone) {
       observe_lost(static_cast<int>(i), *mode.lost(names_[i]));

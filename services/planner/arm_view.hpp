@@ -27,7 +27,7 @@ class ArmView {
     planner::JointVector q;   ///< [rad | m]
     planner::JointVector qd;  ///< [rad/s | m/s]
     msg::ArmMode mode = msg::ArmMode::ARM_STARTING;
-    std::string reason;
+    msg::Cause cause;  ///< why it does not follow commands
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
     double command_age = 0.0;   ///< of the last command that its driver accepted [s]
@@ -42,17 +42,18 @@ class ArmView {
   /// `self`: index of the own arm.
   ArmView(const planner::Cell& cell, int self);
 
-  /// A sentence when the message cannot be used, else nothing. Other cells' arms are unusable, too.
-  std::string apply(const msg::ArmState& state, const bus::EndpointId& writer, Clock::time_point received);
+  /// A sentence when the message cannot be used; so it is for arms of other cells.
+  std::optional<std::string> apply(const msg::ArmState& state, const bus::EndpointId& writer,
+                                   Clock::time_point received);
 
   /// Where an arm is under way to, as its planner says. A sentence when the message cannot be used.
-  std::string apply(const msg::GoalStatus& status);
+  std::optional<std::string> apply(const msg::GoalStatus& status);
 
-  /// What an arm proposes to others, and which plan it has joined. A sentence when the message cannot be used. It
-  /// counts only while the arm's driver goes by the planner that said it, and does not stand there without anybody's
-  /// commands: a planner that died cannot take back what it said.
-  std::string apply(const msg::CompositePlan& plan);
-  std::string apply(const msg::CompositeProgress& progress);
+  /// The coupled plan that an arm proposes, and the one that it has joined. A sentence when the message cannot be used.
+  /// It counts only while the arm's driver follows commands of the planner that published it: a planner that died
+  /// cannot withdraw it.
+  std::optional<std::string> apply(const msg::CoupledPlan& plan);
+  std::optional<std::string> apply(const msg::CoupledPlanProgress& progress);
 
   [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
   /// Of its last state [s]: since it arrived and what it was delayed; infinite before the first.
@@ -68,11 +69,11 @@ class ArmView {
   /// −1: there is none of this name.
   [[nodiscard]] int index_of(const std::string& name) const;
   void observe_lost(int index, const msg::LostArm& lost);
-  /// What one planner of an arm has said last of composite plans.
+  /// What one planner of an arm has said last of coupled plans.
   struct Said {
     std::string planner;  ///< its node
-    planner::CompositeProgress progress;
-    std::shared_ptr<const planner::CompositePlan> proposal;
+    planner::CoupledPlanProgress progress;
+    std::shared_ptr<const planner::CoupledPlan> proposal;
   };
   [[nodiscard]] Said& said_by(int arm, const std::string& planner);
   /// What counts of that: the words of the planner that commands the arm, while the arm is on its way. Null: nothing.

@@ -2,9 +2,21 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
+
+#include "planner/local/goal_objective.hpp"
+#include "services/runtime/cause.hpp"
+#include "services/runtime/node_name.hpp"
 
 namespace hecaton::services {
 namespace {
+
+using msg::CauseKind;
+
+/// Without fresh states this long the goal counts as blocked [s]; shorter gaps are normal on a network.
+constexpr double kBlockedAfter = 1.0;
+/// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
+constexpr double kTrackingTolerance = 2.0;
 
 std::string milliseconds(double seconds) {
   char text[32];
@@ -12,27 +24,28 @@ std::string milliseconds(double seconds) {
   return text;
 }
 
-std::string stale(const planner::TickResult& result, const planner::CellGeometry& geometry,
-                  std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> obstacles) {
+msg::Cause stale(const planner::TickResult& result, const planner::CellGeometry& geometry,
+                 std::span<const planner::ArmObservation> arms, std::span<const world::ObstacleState> obstacles) {
   if (result.stale_arm < 0) {
     double age = 0.0;
     for (const auto& obstacle : obstacles) age = std::max(age, obstacle.age);
-    return "the last news of the obstacles are " + milliseconds(age) + " old";
+    return make_cause(CauseKind::CAUSE_OBSTACLES_OLD, world_node(),
+                      "the last states of the obstacles are " + milliseconds(age) + " old");
   }
   const std::string& name = geometry.arms()[result.stale_arm].name;
   const planner::ArmObservation& arm = arms[result.stale_arm];
-  if (!arm.known) return "the state of arm " + name + " was never heard";
-  return "the last state of arm " + name + " is " + milliseconds(arm.age) + " old";
+  return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name,
+                    arm.known ? "the last state of arm " + name + " is " + milliseconds(arm.age) + " old"
+                              : "the state of arm " + name + " was never heard");
 }
 
-/// What is in the way, or may be: the lost arm that binds, or when no pair does, any that was lost; empty: none.
-std::string lost_arm(const planner::TickResult& result, const planner::CellGeometry& geometry,
-                     std::span<const planner::ArmObservation> arms) {
+/// The lost arm that is in the way, or may be: the one that binds, or when no pair binds, any. −1: none.
+int lost_arm(const planner::TickResult& result, std::span<const planner::ArmObservation> arms) {
   const bool of_an_arm = result.has_binding && result.binding.counterpart == planner::Counterpart::kArm;
-  if (of_an_arm && arms[result.binding.other].lost()) return geometry.arms()[result.binding.other].name;
-  if (result.has_binding || result.status != planner::TickStatus::kBlocked) return {};
+  if (of_an_arm && arms[result.binding.other].lost()) return result.binding.other;
+  if (result.has_binding || result.status != planner::TickStatus::kBlocked) return -1;
   const auto found = std::find_if(arms.begin(), arms.end(), [](const auto& arm) { return arm.lost(); });
-  return found == arms.end() ? std::string() : geometry.arms()[found - arms.begin()].name;
+  return found == arms.end() ? -1 : static_cast<int>(found - arms.begin());
 }
 
 std::string what_binds(const Progress& progress) {
@@ -50,7 +63,8 @@ std::string subspaces(int redraws) {
 
 Progress explain(const planner::TickResult& result, const planner::Approach& approach,
                  const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
-                 std::span<const world::ObstacleState> obstacles, const std::string& hold_reason) {
+                 std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold) {
+  const std::string& own = geometry.own_arm().name;
   Progress progress;
   progress.held_back = true;
   if (result.has_binding) {
@@ -62,35 +76,40 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
   switch (result.status) {
     case planner::TickStatus::kBlocked: {
       progress.state = msg::GoalState::GOAL_BLOCKED;
-      progress.reason = "no progress" + what_binds(progress);
-      progress.trying = "looks for a way along the boundary" + subspaces(result.redraws);
+      progress.cause =
+          make_cause(CauseKind::CAUSE_WAY_BLOCKED, progress.binding_other, "no progress" + what_binds(progress));
+      progress.recovery_action = "looks for a way along the boundary" + subspaces(result.redraws);
       break;
     }
     case planner::TickStatus::kFollowing:
-      if (!result.has_binding) progress.reason = "at its joint limits";
-      progress.trying = "follows the boundary" + subspaces(result.redraws);
+      if (!result.has_binding) {
+        progress.cause = make_cause(CauseKind::CAUSE_AT_JOINT_LIMITS, own, "at its joint limits");
+      }
+      progress.recovery_action = "follows the boundary" + subspaces(result.redraws);
       break;
     case planner::TickStatus::kDetouring:
-      progress.trying = "makes a detour";
+      progress.recovery_action = "makes a detour";
       break;
     case planner::TickStatus::kTogether:
-      progress.trying = "goes by a plan for all arms that stand in each other's way";
+      progress.recovery_action = "goes by a plan for all arms that stand in each other's way";
       break;
     case planner::TickStatus::kRouted:
       progress.held_back = result.has_binding || approach.hopeless();
-      progress.trying = "goes by a route around what stands in its way";
+      progress.recovery_action = "goes by a route around what stands in its way";
       break;
     case planner::TickStatus::kYielding:
-      progress.trying = "makes room for arm " + geometry.arms()[result.yields_to].name;
+      progress.recovery_action = "makes room for arm " + geometry.arms()[result.yields_to].name;
+      progress.cause = make_cause(CauseKind::CAUSE_GIVING_WAY, geometry.arms()[result.yields_to].name,
+                                  "arm " + geometry.arms()[result.yields_to].name + " has the right of way");
       break;
     case planner::TickStatus::kHolding:
-      progress.held_back = false;  // by people or a fault, not by what is in its way
-      progress.reason = hold_reason;
-      progress.trying = "waits";
+      progress.held_back = false;  // a person or a fault holds the arm, not a body in its way
+      if (hold) progress.cause = *hold;
+      progress.recovery_action = "waits";
       break;
     case planner::TickStatus::kStaleInput:
-      progress.reason = stale(result, geometry, arms, obstacles);
-      progress.trying = "waits for fresh states";
+      progress.cause = stale(result, geometry, arms, obstacles);
+      progress.recovery_action = "waits for fresh states";
       break;
     case planner::TickStatus::kIdle:
     case planner::TickStatus::kReached:
@@ -99,7 +118,7 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
     case planner::TickStatus::kMoving:
       // A free stretch in the midst of a search ends nothing yet.
       progress.held_back = result.has_binding || approach.hopeless();
-      progress.trying =
+      progress.recovery_action =
           result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
       break;
   }
@@ -107,12 +126,57 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
     progress.state = msg::GoalState::GOAL_BLOCKED;
     char text[64];
     std::snprintf(text, sizeof text, "no way found for %.0f s", approach.lost());
-    progress.reason = text + what_binds(progress);
+    progress.cause = make_cause(CauseKind::CAUSE_WAY_BLOCKED, progress.binding_other, text + what_binds(progress));
   }
-  if (const std::string lost = lost_arm(result, geometry, arms); !lost.empty()) {
-    progress.reason += (progress.reason.empty() ? "" : "; ") + ("arm " + lost + " was lost and may be nearer");
+  if (const int lost = lost_arm(result, arms); lost >= 0) {
+    const std::string& name = geometry.arms()[lost].name;
+    const std::string before = is_none(progress.cause) ? "" : progress.cause.text() + "; ";
+    progress.cause =
+        make_cause(CauseKind::CAUSE_WAY_BLOCKED, name, before + "arm " + name + " was lost and may be nearer");
   } else if (result.status == planner::TickStatus::kBlocked && !result.has_binding) {
-    progress.reason += " within the joint limits";
+    progress.cause.text(progress.cause.text() + " within the joint limits");
+  }
+  return progress;
+}
+
+std::optional<Progress> ProgressReporter::report(const Period& period) {
+  const planner::ArmController& controller = period.planner.planner().controller();
+  const bool missing_input = period.hold && is_missing_input(*period.hold);
+  const bool starved =
+      missing_input || (period.planned && period.planned->result.status == planner::TickStatus::kStaleInput);
+  starved_ = starved ? starved_ + controller.control_period() : 0.0;
+  if (period.q_goal == nullptr) return std::nullopt;
+
+  Progress progress;
+  if (period.planned) {
+    const auto& [inputs, result] = *period.planned;
+    const ArmView::Heard& own = *period.planner.own_arm();
+    progress =
+        explain(result, controller.approach(), controller.geometry(), inputs.arms, inputs.obstacles, period.hold);
+    const bool blocked = result.status == planner::TickStatus::kBlocked && !result.has_binding;
+    if (blocked && controller.guide() != nullptr) {
+      if (auto why = controller.guide()->why_none(own.q)) progress.cause.text(std::move(*why));
+      progress.recovery_action = "stays until it sees a way";
+    }
+    if (period.planner.planner().looks_ahead()) progress.recovery_action += ", looks ahead";
+    const planner::JointVector to_go =
+        planner::joint_difference(controller.geometry().own_arm().limits, own.q, *period.q_goal);
+    progress.distance = to_go.norm();
+    const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller.parameters().goal_tolerance;
+    if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GoalState::GOAL_REACHED;
+    const bool follows = own.mode == msg::ArmMode::ARM_RUNNING || own.mode == msg::ArmMode::ARM_STARTING;
+    if (!follows && !period.hold && !starved) {
+      progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, period.planner.name(),
+                                  "the drive does not follow: " + own.cause.text());
+    }
+  } else {
+    if (period.hold) progress.cause = *period.hold;
+    progress.recovery_action = "waits for the driver";
+    progress.held_back = true;
+  }
+  progress.priority = controller.claim();
+  if (progress.state == msg::GoalState::GOAL_ACTIVE && starved_ > kBlockedAfter) {
+    progress.state = msg::GoalState::GOAL_BLOCKED;
   }
   return progress;
 }

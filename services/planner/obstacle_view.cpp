@@ -10,7 +10,7 @@ namespace hecaton::services {
 ObstacleView::ObstacleView(std::vector<std::string> arms)
     : arms_(std::move(arms)), obstacles_(std::make_shared<const std::vector<world::Obstacle>>()) {}
 
-std::string ObstacleView::apply(const msg::ObstacleShapes& shapes) {
+std::optional<std::string> ObstacleView::apply(const msg::ObstacleShapes& shapes) {
   const auto obstacle = messages::from_message(shapes.obstacle());
   if (!obstacle) return obstacle.error;
   if (obstacle->attachment && std::find(arms_.begin(), arms_.end(), obstacle->attachment->arm) == arms_.end()) {
@@ -19,20 +19,20 @@ std::string ObstacleView::apply(const msg::ObstacleShapes& shapes) {
   }
   shapes_[obstacle->name] = Known{*obstacle};
   shapes_changed_ = true;
-  return {};
+  return std::nullopt;
 }
 
-std::string ObstacleView::apply(const msg::ObstacleStates& states, const bus::EndpointId& writer,
-                                Clock::time_point received) {
+std::optional<std::string> ObstacleView::apply(const msg::ObstacleStates& states, const bus::EndpointId& writer,
+                                               Clock::time_point received) {
   const bool overtaken = newest_ && newest_->writer == writer && states.sequence_number() <= newest_->snapshot.sequence;
-  if (overtaken) return {};
+  if (overtaken) return std::nullopt;
   auto snapshot = messages::from_message(states, 0.0);
   if (!snapshot) return snapshot.error;
   SenderClock clock = newest_ && newest_->writer == writer ? newest_->clock : SenderClock();
   const Clock::time_point sent = clock.sent(states.stamp_ns(), received);
   newest_ = Arrived{std::move(snapshot.value->snapshot), std::move(snapshot.value->names), writer, sent, clock};
   waiting_ = true;
-  return {};
+  return std::nullopt;
 }
 
 void ObstacleView::withdraw(const std::string& name) {

@@ -27,9 +27,10 @@ class ObstacleView {
   /// `arms`: the names that an attachment may name.
   explicit ObstacleView(std::vector<std::string> arms);
 
-  /// Each returns a sentence when the message cannot be used, else nothing.
-  std::string apply(const msg::ObstacleShapes& shapes);
-  std::string apply(const msg::ObstacleStates& states, const bus::EndpointId& writer, Clock::time_point received);
+  /// Each returns a sentence when the message cannot be used.
+  std::optional<std::string> apply(const msg::ObstacleShapes& shapes);
+  std::optional<std::string> apply(const msg::ObstacleStates& states, const bus::EndpointId& writer,
+                                   Clock::time_point received);
   /// The obstacle was withdrawn; its shapes serve until the states no longer name it.
   void withdraw(const std::string& name);
 
@@ -45,7 +46,7 @@ class ObstacleView {
   [[nodiscard]] std::span<const world::ObstacleState> states(Clock::time_point now);
   /// Of the states in use [s]; 0 before any.
   [[nodiscard]] double age(Clock::time_point now) const;
-  /// What is missing, a sentence; empty when nothing is.
+  /// What is missing, a sentence; only until all is known.
   [[nodiscard]] const std::string& missing() const { return missing_; }
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services {
 
@@ -13,7 +14,7 @@ SensorView::SensorView(const planner::PlannedArm& arm)
 
 std::optional<planner::RangeScan> SensorView::take(const msg::RangeScan& message, const bus::EndpointId& writer,
                                                    Clock::time_point received, const ArmView::Heard& own,
-                                                   std::string& complaint) {
+                                                   std::optional<std::string>& complaint) {
   if (message.arm() != arm_) return std::nullopt;
   const auto found = std::find_if(sensors_.begin(), sensors_.end(), [&](const planner::RangeSensor& sensor) {
     return key(arm_, sensor.name) == message.sensor();
@@ -42,13 +43,16 @@ std::optional<planner::RangeScan> SensorView::take(const msg::RangeScan& message
   return planner::RangeScan{static_cast<int>(index), found->link, own.q + since * own.qd, std::move(*readings.value)};
 }
 
-std::string SensorView::silent(Clock::time_point now, double limit) const {
+std::optional<msg::Cause> SensorView::silent(Clock::time_point now, double limit) const {
+  const auto old = [](const planner::RangeSensor& sensor, const std::string& how) {
+    return make_cause(msg::CauseKind::CAUSE_SENSOR_OLD, sensor.name, "sensor " + sensor.name + how);
+  };
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
-    if (!heard_[i]) return "sensor " + sensors_[i].name + " was never heard";
+    if (!heard_[i]) return old(sensors_[i], " was never heard");
     const double age = std::chrono::duration<double>(now - heard_[i]->at).count();
-    if (age > std::max(limit, 3.0 * sensors_[i].period)) return "sensor " + sensors_[i].name + " is silent";
+    if (age > std::max(limit, 3.0 * sensors_[i].period)) return old(sensors_[i], " is silent");
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace hecaton::services

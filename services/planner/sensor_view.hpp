@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <idl/cause.h>
 #include <idl/world.h>
 
 #include "planner/cell.hpp"
@@ -25,11 +26,11 @@ class SensorView {
   /// another arm's sensors, for scans that were overtaken, and when it cannot be used: then `complaint` says why.
   [[nodiscard]] std::optional<planner::RangeScan> take(const msg::RangeScan& message, const bus::EndpointId& writer,
                                                        Clock::time_point received, const ArmView::Heard& own,
-                                                       std::string& complaint);
+                                                       std::optional<std::string>& complaint);
 
-  /// The sensor that has been silent for longer than `limit` [s], or for three of its periods where those are longer, a
-  /// sentence; empty: none.
-  [[nodiscard]] std::string silent(Clock::time_point now, double limit) const;
+  /// The first sensor that has been silent for longer than `limit` [s], or for three of its periods where those are
+  /// longer; empty: none.
+  [[nodiscard]] std::optional<msg::Cause> silent(Clock::time_point now, double limit) const;
 
   /// On the wire.
   [[nodiscard]] static std::string key(const std::string& arm, const std::string& sensor) { return arm + "/" + sensor; }

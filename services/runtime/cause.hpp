@@ -36,15 +36,16 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
                 // missing inputs
                 "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
                 // commands and the device
-                "commands_ceased", "command_refused", "command_too_far", "device_failed",
+                "commands_ceased", "command_refused", "command_too_far", "device_failed", "device_not_ready", "protective_stop",
+                "emergency_stop",
                 // faults
                 "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
                 "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "contact",
                 "arm_failed",
                 // goals
                 "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
-                "goal_not_resolved", "way_blocked", "giving_way", "device_does_not_follow", "time_limit",
-                "goal_replaced", "goal_cancelled",
+                "goal_not_resolved", "way_blocked", "at_joint_limits", "giving_way", "device_does_not_follow",
+                "time_limit", "goal_replaced", "goal_cancelled", "goal_resumed",
                 // requests and edits
                 "unknown_name", "name_taken", "invalid_value", "not_allowed_now", "not_persisted"};
 
@@ -68,7 +69,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
 
 /// True for the kinds that say what becomes of a goal; CAUSE_NO_GOAL is none of them.
 [[nodiscard]] inline bool is_about_goal(msg::CauseKind kind) {
-  return kind >= msg::CauseKind::CAUSE_GOAL_MALFORMED && kind <= msg::CauseKind::CAUSE_GOAL_CANCELLED;
+  return kind >= msg::CauseKind::CAUSE_GOAL_MALFORMED && kind <= msg::CauseKind::CAUSE_GOAL_RESUMED;
 }
 
 }  // namespace hecaton::services

@@ -34,7 +34,6 @@ class CellModeView {
   [[nodiscard]] bool heard() const { return heard_; }
   [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
   [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
-  [[nodiscard]] msg::ModeNumber number() const { return number_of(mode_); }  ///< both 0 before any was heard
   /// Which planner commands the arm. An arm without a standby is not listed: its planner commands under the cell's
   /// term.
   [[nodiscard]] ArmLease lease(std::string_view arm) const;

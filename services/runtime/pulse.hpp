@@ -33,7 +33,7 @@ struct Vital {
   msg::Cause cause;  ///< of the state; CAUSE_NONE: nothing to explain
   std::uint64_t term = 0;
   ArmLease lease;                  ///< a planner's: the newest for its arm that it has heard of
-  msg::ModeNumber heard_mode;      ///< the newest that it has heard; a supervisor's: of another
+  msg::ModeNumber heard_mode;      ///< a supervisor's: the newest of another that it has heard
   std::uint64_t newest_event = 0;  ///< an agent's: number of the last ProcessEvent that it has told
   double oldest_input_age = 0.0;   ///< [s]
   std::string oldest_input;        ///< topic/key

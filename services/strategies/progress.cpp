@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include "planner/model/fnv1a.hpp"
 #include "services/command_line/failure.hpp"
 #include "services/command_line/quantities.hpp"
 
@@ -14,21 +15,21 @@ namespace {
 constexpr auto kRedraw = std::chrono::milliseconds(200);
 constexpr auto kNextLine = std::chrono::seconds(5);
 
-/// FNV-1a over the bits of what is added.
+/// Over the bits of what is added.
 class Fingerprint {
  public:
   void add(double value) {
     std::uint64_t bits = std::bit_cast<std::uint64_t>(value + 0.0);  // −0 is 0
-    for (int byte = 0; byte < 8; ++byte, bits >>= 8U) hash_ = (hash_ ^ (bits & 0xFFU)) * 0x100000001b3U;
+    for (int byte = 0; byte < 8; ++byte, bits >>= 8U) hash_.add(bits & 0xFFU);
   }
   template <std::size_t N>
   void add(const double (&values)[N]) {
     for (const double value : values) add(value);
   }
-  [[nodiscard]] std::uint64_t value() const { return hash_; }
+  [[nodiscard]] std::uint64_t value() const { return hash_.value(); }
 
  private:
-  std::uint64_t hash_ = 0xcbf29ce484222325U;
+  planner::Fnv1a hash_;
 };
 
 /// Of all that is simulated, and of the tasks that are drawn first: they tell whether another machine draws the same.

@@ -272,7 +272,7 @@ planner::SystemStrategy strategy_from(const std::vector<double>& from, const con
   planner::SystemStrategy strategy(problem.arms());
   if (from.empty()) {
     for (int arm = 0; arm < problem.arms(); ++arm) {
-      const planner::StrategyParameters& own = file.cell.arms[arm].parameters.strategy;
+      const auto own = planner::parameters_of<planner::StrategyParameters>(file.cell.arms[arm].methods);
       if (own.coefficients != problem.coefficients(arm)) {
         throw Failure(ExitCode::kBadInput, file.path + ": arm " + problem.name_of(arm) + " has no strategy of " +
                                                std::to_string(problem.coefficients(arm)) + " coefficients");

@@ -1,5 +1,5 @@
 #pragma once
-/// The last that was heard of everything, with the time of arrival. Values only: who judges them is CellWatch.
+/// The last that was heard of everything, with the time of arrival. Values only: who judges them is FaultDetector.
 
 #include <chrono>
 #include <map>
@@ -13,7 +13,7 @@
 #include <idl/world.h>
 
 #include "services/bus/endpoint.hpp"
-#include "services/supervisor/liveness.hpp"
+#include "services/runtime/stall_compensated_clock.hpp"
 
 namespace hecaton::services {
 

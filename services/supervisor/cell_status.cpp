@@ -34,21 +34,21 @@ std::string binding_text(const msg::GoalStatus& goal) {
 }
 
 std::string held_text(const msg::GoalStatus& goal) {
-  if (goal.held_for() < 1.0) return {};
-  return ", for " + std::to_string(std::lround(goal.held_for())) + " s";
+  if (goal.blocked_duration() < 1.0) return {};
+  return ", for " + std::to_string(std::lround(goal.blocked_duration())) + " s";
 }
 
 /// What the drive says of itself; empty while it follows commands.
 std::string drive_text(const msg::ArmState& state) {
   switch (state.mode()) {
     case msg::ArmMode::ARM_STARTING:
-      return with("driver waits for its first command", state.reason());
+      return with("driver waits for its first command", state.cause().text());
     case msg::ArmMode::ARM_BRAKING:
-      return with("driver brakes", state.reason());
+      return with("driver brakes", state.cause().text());
     case msg::ArmMode::ARM_STOPPED:
-      return with("driver has stopped", state.reason());
+      return with("driver has stopped", state.cause().text());
     case msg::ArmMode::ARM_FAILED:
-      return with("drive failed", state.reason());
+      return with("drive failed", state.cause().text());
     case msg::ArmMode::ARM_RUNNING:
       break;
   }
@@ -76,7 +76,7 @@ msg::CauseKind goal_kind(msg::GoalState state) {
   return under_way ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_NO_GOAL;
 }
 
-msg::Cause first_awaited(const std::string& arm, const CellWatch& watch) {
+msg::Cause first_awaited(const std::string& arm, const FaultDetector& watch) {
   for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
     if (msg::Cause awaited = watch.awaited(node); !is_none(awaited)) return awaited;
   }
@@ -111,7 +111,7 @@ class StatusBuilder {
   }
 
   void add_arm(const std::string& name) {
-    const CellWatch& watch = source_.watch;
+    const FaultDetector& watch = source_.watch;
     msg::ArmStatus arm;
     arm.arm(name);
     arm.mode(watch.mode().mode_of(name));
@@ -253,24 +253,24 @@ std::string goal_text(const msg::GoalStatus& goal) {
     case msg::GoalState::GOAL_ACCEPTED:
       return "goal " + goal.goal() + " accepted, not begun";
     case msg::GoalState::GOAL_ACTIVE:
-      return with(goal.trying(), goal.reason()) + binding_text(goal) + held_text(goal);
+      return with(goal.recovery_action(), goal.cause().text()) + binding_text(goal) + held_text(goal);
     case msg::GoalState::GOAL_BLOCKED:
-      return with("blocked", goal.reason()) + binding_text(goal) + held_text(goal);
+      return with("blocked", goal.cause().text()) + binding_text(goal) + held_text(goal);
     case msg::GoalState::GOAL_REACHED:
       return "a goal; the last was reached";
     case msg::GoalState::GOAL_REJECTED:
-      return with("a goal; the last was rejected", goal.reason());
+      return with("a goal; the last was rejected", goal.cause().text());
     case msg::GoalState::GOAL_CANCELLED:
       return "a goal; the last was cancelled";
     case msg::GoalState::GOAL_REPLACED:
       return "the goal that replaced " + goal.goal();
     case msg::GoalState::GOAL_TIMED_OUT:
-      return with("a goal; the last timed out", goal.reason());
+      return with("a goal; the last timed out", goal.cause().text());
   }
   return {};
 }
 
-msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const CellSnapshot& snapshot) {
+msg::Cause waiting_for(const std::string& arm, const FaultDetector& watch, const CellSnapshot& snapshot) {
   if (msg::Cause held = watch.mode().cause_of(arm); !is_none(held)) return held;
   if (msg::Cause awaited = first_awaited(arm, watch); !is_none(awaited)) return awaited;
   const auto* state = find(snapshot.arms, arm);
@@ -294,8 +294,8 @@ msg::Cause waiting_for(const std::string& arm, const CellWatch& watch, const Cel
 }
 
 // Only arms at rest, so that no reader has to count how long ago they were lost.
-std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const CellWatch& watch, const CellSnapshot& snapshot,
-                                    bus::Clock::time_point now) {
+std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& watch,
+                                    const CellSnapshot& snapshot, bus::Clock::time_point now) {
   std::vector<msg::LostArm> lost;
   for (const planner::PlannedArm& planned : file.cell.arms) {
     const Loss loss = watch.loss_of(planned.arm.name);

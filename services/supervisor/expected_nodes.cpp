@@ -85,16 +85,15 @@ double longest_motion_of_cut_off(const config::CellFile& file) {
   return known_after + 2.0 * file.cell.timing.control_period + longest_motion_of_dead(file);
 }
 
-WatchLimits watch_limits(const config::CellFile& file, Time loop_period) {
+DetectionLimits detection_limits(const config::CellFile& file, Time loop_period) {
   const config::Supervision& supervision = file.supervision;
-  WatchLimits limits;
+  DetectionLimits limits;
   limits.loop_period = loop_period;
   limits.loop_limit = 2 * loop_period + 2ms;
   limits.heartbeat_period = supervision.heartbeat_period;
   limits.node = {supervision.heartbeat_deadline, supervision.host_lease, kGrace, kRecovery};
   limits.host_lease = supervision.host_lease;
-  limits.host_return = bus::longest_reunion(bus::kParticipantLease) + kLateReunion;
-  limits.unheard = bus::patience(bus::kParticipantLease) / 3;
+  limits.rediscovery = bus::longest_reunion(bus::kParticipantLease) + kLateReunion;
   limits.sure_return = bus::sure_meeting(bus::kParticipantLease);
   limits.arm_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.driver_period, kMissingSamples));

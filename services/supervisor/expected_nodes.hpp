@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "services/config/cell_file.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"
 
 namespace hecaton::services {
@@ -24,6 +24,6 @@ namespace hecaton::services {
 [[nodiscard]] double longest_motion_of_cut_off(const config::CellFile& file);
 
 /// `loop_period`: of the supervisor.
-[[nodiscard]] WatchLimits watch_limits(const config::CellFile& file, Time loop_period);
+[[nodiscard]] DetectionLimits detection_limits(const config::CellFile& file, Time loop_period);
 
 }  // namespace hecaton::services

@@ -6,18 +6,13 @@
 #include <utility>
 
 #include "services/runtime/node_name.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 
 namespace hecaton::services {
 namespace {
 
-/// Whose fault it is, as the watch names it: a stream's is its driver's, a host's is its agent's.
 std::string cause_of(const FaultRecord& record) {
-  if (record.kind == msg::CauseKind::CAUSE_DRIVER_SILENT) return driver_node(record.subject);
-  if (record.kind == msg::CauseKind::CAUSE_HOST_LOST && !record.subject.starts_with(agent_node({}))) {
-    return agent_node(record.subject);
-  }
-  return services::cause_of(record.kind, record.subject);
+  return cause_of_subject(record.kind, record.subject);
 }
 
 /// The inverse of fault_message(): times are related to our clock by the wall clock, durations are the teller's.

@@ -9,10 +9,10 @@
 
 #include <idl/supervisor.h>
 
+#include "services/runtime/stall_compensated_clock.hpp"
 #include "services/supervisor/cell_mode.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"
 #include "services/supervisor/fault_list.hpp"
-#include "services/supervisor/liveness.hpp"
 
 namespace hecaton::services {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "services/supervisor/cell_snapshot.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"
 
 namespace hecaton::services {
@@ -23,7 +23,7 @@ class PlannerAssignment {
   /// What it works on, in one turn.
   struct Cell {
     const CellSnapshot& snapshot;
-    CellWatch& detector;
+    FaultDetector& detector;
     Leadership& leadership;
     bus::Clock::time_point now;  ///< when the turn began
   };

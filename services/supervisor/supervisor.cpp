@@ -50,15 +50,7 @@ void log_fault(const msg::Fault& fault) {
 
 }  // namespace
 
-void TransitionLog::look(const CellWatch& detector, bus::Clock::time_point now) {
-  if (detector.unheard() != unheard_) {
-    unheard_ = !unheard_;
-    if (unheard_) {
-      log_warning("unheard by all other hosts: their silence may be ours");
-    } else {
-      log_info("silence of other hosts counts again");
-    }
-  }
+void TransitionLog::look(const FaultDetector& detector, bus::Clock::time_point now) {
   if (complete_) return;
   const auto& nodes = detector.nodes();
   const auto heard = [&](const ExpectedNode& node) { return detector.silence(node.name).has_value(); };
@@ -80,7 +72,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       place_(place_of(file, options)),
       shutdown_(shutdown),
       turns_{bus::Clock::now(), bus::Clock::now()},
-      detector_(expected_nodes(file, place_.node), arm_names(file), watch_limits(file, kTurn),
+      detector_(expected_nodes(file, place_.node), arm_names(file), detection_limits(file, kTurn),
                 since_epoch(turns_.began), place_.host),
       replicator_(place_.node, options.memory, place_.supervisors.size() == 1),
       planners_(arms_with_standby(file), {file.supervision.takeover_lease, file.supervision.host_lease}, turns_.began),
@@ -165,6 +157,9 @@ void Supervisor::receive(bus::Clock::time_point now) {
 }
 
 void Supervisor::decide_leadership(bool led, bus::Clock::time_point last_turn) {
+  // A leader whose host hears no other host knows nothing of the cell, and no order reaches it.
+  const auto& leader = subscriptions_.other_mode();
+  if (leader && detector_.is_isolated(leader->node())) leadership_.leader_died();
   if (leadership_.decide(since_epoch(turns_.last), subscriptions_.newest_arrival())) {
     replicator_.begin_to_lead(replicated());
     publisher_.begin_to_lead(leadership_.term());
@@ -226,7 +221,6 @@ void Supervisor::publish_mode(bus::Clock::time_point now) {
   if (!mode) return;
   replicator_.about_to_publish(replicated(), *mode);
   publisher_.publish(*std::move(mode), now);
-  detector_.mode_published(publisher_.mode().sequence_number());
 }
 
 void Supervisor::publish_faults() {

@@ -19,7 +19,7 @@
 #include "services/runtime/shutdown.hpp"
 #include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/cell_snapshot.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/failover/leadership.hpp"
 #include "services/supervisor/planner_assignment.hpp"
 #include "services/supervisor/replication/replicator.hpp"
@@ -36,20 +36,19 @@ struct SupervisorPlace {
   std::string host;
 };
 
-/// Logs changes that no message tells: that every node was heard once, and that no other host hears us.
+/// Logs what no message tells: that every node was heard once.
 class TransitionLog {
  public:
   void matched(bus::Clock::time_point at) {
     if (!complete_) newest_match_ = at;
   }
   /// Once in each turn.
-  void look(const CellWatch& detector, bus::Clock::time_point now);
+  void look(const FaultDetector& detector, bus::Clock::time_point now);
 
  private:
   std::optional<bus::Clock::time_point> first_heard_;  ///< of any node
   bus::Clock::time_point newest_match_{};              ///< of any reader, until complete
   bool complete_ = false;                              ///< every node was heard once
-  bool unheard_ = false;
 };
 
 class Supervisor {
@@ -112,7 +111,7 @@ class Supervisor {
   SupervisorPlace place_;
   ShutdownSignal& shutdown_;
   Turns turns_;
-  CellWatch detector_;
+  FaultDetector detector_;
   CellSnapshot snapshot_;
   Replicator replicator_;
   PlannerAssignment planners_;

@@ -16,7 +16,8 @@ constexpr Time kAlone = std::chrono::seconds(1);
 /// What an agent tells so long after it happened was told to nobody in between: it is history.
 constexpr Time kLate = std::chrono::seconds(1);
 
-// Silence is judged by CellWatch, which knows of our own stalls; the middleware's deadlines would only cost time.
+// Silence is judged by FaultDetector, which compensates stalls of this process; the middleware's deadlines would only
+// cost time.
 bus::ReaderOptions without_deadline() {
   bus::ReaderOptions options;
   options.deadline = std::chrono::milliseconds(0);
@@ -59,6 +60,7 @@ SupervisorSubscriptions::Readers::Readers(bus::Participant& participant, bus::Ma
     : requests(participant, &urgent),
       processes(participant, &urgent),
       heartbeats(participant, &quiet, every_sample()),
+      rows(participant, &quiet),
       arms(participant, &quiet, every_sample()),
       goals(participant, &quiet),
       shapes(participant, &quiet),
@@ -75,6 +77,7 @@ void SupervisorSubscriptions::listen(const bus::EndpointId& self, const Listener
   hear_leaders(self, to);
   hear_processes(to);
   hear_nodes(to);
+  hear_rows(to);
   hear_drivers(to);
   hear_world(to);
 }
@@ -111,7 +114,7 @@ void SupervisorSubscriptions::hear_faults(const bus::EndpointId& self) {
   }
 }
 
-void SupervisorSubscriptions::adopt_faults(CellWatch& watch, const Clocks& clocks) {
+void SupervisorSubscriptions::adopt_faults(FaultDetector& watch, const Clocks& clocks) {
   for (const std::string& id : std::exchange(faults_.unadopted, {})) {
     const auto fault = faults_.told.all().find(id);
     if (fault == faults_.told.all().end()) continue;
@@ -135,10 +138,20 @@ void SupervisorSubscriptions::hear_nodes(const Listeners& to) {
     to.failover.hear(beat.subject(), lease_of(beat.lease()));
     // A node that says no more than that it failed has failed.
     const bool failed = beat.state() == msg::NodeState::NODE_FAILED;
-    const HeardMode mode{beat.heard_mode().term(), beat.heard_mode().sequence_number()};
-    to.detector.heard(beat.node(), {beat.pid(), arrival(sample), beat.sequence_number(), mode,
+    to.detector.heard(beat.node(), {beat.pid(), arrival(sample), beat.sequence_number(),
                                     failed ? std::optional(beat.cause()) : std::nullopt});
     to.snapshot.take_heartbeat(sample);
+  }
+}
+
+void SupervisorSubscriptions::hear_rows(const Listeners& to) {
+  for (const auto& sample : readers_.rows.take()) {
+    if (sample.disposed) continue;
+    std::vector<HostAge> ages;
+    for (const msg::HostAge& heard : sample.value.heard()) {
+      ages.push_back({heard.host(), std::chrono::round<Time>(std::chrono::duration<float>(heard.age()))});
+    }
+    to.detector.row_heard(sample.value.host(), ages, arrival(sample));
   }
 }
 
@@ -158,6 +171,8 @@ void SupervisorSubscriptions::hear_drivers(const Listeners& to) {
     } else {
       to.leadership.heard_term(state.newest_term(), arrival(sample));  // the only planner uses the cell's term
     }
+    const bool failed = state.mode() == msg::ArmMode::ARM_FAILED;
+    to.detector.device_heard(state.arm(), failed ? std::optional(state.reason()) : std::nullopt);
     to.snapshot.arms.insert_or_assign(state.arm(), heard(sample));
   }
   for (const auto& sample : readers_.goals.take()) to.snapshot.take_goal(sample);

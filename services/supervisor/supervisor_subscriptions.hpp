@@ -14,7 +14,7 @@
 #include "services/bus/endpoint.hpp"
 #include "services/runtime/told_faults.hpp"
 #include "services/supervisor/cell_snapshot.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/failover/leadership.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"
 #include "services/supervisor/messages.hpp"
@@ -25,7 +25,7 @@ class SupervisorSubscriptions {
  public:
   struct Listeners {
     CellSnapshot& snapshot;
-    CellWatch& detector;
+    FaultDetector& detector;
     Leadership& leadership;
     PlannerFailover& failover;
   };
@@ -61,7 +61,7 @@ class SupervisorSubscriptions {
   [[nodiscard]] const std::string& leader() const { return leader_.node; }
   /// Whoever leads answers for what others told while they led, also on another side of a partition: adopts what was
   /// heard since the last call. While we lead, listen() does it.
-  void adopt_faults(CellWatch& watch, const Clocks& clocks);
+  void adopt_faults(FaultDetector& watch, const Clocks& clocks);
   /// What others told of faults, by id.
   [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return faults_.told.all(); }
 
@@ -69,6 +69,7 @@ class SupervisorSubscriptions {
   void hear_leaders(const bus::EndpointId& self, const Listeners& to);
   void hear_faults(const bus::EndpointId& self);
   void hear_nodes(const Listeners& to);
+  void hear_rows(const Listeners& to);
   void hear_drivers(const Listeners& to);
   void hear_processes(const Listeners& to);
   void hear_process(const bus::Sample<msg::ProcessEvent>& sample, const Listeners& to);
@@ -90,6 +91,7 @@ class SupervisorSubscriptions {
     bus::Reader<msg::SupervisorRequest> requests;
     bus::Reader<msg::ProcessEvent> processes;
     bus::Reader<msg::Heartbeat> heartbeats;
+    bus::Reader<msg::Reachability> rows;
     bus::Reader<msg::ArmState> arms;
     bus::Reader<msg::GoalStatus> goals;
     bus::Reader<msg::ObstacleShapes> shapes;

@@ -8,7 +8,7 @@
 #include "services/runtime/cause.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -100,6 +100,17 @@ world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, cons
   return world.attach(request.name(), request.arm());
 }
 
+/// A request that names an arm is refused when another arm carries the obstacle.
+world::EditResult detach(world::BulletWorld& world, const msg::WorldEditRequest& request) {
+  const world::Obstacle* obstacle = find(world, request.name());
+  const bool names_arm = !request.arm().empty();
+  if (names_arm && obstacle != nullptr && obstacle->attachment && obstacle->attachment->arm != request.arm()) {
+    return refused(request.name(), "obstacle '" + request.name() + "' is attached to '" + obstacle->attachment->arm +
+                                       "', not to '" + request.arm() + "'");
+  }
+  return world.detach(request.name());
+}
+
 }  // namespace
 
 msg::Cause cause_of(const world::EditResult& result) {
@@ -133,7 +144,7 @@ world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, 
     case msg::EditKind::EDIT_ATTACH:
       return attach(world, cell, request);
     case msg::EditKind::EDIT_DETACH:
-      return world.detach(request.name());
+      return detach(world, request);
   }
   return refused(request.name(), "edit: unknown kind");
 }

@@ -74,7 +74,6 @@ void WorldService::step() {
 void WorldService::beat() {
   Vital vital;
   vital.term = term();
-  vital.heard_mode = modes_.view().number();
   for (std::size_t i = 0; i < arms_.arrivals().size(); ++i) {
     const std::string& name = file_.cell.arms[i].arm.name;
     const auto& measured = arms_.arrivals()[i];

@@ -1,7 +1,7 @@
 #include <string>
 
-#include "planner/cspace/obstacle_mapper.hpp"
-#include "planner/cspace/published_mapper.hpp"
+#include "planner/methods/sensed_cspace/obstacle_mapper.hpp"
+#include "planner/methods/sensed_cspace/published/published_mapper.hpp"
 #include "tests/bench/timings.hpp"
 #include "tests/support/brute_force_cspace.hpp"
 

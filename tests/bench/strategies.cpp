@@ -39,11 +39,6 @@ class FclStep {
   void run() { peer_->distances(0, now_, distances_); }
 
  private:
-  static std::vector<Arm> arms_of(const Cell& cell) {
-    std::vector<Arm> arms;
-    for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
-    return arms;
-  }
   const Cell& cell_;
   CellGeometry geometry_;
   std::unique_ptr<FclPeer> peer_;

@@ -5,9 +5,9 @@
 
 #include <idl/arm.h>
 
-#include "services/messages/convert.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/messages/convert.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
@@ -53,7 +53,6 @@ class Crowd {
     Vital vital;
     while (loop_.next()) {
       modes_.update();
-      vital.heard_mode = modes_.view().number();
       for (msg::ArmState& state : told_) {
         state.sequence_number(state.sequence_number() + 1);
         state.stamp_ns(stamp_now());

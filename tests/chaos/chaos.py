@@ -35,7 +35,7 @@ import namespaces  # noqa: E402
 from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import FiguresByFault, described, figures, log_figures, quantiles  # noqa: E402
-from injections import draw, is_supervisor, together  # noqa: E402
+from injections import draw, is_supervisor, pairs, together  # noqa: E402
 from live_cell import LiveCell, runs, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
@@ -67,7 +67,8 @@ class Unreached(AssertionError):
 
 
 NEVER = (math.inf, -math.inf)
-SILENCES = ("node_silent", "host_lost", "driver_silent", "world_silent")  # what a machine that stands still makes of anybody
+# What a machine that stands still makes of any component.
+SILENCES = ("node_silent", "host_lost", "host_isolated", "link_lost", "driver_silent", "world_silent")
 UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
 ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_takeovers")
 
@@ -357,7 +358,7 @@ class Chaos:
         """Whether this (kind, subject) was told of one of them; who was cut off before may be excused from it."""
         def told(_status):
             return next((fault for key, fault in self.cell.faults().items() if key not in self.known
-                         and (fault["kind"], fault["subject"]) == wanted), None)
+                         and wanted in pairs(fault)), None)
 
         what = f"{injection}: {wanted[0]} of {wanted[1]} is told"
         try:
@@ -390,7 +391,7 @@ class Chaos:
         self.check_terms()
         allowed = may_be_told(injections, self.nodes)
         for key, fault in self.cell.faults().items():
-            if key in self.known or (fault["kind"], fault["subject"]) in allowed:
+            if key in self.known or pairs(fault) & allowed:
                 continue
             # What another supervisor told before, in its own account, is history when it comes to light.
             if fault["cleared"] and fault["since_unix_ms"] < self.began:
@@ -402,7 +403,8 @@ class Chaos:
     def is_the_machines(self, fault):
         """Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole."""
         told = fault["since_unix_ms"]
-        silence = {"node_silent": self.limits.silence, "host_lost": self.limits.lease}.get(fault["kind"])
+        silence = {"node_silent": self.limits.silence, "host_lost": self.limits.lease, "host_isolated": self.limits.lease,
+                   "link_lost": self.limits.lease}.get(fault["kind"])
         stood_still = silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2)
         self.machine_stalls += 1 if stood_still else 0
         return bool(stood_still)

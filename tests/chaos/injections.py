@@ -45,13 +45,20 @@ def silence_of(node, limits):
 
 def silences(node):
     """What a node that fell silent is said to be: itself, or its stream, when heartbeats are heard again before the states
-    are (CellWatch::stream_sight)."""
+    are (FaultDetector::stream_sight)."""
     pairs = {("node_silent", node)}
     if node == "world":
         pairs.add(("world_silent", node))
     if node.startswith("driver/"):
         pairs.add(("driver_silent", node.removeprefix("driver/")))
     return pairs
+
+
+def pairs(fault):
+    """What a told fault means: (kind, subject). A host that is isolated is lost to the others; of a lost link, either end may be."""
+    if fault["kind"] == "link_lost":
+        return {("host_lost", host) for host in fault["subject"].split("<->")}
+    return {("host_lost" if fault["kind"] == "host_isolated" else fault["kind"], fault["subject"])}
 
 
 class Injection:
@@ -174,7 +181,8 @@ class Absence(OfHost):
 
     def may(self, places, blind):
         # Its nodes do not return in one instant.
-        return {("host_lost", self.host)}.union(*(silences(node) for node in self.nodes(places)))
+        nodes = {f"agent/{self.host}", *self.nodes(places)}
+        return {("host_lost", self.host)}.union(*map(silences, nodes))
 
     def hits(self, places):
         return set(filter(is_supervisor, self.nodes(places)))

@@ -101,7 +101,8 @@ class MayTest(unittest.TestCase):
 
     def test_a_lost_host_is_lost_and_its_nodes_may_return_late(self):
         self.assertEqual(self.may(lasting(Cut("north-pc", 2.0))),
-                         {("host_lost", "north-pc"), ("node_silent", "driver/north"), ("driver_silent", "north"),
+                         {("host_lost", "north-pc"), ("node_silent", "agent/north-pc"), ("node_silent", "driver/north"),
+                          ("driver_silent", "north"),
                           ("node_silent", "planner/north")})
 
     def test_a_host_that_only_works_worse_is_blamed_for_nothing(self):

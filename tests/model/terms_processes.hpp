@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "services/arm_driver/command_gate.hpp"
-#include "services/planner/duty.hpp"
+#include "services/planner/failover.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/supervisor/failover/leadership.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"

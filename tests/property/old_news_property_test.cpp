@@ -7,6 +7,7 @@
 
 #include "planner/arm_controller.hpp"
 #include "planner/local/old_news.hpp"
+#include "planner/methods/registry.hpp"
 #include "planner/simulation/arm_model.hpp"
 #include "planner/simulation/network_model.hpp"
 #include "tests/support/planar_point.hpp"
@@ -69,7 +70,7 @@ class Duel {
       arms_.push_back(arm);
     }
     LocalParameters parameters;
-    parameters.method = Method::kLocal;  // no way around
+    parameters.method = built_in_method("local");  // no way around
     parameters.damper = {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55};
     parameters.state_age_limit = 1.0;
     for (int i = 0; i < 2; ++i) {
@@ -167,7 +168,7 @@ class StarvedRun {
     arm_.limits.velocity.setConstant(1.5);
     arm_.limits.acceleration.setConstant(10.0);
     LocalParameters parameters;
-    parameters.method = Method::kBoundaryFollowing;
+    parameters.method = built_in_method("boundary_following");
     parameters.damper = {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55};
     parameters.state_age_limit = 1.0;
     controller_.emplace(CellGeometry({arm_}, 0), parameters, kPeriod, random_.next());

@@ -1,6 +1,7 @@
 // Arms that know no obstacle but what their sensors see: docs/design/0012-sensed-cspace.md.
 #include <gtest/gtest.h>
 
+#include "planner/methods/sensed_cspace/cspace_method.hpp"
 #include "planner/simulation/batch.hpp"
 #include "services/config/cell_file.hpp"
 
@@ -11,10 +12,19 @@ Cell cell_of(const std::string& name) {
   return config::load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + name + ".yaml").cell;
 }
 
-BatchReport simulate(Cell cell, Method method, Remember remember, int tasks) {
+BatchReport simulate(Cell cell, const char* method, Remember remember, int tasks) {
   for (PlannedArm& planned : cell.arms) {
-    planned.parameters.method = method;
-    planned.parameters.sensed.remember = remember;
+    planned.select_method(method);
+    const auto& chosen = dynamic_cast<const cspace::CspaceMethod&>(*planned.parameters.method);
+    const auto with = [&](auto changed) {
+      changed.parameters.remember = remember;
+      planned.parameters.method = std::make_shared<decltype(changed)>(changed);
+    };
+    if (chosen.traits().sensor_only) {
+      with(dynamic_cast<const cspace::SensedCspace&>(chosen));
+    } else {
+      with(dynamic_cast<const cspace::KnownCspace&>(chosen));
+    }
   }
   BatchOptions options;
   options.tasks = tasks;
@@ -26,11 +36,11 @@ BatchReport simulate(Cell cell, Method method, Remember remember, int tasks) {
 // senses them may miss some, as docs/design/0012-sensed-cspace.md says.
 TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   const Cell cell = cell_of("planar_2r");
-  const BatchReport known = simulate(cell, Method::kKnownCspace, Remember::kAlways, 25);
+  const BatchReport known = simulate(cell, "known_cspace", Remember::kAlways, 25);
   EXPECT_EQ(known.contacts, 0U);
   EXPECT_GE(known.reached, 12);
   for (const Remember remember : {Remember::kUntilNearer, Remember::kAlways}) {
-    const BatchReport sensed = simulate(cell, Method::kSensedCspace, remember, 25);
+    const BatchReport sensed = simulate(cell, "sensed_cspace", remember, 25);
     EXPECT_EQ(sensed.contacts, 0U) << sensed.smallest.a << " – " << sensed.smallest.b;
     EXPECT_GE(sensed.reached, 10);
   }
@@ -42,19 +52,19 @@ TEST(SensedCspace, BlindArmsCollideInTheseScenes) {
   cell.arms[0].sensors.resize(1);
   cell.arms[0].sensors[0].rays.resize(1);
   cell.arms[0].sensors[0].range = 0.001;
-  EXPECT_GT(simulate(cell, Method::kSensedCspace, Remember::kAlways, 25).contacts, 10U);
+  EXPECT_GT(simulate(cell, "sensed_cspace", Remember::kAlways, 25).contacts, 10U);
 }
 
 TEST(SensedCspace, InSpaceByPlanes) {
-  const BatchReport sensed = simulate(cell_of("puma_sensed"), Method::kSensedCspace, Remember::kAlways, 4);
+  const BatchReport sensed = simulate(cell_of("puma_sensed"), "sensed_cspace", Remember::kAlways, 4);
   EXPECT_EQ(sensed.contacts, 0U) << sensed.smallest.a << " – " << sensed.smallest.b;
   EXPECT_GE(sensed.reached, 3);
 }
 
 TEST(SensedCspace, IsRepeatable) {
   const Cell cell = cell_of("planar_2r");
-  const BatchReport a = simulate(cell, Method::kSensedCspace, Remember::kUntilNearer, 5);
-  const BatchReport b = simulate(cell, Method::kSensedCspace, Remember::kUntilNearer, 5);
+  const BatchReport a = simulate(cell, "sensed_cspace", Remember::kUntilNearer, 5);
+  const BatchReport b = simulate(cell, "sensed_cspace", Remember::kUntilNearer, 5);
   EXPECT_EQ(a.times, b.times);
   EXPECT_EQ(a.smallest.distance, b.smallest.distance);
 }

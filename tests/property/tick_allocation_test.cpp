@@ -1,6 +1,7 @@
 // A tick does not allocate, whatever it meets: free motion, contact, relaxation, boundary following, redrawn subspaces.
 #include <gtest/gtest.h>
 
+#include "planner/methods/registry.hpp"
 #include "planner/tick.hpp"
 #include "services/config/cell_file.hpp"
 #include "tests/support/allocation_counter.hpp"
@@ -23,7 +24,7 @@ TEST(TickAllocation, NeverAllocates) {
       const long before = test::allocations();
       const TickResult result = tick(geometry, cell.arms[0].parameters, situation.input, memory, scratch);
       ASSERT_EQ(test::allocations(), before) << "trial " << trial << ", step " << step;
-      following += memory.local.follower.following ? 1 : 0;
+      following += memory.local.deviation.active ? 1 : 0;
       relaxed += result.relaxed ? 1 : 0;
       situation.input.q = result.q;
       situation.input.qd = result.qd;
@@ -33,10 +34,12 @@ TEST(TickAllocation, NeverAllocates) {
   EXPECT_GT(relaxed, 20);
 }
 
-TEST(TickAllocation, NeitherDoesAPotentialField) {
+class TickAllocationOf : public testing::TestWithParam<std::string_view> {};
+
+TEST_P(TickAllocationOf, IsNone) {
   const Cell cell = config::load_cell_file(HECATON_SOURCE_DIR "/deploy/cells/three_puma.yaml").cell;
   LocalParameters parameters = cell.arms[0].parameters;
-  parameters.method = Method::kPotentialField;
+  parameters.method = built_in_method(GetParam());
   const CellGeometry geometry = test::geometry_of(cell, 0);
   TickScratch scratch(geometry, parameters);
   Random random(22);
@@ -55,6 +58,9 @@ TEST(TickAllocation, NeitherDoesAPotentialField) {
   }
   EXPECT_GT(moved, 10.0);
 }
+
+INSTANTIATE_TEST_SUITE_P(Methods, TickAllocationOf, testing::ValuesIn(built_in_methods().names()),
+                         [](const auto& method) { return std::string(method.param); });
 
 }  // namespace
 }  // namespace hecaton::planner

@@ -1,14 +1,14 @@
 #pragma once
 /// The C-space image of an obstacle the slow way: the arm placed in the centre of every cell and its distance from the
-/// obstacle measured. Shares nothing with planner/cspace but its types.
+/// obstacle measured. Shares nothing with planner/methods/sensed_cspace but its types.
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "planner/cspace/convex_piece.hpp"
-#include "planner/cspace/cspace_map.hpp"
 #include "planner/local/random.hpp"
+#include "planner/methods/sensed_cspace/convex_piece.hpp"
+#include "planner/methods/sensed_cspace/cspace_map.hpp"
 
 namespace hecaton::test {
 

@@ -6,7 +6,7 @@
 #include "planner/cell.hpp"
 #include "planner/local/random.hpp"
 #include "planner/tick.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::test {
 
@@ -52,9 +52,7 @@ struct Situation {
 };
 
 inline planner::CellGeometry geometry_of(const planner::Cell& cell, int self) {
-  std::vector<planner::Arm> arms;
-  for (const auto& planned : cell.arms) arms.push_back(planned.arm);
-  planner::CellGeometry geometry(arms, self);
+  planner::CellGeometry geometry(arms_of(cell), self);
   geometry.set_obstacles(cell.scene.obstacles);
   return geometry;
 }

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "world/model/obstacle_motion.hpp"
 #include "world/model/pose.hpp"
-#include "world/sim/obstacle_motion.hpp"
 
 namespace hecaton::world {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "world/model/obstacle_motion.hpp"
+#include "world/model/scene_checks.hpp"
 #include "world/sim/arm_track.hpp"
-#include "world/sim/obstacle_motion.hpp"
 #include "world/sim/pushing.hpp"
-#include "world/sim/scene_checks.hpp"
 
 namespace hecaton::world {
 namespace {

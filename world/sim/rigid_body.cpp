@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "world/model/scene_checks.hpp"
 #include "world/sim/bullet_shape.hpp"
-#include "world/sim/scene_checks.hpp"
 
 namespace hecaton::world {
 namespace {

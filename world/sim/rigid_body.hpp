@@ -7,8 +7,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "world/model/obstacle_motion.hpp"
 #include "world/model/scene.hpp"
-#include "world/sim/obstacle_motion.hpp"
 
 namespace hecaton::world {
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "services/runtime/arm_lease.hpp"
+#include "services/runtime/stall_compensated_clock.hpp"
 #include "services/supervisor/failover/leadership.hpp"
-#include "services/supervisor/liveness.hpp"
 
 namespace hecaton::services {
 

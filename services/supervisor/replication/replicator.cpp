@@ -24,7 +24,7 @@ Replicator::Replicator(std::string node, const std::string& checkpoint_path, boo
   faults_.leave(file_.kept().faults, file_.kept().term);
 }
 
-void Replicator::restore(CellWatch& detector) {
+void Replicator::restore(FaultDetector& detector) {
   detector.mode().restore(file_.kept().orders, file_.kept().causes);
   detector.faults().recall(file_.kept().faults);
 }
@@ -75,7 +75,7 @@ void Replicator::remember_leader(const Cell& cell) {
 }
 
 void Replicator::begin_to_lead(const Cell& cell) {
-  CellWatch& detector = cell.detector;
+  FaultDetector& detector = cell.detector;
   const Time now = since_epoch(cell.now);
   detector.faults().begin_life(cell.term);
   // After another leader its orders and faults hold; after our own earlier life those that we remember.
@@ -84,7 +84,6 @@ void Replicator::begin_to_lead(const Cell& cell) {
   if (other && other->term() >= led_under_) {
     detector.mode().restore(orders_in(*other));
     detector.faults().recall(faults_in(cell.subscriptions.faults_of_others(), other->term(), read_clocks()));
-    detector.succeed(other->node(), now - other_spoke);
     detector.judge_again(other_spoke - kTold);
     for (const auto& [id, left] : faults_.left()) detector.adopt(left.cause, left.record, now);
     detector.faults().clear(node_, now);  // whatever the other thought of us
@@ -97,12 +96,10 @@ void Replicator::begin_to_lead(const Cell& cell) {
   orders_.begin_to_lead();
   leads_ = true;
   led_under_ = cell.term;
-  detector.begin_to_lead(led_under_);
 }
 
 void Replicator::stand_back(const Cell& cell) {
   if (!std::exchange(leads_, false)) return;
-  cell.detector.stand_back();
   orders_.stand_back(cell.detector.mode().orders());
   faults_.leave(cell.detector.faults().history(), led_under_);
   faults_published_ = true;

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "services/supervisor/cell_publisher.hpp"
-#include "services/supervisor/cell_watch.hpp"
+#include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/replication/checkpoint.hpp"
 #include "services/supervisor/replication/unreplicated.hpp"
 #include "services/supervisor/supervisor_subscriptions.hpp"
@@ -17,7 +17,7 @@ class Replicator {
  public:
   /// What it works on, in one turn.
   struct Cell {
-    CellWatch& detector;
+    FaultDetector& detector;
     SupervisorSubscriptions& subscriptions;
     CellPublisher& publisher;
     std::uint64_t term;          ///< our last
@@ -29,7 +29,7 @@ class Replicator {
   Replicator(std::string node, const std::string& checkpoint_path, bool alone);
 
   /// Gives the detector the orders and faults of an earlier life. Before the first turn.
-  void restore(CellWatch& detector);
+  void restore(FaultDetector& detector);
 
   /// A standby: publishes once more what an earlier life left unreplicated, hands its orders to the leader, and writes
   /// the leader's orders and faults into its own checkpoint. To be called before the heartbeat that acknowledges them.

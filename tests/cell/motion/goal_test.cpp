@@ -38,7 +38,7 @@ TEST_F(MotionGoal, NamedAndToolPoseGoalsAreReached) {
   named.kind(msg::GoalKind::GOAL_NAMED);
   named.named("ready");
   send(named);
-  ASSERT_TRUE(await([&] { return is("named", msg::GoalState::GOAL_REACHED); })) << status("named")->reason();
+  ASSERT_TRUE(await([&] { return is("named", msg::GoalState::GOAL_REACHED); })) << status("named")->cause().text();
   EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
 
   // In front of the arm, tool pointing down: half a turn about x.
@@ -52,7 +52,7 @@ TEST_F(MotionGoal, NamedAndToolPoseGoalsAreReached) {
   send(pose);
   ASSERT_TRUE(
       await([&] { return is("pose", msg::GoalState::GOAL_REACHED) || is("pose", msg::GoalState::GOAL_REJECTED); }));
-  EXPECT_EQ(status("pose")->state(), msg::GoalState::GOAL_REACHED) << status("pose")->reason();
+  EXPECT_EQ(status("pose")->state(), msg::GoalState::GOAL_REACHED) << status("pose")->cause().text();
 }
 
 TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
@@ -83,12 +83,15 @@ TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
   send(far);
   for (const Bad& goal : bad) {
     ASSERT_TRUE(await([&] { return is(goal.goal, msg::GoalState::GOAL_REJECTED); })) << goal.goal;
-    EXPECT_NE(status(goal.goal)->reason().find(goal.said), std::string::npos) << status(goal.goal)->reason();
+    EXPECT_NE(status(goal.goal)->cause().text().find(goal.said), std::string::npos)
+        << status(goal.goal)->cause().text();
   }
   ASSERT_TRUE(
       await([&] { return is("unknown", msg::GoalState::GOAL_REJECTED) && is("far", msg::GoalState::GOAL_REJECTED); }));
-  EXPECT_NE(status("unknown")->reason().find("it has home, ready"), std::string::npos) << status("unknown")->reason();
-  EXPECT_NE(status("far")->reason().find("cannot be at (5, 0, 0)"), std::string::npos) << status("far")->reason();
+  EXPECT_NE(status("unknown")->cause().text().find("it has home, ready"), std::string::npos)
+      << status("unknown")->cause().text();
+  EXPECT_NE(status("far")->cause().text().find("cannot be at (5, 0, 0)"), std::string::npos)
+      << status("far")->cause().text();
 
   ASSERT_TRUE(await([&] { return is("good", msg::GoalState::GOAL_REACHED); }));
   EXPECT_FALSE(ever("good", msg::GoalState::GOAL_REPLACED));
@@ -121,7 +124,7 @@ TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
     send(joint_goal("into" + std::to_string(attempt), kReady));
     return false;
   }));
-  const std::string reason = status("into" + std::to_string(attempt))->reason();
+  const std::string reason = status("into" + std::to_string(attempt))->cause().text();
   EXPECT_NE(reason.find("in collision: arm1/"), std::string::npos) << reason;
   EXPECT_NE(reason.find("wall"), std::string::npos) << reason;
 }
@@ -148,7 +151,7 @@ TEST_F(MotionGoal, EndsAtItsTimeLimit) {
   hasty.time_limit(0.3);  // 2.5 rad at 1.5 rad/s take more than 1.6 s
   send(hasty);
   ASSERT_TRUE(await([&] { return is("hasty", msg::GoalState::GOAL_TIMED_OUT); }));
-  EXPECT_NE(status("hasty")->reason().find("not reached within 0.3 s"), std::string::npos);
+  EXPECT_NE(status("hasty")->cause().text().find("not reached within 0.3 s"), std::string::npos);
 }
 
 // The arm stands, held, so that nothing but the planner's memory can bring it there afterwards.

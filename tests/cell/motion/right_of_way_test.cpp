@@ -28,12 +28,12 @@ class MotionRightOfWay : public MotionCell {
   /// The arm made room for `other` on its way to `goal`, as it told everybody.
   [[nodiscard]] bool yielded(const std::string& goal, const std::string& other) const {
     return std::any_of(told(goal).begin(), told(goal).end(), [&](const msg::GoalStatus& status) {
-      return status.trying() == "makes room for arm " + other && status.held_for() > 0.0;
+      return status.recovery_action() == "makes room for arm " + other && status.blocked_duration() > 0.0;
     });
   }
   [[nodiscard]] bool asked(const std::string& goal) const {
     return std::any_of(told(goal).begin(), told(goal).end(),
-                       [](const msg::GoalStatus& status) { return status.claim() > 0; });
+                       [](const msg::GoalStatus& status) { return status.priority() > 0; });
   }
   [[nodiscard]] const std::vector<msg::GoalStatus>& told(const std::string& goal) const { return told_.at(goal); }
 };

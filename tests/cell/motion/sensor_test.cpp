@@ -48,7 +48,7 @@ TEST_F(MotionSensor, WhoeverPublishesScansShowsTheArmItsWay) {
   send(joint_goal("silent", across));
   ASSERT_TRUE(await([&] {
     const msg::GoalStatus* told = status("silent");
-    return told != nullptr && told->reason().find("sensor eye was never heard") != std::string::npos;
+    return told != nullptr && told->cause().text().find("sensor eye was never heard") != std::string::npos;
   })) << "without its sensor it stays";
 
   // Something stops the first link on its way; to the other side there is none.
@@ -57,7 +57,7 @@ TEST_F(MotionSensor, WhoeverPublishesScansShowsTheArmItsWay) {
     publish(0.3, true);
     const msg::GoalStatus* told = status("barred");
     return told != nullptr && told->state() == msg::GoalState::GOAL_BLOCKED &&
-           told->reason().find("what it knows of the obstacles leaves no way to the goal") != std::string::npos;
+           told->cause().text().find("what it knows of the obstacles leaves no way to the goal") != std::string::npos;
   }));
   ASSERT_NE(arm(), nullptr);
   EXPECT_LT(arm()->q()[0], -0.05);

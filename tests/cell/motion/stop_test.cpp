@@ -42,7 +42,7 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
   planner.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
   ASSERT_TRUE(seen(msg::ArmMode::ARM_BRAKING));
-  EXPECT_NE(arm()->reason().find("commands ceased"), std::string::npos) << arm()->reason();
+  EXPECT_NE(arm()->cause().text().find("commands ceased"), std::string::npos) << arm()->cause().text();
   for (const double speed : arm()->qd()) EXPECT_EQ(speed, 0.0);
 
   // On its stop profile, all joints together at the cell's 10 rad/s²: from every sample on the way the arm comes to
@@ -69,8 +69,8 @@ TEST_F(MotionStop, HoldStopsTheArmAndRunLetsItGoOnToTheSameGoal) {
   move_away("g");
   set_mode(msg::Mode::MODE_HOLD, 1, "somebody opened the door");
   ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
-  EXPECT_EQ(arm()->reason(), "the cell is held: somebody opened the door");
-  ASSERT_TRUE(await([&] { return status("g")->reason() == "the cell is held: somebody opened the door"; }));
+  EXPECT_EQ(arm()->cause().text(), "the cell is held: somebody opened the door");
+  ASSERT_TRUE(await([&] { return status("g")->cause().text() == "the cell is held: somebody opened the door"; }));
   EXPECT_EQ(status("g")->state(), msg::GoalState::GOAL_ACTIVE);
   set_mode(msg::Mode::MODE_RUN, 1);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
@@ -93,7 +93,7 @@ TEST_F(MotionStop, ThePlannerStopsForASilentWorldSaysSoAndGoesOnWithTheNext) {
   move_away("g");
   world.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
-  EXPECT_EQ(status("g")->reason(), "the world is silent");
+  EXPECT_EQ(status("g")->cause().text(), "the world is silent");
   EXPECT_FALSE(moves());
   start_world();
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
@@ -114,7 +114,7 @@ TEST_F(MotionStopOfTwo, AnArmWhoseNeighbourFallsSilentStopsSaysSoAndGoesOnWhenIt
   ASSERT_TRUE(await([&] { return moves("arm1"); }));
   neighbour.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
-  EXPECT_EQ(status("g")->reason().find("the last state of arm arm2 is "), 0U) << status("g")->reason();
+  EXPECT_EQ(status("g")->cause().text().find("the last state of arm arm2 is "), 0U) << status("g")->cause().text();
   EXPECT_FALSE(moves("arm1"));
   start_driver("arm2");
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
@@ -146,7 +146,7 @@ TEST_F(MotionStop, CommandsOfAnOlderTermAreRefusedCountedAndNeverMoveTheArm) {
   command.q(kReady);  // where the stale sender would take the arm
   ASSERT_TRUE(send_until(4, [&] { return arm()->stale_rejected() >= 10 && in(msg::ArmMode::ARM_STOPPED); }));
   EXPECT_EQ(arm()->term(), 5U);
-  EXPECT_EQ(arm()->reason(), "commands of planner/test carry term 4, which is older than 5");
+  EXPECT_EQ(arm()->cause().text(), "commands of planner/test carry term 4, which is older than 5");
   for (std::size_t j = 0; j < kHome.size(); ++j) EXPECT_NEAR(arm()->q()[j], kHome[j], 1e-9);
 
   // A cell mode of a newer term outdates the commands, too.
@@ -163,7 +163,7 @@ TEST_F(MotionStop, UnusableCommandsAreRefusedWithASentence) {
   bus::Writer<msg::ArmCommand> commands(participant_);
   start_driver();
   ASSERT_TRUE(commands.wait_matched(1, kLimit));
-  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->reason() == "no command came yet"; }));
+  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->cause().text() == "no command came yet"; }));
   msg::ArmCommand command;
   command.arm("arm1");
   command.node("planner/test");
@@ -175,12 +175,12 @@ TEST_F(MotionStop, UnusableCommandsAreRefusedWithASentence) {
     return await([&] {
       command.sequence_number(command.sequence_number() + 1);
       EXPECT_TRUE(commands.write(command));
-      return arm()->reason() == sentence;
+      return arm()->cause().text() == sentence;
     });
   };
-  EXPECT_TRUE(refused({1, 2, 3}, "command of planner/test: q has 3 joints, the arm has 6")) << arm()->reason();
+  EXPECT_TRUE(refused({1, 2, 3}, "command of planner/test: q has 3 joints, the arm has 6")) << arm()->cause().text();
   EXPECT_TRUE(refused({0, 0, std::nan(""), 0, 0, 0}, "command of planner/test: q[2] = nan must be finite"))
-      << arm()->reason();
+      << arm()->cause().text();
   EXPECT_EQ(arm()->mode(), msg::ArmMode::ARM_STARTING);
   EXPECT_EQ(arm()->term(), 0U);
 }

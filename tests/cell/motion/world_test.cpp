@@ -90,6 +90,7 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   ASSERT_TRUE(attached.done()) << attached.cause().text();
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to() == "arm1"; }));
   ASSERT_TRUE(await([&] { return arm()->carried() == "crate"; }));
+  EXPECT_NE(refusal(request(msg::EditKind::EDIT_DETACH, "crate", "arm2")).find("attached to 'arm1'"), std::string::npos);
   ASSERT_TRUE(edit(request(msg::EditKind::EDIT_DETACH, "crate")).done());
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to().empty() && arm()->carried().empty(); }));
 

@@ -112,7 +112,8 @@ msg::CellMode HealthCell::await_mode(const std::string& what,
     }
     static_cast<void>(modes_.wait_for_data(1s));
   }
-  give_up("no such mode: " + what + "; last: " + std::to_string(last.mode()) + ' ' + causes_text(last));
+  give_up("no such mode: " + what + "; last: " + std::to_string(static_cast<int>(last.mode())) + ' ' +
+          causes_text(last));
 }
 
 msg::Fault HealthCell::await_fault(const std::string& what, const std::function<bool(const msg::Fault&)>& condition) {
@@ -159,7 +160,8 @@ msg::GoalStatus HealthCell::await_goal(const std::string& goal,
     }
     static_cast<void>(goal_news_.wait_for_data(1s));
   }
-  give_up("no such news of goal " + goal + "; last: " + std::to_string(last.state()) + ' ' + last.reason());
+  give_up("no such news of goal " + goal + "; last: " + std::to_string(static_cast<int>(last.state())) + ' ' +
+          last.cause().text());
 }
 
 msg::ArmState HealthCell::next_state(const std::string& arm) {
@@ -253,8 +255,8 @@ bool Witnesses::await_all_ended() const {
 
 std::string text_of(const msg::CellStatus& status) {
   std::ostringstream text;
-  text << "mode " << status.mode().mode() << " term " << status.mode().term() << ' ' << causes_text(status.mode())
-       << '\n';
+  text << "mode " << static_cast<int>(status.mode().mode()) << " term " << status.mode().term() << ' '
+       << causes_text(status.mode()) << '\n';
   for (const auto& arm : status.arms()) text << arm.arm() << " waits for: " << arm.waiting_for().text() << '\n';
   for (const auto& node : status.nodes()) {
     text << node.heartbeat().node() << (node.alive() ? " alive " : " not alive ") << node.age() << " s\n";

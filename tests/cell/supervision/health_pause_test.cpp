@@ -64,7 +64,7 @@ TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   // Its simulated arm went on as an arm does whose commands cease, and what lay in its sockets did not move it.
   const auto first = cell_.next_state("left");
-  EXPECT_EQ(first.mode(), msg::ArmMode::ARM_STOPPED) << first.reason();
+  EXPECT_EQ(first.mode(), msg::ArmMode::ARM_STOPPED) << first.cause().text();
   for (const double speed : first.qd()) EXPECT_EQ(speed, 0.0);
   expect_arrival();
   static_cast<void>(fault_that_is_over("node_silent", "driver/left"));
@@ -126,9 +126,9 @@ TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGSTOP));
   cell_.await_dropped("agent/localhost");
   cell_.await("agent/localhost is a fault",
-              [](const msg::CellStatus& status) { return open_faults(status, "host_lost", "localhost") == 1; });
+              [](const msg::CellStatus& status) { return open_faults(status, "node_silent", "agent/localhost") == 1; });
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGCONT));
-  static_cast<void>(fault_that_is_over("host_lost", "localhost"));
+  static_cast<void>(fault_that_is_over("node_silent", "agent/localhost"));
   const auto after = cell_.await_healthy();
   for (const auto& process : before.hosts()[0].processes()) {
     EXPECT_EQ(process_of(after, process.name())->pid(), process.pid());

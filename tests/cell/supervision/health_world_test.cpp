@@ -119,7 +119,8 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   const auto refused = cell_.await_goal("into the crate", [](const msg::GoalStatus& status) {
     return status.state() == msg::GoalState::GOAL_REJECTED || status.state() == msg::GoalState::GOAL_BLOCKED;
   });
-  EXPECT_NE((refused.reason() + refused.binding_other()).find("crate"), std::string::npos) << refused.reason();
+  EXPECT_NE((refused.cause().text() + refused.binding_other()).find("crate"), std::string::npos)
+      << refused.cause().text();
 }
 
 /// The file that a service was told to keep its memory in.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "planner/methods/registry.hpp"
 #include "planner/tick.hpp"
 #include "tests/support/planar_point.hpp"
 
@@ -12,11 +13,11 @@ namespace hecaton::planner {
 
 /// One point among boxes; steps its own ticks and remembers the smallest distance to a box's surface.
 struct Journey {
-  Journey(const std::vector<world::Obstacle>& boxes, Method method, std::uint64_t seed = 1)
+  Journey(const std::vector<world::Obstacle>& boxes, std::shared_ptr<const MotionMethod> method, std::uint64_t seed = 1)
       : geometry({test::planar_point()}, 0), obstacles(boxes), memory{LocalMemory(seed)}, scratch(geometry) {
     geometry.set_obstacles(obstacles);
     scratch.rebuild(geometry);
-    parameters.method = method;
+    parameters.method = std::move(method);
     for (const auto& box : boxes) states.push_back({box.X_WO, {}, 0.0});
     input.qd = test::joints({0, 0});
     input.has_goal = true;

@@ -10,7 +10,7 @@ using test::box_obstacle;
 using test::joints;
 
 TEST(Manoeuvre, ADetourVisitsItsWayPointFirst) {
-  Journey journey({}, Method::kBoundaryFollowing);
+  Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 1});
@@ -33,7 +33,7 @@ TEST(Manoeuvre, ADetourVisitsItsWayPointFirst) {
 }
 
 TEST(Manoeuvre, ADetourIsGivenUpWhenItsTimeIsOver) {
-  Journey journey({}, Method::kBoundaryFollowing);
+  Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 2});  // 4 s away
@@ -47,7 +47,7 @@ TEST(Manoeuvre, ADetourIsGivenUpWhenItsTimeIsOver) {
 }
 
 TEST(Manoeuvre, ADetourIntoAWallIsGivenUp) {
-  Journey journey({box_obstacle("wall", {0, 0.5, 0}, {3, 0.1, 0.1})}, Method::kBoundaryFollowing);
+  Journey journey({box_obstacle("wall", {0, 0.5, 0}, {3, 0.1, 0.1})}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 1});
@@ -63,7 +63,7 @@ TEST(Manoeuvre, ADetourIntoAWallIsGivenUp) {
 }
 
 TEST(Manoeuvre, ANewGoalEndsIt) {
-  Journey journey({}, Method::kBoundaryFollowing);
+  Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 2});
@@ -78,7 +78,7 @@ TEST(Manoeuvre, ANewGoalEndsIt) {
 }
 
 TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
-  Journey journey({}, Method::kBoundaryFollowing);
+  Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre evasion;
   evasion.kind = ManoeuvreKind::kEvade;
   evasion.q = joints({0, 0.2});
@@ -94,7 +94,7 @@ TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
 }
 
 TEST(Manoeuvre, AnArmWithoutAGoalEvadesAndStaysWhereThatLed) {
-  Journey journey({}, Method::kBoundaryFollowing);
+  Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre evasion;
   evasion.kind = ManoeuvreKind::kEvade;
   evasion.q = joints({0, 0.2});

@@ -20,12 +20,6 @@ TEST(LocalParameters, RefusalsNameKeyValueAndRule) {
   p.damper.convergence_speed = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(p.validate(), "damper.convergence_speed = nan must be a finite number above 0");
   p = {};
-  p.follower.exit_fraction = 1.0;
-  EXPECT_EQ(p.validate(), "follower.exit_fraction = 1 must be between 0 and 1, both excluded");
-  p = {};
-  p.follower.redraw_after = -1.0;
-  EXPECT_EQ(p.validate(), "follower.redraw_after = -1 must be 0 (never) or a time in seconds");
-  p = {};
   p.yielding.patience = -2.0;
   EXPECT_EQ(p.validate(), "yielding.patience = -2 must be 0 (never) or a time in seconds");
 }

@@ -16,7 +16,7 @@ using test::box_obstacle;
 using test::joints;
 
 TEST(Tick, ReachesAFreeGoalStraightAndFast) {
-  Journey run({}, Method::kLocal);
+  Journey run({}, built_in_method("local"));
   ASSERT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 1000), TickStatus::kReached);
   // 2 m at 0.5 m/s, plus ramps of 0.125 s and the exponential end: no less than 4 s, no more than 5.
   EXPECT_GT(run.ticks, 400);
@@ -48,14 +48,14 @@ TEST(Tick, AContinuousJointReachesItsGoalTheShortWayRound) {
 }
 
 TEST(Tick, TheLocalPlannerAloneStopsBeforeAWall) {
-  Journey run(kWall, Method::kLocal);
+  Journey run(kWall, built_in_method("local"));
   EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 3000), TickStatus::kBlocked);
   EXPECT_GE(run.nearest, 0.019);  // dₛ
 }
 
 TEST(Tick, BoundaryFollowingGoesAroundTheWall) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    Journey run(kWall, Method::kBoundaryFollowing, seed);
+    Journey run(kWall, built_in_method("boundary_following"), seed);
     EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 6000), TickStatus::kReached) << "seed " << seed;
     EXPECT_GE(run.nearest, 0.019);
   }
@@ -63,7 +63,7 @@ TEST(Tick, BoundaryFollowingGoesAroundTheWall) {
 
 TEST(Tick, BoundaryFollowingSwitchesWallsInACorner) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    Journey run(kCorner, Method::kBoundaryFollowing, seed);
+    Journey run(kCorner, built_in_method("boundary_following"), seed);
     EXPECT_EQ(run.drive(joints({-1, 0.1}), joints({1.5, 0.1}), 12000), TickStatus::kReached) << "seed " << seed;
     EXPECT_GE(run.nearest, 0.019);
   }
@@ -83,23 +83,23 @@ void drive_until_it_thinks(Journey& run) {
 }
 
 TEST(Tick, ABlockedArmWaitsForAManoeuvreNoLongerThanItMay) {
-  Journey run(kWall, Method::kBoundaryFollowing);
+  Journey run(kWall, built_in_method("boundary_following"));
   drive_until_it_thinks(run);
   int waited = 1;
   while (run.step().thinks) ++waited;
   EXPECT_NEAR(waited, 10, 1);  // 0.1 s of 10 ms
-  EXPECT_TRUE(run.memory.local.follower.following);
+  EXPECT_TRUE(run.memory.local.deviation.active);
 }
 
 TEST(Tick, ABlockedArmTurnsAsideOnceItIsToldToGoOn) {
-  Journey run(kWall, Method::kBoundaryFollowing);
+  Journey run(kWall, built_in_method("boundary_following"));
   drive_until_it_thinks(run);
   begin({}, run.memory.local);
   EXPECT_EQ(run.step().status, TickStatus::kFollowing);
 }
 
 TEST(Tick, SaysWhatBinds) {
-  Journey run(kWall, Method::kLocal);
+  Journey run(kWall, built_in_method("local"));
   run.drive(joints({-1, 0}), joints({1, 0}), 2000);
   const TickResult result = run.step();
   ASSERT_TRUE(result.has_binding);
@@ -109,7 +109,7 @@ TEST(Tick, SaysWhatBinds) {
 }
 
 TEST(Tick, SaysAlongWhichBoundaryItGoes) {
-  Journey run(kWall, Method::kBoundaryFollowing);
+  Journey run(kWall, built_in_method("boundary_following"));
   run.input.q = joints({-1, 0});
   run.input.q_goal = joints({1, 0});
   int following = 0;
@@ -125,8 +125,8 @@ TEST(Tick, SaysAlongWhichBoundaryItGoes) {
 }
 
 TEST(Tick, IsAFunctionOfInputAndMemory) {
-  Journey first(kCorner, Method::kBoundaryFollowing, 5);
-  Journey second(kCorner, Method::kBoundaryFollowing, 5);
+  Journey first(kCorner, built_in_method("boundary_following"), 5);
+  Journey second(kCorner, built_in_method("boundary_following"), 5);
   first.drive(joints({-1, 0.1}), joints({1.5, 0.1}), 777);
   second.drive(joints({-1, 0.1}), joints({1.5, 0.1}), 777);
   EXPECT_EQ(first.input.q, second.input.q);
@@ -139,7 +139,7 @@ TEST(Tick, IsAFunctionOfInputAndMemory) {
 }
 
 TEST(Tick, BrakesOnTheStopProfileWhenTold) {
-  Journey run({}, Method::kLocal);
+  Journey run({}, built_in_method("local"));
   run.drive(joints({-1, 0}), joints({1, 0}), 100);
   run.input.hold = true;
   const double before = run.input.qd[0];
@@ -204,11 +204,11 @@ TEST(Tick, TwoArmsExchangePlaces) {
 
 // Manoeuvres change only what is remembered; the same dampers, limits and rows hold.
 TEST(Tick, TellsHowMuchRoomItHas) {
-  Journey alone({}, Method::kBoundaryFollowing);
+  Journey alone({}, built_in_method("boundary_following"));
   alone.input.q = joints({0, 0});
   alone.input.has_goal = false;
   EXPECT_TRUE(std::isinf(alone.step().room));
-  Journey journey({box_obstacle("box", {0, 0.25, 0}, {0.1, 0.1, 0.1})}, Method::kBoundaryFollowing);
+  Journey journey({box_obstacle("box", {0, 0.25, 0}, {0.1, 0.1, 0.1})}, built_in_method("boundary_following"));
   journey.input.q = joints({0, 0});
   journey.input.has_goal = false;
   EXPECT_NEAR(journey.step().room, 0.1 - journey.parameters.damper.security_distance, 1e-9);  // 0.25 − 0.1 − 0.05

@@ -41,7 +41,7 @@ class Ram : public testing::Test {
     MeasuredState at{joints({0, 0}), joints({0, 0})};
     double least = 10.0;
     while (states_[1].X_WO.translation().x() < 0.08) {
-      policy.prepare(controller);
+      if (const auto time = policy.thinking_time()) controller.think_first(*time);
       const TickResult result = controller.step(at, nobody, states_, false);
       at = {result.q, result.qd};
       if (auto question = policy.next(controller, result, nobody, states_)) {

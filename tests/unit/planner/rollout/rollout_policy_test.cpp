@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/registry.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -57,22 +58,19 @@ TEST_F(Policy, AsksOnlyWhenHeldBack) {
 
 TEST_F(Policy, ABlockedArmWaitsForAnAnswerWhenOneCanCome) {
   RolloutPolicy policy(parameters_, 1);
-  const auto wait = [&] { return controller_.memory().time_to_think; };
-  EXPECT_EQ(wait(), 0.0);
-  policy.prepare(controller_);
-  EXPECT_GT(wait(), 0.1);
+  ASSERT_TRUE(policy.thinking_time());
+  EXPECT_GT(*policy.thinking_time(), 0.1);
+  controller_.think_first(*policy.thinking_time());
   TickResult thinking = status(TickStatus::kMoving);
   thinking.thinks = true;
   const auto asked = policy.next(controller_, thinking, arms_, {});
   ASSERT_TRUE(asked.has_value());
   EXPECT_EQ(asked->arms[0].memory.time_to_think, 0.0) << "to go on is to turn aside at once";
   controller_.begin({});
-  EXPECT_EQ(wait(), 0.0);
-  policy.prepare(controller_);
-  EXPECT_EQ(wait(), 0.0) << "a question is open";
+  EXPECT_EQ(controller_.memory().time_to_think, 0.0);
+  EXPECT_FALSE(policy.thinking_time()) << "a question is open";
   policy.answered();
-  policy.prepare(controller_);
-  EXPECT_EQ(wait(), 0.0) << "it is too soon for another one";
+  EXPECT_FALSE(policy.thinking_time()) << "it is too soon for another one";
 }
 
 TEST_F(Policy, OneQuestionAtATimeThenItWaits) {
@@ -111,10 +109,10 @@ TEST_F(Policy, NoneIsAskedWithoutCandidatesOrWithAnUnknownArm) {
   RolloutPolicy none(parameters_, 1);
   EXPECT_EQ(periods_until_question(none, TickStatus::kBlocked, question_), -1);
   parameters_.rollout.candidates = 4;
-  parameters_.method = Method::kLocal;
+  parameters_.method = built_in_method("local");
   RolloutPolicy constraints_alone(parameters_, 1);
   EXPECT_EQ(periods_until_question(constraints_alone, TickStatus::kBlocked, question_), -1);
-  parameters_.method = Method::kBoundaryFollowing;
+  parameters_.method = built_in_method("boundary_following");
   RolloutPolicy policy(parameters_, 1);
   arms_[1].known = false;
   EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/registry.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -16,7 +17,7 @@ using test::joints;
 
 LocalParameters without_following() {
   LocalParameters parameters;
-  parameters.method = Method::kLocal;
+  parameters.method = built_in_method("local");
   return parameters;
 }
 

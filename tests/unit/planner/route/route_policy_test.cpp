@@ -1,6 +1,7 @@
 #include "planner/route/route_policy.hpp"
 
 #include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -30,13 +31,15 @@ class OnTheWay {
 
   TickResult step() {
     if (waiting_ && --delay_ <= 0) {
-      policy_->answered(*waiting_, *controller_);
+      if (auto points = policy_->answered(*waiting_, *controller_)) controller_->follow(std::move(*points));
       waiting_.reset();
     }
     const std::vector<ArmObservation> arms(1);
     const TickResult result = controller_->step(measured_, arms, states_, false);
-    if (const auto question = policy_->next(*controller_, result, arms, states_)) {
-      waiting_ = search_.answer(*question);
+    const RoutePolicy::Next next = policy_->next(*controller_, result, arms, states_);
+    if (next.leaves_route) controller_->follow({});
+    if (next.question) {
+      waiting_ = search_.answer(*next.question);
       delay_ = 2;
       ++questions;
     }

@@ -35,7 +35,7 @@ TEST(NoWay, EndsAsBlockedThoughTheArmNeverStoodStill) {
   int still = 0;
   EpisodeOptions options;
   std::optional<JointVector> before;
-  options.observe = [&](double /*now*/, const CellConfiguration& q, std::span<const ArmController> /*planners*/) {
+  options.observe = [&](double /*now*/, const CellConfiguration& q, std::span<const ArmPlanner> /*planners*/) {
     ++periods;
     if (before && (q[0] - *before).norm() < 1e-4) ++still;
     before = q[0];

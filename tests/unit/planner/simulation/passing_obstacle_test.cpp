@@ -44,7 +44,7 @@ Journey drive(bool with_obstacle, const Eigen::Vector3d& p = Eigen::Vector3d::Ze
   }
   Journey run;
   EpisodeOptions options;
-  options.observe = [&](double now, const CellConfiguration& q, std::span<const ArmController> /*planners*/) {
+  options.observe = [&](double now, const CellConfiguration& q, std::span<const ArmPlanner> /*planners*/) {
     run.x.push_back(q[0][0]);
     const Eigen::Vector3d centre(q[0][0], q[0][1], 0.0);
     if (q[0][0] < 0.99 * kStraight) run.nearest = std::min(run.nearest, (p + v * now - centre).norm() - 2.0 * kRadius);

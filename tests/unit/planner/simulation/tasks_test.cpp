@@ -5,7 +5,7 @@
 
 #include "planner/simulation/batch.hpp"
 #include "tests/support/planar_point.hpp"
-#include "world/sim/obstacle_motion.hpp"
+#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
 namespace {

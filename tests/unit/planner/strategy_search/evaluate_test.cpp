@@ -39,8 +39,7 @@ JointVector anywhere(const PlannedArm& planned, Random& random) {
 TEST(FlatArmTest, IsClearWhereExactDistancesSaySo) {
   const Cell cell = scorbots("3a");
   const StrategyProblem problem(cell);
-  std::vector<Arm> arms;
-  for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
+  const std::vector<Arm> arms = arms_of(cell);
   std::vector<CellGeometry> geometries;
   for (int i = 0; i < 3; ++i) geometries.emplace_back(arms, i).set_obstacles(cell.scene.obstacles);
   std::vector<world::ObstacleState> obstacles;

@@ -20,12 +20,12 @@ msg::ArmCommand command(std::uint64_t term, std::uint64_t sequence, const std::v
 
 TEST(CommandGate, NewestByTermThenSequence) {
   CommandGate gate(2);
-  EXPECT_EQ(gate.judge(command(1, 5)), Verdict::kAccepted);
-  EXPECT_EQ(gate.judge(command(1, 5)), Verdict::kRepeated);
-  EXPECT_EQ(gate.judge(command(1, 4)), Verdict::kRepeated);
-  EXPECT_EQ(gate.judge(command(1, 6)), Verdict::kAccepted);
-  EXPECT_EQ(gate.judge(command(2, 1)), Verdict::kAccepted) << "a new term counts anew";
-  EXPECT_EQ(gate.judge(command(1, 7)), Verdict::kStaleTerm);
+  EXPECT_EQ(gate.judge(command(1, 5)).verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(1, 5)).verdict, Verdict::kRepeated);
+  EXPECT_EQ(gate.judge(command(1, 4)).verdict, Verdict::kRepeated);
+  EXPECT_EQ(gate.judge(command(1, 6)).verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(2, 1)).verdict, Verdict::kAccepted) << "a new term counts anew";
+  EXPECT_EQ(gate.judge(command(1, 7)).verdict, Verdict::kStaleTerm);
   EXPECT_EQ(gate.stale_rejected(), 1U);
   EXPECT_EQ(gate.term(), 2U);
   EXPECT_EQ(gate.sequence(), 1U);
@@ -33,51 +33,55 @@ TEST(CommandGate, NewestByTermThenSequence) {
 
 TEST(CommandGate, ATermSeenElsewhereOutdatesCommands) {
   CommandGate gate(2);
-  ASSERT_EQ(gate.judge(command(3, 1)), Verdict::kAccepted);
+  ASSERT_EQ(gate.judge(command(3, 1)).verdict, Verdict::kAccepted);
   gate.saw({{}, 4});
-  EXPECT_EQ(gate.judge(command(3, 2)), Verdict::kStaleTerm);
-  EXPECT_EQ(gate.complaint(), "commands of planner/arm1 carry term 3, which is older than 4");
+  const Judgement stale = gate.judge(command(3, 2));
+  EXPECT_EQ(stale.verdict, Verdict::kStaleTerm);
+  EXPECT_EQ(stale.cause, make_cause(msg::CauseKind::CAUSE_COMMAND_REFUSED, "planner/arm1",
+                                    "commands of planner/arm1 carry term 3, which is older than 4"));
   EXPECT_EQ(gate.term(), 3U) << "that of the last accepted command";
-  EXPECT_EQ(gate.judge(command(4, 1)), Verdict::kAccepted);
-  EXPECT_EQ(gate.complaint(), "");
+  const Judgement accepted = gate.judge(command(4, 1));
+  EXPECT_EQ(accepted.verdict, Verdict::kAccepted);
+  EXPECT_TRUE(is_none(accepted.cause));
 }
 
 TEST(CommandGate, ATermIsThatOfOnePlanner) {
   CommandGate gate(2);
-  ASSERT_EQ(gate.judge(command(3, 1)), Verdict::kAccepted);
+  ASSERT_EQ(gate.judge(command(3, 1)).verdict, Verdict::kAccepted);
   msg::ArmCommand other = command(3, 2);
   other.node("planner/arm1@beta");
-  EXPECT_EQ(gate.judge(other), Verdict::kStaleTerm) << "who commanded first has it";
-  EXPECT_EQ(gate.complaint(), "commands of planner/arm1@beta carry term 3, which is that of planner/arm1");
+  const Judgement second = gate.judge(other);
+  EXPECT_EQ(second.verdict, Verdict::kStaleTerm) << "the planner that commanded first has it";
+  EXPECT_EQ(second.cause.text(), "commands of planner/arm1@beta carry term 3, which is that of planner/arm1");
   gate.saw({"planner/arm1@beta", 3});
-  EXPECT_EQ(gate.judge(command(3, 3)), Verdict::kAccepted) << "nor can a grant take it away";
+  EXPECT_EQ(gate.judge(command(3, 3)).verdict, Verdict::kAccepted) << "nor can a grant take it away";
   gate.saw({"planner/arm1@beta", 4});
-  EXPECT_EQ(gate.judge(command(4, 1)), Verdict::kStaleTerm) << "it was granted to another";
+  EXPECT_EQ(gate.judge(command(4, 1)).verdict, Verdict::kStaleTerm) << "it was granted to another";
   other.term(4);
-  EXPECT_EQ(gate.judge(other), Verdict::kAccepted);
-  EXPECT_EQ(gate.judge(command(3, 4)), Verdict::kStaleTerm);
+  EXPECT_EQ(gate.judge(other).verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(3, 4)).verdict, Verdict::kStaleTerm);
   EXPECT_EQ(gate.stale_rejected(), 3U);
-  EXPECT_EQ(gate.mandate(), (ArmLease{"planner/arm1@beta", 4}));
+  EXPECT_EQ(gate.lease(), (ArmLease{"planner/arm1@beta", 4}));
 }
 
 TEST(CommandGate, UnusableOnesChangeNothing) {
   CommandGate gate(2);
-  ASSERT_EQ(gate.judge(command(1, 1, {0.5, 0.6})), Verdict::kAccepted);
-  EXPECT_EQ(gate.judge(command(9, 2, {1.0})), Verdict::kUnusable);
-  EXPECT_EQ(gate.judge(command(9, 2, {1.0, NAN})), Verdict::kUnusable);
-  EXPECT_EQ(gate.judge(command(9, 2, {1.0, INFINITY})), Verdict::kUnusable);
+  ASSERT_EQ(gate.judge(command(1, 1, {0.5, 0.6})).verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(9, 2, {1.0})).verdict, Verdict::kUnusable);
+  EXPECT_EQ(gate.judge(command(9, 2, {1.0, NAN})).verdict, Verdict::kUnusable);
+  EXPECT_EQ(gate.judge(command(9, 2, {1.0, INFINITY})).verdict, Verdict::kUnusable);
   msg::ArmCommand bad = command(9, 2);
   bad.qd({0.0, NAN});
-  EXPECT_EQ(gate.judge(bad), Verdict::kUnusable);
+  EXPECT_EQ(gate.judge(bad).verdict, Verdict::kUnusable);
   for (const double period : {0.0, -0.01, std::nan(""), static_cast<double>(INFINITY)}) {
     bad = command(9, 2);
     bad.period(period);
-    EXPECT_EQ(gate.judge(bad), Verdict::kUnusable) << period;
+    EXPECT_EQ(gate.judge(bad).verdict, Verdict::kUnusable) << period;
   }
   EXPECT_EQ(gate.unusable(), 8U);
-  EXPECT_EQ(gate.mandate().term, 1U) << "a broken sender must not fence off a sound one";
-  EXPECT_EQ(gate.q()[0], 0.5);
-  EXPECT_EQ(gate.judge(command(1, 2)), Verdict::kAccepted);
+  EXPECT_EQ(gate.lease().term, 1U) << "a broken sender must not fence off a sound one";
+  EXPECT_EQ(gate.set_point().target.q[0], 0.5);
+  EXPECT_EQ(gate.judge(command(1, 2)).verdict, Verdict::kAccepted);
 }
 
 }  // namespace

@@ -10,12 +10,12 @@ namespace {
 msg::GoalStatus blocked() {
   msg::GoalStatus goal;
   goal.state(msg::GoalState::GOAL_BLOCKED);
-  goal.reason("no way for now");
+  goal.cause(make_cause(msg::CauseKind::CAUSE_WAY_BLOCKED, "pallet", "no way for now"));
   goal.has_binding(true);
   goal.binding_own("arm2/forearm");
   goal.binding_other("pallet");
   goal.binding_distance(0.018);
-  goal.trying("draws another subspace");
+  goal.recovery_action("draws another subspace");
   return goal;
 }
 
@@ -25,14 +25,14 @@ TEST(GoalText, TellsWhyAndWhatIsTried) {
 
 TEST(GoalText, TellsWhatBindsWithoutReason) {
   msg::GoalStatus goal = blocked();
-  goal.reason("");
-  goal.trying("");
+  goal.cause({});
+  goal.recovery_action("");
   EXPECT_EQ(goal_text(goal), "blocked: arm2/forearm – pallet, 18 mm");
 }
 
 TEST(GoalText, TellsSinceWhen) {
   msg::GoalStatus goal = blocked();
-  goal.held_for(3.2);
+  goal.blocked_duration(3.2);
   EXPECT_EQ(goal_text(goal),
             "blocked: no way for now (arm2/forearm – pallet, 18 mm), for 3.20 s; draws another subspace");
 }

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/cli/client.hpp"
+#include "services/cli/cell_access.hpp"
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
 #include "services/command_line/failure.hpp"
@@ -162,10 +162,16 @@ TEST(RequireArm, NamesTheKnownOnes) {
   }
 }
 
-TEST(RequireObstacle, NamesTheKnownOnes) {
-  EXPECT_NO_THROW(require_obstacle(example(), "crate"));
-  EXPECT_THROW(require_obstacle(example(), "box"), Failure);
-  EXPECT_THROW(require_carried(example(), "north", "crate"), Failure) << "nobody carries it";
+TEST(FailureOf, TellsBadInputFromARefusalAndFromSilence) {
+  const auto code = [](const Error& error) { return failure_of(error).code(); };
+  EXPECT_EQ(code(Rejected({CauseKind::kUnknownName, "box", "there is no obstacle named 'box'"})), ExitCode::kBadInput);
+  EXPECT_EQ(code(Rejected({CauseKind::kNameTaken, "box", "the name is taken"})), ExitCode::kBadInput);
+  EXPECT_EQ(code(Rejected({CauseKind::kNotAllowedNow, "box", "an arm is there"})), ExitCode::kNegative);
+  EXPECT_EQ(code(NoAnswer("the world does not answer")), ExitCode::kTimeOut);
+  EXPECT_EQ(code(InvalidArgument("no such domain")), ExitCode::kBadInput);
+  const Failure nowhere = failure_of(Unreachable({"no cell answers in DDS domain 42", "start one", "the supervisor"}));
+  EXPECT_EQ(nowhere.code(), ExitCode::kUnreachable);
+  EXPECT_NE(std::string(nowhere.what()).find("--domain or --cell"), std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/boundary_following/boundary_following.hpp"
+#include "planner/methods/potential_field/potential_field.hpp"
+#include "planner/methods/registry.hpp"
+#include "planner/methods/sensed_cspace/sensed_map.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/schema.hpp"
 
@@ -25,7 +30,8 @@ world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               takeover_lease: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
-                         process_died: resume, node_failed: automatic, host_lost: automatic, contact: automatic}}
+                         process_died: resume, node_failed: automatic, host_lost: automatic, contact: automatic,
+                         arm_failed: automatic}}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms, real_time: true}
 geometry: exact
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
@@ -190,17 +196,18 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_LT((left.arm.X_WB * Eigen::Vector3d::UnitX() - Eigen::Vector3d(1, 3, 3)).norm(), 1e-12);
   EXPECT_EQ(left.arm.model->X_LT.translation(), Eigen::Vector3d(0.5, 0, 0));
   const planner::LocalParameters& parameters = left.parameters;
-  EXPECT_EQ(parameters.method, planner::Method::kLocal);
+  EXPECT_EQ(parameters.method->traits().name, "local");
   EXPECT_DOUBLE_EQ(parameters.damper.influence_distance, 0.2);  // from the defaults
   EXPECT_DOUBLE_EQ(parameters.damper.security_distance, 0.06);
   EXPECT_DOUBLE_EQ(parameters.damper.convergence_speed, 0.7);
   EXPECT_DOUBLE_EQ(parameters.damper.self_influence_distance, 0.3);
   EXPECT_DOUBLE_EQ(parameters.damper.self_security_distance, 0.02);
-  EXPECT_DOUBLE_EQ(parameters.follower.deadlock_fraction, 0.2);
-  EXPECT_DOUBLE_EQ(parameters.follower.exit_fraction, 0.7);
-  EXPECT_DOUBLE_EQ(parameters.follower.redraw_after, 2.0);
-  EXPECT_DOUBLE_EQ(parameters.follower.redraw_growth, 1.5);
-  EXPECT_DOUBLE_EQ(parameters.follower.redraw_longest, 9.0);
+  const auto follower = planner::parameters_of<planner::FollowerParameters>(left.methods);
+  EXPECT_DOUBLE_EQ(follower.deadlock_fraction, 0.2);
+  EXPECT_DOUBLE_EQ(follower.exit_fraction, 0.7);
+  EXPECT_DOUBLE_EQ(follower.redraw_after, 2.0);
+  EXPECT_DOUBLE_EQ(follower.redraw_growth, 1.5);
+  EXPECT_DOUBLE_EQ(follower.redraw_longest, 9.0);
   EXPECT_DOUBLE_EQ(parameters.yielding.patience, 3.0);
   EXPECT_FALSE(parameters.yielding.at_rest);
   EXPECT_EQ(parameters.rollout.candidates, 5);
@@ -239,19 +246,22 @@ TEST_F(EveryKeyTest, ClutterAndSensors) {
   EXPECT_TRUE(sensor.rays[1].origin_L.isApprox(Eigen::Vector3d(0.2, 0.1, 0)));
   EXPECT_TRUE(sensor.rays[2].direction_L.isApprox(Eigen::Vector3d(std::sqrt(0.5), std::sqrt(0.5), 0)));
   EXPECT_TRUE(sensor.rays[4].direction_L.isApprox(Eigen::Vector3d::UnitX()));
-  EXPECT_EQ(left.parameters.strategy.joints, 2);
-  EXPECT_EQ(left.parameters.strategy.coefficients, 0);
-  EXPECT_EQ(left.parameters.strategy.strategy.direction, -1.0);
-  EXPECT_DOUBLE_EQ(left.parameters.strategy.distance, 0.07);
-  EXPECT_DOUBLE_EQ(left.parameters.strategy.step, 0.03);
-  EXPECT_EQ(left.parameters.sensed.cells, 240);
-  EXPECT_DOUBLE_EQ(left.parameters.sensed.margin, 0.05);
-  EXPECT_EQ(left.parameters.sensed.remember, planner::Remember::kUntilNearer);
-  EXPECT_EQ(left.parameters.potential.attraction, planner::Attraction::kJoints);
-  EXPECT_DOUBLE_EQ(left.parameters.potential.goal_distance, 0.4);
-  EXPECT_DOUBLE_EQ(left.parameters.potential.repulsion, 0.002);
-  EXPECT_DOUBLE_EQ(left.parameters.potential.influence_distance, 0.3);
-  EXPECT_DOUBLE_EQ(left.parameters.potential.spacing, 0.07);
+  const auto strategy = planner::parameters_of<planner::StrategyParameters>(left.methods);
+  const auto sensed = planner::parameters_of<planner::SensedParameters>(left.methods);
+  const auto potential = planner::parameters_of<planner::potential::PotentialParameters>(left.methods);
+  EXPECT_EQ(strategy.joints, 2);
+  EXPECT_EQ(strategy.coefficients, 0);
+  EXPECT_EQ(strategy.strategy.direction, -1.0);
+  EXPECT_DOUBLE_EQ(strategy.distance, 0.07);
+  EXPECT_DOUBLE_EQ(strategy.step, 0.03);
+  EXPECT_EQ(sensed.cells, 240);
+  EXPECT_DOUBLE_EQ(sensed.margin, 0.05);
+  EXPECT_EQ(sensed.remember, planner::Remember::kUntilNearer);
+  EXPECT_EQ(potential.attraction, planner::potential::Attraction::kJoints);
+  EXPECT_DOUBLE_EQ(potential.goal_distance, 0.4);
+  EXPECT_DOUBLE_EQ(potential.repulsion, 0.002);
+  EXPECT_DOUBLE_EQ(potential.influence_distance, 0.3);
+  EXPECT_DOUBLE_EQ(potential.spacing, 0.07);
   EXPECT_TRUE(file_.cell.arms[1].sensors.empty());
 }
 
@@ -263,7 +273,7 @@ TEST_F(EveryKeyTest, ArmTakesDefaults) {
   EXPECT_DOUBLE_EQ(right.start[1], 1.0);
   EXPECT_DOUBLE_EQ(right.arm.named.at("away")[1], -1.0);
   EXPECT_DOUBLE_EQ(right.parameters.damper.security_distance, 0.05);
-  EXPECT_EQ(right.parameters.method, planner::Method::kBoundaryFollowing);
+  EXPECT_EQ(right.parameters.method, planner::built_in_method("boundary_following"));
 }
 
 TEST_F(EveryKeyTest, Shapes) {

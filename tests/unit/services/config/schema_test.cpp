@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/registry.hpp"
+
 namespace hecaton::config {
 namespace {
 
@@ -49,6 +51,15 @@ TEST(SchemaTest, ReferenceListsEveryKeyAndNoOther) {
     EXPECT_EQ(in_reference.at(where), keys) << where;
   }
   for (const auto& [where, keys] : in_reference) EXPECT_TRUE(in_reader.contains(where)) << where << " does not exist";
+}
+
+TEST(SchemaTest, ReferenceNamesEveryMotionMethod) {
+  std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/cell-file.md");
+  std::string row;
+  while (std::getline(file, row) && !row.starts_with("| `method` |")) continue;
+  for (const std::string_view name : planner::built_in_methods().names()) {
+    EXPECT_NE(row.find("`" + std::string(name) + "`"), std::string::npos) << name;
+  }
 }
 
 TEST(SchemaTest, OnlySectionsOfFreeNamesHaveNoKeys) {

@@ -62,7 +62,7 @@ TEST_F(Arms, AStateWithoutASoundAgeOfItsCommandIsUnusable) {
   for (const double age : {std::nan(""), -0.1}) {
     msg::ArmState unsound = state("arm1", 1);
     unsound.command_age(age);
-    EXPECT_NE(view_.apply(unsound, {}, now_).find("command_age = "), std::string::npos);
+    EXPECT_NE(view_.apply(unsound, {}, now_).value().find("command_age = "), std::string::npos);
   }
   EXPECT_FALSE(view_.arm(0));
 }
@@ -70,7 +70,7 @@ TEST_F(Arms, AStateWithoutASoundAgeOfItsCommandIsUnusable) {
 TEST_F(Arms, AgesAreOfTheArrival) {
   EXPECT_TRUE(std::isinf(view_.age(1, now_)));
   EXPECT_FALSE(view_.observe(now_, mode())[1].known);
-  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), "");
+  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), std::nullopt);
   const auto seen = view_.observe(now_ + 30ms, mode());
   EXPECT_TRUE(seen[1].known);
   EXPECT_DOUBLE_EQ(seen[1].age, 0.03);
@@ -82,7 +82,7 @@ TEST_F(Arms, WhatAStateWasDelayedIsPartOfItsAge) {
   const auto hear = [this](std::uint64_t sequence, std::int64_t stamp_ms, ArmView::Clock::time_point received) {
     msg::ArmState message = state("arm2", sequence);
     message.stamp_ns(stamp_ms * 1'000'000);
-    EXPECT_EQ(view_.apply(message, {}, received), "");
+    EXPECT_EQ(view_.apply(message, {}, received), std::nullopt);
   };
   hear(1, 0, now_);
   hear(2, 10, now_ + 50ms);  // 40 ms later than the first
@@ -90,7 +90,7 @@ TEST_F(Arms, WhatAStateWasDelayedIsPartOfItsAge) {
 }
 
 TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
-  EXPECT_EQ(view_.apply(state("arm2", 1), {}, now_), "");
+  EXPECT_EQ(view_.apply(state("arm2", 1), {}, now_), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
   EXPECT_FALSE(view_.observe(now_, mode({"arm2"}))[1].plans);
   EXPECT_FALSE(view_.observe(now_, CellModeView())[1].plans) << "no supervisor: nobody may move";
@@ -99,18 +99,18 @@ TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
     static std::uint64_t sequence = 1;
     msg::ArmState message = state("arm2", ++sequence);
     message.mode(stands);
-    EXPECT_EQ(view_.apply(message, {}, now_), "");
+    EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
     EXPECT_FALSE(view_.observe(now_, mode())[1].plans);
   }
 }
 
 TEST_F(Arms, OvertakenStatesAreDroppedButNotThoseOfARestartedDriver) {
-  EXPECT_EQ(view_.apply(state("arm1", 9, 0.9), {}, now_), "");
-  EXPECT_EQ(view_.apply(state("arm1", 8, 0.8), {}, now_), "");
+  EXPECT_EQ(view_.apply(state("arm1", 9, 0.9), {}, now_), std::nullopt);
+  EXPECT_EQ(view_.apply(state("arm1", 8, 0.8), {}, now_), std::nullopt);
   EXPECT_EQ(view_.arm(0)->q[0], 0.9);
   bus::EndpointId restarted;
   restarted.bytes[0] = 1;
-  EXPECT_EQ(view_.apply(state("arm1", 1, 0.1), restarted, now_), "");
+  EXPECT_EQ(view_.apply(state("arm1", 1, 0.1), restarted, now_), std::nullopt);
   EXPECT_EQ(view_.arm(0)->q[0], 0.1);
 }
 
@@ -131,7 +131,7 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
   status.goal("g1");
   status.state(msg::GoalState::GOAL_ACTIVE);
   status.q_goal({1, 2, 3, 4, 5, 6});
-  EXPECT_EQ(view.apply(status), "");
+  EXPECT_EQ(view.apply(status), std::nullopt);
   const auto seen = view.observe(ArmView::Clock::now(), mode());
   EXPECT_TRUE(seen[1].has_goal);
   EXPECT_EQ(seen[1].q_goal[5], 6.0);
@@ -139,16 +139,16 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
 
   status.goal("g0");  // the end of an earlier goal arrives late
   status.state(msg::GoalState::GOAL_REPLACED);
-  EXPECT_EQ(view.apply(status), "");
+  EXPECT_EQ(view.apply(status), std::nullopt);
   EXPECT_TRUE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
   status.goal("g1");
   status.state(msg::GoalState::GOAL_REACHED);
-  EXPECT_EQ(view.apply(status), "");
+  EXPECT_EQ(view.apply(status), std::nullopt);
   EXPECT_FALSE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
 
   status.state(msg::GoalState::GOAL_ACTIVE);
   status.q_goal({1, 2});
-  EXPECT_NE(view.apply(status), "");
+  EXPECT_NE(view.apply(status), std::nullopt);
   status.arm("arm9");
   EXPECT_EQ(view.apply(status), "GoalStatus of arm9: no such arm in this cell");
 }
@@ -156,7 +156,7 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
 TEST_F(Arms, AnArmThatWasLostRestsSomewhereAroundItsNewestState) {
   msg::ArmState last = state("arm2", 1, 0.5);
   last.stamp_ns(1000);
-  EXPECT_EQ(view_.apply(last, {}, now_), "");
+  EXPECT_EQ(view_.apply(last, {}, now_), std::nullopt);
   now_ += 1s;
   EXPECT_FALSE(view_.observe(now_, mode({"arm2"}))[1].lost());
   EXPECT_FALSE(view_.lost(1, now_, mode({"arm2"})));
@@ -184,13 +184,13 @@ TEST_F(Arms, ALostArmThatWasNeverHeardHereIsKnownFromTheSupervisor) {
 }
 
 TEST_F(Arms, NobodyIsLostWhoIsHeard) {
-  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), "");
+  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), std::nullopt);
   EXPECT_FALSE(view_.observe(now_ + 10ms, mode({"arm2"}, {lost(1, 0.3)}))[1].lost());
 }
 
 // It may itself be who was lost: then the others work around it while it stands still.
 TEST_F(Arms, WithoutTheSupervisorNobodyKnowsWhoIsLost) {
-  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), "");
+  EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), std::nullopt);
   const CellModeView mode = this->mode({"arm2"}, {lost(1, 0.3)});
   EXPECT_TRUE(view_.observe(now_ + 260ms, mode)[1].age > 0.25);
   EXPECT_FALSE(view_.observe(now_ + 260ms, mode)[1].lost());
@@ -203,8 +203,8 @@ msg::ArmState commanded_by(msg::ArmState state, const std::string& planner, std:
 }
 
 /// That arm2 takes part in plan 7 of arm1, or in none.
-msg::CompositeProgress progress(const std::string& planner, bool takes_part) {
-  msg::CompositeProgress message;
+msg::CoupledPlanProgress progress(const std::string& planner, bool takes_part) {
+  msg::CoupledPlanProgress message;
   message.arm("arm2");
   message.node(planner);
   if (takes_part) message.proposer("arm1");
@@ -213,8 +213,8 @@ msg::CompositeProgress progress(const std::string& planner, bool takes_part) {
   return message;
 }
 
-msg::CompositePlan proposal(const std::string& planner) {
-  msg::CompositePlan message;
+msg::CoupledPlan proposal(const std::string& planner) {
+  msg::CoupledPlan message;
   message.arm("arm2");
   message.node(planner);
   message.number(3);
@@ -225,53 +225,53 @@ msg::CompositePlan proposal(const std::string& planner) {
 }
 
 TEST_F(Arms, WhatAPlannerSaidOfPlansIsVoidWhenAnotherCommandsItsArm) {
-  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), "");
-  EXPECT_EQ(view_.apply(progress("p", true)), "");
-  EXPECT_EQ(view_.apply(proposal("p")), "");
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
+  EXPECT_EQ(view_.apply(progress("p", true)), std::nullopt);
+  EXPECT_EQ(view_.apply(proposal("p")), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
   ASSERT_NE(view_.observe(now_, mode())[1].proposal, nullptr);
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal->number, 3U);
 
-  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), "");
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), std::nullopt);
   EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
-  EXPECT_EQ(view_.apply(proposal("p")), "") << "late";
+  EXPECT_EQ(view_.apply(proposal("p")), std::nullopt) << "late";
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
-  EXPECT_EQ(view_.apply(progress("q", true)), "");
+  EXPECT_EQ(view_.apply(progress("q", true)), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
 }
 
 // The bus tells of the planner before the driver does, or the other way round.
 TEST_F(Arms, WhatAPlannerSaysBeforeTheDriverGoesByItCountsFromThenOn) {
-  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), "");
-  EXPECT_EQ(view_.apply(progress("p", false)), "");
-  EXPECT_EQ(view_.apply(progress("q", true)), "");
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
+  EXPECT_EQ(view_.apply(progress("p", false)), std::nullopt);
+  EXPECT_EQ(view_.apply(progress("q", true)), std::nullopt);
   EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
-  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), "");
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
 }
 
 TEST_F(Arms, APlannerThatBeginsAgainTakesBackWhatItSaid) {
-  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), "");
-  EXPECT_EQ(view_.apply(progress("p", true)), "");
-  EXPECT_EQ(view_.apply(proposal("p")), "");
-  EXPECT_EQ(view_.apply(progress("p", false)), "");
-  msg::CompositePlan none;
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
+  EXPECT_EQ(view_.apply(progress("p", true)), std::nullopt);
+  EXPECT_EQ(view_.apply(proposal("p")), std::nullopt);
+  EXPECT_EQ(view_.apply(progress("p", false)), std::nullopt);
+  msg::CoupledPlan none;
   none.arm("arm2");
   none.node("p");
-  EXPECT_EQ(view_.apply(none), "");
+  EXPECT_EQ(view_.apply(none), std::nullopt);
   EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
 }
 
 TEST_F(Arms, WhoStandsWithoutCommandsTakesPartInNothing) {
   msg::ArmState last = commanded_by(state("arm2", 1), "p", 1);
-  EXPECT_EQ(view_.apply(last, {}, now_), "");
-  EXPECT_EQ(view_.apply(progress("p", true)), "");
+  EXPECT_EQ(view_.apply(last, {}, now_), std::nullopt);
+  EXPECT_EQ(view_.apply(progress("p", true)), std::nullopt);
   const auto takes_part = [&](msg::ArmMode arm_mode) {
     last.sequence_number(last.sequence_number() + 1);
     last.mode(arm_mode);
-    EXPECT_EQ(view_.apply(last, {}, now_), "");
+    EXPECT_EQ(view_.apply(last, {}, now_), std::nullopt);
     return view_.observe(now_, mode())[1].progress.of(0, 7);
   };
   EXPECT_TRUE(takes_part(msg::ArmMode::ARM_BRAKING)) << "a command is late";
@@ -288,8 +288,8 @@ TEST_F(Arms, ALostArmOfUnusableWordsIsUnknown) {
 }
 
 /// Of arm2, for both arms: so many points, all at rest.
-msg::CompositePlan both_arms(std::uint32_t points) {
-  msg::CompositePlan plan;
+msg::CoupledPlan both_arms(std::uint32_t points) {
+  msg::CoupledPlan plan;
   plan.arm("arm2");
   plan.number(7);
   plan.arms({"arm1", "arm2"});
@@ -298,28 +298,28 @@ msg::CompositePlan both_arms(std::uint32_t points) {
   return plan;
 }
 
-TEST_F(Arms, ACompositePlanIsHeardAndWithdrawn) {
-  EXPECT_EQ(view_.apply(both_arms(3)), "");
+TEST_F(Arms, ACoupledPlanIsHeardAndWithdrawn) {
+  EXPECT_EQ(view_.apply(both_arms(3)), std::nullopt);
   auto plan = view_.observe(now_, mode())[1].proposal;
   ASSERT_NE(plan, nullptr);
   EXPECT_EQ(plan->number, 7U);
   EXPECT_EQ(plan->arms, (std::vector<int>{0, 1}));
   ASSERT_EQ(plan->points.size(), 3U);
   EXPECT_EQ(plan->points[2][1], planner::JointVector::Constant(6, 0.5));
-  msg::CompositePlan none;
+  msg::CoupledPlan none;
   none.arm("arm2");
-  EXPECT_EQ(view_.apply(none), "");
+  EXPECT_EQ(view_.apply(none), std::nullopt);
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
 }
 
-TEST_F(Arms, ACompositePlanThatMakesNoSenseIsRefusedInOneSentence) {
-  const auto refused = [&](const msg::CompositePlan& plan, const std::string& why) {
-    const std::string said = view_.apply(plan);
-    EXPECT_NE(said.find("CompositePlan of " + plan.arm()), std::string::npos) << said;
+TEST_F(Arms, ACoupledPlanThatMakesNoSenseIsRefusedInOneSentence) {
+  const auto refused = [&](const msg::CoupledPlan& plan, const std::string& why) {
+    const std::string said = view_.apply(plan).value_or("");
+    EXPECT_NE(said.find("CoupledPlan of " + plan.arm()), std::string::npos) << said;
     EXPECT_NE(said.find(why), std::string::npos) << said;
     EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr) << why;
   };
-  msg::CompositePlan plan = both_arms(2);
+  msg::CoupledPlan plan = both_arms(2);
   plan.arm("arm9");
   refused(plan, "no such arm in this cell");
   plan = both_arms(2);

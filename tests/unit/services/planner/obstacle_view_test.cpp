@@ -36,7 +36,7 @@ msg::ObstacleStates states(std::uint64_t sequence, const std::vector<std::string
 class View : public testing::Test {
  protected:
   bool hear(const msg::ObstacleStates& message, bus::EndpointId writer = {}) {
-    EXPECT_EQ(view_.apply(message, writer, now_), "");
+    EXPECT_EQ(view_.apply(message, writer, now_), std::nullopt);
     return view_.join();
   }
   std::vector<std::string> names() const {
@@ -60,8 +60,8 @@ TEST_F(View, AnEmptyWorldIsKnownOnceItWasHeard) {
 }
 
 TEST_F(View, FollowsTheOrderOfTheStates) {
-  EXPECT_EQ(view_.apply(shapes("a")), "");
-  EXPECT_EQ(view_.apply(shapes("b")), "");
+  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("b")), std::nullopt);
   EXPECT_TRUE(hear(states(1, {"b", "a"})));
   EXPECT_EQ(names(), (std::vector<std::string>{"b", "a"}));
   EXPECT_TRUE(hear(states(2, {"a", "b"})));
@@ -69,22 +69,22 @@ TEST_F(View, FollowsTheOrderOfTheStates) {
 }
 
 TEST_F(View, StatesOfUnknownShapesWaitAndTheOldOnesAge) {
-  EXPECT_EQ(view_.apply(shapes("a")), "");
+  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
   ASSERT_TRUE(hear(states(1, {"a"}, 0.5)));
   now_ += 20ms;
   EXPECT_FALSE(hear(states(2, {"a", "b"}, 0.7)));
   EXPECT_EQ(view_.missing(), "the shape of obstacle b is not known yet");
   EXPECT_EQ(x(), 0.5);
   EXPECT_DOUBLE_EQ(view_.states(now_)[0].age, 0.02);
-  EXPECT_EQ(view_.apply(shapes("b")), "");
+  EXPECT_EQ(view_.apply(shapes("b")), std::nullopt);
   EXPECT_TRUE(view_.join()) << "the waiting states are taken up";
   EXPECT_EQ(x(), 0.7);
   EXPECT_DOUBLE_EQ(view_.age(now_), 0.0);
 }
 
 TEST_F(View, AWithdrawnShapeServesUntilTheStatesDropIt) {
-  EXPECT_EQ(view_.apply(shapes("a")), "");
-  EXPECT_EQ(view_.apply(shapes("b")), "");
+  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("b")), std::nullopt);
   ASSERT_TRUE(hear(states(1, {"a", "b"})));
   view_.withdraw("b");
   EXPECT_FALSE(hear(states(2, {"a", "b"}))) << "sent before the removal";
@@ -95,16 +95,16 @@ TEST_F(View, AWithdrawnShapeServesUntilTheStatesDropIt) {
 }
 
 TEST_F(View, AnEditedShapeIsAnotherList) {
-  EXPECT_EQ(view_.apply(shapes("a")), "");
+  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
   ASSERT_TRUE(hear(states(1, {"a"})));
-  EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm2")), "");
+  EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm2")), std::nullopt);
   EXPECT_TRUE(view_.join());
   ASSERT_TRUE(view_.obstacles()->front().attachment);
   EXPECT_EQ(view_.obstacles()->front().attachment->arm, "arm2");
 }
 
 TEST_F(View, OvertakenStatesAreDroppedButNotThoseOfANewWorld) {
-  EXPECT_EQ(view_.apply(shapes("a")), "");
+  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
   ASSERT_TRUE(hear(states(7, {"a"}, 0.7)));
   hear(states(6, {"a"}, 0.6));
   EXPECT_EQ(x(), 0.7);
@@ -116,10 +116,10 @@ TEST_F(View, OvertakenStatesAreDroppedButNotThoseOfANewWorld) {
 
 TEST_F(View, UnusableMessagesAreRefusedWithASentence) {
   EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm9")), "obstacle \"a\": attached_to = arm9 must be an arm of the cell");
-  EXPECT_NE(view_.apply(shapes("a", -1.0)), "");
+  EXPECT_NE(view_.apply(shapes("a", -1.0)), std::nullopt);
   msg::ObstacleStates bad = states(1, {"a"});
   bad.states()[0].X_WO().qw(0.0);
-  EXPECT_NE(view_.apply(bad, {}, now_), "");
+  EXPECT_NE(view_.apply(bad, {}, now_), std::nullopt);
   EXPECT_FALSE(view_.join());
 }
 

@@ -23,8 +23,8 @@ const std::string kScorbots = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/s
 
 /// A small search: 64 strategies.
 std::vector<std::string> small_search(const std::vector<std::string>& more) {
-  std::vector<std::string> words{"search", kScorbots, "--tasks", "40", "--confirm", "60",
-                                 "--alpha",    "-2 2",   "--beta",  "-2.5 1",  "-o", "json"};
+  std::vector<std::string> words{"search",  kScorbots, "--tasks", "40",     "--confirm", "60",
+                                 "--alpha", "-2 2",    "--beta",  "-2.5 1", "-o",        "json"};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -90,8 +90,8 @@ TEST_F(StrategiesTest, ShowAndValidateReadWhatSearchWrote) {
   const Ran show = run_line({"show", in_folder("found.csv"), "--top", "10", "-o", "json"});
   ASSERT_EQ(show.code, ExitCode::kDone) << show.err;
   EXPECT_EQ(Json::parse(show.out), Json::parse(search.out)["strategies"]);
-  const Ran validate = run_line(
-      {"validate", kScorbots, "--strategies", in_folder("found.csv"), "--tasks", "100", "-o", "json"});
+  const Ran validate =
+      run_line({"validate", kScorbots, "--strategies", in_folder("found.csv"), "--tasks", "100", "-o", "json"});
   const Json report = Json::parse(validate.out);
   EXPECT_EQ(report["arms"].size(), 2U);
   EXPECT_EQ(report["arms"][0]["autocorrelation"].size(), 6U);
@@ -111,7 +111,7 @@ TEST_F(StrategiesTest, ACellLoadsWhatSearchWrote) {
   const config::CellFile file = config::parse_cell_file(cell, kScorbots);
   const Json best = Json::parse(search.out)["strategies"][0]["arms"];
   for (std::size_t arm = 0; arm < 2; ++arm) {
-    const planner::StrategyParameters& loaded = file.cell.arms[arm].parameters.strategy;
+    const auto loaded = planner::parameters_of<planner::StrategyParameters>(file.cell.arms[arm].methods);
     EXPECT_EQ(best[arm]["name"], file.cell.arms[arm].arm.name);
     EXPECT_EQ(loaded.coefficients, 2);
     EXPECT_EQ(loaded.strategy.coefficients[0], best[arm]["coefficients"][0].get<double>());
@@ -121,8 +121,7 @@ TEST_F(StrategiesTest, ACellLoadsWhatSearchWrote) {
 }
 
 TEST_F(StrategiesTest, RefusesWhatCannotBe) {
-  const Ran puma =
-      run_line({"search", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml"});
+  const Ran puma = run_line({"search", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml"});
   EXPECT_EQ(puma.code, ExitCode::kBadInput);
   EXPECT_NE(puma.err.find("tasks.areas is missing"), std::string::npos) << puma.err;
   EXPECT_EQ(run_line(small_search({"--resume"})).code, ExitCode::kUsage);
@@ -134,12 +133,11 @@ TEST_F(StrategiesTest, RefusesWhatCannotBe) {
 
 TEST_F(StrategiesTest, RefusesCoefficientsThatCellFilesRefuse) {
   std::ofstream(in_folder("far.csv")) << "rank,time,time_error,tasks,faults,a_direction,a_1\n1,80,1,100,0,1,1001\n";
-  const std::vector<std::vector<std::string>> lines = {
-      {"search", kScorbots, "--alpha", "0 1001"},
-      {"search", kScorbots, "--beta=-1e9"},
-      {"validate", kScorbots, "--from", "1001 1 1 2 1 1"},
-      {"simplex", kScorbots, "--from", "1001 1 1 2 1 1"},
-      {"show", in_folder("far.csv")}};
+  const std::vector<std::vector<std::string>> lines = {{"search", kScorbots, "--alpha", "0 1001"},
+                                                       {"search", kScorbots, "--beta=-1e9"},
+                                                       {"validate", kScorbots, "--from", "1001 1 1 2 1 1"},
+                                                       {"simplex", kScorbots, "--from", "1001 1 1 2 1 1"},
+                                                       {"show", in_folder("far.csv")}};
   for (const std::vector<std::string>& line : lines) {
     const Ran ran = run_line(line);
     EXPECT_EQ(ran.code, ExitCode::kBadInput) << line[1];
@@ -163,8 +161,7 @@ TEST_F(StrategiesTest, EveryCommandRefusesAreasThatOverlap) {
   cell.replace(cell.find(urdf), urdf.size(), "urdf: " HECATON_SOURCE_DIR "/deploy/cells/urdf/");
   const std::string file = in_folder("overlap.yaml");
   std::ofstream(file) << cell;
-  const std::vector<std::vector<std::string>> lines = {
-      {"search", file}, {"validate", file}, {"simplex", file}};
+  const std::vector<std::vector<std::string>> lines = {{"search", file}, {"validate", file}, {"simplex", file}};
   for (const std::vector<std::string>& line : lines) {
     const Ran ran = run_line(line);
     EXPECT_EQ(ran.code, ExitCode::kBadInput) << line[0];
@@ -236,13 +233,12 @@ TEST_F(StrategiesTest, RefusesFilesThatDoNotFit) {
   says(validate("three.csv"), "is of another cell: it has strategies for 3 arms");
   says(validate("other.csv"), "has no strategy for arm robot2");
   says(validate("fewer.csv"), "arm robot2 must have 2 coefficients, not 1");
-  says({"search", kScorbots, "--combine", in_folder("three.csv")},
-       "must have the strategies of two arms");
+  says({"search", kScorbots, "--combine", in_folder("three.csv")}, "must have the strategies of two arms");
 }
 
 TEST_F(StrategiesTest, SimplexImprovesTheCellsOwn) {
-  const Ran ran = run_line(
-      {"simplex", kScorbots, "--from", "0 1 1 2 1 1", "--tasks", "60", "--steps", "30", "-o", "json"});
+  const Ran ran =
+      run_line({"simplex", kScorbots, "--from", "0 1 1 2 1 1", "--tasks", "60", "--steps", "30", "-o", "json"});
   const Json report = Json::parse(ran.out);
   EXPECT_LE(report["optimum"]["time_steps"].get<double>(), report["initial"]["time_steps"].get<double>());
   EXPECT_LE(report["evaluations"], 30);
@@ -256,8 +252,8 @@ TEST_F(StrategiesTest, CombinesPairsForThreeArms) {
                                            "1,80,1,100,0,1,-2,1,1,2,1\n2,80,1,100,0,1,2,1,1,-2,1\n"
                                            "3,80,1,100,0,1,2,1,1,2,1\n4,80,1,100,1,-1,2,1,-1,2,1\n";
   const std::string three = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/scorbot_3a.yaml";
-  const Ran ran = run_line({"search", three, "--combine", in_folder("pairs.csv"), "--tasks", "10",
-                            "--complete", "-o", "json"});
+  const Ran ran =
+      run_line({"search", three, "--combine", in_folder("pairs.csv"), "--tasks", "10", "--complete", "-o", "json"});
   const Json report = Json::parse(ran.out);
   EXPECT_EQ(report["stages"][0]["candidates"], 4);
   for (const Json& found : report["strategies"]) {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/supervisor/cell_status.hpp"
 #include "services/supervisor/expected_nodes.hpp"
@@ -48,7 +49,9 @@ class CellStatusTest : public ::testing::Test {
     msg::ArmState message;
     message.arm(arm);
     message.mode(mode);
-    message.reason(reason);
+    if (mode != msg::ArmMode::ARM_RUNNING) {
+      message.cause(make_cause(msg::CauseKind::CAUSE_COMMANDS_CEASED, arm, reason));
+    }
     message.qd({0.0, speed});
     snapshot_.arms.insert_or_assign(arm, Heard<msg::ArmState>{message, at(), {}});
     watch_.stream_heard(driver_node(arm), now_);
@@ -76,7 +79,7 @@ class CellStatusTest : public ::testing::Test {
 
   config::CellFile file_ = config::load_cell_file(kCell);
   Time now_ = 100s;
-  CellWatch watch_{expected_nodes(file_, "supervisor"), arm_names(file_), watch_limits(file_, 5ms), now_};
+  FaultDetector watch_{expected_nodes(file_, "supervisor"), arm_names(file_), detection_limits(file_, 5ms), now_};
   CellSnapshot snapshot_;
   PlannerFailover failover_{arms_with_standby(file_)};
   msg::CellMode mode_;
@@ -87,7 +90,7 @@ TEST_F(CellStatusTest, ExpectsWhatTheCellFilePromises) {
   for (const ExpectedNode& node : expected_nodes(file_, "supervisor")) names.push_back(node.name);
   EXPECT_EQ(names, (std::vector<std::string>{"world", "driver/left", "planner/left", "driver/right", "planner/right",
                                              "agent/localhost"}));
-  const WatchLimits limits = watch_limits(file_, 5ms);
+  const DetectionLimits limits = detection_limits(file_, 5ms);
   EXPECT_EQ(limits.node.silence, 250ms);
   EXPECT_EQ(limits.host_lease, 500ms);
   EXPECT_EQ(limits.arm_stream, 250ms);
@@ -112,7 +115,7 @@ TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
 
 TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   auto blocked = goal(1, "g1", msg::GoalState::GOAL_BLOCKED);
-  blocked.value.reason("no way for now");
+  blocked.value.cause(make_cause(msg::CauseKind::CAUSE_WAY_BLOCKED, "pallet", "no way for now"));
   blocked.value.has_binding(true);
   blocked.value.binding_own("left/forearm");
   blocked.value.binding_other("pallet");
@@ -202,7 +205,7 @@ TEST_F(CellStatusTest, AgesAreSinceArrival) {
 
 TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
   snapshot_.heartbeats.erase("planner/left");
-  CellWatch fresh(expected_nodes(file_, "supervisor"), arm_names(file_), watch_limits(file_, 5ms), now_);
+  FaultDetector fresh(expected_nodes(file_, "supervisor"), arm_names(file_), detection_limits(file_, 5ms), now_);
   const auto told = cell_status({file_, fresh, snapshot_, failover_, mode_}, {now_, 0});
   const auto& nodes = told.nodes();
   const auto found = std::find_if(nodes.begin(), nodes.end(),

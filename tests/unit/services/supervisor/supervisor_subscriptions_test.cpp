@@ -3,7 +3,7 @@
 
 #include "services/runtime/node_name.hpp"
 #include "tests/unit/services/bus/bus_test.hpp"
-#include "tests/unit/services/supervisor/cell_watch_fixture.hpp"
+#include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -54,10 +54,13 @@ class Past : public bus::BusTest {
   std::uint64_t told_ = 0;
 };
 
-/// A supervisor's ears and what it watches.
+/// A supervisor's subscriptions and its detector.
 struct Listener {
-  Listener(bus::Participant& participant, bool remembers)
-      : ears(participant, {"supervisor", "h1", remembers}, mailbox, mailbox), own(participant) {}
+  explicit Listener(bus::Participant& participant, bool remembers, std::vector<ExpectedNode> nodes = cell_nodes(),
+                    const std::string& host = {})
+      : watch(std::move(nodes), {"arm1", "arm2", "arm3"}, cell_limits(), bus::Clock::now().time_since_epoch(), host),
+        ears(participant, {"supervisor", "h1", remembers}, mailbox, mailbox),
+        own(participant) {}
 
   void listen() {
     watch.advance(bus::Clock::now().time_since_epoch());
@@ -77,6 +80,19 @@ struct Listener {
     }
     return heard();
   }
+  /// Sends again and again until the only open fault is this one, or, without a subject, there is none.
+  template <class Send>
+  [[nodiscard]] bool accuses(const std::string& subject, msg::CauseKind kind, Send send) {
+    for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; listen()) {
+      if (!send()) return false;
+      static_cast<void>(mailbox.wait(cell_limits().loop_period));
+      const auto names = accused();
+      if (subject.empty() ? names.empty() : names == std::vector<std::string>{subject}) {
+        return subject.empty() || watch.faults().open().front().kind == kind;
+      }
+    }
+    return false;
+  }
   [[nodiscard]] std::vector<std::string> accused() {
     watch.judge(bus::Clock::now().time_since_epoch());
     std::vector<std::string> subjects;
@@ -86,7 +102,7 @@ struct Listener {
 
   bus::Mailbox mailbox;
   CellSnapshot snapshot;
-  CellWatch watch{cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), bus::Clock::now().time_since_epoch()};
+  FaultDetector watch;
   Leadership leadership{{}, 0, bus::Clock::now().time_since_epoch()};
   PlannerFailover succession{{}};
   SupervisorSubscriptions ears;
@@ -146,35 +162,53 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   EXPECT_TRUE(is_told());
 }
 
-// A leader learns from others' heartbeats that they have heard its cell modes.
-TEST_F(Past, HeartbeatsSayWhetherALeaderIsHeard) {
-  Listener leader(there_, false);
-  bus::Writer<msg::Heartbeat> others(here_);
-  const auto beat = [&](const std::string& node, msg::NodeKind kind, std::uint64_t term, std::uint64_t number) {
-    msg::Heartbeat sample;
-    sample.node(node);
-    sample.kind(kind);
-    sample.host(node == "agent/h1" ? "h1" : "h2");
-    sample.heard_mode().term(term);
-    sample.heard_mode().sequence_number(number);
-    ASSERT_TRUE(others.write(sample));
-  };
-  const auto becomes = [&](bool unheard, std::uint64_t term) {
-    for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; leader.listen()) {
-      if (leader.watch.unheard() == unheard) return true;
-      beat("agent/h1", msg::NodeKind::NODE_AGENT, 0, 0);
-      beat("agent/h2", msg::NodeKind::NODE_AGENT, 0, 0);
-      beat("planner/arm3", msg::NodeKind::NODE_PLANNER, term, 3);
-      static_cast<void>(leader.mailbox.wait(cell_limits().loop_period));
+TEST_F(Past, NodeThatReportsAFailureWithoutWordsIsAFault) {
+  Listener listener(there_, false);
+  msg::Heartbeat sample;
+  sample.node("planner/arm3");
+  sample.kind(msg::NodeKind::NODE_PLANNER);
+  sample.host("h2");
+  sample.state(msg::NodeState::NODE_FAILED);
+  EXPECT_TRUE(
+      listener.accuses("planner/arm3", msg::CauseKind::CAUSE_NODE_FAILED, [&] { return beats_.write(sample); }));
+}
+
+TEST_F(Past, DeviceThatReportsAFailureIsAFaultOfItsArm) {
+  Listener listener(there_, false);
+  bus::Writer<msg::ArmState> states(here_);
+  msg::ArmState sample;
+  sample.arm("arm1");
+  sample.mode(msg::ArmMode::ARM_FAILED);
+  EXPECT_TRUE(listener.accuses("arm1", msg::CauseKind::CAUSE_ARM_FAILED, [&] { return states.write(sample); }));
+  sample.mode(msg::ArmMode::ARM_RUNNING);
+  EXPECT_TRUE(listener.accuses("", {}, [&] { return states.write(sample); }));
+}
+
+// The rows of h1 and h2 say that neither has heard the listener's host.
+TEST_F(Past, RowsOfAgentsTellThatTheHostIsNotHeard) {
+  Listener listener(there_, false, testing::nodes_of_three_hosts(), "h3");
+  bus::Writer<msg::Reachability> rows(here_);
+  const auto write = [&](float age) {
+    for (const char* host : {"h1", "h2", "h3"}) {
+      msg::Reachability row;
+      row.host(host);
+      for (const char* other : {"h1", "h2", "h3"}) {
+        if (std::string(other) == host) continue;
+        row.heard().emplace_back();
+        row.heard().back().host(other);
+        row.heard().back().age(std::string(other) == "h3" ? age : 0.005F);
+      }
+      if (!rows.write(row)) return false;
     }
-    return false;
+    return true;
   };
-  const Time began = leader.watch.clock().now();
-  leader.watch.begin_to_lead(7);
-  leader.watch.mode_published(3);
-  EXPECT_TRUE(becomes(true, 6)) << "who goes by an older term does not hear us";
-  EXPECT_TRUE(becomes(false, 7));
-  EXPECT_LT(leader.watch.clock().now() - began, cell_limits().host_return) << "or that would have ended it";
+  EXPECT_TRUE(listener.accuses("", {}, [&] { return write(0.005F); }));
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(write(0.005F));
+    static_cast<void>(listener.mailbox.wait(cell_limits().loop_period));
+    listener.listen();
+  }
+  EXPECT_TRUE(listener.accuses("h3", msg::CauseKind::CAUSE_HOST_ISOLATED, [&] { return write(0.2F); }));
 }
 
 TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {

@@ -1,0 +1,32 @@
+// Prints every fault of a cell as it begins and as it is cleared, until the standard input ends (Ctrl-D).
+#include <cstdlib>
+#include <iostream>
+#include <stop_token>
+#include <thread>
+
+#include <hecaton/client.hpp>
+
+int main(int argc, char** argv) try {
+  if (argc != 2) {
+    std::cerr << "usage: faults CELL\n";
+    return EXIT_FAILURE;
+  }
+  const hecaton::Cell cell = hecaton::Cell::connect(argv[1]);
+  cell.on_fault([](const hecaton::Fault& fault) {
+    std::cout << (fault.cleared ? "cleared: " : "fault: ") << fault.cause.subject << ": " << fault.cause.text << std::endl;
+  });
+  std::cout << "listening to cell " << cell.status().cell << std::endl;
+
+  // A stop token ends a wait from another thread.
+  std::stop_source stop;
+  std::jthread input([&stop] {
+    while (std::cin.get() != std::char_traits<char>::eof()) {
+    }
+    stop.request_stop();
+  });
+  cell.wait_until([] { return false; }, {hecaton::kForever, stop.get_token()});
+  return EXIT_SUCCESS;
+} catch (const hecaton::Error& error) {
+  std::cerr << error.what() << '\n';
+  return EXIT_FAILURE;
+}

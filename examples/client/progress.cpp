@@ -1,0 +1,36 @@
+// Follows a goal: prints its progress, holds the arm on the way, lets it go on, and tells how it ended.
+#include <cstdlib>
+#include <iostream>
+
+#include <hecaton/client.hpp>
+
+int main(int argc, char** argv) try {
+  using namespace std::chrono_literals;
+  if (argc != 4) {
+    std::cerr << "usage: progress CELL ARM POSE\n";
+    return EXIT_FAILURE;
+  }
+  const hecaton::Cell cell = hecaton::Cell::connect(argv[1]);
+  const hecaton::Arm arm = cell.arm(argv[2]);
+
+  const hecaton::ArmState before = arm.state();
+  std::cout << arm.name() << " is " << name_of(before.mode) << ", heard " << before.age.count() << " s ago\n";
+
+  const hecaton::Goal goal = arm.go_to(argv[3], {.time_limit = 60s});
+  goal.on_progress([](const hecaton::Progress& progress) {
+    std::cout << name_of(progress.state) << ", " << progress.distance << " rad to go";
+    if (progress.cause) std::cout << ": " << progress.cause.text;
+    std::cout << std::endl;
+  });
+
+  arm.hold();  // the goal is kept
+  std::cout << "held: the outcome is still " << goal.wait(1s).text() << std::endl;
+  arm.resume();
+
+  const hecaton::Outcome outcome = goal.wait(90s);
+  std::cout << outcome.text() << '\n';
+  return outcome ? EXIT_SUCCESS : EXIT_FAILURE;
+} catch (const hecaton::Error& error) {
+  std::cerr << error.what() << '\n';
+  return EXIT_FAILURE;
+}

@@ -1,0 +1,62 @@
+#include "planner/arm_planner/arm_planner.hpp"
+
+#include <utility>
+
+namespace hecaton::planner {
+
+ArmPlanner::ArmPlanner(CellGeometry geometry, const LocalParameters& parameters, const ArmPlannerOptions& options)
+    : controller_(std::move(geometry), parameters, options.control_period, options.motion_seed),
+      rollouts_(parameters, options.rollout_seed),
+      routes_(parameters, options.route_seed),
+      coordinator_(parameters, options.route_seed, options.plan_numbers_after) {}
+
+void ArmPlanner::receive(const PeriodEvents& events) {
+  if (events.missed > 0.0) controller_.let_pass(events.missed);
+  if (events.drops_setpoint) controller_.forget_setpoint();
+  if (events.obstacles) controller_.set_obstacles(*events.obstacles);
+  if (events.goal && events.goal->q_goal) controller_.set_goal(*events.goal->q_goal);
+  if (events.goal && !events.goal->q_goal) controller_.cancel_goal();
+  for (const RangeScan& scan : events.scans) controller_.sense(scan);
+}
+
+TickResult ArmPlanner::step(const PeriodInputs& inputs) {
+  if (const auto time = rollouts_.thinking_time()) controller_.think_first(*time);
+  const TickResult result = controller_.step(inputs.own, inputs.arms, inputs.obstacles, inputs.hold);
+  if (inputs.number > 0) controller_.sent(inputs.number);
+  return result;
+}
+
+SearchQuestions ArmPlanner::plan_ahead(const PeriodInputs& inputs, const TickResult& result) {
+  const auto& [rollout, route, coupled_plan] = inputs.answers;
+  SearchQuestions questions;
+  if (inputs.commands) questions.rollout = rollouts_.next(controller_, result, inputs.arms, inputs.obstacles);
+  if (rollout) {
+    rollouts_.answered();
+    if (inputs.commands) controller_.begin(rollout->manoeuvre);
+    ++rollout_answers_;
+  }
+
+  if (!inputs.commands) coordinator_.resign();
+  if (coupled_plan) coordinator_.answered(*coupled_plan);
+  if (inputs.commands) questions.coupled_plan = coordinator_.next(controller_, result, inputs.arms, inputs.obstacles);
+  if (coordinator_.aim()) {
+    controller_.follow_coupled_plan(*coordinator_.aim());
+  } else {
+    controller_.leave_coupled_plan();
+  }
+
+  // An arm that follows a coupled plan has no route of its own.
+  const bool routed = inputs.commands && !coordinator_.takes_part();
+  if (!routed) routes_.drop();
+  if (route) {
+    if (auto points = routes_.answered(*route, controller_)) controller_.follow(std::move(*points));
+  }
+  if (routed) {
+    RoutePolicy::Next next = routes_.next(controller_, result, inputs.arms, inputs.obstacles);
+    if (next.leaves_route) controller_.follow({});
+    questions.route = std::move(next.question);
+  }
+  return questions;
+}
+
+}  // namespace hecaton::planner

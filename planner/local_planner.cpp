@@ -1,0 +1,218 @@
+#include "planner/local_planner.hpp"
+
+#include <algorithm>
+
+#include "planner/local/goal_objective.hpp"
+#include "planner/trajectory/stop_profile.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+/// Motion below this share of the fastest does not count as progress.
+constexpr double kStillShare = 0.02;
+/// An arm that stands this long before its goal says that it is blocked [s].
+constexpr double kBlockedAfter = 0.5;
+/// A detour need not end exactly at its way-point [rad | m].
+constexpr double kDetourTolerance = 0.1;
+
+/// Raises every bound that `allowed`, a velocity that is always possible, would violate to what that needs.
+void relax(QpProblem& problem, const JointVector& allowed) {
+  for (int i = 0; i < problem.rows; ++i) {
+    problem.h[i] = std::max(problem.h[i], problem.G.row(i).head(allowed.size()).dot(allowed));
+  }
+}
+
+/// The velocity nearest to `target` within bounds and the rows of `problem`. Relaxed rows are never stricter than
+/// `allowed`, a velocity that is always possible: standing still, or the stop profile.
+QpSolution project(QpProblem& problem, const JointVector& target, const VelocityBounds& bounds,
+                   const JointVector& allowed, QpWarmStart& warm, bool& relaxed) {
+  problem.target = target;
+  problem.lower = bounds.lower;
+  problem.upper = bounds.upper;
+  QpSolution solution = solve(problem, warm);
+  relaxed = solution.status != QpStatus::kOptimal;
+  if (!relaxed) return solution;
+  const auto h = problem.h;
+  relax(problem, allowed);
+  problem.lower = problem.lower.cwiseMin(allowed);
+  problem.upper = problem.upper.cwiseMax(allowed);
+  warm = {};
+  solution = solve(problem, warm);
+  if (solution.status != QpStatus::kOptimal) solution.x = allowed;
+  problem.h = h;
+  return solution;
+}
+
+/// What comes nearer is fled as well as can be, also where not all of it can be fled: where one thing closes in from
+/// two sides, or along a direction in which hardly any joint moves the arm. From `solution`, which satisfies the
+/// relaxed rows, towards the least sum of squares of what is missing from retreats (rows with h < 0), by projected
+/// gradients.
+void flee(QpProblem& problem, const JointVector& allowed, QpSolution& solution) {
+  constexpr int kSteps = 8;
+  const auto g = [&](int i) { return problem.G.row(i).head(allowed.size()); };
+  const auto h = problem.h;
+  double scale = 0.0;
+  for (int i = 0; i < problem.rows; ++i) {
+    if (h[i] < 0.0) scale += problem.norm[i] * problem.norm[i];
+  }
+  relax(problem, allowed);
+  for (int step = 0; step < kSteps && scale > 0.0; ++step) {
+    JointVector pull = JointVector::Zero(allowed.size());
+    for (int i = 0; i < problem.rows; ++i) {
+      if (h[i] < 0.0) pull += std::max(0.0, g(i).dot(solution.x) - h[i]) * g(i).transpose();
+    }
+    problem.target = solution.x - pull / scale;
+    QpWarmStart cold;
+    const QpSolution nearer = solve(problem, cold);
+    if (nearer.status != QpStatus::kOptimal) break;
+    solution.x = nearer.x;
+  }
+  problem.h = h;
+}
+
+int strongest_row(const QpSolution& solution) {
+  int row = -1;
+  double most = 0.0;
+  for (int k = 0; k < solution.active; ++k) {
+    if (solution.active_row[k] >= 0 && solution.multiplier[k] > most) {
+      most = solution.multiplier[k];
+      row = solution.active_row[k];
+    }
+  }
+  return row;
+}
+
+bool inside(const VelocityBounds& bounds, const JointVector& qd) {
+  return (qd.array() >= bounds.lower.array()).all() && (qd.array() <= bounds.upper.array()).all();
+}
+
+/// A detour ends near its way-point, when its time is over, or when something is in its way, too; an evasion with its
+/// time.
+void update_detour(const LocalInput& input, const JointVector& intended, const JointVector& wanted, Detour& detour) {
+  detour.time_left -= input.dt;
+  if (detour.time_left <= 0.0) detour.active = false;
+  if (detour.stays || detour.of_route) return;
+  const JointVector way = joint_difference(input.limits, input.q, detour.q);
+  const bool there = way.cwiseAbs().maxCoeff() < kDetourTolerance;
+  const bool blocked = input.parameters.method->held_back(intended, wanted);
+  if (there || blocked) detour.active = false;
+}
+
+/// The arm follows another arm's claim at once, except during a detour of its own, which ends soon. An arm with the
+/// right of way goes straight, because the others retreat.
+void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
+  RightOfWay& right = memory.right_of_way;
+  const bool detours = memory.detour.active && !memory.detour.of_route;
+  if (!input.parameters.method->traits().coordinates || detours) {
+    right.yields_to = -1;
+    return;
+  }
+  const std::uint32_t claim = right.claim;
+  update(input, memory.random, right);
+  if (right.yields_to >= 0 || right.claim != claim) memory.deviation.active = false;
+}
+
+/// What was remembered for another goal than the input's is forgotten.
+void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
+  if (!input.has_goal) memory.right_of_way.under_way = false;
+  // An arm without a goal keeps its place, wherever that is by now.
+  const bool as_before = input.has_goal ? memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal
+                                        : memory.q_goal.size() == 0;
+  if (as_before) return;
+  if (input.has_goal) {
+    memory.q_goal = input.q_goal;
+  } else {
+    memory.q_goal.resize(0);
+  }
+  memory.method.clear();
+  memory.deviation = {};
+  memory.without_progress = 0.0;
+  memory.detour.active = false;
+  memory.right_of_way.under_way = input.has_goal;
+  memory.right_of_way.growth = 1.0;
+}
+
+}  // namespace
+
+void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
+  memory.time_to_think = 0.0;
+  if (manoeuvre.kind == ManoeuvreKind::kGoOn) return;
+  memory.random = Random(manoeuvre.seed);
+  const bool evades = manoeuvre.kind == ManoeuvreKind::kEvade;
+  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience, evades, false};
+  memory.deviation.renew = manoeuvre.kind == ManoeuvreKind::kSubspace;
+  if (manoeuvre.kind != ManoeuvreKind::kSubspace) memory.deviation.active = false;
+}
+
+// Two steps. First what the arm intends, as the paper plans it: towards the goal or along a boundary, under dampers,
+// velocity and position limits. Then what it commands: the nearest velocity to that which one period's acceleration can
+// reach. The deadlock rule looks at the intention; safety is decided by the command.
+LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
+  forget_old_goal(input, memory);
+  LocalResult result;
+  const JointVector still = JointVector::Zero(input.q.size());
+  const JointVector braking = braking_velocity(input.limits, input.qd, input.dt);
+  const JointVector& target = memory.detour.active ? memory.detour.q : input.q_goal;
+  const bool at_goal =
+      joint_difference(input.limits, input.q, input.q_goal).cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
+  const bool at_rest = input.qd.cwiseAbs().maxCoeff() < 10.0 * input.parameters.goal_tolerance;
+  memory.right_of_way.under_way = memory.right_of_way.under_way && !(at_goal && at_rest);
+  const RightOfWayInput others{input.parameters, input.arms, input.self,
+                               input.rows,       input.dt,   memory.deviation.active || memory.without_progress > 0.0};
+  update_right_of_way(others, memory);
+  result.yields_to = memory.right_of_way.yields_to;
+  const bool yields = result.yields_to >= 0;
+  const MotionMethod& method = *input.parameters.method;
+  const MethodInput method_input{input.limits, input.q,  input.qd,   input.q_goal,
+                                 target,       input.dt, input.rows, input.scene};
+  const MethodState state{memory.method, memory.deviation, memory.random, memory.time_to_think};
+  WantedMotion wish;
+  if (yields) {
+    wish.velocity = retreat_velocity(others, memory.right_of_way, input.limits);
+  } else if (input.has_goal) {
+    wish = method.want(method_input, state);
+  } else {
+    wish.velocity = goal_velocity(input.limits, input.q, target, input.dt);
+  }
+  const JointVector& wanted = wish.velocity;
+  result.stalled = wish.stalled;
+  const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
+
+  QpProblem problem;
+  for (const Row& row : input.rows) problem.add_row(row.g, row.h, row.key);
+  bool intention_relaxed = false;
+  QpSolution intended = project(problem, wanted, bounds, still, memory.intended, intention_relaxed);
+  result.detouring = memory.detour.active;
+  if (memory.detour.active) {
+    update_detour(input, intended.x, wanted, memory.detour);
+  } else if (!at_goal && !yields) {
+    const ConstrainedMotion constrained{wanted, intended.x, bounds, strongest_row(intended), memory.right_of_way.leads};
+    const Redirection redirection = method.redirect(method_input, constrained, state);
+    result.thinks = redirection.awaiting_rollout;
+    if (redirection.velocity) {
+      intended = project(problem, *redirection.velocity, bounds, still, memory.followed, intention_relaxed);
+    }
+  }
+  result.following = memory.deviation.active;
+  result.binding_row = strongest_row(intended);
+  // On the boundary itself nothing pushes: what binds is the boundary.
+  if (result.following && memory.deviation.row >= 0) result.binding_row = memory.deviation.row;
+
+  const VelocityBounds reachable =
+      intersect(bounds, acceleration_bounds(input.limits, input.qd, braking, input.dt), braking);
+  if (!intention_relaxed && inside(reachable, intended.x)) {
+    result.qd = intended.x;
+  } else {
+    QpSolution commanded = project(problem, intended.x, reachable, braking, memory.commanded, result.relaxed);
+    if (result.relaxed) flee(problem, braking, commanded);
+    result.qd = commanded.x;
+  }
+
+  const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();
+  const bool waits = memory.detour.active && memory.detour.stays;
+  memory.without_progress = moves || at_goal || waits ? 0.0 : memory.without_progress + input.dt;
+  result.blocked = memory.without_progress > kBlockedAfter;
+  return result;
+}
+
+}  // namespace hecaton::planner

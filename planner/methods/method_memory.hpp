@@ -1,0 +1,66 @@
+#pragma once
+/// What a motion method remembers from tick to tick: a value of the method's own type, stored in place.
+
+#include <cstddef>
+#include <memory>
+#include <new>
+
+namespace hecaton::planner {
+
+/// Holds one value of any type of at most `kCapacity` bytes, or nothing. Copies copy the value and allocate nothing, so
+/// that a rollout can copy what a planner remembers. Not thread-safe.
+class MethodMemory {
+ public:
+  static constexpr std::size_t kCapacity = 1024;
+
+  MethodMemory() = default;
+  MethodMemory(const MethodMemory& other) { take(other); }
+  MethodMemory& operator=(const MethodMemory& other) {
+    if (this != &other) {
+      clear();
+      take(other);
+    }
+    return *this;
+  }
+  ~MethodMemory() { clear(); }
+
+  void clear() {
+    if (type_ != nullptr) type_->destroy(bytes_);
+    type_ = nullptr;
+  }
+
+  /// The value; a T{} when the memory is empty or holds another type.
+  template <class T>
+  [[nodiscard]] T& as() {
+    static_assert(sizeof(T) <= kCapacity && alignof(T) <= kAlignment, "T does not fit into a method's memory");
+    if (type_ != &kType<T>) {
+      clear();
+      ::new (static_cast<void*>(bytes_)) T{};
+      type_ = &kType<T>;
+    }
+    return *std::launder(reinterpret_cast<T*>(bytes_));
+  }
+
+ private:
+  static constexpr std::size_t kAlignment = 32;
+
+  struct Type {
+    void (*copy)(const std::byte* from, std::byte* to);
+    void (*destroy)(std::byte* value);
+  };
+  template <class T>
+  static constexpr Type kType{[](const std::byte* from, std::byte* to) {
+                                ::new (static_cast<void*>(to)) T(*std::launder(reinterpret_cast<const T*>(from)));
+                              },
+                              [](std::byte* value) { std::destroy_at(std::launder(reinterpret_cast<T*>(value))); }};
+
+  void take(const MethodMemory& other) {
+    if (other.type_ != nullptr) other.type_->copy(other.bytes_, bytes_);
+    type_ = other.type_;
+  }
+
+  const Type* type_ = nullptr;
+  alignas(kAlignment) std::byte bytes_[kCapacity];
+};
+
+}  // namespace hecaton::planner

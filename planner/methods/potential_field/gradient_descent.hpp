@@ -1,0 +1,45 @@
+#pragma once
+/// A path down the gradient of a potential field: [Cardenas10] fig. 4.
+
+#include <vector>
+
+#include "planner/methods/potential_field/free_motion.hpp"
+#include "planner/methods/potential_field/potential_field.hpp"
+
+namespace hecaton::planner::potential {
+
+enum class DescentOutcome : std::uint8_t {
+  kReached,       ///< the path ends at the goal
+  kLocalMinimum,  ///< it ends where the gradient vanishes, or nothing but walls lies downhill
+  kOscillating,   ///< it ends where steps go to and fro
+  kOutOfSteps,
+  kStartBlocked,  ///< the start is in collision, or nearer to one than the margin: no path
+  kGoalBlocked,   ///< so is the goal: no path
+};
+
+struct DescentOptions {
+  /// α of every step along −∇U, as published: "must be sufficiently small". 0: along steepest_descent(), as far as the
+  /// potential allows it (Armijo).
+  double alpha = 0.0;
+  double longest_step = 0.05;   ///< no point of the arm moves farther in a step [m], > 0
+  double shortest_step = 1e-5;  ///< shorter ones get nowhere [m], > 0: ε of the paper's listing
+  int most_steps = 5000;
+};
+
+struct Descent {
+  DescentOutcome outcome = DescentOutcome::kOutOfSteps;
+  std::vector<JointVector> path;  ///< from the start on; every piece is a free motion [rad | m]
+  int steps = 0;
+  int evaluations = 0;  ///< of the field
+};
+
+/// From q_start, within `limits`. Where the straight way to the goal is short and free it is taken: the minimum of the
+/// field is not at a goal that something repels from. So it is when the descent ends somewhere else.
+[[nodiscard]] Descent descend(PotentialField& field, FreeMotion& motion, const JointLimits& limits,
+                              const JointVector& q_start, const JointVector& q_goal,
+                              const DescentOptions& options = {});
+
+/// "a local minimum", …: what a message says.
+[[nodiscard]] const char* describe(DescentOutcome outcome);
+
+}  // namespace hecaton::planner::potential

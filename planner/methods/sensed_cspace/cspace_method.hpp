@@ -1,0 +1,49 @@
+#pragma once
+/// The methods of [Li96]: a way through C-space, searched in what the arm has sensed, or in all obstacles.
+/// docs/design/0012-sensed-cspace.md.
+
+#include "planner/methods/motion_method.hpp"
+#include "planner/methods/sensed_cspace/sensed_map.hpp"
+
+namespace hecaton::planner::cspace {
+
+class CspaceMethod : public MotionMethod, public Configured<SensedParameters> {
+ public:
+  void visit_parameters(ParameterVisitor& visitor) override;
+  [[nodiscard]] std::optional<std::string> validate() const override;
+  [[nodiscard]] std::optional<std::string> objection(const Arm& arm,
+                                                     std::span<const RangeSensor> sensors) const override;
+
+ protected:
+  using MotionMethod::MotionMethod;
+};
+
+/// The arm knows no obstacle but what its own sensors see.
+class SensedCspace final : public CspaceMethod {
+ public:
+  SensedCspace()
+      : CspaceMethod({.name = "sensed_cspace",
+                      .summary = "a way through what the arm's own sensors leave free in C-space",
+                      .sensor_only = true,
+                      .path = MethodTraits::Path::kWalk,
+                      .picture = MethodTraits::Picture::kCspace}) {}
+
+  [[nodiscard]] std::optional<SensingMargin> sensing_margin() const override {
+    return SensingMargin{"sensed.margin", parameters.margin};
+  }
+  [[nodiscard]] std::unique_ptr<MotionGuide> make_guide(const Arm& arm, double dt) const override;
+};
+
+/// The same for an arm that is told all obstacles, which must stand still: what sensing costs, by comparison.
+class KnownCspace final : public CspaceMethod {
+ public:
+  KnownCspace()
+      : CspaceMethod({.name = "known_cspace",
+                      .summary = "a way through C-space past all obstacles, which stand still",
+                      .path = MethodTraits::Path::kWalk,
+                      .picture = MethodTraits::Picture::kCspace}) {}
+
+  [[nodiscard]] std::unique_ptr<MotionGuide> make_guide(const Arm& arm, double dt) const override;
+};
+
+}  // namespace hecaton::planner::cspace

@@ -1,0 +1,192 @@
+#include "planner/methods/sensed_cspace/sensed_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "planner/simd/sine_cosine.hpp"
+
+namespace hecaton::planner::cspace {
+namespace {
+
+/// Points in the same cube of this size count as one [m].
+constexpr double kCube = 0.004;
+/// A straight line is looked at in steps of this share of a cell; between two it may leave a cell by half a step.
+constexpr double kStep = 0.25;
+/// A wide line is looked at so far about each of those places: half a step, and a sixteenth of a cell.
+constexpr double kAside = 0.5 * kStep + 0.0625;
+/// How far from a cell's centre the arm may be and the cell still speaks for it: half a cell, and that half step.
+constexpr double kCover = 0.5 + 0.5 * kStep;
+
+/// A cell of which the joint's limit leaves less than this share is none: the one next to it speaks for what is left,
+/// and nobody has to arrive in a place that is no place.
+constexpr double kSliver = 0.5 * kStep;
+
+/// The first and the last cell that hold places between these.
+std::pair<int, int> cells_between(double low, double high) {
+  int first = static_cast<int>(std::floor(low + 0.5));
+  int last = static_cast<int>(std::floor(high + 0.5));
+  if (first < last && first + 0.5 - low < kSliver) ++first;
+  if (first < last && high - (last - 0.5) < kSliver) --last;
+  return {first, last};
+}
+
+/// No point of the second link moves farther than this while all angles change by `angle`, of the first one less [m].
+double stray(const ArmPlanes& planes, double angle) {
+  const PlanarArm& arm = planes.arm();
+  return angle * (arm.reach() + arm.length2);
+}
+
+/// The arm as thick as a cell's centre must take it so that the whole cell is spoken for.
+PlanarArm covering(const ArmPlanes& planes, const SensedParameters& parameters, double thick) {
+  const double half = kCover * AngleGrid{parameters.cells}.pitch();
+  PlanarArm arm = planes.arm().grown(thick);
+  arm.width1 += half * arm.length1;
+  arm.width2 += stray(planes, half);
+  return arm;
+}
+
+/// For the point that was seen, its like in the same cube, and another θ₀ in the same cell.
+double thickness(const ArmPlanes& planes, const SensedParameters& parameters) {
+  const double half = kCover * AngleGrid{parameters.cells}.pitch();
+  return parameters.margin + std::sqrt(3.0) * kCube + half * planes.radius();
+}
+
+std::uint64_t cube_of(const Eigen::Vector3d& p) {
+  std::uint64_t key = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto place = static_cast<std::int64_t>(std::floor(p[i] / kCube));
+    key = key << 21 | (static_cast<std::uint64_t>(place) & 0x1F'FFFF);
+  }
+  return key;
+}
+
+bool reaches(const Slab& slab, double off_plane, double thick) {
+  return off_plane >= slab.low - thick && off_plane <= slab.high + thick;
+}
+
+}  // namespace
+
+SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const SensedParameters& parameters)
+    : arm_(planes),
+      grid_{parameters.cells},
+      thick_(thickness(planes, parameters)),
+      mapper_(covering(planes, parameters, thick_), grid_) {
+  const auto within = [](const JointVector& q) { return JointVector(q.cwiseMax(-2.0 * kPi).cwiseMin(2.0 * kPi)); };
+  const Angles a = arm_.angles(within(limits.lower));
+  const Angles b = arm_.angles(within(limits.upper));
+  for (int i = arm_.spatial() ? 0 : 1; i < 3; ++i) {
+    const auto [first, last] = cells_between(grid_.place(std::min(a[i], b[i])), grid_.place(std::max(a[i], b[i])));
+    first_[i] = first;
+    size_[i] = last - first + 1;
+    for (int k = 0; k < size_[i]; ++k) wrapped_[i].push_back(static_cast<std::int16_t>(grid_.wrapped(first_[i] + k)));
+  }
+  planes_.assign(size_[0], CspaceMap(grid_));
+  turns_.resize(size_[0]);
+  if (!arm_.spatial()) return;
+  std::vector<double> angle, sine, cosine;
+  for (int i = 0; i < size_[0]; ++i) angle.push_back(grid_.centre(first_[0] + i));
+  const std::size_t padded = (angle.size() + 3) / 4 * 4;
+  angle.resize(padded, 0.0);
+  sine.resize(padded);
+  cosine.resize(padded);
+  sine_cosine(angle.data(), static_cast<int>(padded), sine.data(), cosine.data());
+  for (int i = 0; i < size_[0]; ++i) turns_[i] = {cosine[i], sine[i]};
+}
+
+bool SensedMap::see(const Eigen::Vector3d& p_B) {
+  if (!seen_.insert(cube_of(p_B)).second) return false;
+  points_.push_back(p_B);
+  bool touched = false;
+  for (int i = 0; i < size_[0]; ++i) {
+    const PlacedPoint placed = arm_.place(p_B, turns_[i]);
+    const bool first = reaches(arm_.slab(0), placed.off_plane, thick_);
+    const bool second = reaches(arm_.slab(1), placed.off_plane, thick_);
+    if (!first && !second) continue;
+    mapper_.map(convex_piece(std::span(&placed.in_plane, 1)), image_,
+                first && second ? Links::kBoth
+                : first         ? Links::kFirst
+                                : Links::kSecond);
+    planes_[i].block(image_);
+    touched = touched || !image_.spans.empty();
+  }
+  return touched;
+}
+
+bool SensedMap::holds(const Eigen::Vector3d& p_B) const {
+  return seen_.contains(cube_of(p_B));
+}
+
+bool SensedMap::holds_just(std::span<const Eigen::Vector3d> points_B) const {
+  std::unordered_set<std::uint64_t> cubes;
+  for (const Eigen::Vector3d& p_B : points_B) cubes.insert(cube_of(p_B));
+  return cubes == seen_;
+}
+
+void SensedMap::forget() {
+  for (CspaceMap& plane : planes_) plane.clear();
+  seen_.clear();
+  points_.clear();
+}
+
+Cell3 SensedMap::cell(int index) const {
+  return {index / (size_[1] * size_[2]), index / size_[2] % size_[1], index % size_[2]};
+}
+
+std::array<double, 3> SensedMap::places(const JointVector& q) const {
+  const Angles angles = arm_.angles(q);
+  std::array<double, 3> places{};
+  for (int i = arm_.spatial() ? 0 : 1; i < 3; ++i) places[i] = grid_.place(angles[i]) - first_[i];
+  return places;
+}
+
+Cell3 SensedMap::cell_at(const JointVector& q) const {
+  const std::array<double, 3> place = places(q);
+  Cell3 cell{};
+  for (int i = 0; i < 3; ++i) cell[i] = nearest(i, place[i]);
+  return cell;
+}
+
+int SensedMap::nearest(int angle, double place) const {
+  return std::clamp(static_cast<int>(std::floor(place + 0.5)), 0, size_[angle] - 1);
+}
+
+JointVector SensedMap::centre(const Cell3& cell) const {
+  Angles angles{};
+  for (int i = arm_.spatial() ? 0 : 1; i < 3; ++i) angles[i] = grid_.centre(first_[i] + cell[i]);
+  return arm_.joints(angles);
+}
+
+bool SensedMap::straight_way_free(const JointVector& from, const JointVector& to, bool wide) const {
+  const std::array<double, 3> a = places(from);
+  const std::array<double, 3> b = places(to);
+  double longest = 0.0;
+  for (int i = 0; i < 3; ++i) longest = std::max(longest, std::abs(b[i] - a[i]));
+  const int steps = static_cast<int>(std::ceil(longest / kStep));
+  const double aside = wide ? kAside : 0.0;
+  for (int k = 0; k <= steps; ++k) {
+    const double share = steps == 0 ? 0.0 : static_cast<double>(k) / steps;
+    Cell3 first{};
+    Cell3 last{};
+    for (int i = 0; i < 3; ++i) {
+      const double place = a[i] + share * (b[i] - a[i]);
+      first[i] = nearest(i, place - aside);
+      last[i] = nearest(i, place + aside);
+    }
+    if (any_blocked(first, last)) return false;
+  }
+  return true;
+}
+
+bool SensedMap::any_blocked(const Cell3& first, const Cell3& last) const {
+  for (int i = first[0]; i <= last[0]; ++i) {
+    for (int k = first[1]; k <= last[1]; ++k) {
+      for (int m = first[2]; m <= last[2]; ++m) {
+        if (blocked({i, k, m})) return true;
+      }
+    }
+  }
+  return false;
+}
+
+}  // namespace hecaton::planner::cspace

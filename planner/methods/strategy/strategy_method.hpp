@@ -1,0 +1,53 @@
+#pragma once
+/// The methods of [Mediavilla02] for a live arm: a way round in the plane that a motion strategy chose
+/// (docs/strategies.md).
+
+#include "planner/methods/boundary_following/boundary_following.hpp"
+#include "planner/methods/strategy/strategy.hpp"
+
+namespace hecaton::planner {
+
+/// The parameters that both have, and whether they suit an arm.
+class StrategyKeys : public Configured<StrategyParameters> {
+ protected:
+  void visit(ParameterVisitor& visitor);
+  [[nodiscard]] std::optional<std::string> unfit(const RobotModel& robot) const;
+};
+
+/// Under constraints, and where they leave nothing of the way along the boundary, in the strategy's plane.
+class StrategyFollowing final : public BoundaryFollowing, public StrategyKeys {
+ public:
+  StrategyFollowing()
+      : BoundaryFollowing({.name = "strategy", .summary = "around in the plane that a motion strategy chose"}) {}
+
+  void visit_parameters(ParameterVisitor& visitor) override;
+  [[nodiscard]] std::optional<std::string> objection(const Arm& arm,
+                                                     std::span<const RangeSensor> /*sensors*/) const override {
+    return unfit(*arm.model);
+  }
+  [[nodiscard]] Redirection redirect(const MethodInput& input, const ConstrainedMotion& constrained,
+                                     MethodState state) const override;
+
+ protected:
+  void start(const MethodInput& input, const JointVector& way, int blocking, MethodState state) const override;
+  void renew(const MethodInput& input, const JointVector& way, MethodState state) const override;
+  [[nodiscard]] FollowerMemory& follower_of(MethodMemory& memory) const override;
+};
+
+/// The on-line stage as published: steps to free neighbours in that plane.
+class StrategyStep final : public MotionMethod, public StrategyKeys {
+ public:
+  StrategyStep() : MotionMethod({.name = "strategy_step", .summary = "the published steps in that plane"}) {}
+
+  void visit_parameters(ParameterVisitor& visitor) override { visit(visitor); }
+  [[nodiscard]] std::optional<std::string> objection(const Arm& arm,
+                                                     std::span<const RangeSensor> /*sensors*/) const override {
+    return unfit(*arm.model);
+  }
+  /// No step leads nearer to anything than h.
+  [[nodiscard]] std::optional<double> least_rest_distance() const override { return parameters.distance + 1e-3; }
+  [[nodiscard]] std::unique_ptr<MethodWorkspace> make_workspace(const CellGeometry& geometry) const override;
+  [[nodiscard]] WantedMotion want(const MethodInput& input, MethodState state) const override;
+};
+
+}  // namespace hecaton::planner

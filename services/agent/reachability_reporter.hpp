@@ -1,0 +1,60 @@
+#pragma once
+/// Measures which other hosts an agent hears, and sends it as the row of its host (docs/design/0003-supervision.md).
+/// What it hears of them are their agents' rows.
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <idl/health.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/runtime/process_info.hpp"
+#include "services/runtime/stall_compensated_clock.hpp"
+
+namespace hecaton::services {
+
+class ReachabilityReporter {
+ public:
+  /// `hosts`: those that the agent stands for. `period`: of report(). Throws as bus::Reader does.
+  ReachabilityReporter(bus::Participant& participant, std::vector<std::string> hosts, Time period,
+                       bus::Clock::time_point now)
+      : hosts_(std::move(hosts)),
+        clock_(period, 2 * period + std::chrono::milliseconds(2), now.time_since_epoch()),
+        reader_(participant),
+        writer_(participant) {}
+
+  /// Once in each period. A stall of this agent counts as one period, so that it does not look like silence of others.
+  void report(bus::Clock::time_point now) {
+    clock_.advance(now.time_since_epoch());
+    for (const auto& sample : reader_.take()) {
+      if (sample.disposed) continue;
+      Time& newest = newest_[sample.value.host()];
+      newest = std::max(newest, clock_.at(std::min(sample.received, now).time_since_epoch()));
+    }
+    row_.sequence_number(row_.sequence_number() + 1);
+    row_.stamp_ns(stamp_now());
+    for (const std::string& host : hosts_) {
+      row_.host(host);
+      row_.heard().clear();
+      for (const auto& [other, newest] : newest_) {
+        if (other == host) continue;
+        msg::HostAge& heard = row_.heard().emplace_back();
+        heard.host(other);
+        heard.age(std::chrono::duration<float>(clock_.now() - newest).count());
+      }
+      static_cast<void>(writer_.write(row_));  // the bus has logged a refusal
+    }
+  }
+
+ private:
+  std::vector<std::string> hosts_;
+  StallCompensatedClock clock_;
+  bus::Reader<msg::Reachability> reader_;
+  bus::Writer<msg::Reachability> writer_;
+  msg::Reachability row_;
+  std::map<std::string, Time> newest_;  // of each other host, on the clock
+};
+
+}  // namespace hecaton::services

@@ -1,0 +1,13 @@
+#pragma once
+/// The simulated arm: joints with a position controller that never fails, in real time. Where it stands survives its
+/// process, as a real arm's position does.
+
+#include <memory>
+
+#include "services/arm_driver/devices/arm_device.hpp"
+
+namespace hecaton::device {
+
+[[nodiscard]] std::unique_ptr<ArmDevice> make_simulated_arm(const DeviceSetup& setup);
+
+}  // namespace hecaton::device

@@ -1,0 +1,290 @@
+#pragma once
+/// One set of names for Fast DDS 2 (Debian 12) and Fast DDS 3 (Debian 13), which renamed headers, namespaces,
+/// signatures and settings. Private to services/bus, and the only file of the project that asks which release this is.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <fastdds/rtps/common/LocatorList.hpp>
+
+#if __has_include(<fastdds/LibrarySettings.hpp>)
+#define HECATON_FAST_DDS 3
+#include <fastdds/LibrarySettings.hpp>
+#include <fastdds/rtps/builtin/data/ParticipantBuiltinTopicData.hpp>
+#include <fastdds/rtps/transport/ChainingTransport.hpp>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
+#include <fastdds/rtps/transport/NetworkBuffer.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
+#include <fastdds/utils/IPLocator.hpp>
+#else
+#define HECATON_FAST_DDS 2
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#endif
+
+namespace hecaton::bus {
+
+namespace dds = eprosima::fastdds::dds;
+
+#if HECATON_FAST_DDS == 3
+namespace rtps = eprosima::fastdds::rtps;
+using Duration = dds::Duration_t;
+inline const Duration kInfinite = dds::c_TimeInfinite;
+using LivelinessChanged = dds::LivelinessChangedStatus;
+#else
+namespace rtps {
+using namespace eprosima::fastrtps::rtps;
+using namespace eprosima::fastdds::rtps;
+}  // namespace rtps
+using Duration = eprosima::fastrtps::Duration_t;
+inline const Duration kInfinite = eprosima::fastrtps::c_TimeInfinite;
+using LivelinessChanged = eprosima::fastrtps::LivelinessChangedStatus;
+#endif
+
+/// What calls return, as the DDS specification numbers it.
+enum class Outcome : std::uint32_t { kOk = 0, kPreconditionNotMet = 4, kOutOfResources = 5, kTimeout = 10 };
+
+template <class ReturnCode>
+[[nodiscard]] Outcome outcome(const ReturnCode& code) {
+#if HECATON_FAST_DDS == 3
+  return static_cast<Outcome>(code);
+#else
+  return static_cast<Outcome>(code());
+#endif
+}
+
+[[nodiscard]] inline bool has_key(const dds::TypeSupport& type) {
+#if HECATON_FAST_DDS == 3
+  return type->is_compute_key_provided;
+#else
+  return type->m_isGetKeyDefined;
+#endif
+}
+
+/// Several participants of one process talk over the network like any others: delivery inside the writer's thread would
+/// run a reader's work in a control loop.
+inline void use_network_inside_process() {
+#if HECATON_FAST_DDS == 3
+  eprosima::fastdds::LibrarySettings settings;
+  settings.intraprocess_delivery = eprosima::fastdds::INTRAPROCESS_OFF;
+  static_cast<void>(dds::DomainParticipantFactory::get_instance()->set_library_settings(settings));
+#else
+  eprosima::fastrtps::LibrarySettingsAttributes settings;
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+#endif
+}
+
+/// A reliable writer tells what it has once after `first` and then every `period`, and repeats at once what is missing.
+inline void set_heartbeats(dds::DataWriterQos& qos, const Duration& first, const Duration& period) {
+  auto& times = qos.reliable_writer_qos().times;
+#if HECATON_FAST_DDS == 3
+  times.initial_heartbeat_delay = first;
+  times.heartbeat_period = period;
+  times.nack_response_delay = times.nack_supression_duration = Duration(0, 0);
+#else
+  times.initialHeartbeatDelay = first;
+  times.heartbeatPeriod = period;
+  times.nackResponseDelay = times.nackSupressionDuration = Duration(0, 0);
+#endif
+}
+
+/// A reliable reader presents itself after `first` and answers heartbeats at once.
+inline void set_acknowledgements(dds::DataReaderQos& qos, const Duration& first) {
+  auto& times = qos.reliable_reader_qos().times;
+#if HECATON_FAST_DDS == 3
+  times.initial_acknack_delay = first;
+  times.heartbeat_response_delay = Duration(0, 0);
+#else
+  times.initialAcknackDelay = first;
+  times.heartbeatResponseDelay = Duration(0, 0);
+#endif
+}
+
+/// Discovery has news of another participant.
+struct PeerNews {
+  enum class Kind : std::uint8_t { kFound, kChanged, kLeft, kDropped } kind{};
+  rtps::GUID_t guid;
+  std::string name;
+  std::vector<rtps::Locator_t> unicast;  ///< where it listens
+};
+
+/// A participant's listener, which hears of other participants.
+class PeerListener : public dds::DomainParticipantListener {
+ protected:
+  virtual void on_peer(const PeerNews& news) = 0;
+
+ private:
+  template <class Status, class Data>
+  static PeerNews news_of(Status status, const rtps::GUID_t& guid, std::string name, const Data& data) {
+    PeerNews news{PeerNews::Kind::kFound, guid, std::move(name), {}};
+    if (status == Status::CHANGED_QOS_PARTICIPANT) news.kind = PeerNews::Kind::kChanged;
+    if (status == Status::REMOVED_PARTICIPANT) news.kind = PeerNews::Kind::kLeft;
+    if (status == Status::DROPPED_PARTICIPANT) news.kind = PeerNews::Kind::kDropped;
+    for (const auto* locators : {&data.metatraffic_locators, &data.default_locators}) {
+      news.unicast.insert(news.unicast.end(), locators->unicast.begin(), locators->unicast.end());
+    }
+    return news;
+  }
+
+#if HECATON_FAST_DDS == 3
+  void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryStatus status,
+                                const rtps::ParticipantBuiltinTopicData& data, bool& ignored) override {
+    ignored = false;
+    if (status == rtps::ParticipantDiscoveryStatus::IGNORED_PARTICIPANT) return;
+    on_peer(news_of(status, data.guid, data.participant_name.to_string(), data));
+  }
+#else
+  void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
+    on_peer(news_of(info.status, info.info.m_guid, info.info.m_participantName.to_string(), info.info));
+  }
+#endif
+};
+
+/// What a transport is given to send.
+class Datagram {
+ public:
+#if HECATON_FAST_DDS == 3
+  Datagram(const std::vector<rtps::NetworkBuffer>& parts, std::uint32_t size) : parts_(parts), size_(size) {}
+#else
+  Datagram(const rtps::octet* bytes, std::uint32_t size) : parts_(bytes), size_(size) {}
+#endif
+  bool send(rtps::SenderResource& behind, rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end,
+            const std::chrono::steady_clock::time_point& until) const {
+    return behind.send(parts_, size_, &begin, &end, until);
+  }
+
+ private:
+#if HECATON_FAST_DDS == 3
+  const std::vector<rtps::NetworkBuffer>& parts_;
+#else
+  const rtps::octet* parts_;
+#endif
+  std::uint32_t size_;
+};
+
+/// A transport in front of another one, `behind`.
+class FrontTransport : public rtps::ChainingTransport {
+ public:
+  using ChainingTransport::ChainingTransport;
+
+ protected:
+  virtual bool pass_on(const Datagram& datagram, rtps::SenderResource& behind, rtps::LocatorsIterator& begin,
+                       rtps::LocatorsIterator& end, const std::chrono::steady_clock::time_point& until) = 0;
+
+ private:
+#if HECATON_FAST_DDS == 3
+  bool send(rtps::SenderResource* behind, const std::vector<rtps::NetworkBuffer>& parts, std::uint32_t size,
+#else
+  bool send(rtps::SenderResource* behind, const rtps::octet* parts, std::uint32_t size,
+#endif
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& until) override {
+    return pass_on({parts, size}, *behind, *begin, *end, until);
+  }
+};
+
+/// A generated type support `Base`, made safe for several threads and for what the wire may bring. T: its message.
+template <class Base, class T>
+class GuardedSupport : public Base {
+ public:
+  /// What identifies the sample's key. Thread-safe: the generated code serialises every key of every writer into one
+  /// buffer.
+  bool key_handle(const T& sample, rtps::InstanceHandle_t& handle) { return guarded_key(&sample, handle, false); }
+
+  /// The sample as it travels, encapsulation included; empty when it cannot be serialised.
+  [[nodiscard]] std::string bytes_of(const T& sample) {
+    rtps::SerializedPayload_t payload(size_of(sample));
+#if HECATON_FAST_DDS == 3
+    const bool done = Base::serialize(&sample, payload, dds::XCDR_DATA_REPRESENTATION);
+#else
+    const bool done = Base::serialize(const_cast<T*>(&sample), &payload);
+#endif
+    return done ? std::string(reinterpret_cast<const char*>(payload.data), payload.length) : std::string();
+  }
+
+  /// The other way; what cannot be read becomes a sample of schema 0.
+  void read(const std::string& bytes, T& sample) {
+    rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
+    payload.length = static_cast<std::uint32_t>(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), payload.data);
+    guarded_read(payload, sample);
+  }
+
+#if HECATON_FAST_DDS == 3
+  using Base::compute_key;
+  bool compute_key(const void* const data, rtps::InstanceHandle_t& handle, bool force_md5) override {
+    return guarded_key(data, handle, force_md5);
+  }
+  bool deserialize(rtps::SerializedPayload_t& payload, void* data) override {
+    return guarded_read(payload, *static_cast<T*>(data));
+  }
+#else
+  bool getKey(void* data, rtps::InstanceHandle_t* handle, bool force_md5) override {
+    return guarded_key(data, *handle, force_md5);
+  }
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    return guarded_read(*payload, *static_cast<T*>(data));
+  }
+#endif
+
+ private:
+  std::uint32_t size_of(const T& sample) {
+#if HECATON_FAST_DDS == 3
+    return Base::calculate_serialized_size(&sample, dds::XCDR_DATA_REPRESENTATION);
+#else
+    return Base::getSerializedSizeProvider(const_cast<T*>(&sample))();
+#endif
+  }
+
+  bool guarded_key(const void* data, rtps::InstanceHandle_t& handle, bool force_md5) {
+    const std::scoped_lock lock(key_mutex_);
+#if HECATON_FAST_DDS == 3
+    return Base::compute_key(data, handle, force_md5);
+#else
+    return Base::getKey(const_cast<void*>(data), &handle, force_md5);
+#endif
+  }
+
+  /// Always true: a payload that is refused here would stay in the history. The reader counts schema 0 and drops it.
+  bool guarded_read(rtps::SerializedPayload_t& payload, T& sample) {
+    try {
+#if HECATON_FAST_DDS == 3
+      if (Base::deserialize(payload, &sample)) return true;
+#else
+      if (Base::deserialize(&payload, &sample)) return true;
+#endif
+    } catch (const std::exception&) {
+    }
+    sample = T();
+    sample.schema(0);
+    return true;
+  }
+
+  std::mutex key_mutex_;
+};
+
+}  // namespace hecaton::bus

@@ -1,0 +1,98 @@
+#include "services/cli/cell_access.hpp"
+
+#include <utility>
+
+namespace hecaton::services::cli {
+namespace {
+
+ExitCode code_of(CauseKind kind) {
+  switch (kind) {
+    case CauseKind::kUnknownName:
+    case CauseKind::kNameTaken:
+    case CauseKind::kInvalidValue:
+      return ExitCode::kBadInput;
+    default:
+      return ExitCode::kNegative;
+  }
+}
+
+}  // namespace
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text.empty() ? "none" : text;
+}
+
+ConnectOptions place_of(const Settings& settings) {
+  ConnectOptions options;
+  options.domain = settings.domain;
+  if (!settings.cell_file.empty()) options.cell_file = settings.cell_file;
+  return options;
+}
+
+Wait answer_limit(const Settings& settings) {
+  return Seconds(settings.connect_timeout);
+}
+
+Connection connect(const Settings& settings) {
+  Connection connection = client::Connection::make(client::join(place_of(settings)));
+  connection->wait_for_cell(answer_limit(settings));
+  return connection;
+}
+
+Failure failure_of(const Error& error) {
+  if (const auto* refused = dynamic_cast<const Rejected*>(&error)) {
+    return {code_of(refused->cause().kind), refused->cause().text};
+  }
+  if (const auto* unreachable = dynamic_cast<const Unreachable*>(&error)) {
+    const Unreachable::Reason& reason = unreachable->reason();
+    const bool nowhere = !reason.what_to_do.empty();
+    return {
+        ExitCode::kUnreachable,
+        reason.why + (nowhere ? ": start one with 'hecaton up CELL', or say where it is with --domain or --cell" : "")};
+  }
+  if (dynamic_cast<const NoAnswer*>(&error) != nullptr) return {ExitCode::kTimeOut, error.what()};
+  if (dynamic_cast<const Interrupted*>(&error) != nullptr) return {ExitCode::kNegative, error.what()};
+  return {ExitCode::kBadInput, error.what()};
+}
+
+std::function<ExitCode()> on_cell(std::function<ExitCode()> action) {
+  return [action = std::move(action)] {
+    try {
+      return action();
+    } catch (const Error& error) {
+      throw failure_of(error);
+    }
+  };
+}
+
+const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm) {
+  std::vector<std::string> names;
+  for (const msg::ArmStatus& known : status.arms()) {
+    if (known.arm() == arm) return known;
+    names.push_back(known.arm());
+  }
+  throw Failure(ExitCode::kBadInput,
+                "cell '" + status.cell() + "' has no arm '" + std::string(arm) + "'; its arms: " + listed(names));
+}
+
+void require_arms(const msg::CellStatus& status, const std::vector<std::string>& arms) {
+  for (const std::string& arm : arms) static_cast<void>(require_arm(status, arm));
+}
+
+ExitCode outcome_code(const msg::GoalStatus& status) {
+  switch (status.state()) {
+    case msg::GoalState::GOAL_REACHED:
+      return ExitCode::kDone;
+    case msg::GoalState::GOAL_TIMED_OUT:
+      return ExitCode::kTimeOut;
+    default:
+      return ExitCode::kNegative;
+  }
+}
+
+}  // namespace hecaton::services::cli

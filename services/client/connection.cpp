@@ -1,0 +1,481 @@
+#include "services/client/connection.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <tuple>
+#include <utility>
+
+#include <unistd.h>
+
+#include "services/client/convert.hpp"
+#include "services/runtime/cell_nodes.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/process_info.hpp"
+
+namespace hecaton::client {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kDefaultDomain = 42;
+constexpr const char* kAnyCell = "*";  // DDS partitions are matched as file names are
+constexpr const char* kNodeName = "hecaton";
+/// A supervisor that has just begun to lead may not have heard the question.
+constexpr Seconds kAskAgain = 250ms;
+/// Several supervisors read the request: how long to listen for another cell's answer.
+constexpr Seconds kOtherCells = 50ms;
+/// How long the end of a connection waits for the planners' answers to its goals.
+constexpr auto kLastAnswers = 2s;
+
+std::string unique_name() {
+  std::random_device device;
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "-%d-%08x", static_cast<int>(getpid()), device());
+  return "client/" + services::machine_name() + buffer.data();
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+bus::Participant visit(const config::CellFile& file, int domain) {
+  bus::ParticipantOptions participant = services::participant_options(file);
+  participant.farewell = false;
+  return {domain, kNodeName, participant};
+}
+
+}  // namespace
+
+Clock::time_point deadline_of(Seconds limit) {
+  constexpr Seconds kYear{365.0 * 86400.0};
+  // Written so that a limit that is not a number does not wait.
+  const Seconds bounded = limit > Seconds::zero() ? std::min(limit, kYear) : Seconds::zero();
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(bounded);
+}
+
+Membership join(const config::CellFile& file, int domain) {
+  Membership member{visit(file, domain),
+                    "DDS domain " + std::to_string(domain) + " under the name '" + file.cell.name + "'"};
+  for (const services::PlacedNode& supervisor : services::supervisors_of(file)) {
+    member.supervisors.push_back(supervisor.node);
+  }
+  return member;
+}
+
+Membership join(const ConnectOptions& options) {
+  try {
+    services::ServiceOptions service;
+    service.domain = options.domain;
+    if (options.cell_file) {
+      const config::CellFile file = config::load_cell_file(*options.cell_file);
+      return join(file, services::choose_domain(service, file.network.domain));
+    }
+    bus::ParticipantOptions participant;
+    participant.partition = kAnyCell;
+    participant.farewell = false;
+    const int domain = services::choose_domain(service, kDefaultDomain);
+    return {{domain, kNodeName, participant}, "DDS domain " + std::to_string(domain)};
+  } catch (const std::runtime_error& error) {
+    throw InvalidArgument(error.what());
+  }
+}
+
+bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b) {
+  // Stamps of one term come from one host's clock, also when the planner was restarted there and counts anew.
+  return std::tuple(a.term(), a.stamp_ns(), a.sequence_number()) >
+         std::tuple(b.term(), b.stamp_ns(), b.sequence_number());
+}
+
+Connection::GoalTopics::GoalTopics(Connection& owner)
+    : goals(owner.participant_), statuses(owner.participant_, &owner.mailbox_) {}
+
+Connection::Connection(Membership membership)
+    : where_(std::move(membership.where)),
+      supervisors_(std::move(membership.supervisors)),
+      name_(unique_name()),
+      participant_(std::move(membership.participant)) {
+  endpoints_.supervisor.emplace(participant_, mailbox_);
+  thread_ = std::thread([this] { run(); });
+}
+
+Connection::~Connection() {
+  // A goal that no planner has read yet would be lost with its writer.
+  Clock::time_point last{};
+  {
+    const Lock lock(mutex_);
+    for (const auto& [name, record] : goals_) {
+      if (!record->status) last = std::max(last, record->sent + kLastAnswers);
+    }
+  }
+  const auto all_answered = [this] {
+    const Lock lock(mutex_);
+    return std::all_of(goals_.begin(), goals_.end(), [](const auto& entry) { return entry.second->status; });
+  };
+  static_cast<void>(wait_until(all_answered, last - Clock::now()));
+  stop_ = true;
+  mailbox_.notify();
+  thread_.join();
+}
+
+std::shared_ptr<Connection> Connection::make(Membership membership) {
+  // The last handle may be one that a callback held: that thread cannot wait for its own end.
+  const auto remove = [](Connection* connection) {
+    if (std::this_thread::get_id() != connection->thread_.get_id()) {
+      delete connection;
+    } else {
+      std::thread([connection] { delete connection; }).detach();
+    }
+  };
+  return {new Connection(std::move(membership)), remove};
+}
+
+void Connection::run() {
+  while (!stop_) {
+    static_cast<void>(mailbox_.wait(1s));
+    std::vector<std::pair<std::function<void(const Progress&)>, Progress>> goal_calls;
+    std::vector<msg::Fault> fault_calls;
+    std::function<void(const Fault&)> on_fault;
+    {
+      const Lock lock(mutex_);
+      listen();
+      for (auto entry = goals_.begin(); entry != goals_.end();) {
+        GoalRecord& record = *entry->second;
+        if (std::exchange(record.news, false) && record.callback) {
+          goal_calls.emplace_back(record.callback, to_public(*record.status));
+        }
+        const bool over = record.status && is_final(static_cast<GoalState>(record.status->state()));
+        entry = over ? goals_.erase(entry) : std::next(entry);
+      }
+      on_fault = on_fault_;
+      fault_calls = std::exchange(fault_news_, {});
+      ++news_;
+    }
+    arrived_.notify_all();
+    for (const auto& [call, progress] : goal_calls) call(progress);
+    for (const msg::Fault& fault : fault_calls) {
+      if (on_fault) on_fault(to_public(fault));
+    }
+  }
+}
+
+void Connection::listen() {
+  static_cast<void>(mailbox_.take_events());
+  take(*endpoints_.supervisor);
+  if (endpoints_.world) take(*endpoints_.world);
+  if (endpoints_.goals) {
+    for (const auto& sample : endpoints_.goals->statuses.take()) {
+      if (!sample.disposed) note(sample.value);
+    }
+  }
+  if (endpoints_.faults) {
+    for (const auto& sample : endpoints_.faults->take()) {
+      if (sample.disposed) {
+        faults_.forget(sample.key);
+      } else if (faults_.hear(sample.value)) {
+        fault_news_.push_back(sample.value);
+      }
+    }
+  }
+}
+
+template <class Request, class Reply>
+void Connection::take(Channel<Request, Reply>& channel) {
+  for (auto& sample : channel.replies.take()) {
+    if (sample.value.client() != name_) continue;
+    const auto awaited = channel.awaited.find(sample.value.request_id());
+    if (awaited != channel.awaited.end()) awaited->second.push_back(std::move(sample.value));
+  }
+}
+
+void Connection::note(const msg::GoalStatus& status) {
+  if (const auto own = goals_.find(status.goal()); own != goals_.end() && own->second->goal.arm() == status.arm()) {
+    GoalRecord& record = *own->second;
+    if (!record.status || is_later(status, *record.status)) {
+      record.status = status;
+      record.news = true;
+    }
+  }
+  // Old goal and new one may be told in either order.
+  if (status.state() == msg::GoalState::GOAL_REPLACED) return;
+  const auto [newest, first] = newest_.try_emplace(status.arm(), status);
+  if (!first && is_later(status, newest->second)) newest->second = status;
+}
+
+void Connection::note(const msg::CellStatus& status) {
+  const Lock lock(mutex_);
+  for (const msg::ArmStatus& arm : status.arms()) {
+    if (arm.has_goal()) note(arm.goal());
+  }
+  for (const msg::Fault& fault : status.faults()) {
+    if (faults_.hear(fault)) fault_news_.push_back(fault);
+  }
+}
+
+void Connection::refuse_in_callback() const {
+  if (std::this_thread::get_id() == thread_.get_id()) {
+    throw std::logic_error(
+        "a callback of the client library may not wait: what it waits for arrives in its own thread");
+  }
+}
+
+bool Connection::wait_until(const std::function<bool()>& condition, const Wait& wait) {
+  refuse_in_callback();
+  const auto until = deadline_of(wait.limit);
+  while (true) {
+    std::uint64_t seen = 0;
+    {
+      const Lock lock(mutex_);
+      seen = news_;
+    }
+    if (condition()) return true;
+    Lock lock(mutex_);
+    if (!arrived_.wait_until(lock, wait.stop, until, [&] { return news_ != seen; })) return false;
+  }
+}
+
+Unreachable Connection::unreachable() const {
+  const Lock lock(mutex_);
+  std::string looked_for = "the supervisor of any cell";
+  if (!supervisors_.empty()) {
+    looked_for = (supervisors_.size() == 1 ? "the node " : "the nodes ") + listed(supervisors_);
+  }
+  if (endpoints_.supervisor->requests.matched() > 0) {
+    return Unreachable({"the supervisor in " + where_ + " does not answer", {}, looked_for});
+  }
+  if (endpoints_.world && endpoints_.world->requests.matched() > 0) {
+    return Unreachable({"the cell in " + where_ + " has no supervisor that answers", {}, looked_for});
+  }
+  return Unreachable({"no cell answers in " + where_,
+                      "start one with 'hecaton up CELL', or say where it is with its domain or its cell file",
+                      looked_for});
+}
+
+void Connection::wait_for_cell(const Wait& wait) {
+  auto& edits = world();
+  const auto found = [&] { return endpoints_.supervisor->requests.matched() > 0 || edits.requests.matched() > 0; };
+  if (wait_until(found, wait)) return;
+  if (wait.stop.stop_requested()) throw Interrupted("connecting to " + where_ + " was interrupted");
+  throw unreachable();
+}
+
+template <class Request, class Reply>
+std::vector<Reply> Connection::call(Channel<Request, Reply>& channel, Request request, const Wait& wait,
+                                    const CallOptions& options) {
+  const auto until = deadline_of(wait.limit);
+  {
+    const Lock lock(mutex_);
+    request.request_id(++numbers_);
+    channel.awaited[request.request_id()];
+  }
+  request.client(name_);
+  const auto replies = [&] {
+    const Lock lock(mutex_);
+    return channel.awaited.at(request.request_id());
+  };
+  const auto answered = [&] { return !replies().empty(); };
+  const auto left = [&] { return Seconds(until - Clock::now()); };
+  if (wait_until([&] { return channel.requests.matched() > 0; }, wait)) {
+    do {
+      if (!channel.requests.write(request)) break;
+    } while (!wait_until(answered, {std::min(left(), options.again), wait.stop}) && left() > Seconds::zero() &&
+             !wait.stop.stop_requested());
+    if (answered() && channel.requests.matched() > 1) {
+      static_cast<void>(wait_until([] { return false; }, {options.others, wait.stop}));
+    }
+  }
+  std::vector<Reply> all;
+  {
+    const Lock lock(mutex_);
+    all = std::move(channel.awaited.at(request.request_id()));
+    channel.awaited.erase(request.request_id());
+  }
+  if (all.empty() && wait.stop.stop_requested()) {
+    throw Interrupted("a request to the cell in " + where_ + " was interrupted");
+  }
+  return all;
+}
+
+msg::CellStatus Connection::status(const Wait& wait) {
+  msg::SupervisorRequest request;
+  request.kind(msg::RequestKind::REQUEST_STATUS);
+  const bool any_cell = supervisors_.empty();
+  auto replies = call(*endpoints_.supervisor, request, wait, {kAskAgain, any_cell ? kOtherCells : Seconds::zero()});
+  if (replies.empty()) throw unreachable();
+  const std::string& cell = replies.front().status().cell();
+  for (const msg::SupervisorReply& other : replies) {
+    if (other.status().cell() == cell) continue;
+    throw InvalidArgument("the cells '" + cell + "' and '" + other.status().cell() + "' both answer in " + where_ +
+                          ": choose one by its cell file or its domain");
+  }
+  note(replies.front().status());
+  return std::move(replies.front().status());
+}
+
+std::optional<msg::CellStatus> Connection::poll_status(Seconds limit) {
+  msg::SupervisorRequest request;
+  request.kind(msg::RequestKind::REQUEST_STATUS);
+  auto replies = call(*endpoints_.supervisor, request, limit, {});
+  if (replies.empty()) return std::nullopt;
+  note(replies.front().status());
+  return std::move(replies.front().status());
+}
+
+msg::SupervisorReply Connection::order(msg::RequestKind kind, const std::vector<std::string>& arms, const Wait& wait) {
+  static_cast<void>(status(wait));
+  msg::SupervisorRequest request;
+  request.kind(kind);
+  request.arms(arms);
+  auto replies = call(*endpoints_.supervisor, request, wait, {});
+  if (replies.empty()) throw unreachable();
+  note(replies.front().status());
+  return std::move(replies.front());
+}
+
+Connection::Channel<msg::WorldEditRequest, msg::WorldEditReply>& Connection::world() {
+  const Lock lock(mutex_);
+  if (!endpoints_.world) endpoints_.world.emplace(participant_, mailbox_);
+  return *endpoints_.world;
+}
+
+msg::WorldEditReply Connection::edit(msg::WorldEditRequest request, const Wait& wait) {
+  auto& edits = world();
+  static_cast<void>(wait_until([&] { return edits.requests.matched() > 0; }, wait));
+  // Each of several worlds would carry the edit out: the supervisors tell whether they are of one cell.
+  if (edits.requests.matched() > 1 && supervisors_.empty()) static_cast<void>(status(wait));
+  auto replies = call(edits, std::move(request), wait, {});
+  if (!replies.empty()) return std::move(replies.front());
+  if (edits.requests.matched() > 0) throw NoAnswer("the world service in " + where_ + " does not answer");
+  if (endpoints_.supervisor->requests.matched() == 0) throw unreachable();
+  throw Unreachable({"the cell in " + where_ + " has no world service that answers", {}, "the node world"});
+}
+
+Connection::GoalTopics& Connection::goal_topics() {
+  if (!endpoints_.goals) endpoints_.goals.emplace(*this);
+  return *endpoints_.goals;
+}
+
+std::shared_ptr<GoalRecord> Connection::send(msg::Goal goal) {
+  const Lock lock(mutex_);
+  goal.client(name_);
+  goal.goal(name_ + "/" + std::to_string(++numbers_));
+  goal.sequence_number(++numbers_);
+  goal.stamp_ns(services::stamp_now());
+  auto record = std::make_shared<GoalRecord>();
+  record->goal = goal;
+  record->sent = Clock::now();
+  if (const auto result = goal_topics().goals.write(goal); !result) {
+    throw Unreachable({"the goal could not be sent: " + result.reason, {}, "the planner of arm '" + goal.arm() + "'"});
+  }
+  goals_[goal.goal()] = record;
+  return record;
+}
+
+void Connection::cancel(const GoalRecord& record) {
+  const Lock lock(mutex_);
+  msg::Goal goal = record.goal;
+  goal.cancel(true);
+  goal.sequence_number(++numbers_);
+  goal.stamp_ns(services::stamp_now());
+  if (const auto result = goal_topics().goals.write(goal); !result) {
+    throw Unreachable(
+        {"the cancellation could not be sent: " + result.reason, {}, "the planner of '" + goal.arm() + "'"});
+  }
+}
+
+std::optional<msg::GoalStatus> Connection::status_of(const GoalRecord& record) const {
+  const Lock lock(mutex_);
+  return record.status;
+}
+
+void Connection::set_callback(const std::shared_ptr<GoalRecord>& record,
+                              std::function<void(const Progress&)> callback) {
+  const Lock lock(mutex_);
+  record->callback = std::move(callback);
+  record->news = record->status.has_value();
+  goals_[record->goal.goal()] = record;  // also when it has ended: its last progress is still to be told
+  mailbox_.notify();
+}
+
+std::optional<msg::GoalStatus> Connection::newest_goal(const std::string& arm) {
+  const Lock lock(mutex_);
+  static_cast<void>(goal_topics());
+  const auto newest = newest_.find(arm);
+  return newest == newest_.end() ? std::nullopt : std::optional(newest->second);
+}
+
+bus::Reader<msg::Fault>& Connection::fault_topic() {
+  if (!endpoints_.faults) endpoints_.faults.emplace(participant_, &mailbox_);
+  return *endpoints_.faults;
+}
+
+std::vector<msg::Fault> Connection::faults() {
+  const Lock lock(mutex_);
+  static_cast<void>(fault_topic());
+  std::vector<msg::Fault> faults;
+  for (const auto& [id, fault] : faults_.all()) faults.push_back(fault);
+  return faults;
+}
+
+void Connection::set_fault_callback(std::function<void(const Fault&)> callback) {
+  const Lock lock(mutex_);
+  static_cast<void>(fault_topic());
+  on_fault_ = std::move(callback);
+  fault_news_.clear();
+  for (const auto& [id, fault] : faults_.all()) {
+    if (!fault.cleared()) fault_news_.push_back(fault);
+  }
+  mailbox_.notify();
+}
+
+// States arrive each period of each arm: their readers have a mailbox apart, so that only a wait for them wakes.
+template <class Look>
+auto Connection::wait_for_state(const Look& look, const Wait& wait) {
+  constexpr Clock::duration kTurn = 100ms;  // another thread may have taken the notification
+  refuse_in_callback();
+  const auto until = deadline_of(wait.limit);
+  const std::stop_callback wake(wait.stop, [this] { state_mailbox_.notify(); });
+  while (true) {
+    {
+      const Lock lock(mutex_);
+      if (auto seen = look()) return seen;
+    }
+    const auto left = until - Clock::now();
+    if (left <= Clock::duration::zero() || wait.stop.stop_requested()) return decltype(look()){};
+    static_cast<void>(state_mailbox_.wait(std::min(left, kTurn)));
+  }
+}
+
+std::optional<Connection::Heard<msg::ArmState>> Connection::arm_state(const std::string& arm, const Wait& wait) {
+  const auto look = [&]() -> std::optional<Heard<msg::ArmState>> {
+    if (!endpoints_.arms) endpoints_.arms.emplace(participant_, &state_mailbox_);
+    const auto* sample = endpoints_.arms->latest(arm);
+    if (sample == nullptr) return std::nullopt;
+    return Heard<msg::ArmState>{sample->value, sample->age()};
+  };
+  return wait_for_state(look, wait);
+}
+
+std::optional<Connection::Scene> Connection::scene(const Wait& wait) {
+  const auto look = [&]() -> std::optional<Scene> {
+    if (!endpoints_.scene) endpoints_.scene.emplace(participant_, state_mailbox_);
+    const auto* states = endpoints_.scene->states.latest("");
+    if (states == nullptr) return std::nullopt;
+    Scene scene{{states->value, states->age()}, {}};
+    for (const auto& [name, sample] : endpoints_.scene->shapes.latest()) scene.shapes[name] = sample.value;
+    // Both arrive apart: a scene is whole when each state has its shape.
+    const bool whole = std::all_of(states->value.states().begin(), states->value.states().end(),
+                                   [&](const auto& state) { return scene.shapes.contains(state.name()); });
+    return whole ? std::optional(std::move(scene)) : std::nullopt;
+  };
+  return wait_for_state(look, wait);
+}
+
+}  // namespace hecaton::client

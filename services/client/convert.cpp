@@ -1,0 +1,229 @@
+#include "services/client/convert.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace hecaton {
+
+Pose Pose::xyz_rpy(double x, double y, double z, double roll, double pitch, double yaw) {
+  const double cr = std::cos(0.5 * roll), sr = std::sin(0.5 * roll);
+  const double cp = std::cos(0.5 * pitch), sp = std::sin(0.5 * pitch);
+  const double cy = std::cos(0.5 * yaw), sy = std::sin(0.5 * yaw);
+  return {{x, y, z},
+          {cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+           cr * cp * sy - sr * sp * cy}};
+}
+
+}  // namespace hecaton
+
+namespace hecaton::client {
+namespace {
+
+// Public enumerations are generated from idl/, in the same order.
+template <class Public, class Message>
+Public same(Message value) {
+  return static_cast<Public>(value);
+}
+
+// Until goals and arm states carry causes.
+template <class M>
+Cause cause_of(const M& m) {
+  if constexpr (requires { m.cause(); }) {
+    return client::to_public(m.cause());
+  } else {
+    return {m.reason().empty() ? CauseKind::kNone : CauseKind::kNotAllowedNow, {}, m.reason()};
+  }
+}
+template <class M>
+void add_recovery(const M& status, Progress& progress) {
+  if constexpr (requires { status.trying(); }) {
+    progress.recovery_action = status.trying();
+    progress.blocked_duration = Seconds(status.held_for());
+  } else {
+    progress.recovery_action = status.recovery_action();
+    progress.blocked_duration = Seconds(status.blocked_duration());
+  }
+}
+
+std::optional<std::string> if_any(const std::string& name) {
+  return name.empty() ? std::nullopt : std::optional(name);
+}
+
+/// The names in "crate, lid".
+std::vector<std::string> names_in(std::string_view listed) {
+  constexpr std::string_view kComma = ", ";
+  std::vector<std::string> names;
+  for (std::size_t begin = 0; begin < listed.size();) {
+    const std::size_t end = std::min(listed.find(kComma, begin), listed.size());
+    names.emplace_back(listed.substr(begin, end - begin));
+    begin = end + kComma.size();
+  }
+  return names;
+}
+
+Vector3 to_public(const msg::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+/// Length and direction; any direction when there is no length, which the world refuses.
+double split(const Vector3& v, msg::Motion& motion) {
+  const double length = std::hypot(v.x, v.y, v.z);
+  motion.direction_W(to_message(length > 0.0 ? Vector3{v.x / length, v.y / length, v.z / length} : Vector3{1.0}));
+  return length;
+}
+
+ContactReport to_public(const msg::RefereeReport& report) {
+  ContactReport contacts;
+  contacts.contacts = report.contacts();
+  const msg::Separation& smallest = report.smallest();
+  if (report.judged()) contacts.smallest = {smallest.a(), smallest.b(), smallest.distance()};
+  return contacts;
+}
+
+struct ShapeToMessage {
+  msg::PlacedShape& message;
+  void set(msg::ShapeKind kind, const Vector3& dimensions) const {
+    message.kind(kind);
+    message.dimensions(client::to_message(dimensions));
+  }
+  void operator()(const Box& box) const { set(msg::ShapeKind::SHAPE_BOX, {0.5 * box.x, 0.5 * box.y, 0.5 * box.z}); }
+  void operator()(const Sphere& sphere) const { set(msg::ShapeKind::SHAPE_SPHERE, {sphere.radius}); }
+  void operator()(const Cylinder& cylinder) const {
+    set(msg::ShapeKind::SHAPE_CYLINDER, {cylinder.radius, 0.5 * cylinder.height});
+  }
+  void operator()(const Capsule& capsule) const {
+    set(msg::ShapeKind::SHAPE_CAPSULE, {capsule.radius, 0.5 * capsule.length});
+  }
+};
+
+struct MotionToMessage {
+  msg::Motion& message;
+  void operator()(const Static&) const {}
+  void operator()(const Conveyor& conveyor) const {
+    message.kind(msg::MotionKind::MOTION_CONVEYOR);
+    message.speed(split(conveyor.velocity, message));
+    message.length(conveyor.length);
+  }
+  void operator()(const Sine& sine) const {
+    message.kind(msg::MotionKind::MOTION_SINE);
+    message.amplitude(split(sine.amplitude, message));
+    message.period(sine.period.count());
+  }
+  void operator()(const Circle& circle) const {
+    message.kind(msg::MotionKind::MOTION_CIRCLE);
+    message.centre_W(client::to_message(circle.centre));
+    message.direction_W(client::to_message(Vector3{0.0, 0.0, 1.0}));
+    message.angular_speed(circle.angular_speed);
+  }
+  void operator()(const Dynamic& dynamic) const {
+    constexpr double kFriction = 0.5, kRollingFriction = 0.01, kRestitution = 0.1;  // as a cell file's defaults
+    message.kind(msg::MotionKind::MOTION_DYNAMIC);
+    message.mass(dynamic.mass);
+    message.friction(kFriction);
+    message.rolling_friction(kRollingFriction);
+    message.restitution(kRestitution);
+  }
+};
+
+}  // namespace
+
+Cause to_public(const msg::Cause& cause) {
+  return {same<CauseKind>(cause.kind()), cause.subject(), cause.text()};
+}
+
+Progress to_public(const msg::GoalStatus& status) {
+  Progress progress;
+  progress.arm = status.arm();
+  progress.goal = status.goal();
+  progress.state = same<GoalState>(status.state());
+  progress.cause = cause_of(status);
+  if (status.has_binding()) {
+    progress.binding = {status.binding_own(), status.binding_other(), status.binding_distance()};
+  }
+  add_recovery(status, progress);
+  progress.distance = status.distance_to_goal();
+  progress.elapsed = Seconds(status.elapsed());
+  progress.q_goal = status.q_goal();
+  progress.planner = status.node();
+  return progress;
+}
+
+Fault to_public(const msg::Fault& fault) {
+  return {fault.id(), same<Severity>(fault.severity()), to_public(fault.cause()), fault.cleared()};
+}
+
+ArmState to_public(const msg::ArmState& state, Seconds age) {
+  ArmState arm;
+  arm.mode = same<ArmMode>(state.mode());
+  arm.cause = cause_of(state);
+  arm.q = state.q();
+  arm.qd = state.qd();
+  arm.carried = names_in(state.carried());
+  arm.age = age;
+  return arm;
+}
+
+Pose to_public(const msg::Pose& pose) {
+  return {to_public(pose.position()), {pose.qw(), pose.qx(), pose.qy(), pose.qz()}};
+}
+
+CellStatus to_public(const msg::CellStatus& status) {
+  CellStatus cell;
+  cell.cell = status.cell();
+  cell.mode = same<CellMode>(status.mode().mode());
+  cell.cause = to_public(status.mode().cause());
+  for (const msg::ArmOrder& order : status.mode().arms()) {
+    (order.mode() == msg::Mode::MODE_STOP ? cell.stopped_arms : cell.held_arms).push_back(order.arm());
+  }
+  cell.supervisor = status.supervisor();
+  cell.standby = if_any(status.standby());
+  for (const msg::ArmStatus& arm : status.arms()) {
+    ArmStatus& entry = cell.arms.emplace_back();
+    entry.name = arm.arm();
+    entry.mode = same<CellMode>(arm.mode());
+    entry.driver_alive = arm.driver_alive();
+    entry.planner_alive = arm.planner_alive();
+    if (arm.state_age() >= 0.0) entry.state = to_public(arm.state(), Seconds(arm.state_age()));
+    if (arm.has_goal()) entry.goal = to_public(arm.goal());
+    entry.waiting_for = to_public(arm.waiting_for());
+  }
+  for (const msg::NodeStatus& node : status.nodes()) {
+    const msg::Heartbeat& beat = node.heartbeat();
+    cell.nodes.push_back({beat.node(), same<NodeKind>(beat.kind()), same<NodeState>(beat.state()), beat.host(),
+                          node.alive(), to_public(beat.cause()), Seconds(node.age())});
+  }
+  for (const msg::Fault& fault : status.faults()) cell.faults.push_back(to_public(fault));
+  if (status.has_referee()) cell.contacts = to_public(status.referee());
+  return cell;
+}
+
+msg::Vec3 to_message(const Vector3& v) {
+  msg::Vec3 message;
+  message.x(v.x);
+  message.y(v.y);
+  message.z(v.z);
+  return message;
+}
+
+msg::Pose to_message(const Pose& pose) {
+  msg::Pose message;
+  message.position(to_message(pose.position));
+  message.qw(pose.rotation[0]);
+  message.qx(pose.rotation[1]);
+  message.qy(pose.rotation[2]);
+  message.qz(pose.rotation[3]);
+  return message;
+}
+
+msg::Obstacle to_message(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion) {
+  msg::Obstacle obstacle;
+  obstacle.name(name);
+  obstacle.X_WO(to_message(pose));
+  obstacle.shapes().resize(1);
+  std::visit(ShapeToMessage{obstacle.shapes().front()}, shape);
+  std::visit(MotionToMessage{obstacle.motion()}, motion);
+  return obstacle;
+}
+
+}  // namespace hecaton::client

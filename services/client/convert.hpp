@@ -1,0 +1,23 @@
+#pragma once
+/// Messages to the public values of <hecaton/types.hpp> and back. The only place that knows both.
+
+#include <hecaton/client.hpp>
+#include <idl/cause.h>
+#include <idl/supervisor.h>
+#include <idl/world.h>
+
+namespace hecaton::client {
+
+[[nodiscard]] Cause to_public(const msg::Cause& cause);
+[[nodiscard]] Progress to_public(const msg::GoalStatus& status);
+[[nodiscard]] Fault to_public(const msg::Fault& fault);
+[[nodiscard]] ArmState to_public(const msg::ArmState& state, Seconds age);
+[[nodiscard]] CellStatus to_public(const msg::CellStatus& status);
+[[nodiscard]] Pose to_public(const msg::Pose& pose);
+
+[[nodiscard]] msg::Vec3 to_message(const Vector3& vector);
+[[nodiscard]] msg::Pose to_message(const Pose& pose);
+[[nodiscard]] msg::Obstacle to_message(const std::string& name, const Shape& shape, const Pose& pose,
+                                       const Motion& motion);
+
+}  // namespace hecaton::client

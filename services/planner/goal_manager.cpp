@@ -1,0 +1,280 @@
+#include "services/planner/goal_manager.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "planner/model/fnv1a.hpp"
+#include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
+#include "services/runtime/goal_state.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kRepeat = 100ms;                              // of an active goal's status
+constexpr auto kFree = 500ms;                                // without a break, until an arm is no longer held back
+constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals handled before, for repetitions
+
+msg::Cause cancelled() {
+  return make_cause(msg::CauseKind::CAUSE_GOAL_CANCELLED, {}, "its client gave it up");
+}
+
+msg::Cause resumed(std::string text) {
+  return make_cause(msg::CauseKind::CAUSE_GOAL_RESUMED, {}, std::move(text));
+}
+
+double seconds(std::chrono::steady_clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+/// Of a goal or its cancellation, as its client sent it.
+std::uint64_t digest(const msg::Goal& goal) {
+  planner::Fnv1a hash;
+  hash.add(goal.client() + "/" + goal.goal() + (goal.cancel() ? "/cancel" : ""));
+  for (unsigned shift = 0; shift < 64; shift += 8) hash.add((goal.sequence_number() >> shift) & 0xFFU);
+  return hash.value();
+}
+
+}  // namespace
+
+GoalManager::GoalManager(std::string arm, std::string node) : arm_(std::move(arm)), node_(std::move(node)) {}
+
+bool GoalManager::handled_before(const msg::Goal& goal) {
+  const std::uint64_t id = digest(goal);
+  if (std::find(handled_.begin(), handled_.end(), id) != handled_.end()) return true;
+  handled_.push_back(id);
+  if (handled_.size() > kRemembered) handled_.pop_front();
+  return false;
+}
+
+void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
+  if (goal.arm() != arm_ || handled_before(goal)) return;
+  if (active_ && active_->followed && active_->goal.goal() == goal.goal() && !goal.cancel()) {
+    active_->goal = goal;  // now its client is known, too
+    active_->followed = false;
+    return;
+  }
+  if (goal.cancel()) {
+    cancel(goal.goal(), now);
+  } else {
+    waiting_.push_back({goal, now});
+  }
+}
+
+void GoalManager::cancel(const std::string& goal, Clock::time_point now) {
+  if (active_ && active_->goal.goal() == goal) end_active(msg::GoalState::GOAL_CANCELLED, cancelled(), now);
+  if (asked_ && asked_->goal() == goal) asked_cancelled_ = true;
+  for (const Waiting& waiting : waiting_) {
+    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
+  }
+  std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
+}
+
+std::optional<msg::Goal> GoalManager::next_question() {
+  if (asked_ || waiting_.empty()) return std::nullopt;
+  asked_ = std::move(waiting_.front().goal);
+  asked_cancelled_ = false;
+  asked_refused_ = false;
+  waiting_.pop_front();
+  return asked_;
+}
+
+void GoalManager::wait_from(Clock::time_point now) {
+  for (Waiting& waiting : waiting_) waiting.since = now;
+}
+
+void GoalManager::refuse_waiting(Clock::time_point now, Clock::duration limit, const msg::Cause& cause) {
+  while (!waiting_.empty() && now - waiting_.front().since > limit) {
+    tell(waiting_.front().goal, msg::GoalState::GOAL_REJECTED, cause);
+    waiting_.pop_front();
+  }
+}
+
+void GoalManager::refuse_all(const msg::Cause& cause) {
+  if (asked_ && !std::exchange(asked_refused_, true)) {
+    tell(*asked_, asked_cancelled_ ? msg::GoalState::GOAL_CANCELLED : msg::GoalState::GOAL_REJECTED,
+         asked_cancelled_ ? cancelled() : cause);
+  }
+  for (const Waiting& waiting : waiting_) tell(waiting.goal, msg::GoalState::GOAL_REJECTED, cause);
+  waiting_.clear();
+}
+
+bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
+  asked_.reset();
+  if (asked_refused_) return false;
+  if (asked_cancelled_) {
+    tell(answer.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
+    return false;
+  }
+  if (answer.refusal) {
+    tell(answer.goal, msg::GoalState::GOAL_REJECTED, *answer.refusal);
+    return false;
+  }
+  if (answer.goal.goal().size() > GoalSnapshot::kLongestName ||
+      answer.goal.client().size() > GoalSnapshot::kLongestName) {
+    tell(answer.goal, msg::GoalState::GOAL_REJECTED,
+         make_cause(msg::CauseKind::CAUSE_GOAL_MALFORMED, {},
+                    "the names of a goal and of its client must have at most " +
+                        std::to_string(GoalSnapshot::kLongestName) + " bytes"));
+    return false;
+  }
+  if (active_) {
+    const std::string& later = answer.goal.goal();
+    end_active(msg::GoalState::GOAL_REPLACED,
+               make_cause(msg::CauseKind::CAUSE_GOAL_REPLACED, later, "goal " + later + " came later"), now);
+  }
+  begin(Active{answer.goal, answer.q_goal, now, now, msg::GoalState::GOAL_ACCEPTED, {}});
+  tell_active(msg::GoalState::GOAL_ACCEPTED, {}, now);
+  return true;
+}
+
+bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
+  if (is_over(status.state())) {
+    if (!active_ || active_->goal.goal() != status.goal()) return false;
+    active_.reset();
+    if (status.state() != msg::GoalState::GOAL_REACHED) change_ = planner::GoalChange{};
+    return false;
+  }
+  if (status.q_goal().empty() || knows(status.goal())) return false;
+  const auto q_goal = Eigen::Map<const Eigen::VectorXd>(status.q_goal().data(), std::ssize(status.q_goal()));
+  msg::Goal goal;
+  goal.arm(arm_);
+  goal.goal(status.goal());
+  const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(status.elapsed()));
+  begin(Active{goal, q_goal, now - elapsed, now, status.state(), {}, true});
+  return true;
+}
+
+bool GoalManager::knows(const std::string& goal) const {
+  return std::find(begun_.begin(), begun_.end(), goal) != begun_.end() || (asked_ && asked_->goal() == goal) ||
+         std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) { return w.goal.goal() == goal; });
+}
+
+void GoalManager::begin(Active active) {
+  begun_.push_back(active.goal.goal());
+  if (begun_.size() > kRemembered) begun_.pop_front();
+  active_ = std::move(active);
+  change_ = planner::GoalChange{active_->q_goal};
+}
+
+GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
+  GoalSnapshot snapshot;
+  if (active_) {
+    const msg::Goal& goal = active_->goal;
+    snapshot.active = GoalSnapshot::Active{
+        goal.goal(),    goal.client(), goal.sequence_number(), goal.time_limit(), seconds(now - active_->since),
+        active_->q_goal};
+  }
+  snapshot.ends.assign(ends_.begin(), ends_.end());
+  std::vector<std::uint64_t> unanswered;
+  if (asked_ && !asked_refused_) unanswered.push_back(digest(*asked_));
+  for (const Waiting& waiting : waiting_) unanswered.push_back(digest(waiting.goal));
+  for (const std::uint64_t id : handled_) {
+    if (std::find(unanswered.begin(), unanswered.end(), id) == unanswered.end()) snapshot.handled.push_back(id);
+  }
+  const std::size_t forgotten = snapshot.handled.size() - std::min(snapshot.handled.size(), GoalSnapshot::kHandled);
+  snapshot.handled.erase(snapshot.handled.begin(), snapshot.handled.begin() + static_cast<std::ptrdiff_t>(forgotten));
+  return snapshot;
+}
+
+bool GoalManager::resume(const GoalSnapshot& snapshot, Clock::duration ago, Clock::time_point now) {
+  handled_.insert(handled_.begin(), snapshot.handled.begin(), snapshot.handled.end());
+  for (const GoalSnapshot::End& end : snapshot.ends) {
+    msg::Goal goal;
+    goal.goal(end.goal);
+    tell(goal, end.state, resumed("told again by a planner that was restarted"));
+  }
+  if (!snapshot.active) return false;
+  const GoalSnapshot::Active& active = *snapshot.active;
+  msg::Goal goal;
+  goal.arm(arm_);
+  goal.goal(active.goal);
+  goal.client(active.client);
+  goal.sequence_number(active.sequence_number);
+  goal.time_limit(active.time_limit);
+  const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(active.elapsed));
+  const bool followed = active.client.empty();  // then it may still come from its client, too
+  begin(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GoalState::GOAL_ACTIVE, {}, followed});
+  tell_active(msg::GoalState::GOAL_ACTIVE, resumed("resumed by a planner that was restarted"), now);
+  return true;
+}
+
+void GoalManager::owe_ends(const std::vector<GoalSnapshot::End>& ends) {
+  const std::size_t left = std::min(ends.size(), GoalSnapshot::kEnds);
+  ends_.assign(ends.end() - static_cast<std::ptrdiff_t>(left), ends.end());
+}
+
+void GoalManager::progress(const Progress& progress, Clock::time_point now) {
+  if (!active_) return;
+  Active& active = *active_;
+  const bool asks = progress.priority != active.last.priority;
+  active.last = progress;
+  note_hold(progress.held_back, now);
+  if (progress.state == msg::GoalState::GOAL_REACHED) {
+    tell_active(msg::GoalState::GOAL_REACHED, {}, now);
+    active_.reset();
+    return;
+  }
+  if (active.goal.time_limit() > 0.0 && seconds(now - active.since) > active.goal.time_limit()) {
+    char text[64];
+    std::snprintf(text, sizeof text, "not reached within %.6g s", active.goal.time_limit());
+    const std::string why = is_none(progress.cause) ? "" : ": " + progress.cause.text();
+    end_active(msg::GoalState::GOAL_TIMED_OUT,
+               make_cause(msg::CauseKind::CAUSE_TIME_LIMIT, progress.cause.subject(), text + why), now);
+    return;
+  }
+  if (progress.state != active.state || asks || now - active.told >= kRepeat)
+    tell_active(progress.state, progress.cause, now);
+}
+
+void GoalManager::note_hold(bool held_back, Clock::time_point now) {
+  Active& active = *active_;
+  if (held_back) {
+    if (!active.held_since) active.held_since = now;
+    active.free_since.reset();
+  } else if (active.held_since) {
+    if (!active.free_since) active.free_since = now;
+    if (now - *active.free_since >= kFree) active.held_since.reset();
+  }
+}
+
+void GoalManager::tell(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause) {
+  msg::GoalStatus& status = statuses_.emplace_back();
+  status.arm(arm_);
+  status.goal(goal.goal());
+  status.node(node_);
+  status.sequence_number(++sequence_);
+  status.state(state);
+  status.cause(cause);
+  if (!is_over(state) || goal.goal().size() > GoalSnapshot::kLongestName) return;
+  ends_.push_back({goal.goal(), state});
+  if (ends_.size() > GoalSnapshot::kEnds) ends_.pop_front();
+}
+
+void GoalManager::tell_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {
+  Active& active = *active_;
+  active.state = state;
+  active.told = now;
+  tell(active.goal, state, cause);
+  msg::GoalStatus& status = statuses_.back();
+  status.has_binding(active.last.has_binding);
+  status.binding_own(active.last.binding_own);
+  status.binding_other(active.last.binding_other);
+  status.binding_distance(active.last.binding_distance);
+  status.recovery_action(active.last.recovery_action);
+  status.blocked_duration(active.held_since ? seconds(now - *active.held_since) : 0.0);
+  status.priority(active.last.priority);
+  status.distance_to_goal(active.last.distance);
+  status.elapsed(seconds(now - active.since));
+  status.q_goal(messages::to_message(active.q_goal));
+}
+
+void GoalManager::end_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {
+  tell_active(state, cause, now);
+  active_.reset();
+  change_ = planner::GoalChange{};
+}
+
+}  // namespace hecaton::services

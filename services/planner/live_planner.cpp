@@ -1,0 +1,158 @@
+#include "services/planner/live_planner.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
+#include "services/runtime/node_name.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using msg::CauseKind;
+
+msg::Cause obstacles_old(std::string text) {
+  return make_cause(CauseKind::CAUSE_OBSTACLES_OLD, world_node(), std::move(text));
+}
+
+}  // namespace
+
+bool is_missing_input(const msg::Cause& hold) {
+  return hold.kind() == CauseKind::CAUSE_ARM_STATE_OLD || hold.kind() == CauseKind::CAUSE_OBSTACLES_OLD ||
+         hold.kind() == CauseKind::CAUSE_SENSOR_OLD;
+}
+
+LivePlanner::LivePlanner(const planner::Cell& cell, int self, const std::string& node,
+                         const planner::ArmPlannerOptions& options)
+    : self_(self),
+      state_age_limit_(cell.arms[self].parameters.state_age_limit),
+      sensor_only_(cell.arms[self].parameters.method->traits().sensor_only),
+      arms_(cell, self),
+      obstacles_(names_of(cell)),
+      sensors_(cell.arms[self]),
+      planner_(planner::CellGeometry(arms_of(cell), self), cell.arms[self].parameters, options) {
+  command_.arm(name());
+  command_.node(node);
+  command_.period(options.control_period);
+}
+
+std::optional<std::string> LivePlanner::apply(const msg::RangeScan& scan, const bus::EndpointId& writer,
+                                              Clock::time_point received) {
+  if (!own_arm()) return std::nullopt;
+  std::optional<std::string> unusable;
+  if (auto taken = sensors_.take(scan, writer, received, *own_arm(), unusable)) scans_.push_back(std::move(*taken));
+  return unusable;
+}
+
+bool LivePlanner::hears_own_arm(Clock::time_point now) const {
+  return arms_.age(self_, now) <= state_age_limit_;
+}
+
+std::optional<msg::Cause> LivePlanner::missing_obstacles(Clock::time_point now) const {
+  if (sensor_only_) return sensors_.silent(now, state_age_limit_);
+  if (!obstacles_.known()) return obstacles_old(obstacles_.missing());
+  if (obstacles_.age(now) > state_age_limit_) return obstacles_old("the world is silent");
+  return std::nullopt;
+}
+
+std::optional<msg::Cause> LivePlanner::hold(Clock::time_point now, const CellModeView& mode) const {
+  if (!hears_own_arm(now)) {
+    return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " is silent");
+  }
+  if (mode.order(name()) != msg::Mode::MODE_RUN) return mode.why(name());
+  return missing_obstacles(now);
+}
+
+std::optional<msg::Cause> LivePlanner::cannot_resolve() const {
+  if (!sensor_only_ && !obstacles_.known()) return obstacles_old(obstacles_.missing());
+  if (own_arm()) return std::nullopt;
+  return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " was never heard");
+}
+
+GoalQuestion LivePlanner::question(const msg::Goal& goal, Clock::time_point now) {
+  GoalQuestion question{goal, own_arm()->q, std::make_shared<const std::vector<world::Obstacle>>(), {}};
+  if (sensor_only_) return question;
+  const auto states = obstacles_.states(now);
+  question.obstacles = obstacles_.obstacles();
+  question.states.assign(states.begin(), states.end());
+  return question;
+}
+
+LivePlanner::OldestInput LivePlanner::oldest_input(Clock::time_point now, const CellModeView& mode) const {
+  OldestInput oldest;
+  const auto consider = [&oldest](double age, const std::string& input, CauseKind kind) {
+    if (age > oldest.age) oldest = {age, input, kind};
+  };
+  const auto& arms = planner_.controller().geometry().arms();
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    if (!arms_.lost(i, now, mode))
+      consider(arms_.age(i, now), "ArmState/" + arms[i].name, CauseKind::CAUSE_ARM_STATE_OLD);
+  }
+  const double never = std::numeric_limits<double>::infinity();
+  if (!sensor_only_) {
+    consider(obstacles_.known() ? obstacles_.age(now) : never, "ObstacleStates", CauseKind::CAUSE_OBSTACLES_OLD);
+  }
+  return oldest;
+}
+
+/// 0: no command is to be sent.
+std::uint64_t LivePlanner::next_number(const PeriodContext& context) {
+  if (!context.commands || !context.mode.heard()) return 0;
+  // A planner that was restarted within its term continues to count where the driver stands.
+  if (own_arm()->term == context.term) sequence_ = std::max(sequence_, own_arm()->command_sequence);
+  return ++sequence_;
+}
+
+std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext& context,
+                                                            planner::SearchExecutor& searches) {
+  const bool silent = !hears_own_arm(context.now);
+  planner::PeriodEvents events;
+  events.missed = context.missed;
+  // While the drive follows another planner's set-points, this planner's begin where the arm is.
+  events.drops_setpoint = silent || !context.continues;
+  if (obstacles_.obstacles() != planned_with_) events.obstacles = planned_with_ = obstacles_.obstacles();
+  events.goal = context.goal;
+  events.scans = scans_;
+  planner_.receive(events);
+  scans_.clear();
+  if (silent) return std::nullopt;
+
+  const ArmView::Heard& own = *own_arm();
+  // When the command is sent, all states are older by the reaction time.
+  const Clock::time_point sent = context.now + reaction_;
+  PlannedPeriod period;
+  planner::PeriodInputs& inputs = period.inputs;
+  inputs.own.state = {own.q, own.qd};
+  inputs.own.age = arms_.age(self_, context.now);
+  inputs.own.follows = own.mode == msg::ArmMode::ARM_RUNNING;
+  // Under another term the last command that the driver accepted was not ours.
+  inputs.own.setpoint = own.term == context.term ? own.command_sequence : 0;
+  inputs.own.setpoint_age = own.command_age;
+  inputs.arms = arms_.observe(sent, context.mode);
+  inputs.obstacles = obstacles_.states(sent);
+  inputs.hold = context.hold;
+  inputs.commands = context.commands;
+  inputs.number = next_number(context);
+  inputs.answers = searches.answers();
+  period.result = planner_.step(inputs);
+  if (inputs.number > 0) {
+    command_.term(context.term);
+    command_.sequence_number(inputs.number);
+    messages::to_message(period.result.q, command_.q());
+    messages::to_message(period.result.qd, command_.qd());
+  }
+  return period;
+}
+
+void LivePlanner::note_reaction(Clock::duration taken) {
+  constexpr int kFadesIn = 64;  // periods
+  reaction_ = std::max(taken, reaction_ - reaction_ / kFadesIn);
+}
+
+void LivePlanner::plan_ahead(const PlannedPeriod& period, planner::SearchExecutor& searches) {
+  searches.ask(planner_.plan_ahead(period.inputs, period.result), obstacles_.obstacles());
+}
+
+}  // namespace hecaton::services

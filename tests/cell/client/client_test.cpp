@@ -1,0 +1,192 @@
+/// The client library against a running cell of three arms.
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <future>
+#include <thread>
+
+#include <hecaton/client.hpp>
+
+#include "tests/cell/cli/live_cell.hpp"
+#include "tests/support/signal_process.hpp"
+
+namespace hecaton::test {
+namespace {
+
+class ClientTest : public LiveCell {
+ protected:
+  [[nodiscard]] Cell connect() const {
+    ConnectOptions options;
+    options.domain = domain_.number();
+    return Cell::connect(options, kPatience);
+  }
+};
+
+TEST_F(ClientTest, GoalsReportProgressAndOutcome) {
+  std::promise<Progress> first;
+  std::atomic<int> calls = 0;
+  const Cell cell = connect();
+  const Goal goal = cell.arm("north").go_to("ready", {60s});
+  goal.on_progress([&](const Progress& progress) {
+    if (calls++ == 0) first.set_value(progress);
+  });
+  const Progress told = first.get_future().get();
+  EXPECT_EQ(told.arm, "north");
+  EXPECT_EQ(told.goal, goal.id());
+  const Outcome outcome = goal.wait(kPatience);
+  EXPECT_EQ(outcome.kind, OutcomeKind::kReached) << outcome.text();
+  EXPECT_TRUE(outcome);
+  ASSERT_TRUE(outcome.progress);
+  EXPECT_EQ(outcome.progress->q_goal.size(), 6U);
+  goal.on_progress({});
+
+  const ArmState state = cell.arm("north").state(kPatience);
+  ASSERT_EQ(state.q.size(), 6U);
+  for (std::size_t j = 0; j < state.q.size(); ++j) EXPECT_NEAR(state.q[j], outcome.progress->q_goal[j], 0.01);
+  EXPECT_GE(state.age.count(), 0.0);
+}
+
+TEST_F(ClientTest, RefusedGoalsAndUnknownNamesAreTold) {
+  const Cell cell = connect();
+  const Outcome outside = cell.arm("north").go_to({9.0, 0.0, 0.0, 0.0, 0.0, 0.0}).wait(kPatience);
+  EXPECT_EQ(outside.kind, OutcomeKind::kRejected);
+  EXPECT_TRUE(outside.cause());
+  EXPECT_NE(outside.text().find("joint1"), std::string::npos) << outside.text();
+  EXPECT_EQ(cell.arm("south").go_to("home").wait(100ms).kind, OutcomeKind::kUnanswered);
+  EXPECT_THROW(static_cast<void>(cell.arm("south").state(100ms)), Unreachable);
+  EXPECT_THROW(static_cast<void>(cell.world().remove("box", kPatience)), Rejected);
+}
+
+TEST_F(ClientTest, LaterGoalsReplaceEarlierOnesAndCancelEndsThem) {
+  const Cell cell = connect();
+  const Arm arm = cell.arm("east");
+  arm.hold(kPatience);
+  const Goal first = arm.go_to("ready");
+  EXPECT_NE(first.wait(500ms).kind, OutcomeKind::kReached) << "it is held";
+  const Goal second = arm.go_to("home");
+  EXPECT_EQ(first.wait(kPatience).kind, OutcomeKind::kReplaced);
+  second.cancel();
+  EXPECT_EQ(second.wait(kPatience).kind, OutcomeKind::kCancelled);
+  arm.resume(kPatience);
+}
+
+TEST_F(ClientTest, WaitsEndAtOnceWhenInterrupted) {
+  const Cell cell = connect();
+  cell.hold(kPatience);
+  const Goal goal = cell.arm("north").go_to("ready");
+  std::stop_source stop;
+  std::promise<void> waits;
+  std::thread interrupter([&] {
+    waits.get_future().wait();
+    stop.request_stop();
+  });
+  waits.set_value();
+  EXPECT_EQ(goal.wait({kForever, stop.get_token()}).kind, OutcomeKind::kInterrupted);
+  interrupter.join();
+  EXPECT_THROW(static_cast<void>(cell.arm("nobody").state({kForever, stop.get_token()})), Interrupted);
+  goal.cancel();
+  cell.resume(kPatience);
+}
+
+TEST_F(ClientTest, AGoalOutlivesTheClientThatGaveIt) {
+  connect().arm("west").go_to("ready");
+  const Cell cell = connect();
+  std::optional<Progress> newest;
+  EXPECT_TRUE(cell.wait_until(
+      [&] {
+        newest = cell.arm("west").goal();
+        return newest && newest->state == GoalState::kReached;
+      },
+      kPatience));
+}
+
+TEST_F(ClientTest, OrdersAndStatusAgree) {
+  const Cell cell = connect();
+  cell.stop(kPatience);
+  EXPECT_EQ(cell.status(kPatience).mode, CellMode::kStop);
+  cell.resume(kPatience);
+  cell.hold({"north"}, kPatience);
+  const CellStatus status = cell.status(kPatience);
+  EXPECT_EQ(status.mode, CellMode::kRun);
+  EXPECT_EQ(status.held_arms, std::vector<std::string>{"north"});
+  ASSERT_EQ(status.arms.size(), 3U);
+  EXPECT_EQ(status.arms[0].mode, CellMode::kHold);
+  cell.resume({"north"}, kPatience);
+}
+
+TEST_F(ClientTest, FaultsAreToldAsTheyBegin) {
+  std::promise<Fault> told;
+  std::atomic<bool> done = false;
+  const Cell cell = connect();
+  cell.on_fault([&](const Fault& fault) {
+    if (fault.cause.subject == "planner/north" && !done.exchange(true)) told.set_value(fault);
+  });
+  ASSERT_TRUE(signal_process(processes().at("planner/north"), SIGKILL));
+  const Fault fault = told.get_future().get();
+  EXPECT_FALSE(fault.cause.text.empty());
+  EXPECT_FALSE(fault.id.empty());
+  cell.on_fault({});
+}
+
+TEST_F(ClientTest, CallbacksMayNotWait) {
+  std::promise<bool> threw;
+  std::atomic<bool> done = false;
+  const Cell cell = connect();
+  const Goal goal = cell.arm("north").go_to("home", {60s});
+  goal.on_progress([&](const Progress&) {
+    if (done.exchange(true)) return;
+    try {
+      goal.wait(1s);
+      threw.set_value(false);
+    } catch (const std::logic_error&) {
+      threw.set_value(true);
+    }
+  });
+  EXPECT_TRUE(threw.get_future().get());
+  goal.on_progress({});
+}
+
+/// An agent that restarts nothing: a process that is killed stays away.
+class WithoutSupervisor : public ClientTest {
+ protected:
+  void SetUp() override {
+    up_ = std::make_unique<Process>(std::vector<std::string>{std::string(HECATON_BIN_DIR) + "/hecaton", "agent",
+                                                             cell_file(), "--no-restart", "--domain", domain()});
+    const Cell cell = connect();
+    ASSERT_TRUE(cell.wait_until([&] { return cell.status(kPatience).mode == CellMode::kRun; }, kPatience));
+    const pid_t supervisor = processes().at("supervisor");
+    const Watched end(supervisor);
+    ASSERT_TRUE(signal_process(supervisor, SIGKILL));
+    ASSERT_TRUE(end.wait_for_end());
+  }
+  void TearDown() override { up_.reset(); }
+};
+
+TEST_F(WithoutSupervisor, ObstaclesAreEditedByTheWorldAlone) {
+  const Cell cell = connect();
+  EXPECT_THROW(static_cast<void>(cell.status(200ms)), Unreachable);
+  const World world = cell.world();
+  const Receipt added = world.add("crate", Box{0.1, 0.1, 0.1}, Pose::xyz(0.0, 0.0, 2.5), Static{}, kPatience);
+  const Receipt moved = world.move("crate", Pose::xyz(0.1, 0.0, 2.5), kPatience);
+  EXPECT_GE(moved.edition, added.edition);
+  EXPECT_THROW(static_cast<void>(world.remove("nothing", kPatience)), Rejected);
+  const auto is_moved = [&] {
+    const auto obstacles = world.obstacles(kPatience);
+    return std::any_of(obstacles.begin(), obstacles.end(), [](const ObstacleState& obstacle) {
+      return obstacle.name == "crate" && std::abs(obstacle.pose.position.x - 0.1) < 1e-9;
+    });
+  };
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  while (!is_moved()) ASSERT_LT(std::chrono::steady_clock::now(), limit);
+  world.remove("crate", kPatience);
+
+  const Ran ran = run({"obstacle", "add", "lid", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(run({"obstacle", "move", "lid", "--pose", "0 0 2.8 0 0 0"}).code, 0);
+  EXPECT_EQ(run({"obstacle", "remove", "nothing"}).code, 3) << "a name that does not exist is bad input";
+  EXPECT_EQ(run({"obstacle", "remove", "lid"}).code, 0);
+}
+
+}  // namespace
+}  // namespace hecaton::test

@@ -1,0 +1,335 @@
+#include "services/arm_driver/arm_control.hpp"
+
+#include <deque>
+
+#include <gtest/gtest.h>
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+using device::DeviceMode;
+using msg::ArmMode;
+using msg::CauseKind;
+
+constexpr std::chrono::nanoseconds kPeriod = 2ms;
+constexpr double kTimeout = 0.050;  // [s]
+
+planner::JointLimits limits() {
+  planner::JointLimits limits;
+  limits.lower = planner::JointVector::Constant(1, -3.0);
+  limits.upper = planner::JointVector::Constant(1, 3.0);
+  limits.velocity = planner::JointVector::Constant(1, 1.0);
+  limits.acceleration = planner::JointVector::Constant(1, 10.0);
+  return limits;
+}
+
+/// A device whose failures the test decides, and the simulated arm otherwise.
+class FaultyArm final : public device::ArmDevice {
+ public:
+  using Clock = device::Clock;
+
+  explicit FaultyArm(device::DeviceSetup setup) {
+    for (const device::DeviceType& type : device::device_types()) {
+      if (type.type == "simulated") arm_ = type.make(setup);
+    }
+  }
+
+  device::DeviceResult configure() override {
+    ++configured;
+    return configure_fails;
+  }
+  device::DeviceResult activate() override {
+    active = true;
+    first_write = true;
+    return arm_->activate();
+  }
+  device::DeviceState read(Clock::time_point now) override {
+    device::DeviceState state = arm_->read(now);
+    state.mode = mode;
+    state.text = text;
+    state.age = age;
+    if (measures_nan) state.measured.qd[0] = NAN;
+    return measured = state;
+  }
+  device::DeviceResult write(const planner::JointState& set_point, std::chrono::nanoseconds valid_for) override {
+    if (std::exchange(first_write, false)) first_set_point = set_point.q[0];
+    EXPECT_TRUE(active);
+    written = set_point;
+    const auto failed = arm_->write(set_point, valid_for);
+    return write_fails ? write_fails : failed;
+  }
+  void stop(std::string_view reason) override {
+    stopped_for = reason;
+    arm_->stop(reason);
+  }
+  void deactivate() override {
+    active = false;
+    arm_->deactivate();
+  }
+
+  device::DeviceResult configure_fails, write_fails;
+  DeviceMode mode = DeviceMode::kReady;
+  std::string text;
+  std::chrono::nanoseconds age{0};
+  bool measures_nan = false;
+  bool active = false;
+  bool first_write = false;
+  double first_set_point = NAN;
+  int configured = 0;
+  std::string stopped_for;
+  device::DeviceState measured;
+  planner::JointState written;
+
+ private:
+  std::unique_ptr<ArmDevice> arm_;
+};
+
+class ArmControlTest : public testing::Test {
+ protected:
+  /// One period of the driver.
+  void period(std::chrono::nanoseconds late = 0ns) {
+    now_ += kPeriod + late;
+    control_.read(now_);
+    control_.order(may_run_ ? std::nullopt : std::optional(cause_));
+    if (command_) last_ = control_.command(*command_);
+    command_.reset();
+    control_.write();
+  }
+  void send(std::uint64_t term = 1) {
+    command_ = msg::ArmCommand();
+    command_->node("planner/arm1");
+    command_->term(term);
+    command_->sequence_number(++sequence_);
+    command_->period(0.01);
+    command_->q({q_});
+    command_->qd({0.5});
+  }
+  /// A planner that moves at 0.5 rad/s, ten milliseconds a command.
+  void plan(std::uint64_t term = 1) {
+    q_ += 0.005;
+    send(term);
+    for (int k = 0; k < 5; ++k) period();
+  }
+  void wait(double seconds) {
+    for (double t = 0.0; t < seconds - 1e-9; t += 0.002) period();
+  }
+  void run() {
+    may_run_ = true;
+    cause_ = {};
+    for (int k = 0; k < 100; ++k) plan();
+    ASSERT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
+  }
+  [[nodiscard]] double q() const { return control_.measured().q[0]; }
+  [[nodiscard]] CauseKind kind() const { return control_.cause().kind(); }
+  [[nodiscard]] std::string text() const { return control_.cause().text(); }
+
+  FaultyArm device_{{"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}}};
+  ArmControl control_{{"arm1", limits(), kTimeout, kPeriod, 12ms}, device_};
+  device::Clock::time_point now_{std::chrono::hours(1)};
+  bool may_run_ = false;
+  msg::Cause cause_ = make_cause(CauseKind::CAUSE_MODE_UNKNOWN, "arm1", "no supervisor was heard yet");
+  std::optional<msg::ArmCommand> command_;
+  Judgement last_;
+  double q_ = 0.0;
+  std::uint64_t sequence_ = 0;
+};
+
+TEST_F(ArmControlTest, StandsStillUntilASupervisorWasHeard) {
+  for (int k = 0; k < 20; ++k) plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STARTING);
+  EXPECT_EQ(q(), 0.0);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_MODE_UNKNOWN);
+  EXPECT_EQ(control_.gate().sequence(), 20U) << "but says that it hears its planner";
+}
+
+TEST_F(ArmControlTest, BrakesWhenCommandsStop) {
+  may_run_ = true;
+  period();
+  EXPECT_EQ(kind(), CauseKind::CAUSE_STARTING);
+  run();
+  EXPECT_EQ(kind(), CauseKind::CAUSE_NONE);
+  EXPECT_NEAR(control_.measured().qd[0], 0.5, 1e-2);
+  wait(0.030);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING) << "10 + 30 ms without a command are within 50 ms";
+  wait(0.014);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_COMMANDS_CEASED);
+  EXPECT_EQ(text(), "commands ceased: none for more than 50 ms");
+  wait(0.054);  // 0.5 rad/s at 10 rad/s² take 50 ms, and what is measured is a period old
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+  EXPECT_EQ(control_.measured().qd[0], 0.0);
+}
+
+TEST_F(ArmControlTest, HoldBrakesAndCommandsDoNotMoveItMeanwhile) {
+  run();
+  may_run_ = false;
+  cause_ = make_cause(CauseKind::CAUSE_HOLD_ORDERED, "arm1", "the cell is held: door");
+  plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
+  EXPECT_EQ(control_.cause(), cause_);
+  for (int k = 0; k < 20; ++k) plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+  const double stands = q();
+  may_run_ = true;
+  wait(0.1);
+  EXPECT_EQ(q(), stands) << "an old command is not taken up again";
+  q_ = stands;
+  plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
+}
+
+TEST_F(ArmControlTest, BrakesWhenTheSetPointIsFarFromTheArm) {
+  run();
+  q_ += 0.07;  // more than 1 rad/s · (50 + 10) ms, with the 5 ms of the next command
+  plan();
+  EXPECT_EQ(last_.verdict, Verdict::kTooFar);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_COMMAND_TOO_FAR);
+  EXPECT_EQ(text(), "the set-point is too far away: joint 1 is at 0.500 and has to be at 0.575");
+  wait(0.1);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+  EXPECT_GT(control_.command_age(), 0.1) << "it was not accepted";
+  q_ = q();
+  plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_NONE);
+}
+
+TEST_F(ArmControlTest, AnOutdatedPlannerCannotKeepItMoving) {
+  run();
+  control_.saw({{}, 2});
+  for (int k = 0; k < 20; ++k) plan(1);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+  EXPECT_EQ(control_.gate().stale_rejected(), 20U);
+  EXPECT_EQ(control_.gate().term(), 1U);
+  EXPECT_EQ(control_.cause(), last_.cause);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_COMMAND_REFUSED);
+}
+
+TEST_F(ArmControlTest, ReportsADeviceThatFailsAndHoldsTheArm) {
+  run();
+  device_.mode = DeviceMode::kFailed;
+  device_.text = "joint 3: overcurrent";
+  period();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+  EXPECT_EQ(control_.cause(), make_cause(CauseKind::CAUSE_DEVICE_FAILED, "arm1", "joint 3: overcurrent"));
+  EXPECT_EQ(device_.stopped_for, "joint 3: overcurrent");
+  EXPECT_FALSE(device_.active);
+  EXPECT_EQ(control_.measured().q.size(), 1) << "what was measured last is still told";
+  for (int k = 0; k < 10; ++k) plan();
+  EXPECT_EQ(last_.verdict, Verdict::kAccepted) << "the planner is heard, but nothing moves";
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+}
+
+TEST_F(ArmControlTest, ARecoveredDeviceBeginsWhereTheArmIs) {
+  run();
+  device_.mode = DeviceMode::kFailed;
+  period();
+  device_.mode = DeviceMode::kReady;
+  wait(0.9);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED) << "it is configured again after a second";
+  EXPECT_EQ(device_.configured, 1);
+  wait(0.2);
+  EXPECT_EQ(device_.configured, 2);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+  EXPECT_EQ(device_.first_set_point, q());
+  q_ = q();
+  plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
+}
+
+TEST_F(ArmControlTest, FailsWhenTheDeviceCannotBeConfigured) {
+  device_.configure_fails = device::DeviceFailure{"/dev/ttyUSB0: No such file or directory"};
+  wait(2.5);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_DEVICE_FAILED);
+  EXPECT_EQ(text(), "/dev/ttyUSB0: No such file or directory");
+  EXPECT_EQ(control_.measured().q.size(), 0) << "no position is invented";
+  EXPECT_EQ(device_.configured, 3);
+  device_.configure_fails.reset();
+  wait(1.0);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_STARTING);
+}
+
+TEST_F(ArmControlTest, FailsWhenASetPointCannotBeSent) {
+  run();
+  device_.write_fails = device::DeviceFailure{"connection closed"};
+  period();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+  EXPECT_EQ(text(), "connection closed");
+  EXPECT_FALSE(device_.active);
+}
+
+TEST_F(ArmControlTest, FailsWhenTheMeasuredStateIsOldOrNotFinite) {
+  run();
+  device_.age = 60ms;
+  period();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+  EXPECT_EQ(text(), "the device's state is 60 ms old (limit 50 ms, timing.command_timeout)");
+  EXPECT_EQ(control_.measured_at(), now_ - 60ms);
+  device_.age = 0ms;
+  device_.measures_nan = true;
+  wait(1.1);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+  EXPECT_EQ(text(), "the device measures a value that is not finite");
+}
+
+TEST_F(ArmControlTest, AStopOfTheDeviceIsNoFailure) {
+  run();
+  device_.text = "protective stop: release it at the pendant";
+  for (const auto& [mode, expected] : {std::pair(DeviceMode::kProtectiveStop, CauseKind::CAUSE_PROTECTIVE_STOP),
+                                       std::pair(DeviceMode::kEmergencyStop, CauseKind::CAUSE_EMERGENCY_STOP),
+                                       std::pair(DeviceMode::kNotReady, CauseKind::CAUSE_DEVICE_NOT_READY)}) {
+    device_.mode = mode;
+    wait(0.1);
+    EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+    EXPECT_EQ(control_.cause(), make_cause(expected, "arm1", device_.text));
+    EXPECT_FALSE(device_.active);
+  }
+  device_.mode = DeviceMode::kReady;
+  period();
+  EXPECT_TRUE(device_.active);
+  EXPECT_EQ(device_.first_set_point, q());
+  EXPECT_EQ(device_.configured, 1);
+}
+
+TEST_F(ArmControlTest, AfterAStallTheStopBeginsWhereTheArmIs) {
+  run();
+  const double before = q();
+  period(200ms);  // the device has stopped by itself: 12 ms at 0.5 rad/s, then 50 ms of braking
+  EXPECT_NEAR(q(), before + 0.5 * 0.012 + 0.0125, 0.0015);
+  EXPECT_NEAR(device_.written.q[0], q(), 1e-6);
+  EXPECT_NE(control_.mode(), ArmMode::ARM_RUNNING);
+}
+
+TEST_F(ArmControlTest, LateLoopsDoNotDisturbTheMotion) {
+  run();
+  const double before = q();
+  std::chrono::nanoseconds late = 0ns;
+  for (int k = 0; k < 20; ++k) {  // each second period comes 1 ms late, each other one early
+    q_ += 0.005;
+    send();
+    for (int i = 0; i < 5; ++i) {
+      late = late == 0ns ? 1ms : 0ns;
+      period(late == 0ns ? -1ms : 1ms);
+      ASSERT_NEAR(control_.measured().qd[0], 0.5, 0.03);
+    }
+  }
+  EXPECT_NEAR(q(), before + 0.1, 0.001);
+}
+
+TEST_F(ArmControlTest, StopsTheDeviceInTheEnd) {
+  device::DeviceSetup setup{"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}};
+  FaultyArm arm(setup);
+  {
+    ArmControl control({"arm1", limits(), kTimeout, kPeriod, 12ms}, arm);
+    control.read(now_);
+    ASSERT_TRUE(arm.active);
+  }
+  EXPECT_FALSE(arm.active);
+  EXPECT_EQ(arm.stopped_for, "the driver ends");
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,68 @@
+#include "services/arm_driver/device_choice.hpp"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "services/config/config_error.hpp"
+
+namespace hecaton::services {
+namespace {
+
+config::CellFile cell(const std::string& device) {
+  const std::string text =
+      "name: tiny\n"
+      "arms:\n"
+      "  - name: left\n"
+      "    urdf: urdf/puma560.urdf\n" +
+      device + "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n";
+  return config::parse_cell_file(text, std::string(HECATON_SOURCE_DIR) + "/deploy/cells/tiny.yaml");
+}
+
+/// What is refused, from the key on.
+std::string refusal(const std::string& device) {
+  try {
+    require_known_devices(cell(device));
+  } catch (const config::ConfigError& error) {
+    const std::string sentence = error.what();
+    return sentence.substr(sentence.find(": ") + 2);
+  }
+  return "nothing";
+}
+
+TEST(DeviceChoice, ASimulatedArmIsTheDefault) {
+  EXPECT_EQ(cell("").devices.at(0).type, "simulated");
+  EXPECT_EQ(refusal(""), "nothing");
+  EXPECT_EQ(refusal("    device: {type: simulated}\n"), "nothing");
+  EXPECT_NE(make_device(cell(""), 0, "", device::device_types()), nullptr);
+}
+
+TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
+  EXPECT_EQ(refusal("    device: {type: telepathic}\n"), "arms[0].device.type = telepathic must be simulated");
+  EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
+            "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type");
+  EXPECT_EQ(refusal("    device: simulated\n"),
+            "arms[0].device = simulated must be a map with the key type, such as {type: simulated}");
+  EXPECT_EQ(refusal("    device: {port: /dev/ttyS0}\n"),
+            "arms[0].device = {port: /dev/ttyS0} must be a map with the key type, such as {type: simulated}");
+}
+
+TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {
+  static device::DeviceSetup given;
+  const device::DeviceType serial{"serial", {"port", "baud"}, [](const device::DeviceSetup& setup) {
+                                    given = setup;
+                                    return std::unique_ptr<device::ArmDevice>();
+                                  }};
+  const auto file = cell("    device: {type: serial, port: /dev/ttyS0, baud: 115200}\n");
+  EXPECT_EQ(make_device(file, 0, "kept", std::span(&serial, 1)), nullptr);
+  EXPECT_EQ(given.arm, "left");
+  EXPECT_EQ(given.values.at("port"), "/dev/ttyS0");
+  EXPECT_EQ(given.values.at("baud"), "115200");
+  EXPECT_EQ(given.checkpoint, "kept");
+  EXPECT_EQ(given.period, std::chrono::milliseconds(2));
+  EXPECT_EQ(given.start, file.cell.arms[0].arm.home());
+  EXPECT_TRUE(given.where.ends_with("tiny.yaml: arms[0].device"));
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,81 @@
+/// The client library without a network: values and their messages.
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "services/client/connection.hpp"
+#include "services/client/convert.hpp"
+
+namespace hecaton::client {
+namespace {
+
+constexpr double kHalf = std::numbers::sqrt2 / 2.0;
+
+void expect_rotation(const Pose& pose, const std::array<double, 4>& wxyz) {
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(pose.rotation[i], wxyz[i], 1e-15) << i;
+}
+
+TEST(PublicPose, TurnsAboutFixedAxesInTheOrderOfUrdf) {
+  constexpr double kRight = std::numbers::pi / 2.0;
+  expect_rotation(Pose::xyz(1.0, 2.0, 3.0), {1.0, 0.0, 0.0, 0.0});
+  expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, kRight, 0.0, 0.0), {kHalf, kHalf, 0.0, 0.0});
+  expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, 0.0, kRight, 0.0), {kHalf, 0.0, kHalf, 0.0});
+  expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, 0.0, 0.0, kRight), {kHalf, 0.0, 0.0, kHalf});
+  // q = q_yaw · q_roll: the roll comes first.
+  expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, kRight, 0.0, kRight), {0.5, 0.5, 0.5, 0.5});
+  expect_rotation(to_public(to_message(Pose::xyz_rpy(0.0, 0.0, 0.0, kRight, 0.0, kRight))), {0.5, 0.5, 0.5, 0.5});
+}
+
+TEST(PublicEnumerations, HaveTheValuesAndTheWordsOfTheMessages) {
+  EXPECT_EQ(static_cast<std::uint32_t>(GoalState::kTimedOut),
+            static_cast<std::uint32_t>(msg::GoalState::GOAL_TIMED_OUT));
+  EXPECT_EQ(static_cast<std::uint32_t>(CauseKind::kContact), static_cast<std::uint32_t>(msg::CauseKind::CAUSE_CONTACT));
+  EXPECT_EQ(name_of(GoalState::kTimedOut), "timed_out");
+  EXPECT_EQ(name_of(CauseKind::kNone), "none");
+  EXPECT_EQ(name_of(static_cast<ArmMode>(999)), "unknown");
+}
+
+TEST(PublicObstacle, HasFullSizesWhereTheMessageHasHalfOnes) {
+  const msg::Obstacle box = to_message("crate", Box{0.2, 0.4, 0.6}, Pose::xyz(1.0, 2.0, 3.0), Static{});
+  ASSERT_EQ(box.shapes().size(), 1U);
+  EXPECT_EQ(box.shapes()[0].kind(), msg::ShapeKind::SHAPE_BOX);
+  EXPECT_DOUBLE_EQ(box.shapes()[0].dimensions().z(), 0.3);
+  EXPECT_EQ(box.X_WO().position().y(), 2.0);
+  EXPECT_EQ(box.motion().kind(), msg::MotionKind::MOTION_STATIC);
+  const msg::Obstacle can = to_message("can", Cylinder{0.1, 0.5}, Pose{}, Conveyor{{0.0, -3.0, 4.0}, 2.0});
+  EXPECT_DOUBLE_EQ(can.shapes()[0].dimensions().y(), 0.25);
+  EXPECT_DOUBLE_EQ(can.motion().speed(), 5.0);
+  EXPECT_DOUBLE_EQ(can.motion().direction_W().z(), 0.8);
+}
+
+TEST(Outcome, TellsTheStateAndWhatBinds) {
+  EXPECT_FALSE(Outcome{});
+  EXPECT_NE(Outcome{}.text().find("unanswered"), std::string::npos);
+  Progress progress;
+  progress.state = GoalState::kBlocked;
+  progress.cause = {CauseKind::kWayBlocked, "pallet", "no way around pallet"};
+  progress.binding = {"west/forearm", "pallet", 0.018};
+  const Outcome blocked{OutcomeKind::kBlocked, progress};
+  EXPECT_FALSE(blocked);
+  EXPECT_EQ(blocked.text(), "blocked: no way around pallet (west/forearm – pallet)");
+  EXPECT_EQ(blocked.cause().kind, CauseKind::kWayBlocked);
+  EXPECT_EQ((Outcome{OutcomeKind::kInterrupted, std::nullopt}.text()), "interrupted");
+}
+
+TEST(Deadline, IsFiniteForEveryLimit) {
+  const auto now = Clock::now();
+  EXPECT_GT(deadline_of(kForever), now + std::chrono::hours(24));
+  EXPECT_LE(deadline_of(Seconds(-1.0)), Clock::now());
+  EXPECT_LE(deadline_of(Seconds(std::numeric_limits<double>::quiet_NaN())), Clock::now());
+}
+
+TEST(Connect, RefusesWhatCannotBe) {
+  EXPECT_THROW(static_cast<void>(Cell::connect("/nonexistent.yaml")), InvalidArgument);
+  EXPECT_THROW(static_cast<void>(Cell::connect({std::nullopt, 100'000})), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace hecaton::client

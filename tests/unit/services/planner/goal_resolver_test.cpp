@@ -1,0 +1,183 @@
+#include "services/planner/goal_resolver.hpp"
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "planner/model/kinematics.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/messages/convert.hpp"
+#include "services/planner/goal_resolver.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using planner::JointVector;
+
+std::string text(const GoalAnswer& answer) {
+  return answer.refusal ? answer.refusal->text() : "";
+}
+
+class Resolve : public testing::Test {
+ protected:
+  static planner::Cell cell(const std::string& urdf) {
+    const std::string joints = urdf == "puma560" ? "[0, -1.9, 2.6, 0, 0.6, 0]" : "[0, -1.9, 2.6, 0, 0.6]";
+    const std::string text = "name: c\narms: [{name: arm1, urdf: urdf/" + urdf + ".urdf, poses: {home: " + joints +
+                             ", up: " + joints + "}}]\n";
+    return config::parse_cell_file(text, std::string(HECATON_SOURCE_DIR) + "/deploy/cells/test.yaml").cell;
+  }
+  explicit Resolve(const std::string& urdf = "puma560")
+      : cell_(cell(urdf)), geometry_({cell_.arms[0].arm}, 0), q_now_(cell_.arms[0].arm.home()) {}
+
+  [[nodiscard]] GoalAnswer resolve(const msg::Goal& goal) const {
+    return resolve_goal(geometry_, goal, q_now_, states_);
+  }
+  static msg::Goal joints(const std::vector<double>& q) {
+    msg::Goal goal;
+    goal.arm("arm1");
+    goal.goal("g");
+    goal.kind(msg::GoalKind::GOAL_JOINTS);
+    goal.q(q);
+    return goal;
+  }
+  static msg::Goal named(const std::string& name) {
+    msg::Goal goal = joints({});
+    goal.kind(msg::GoalKind::GOAL_NAMED);
+    goal.named(name);
+    return goal;
+  }
+  static msg::Goal pose(const world::Pose& X_WT) {
+    msg::Goal goal = joints({});
+    goal.kind(msg::GoalKind::GOAL_POSE);
+    goal.X_WT(messages::to_message(X_WT));
+    return goal;
+  }
+  [[nodiscard]] world::Pose tool(const JointVector& q) const {
+    planner::Kinematics kinematics;
+    planner::forward_kinematics(*cell_.arms[0].arm.model, cell_.arms[0].arm.X_WB, q, kinematics);
+    return kinematics.X_WT;
+  }
+  /// A ball around p_W, where the arm must not be.
+  void put_ball(const Eigen::Vector3d& p_W, double radius) {
+    world::Obstacle ball;
+    ball.name = "ball";
+    ball.shapes.push_back({world::Sphere{radius}});
+    geometry_.set_obstacles(std::vector{ball});
+    world::ObstacleState state;
+    state.X_WO.translation() = p_W;
+    states_ = {state};
+  }
+
+  planner::Cell cell_;
+  planner::CellGeometry geometry_;
+  JointVector q_now_;
+  std::vector<world::ObstacleState> states_;
+};
+
+TEST_F(Resolve, JointsAndNamesAsGiven) {
+  const GoalAnswer answer = resolve(joints({0.1, -1.8, 2.5, 0.2, 0.5, -0.3}));
+  ASSERT_FALSE(answer.refusal) << text(answer);
+  EXPECT_EQ(answer.q_goal[3], 0.2);
+  EXPECT_EQ(answer.goal.goal(), "g");
+  const GoalAnswer up = resolve(named("up"));
+  ASSERT_FALSE(up.refusal) << text(up);
+  EXPECT_EQ(up.q_goal[1], -1.9);
+  EXPECT_EQ(resolve(named("down")).refusal.value().kind(), msg::CauseKind::CAUSE_UNKNOWN_NAME);
+  EXPECT_EQ(text(resolve(named("down"))), "arm arm1 has no pose named \"down\"; it has home, up");
+}
+
+TEST_F(Resolve, MalformedGoalsNeverThrow) {
+  EXPECT_EQ(text(resolve(joints(std::vector<double>(40, 0.0)))), "goal has 40 joint values, arm arm1 has 6 joints");
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_NE(text(resolve(joints({inf, 0, 0, 0, 0, 0}))).find("= inf must be a finite number"), std::string::npos);
+  msg::Goal goal = joints({0, -1.9, 2.6, 0, 0.6, 0});
+  for (const double limit : {-1.0, std::nan(""), inf}) {
+    goal.time_limit(limit);
+    EXPECT_NE(text(resolve(goal)).find("time_limit"), std::string::npos) << limit;
+  }
+  msg::Goal skewed = pose(tool(q_now_));
+  skewed.X_WT().qw(3.0);
+  EXPECT_NE(text(resolve(skewed)).find("quaternion"), std::string::npos);
+}
+
+TEST_F(Resolve, PosesThatTheArmCanTake) {
+  JointVector q(6);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8, -0.5;
+  const world::Pose wanted = tool(q);
+  const GoalAnswer answer = resolve(pose(wanted));
+  ASSERT_FALSE(answer.refusal) << text(answer);
+  const world::Pose reached = tool(answer.q_goal);
+  EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
+  EXPECT_LT(Eigen::AngleAxisd(reached.linear().transpose() * wanted.linear()).angle(), 2e-3);
+}
+
+TEST_F(Resolve, PosesThatItCannot) {
+  world::Pose far = world::Pose::Identity();
+  far.translation().x() = 3.0;
+  const GoalAnswer answer = resolve(pose(far));
+  EXPECT_TRUE(answer.refusal);
+  EXPECT_NE(text(answer).find("the tool of arm arm1 cannot be at (3, 0, 0): that is "), std::string::npos)
+      << text(answer);
+  EXPECT_EQ(answer.refusal->kind(), msg::CauseKind::CAUSE_GOAL_UNREACHABLE);
+  EXPECT_NE(text(answer).find("it reaches no farther than "), std::string::npos) << text(answer);
+
+  world::Pose inside_itself = world::Pose::Identity();
+  inside_itself.translation().z() = 0.67;  // the first joint's origin
+  const GoalAnswer near = resolve(pose(inside_itself));
+  EXPECT_TRUE(near.refusal);
+  EXPECT_NE(text(near).find("no joint positions within the limits were found"), std::string::npos) << text(near);
+}
+
+TEST_F(Resolve, PosesWhereEverySolutionTouchesSomethingSayWhat) {
+  JointVector q(6);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8, -0.5;
+  put_ball(tool(q).translation(), 0.05);
+  const GoalAnswer answer = resolve(pose(tool(q)));
+  EXPECT_TRUE(answer.refusal);
+  EXPECT_NE(text(answer).find("ball"), std::string::npos) << text(answer);
+  EXPECT_EQ(answer.refusal->kind(), msg::CauseKind::CAUSE_GOAL_IN_COLLISION);
+  EXPECT_EQ(answer.refusal->subject(), "ball");
+  EXPECT_NE(text(resolve(joints({q.data(), q.data() + 6}))).find("ball"), std::string::npos);
+}
+
+class ResolveFiveJoints : public Resolve {
+ protected:
+  ResolveFiveJoints() : Resolve("puma560_5dof") {}
+};
+
+TEST_F(ResolveFiveJoints, MeetPositionAndToolAxisAndLetTheRollBe) {
+  JointVector q(5);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8;
+  world::Pose wanted = tool(q);
+  wanted.linear() = wanted.linear() * Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
+  const GoalAnswer answer = resolve(pose(wanted));
+  ASSERT_FALSE(answer.refusal) << text(answer);
+  const world::Pose reached = tool(answer.q_goal);
+  EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
+  EXPECT_GT(reached.linear().col(2).dot(wanted.linear().col(2)), std::cos(2e-3));
+}
+
+TEST_F(Resolve, TheResolverAnswersInTheOrderOfTheQuestions) {
+  GoalResolver resolver(geometry_);
+  const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();
+  resolver.ask({named("up"), q_now_, nothing, {}});
+  resolver.ask({named("down"), q_now_, nothing, {}});
+  std::vector<GoalAnswer> answers;
+  while (answers.size() < 2) {
+    for (GoalAnswer& answer : resolver.answers()) answers.push_back(std::move(answer));
+    std::this_thread::yield();
+  }
+  EXPECT_FALSE(answers[0].refusal);
+  EXPECT_TRUE(answers[1].refusal);
+}
+
+TEST_F(Resolve, TheResolverEndsWithQuestionsOpen) {
+  GoalResolver resolver(geometry_);
+  const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();
+  for (int k = 0; k < 100; ++k) resolver.ask({named("up"), q_now_, nothing, {}});
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,447 @@
+#include "services/supervisor/detection/fault_detector.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+TEST_F(FaultDetectorTest, HealthyCellRuns) {
+  run_for(10s);
+  EXPECT_TRUE(detector.faults().open().empty());
+  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
+  for (const auto& node : detector.nodes()) EXPECT_TRUE(detector.alive(node.name)) << node.name;
+}
+
+TEST_F(FaultDetectorTest, DeathIsToldAtOnceAndHoldsTheArm) {
+  kill("planner/arm2", 9);
+  detector.judge(now);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  EXPECT_EQ(fault.subject, "planner/arm2");
+  EXPECT_EQ(fault.seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
+  ASSERT_TRUE(fault.detected_within) << "it was heard";
+  EXPECT_LE(*fault.detected_within, 10ms) << "a beat";
+  EXPECT_EQ(held(), Names{"arm2"});
+  EXPECT_EQ(detector.mode().cause_of("arm2").text(), "held: " + fault.seen);
+  EXPECT_FALSE(detector.alive("planner/arm2"));
+}
+
+TEST_F(FaultDetectorTest, NodeThatReportsAFailureIsFailedInItsOwnWords) {
+  kill("world", 9);
+  detector.judge(now);
+  start("world");
+  mute.insert("world");
+  turn();
+  detector.heard(
+      "world", {pids["world"], now, 0, make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "world", "cannot be recovered")});
+  detector.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
+  EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(causes_text(detector.mode().decide()), "world: cannot be recovered");
+  mute.clear();
+  run_for(200ms);
+  EXPECT_TRUE(detector.faults().open().empty()) << "its beats do not say so any more";
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
+}
+
+TEST_F(FaultDetectorTest, NodeThatReportsAFailureWithoutWordsIsFailed) {
+  mute.insert("world");
+  turn(10ms);
+  detector.heard("world", {pids["world"], now, 0, msg::Cause()});
+  detector.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
+  EXPECT_EQ(the_fault().seen, "world: it reports that it cannot do its work");
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+}
+
+TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
+  detector.device_heard("arm3", "joint 2: following error");
+  turn();
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED);
+  EXPECT_EQ(the_fault().subject, "arm3");
+  EXPECT_EQ(the_fault().seen, "arm arm3: its device reports a failure: joint 2: following error");
+  EXPECT_EQ(held(), Names{"arm3"});
+  kill("driver/arm3", 9);
+  turn();
+  EXPECT_EQ(detector.faults().open().size(), 2U) << "beside the death of its driver";
+  start("driver/arm3");
+  run_for(500ms);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED) << "until the driver says otherwise";
+  detector.device_heard("arm3", std::nullopt);
+  turn();
+  EXPECT_TRUE(detector.faults().open().empty());
+  EXPECT_TRUE(held().empty());
+}
+
+TEST_F(FaultDetectorTest, DeathIsOneFaultHoweverLongItLasts) {
+  kill("driver/arm1", 11);
+  run_for(5s);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  EXPECT_TRUE(detector.faults().over().empty());
+}
+
+TEST_F(FaultDetectorTest, RestartReleasesTheArmOnceItIsSteady) {
+  kill("driver/arm1", 9);
+  run_for(50ms);
+  start("driver/arm1");
+  run_for(90ms);
+  EXPECT_EQ(held(), Names{"arm1"});
+  run_for(50ms);
+  EXPECT_TRUE(held().empty());
+  ASSERT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(detector.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+}
+
+TEST_F(FaultDetectorTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
+  kill("planner/arm1", 9);
+  run_for(50ms);
+  start("planner/arm1", false);
+  run_for(200ms);
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, LateHeartbeatOfTheDeadIsIgnored) {
+  kill("planner/arm1", 9);
+  detector.heard("planner/arm1", {pids["planner/arm1"], now});
+  detector.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  run_for(5s);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+}
+
+TEST_F(FaultDetectorTest, OldNewsOfAPredecessorIsNoFault) {
+  detector.process_exited("planner/arm1", {99, -1, 9, false});
+  run_for(100ms);
+  EXPECT_TRUE(detector.faults().open().empty());
+  EXPECT_TRUE(detector.faults().over().empty());
+}
+
+// A supervisor that was kept from running for a moment hears of both at once.
+TEST_F(FaultDetectorTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
+  detector.process_exited("planner/arm1", {pids["planner/arm1"], -1, 9, false});
+  detector.process_started("planner/arm1", ++pids["planner/arm1"]);
+  detector.heard("planner/arm1", {pids["planner/arm1"], now});
+  detector.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  run_for(5s);
+  EXPECT_TRUE(detector.faults().open().empty());
+  ASSERT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(detector.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+}
+
+// Its agent could not be heard when it ended, and when it can be again the successor's beats come first.
+TEST_F(FaultDetectorTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndHoldsNobody) {
+  const std::int64_t killed = pids["planner/arm1"];
+  pids["planner/arm1"] += 1000;
+  run_for(1s);
+  ASSERT_TRUE(detector.alive("planner/arm1"));
+  ASSERT_TRUE(detector.faults().over().empty());
+  ProcessExit exit{killed, -1, 9, false};
+  exit.at = now - 3s;
+  detector.process_exited("planner/arm1", exit);
+  detector.process_started("planner/arm1", pids["planner/arm1"]);
+  detector.judge(now);
+  ASSERT_EQ(detector.faults().over().size(), 1U);
+  const FaultRecord& told = detector.faults().over().front();
+  EXPECT_EQ(told.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  EXPECT_EQ(told.since, now - 3s);
+  EXPECT_TRUE(arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD).empty());
+  detector.process_exited("planner/arm1", exit);
+  run_for(1s);
+  EXPECT_EQ(detector.faults().over().size(), 1U) << "told once";
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
+  kill("driver/arm1", 9);
+  detector.judge(now);
+  start("driver/arm1");
+  run_for(1s);
+  FaultDetector successor(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
+  successor.faults().recall(detector.faults().history());
+  const std::int64_t killed = pids["driver/arm1"] - 1000;
+  successor.process_exited("driver/arm1", {killed, -1, 9, false});
+  successor.process_started("driver/arm1", pids["driver/arm1"]);
+  successor.heard("driver/arm1", {pids["driver/arm1"], now});
+  successor.judge(now);
+  EXPECT_TRUE(successor.faults().open().empty());
+  EXPECT_EQ(successor.faults().over().size(), 1U);
+  // What nobody has told is told.
+  successor.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false});
+  successor.process_started("driver/arm2", pids["driver/arm2"] + 1000);
+  successor.judge(now);
+  EXPECT_EQ(successor.faults().open().size(), 1U);
+}
+
+TEST_F(FaultDetectorTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
+  ProcessExit exit{pids["driver/arm1"] - 50, -1, 9, false};
+  exit.at = now - 30s;
+  FaultDetector late(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
+  late.process_exited("driver/arm1", exit);
+  late.process_started("driver/arm1", pids["driver/arm1"]);
+  // Its successor is heard for long enough to count as well.
+  for (int k = 0; k < 40; ++k) {
+    late.advance(now + 5ms * k);
+    late.heard("driver/arm1", {pids["driver/arm1"], now + 5ms * k});
+    late.stream_heard("driver/arm1", now + 5ms * k);
+  }
+  late.judge(now + 200ms);
+  ASSERT_EQ(late.faults().over().size(), 1U) << "at once: nobody waits for what is over";
+  EXPECT_EQ(late.faults().over().front().since, now - 30s);
+  EXPECT_TRUE(arms_on(late.mode().decide(), msg::Mode::MODE_HOLD).empty());
+}
+
+TEST_F(FaultDetectorTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
+  FaultDetector newcomer(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
+  newcomer.process_exited("driver/arm1", {99, -1, 9, false}, false);
+  newcomer.process_started("driver/arm1", pids["driver/arm1"]);
+  newcomer.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false}, false);
+  newcomer.judge(now);
+  const auto open = newcomer.faults().open();
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open.front().subject, "driver/arm2") << "nobody has taken its place";
+}
+
+TEST_F(FaultDetectorTest, WantedEndIsNoFault) {
+  dead.insert("planner/arm1");
+  detector.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
+  run_for(5s);
+  EXPECT_TRUE(detector.faults().open().empty());
+  EXPECT_EQ(detector.awaited("planner/arm1").text(), "planner/arm1 was ordered to end");
+}
+
+TEST_F(FaultDetectorTest, HangIsNodeSilentAndClearsByItself) {
+  hung.insert("planner/arm3");
+  run_for(35ms);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_NODE_SILENT);
+  EXPECT_EQ(fault.severity, msg::Severity::SEVERITY_WARNING);
+  EXPECT_EQ(fault.subject, "planner/arm3");
+  EXPECT_EQ(held(), Names{"arm3"});
+  run_for(200ms);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_ERROR);
+  hung.clear();
+  run_for(150ms);
+  EXPECT_TRUE(detector.faults().open().empty());
+  EXPECT_TRUE(held().empty());
+}
+
+TEST_F(FaultDetectorTest, HungDriverIsOneFaultOfTheNode) {
+  hung.insert("driver/arm1");
+  run_for(5s);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
+  EXPECT_TRUE(detector.faults().over().empty());
+}
+
+TEST_F(FaultDetectorTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
+  mute.insert("driver/arm1");
+  run_for(60ms);
+  const FaultRecord fault = the_fault();
+  EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_DRIVER_SILENT);
+  EXPECT_EQ(fault.subject, "arm1");
+  EXPECT_EQ(held(), Names{"arm1"});
+  mute.clear();
+  run_for(150ms);
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, SilentStreamThatTurnsIntoDeathStaysOneFault) {
+  mute.insert("driver/arm1");
+  run_for(100ms);
+  hung.insert("driver/arm1");
+  run_for(100ms);
+  kill("driver/arm1", 6);
+  run_for(100ms);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  EXPECT_EQ(the_fault().number, 1U);
+}
+
+TEST_F(FaultDetectorTest, SilentWorldHoldsTheCell) {
+  mute.insert("world");
+  run_for(100ms);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_WORLD_SILENT);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  mute.clear();
+  hung.insert("world");
+  run_for(100ms);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  hung.clear();
+  run_for(200ms);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
+}
+
+TEST_F(FaultDetectorTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHeard) {
+  EXPECT_EQ(detector.loss_of("arm1"), Loss::kNone);
+  kill("planner/arm1", 9);
+  turn();
+  EXPECT_EQ(detector.loss_of("arm1"), Loss::kNone) << "its driver tells where it is";
+  kill("driver/arm1", 9);
+  turn();
+  EXPECT_EQ(detector.loss_of("arm1"), Loss::kEnded);
+  EXPECT_EQ(detector.loss_of("arm2"), Loss::kNone);
+  start("driver/arm1");
+  turn(10ms);
+  EXPECT_EQ(detector.loss_of("arm1"), Loss::kNone);
+  hung.insert("driver/arm2");
+  run_for(200ms);
+  EXPECT_EQ(detector.loss_of("arm2"), Loss::kNone) << "who hangs may go on at any moment";
+}
+
+TEST_F(FaultDetectorTest, SimultaneousFaultsAreAllTold) {
+  kill("planner/arm1", 9);
+  hung.insert("driver/arm2");
+  mute.insert("driver/arm3");
+  run_for(100ms);
+  std::map<std::string, msg::CauseKind> kinds;
+  for (const FaultRecord& fault : detector.faults().open()) kinds[fault.subject] = fault.kind;
+  const std::map<std::string, msg::CauseKind> expected{{"planner/arm1", msg::CauseKind::CAUSE_PROCESS_DIED},
+                                                       {"driver/arm2", msg::CauseKind::CAUSE_NODE_SILENT},
+                                                       {"arm3", msg::CauseKind::CAUSE_DRIVER_SILENT}};
+  EXPECT_EQ(kinds, expected);
+  EXPECT_EQ(held(), (Names{"arm1", "arm2", "arm3"}));
+}
+
+TEST_F(FaultDetectorTest, FlappingIsOneFault) {
+  for (int i = 0; i < 40; ++i) {
+    hung.insert("planner/arm1");
+    run_for(40ms);
+    hung.clear();
+    run_for(40ms);
+    EXPECT_EQ(held(), Names{"arm1"});
+  }
+  EXPECT_EQ(the_fault().number, 1U);
+  EXPECT_TRUE(detector.faults().over().empty());
+}
+
+TEST_F(FaultDetectorTest, OwnStallsAccuseNobody) {
+  for (int i = 0; i < 20; ++i) {
+    now += 126ms;  // nothing arrived while the whole machine stood still
+    detector.advance(now);
+    detector.judge(now);
+    run_for(100ms);
+  }
+  EXPECT_TRUE(detector.faults().open().empty());
+  EXPECT_TRUE(detector.faults().over().empty());
+}
+
+TEST_F(FaultDetectorTest, HangDuringOwnStallIsFoundAfterwards) {
+  hung.insert("planner/arm1");
+  now += 126ms;
+  detector.advance(now);
+  detector.judge(now);
+  EXPECT_TRUE(detector.faults().open().empty());
+  run_for(40ms);
+  EXPECT_EQ(the_fault().subject, "planner/arm1");
+}
+
+TEST(FaultDetectorStart, StartUpIsNoFaultUntilTheGraceIsOver) {
+  VirtualCell cell;
+  for (const auto& node : cell.detector.nodes()) cell.dead.insert(node.name);
+  for (const auto* node : {"agent/h1", "agent/h2", "world"}) cell.dead.erase(node);
+  cell.run_for(990ms);
+  EXPECT_TRUE(cell.detector.faults().open().empty());
+  EXPECT_EQ(cell.detector.mode().decide(), msg::CellMode{});
+  EXPECT_EQ(cell.detector.awaited("planner/arm1").text(), "planner/arm1 has not appeared yet");
+  for (const auto& node : cell.detector.nodes()) {
+    if (node.name != "planner/arm1") cell.dead.erase(node.name);
+  }
+  cell.run_for(20ms);
+  const auto open = cell.detector.faults().open();
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open.front().kind, msg::CauseKind::CAUSE_NODE_MISSING);
+  EXPECT_EQ(open.front().seen, "planner/arm1 did not appear within 1000 ms");
+  cell.dead.clear();
+  cell.run_for(200ms);
+  EXPECT_TRUE(cell.detector.faults().open().empty());
+}
+
+TEST(FaultDetectorStandby, OnlyThePlannerInChargeHoldsItsArm) {
+  const std::vector<ExpectedNode> nodes{{"agent/h1", msg::NodeKind::NODE_AGENT, "", "h1"},
+                                        {"planner/arm1", msg::NodeKind::NODE_PLANNER, "arm1", "h1"},
+                                        {"planner/arm1@h2", msg::NodeKind::NODE_PLANNER, "arm1", "h2"},
+                                        {"supervisor@h2", msg::NodeKind::NODE_SUPERVISOR, "", "h2"}};
+  FaultDetector detector(nodes, {"arm1"}, cell_limits(), 0ms);
+  detector.advance(5ms);
+  for (const ExpectedNode& node : nodes) detector.heard(node.name, {1, 5ms});
+  detector.put_in_charge("arm1", "planner/arm1");
+  detector.judge(5ms);
+  EXPECT_FALSE(detector.ended("planner/arm1"));
+  detector.process_exited("planner/arm1", {1, -1, 9, false});
+  detector.process_exited("supervisor@h2", {1, -1, 9, false});
+  EXPECT_TRUE(detector.ended("planner/arm1"));
+  detector.judge(5ms);
+  EXPECT_EQ(detector.mode().mode_of("arm1"), msg::Mode::MODE_HOLD);
+  detector.put_in_charge("arm1", "planner/arm1@h2");
+  detector.judge(5ms);
+  EXPECT_EQ(detector.mode().mode_of("arm1"), msg::Mode::MODE_RUN)
+      << "neither its standby nor a supervisor holds an arm";
+  EXPECT_NE(detector.faults().open("planner/arm1"), nullptr);
+  EXPECT_NE(detector.faults().open("supervisor@h2"), nullptr);
+  detector.advance(10ms);
+  detector.advance(15ms);
+  EXPECT_EQ(detector.silence("planner/arm1@h2"), 10ms);
+  EXPECT_EQ(detector.silence("planner/arm1@h3"), std::nullopt);
+}
+
+// What another supervisor told on its side of a partition: here all are well.
+TEST_F(FaultDetectorTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
+  FaultRecord theirs{
+      9,  4, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/arm1", "silent", now - 1s,
+      {}, {}};
+  detector.adopt("planner/arm1", theirs, now);
+  theirs.number = 5;
+  theirs.subject = "supervisor";
+  detector.adopt("supervisor", theirs, now);
+  EXPECT_EQ(the_fault().subject, "planner/arm1") << "nobody judges itself";
+  turn();
+  EXPECT_TRUE(detector.faults().open().empty());
+  ASSERT_EQ(detector.faults().over().size(), 2U);
+  EXPECT_EQ(detector.faults().over().front().number, 4U);
+  EXPECT_EQ(detector.faults().over().front().cleared, now);
+}
+
+TEST_F(FaultDetectorTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
+  hung.insert("planner/arm1");
+  run_for(100ms);
+  const FaultRecord ours = the_fault();
+  FaultRecord theirs = ours;
+  theirs.life = 9;
+  detector.faults().clear("planner/arm1", now);
+  detector.adopt("planner/arm1", theirs, now);
+  run_for(100ms);
+  EXPECT_EQ(the_fault().life, 9U) << "no second one for the same cause";
+  hung.clear();
+  run_for(200ms);
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, TwoProcessesOfOneNodeAreTold) {
+  const auto beat_of_another = [&](int beats) {
+    for (int i = 0; i < beats; ++i) {
+      turn(10ms);  // it beats, and then the other
+      detector.heard("planner/arm1", {7, now});
+      detector.judge(now);
+    }
+  };
+  beat_of_another(2);
+  EXPECT_TRUE(detector.faults().open().empty()) << "they may be stragglers";
+  beat_of_another(10);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_DUPLICATE_NODE);
+  EXPECT_EQ(the_fault().subject, "planner/arm1");
+  EXPECT_EQ(the_fault().seen, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
+                                  " are this node at one time: end one of them");
+  EXPECT_TRUE(held().empty());
+  run_for(2s);
+  EXPECT_TRUE(detector.faults().open().empty());
+  kill("planner/arm1", 9);
+  start("planner/arm1");
+  run_for(2s);
+  EXPECT_EQ(detector.faults().over().size(), 2U) << "a successor is no twin";
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing

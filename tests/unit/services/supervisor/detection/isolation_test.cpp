@@ -1,0 +1,310 @@
+// A supervisor whose own host hears no other host, or is heard by none; and hosts that are deaf.
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
+
+namespace hecaton::services::testing {
+namespace {
+
+/// A third host, on which there is the supervisor alone.
+class Isolation : public ::testing::Test, protected VirtualCell {
+ protected:
+  explicit Isolation(const DetectionLimits& limits = cell_limits())
+      : VirtualCell(nodes_of_three_hosts(), limits, "h3") {
+    run_for(500ms);
+  }
+  void cut_off() {
+    mute_host("h3");
+    deafen_host("h3");
+    cut.erase({"h3", "h3"});
+  }
+  void mute_own() {
+    mute_host("h3");
+    cut.erase({"h3", "h3"});
+  }
+  msg::CauseKind kind_of_first() { return detector.faults().open().front().kind; }
+};
+
+// Its own link is more likely to have failed than all of the others'. The hosts return one after the other.
+TEST_F(Isolation, HostThatHearsNoOtherIsIsolatedItselfAndBlamesNone) {
+  cut_off();
+  run_for(2s);
+  ASSERT_EQ(accused(), Names{"h3"});
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  cut.clear();
+  fall_silent("h2");
+  run_for(150ms);
+  EXPECT_EQ(accused(), Names{}) << "it has just returned";
+  EXPECT_EQ(held(), Names{"arm3"});
+  run_for(150ms);
+  EXPECT_EQ(accused(), Names{"h2"}) << "h1 has heard it and does not any more";
+  hung.insert("driver/arm1");
+  run_for(50ms);
+  EXPECT_EQ(accused(), Names{"h2"}) << "the middleware may still find it";
+  hung.erase("driver/arm1");
+  run_for(1100ms);
+  hung.insert("driver/arm1");
+  run_for(50ms);
+  EXPECT_EQ(accused(), (Names{"h2", "driver/arm1"})) << "it had returned";
+}
+
+// Heartbeats are not in phase, and some are later than others.
+TEST_F(Isolation, NoHostIsLostThatFellSilentALittleBeforeTheOthers) {
+  std::size_t over = 0;  // faults of its own
+  for (const Time before : {Time(10ms), Time(20ms), Time(40ms)}) {
+    cut_link("h2", "h3");
+    run_for(before);
+    cut_off();
+    run_for(1s);
+    EXPECT_EQ(accused(), Names{"h3"}) << before.count();
+    EXPECT_EQ(detector.faults().over().size(), over) << "none was told before";
+    cut.clear();
+    run_for(10s);
+    over = detector.faults().over().size();
+  }
+}
+
+TEST_F(Isolation, OneHeartbeatNowAndThenIsNoReturn) {
+  cut_off();
+  run_for(300ms);
+  for (int i = 0; i < 5; ++i) {
+    cut.erase({"h1", "h3"});
+    run_for(10ms);
+    cut_link("h1", "h3");
+    run_for(i < 4 ? 140ms : 20s);
+  }
+  EXPECT_EQ(accused(), Names{"h3"});
+  EXPECT_TRUE(detector.faults().over().empty()) << "one long fault";
+}
+
+TEST_F(Isolation, HostThatWasLostBeforeLeavesTwoAndTheirLinkIsLost) {
+  fall_silent("h2");
+  run_for(300ms);
+  fall_silent("h1");
+  run_for(300ms);
+  EXPECT_EQ(accused(), (Names{"h2", "h1<->h3"}));
+}
+
+TEST_F(Isolation, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
+  cut_off();
+  run_for(200ms);
+  cut.clear();
+  run_for(200ms);
+  ASSERT_EQ(accused(), Names{});
+  hung = {"agent/h3"};
+  run_for(200ms);
+  ASSERT_EQ(accused(), Names{"agent/h3"});
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_NODE_SILENT);
+}
+
+TEST_F(Isolation, DriversThatSendNoStatesAreNotBackYet) {
+  cut_off();
+  run_for(200ms);
+  cut.clear();
+  mute = {"driver/arm3", "world"};
+  run_for(300ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(held(), Names{"arm3"});
+  EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
+  mute.clear();
+  run_for(300ms);
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
+}
+
+TEST_F(Isolation, NodeThatStaysAwayIsHeldUntilItIsTold) {
+  cut_off();
+  run_for(1s);
+  cut.clear();
+  hung = {"driver/arm3"};
+  for (const Time end = now + 6s; now < end; turn()) {
+    const Names names = held();
+    ASSERT_TRUE(std::count(names.begin(), names.end(), "arm3")) << "at " << now.count();
+  }
+  EXPECT_EQ(accused(), Names{"driver/arm3"});
+}
+
+TEST_F(Isolation, NodeThatHasReturnedIsJudgedLikeAnyOther) {
+  cut_off();
+  run_for(1s);
+  cut.clear();
+  run_for(1300ms);
+  hung = {"driver/arm3"};
+  run_for(50ms);
+  hung.clear();
+  run_for(300ms);
+  EXPECT_EQ(accused(), Names{});
+  hung = {"driver/arm3"};
+  run_for(50ms);
+  EXPECT_EQ(accused(), Names{"driver/arm3"}) << "also when it hangs again before it has been well for long";
+}
+
+TEST_F(Isolation, MuteHostTellsItselfWithinALease) {
+  mute_own();
+  run_for(90ms);
+  EXPECT_EQ(accused(), Names{});
+  run_for(50ms);
+  ASSERT_EQ(accused(), Names{"h3"});
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
+  EXPECT_TRUE(held().empty()) << "all drivers are heard";
+  cut.clear();
+  run_for(150ms);
+  EXPECT_EQ(accused(), Names{});
+}
+
+// The middleware of the others drops a mute host, process by process, and the silence lasts 2.5 s longer.
+TEST_F(Isolation, MuteHostBlamesNoneOfThoseThatDropIt) {
+  mute_own();
+  run_for(1400ms);
+  for (const char* node : {"agent/h1", "planner/arm3", "world"}) {
+    hung.insert(node);
+    run_for(100ms);
+  }
+  fall_silent("h1");
+  run_for(300ms);
+  EXPECT_EQ(accused(), Names{"h3"});
+  fall_silent("h2");
+  run_for(300ms);
+  cut.clear();
+  hung = {"agent/h1", "planner/arm1"};
+  run_for(1s);
+  EXPECT_EQ(accused(), Names{}) << "h2 has found it again, and h1 hears h2";
+  hung.clear();
+  run_for(6s);
+  EXPECT_EQ(accused(), Names{});
+  ASSERT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
+  fall_silent("h2");
+  run_for(110ms);
+  EXPECT_EQ(accused(), Names{"h2"}) << "it had returned";
+}
+
+TEST_F(Isolation, DeathsAreToldWhateverHostIsHeard) {
+  mute_own();
+  for (const ExpectedNode& node : detector.nodes()) {
+    if (node.role != msg::NodeKind::NODE_AGENT && node.host != "h3") kill(node.name, 9);
+  }
+  run_for(1s);
+  EXPECT_EQ(accused().size(), 8U) << "seven, and its own host";
+}
+
+TEST_F(Isolation, HungAgentOfItsOwnHostIsolatesNothing) {
+  hung.insert("agent/h3");
+  run_for(5s);
+  EXPECT_EQ(accused(), Names{"agent/h3"});
+  hung.clear();
+  run_for(1s);
+  EXPECT_EQ(accused(), Names{});
+}
+
+TEST_F(Isolation, DeafHostIsIsolatedAndItsNodesAreNotBlamed) {
+  deafen_host("h2");
+  cut.erase({"h2", "h2"});
+  run_for(150ms);
+  ASSERT_EQ(accused(), Names{"h2"});
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
+  EXPECT_TRUE(detector.is_isolated("planner/arm3"));
+  hung.insert("planner/arm3");  // the middleware drops one process after the other
+  run_for(100ms);
+  EXPECT_EQ(accused(), Names{"h2"});
+  fall_silent("h2");
+  run_for(1s);
+  EXPECT_EQ(accused(), Names{"h2"});
+  cut.clear();
+  hung.clear();
+  run_for(200ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(detector.faults().over().size(), 1U) << "one long fault";
+}
+
+TEST_F(Isolation, LinkToTheSupervisorIsLostWhereAnotherHostHearsTheSender) {
+  cut_link("h2", "h3");
+  run_for(180ms);
+  ASSERT_EQ(accused(), Names{"h2<->h3"});
+  EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_LINK_LOST);
+  EXPECT_EQ(held(), Names{"arm3"});
+  EXPECT_EQ(detector.loss_of("arm3"), Loss::kNone) << "others hear where it is";
+  cut.clear();
+  hung.insert("planner/arm3");
+  run_for(200ms);
+  EXPECT_EQ(accused(), Names{}) << "the middleware may still find it";
+  EXPECT_EQ(held(), Names{"arm3"});
+}
+
+TEST_F(Isolation, LinkFromTheSupervisorIsLostWhereAnotherHostHearsIt) {
+  cut_link("h3", "h2");
+  run_for(180ms);
+  EXPECT_EQ(accused(), Names{"h2<->h3"});
+  EXPECT_TRUE(held().empty());
+}
+
+TEST_F(Isolation, LinkBetweenOthersIsAWarningAndHoldsNothing) {
+  cut_link("h1", "h2");
+  run_for(200ms);
+  ASSERT_EQ(accused(), Names{"h1<->h2"});
+  EXPECT_EQ(detector.faults().open().front().severity, msg::Severity::SEVERITY_WARNING);
+  EXPECT_TRUE(held().empty());
+  cut.clear();
+  run_for(200ms);
+  EXPECT_EQ(accused(), Names{});
+}
+
+struct IsolationOnASharedMachine : Isolation {
+  IsolationOnASharedMachine() : Isolation(patient_limits()) { run_for(2s); }
+};
+
+TEST_F(IsolationOnASharedMachine, HostThatIsHeardByOneNewProcessIsIsolatedAllTheSame) {
+  cut_off();
+  run_for(2s);
+  detector.heard("planner/arm3", {pids["planner/arm3"], now});
+  run_for(2s);
+  EXPECT_EQ(accused(), Names{"h3"});
+  EXPECT_TRUE(detector.faults().over().empty());
+  cut.clear();
+  run_for(500ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
+}
+
+// A mute of 1.54 s is too short for most processes to drop this host, but one does just then.
+TEST_F(IsolationOnASharedMachine, AgentThatDropsTheHostAsTheMuteEndsIsNotLost) {
+  mute_own();
+  run_for(1540ms);
+  EXPECT_EQ(accused(), Names{"h3"});
+  cut.clear();
+  run_for(50ms);
+  hung.insert("agent/h2");
+  run_for(4300ms);
+  EXPECT_EQ(accused(), Names{});
+  hung.clear();
+  run_for(10s);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(detector.faults().over().size(), 1U);
+  fall_silent("h2");
+  run_for(1100ms);
+  EXPECT_EQ(accused(), Names{"h2"}) << "it had returned";
+}
+
+struct IsolationThatWaits : Isolation {
+  static DetectionLimits limits() {
+    DetectionLimits limits = cell_limits();
+    limits.waits_for_resume.insert(msg::CauseKind::CAUSE_HOST_LOST);
+    return limits;
+  }
+  IsolationThatWaits() : Isolation(limits()) {}
+};
+
+TEST_F(IsolationThatWaits, ArmsThatItDidNotHearWaitForResume) {
+  cut_off();
+  run_for(200ms);
+  cut.clear();
+  run_for(500ms);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_NE(detector.mode().decide(), msg::CellMode{});
+}
+
+}  // namespace
+}  // namespace hecaton::services::testing
