@@ -194,7 +194,7 @@ class Run {
       text += "\n" + usage_text(report_.extra["processes"], Palette::for_stream(stdout));
     }
     for (const Json& fault : report_.faults) {
-      text += "fault: " + fault.at("seen").get<std::string>() + ", for " +
+      text += "fault: " + fault.at("description").get<std::string>() + ", for " +
               duration_text(fault.at("duration_s").get<double>()) + "\n";
     }
     for (const Json& missed : report_.extra.value("missed", Json::array())) {
