@@ -83,7 +83,7 @@ class Connection {
   void cancel(const GoalRecord& record);
   [[nodiscard]] std::optional<msg::GoalStatus> status_of(const GoalRecord& record) const;
   void set_callback(const std::shared_ptr<GoalRecord>& record, std::function<void(const Progress&)> callback);
-  /// Newest of the arm, whoever gave it, but for goals that a later one has replaced.
+  /// Newest of the arm, given by any client, but for goals that a later one has replaced.
   [[nodiscard]] std::optional<msg::GoalStatus> newest_goal(const std::string& arm);
 
   [[nodiscard]] std::vector<msg::Fault> faults();

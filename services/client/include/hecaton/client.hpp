@@ -127,7 +127,7 @@ class HECATON_API Arm {
   [[nodiscard]] const std::string& name() const { return name_; }
 
   /// A goal: a pose that the cell file names, joint positions from base to tip [rad | m], or a pose of the tool frame.
-  /// Replaces an earlier goal of the arm, whoever gave it. Returns at once. The planner judges the goal: a bad one
+  /// Replaces an earlier goal of the arm, of any client. Returns at once. The planner judges the goal: a bad one
   /// has the outcome kRejected.
   Goal go_to(const std::string& named, const GoalOptions& options = {}) const;
   Goal go_to(const std::vector<double>& q, const GoalOptions& options = {}) const;
@@ -139,7 +139,7 @@ class HECATON_API Arm {
   /// As last measured, with its age; the first call waits until a state has arrived. Throws Unreachable: no driver of
   /// such an arm is heard.
   [[nodiscard]] ArmState state(const Wait& wait = kAnswerLimit) const;
-  /// The newest goal of the arm that is known here, whoever gave it; Cell::status brings it up to date. Does not wait.
+  /// The newest goal of the arm that is known here, of any client; Cell::status brings it up to date. Does not wait.
   [[nodiscard]] std::optional<Progress> goal() const;
 
   /// As in Cell, for this arm alone.
