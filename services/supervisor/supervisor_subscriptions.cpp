@@ -172,7 +172,7 @@ void SupervisorSubscriptions::hear_drivers(const Listeners& to) {
       to.leadership.heard_term(state.newest_term(), arrival(sample));  // the only planner uses the cell's term
     }
     const bool failed = state.mode() == msg::ArmMode::ARM_FAILED;
-    to.detector.device_heard(state.arm(), failed ? std::optional(state.reason()) : std::nullopt);
+    to.detector.device_heard(state.arm(), failed ? std::optional(state.cause().text()) : std::nullopt);
     to.snapshot.arms.insert_or_assign(state.arm(), heard(sample));
   }
   for (const auto& sample : readers_.goals.take()) to.snapshot.take_goal(sample);
