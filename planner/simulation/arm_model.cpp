@@ -25,6 +25,7 @@ void ServoedJoints::follow(const JointState& set_point, double dt) {
 
 void ServoedJoints::brake(double dt) {
   advance_within_limits(limits_, braking_velocity(limits_, state_.qd, dt), dt, state_);
+  if (state_.qd.isZero()) state_.qd.setZero();  // up to rounding
 }
 
 JointVector ServoedJoints::correction(const JointVector& error) const {
@@ -36,6 +37,16 @@ JointVector ServoedJoints::correction(const JointVector& error) const {
 
 ArmModel::ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout)
     : interpolator_(limits, q, command_timeout), joints_(limits, q) {}
+
+// The joints brake as the interpolator does, from the same state: following it would add rounding.
+void ArmModel::step(double dt) {
+  const JointState& set_point = interpolator_.step(dt, joints_.state());
+  if (interpolator_.mode() == DriveMode::kTracking) {
+    joints_.follow(set_point, dt);
+  } else {
+    joints_.brake(dt);
+  }
+}
 
 bool ArmModel::command(const JointVector& q, const JointVector& qd, double period) {
   return interpolator_.command({{q, qd}, period}, joints_.state());

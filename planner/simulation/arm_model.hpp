@@ -42,7 +42,7 @@ class ArmModel {
   /// Stops on the stop profile and drops the set-point.
   void stop() { interpolator_.stop(joints_.state()); }
   /// Advances by dt [s].
-  void step(double dt) { joints_.follow(interpolator_.step(dt, joints_.state()), dt); }
+  void step(double dt);
 
   [[nodiscard]] const JointVector& q() const { return joints_.state().q; }
   [[nodiscard]] const JointVector& qd() const { return joints_.state().qd; }

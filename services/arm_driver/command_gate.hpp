@@ -9,8 +9,8 @@
 #include <idl/arm.h>
 
 #include "planner/trajectory/set_point_interpolator.hpp"
-#include "services/runtime/cause.hpp"
 #include "services/runtime/arm_lease.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services {
 
@@ -40,8 +40,8 @@ class CommandGate {
 
   [[nodiscard]] const planner::TimedSetPoint& set_point() const { return set_point_; }
   [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }  ///< that commands must have
-  [[nodiscard]] std::uint64_t term() const { return term_; }              ///< of the last accepted command
-  [[nodiscard]] std::uint64_t sequence() const { return sequence_; }      ///< of the last accepted command
+  [[nodiscard]] std::uint64_t term() const { return term_; }               ///< of the last accepted command
+  [[nodiscard]] std::uint64_t sequence() const { return sequence_; }       ///< of the last accepted command
   [[nodiscard]] std::uint64_t stale_rejected() const { return stale_rejected_; }
   [[nodiscard]] std::uint64_t unusable() const { return unusable_; }
 
