@@ -359,7 +359,7 @@ TEST(AreasTest, NamePosesOfArms) {
     return parse_cell_file(
                "name: tiny\ntasks: {" + tasks +
                    "}\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1], there: [1, 1]}}]\n",
-               kPath)
+               kKeyFile)
         .cell.tasks.problem;
   };
   const planner::MotionProblem problem = cell("areas: {one: [there, home]}, spread: 0.2, mean_wait: 3");

@@ -82,7 +82,6 @@ TEST(BoundaryFollower, TracksTheConstraintMostAlikeTheFollowedOne) {
 
 TEST(BoundaryFollower, SaysWhenThereIsNothingToFollow) {
   Following following(wall(1, 0, 0, 1), 1);
-  FollowerMemory& memory = following.memory;
   EXPECT_FALSE(follow_boundary(following.follower(), kBounds, {}).has_value());
   const std::array behind{wall(-1, 0, 0.1, 2)};
   EXPECT_FALSE(follow_boundary(following.follower(), kBounds, behind).has_value());
