@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "services/runtime/cause.hpp"
+
 namespace hecaton::services::cli {
 namespace {
 

@@ -11,11 +11,11 @@
 namespace hecaton::services::cli {
 namespace {
 
-const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+const std::string kThreePuma = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
 const std::string kDense = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma_dense.yaml";
 
 std::vector<std::string> simulate(const std::vector<std::string>& more) {
-  std::vector<std::string> words{"simulate", kCell, "--tasks", "7", "--seed", "7", "-o", "json"};
+  std::vector<std::string> words{"simulate", kThreePuma, "--tasks", "7", "--seed", "7", "-o", "json"};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -123,7 +123,7 @@ TEST(Simulate, ChangesTheMethodAndTheNetwork) {
 
 TEST(Simulate, SaysWithItsExitCodeThatTasksWereMissed) {
   // The local planner alone reaches about two thirds of such tasks [Lahouar06]: of sixty some are missed.
-  const Ran ran = run_line({"simulate", kCell, "--tasks", "60", "--method", "local", "-o", "json"});
+  const Ran ran = run_line({"simulate", kThreePuma, "--tasks", "60", "--method", "local", "-o", "json"});
   const Json report = Json::parse(ran.out);
   EXPECT_LT(report["reached"].get<int>(), 60);
   EXPECT_EQ(ran.code, ExitCode::kNegative);

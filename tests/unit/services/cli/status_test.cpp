@@ -8,6 +8,7 @@
 #include "services/cli/status_json.hpp"
 #include "services/cli/status_text.hpp"
 #include "services/command_line/failure.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 namespace {
