@@ -71,8 +71,9 @@ msg::Cause goal_cause(const msg::GoalStatus& goal) {
   } else if (is_none(cause)) {
     const bool is_active = goal.state() == msg::GoalState::GOAL_ACTIVE;
     if (is_active && !goal.has_binding() && goal.recovery_action().empty()) return {};
-    cause = make_cause(goal.state() == msg::GoalState::GOAL_ACCEPTED ? msg::CauseKind::CAUSE_STARTING
-                                                                     : msg::CauseKind::CAUSE_WAY_BLOCKED,
+    const bool is_blocked =
+        goal.state() == msg::GoalState::GOAL_BLOCKED || goal.has_binding() || goal.blocked_duration() > 0.0;
+    cause = make_cause(is_blocked ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_STARTING,
                        goal.binding_other(), {});
   }
   cause.text(goal_text(goal));
