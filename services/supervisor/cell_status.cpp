@@ -55,19 +55,9 @@ std::string drive_text(const msg::ArmState& state) {
   return {};
 }
 
-msg::CauseKind drive_kind(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return msg::CauseKind::CAUSE_STARTING;
-    case msg::ArmMode::ARM_BRAKING:
-    case msg::ArmMode::ARM_STOPPED:
-      return msg::CauseKind::CAUSE_COMMANDS_CEASED;
-    case msg::ArmMode::ARM_FAILED:
-      return msg::CauseKind::CAUSE_DEVICE_FAILED;
-    case msg::ArmMode::ARM_RUNNING:
-      break;
-  }
-  return msg::CauseKind::CAUSE_NONE;
+/// Why the arm does not follow commands: the driver's own cause where it names one.
+msg::CauseKind drive_kind(const msg::ArmState& state) {
+  return is_none(state.cause()) ? msg::CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW : state.cause().kind();
 }
 
 msg::CauseKind goal_kind(msg::GoalState state) {
@@ -284,7 +274,7 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& watch, const
     return cause;
   }
   if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING) {
-    return make_cause(drive_kind(state->value.mode()), arm, drive_text(state->value));
+    return make_cause(drive_kind(state->value), arm, drive_text(state->value));
   }
   if (goal) return make_cause(goal_kind(goal->value.state()), goal->value.binding_other(), goal_text(goal->value));
   const auto* lost = find(snapshot.lost_goals, arm);
