@@ -55,6 +55,7 @@ arms:
     limits: {lower: -1.5, upper: [1.5], velocity: [1.0], acceleration: [3]}
     poses: {home: [0.5], away: [-0.5]}
     start: away
+    device: {type: simulated}
     method: local
     damper: {security_distance: 0.06, convergence_speed: 0.7, self_influence_distance: 0.3, self_security_distance: 0.02}
     follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, redraw_after: 2s, redraw_growth: 1.5,
@@ -273,7 +274,7 @@ TEST_F(EveryKeyTest, ArmTakesDefaults) {
   EXPECT_DOUBLE_EQ(right.start[1], 1.0);
   EXPECT_DOUBLE_EQ(right.arm.named.at("away")[1], -1.0);
   EXPECT_DOUBLE_EQ(right.parameters.damper.security_distance, 0.05);
-  EXPECT_EQ(right.parameters.method, planner::built_in_method("boundary_following"));
+  EXPECT_EQ(right.parameters.method->traits().name, "boundary_following");
 }
 
 TEST_F(EveryKeyTest, Shapes) {

@@ -9,7 +9,6 @@
 #include "planner/model/kinematics.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/messages/convert.hpp"
-#include "services/planner/goal_resolver.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -63,7 +62,7 @@ class Resolve : public testing::Test {
   void put_ball(const Eigen::Vector3d& p_W, double radius) {
     world::Obstacle ball;
     ball.name = "ball";
-    ball.shapes.push_back({world::Sphere{radius}});
+    ball.shapes.emplace_back().shape = world::Sphere{radius};
     geometry_.set_obstacles(std::vector{ball});
     world::ObstacleState state;
     state.X_WO.translation() = p_W;

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/strategy/strategy.hpp"
 #include "services/command_line/document.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/strategies/commands.hpp"

@@ -481,7 +481,7 @@ TEST(RandomHistories, OneFaultIsToldInTimeAndNothingElse) {
   for (const double loss : {0.0, 0.01, 0.05}) {
     Counts counts;
     for (const int hosts : {2, 3, 5, 8}) {
-      for (unsigned seed = 0; seed < 15; ++seed) judge_history({hosts, 1, loss}, seed, counts);
+      for (unsigned seed = 0; seed < 5; ++seed) judge_history({hosts, 1, loss}, seed, counts);
     }
     print(counts, ("one fault, loss " + std::to_string(loss).substr(0, 4)).c_str());
   }
@@ -492,7 +492,7 @@ TEST(RandomHistories, SeveralFaultsBlameNoneThatIsWell) {
     Counts counts;
     for (const int hosts : {2, 3, 5, 8}) {
       for (const double loss : {0.0, 0.05}) {
-        for (unsigned seed = 0; seed < 10; ++seed) judge_history({hosts, faults, loss}, 1000 + seed, counts);
+        for (unsigned seed = 0; seed < 4; ++seed) judge_history({hosts, faults, loss}, 1000 + seed, counts);
       }
     }
     print(counts, faults == 2 ? "two faults" : "three faults");
@@ -503,7 +503,7 @@ TEST(RandomHistories, PeersThatAreDroppedAndFoundAgainAreNotBlamed) {
   for (const int faults : {1, 2}) {
     Counts counts;
     for (const int hosts : {2, 3, 5}) {
-      for (unsigned seed = 0; seed < 10; ++seed) judge_history({hosts, faults, 0.0, true}, 2000 + seed, counts);
+      for (unsigned seed = 0; seed < 5; ++seed) judge_history({hosts, faults, 0.0, true}, 2000 + seed, counts);
     }
     print(counts, faults == 1 ? "one fault, peers are dropped" : "two faults, peers are dropped");
   }
