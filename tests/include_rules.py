@@ -74,6 +74,7 @@ ONLY_IN = {
     r"^fcl/": ["tests/"],
     r"^(bt[A-Z]\w*\.h|Bullet\w*/|LinearMath/)": ["world/sim/", "tests/"],
     r"^assimp/": ["planner/model/mesh_"],
+    r"^libqhull": ["planner/model/convex_hull"],
     r"^nlopt": ["planner/strategy_search/search"],
     r"^mpi\.h$": ["services/strategies/ranks"],
     r"^boost/": ["planner/strategy_search/statistics"],
