@@ -55,25 +55,29 @@ std::string drive_text(const msg::ArmState& state) {
   return {};
 }
 
-msg::CauseKind drive_kind(msg::ArmMode mode) {
-  switch (mode) {
-    case msg::ArmMode::ARM_STARTING:
-      return msg::CauseKind::CAUSE_STARTING;
-    case msg::ArmMode::ARM_BRAKING:
-    case msg::ArmMode::ARM_STOPPED:
-      return msg::CauseKind::CAUSE_COMMANDS_CEASED;
-    case msg::ArmMode::ARM_FAILED:
-      return msg::CauseKind::CAUSE_DEVICE_FAILED;
-    case msg::ArmMode::ARM_RUNNING:
-      break;
-  }
-  return msg::CauseKind::CAUSE_NONE;
+/// Why the drive does not follow commands, with the kind that its driver gives.
+msg::Cause drive_cause(const msg::ArmState& state) {
+  msg::Cause cause = state.cause();
+  if (is_none(cause)) cause = make_cause(msg::CauseKind::CAUSE_STARTING, state.arm(), {});
+  cause.text(drive_text(state));
+  return cause;
 }
 
-msg::CauseKind goal_kind(msg::GoalState state) {
-  const bool under_way = state == msg::GoalState::GOAL_ACCEPTED || state == msg::GoalState::GOAL_ACTIVE ||
-                         state == msg::GoalState::GOAL_BLOCKED;
-  return under_way ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_NO_GOAL;
+/// Why an arm that stands is not at its goal, with the kind that its planner gives. CAUSE_NONE: it is about to move.
+msg::Cause goal_cause(const msg::GoalStatus& goal) {
+  msg::Cause cause = goal.cause();
+  if (is_over(goal.state())) {
+    cause = make_cause(msg::CauseKind::CAUSE_NO_GOAL, {}, {});
+  } else if (is_none(cause)) {
+    const bool is_active = goal.state() == msg::GoalState::GOAL_ACTIVE;
+    if (is_active && !goal.has_binding() && goal.recovery_action().empty()) return {};
+    const bool is_blocked =
+        goal.state() == msg::GoalState::GOAL_BLOCKED || goal.has_binding() || goal.blocked_duration() > 0.0;
+    cause = make_cause(is_blocked ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_STARTING,
+                       goal.binding_other(), {});
+  }
+  cause.text(goal_text(goal));
+  return cause;
 }
 
 msg::Cause first_awaited(const std::string& arm, const FaultDetector& watch) {
@@ -283,10 +287,8 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& watch, const
     cause.text(planner->value.node() + ": " + cause.text());
     return cause;
   }
-  if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING) {
-    return make_cause(drive_kind(state->value.mode()), arm, drive_text(state->value));
-  }
-  if (goal) return make_cause(goal_kind(goal->value.state()), goal->value.binding_other(), goal_text(goal->value));
+  if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING) return drive_cause(state->value);
+  if (goal) return goal_cause(goal->value);
   const auto* lost = find(snapshot.lost_goals, arm);
   return make_cause(
       msg::CauseKind::CAUSE_NO_GOAL, {},

@@ -157,6 +157,11 @@ void Supervisor::receive(bus::Clock::time_point now) {
 }
 
 void Supervisor::decide_leadership(bool led, bus::Clock::time_point last_turn) {
+  const bool replaced = led && !is(Leadership::Role::kLeading);
+  if (replaced) {
+    log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
+    stand_back();  // before the next decision: what the other may not have would be lost if we led again in this turn
+  }
   // A leader whose host hears no other host knows nothing of the cell, and no order reaches it.
   const auto& leader = subscriptions_.other_mode();
   if (leader && detector_.is_isolated(leader->node())) leadership_.leader_died();
@@ -165,12 +170,9 @@ void Supervisor::decide_leadership(bool led, bus::Clock::time_point last_turn) {
     publisher_.begin_to_lead(leadership_.term());
     log_info("supervisor leads", {{"term", leadership_.term()}});
   }
-  if (!led) return;
-  if (!is(Leadership::Role::kLeading)) {
-    log_warning("another supervisor leads", {{"own_term", leadership_.term()}});
-    stand_back();
-  } else if (turns_.last - last_turn > std::max<Time>(file_.supervision.heartbeat_deadline, kStall)) {
-    // A leader that goes on reports its own stall: a standby that saw it publishes nothing.
+  // A leader that goes on reports its own stall: a standby that saw it publishes nothing.
+  const bool goes_on = led && !replaced;
+  if (goes_on && turns_.last - last_turn > std::max<Time>(file_.supervision.heartbeat_deadline, kStall)) {
     report_own_silence("stood still", last_turn);
   }
 }

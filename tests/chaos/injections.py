@@ -242,7 +242,8 @@ class Split(Absence):
         return [("host_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
 
     def may(self, places, blind):
-        return {("host_lost", host) for host in self.lost}.union(*map(silences, self.nodes(places)))
+        nodes = {*(f"agent/{host}" for host in self.lost), *self.nodes(places)}
+        return {("host_lost", host) for host in self.lost}.union(*map(silences, nodes))
 
     def nodes(self, places):
         """Supervisors are among them only if they are parted: then each is lost to the other."""

@@ -21,8 +21,8 @@ def hidden(injection, injections, places, leader):
     """Whether others that happen beside it may keep it from being told, `leader` being the supervisor that led before.
 
     A standby hears and judges everything, too, and when it begins to lead tells the deaths that its predecessor did not. A silence
-    that is over by then it does not tell, nor what it has not heard itself. A leader that is deaf leads on, and hears of deaths
-    from their agents when it hears again, as far as these still tell them."""
+    that is over by then it does not tell, nor what it has not heard itself. A leader that is deaf leads on until the standby's
+    matrix shows that, and hears of deaths from their agents when it hears again, as far as these still tell them."""
     others = [other for other in injections if other is not injection]
     if not others:
         return False

@@ -338,7 +338,7 @@ void FaultDetector::raise(const std::string& cause, const FaultSight& sight, Tim
   const bool waited = known && limits_.waits(known->kind);
   if (!faults_.raise(cause, sight, now) || waited) return;
   const FaultRecord* record = faults_.open(cause);
-  fresh_.emplace(record->life, record->number);
+  raised_.emplace(record->life, record->number);
 }
 
 // Rules 3 to 5: the state of each host is one fault, and its nodes are not blamed.
@@ -469,12 +469,20 @@ void FaultDetector::judge_contacts(Time now) {
   }
 }
 
+// A fault gives the order once to each arm that it holds, also when it holds the arm only later: a deaf host is heard
+// at first. A person who has resumed need not do so again.
 void FaultDetector::hold_until_resumed() {
-  const auto fresh = std::exchange(fresh_, {});
+  if (raised_.empty()) return;
+  std::set<FaultKey> open;
+  for (const FaultRecord& record : faults_.open()) open.emplace(record.life, record.number);
+  std::erase_if(raised_, [&](const FaultKey& key) { return !open.contains(key); });
+  std::erase_if(ordered_, [&](const auto& order) { return !open.contains(order.first); });
   for (const ExpectedNode& node : nodes_) {
     const FaultRecord* fault = holds_arms(node) ? fault_holding(node) : nullptr;
-    if (!fault || !fresh.contains({fault->life, fault->number}) || !limits_.waits(fault->kind)) continue;
-    mode_.hold_until_resumed(node.role == msg::NodeKind::NODE_WORLD ? std::string() : node.arm, held_by(*fault));
+    if (!fault || !limits_.waits(fault->kind)) continue;
+    const FaultKey key{fault->life, fault->number};
+    const std::string arm = node.role == msg::NodeKind::NODE_WORLD ? std::string() : node.arm;
+    if (raised_.contains(key) && ordered_.emplace(key, arm).second) mode_.hold_until_resumed(arm, held_by(*fault));
   }
 }
 

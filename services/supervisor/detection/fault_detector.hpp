@@ -154,6 +154,7 @@ class FaultDetector {
     ProcessExit exit;
     FaultSight contact;
   };
+  using FaultKey = std::pair<std::uint64_t, std::uint64_t>;  // life and number
   struct Contacts {
     std::uint64_t count = 0;  // told so far
     bool known = false;       // the contact monitor was heard
@@ -204,9 +205,10 @@ class FaultDetector {
   FaultList faults_;
   CellModeState mode_;
   Contacts contacts_;
-  std::deque<Passing> passing_;                              // newest last
-  std::set<std::pair<std::uint64_t, std::uint64_t>> fresh_;  // life and number of what was raised in this turn
-  bool stalled_ = false;                                     // before this turn
+  std::deque<Passing> passing_;                         // newest last
+  std::set<FaultKey> raised_;                           // here, not adopted; open
+  std::set<std::pair<FaultKey, std::string>> ordered_;  // to hold until resumed: which fault, which arm; "": the cell
+  bool stalled_ = false;                                // before this turn
 };
 
 }  // namespace hecaton::services

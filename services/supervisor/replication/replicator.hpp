@@ -1,6 +1,6 @@
 #pragma once
 /// What a supervisor keeps for its successor, and takes over from its predecessor: the term, people's orders and the
-/// faults. On disk (CheckpointFile), on the bus, and through the leader (docs/design/0003-supervision.md, 6 and 7).
+/// faults. On disk (CheckpointFile), on the bus, and through the leader (docs/design/0003 and 0008).
 
 #include <cstdint>
 #include <string>

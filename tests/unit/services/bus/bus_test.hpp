@@ -2,7 +2,11 @@
 /// What the tests of the bus share: a domain of their own and patience.
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
 
 #include <gtest/gtest.h>
 
@@ -21,6 +25,17 @@ inline ParticipantOptions one_host() {
   ParticipantOptions options;
   options.interfaces = {"127.0.0.1"};
   return options;
+}
+
+/// For ParticipantOptions::discard: true for one call in n, at random, the same ones in every run. (Losing every n-th
+/// datagram would lose the same message of a periodic protocol again and again.) [Steele14]
+inline std::function<bool()> one_in(std::uint64_t n) {
+  return [n, calls = std::make_shared<std::atomic<std::uint64_t>>(0)] {
+    std::uint64_t z = ++*calls * 0x9E37'79B9'7F4A'7C15ULL;
+    z = (z ^ (z >> 30)) * 0xBF58'476D'1CE4'E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D0'49BB'1331'11EBULL;
+    return (z ^ (z >> 31)) % n == 0;
+  };
 }
 
 /// Waits on the reader's mailbox until `done()` holds. It is asked at every event, and again after a while without one:

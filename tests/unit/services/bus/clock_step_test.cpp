@@ -51,11 +51,11 @@ TEST(ClockStep, EverySampleArrivesWhileTheClockJumpsAndSamplesAreLost) {
   const test::FreeDomain domain;
   Participant there(domain.number(), "there", one_host());
   Reader<msg::Fault> reader(there);
-  auto lossy = one_host();
-  lossy.lose_one_in = 3;
   std::vector<std::unique_ptr<Participant>> hosts;
   std::vector<std::unique_ptr<Writer<msg::Fault>>> writers;
   for (int i = 0; i < 4; ++i) {
+    auto lossy = one_host();
+    lossy.discard = one_in(3);  // each counts its own datagrams
     hosts.push_back(std::make_unique<Participant>(domain.number(), "host" + std::to_string(i), lossy));
     writers.push_back(std::make_unique<Writer<msg::Fault>>(*hosts.back()));
   }

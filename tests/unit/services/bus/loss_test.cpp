@@ -1,8 +1,5 @@
 // Trap 3: a lost command must come again within milliseconds; the defaults of Fast DDS take up to 3 s.
 #include <algorithm>
-#include <atomic>
-#include <functional>
-#include <memory>
 
 #include <idl/arm.h>
 #include <idl/health.h>
@@ -11,17 +8,6 @@
 
 namespace hecaton::bus {
 namespace {
-
-/// True for one call in n, at random, the same ones in every run: losing every n-th datagram would lose the same
-/// message of a periodic protocol again and again. [Steele14]
-std::function<bool()> one_in(std::uint64_t n) {
-  return [n, calls = std::make_shared<std::atomic<std::uint64_t>>(0)] {
-    std::uint64_t z = ++*calls * 0x9E37'79B9'7F4A'7C15ULL;
-    z = (z ^ (z >> 30)) * 0xBF58'476D'1CE4'E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D0'49BB'1331'11EBULL;
-    return (z ^ (z >> 31)) % n == 0;
-  };
-}
 
 TEST(Loss, OneDatagramInFiveLostCostsMillisecondsNotSeconds) {
   const test::FreeDomain domain;

@@ -124,6 +124,19 @@ TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   EXPECT_EQ(waits(), "blocked: no way for now (left/forearm – pallet, 18 mm)");
 }
 
+TEST_F(CellStatusTest, GivesTheKindsOfThePlannerAndTheDriver) {
+  auto yielding = goal(1, "g1", msg::GoalState::GOAL_ACTIVE);
+  snapshot_.take_goal(yielding);
+  EXPECT_TRUE(is_none(waiting_for("left", watch_, snapshot_))) << "it is about to move";
+  yielding = goal(2, "g1", msg::GoalState::GOAL_ACTIVE);
+  yielding.value.cause(make_cause(msg::CauseKind::CAUSE_GIVING_WAY, "right", "gives way to right"));
+  snapshot_.take_goal(yielding);
+  EXPECT_EQ(waiting_for("left", watch_, snapshot_).kind(), msg::CauseKind::CAUSE_GIVING_WAY);
+  EXPECT_EQ(waiting_for("left", watch_, snapshot_).subject(), "right");
+  state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
+  EXPECT_EQ(waiting_for("left", watch_, snapshot_).kind(), msg::CauseKind::CAUSE_COMMANDS_CEASED);
+}
+
 TEST_F(CellStatusTest, DriversReasonComesBeforeTheGoal) {
   snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");

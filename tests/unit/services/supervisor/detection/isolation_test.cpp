@@ -306,5 +306,34 @@ TEST_F(IsolationThatWaits, ArmsThatItDidNotHearWaitForResume) {
   EXPECT_NE(detector.mode().decide(), msg::CellMode{});
 }
 
+TEST_F(IsolationThatWaits, ArmOfADeafHostWaitsForResumeOnceTheHostIsNotHeard) {
+  deafen_host("h2");
+  cut.erase({"h2", "h2"});
+  run_for(150ms);
+  ASSERT_EQ(accused(), Names{"h2"});
+  EXPECT_TRUE(held().empty()) << "its nodes are heard";
+  fall_silent("h2");  // the middleware of h2 has dropped the others
+  run_for(1s);
+  EXPECT_EQ(detector.mode().orders().arms,
+            (std::map<std::string, msg::Mode, std::less<>>{{"arm3", msg::Mode::MODE_HOLD}}));
+  cut.clear();
+  hung.clear();
+  run_for(10s);
+  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(held(), Names{"arm3"}) << "until resumed";
+}
+
+TEST_F(IsolationThatWaits, ArmOfADeafHostIsResumedOnce) {
+  deafen_host("h2");
+  cut.erase({"h2", "h2"});
+  run_for(150ms);
+  fall_silent("h2");
+  run_for(1s);
+  EXPECT_TRUE(is_none(detector.mode().resume({"arm3"})));
+  run_for(100ms);
+  EXPECT_TRUE(detector.mode().orders().empty());
+  EXPECT_EQ(held(), Names{"arm3"}) << "the fault itself still holds it";
+}
+
 }  // namespace
 }  // namespace hecaton::services::testing
