@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "planner/local/random.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "planner/strategy_search/flat_arm.hpp"
 

@@ -108,9 +108,12 @@ void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
 }
 
 // From now on commands of older terms are refused, whether or not one of this term ever comes: also by our successor,
-// should this process be killed when the arm has just moved by it.
+// should this process be killed when the arm has just moved by it. The log tells it when it is kept.
 void ArmDriver::note_lease() {
-  if (log_.lease(control_.gate().lease())) checkpoint_.remember(control_.gate().lease());
+  const ArmLease& newest = control_.gate().lease();
+  if (newest == log_.lease()) return;
+  checkpoint_.remember(newest);
+  log_.lease(newest);
 }
 
 void ArmDriver::look_at_tool() {

@@ -40,11 +40,9 @@ void DriverLog::refused(const bus::Sample<msg::ArmCommand>& sample, const Judgem
                                   {"reason", judgement.cause.text()}});
 }
 
-bool DriverLog::lease(const ArmLease& newest) {
-  if (newest == lease_) return false;
+void DriverLog::lease(const ArmLease& newest) {
   log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
   lease_ = newest;
-  return true;
 }
 
 void DriverLog::state(const msg::ArmState& state) {

@@ -63,8 +63,10 @@ class DriverLog {
  public:
   void accepted(const bus::Sample<msg::ArmCommand>& sample);
   void refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
-  /// True when the lease is another than before.
-  bool lease(const ArmLease& newest);
+  /// Another lease than lease().
+  void lease(const ArmLease& newest);
+  /// As written last.
+  [[nodiscard]] const ArmLease& lease() const { return lease_; }
   void state(const msg::ArmState& state);
 
  private:

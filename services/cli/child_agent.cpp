@@ -131,8 +131,8 @@ bool ChildAgent::wait_for_end(int milliseconds) {
   }
 }
 
-std::string ChildAgent::ended() {
-  if (!wait_for_end(0)) return {};
+std::optional<std::string> ChildAgent::ended() {
+  if (!wait_for_end(0)) return std::nullopt;
   if (WIFSIGNALED(*status_)) return "was ended by signal " + std::to_string(WTERMSIG(*status_));
   return "exited with " + std::to_string(WEXITSTATUS(*status_));
 }

@@ -22,8 +22,8 @@ class ChildAgent {
   ChildAgent(const ChildAgent&) = delete;
   ChildAgent& operator=(const ChildAgent&) = delete;
 
-  /// "exited with 3", "was ended by signal 9"; empty while it runs.
-  [[nodiscard]] std::string ended();
+  /// "exited with 3", "was ended by signal 9"; nothing while it runs.
+  [[nodiscard]] std::optional<std::string> ended();
   [[nodiscard]] pid_t pid() const { return pid_; }
   /// Asks it to end and waits; afterwards it and all that it started are gone. False: some had to be killed.
   bool end();

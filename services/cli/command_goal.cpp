@@ -116,7 +116,8 @@ class Follower {
       last_answer_ = now;
       for (const msg::ArmStatus& arm : cell->arms()) {
         const msg::Cause& cause = arm.waiting_for();
-        const bool of_goal = status_ && is_about_goal(cause.kind());  // its planner has told it
+        // Its planner has told it.
+        const bool of_goal = status_ && (is_about_goal(cause.kind()) || cause.kind() == status_->cause().kind());
         if (arm.arm() == options_.arm && !of_goal && !is_none(cause)) tell(cause.text());
       }
     } else if (now > last_answer_ + kGone) {

@@ -118,7 +118,7 @@ ExitCode run(const Settings& settings, const Options& options) {
     batch_options.observe_first = [&plotter](const planner::EpisodeMoment& moment) { plotter->draw(moment); };
   }
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
-  if (plotter && !plotter->failure().empty()) throw Failure(ExitCode::kBadInput, plotter->failure());
+  if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
   if (plotter) std::fprintf(stderr, "%d pictures in %s\n", plotter->pictures(), options.plot.c_str());
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);

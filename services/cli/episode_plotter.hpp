@@ -1,6 +1,7 @@
 #pragma once
 /// Pictures of a simulated episode, step by step, into a folder.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,8 @@ class EpisodePlotter {
   void draw(const planner::EpisodeMoment& moment);
 
   [[nodiscard]] int pictures() const { return pictures_; }
-  /// A sentence; empty: all pictures were written. (Nothing may be thrown in a simulation's threads.)
-  [[nodiscard]] const std::string& failure() const { return failure_; }
+  /// A sentence; nothing: all pictures were written. (Nothing may be thrown in a simulation's threads.)
+  [[nodiscard]] const std::optional<std::string>& failure() const { return failure_; }
 
  private:
   /// Of an arm.
@@ -31,7 +32,7 @@ class EpisodePlotter {
   void write(const planner::EpisodeMoment& moment, int arm);
 
   std::string folder_;
-  std::string failure_;
+  std::optional<std::string> failure_;
   double due_ = 0.0;  ///< [s]
   std::vector<Past> past_;
   int pictures_ = 0;

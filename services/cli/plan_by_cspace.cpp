@@ -116,7 +116,7 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
     if (plotter) plotter->draw({cell, goal, time, measured, planners});
   };
   const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, start, goal, options);
-  if (plotter && !plotter->failure().empty()) throw Failure(ExitCode::kBadInput, plotter->failure());
+  if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
   if (plotter) walk.pictures = plotter->pictures();
   plan.checks = outcome.ticks;
   walk.duration = outcome.duration;

@@ -62,7 +62,7 @@ void refuse_occupied_domain(int domain) {
                                          "; end it first, or choose another domain with --domain");
 }
 
-std::string missing_parts(const msg::CellStatus& status) {
+std::optional<std::string> missing_parts(const msg::CellStatus& status) {
   std::vector<std::string> missing;
   for (const msg::NodeStatus& node : status.nodes()) {
     if (!node.alive()) missing.push_back(node.heartbeat().node());
@@ -72,7 +72,7 @@ std::string missing_parts(const msg::CellStatus& status) {
   }
   if (!status.has_referee()) missing.emplace_back("the referee");
   if (status.arms().empty()) missing.emplace_back("arms");
-  return missing.empty() ? "" : listed(missing);
+  return missing.empty() ? std::nullopt : std::optional(listed(missing));
 }
 
 RunningCell::RunningCell(const config::CellFile& file, const Options& options)
@@ -89,9 +89,8 @@ RunningCell::Leftovers::~Leftovers() {
 }
 
 bool RunningCell::look() {
-  const std::string ended = agent_.ended();
-  if (!ended.empty()) {
-    throw Failure(ExitCode::kNegative, "the cell's agent " + ended + "; its log is " + log_);
+  if (const auto ended = agent_.ended()) {
+    throw Failure(ExitCode::kNegative, "the cell's agent " + *ended + "; its log is " + log_);
   }
   const auto newest = connection_->poll_status(kAnswer);
   answered_ = newest.has_value();
@@ -104,9 +103,9 @@ bool RunningCell::wait_until_up(double timeout, const std::function<void(const s
   std::string told;
   while (!interrupted()) {
     const bool answered = look();
-    const std::string missing = answered ? missing_parts(status_) : "the supervisor";
-    if (missing.empty() && status_.mode().mode() == msg::Mode::MODE_RUN) return true;
-    const std::string waits = missing.empty() ? "the cell's mode to be run: " + causes_text(status_.mode()) : missing;
+    const auto missing = answered ? missing_parts(status_) : "the supervisor";
+    if (!missing && status_.mode().mode() == msg::Mode::MODE_RUN) return true;
+    const std::string waits = missing ? *missing : "the cell's mode to be run: " + causes_text(status_.mode());
     if (waits != told) tell("waiting for " + waits);
     told = waits;
     if (client::Clock::now() > until) {

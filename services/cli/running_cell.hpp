@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "services/cli/child_agent.hpp"
@@ -76,7 +77,7 @@ class RunningCell {
   msg::CellStatus status_;
 };
 
-/// "planner/arm1 and world"; empty when everything is there.
-[[nodiscard]] std::string missing_parts(const msg::CellStatus& status);
+/// "planner/arm1 and world"; nothing when everything is there.
+[[nodiscard]] std::optional<std::string> missing_parts(const msg::CellStatus& status);
 
 }  // namespace hecaton::services::cli

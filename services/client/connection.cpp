@@ -347,11 +347,14 @@ Connection::Channel<msg::WorldEditRequest, msg::WorldEditReply>& Connection::wor
 
 msg::WorldEditReply Connection::edit(msg::WorldEditRequest request, const Wait& wait) {
   auto& edits = world();
-  static_cast<void>(wait_until([&] { return edits.requests.matched() > 0; }, wait));
-  // Each of several worlds would carry the edit out: the supervisors tell whether they are of one cell.
-  if (edits.requests.matched() > 1 && supervisors_.empty()) static_cast<void>(status(wait));
-  auto replies = call(edits, std::move(request), wait, {});
-  if (!replies.empty()) return std::move(replies.front());
+  if (wait_until([&] { return edits.requests.matched() > 0; }, wait)) {
+    // Each of several worlds would carry the edit out: the supervisors tell whether they are of one cell.
+    if (edits.requests.matched() > 1 && supervisors_.empty()) static_cast<void>(status(wait));
+    auto replies = call(edits, std::move(request), wait, {});
+    if (!replies.empty()) return std::move(replies.front());
+  } else if (wait.stop.stop_requested()) {
+    throw Interrupted("an edit of the world in " + where_ + " was interrupted");
+  }
   if (edits.requests.matched() > 0) throw NoAnswer("the world service in " + where_ + " does not answer");
   if (endpoints_.supervisor->requests.matched() == 0) throw unreachable();
   throw Unreachable({"the cell in " + where_ + " has no world service that answers", {}, "the node world"});

@@ -26,26 +26,6 @@ Public same(Message value) {
   return static_cast<Public>(value);
 }
 
-// Until goals and arm states carry causes.
-template <class M>
-Cause cause_of(const M& m) {
-  if constexpr (requires { m.cause(); }) {
-    return client::to_public(m.cause());
-  } else {
-    return {m.reason().empty() ? CauseKind::kNone : CauseKind::kNotAllowedNow, {}, m.reason()};
-  }
-}
-template <class M>
-void add_recovery(const M& status, Progress& progress) {
-  if constexpr (requires { status.trying(); }) {
-    progress.recovery_action = status.trying();
-    progress.blocked_duration = Seconds(status.held_for());
-  } else {
-    progress.recovery_action = status.recovery_action();
-    progress.blocked_duration = Seconds(status.blocked_duration());
-  }
-}
-
 std::optional<std::string> if_any(const std::string& name) {
   return name.empty() ? std::nullopt : std::optional(name);
 }
@@ -137,11 +117,12 @@ Progress to_public(const msg::GoalStatus& status) {
   progress.arm = status.arm();
   progress.goal = status.goal();
   progress.state = same<GoalState>(status.state());
-  progress.cause = cause_of(status);
+  progress.cause = to_public(status.cause());
   if (status.has_binding()) {
     progress.binding = {status.binding_own(), status.binding_other(), status.binding_distance()};
   }
-  add_recovery(status, progress);
+  progress.recovery_action = status.recovery_action();
+  progress.blocked_duration = Seconds(status.blocked_duration());
   progress.distance = status.distance_to_goal();
   progress.elapsed = Seconds(status.elapsed());
   progress.q_goal = status.q_goal();
@@ -156,7 +137,7 @@ Fault to_public(const msg::Fault& fault) {
 ArmState to_public(const msg::ArmState& state, Seconds age) {
   ArmState arm;
   arm.mode = same<ArmMode>(state.mode());
-  arm.cause = cause_of(state);
+  arm.cause = to_public(state.cause());
   arm.q = state.q();
   arm.qd = state.qd();
   arm.carried = names_in(state.carried());

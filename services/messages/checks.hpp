@@ -2,6 +2,7 @@
 /// Sentences about numbers that came from the wire. Private to services/messages.
 
 #include <cmath>
+#include <optional>
 #include <string>
 
 namespace hecaton::messages {
@@ -10,10 +11,10 @@ namespace hecaton::messages {
   return what + " = " + std::to_string(value) + " must be finite";
 }
 
-/// Empty when the number is finite and above `bound` (or equal to it, when `or_equal`).
-[[nodiscard]] inline std::string check_above(const std::string& what, double value, double bound,
-                                             bool or_equal = false) {
-  if (std::isfinite(value) && (value > bound || (or_equal && value >= bound))) return {};
+/// Nothing when the number is finite and above `bound` (or equal to it, when `or_equal`).
+[[nodiscard]] inline std::optional<std::string> check_above(const std::string& what, double value, double bound,
+                                                            bool or_equal = false) {
+  if (std::isfinite(value) && (value > bound || (or_equal && value >= bound))) return std::nullopt;
   return what + " = " + std::to_string(value) + " must be a finite number " + (or_equal ? "not below " : "above ") +
          std::to_string(bound);
 }

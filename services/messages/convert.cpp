@@ -147,7 +147,7 @@ Converted<std::vector<planner::RangeReading>> from_message(const msg::RangeScan&
     const auto direction = from_message(ray.direction_L(), what + "direction_L");
     if (!direction) return {{}, direction.error};
     if (std::abs(direction->norm() - 1.0) > kUnitTolerance) return {{}, what + "direction_L must be a unit vector"};
-    if (auto error = check_above(what + "distance", ray.distance(), 0.0, true); !error.empty()) return {{}, error};
+    if (auto error = check_above(what + "distance", ray.distance(), 0.0, true)) return {{}, *error};
     readings.push_back({{*origin, direction->normalized()}, ray.distance(), ray.hit()});
   }
   return {std::move(readings), {}};

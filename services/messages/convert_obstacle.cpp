@@ -50,12 +50,11 @@ Converted<world::Shape> hull_from_message(const msg::PlacedShape& message, const
   return {world::Shape{world::Convex{std::move(hull)}}, {}};
 }
 
-/// First complaint of several, empty when there is none.
-std::string first_of(std::initializer_list<std::string> complaints) {
+std::optional<std::string> first_of(std::initializer_list<std::optional<std::string>> complaints) {
   for (const auto& complaint : complaints) {
-    if (!complaint.empty()) return complaint;
+    if (complaint) return complaint;
   }
-  return {};
+  return std::nullopt;
 }
 
 Converted<world::Shape> shape_from_message(const msg::PlacedShape& message, const std::string& what) {
@@ -63,30 +62,30 @@ Converted<world::Shape> shape_from_message(const msg::PlacedShape& message, cons
   const double y = message.dimensions().y();
   const double z = message.dimensions().z();
   const std::string name = what + ".dimensions.";
-  std::string error;
+  std::optional<std::string> error;
   switch (message.kind()) {
     case msg::ShapeKind::SHAPE_BOX:
       error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0), check_above(name + "z", z, 0)});
-      if (error.empty()) return {world::Shape{world::Box{{x, y, z}}}, {}};
+      if (!error) return {world::Shape{world::Box{{x, y, z}}}, {}};
       break;
     case msg::ShapeKind::SHAPE_SPHERE:
       error = check_above(name + "x", x, 0);
-      if (error.empty()) return {world::Shape{world::Sphere{x}}, {}};
+      if (!error) return {world::Shape{world::Sphere{x}}, {}};
       break;
     case msg::ShapeKind::SHAPE_CAPSULE:
       error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0, true)});
-      if (error.empty()) return {world::Shape{world::Capsule{x, y}}, {}};
+      if (!error) return {world::Shape{world::Capsule{x, y}}, {}};
       break;
     case msg::ShapeKind::SHAPE_CYLINDER:
       error = first_of({check_above(name + "x", x, 0), check_above(name + "y", y, 0)});
-      if (error.empty()) return {world::Shape{world::Cylinder{x, y}}, {}};
+      if (!error) return {world::Shape{world::Cylinder{x, y}}, {}};
       break;
     case msg::ShapeKind::SHAPE_CONVEX:
       return hull_from_message(message, what);
     default:
       error = what + ": unknown kind of shape";
   }
-  return {{}, error};
+  return {{}, *error};
 }
 
 /// Sets the fields that its kind of motion has.
@@ -148,7 +147,7 @@ Converted<world::Motion> waypoints_from_message(const msg::Motion& message, cons
     motion.poses_W.push_back(*pose);
   }
   if (motion.poses_W.size() < 2) return {{}, what + ".poses_W must have at least 2 poses"};
-  if (auto error = check_above(what + ".speed", motion.speed, 0); !error.empty()) return {{}, error};
+  if (auto error = check_above(what + ".speed", motion.speed, 0)) return {{}, *error};
   return {world::Motion{motion}, {}};
 }
 
@@ -168,7 +167,7 @@ Converted<world::Motion> sine_from_message(const msg::Motion& message, const std
   if (!direction) return {{}, direction.error};
   if (!std::isfinite(message.amplitude())) return {{}, not_finite(what + ".amplitude", message.amplitude())};
   if (!std::isfinite(message.phase())) return {{}, not_finite(what + ".phase", message.phase())};
-  if (auto error = check_above(what + ".period", message.period(), 0); !error.empty()) return {{}, error};
+  if (auto error = check_above(what + ".period", message.period(), 0)) return {{}, *error};
   return {world::Motion{world::SineMotion{*direction, message.amplitude(), message.period(), message.phase()}}, {}};
 }
 
@@ -176,7 +175,7 @@ Converted<world::Motion> conveyor_from_message(const msg::Motion& message, const
   const auto direction = direction_from_message(message.direction_W(), what + ".direction_W");
   if (!direction) return {{}, direction.error};
   if (!std::isfinite(message.speed())) return {{}, not_finite(what + ".speed", message.speed())};
-  if (auto error = check_above(what + ".length", message.length(), 0); !error.empty()) return {{}, error};
+  if (auto error = check_above(what + ".length", message.length(), 0)) return {{}, *error};
   return {world::Motion{world::ConveyorMotion{*direction, message.speed(), message.length()}}, {}};
 }
 
@@ -187,7 +186,7 @@ Converted<world::Motion> dynamic_from_message(const msg::Motion& message, const 
        {check_above(what + ".mass", message.mass(), 0), check_above(what + ".friction", message.friction(), 0, true),
         check_above(what + ".rolling_friction", message.rolling_friction(), 0, true),
         check_above(what + ".restitution", message.restitution(), 0, true)}) {
-    if (!error.empty()) return {{}, error};
+    if (error) return {{}, *error};
   }
   if (message.restitution() > 1) return {{}, what + ".restitution must not be above 1"};
   return {world::Motion{world::DynamicMotion{message.mass(), message.friction(), message.rolling_friction(),

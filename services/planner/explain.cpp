@@ -164,7 +164,8 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
     progress.distance = to_go.norm();
     const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller.parameters().goal_tolerance;
     if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GoalState::GOAL_REACHED;
-    const bool follows = own.mode == msg::ArmMode::ARM_RUNNING || own.mode == msg::ArmMode::ARM_STARTING;
+    // An arm that has just started has had no command to follow.
+    const bool follows = is_none(own.cause) || own.cause.kind() == CauseKind::CAUSE_STARTING;
     if (!follows && !period.hold && !starved) {
       progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, period.planner.name(),
                                   "the drive does not follow: " + own.cause.text());

@@ -21,7 +21,7 @@ msg::Cause obstacles_old(std::string text) {
 
 bool is_missing_input(const msg::Cause& hold) {
   return hold.kind() == CauseKind::CAUSE_ARM_STATE_OLD || hold.kind() == CauseKind::CAUSE_OBSTACLES_OLD ||
-         hold.kind() == CauseKind::CAUSE_SENSOR_OLD;
+         hold.kind() == CauseKind::CAUSE_SENSOR_OLD || hold.kind() == CauseKind::CAUSE_DEVICE_FAILED;
 }
 
 LivePlanner::LivePlanner(const planner::Cell& cell, int self, const std::string& node,
@@ -59,6 +59,8 @@ std::optional<msg::Cause> LivePlanner::missing_obstacles(Clock::time_point now) 
 
 std::optional<msg::Cause> LivePlanner::hold(Clock::time_point now, const CellModeView& mode) const {
   if (!hears_own_arm(now)) {
+    // The driver of a failed device still publishes, but what the device measured last grows old.
+    if (own_arm() && own_arm()->cause.kind() == CauseKind::CAUSE_DEVICE_FAILED) return own_arm()->cause;
     return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " is silent");
   }
   if (mode.order(name()) != msg::Mode::MODE_RUN) return mode.why(name());

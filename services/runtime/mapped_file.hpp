@@ -64,9 +64,12 @@ class MappedRecord {
   };
 
   [[nodiscard]] const Slot* newest() const {
-    if (slots_ == nullptr) return nullptr;
-    const Slot& slot = slots_[0].number > slots_[1].number ? slots_[0] : slots_[1];
-    return slot.number > 0 && slot.layout == layout_ ? &slot : nullptr;
+    const Slot* last = nullptr;
+    for (const Slot* slot = slots_; slot != nullptr && slot != slots_ + 2; ++slot) {
+      const bool whole = slot->number > 0 && slot->layout == layout_;
+      if (whole && (last == nullptr || slot->number > last->number)) last = slot;
+    }
+    return last;
   }
 
   std::uint64_t layout_;

@@ -186,7 +186,7 @@ void DriverProcess::hear_command(const Letter& letter) {
   command.period(0.01);
   command.q({0.0});
   command.qd({0.0});
-  if (gate_.judge(command) == Verdict::kAccepted || !rules_.gate) follow(letter);
+  if (gate_.judge(command).verdict == Verdict::kAccepted || !rules_.gate) follow(letter);
 }
 
 void DriverProcess::follow(const Letter& command) {
@@ -208,7 +208,7 @@ void DriverProcess::prove(std::uint64_t term) {
 
 // As ArmDriver begins: with nothing but what its memory has, which is what it went by when it last told its state.
 void DriverProcess::restart() {
-  const ArmLease remembered = gate_.mandate();
+  const ArmLease remembered = gate_.lease();
   view_ = {};
   gate_ = CommandGate(1);
   if (rules_.driver_remembers) gate_.saw(remembered);

@@ -90,7 +90,7 @@ class DriverProcess {
   /// Its process dies and another begins, on the same host.
   void restart();
 
-  [[nodiscard]] const ArmLease& mandate() const { return gate_.mandate(); }
+  [[nodiscard]] const ArmLease& mandate() const { return gate_.lease(); }
   /// The last command that moved the arm was of this mandate, and nothing newer was heard of since.
   [[nodiscard]] bool follows(const ArmLease& mandate) const { return mandate.term > 0 && followed_ == mandate; }
   /// The arm did what it must not, a sentence; empty: all is well.

@@ -1,4 +1,5 @@
 // What survives a driver's process: its lease, and where its simulated arm stands.
+#include <array>
 #include <csignal>
 #include <filesystem>
 
@@ -8,6 +9,7 @@
 
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
 #include "services/arm_driver/lease_checkpoint.hpp"
+#include "services/runtime/mapped_file.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -69,6 +71,16 @@ TEST_F(CheckpointTest, ALeaseSurvivesKill) {
   EXPECT_EQ(successor.recall(), second_);
   successor.remember(first_);
   EXPECT_EQ(successor.recall(), first_) << "goes on counting";
+}
+
+TEST_F(CheckpointTest, FindsTheLeaseBesideASlotOfAnotherLayout) {
+  using Other = std::array<std::uint64_t, 33>;  // as large as a lease's record
+  MappedRecord<Other> other(path_, 1, "a test's record");
+  for (int i = 0; i < 3; ++i) other.remember({});
+  LeaseCheckpoint checkpoint(path_);
+  EXPECT_FALSE(checkpoint.recall());
+  checkpoint.remember(first_);
+  EXPECT_EQ(checkpoint.recall(), first_);
 }
 
 // Half a name would name no planner: no planner could ever command the arm.

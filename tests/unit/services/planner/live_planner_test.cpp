@@ -9,6 +9,7 @@
 
 #include "planner/simulation/cell_simulation.hpp"
 #include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 #include "tests/support/corridor.hpp"
 
 namespace hecaton::services {
@@ -279,6 +280,35 @@ TEST(OnePlannerTwoPaths, TheServiceCommandsTheSetPointsOfTheSimulation) {
     }
     EXPECT_GT(service.questions(), 0) << "arm " << self;
   }
+}
+
+// Such a driver publishes on, but what its device measured last grows old.
+TEST(LivePlannerHold, NamesTheFailureOfTheDevice) {
+  const planner::Cell cell = test::corridor(kArms, -1.2, 2.0);
+  LivePlanner planner(cell, 0, "planner/0", {});
+  const LivePlanner::Clock::time_point failed(std::chrono::hours(1));
+  const auto later = failed + std::chrono::seconds(10);
+  msg::CellMode run;
+  run.mode(msg::Mode::MODE_RUN);
+  run.term(1);
+  CellModeView mode;
+  EXPECT_TRUE(mode.apply(run, failed));
+  msg::ArmState state;
+  state.arm(planner.name());
+  state.q(messages::to_message(test::corridor_start(0, kArms)));
+  state.qd(std::vector<double>(state.q().size()));
+  state.sequence_number(1);
+  EXPECT_EQ(planner.arms().apply(state, {}, failed), std::nullopt);
+  EXPECT_EQ(planner.hold(later, mode)->kind(), msg::CauseKind::CAUSE_ARM_STATE_OLD);
+
+  state.mode(msg::ArmMode::ARM_FAILED);
+  state.cause(make_cause(msg::CauseKind::CAUSE_DEVICE_FAILED, planner.name(), "the cable is out"));
+  state.sequence_number(2);
+  EXPECT_EQ(planner.arms().apply(state, {}, failed), std::nullopt);
+  const auto hold = planner.hold(later, mode);
+  ASSERT_TRUE(hold);
+  EXPECT_EQ(hold->kind(), msg::CauseKind::CAUSE_DEVICE_FAILED);
+  EXPECT_TRUE(is_missing_input(*hold));
 }
 
 }  // namespace

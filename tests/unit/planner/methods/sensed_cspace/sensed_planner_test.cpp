@@ -178,7 +178,7 @@ TEST_F(SensedPlannerTest, WhoIsNotLetGoGoesFromRestToRest) {
 TEST_F(SensedPlannerTest, SaysWhyThereIsNoWay) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   EXPECT_EQ(settle(planner), Way::kStraight);
-  EXPECT_EQ(planner.why_none(from_), "");
+  EXPECT_EQ(planner.why_none(from_), std::nullopt);
   see(planner, {0.3});
   ASSERT_EQ(settle(planner), Way::kNone);
   EXPECT_EQ(planner.why_none(from_), "what it knows of the obstacles leaves no way to the goal");
@@ -187,12 +187,12 @@ TEST_F(SensedPlannerTest, SaysWhyThereIsNoWay) {
   see(near_goal, {0.75});
   to_ = Eigen::Vector2d(0.0, 0.0);
   ASSERT_EQ(settle(near_goal), Way::kNone);
-  EXPECT_TRUE(near_goal.why_none(from_).starts_with("its goal is nearer to an obstacle"));
+  EXPECT_TRUE(near_goal.why_none(from_).value_or("").starts_with("its goal is nearer to an obstacle"));
   from_ = Eigen::Vector2d(0.01, 0.0);
   SensedPlanner near = this->planner(Remember::kAlways);
   see(near, {0.75});
   ASSERT_EQ(settle(near), Way::kNone);
-  EXPECT_TRUE(near.why_none(from_).starts_with("where the arm stands is nearer to an obstacle"));
+  EXPECT_TRUE(near.why_none(from_).value_or("").starts_with("where the arm stands is nearer to an obstacle"));
 }
 
 // The first cell of a way begun at a limit has its centre outside: who would go there would stand at the limit for
