@@ -8,7 +8,9 @@
 namespace hecaton::planner::global {
 
 /// Points in buckets that are cut in halves at the median of their widest coordinate when they overflow [Bentley75].
-/// Built as points come; not balanced again: those of trees and roadmaps come from all over the space.
+/// Built as points come; not balanced again: those of trees and roadmaps come from all over the space. Not nanoflann:
+/// its dynamic tree takes 3 to 8 times as long for a query (docs/global-planning.md), and among points just as near it
+/// does not name the first.
 class KdTree {
  public:
   explicit KdTree(int dimensions);

@@ -41,7 +41,7 @@ std::vector<double> minus(std::span<const double> q, std::span<const double> tur
   return result;
 }
 
-std::string outside_limits(const Validity& validity, std::span<const double> q) {
+std::optional<std::string> outside_limits(const Validity& validity, std::span<const double> q) {
   std::size_t i = 0;
   for (const CellGeometry& geometry : validity.planned()) {
     const Arm& arm = geometry.own_arm();
@@ -53,21 +53,7 @@ std::string outside_limits(const Validity& validity, std::span<const double> q) 
       return out.str();
     }
   }
-  return {};
-}
-
-SearchResult search(const SearchProblem& problem, const PlanOptions& options) {
-  switch (options.method) {
-    case Method::kRrt:
-      return rrt(problem, options.rrt);
-    case Method::kEst:
-      return est(problem, options.est);
-    case Method::kPrm:
-      return prm(problem, options.prm);
-    case Method::kRrtConnect:
-      break;
-  }
-  return rrt_connect(problem, options.rrt);
+  return std::nullopt;
 }
 
 bool is_proven(const Points& path, const Validity& validity) {
@@ -81,18 +67,16 @@ bool is_proven(const Points& path, const Validity& validity) {
 SearchResult certified_search(SearchProblem problem, const PlanOptions& options) {
   SearchResult found;
   std::uint64_t iterations = 0;
-  bool proven = false;
   for (const EdgeCheck check : {EdgeCheck{1}, EdgeCheck{3}, EdgeCheck{1, true}}) {
     problem.check = check;
     if (options.record != nullptr) *options.record = SearchRecord();
-    found = search(problem, options);
+    found = options.planner->search(problem);
     found.iterations = iterations += found.iterations;
-    if (!found.solved || !options.certify) break;
+    if (!found.solved() || !options.certify) return found;
     // In a closed space the path has been moved by whole turns: floats round.
-    proven = (check.proven && !problem.space.closed()) || is_proven(found.path, problem.validity);
-    if (proven) break;
+    if ((check.proven && !problem.space.closed()) || is_proven(found.path, problem.validity)) return found;
   }
-  found.solved = found.solved && (proven || !options.certify);
+  found.status = PlanStatus::kBudgetEnded;
   return found;
 }
 
@@ -120,20 +104,6 @@ void take_path(const Validity& validity, const Points& points, std::span<const d
 }
 
 }  // namespace
-
-std::string_view name_of(Method method) {
-  switch (method) {
-    case Method::kRrtConnect:
-      return "rrt_connect";
-    case Method::kRrt:
-      return "rrt";
-    case Method::kEst:
-      return "est";
-    case Method::kPrm:
-      return "prm";
-  }
-  return "";
-}
 
 Space space_of(const Validity& validity, std::span<const double> start, std::span<const double> goal) {
   Space space = space_of(validity);
@@ -163,15 +133,15 @@ Space space_of(const Validity& validity) {
   return space;
 }
 
-std::string reject(const Validity& validity, std::string_view which, std::span<const double> q) {
+std::optional<std::string> reject(const Validity& validity, std::string_view which, std::span<const double> q) {
   std::ostringstream out;
   out << which;
   if (q.size() != static_cast<std::size_t>(validity.dimensions())) {
     out << " has " << q.size() << " joint values, but there are " << validity.dimensions() << " joints";
     return out.str();
   }
-  if (const std::string outside = outside_limits(validity, q); !outside.empty()) return out.str() + ": " + outside;
-  if (validity.state_free(padded(validity, minus(q, turns_at(validity, q))).data())) return {};
+  if (const auto outside = outside_limits(validity, q)) return out.str() + ": " + *outside;
+  if (validity.state_free(padded(validity, minus(q, turns_at(validity, q))).data())) return std::nullopt;
   const Validity::Nearest tightest = validity.tightest(q);
   if (tightest.distance <= 0.0) {
     out << " is in collision: " << tightest.a << " and " << tightest.b << " overlap by " << -1e3 * tightest.distance
@@ -187,12 +157,14 @@ Plan plan(const Validity& validity, std::span<const double> start, std::span<con
           const PlanOptions& options) {
   Plan result;
   const std::uint64_t checks_before = validity.checks();
-  if (result.reason = reject(validity, "start", start); !result.reason.empty()) {
+  if (const auto rejection = reject(validity, "start", start)) {
     result.status = PlanStatus::kStartInvalid;
+    result.reason = *rejection;
     return result;
   }
-  if (result.reason = reject(validity, "goal", goal); !result.reason.empty()) {
+  if (const auto rejection = reject(validity, "goal", goal)) {
     result.status = PlanStatus::kGoalInvalid;
+    result.reason = *rejection;
     return result;
   }
   const Space space = space_of(validity);
@@ -203,10 +175,12 @@ Plan plan(const Validity& validity, std::span<const double> start, std::span<con
       {validity, space, from.data(), to.data(), options.seed, options.budget, {}, options.record}, options);
   result.iterations = found.iterations;
   result.nodes = found.nodes;
-  if (found.solved) {
-    result.status = PlanStatus::kSolved;
+  result.status = found.status;
+  if (result.solved()) {
     take_path(validity, found.path, start, goal, turns, result);
     if (options.simplify) simplify(validity, options, result);
+  } else if (found.status == PlanStatus::kStuck) {
+    result.reason = found.reason;
   } else {
     result.reason = "no path was found with " + std::to_string(found.iterations) + " samples and " +
                     std::to_string(found.nodes) + " nodes before the budget ended";

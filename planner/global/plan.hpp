@@ -1,39 +1,28 @@
 #pragma once
 /// One query to the global planner: from here to there.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "planner/global/search.hpp"
+#include "planner/global/global_planner.hpp"
+#include "planner/global/registry.hpp"
 #include "planner/global/simplify.hpp"
 
 namespace hecaton::planner::global {
 
-enum class Method { kRrtConnect, kRrt, kEst, kPrm };
-
 struct PlanOptions {
-  Method method = Method::kRrtConnect;
+  std::shared_ptr<const GlobalPlanner> planner = default_planner();  ///< not null
   std::uint64_t seed = 1;
   Budget budget = {};  ///< of the search; its clock also ends shortening
-  RrtOptions rrt = {};
-  EstOptions est = {};
-  PrmOptions prm = {};
   bool simplify = true;
   SimplifyOptions shortcuts = {};
   /// A found path is proven free everywhere (Validity::proven_free), and planned anew with ever finer checks where that
   /// fails: what a coarse check steps over is thin or grazed. Shortcuts are proven, too.
   bool certify = true;
   SearchRecord* record = nullptr;  ///< of the search that found the path, or the last; null: none
-};
-
-enum class PlanStatus {
-  kSolved,
-  kStartInvalid,
-  kGoalInvalid,
-  kBudgetEnded,
-  kStuck,  ///< a method that does not search cannot go on
 };
 
 struct Plan {
@@ -55,8 +44,9 @@ struct Plan {
 /// For who does not know closed spaces: an open box, in which continuous joints get half a turn beyond start and goal.
 [[nodiscard]] Space space_of(const Validity& validity, std::span<const double> start, std::span<const double> goal);
 
-/// Start or goal as messages say why it cannot be; empty when it can. `which`: "start", "goal".
-[[nodiscard]] std::string reject(const Validity& validity, std::string_view which, std::span<const double> q);
+/// Nothing when the arm can be at q; otherwise one sentence that begins with `which`: "start" or "goal".
+[[nodiscard]] std::optional<std::string> reject(const Validity& validity, std::string_view which,
+                                                std::span<const double> q);
 
 /// The search alone: path of Plan not yet simplified.
 [[nodiscard]] Plan plan(const Validity& validity, std::span<const double> start, std::span<const double> goal,
@@ -64,8 +54,5 @@ struct Plan {
 
 /// Shortens a solved plan's path. Called by plan() unless options.simplify is false.
 void simplify(const Validity& validity, const PlanOptions& options, Plan& plan);
-
-/// "rrt_connect", …
-[[nodiscard]] std::string_view name_of(Method method);
 
 }  // namespace hecaton::planner::global

@@ -1,7 +1,7 @@
 #pragma once
 /// Makes a path short: sampling planners' paths wander.
 
-#include "planner/global/search.hpp"
+#include "planner/global/global_planner.hpp"
 
 namespace hecaton::planner::global {
 

@@ -4,10 +4,13 @@
 #include <limits>
 #include <vector>
 
+#include "planner/global/global_planner.hpp"
 #include "planner/global/nearest_points.hpp"
-#include "planner/global/search.hpp"
 
 namespace hecaton::planner::global {
+
+/// [LaValle01]'s EXTEND, in its words ([Cardenas10] fig. 9).
+enum class Extend { kTrapped, kAdvanced, kReached };
 
 class Tree {
  public:

@@ -8,8 +8,9 @@
 
 namespace hecaton::planner {
 
-/// The hull of `points`, all faces triangles, all vertices among the points. Points may lie outside it by no more than
-/// 1e-8 of the set's extent. Nothing when the points are not finite or thinner than 1e-6 of their extent (no volume).
+/// The hull of `points`; faces are polygons, all vertices are among the points. Points may lie outside it by no more
+/// than 1e-11 of the set's extent. Nothing when the points are not finite or thinner than 1e-6 of their extent (no
+/// volume).
 [[nodiscard]] std::optional<world::ConvexHull> convex_hull(std::span<const Eigen::Vector3d> points);
 
 /// Volume [m³] of a closed polyhedron with outward faces.

@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/global/plan.hpp"
+#include "planner/global/registry.hpp"
 #include "planner/global/timed_path.hpp"
 #include "planner/methods/registry.hpp"
 #include "services/cli/commands.hpp"
@@ -44,12 +45,9 @@ Path motion_path(const std::string& name) {
   return Path::kNone;
 }
 
-constexpr std::array kMethods = {global::Method::kRrtConnect, global::Method::kRrt, global::Method::kEst,
-                                 global::Method::kPrm};
-
 struct Options {
   PlanWords words;
-  std::string method = "rrt_connect";
+  std::string method{global::default_planner()->traits().name};
   std::uint64_t seed = 1;
   double budget = 10.0;    ///< [s]
   double step = 0.03;      ///< [rad | m]
@@ -90,8 +88,7 @@ PlanOutcome timed(const Options& options, const Plan& plan, const Shorten& short
 
 PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options) {
   global::PlanOptions plan_options;
-  plan_options.method = *std::find_if(kMethods.begin(), kMethods.end(),
-                                      [&](global::Method method) { return name_of(method) == options.method; });
+  plan_options.planner = global::built_in_planners().at(options.method);
   plan_options.seed = options.seed;
   plan_options.simplify = false;
   plan_options.shortcuts.clearance = options.keep;
@@ -248,11 +245,11 @@ void add_plan(CLI::App& app, Session& session) {
   PlanWords& words = options->words;
   command->add_option("FILE", words.file, "cell file (YAML) or robot description (URDF)")->required();
   std::vector<std::string> methods;
-  for (const global::Method method : kMethods) methods.emplace_back(name_of(method));
+  for (const auto& planner : global::built_in_planners().planners()) methods.emplace_back(planner->traits().name);
   for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {
     if (traits.path != Path::kNone) methods.emplace_back(traits.name);
   }
-  add_choice(*command, "--method", options->method, methods, "how paths are found (rrt_connect)");
+  add_choice(*command, "--method", options->method, methods, "how paths are found (" + options->method + ")");
   command->add_option("--arm", words.arms, "cell only: arm to plan for (the first); several are planned as one")
       ->expected(1)
       ->take_all()
@@ -299,7 +296,13 @@ void add_plan(CLI::App& app, Session& session) {
                    "folder")
       ->type_name("FILE|DIR");
   add_robot_options(*command, words.robot);
+  std::string planners = "Global planners:\n";
+  for (const auto& planner : global::built_in_planners().planners()) {
+    const auto& [name, summary] = planner->traits();
+    planners += "  " + std::string(name) + ": " + std::string(summary) + "\n";
+  }
   command->footer(
+      planners +
       "By sensed_cspace and known_cspace the arm goes its way in virtual time, for tasks.time_limit at most;\n"
       "--seed is that of its sensors' noise, --budget and --raw do not matter.\n"
       "Links of one arm only must not touch each other, whatever --clearance is.\n"

@@ -67,19 +67,24 @@ void keep_path(const std::vector<JointVector>& path, planner::global::Plan& plan
   for (std::size_t i = 1; i < path.size(); ++i) plan.length += (path[i] - path[i - 1]).norm();
 }
 
-/// A method that knows obstacles by its sensors alone: only limits and the arm itself refuse its goal.
-void refuse_ends(const PlanQuery& query, const planner::global::Validity& validity, bool sensor_only,
+/// True when it has told why start or goal cannot be. A method that knows obstacles by its sensors alone: only limits
+/// and the arm itself refuse its goal.
+bool refuse_ends(const PlanQuery& query, const planner::global::Validity& validity, bool sensor_only,
                  const JointVector& goal, planner::global::Plan& plan) {
-  if (plan.reason = planner::global::reject(validity, "start", query.start); !plan.reason.empty()) {
-    plan.status = PlanStatus::kStartInvalid;
-    return;
+  const auto refuse = [&](PlanStatus status, const std::string& reason) {
+    plan.status = status;
+    plan.reason = reason;
+    return true;
+  };
+  if (const auto reason = planner::global::reject(validity, "start", query.start)) {
+    return refuse(PlanStatus::kStartInvalid, *reason);
   }
-  if (!sensor_only) {
-    plan.reason = planner::global::reject(validity, "goal", query.goal);
-  } else if (const auto rejection = planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {})) {
-    plan.reason = rejection->text;
+  if (sensor_only) {
+    const auto rejection = planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), goal, {});
+    return rejection && refuse(PlanStatus::kGoalInvalid, rejection->text);
   }
-  if (!plan.reason.empty()) plan.status = PlanStatus::kGoalInvalid;
+  const auto reason = planner::global::reject(validity, "goal", query.goal);
+  return reason && refuse(PlanStatus::kGoalInvalid, *reason);
 }
 
 }  // namespace
@@ -93,12 +98,12 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
       JointVector(Eigen::Map<const Eigen::VectorXd>(query.goal.data(), static_cast<Eigen::Index>(query.goal.size())))};
   CspaceWalk walk;
   planner::global::Plan& plan = walk.plan;
-  refuse_ends(query, validity, cell.arms[0].parameters.method->traits().sensor_only, goal[0], plan);
-  if (!plan.reason.empty()) return walk;
+  if (refuse_ends(query, validity, cell.arms[0].parameters.method->traits().sensor_only, goal[0], plan)) return walk;
 
   std::optional<EpisodePlotter> plotter;
   if (!plot.empty()) plotter.emplace(plot, cell);
   std::vector<JointVector> gone = start;
+  std::optional<std::string> no_way;  // as of the last period
   planner::EpisodeOptions options;
   options.seed = seed;
   options.observe = [&](double time, const planner::CellConfiguration& measured,
@@ -107,7 +112,7 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
     const planner::cspace::SensedPlanner& way = *cspace_of(planners[0].controller());
     plan.iterations = static_cast<std::uint64_t>(way.searches());
     plan.nodes = static_cast<int>(way.map().points().size());
-    plan.reason = way.why_none(measured[0]).value_or("");
+    no_way = way.why_none(measured[0]);
     if (plotter) plotter->draw({cell, goal, time, measured, planners});
   };
   const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, start, goal, options);
@@ -121,10 +126,10 @@ CspaceWalk plan_by_cspace(const PlanQuery& query, const planner::global::Validit
     plan.reason = touch.a + " touched " + touch.b + ", which its sensors do not show in time";
   } else if (outcome.arms[0].outcome == planner::TaskOutcome::kReached) {
     plan.status = PlanStatus::kSolved;
-    plan.reason.clear();
     keep_path(gone, plan);
-  } else if (!plan.reason.empty()) {
+  } else if (no_way) {
     plan.status = PlanStatus::kStuck;
+    plan.reason = *no_way;
   } else {
     plan.reason = "the arm was still on its way after tasks.time_limit = " + duration_text(query.time_limit);
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/global/search.hpp"
+#include "planner/global/global_planner.hpp"
 
 namespace hecaton::services::cli {
 

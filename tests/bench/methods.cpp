@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "planner/global/prm.hpp"
+#include "planner/global/prm/prm.hpp"
 #include "planner/global/timed_path.hpp"
 #include "planner/methods/potential_field/gradient_descent.hpp"
 #include "planner/methods/potential_field/refine_path.hpp"
@@ -15,6 +15,8 @@ namespace {
 
 using namespace planner;
 using namespace planner::global;
+using potential::Attraction;
+using potential::PotentialParameters;
 using Path = std::vector<std::vector<double>>;
 
 constexpr int kFiner = 10;  ///< FCL looks at paths so many times as finely as the planners do
@@ -94,40 +96,6 @@ void searched(benchmark::State& state, PlanOptions options) {
       });
 }
 
-std::vector<float> floats_of(const Space& space, const std::vector<double>& q) {
-  std::vector<float> result(space.stride, 0.0F);
-  for (std::size_t j = 0; j < q.size(); ++j) result[j] = static_cast<float>(q[j]);
-  return result;
-}
-
-Plan plan_of(const SearchResult& found) {
-  Plan result;
-  if (!found.solved) return result;
-  result.status = PlanStatus::kSolved;
-  for (int i = 0; i < found.path.size(); ++i) result.path.emplace_back(found.path[i], found.path[i] + 6);
-  return result;
-}
-
-/// A roadmap that all queries of a scene share, over edges that are proven free.
-void kept_roadmap(benchmark::State& state, RoadmapSearch search) {
-  PrmOptions options;
-  options.search = search;
-  const Space space = space_of(query_set()[0].validity, std::vector<double>(6, 0.0), std::vector<double>(6, 0.0));
-  Roadmap roadmap(space);
-  run_all(
-      state, [&](const QueryScene&) { roadmap = Roadmap(space); },
-      [&](const QueryScene& scene, const QueryScene::Query& query, Account& account, test::FclReferee& referee) {
-        const std::vector<float> start = floats_of(space, query.start), goal = floats_of(space, query.goal);
-        SearchProblem problem{scene.validity, space, start.data(), goal.data()};
-        problem.budget.ended = processor_deadline(kLongestSearch);
-        problem.check.proven = true;
-        Plan found;
-        const double us = processor_time_once([&] { found = plan_of(roadmap.query(problem, options)); });
-        const double more = processor_time_once([&] { simplify(scene.validity, {}, found); });
-        account.add(scene, query, found.path, us, more, referee);
-      });
-}
-
 /// A scene as a potential field takes it.
 struct FieldScene {
   CellGeometry geometry{{test::puma()}, 0};
@@ -189,10 +157,9 @@ void down_a_field(benchmark::State& state, Attraction attraction) {
       });
 }
 
-PlanOptions by(global::Method method, RoadmapSearch search = RoadmapSearch::kAStar) {
+PlanOptions by(std::shared_ptr<const GlobalPlanner> planner) {
   PlanOptions options;
-  options.method = method;
-  options.prm.search = search;
+  options.planner = std::move(planner);
   return options;
 }
 
@@ -206,13 +173,12 @@ void add(const std::string& name, const std::function<void(benchmark::State&)>& 
 [[maybe_unused]] const bool kRegistered = [] {
   add("potential_field/control_points", [](auto& state) { down_a_field(state, Attraction::kControlPoints); });
   add("potential_field/joints", [](auto& state) { down_a_field(state, Attraction::kJoints); });
-  add("rrt_connect", [](auto& state) { searched(state, by(global::Method::kRrtConnect)); });
-  add("rrt", [](auto& state) { searched(state, by(global::Method::kRrt)); });
-  add("est", [](auto& state) { searched(state, by(global::Method::kEst)); });
-  add("prm/a_star", [](auto& state) { searched(state, by(global::Method::kPrm)); });
-  add("prm/dijkstra", [](auto& state) { searched(state, by(global::Method::kPrm, RoadmapSearch::kDijkstra)); });
-  add("prm_kept/a_star", [](auto& state) { kept_roadmap(state, RoadmapSearch::kAStar); });
-  add("prm_kept/dijkstra", [](auto& state) { kept_roadmap(state, RoadmapSearch::kDijkstra); });
+  for (const auto& planner : built_in_planners().planners()) {
+    add(std::string(planner->traits().name), [planner](auto& state) { searched(state, by(planner)); });
+  }
+  add("prm/dijkstra", [](auto& state) {
+    searched(state, by(std::make_shared<const Prm>(PrmParameters{.search = RoadmapSearch::kDijkstra})));
+  });
   return true;
 }();
 

@@ -74,7 +74,8 @@ void three_arms(benchmark::State& state) {
 }
 
 /// P4: random starts and goals of a PUMA 560 among 20 boxes that the straight way does not join.
-void puma_among_boxes(benchmark::State& state, Method method) {
+void puma_among_boxes(benchmark::State& state, const std::string& method) {
+  const bool beside_peer = method == "rrt_connect";
   Timings ours;
   Timings simplified;
   Timings peer;
@@ -95,7 +96,7 @@ void puma_among_boxes(benchmark::State& state, Method method) {
       goal = draw_free(validity, referee, random);
     } while (referee.collisions_on({start, goal}, options.step) == 0 || !has_a_way(validity, referee, start, goal));
     PlanOptions plan_options;
-    plan_options.method = method;
+    plan_options.planner = built_in_planners().at(method);
     plan_options.simplify = false;
     plan_options.certify = false;  // as the peer does
     plan_options.budget.ended = processor_deadline(kLongestSearch);
@@ -111,7 +112,7 @@ void puma_among_boxes(benchmark::State& state, Method method) {
       simplify(validity, plan_options, found);
     }));
     invalid += referee.collisions_on(found.path, options.step / kFiner) > 0 ? 1.0 : 0.0;
-    if (method != Method::kRrtConnect) continue;
+    if (!beside_peer) continue;
     OmplPlan of_peer;
     peer.add(processor_time_once([&] { of_peer = plan_with_ompl(validity, referee, start, goal, kLongestSearch); }));
     solved_by_peer += of_peer.solved ? 1.0 : 0.0;
@@ -120,7 +121,7 @@ void puma_among_boxes(benchmark::State& state, Method method) {
   state.counters["invalid"] = invalid;
   state.counters["p95"] = ours.percentile(0.95);
   state.counters["simplified_p50"] = simplified.percentile(0.5);
-  if (method == Method::kRrtConnect) {
+  if (beside_peer) {
     report(state, ours, peer);
     state.counters["peer_solved"] = solved_by_peer;
     state.counters["peer_p95"] = peer.percentile(0.95);
@@ -136,22 +137,22 @@ BENCHMARK(three_arms)
     ->Iterations(500)
     ->UseManualTime()
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(puma_among_boxes, rrt_connect, Method::kRrtConnect)
+BENCHMARK_CAPTURE(puma_among_boxes, rrt_connect, "rrt_connect")
     ->Name("plan/puma_among_boxes/rrt_connect")
     ->Iterations(125)
     ->UseManualTime()
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(puma_among_boxes, rrt, Method::kRrt)
+BENCHMARK_CAPTURE(puma_among_boxes, rrt, "rrt")
     ->Name("plan/puma_among_boxes/rrt")
     ->Iterations(125)
     ->UseManualTime()
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(puma_among_boxes, est, Method::kEst)
+BENCHMARK_CAPTURE(puma_among_boxes, est, "est")
     ->Name("plan/puma_among_boxes/est")
     ->Iterations(125)
     ->UseManualTime()
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(puma_among_boxes, prm, Method::kPrm)
+BENCHMARK_CAPTURE(puma_among_boxes, prm, "prm")
     ->Name("plan/puma_among_boxes/prm")
     ->Iterations(125)
     ->UseManualTime()

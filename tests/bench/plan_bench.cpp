@@ -18,7 +18,6 @@ Alone, or what --benchmark_filter=REGEX chooses of it:
              queries among 20 boxes, RRT-Connect beside OMPL's with FCL at the same step and with an explicit condition
              to end
   methods/   all methods, the potential fields too, on the same 200 queries
-  roadmap/   a roadmap that is kept between queries, and after a box has moved
   nearest/   nearest points by a scan and by a tree
 motionbenchmaker: RRT-Connect on the pairs of sceneNNNN.yaml and requestNNNN.yaml below PROBLEMS; `certified`: paths
 proven free everywhere, and planned anew where that fails.

@@ -37,7 +37,9 @@ world::ConvexHull write_mesh(test::Random& random, const std::string& path) {
   file.precision(17);
   for (const Eigen::Vector3d& v : hull->vertices) file << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
   for (const auto& face : hull->faces) {
-    file << "f " << face[0] + 1 << ' ' << face[1] + 1 << ' ' << face[2] + 1 << '\n';
+    file << "f";
+    for (const int corner : face) file << ' ' << corner + 1;
+    file << '\n';
   }
   return *hull;
 }

@@ -44,11 +44,11 @@ int contacts(const Query& query, const Plan& plan, int finer) {
   return referee.collisions_on(plan.path, query.validity.options().step / finer);
 }
 
-class EveryMethod : public testing::TestWithParam<Method> {};
+class EveryPlanner : public testing::TestWithParam<std::shared_ptr<const GlobalPlanner>> {};
 
-TEST_P(EveryMethod, FindsPathsThatFclConfirms) {
+TEST_P(EveryPlanner, FindsPathsThatFclConfirms) {
   PlanOptions options;
-  options.method = GetParam();
+  options.planner = GetParam();
   options.budget.iterations = 50'000;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Query query(seed);
@@ -60,9 +60,9 @@ TEST_P(EveryMethod, FindsPathsThatFclConfirms) {
   }
 }
 
-TEST_P(EveryMethod, GivesTheSamePathForTheSameSeed) {
+TEST_P(EveryPlanner, GivesTheSamePathForTheSameSeed) {
   PlanOptions options;
-  options.method = GetParam();
+  options.planner = GetParam();
   const Query query(3);
   const Plan first = plan(query.validity, query.start, query.goal, options);
   const Plan again = plan(query.validity, query.start, query.goal, options);
@@ -70,9 +70,9 @@ TEST_P(EveryMethod, GivesTheSamePathForTheSameSeed) {
   EXPECT_EQ(first.checks, again.checks);
 }
 
-TEST_P(EveryMethod, SaysThatItsBudgetEnded) {
+TEST_P(EveryPlanner, SaysThatItsBudgetEnded) {
   PlanOptions options;
-  options.method = GetParam();
+  options.planner = GetParam();
   options.simplify = false;
   int blocked = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -95,10 +95,10 @@ TEST_P(EveryMethod, SaysThatItsBudgetEnded) {
 }
 
 /// The clock is what has been looked at: a sample may take long, with a fine step as with many arms.
-TEST_P(EveryMethod, KeepsItsBudgetWithFineSteps) {
+TEST_P(EveryPlanner, KeepsItsBudgetWithFineSteps) {
   constexpr std::uint64_t kPatience = 200'000;
   PlanOptions options;
-  options.method = GetParam();
+  options.planner = GetParam();
   int ended = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Query query(seed, 15);
@@ -115,9 +115,8 @@ TEST_P(EveryMethod, KeepsItsBudgetWithFineSteps) {
   EXPECT_GT(ended, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Global, EveryMethod,
-                         testing::Values(Method::kRrtConnect, Method::kRrt, Method::kEst, Method::kPrm),
-                         [](const auto& tried) { return std::string(name_of(tried.param)); });
+INSTANTIATE_TEST_SUITE_P(Global, EveryPlanner, testing::ValuesIn(built_in_planners().planners()),
+                         [](const auto& tried) { return std::string(tried.param->traits().name); });
 
 TEST(Plan, NamesThePairThatMakesAStartInvalid) {
   Query query(1, 0);
@@ -178,10 +177,10 @@ Configuration stretched(double q0) {
 
 constexpr double kWhole = 2.0 * std::numbers::pi;
 
-TEST_P(EveryMethod, TurnsTheShortWayRound) {
+TEST_P(EveryPlanner, TurnsTheShortWayRound) {
   const Turning free({});
   PlanOptions options;
-  options.method = GetParam();
+  options.planner = GetParam();
   for (const double turns : {0.0, kWhole, -2.0 * kWhole}) {
     const Plan found = plan(free.validity, stretched(3.0 + kWhole), stretched(-3.0 + turns), options);
     ASSERT_TRUE(found.solved()) << found.reason;
@@ -191,13 +190,13 @@ TEST_P(EveryMethod, TurnsTheShortWayRound) {
   }
 }
 
-TEST_P(EveryMethod, GoesRoundWhatIsInTheShortWay) {
+TEST_P(EveryPlanner, GoesRoundWhatIsInTheShortWay) {
   // A wall outwards at azimuth π, where the short way is.
   WorldBody wall{world::Box{{1.0, 0.02, 3.0}}, Pose::Identity(), "wall"};
   wall.X_WS.translation() = Eigen::Vector3d(-1.4, 0.0, 0.0);
   const Turning walled({wall});
   PlanOptions options;
-  options.method = GetParam();
+  options.planner = GetParam();
   options.budget.iterations = 50'000;
   const Configuration start = stretched(1.65);
   for (const double turns : {0.0, kWhole, 3.0 * kWhole}) {

@@ -1,10 +1,8 @@
-/// RRT [LaValle01], [Cardenas10] fig. 8 and 9: one tree from the start, drawn towards random configurations and, now
-/// and then, towards the goal.
+#include "planner/global/rrt/rrt.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "planner/global/search.hpp"
 #include "planner/global/tree.hpp"
 
 namespace hecaton::planner::global {
@@ -30,26 +28,30 @@ Extend extend(const SearchProblem& problem, Tree& tree, const float* sample, flo
 
 }  // namespace
 
-SearchResult rrt(const SearchProblem& problem, const RrtOptions& options) {
+Rrt::Rrt(const RrtParameters& parameters)
+    : GlobalPlanner({.name = "rrt", .summary = "one tree from the start, drawn towards random configurations"}),
+      parameters_(parameters) {}
+
+SearchResult Rrt::search(const SearchProblem& problem) const {
   SearchResult result;
   Random random(problem.seed);
   Tree tree(problem.space, problem.start);
   std::vector<float> sample(problem.space.stride);
   std::vector<float> next(problem.space.stride);
   std::vector<float> place;
-  while (!result.solved && !problem.over(result.iterations)) {
+  while (!result.solved() && !problem.over(result.iterations)) {
     // The first sample is the goal: the straight way may be free.
-    const bool to_goal = result.iterations == 0 || random.uniform() < options.goal_bias;
+    const bool to_goal = result.iterations == 0 || random.uniform() < parameters_.goal_bias;
     ++result.iterations;
     if (to_goal) {
       std::copy(problem.goal, problem.goal + problem.space.stride, sample.begin());
     } else {
       problem.space.sample(random, sample.data());
     }
-    const Extend outcome = extend(problem, tree, sample.data(), options.rrt_range, next, place);
-    result.solved = to_goal && outcome == Extend::kReached;
+    const Extend outcome = extend(problem, tree, sample.data(), parameters_.range, next, place);
+    if (to_goal && outcome == Extend::kReached) result.status = PlanStatus::kSolved;
   }
-  if (result.solved) {
+  if (result.solved()) {
     result.path = tree.way_to_root(tree.size() - 1);
     result.path.reverse();
   }

@@ -1,10 +1,8 @@
-/// Expansive space trees [Hsu00]: two trees that grow where they are sparse, joined as soon as their ends see each
-/// other.
+#include "planner/global/est/est.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "planner/global/search.hpp"
 #include "planner/global/tree.hpp"
 
 namespace hecaton::planner::global {
@@ -66,29 +64,33 @@ Points joined(const Space& space, const Tree& start, int from, const Tree& goal,
 
 }  // namespace
 
-SearchResult est(const SearchProblem& problem, const EstOptions& options) {
+Est::Est(const EstParameters& parameters)
+    : GlobalPlanner({.name = "est", .summary = "two trees, from start and goal, that grow where they are sparse"}),
+      parameters_(parameters) {}
+
+SearchResult Est::search(const SearchProblem& problem) const {
   SearchResult result;
   Random random(problem.seed);
-  SparseTree start(problem.space, problem.start, options.crowd_radius);
-  SparseTree goal(problem.space, problem.goal, options.crowd_radius);
+  SparseTree start(problem.space, problem.start, parameters_.crowd_radius);
+  SparseTree goal(problem.space, problem.goal, parameters_.crowd_radius);
   std::vector<float> q(problem.space.stride, 0.0F);
   std::vector<float> place;
   if (problem.edge_free(problem.start, problem.space.beside(problem.start, problem.goal, place))) {
-    result.solved = true;
+    result.status = PlanStatus::kSolved;
     result.path = joined(problem.space, start.tree(), 0, goal.tree(), 0);
   }
-  while (!result.solved && !problem.over(result.iterations)) {
+  while (!result.solved() && !problem.over(result.iterations)) {
     const bool from_start = result.iterations++ % 2 == 0;
     SparseTree& one = from_start ? start : goal;
     const SparseTree& other = from_start ? goal : start;
     const int node = one.draw(random);
-    sample_around(problem.space, one.tree()[node], options.range, random, q.data());
+    sample_around(problem.space, one.tree()[node], parameters_.range, random, q.data());
     if (!problem.edge_free(one.tree()[node], q.data())) continue;
     const int added = one.add(q.data(), node);
     const Neighbour near = other.tree().nearest(q.data());
-    if (near.distance2 > options.join_range * options.join_range) continue;
+    if (near.distance2 > parameters_.join_range * parameters_.join_range) continue;
     if (!problem.edge_free(q.data(), problem.space.beside(q.data(), other.tree()[near.index], place))) continue;
-    result.solved = true;
+    result.status = PlanStatus::kSolved;
     result.path = from_start ? joined(problem.space, start.tree(), added, goal.tree(), near.index)
                              : joined(problem.space, start.tree(), near.index, goal.tree(), added);
   }

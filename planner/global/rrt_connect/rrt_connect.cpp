@@ -1,19 +1,18 @@
-/// RRT-Connect [Kuffner00]: two trees, from start and goal; each new node of one is what the other tries to connect to.
+#include "planner/global/rrt_connect/rrt_connect.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "planner/global/search.hpp"
 #include "planner/global/tree.hpp"
 
 namespace hecaton::planner::global {
 namespace {
 
-class Search {
+class RrtConnectSearch {
  public:
-  Search(const SearchProblem& problem, const RrtOptions& options)
+  RrtConnectSearch(const SearchProblem& problem, const RrtConnectParameters& parameters)
       : problem_(problem),
-        options_(options),
+        parameters_(parameters),
         start_(problem.space, problem.start),
         goal_(problem.space, problem.goal),
         sample_(problem.space.stride),
@@ -23,13 +22,13 @@ class Search {
   SearchResult run() {
     SearchResult result;
     const float* goal = problem_.space.beside(problem_.start, problem_.goal, place_);
-    result.solved = problem_.edge_free(problem_.start, goal);
-    if (result.solved) {
+    if (problem_.edge_free(problem_.start, goal)) {
+      result.status = PlanStatus::kSolved;
       result.path = Points(problem_.space.stride);
       result.path.add(problem_.start);
       result.path.add(goal);
     }
-    while (!result.solved && !problem_.over(result.iterations)) {
+    while (!result.solved() && !problem_.over(result.iterations)) {
       ++result.iterations;
       // Balanced: the smaller tree grows [Kuffner00].
       const bool from_start = start_.size() <= goal_.size();
@@ -37,7 +36,7 @@ class Search {
       Tree& other = from_start ? goal_ : start_;
       problem_.space.sample(random_, sample_.data());
       if (extend(one) == Extend::kTrapped || connect(other, one[one.size() - 1]) != Extend::kReached) continue;
-      result.solved = true;
+      result.status = PlanStatus::kSolved;
       result.path = joined();
     }
     result.nodes = start_.size() + goal_.size();
@@ -54,17 +53,17 @@ class Search {
     const Neighbour near = tree.nearest(sample_.data());
     const float distance = std::sqrt(near.distance2);
     if (distance <= 0.0F) return Extend::kTrapped;
-    const float range = std::min(options_.range, tree.domain(near.index));
+    const float range = std::min(parameters_.range, tree.domain(near.index));
     const bool reaches = distance <= range;
     const float* sample = problem_.space.beside(tree[near.index], sample_.data(), place_);
     problem_.space.interpolate(tree[near.index], sample, reaches ? 1.0F : range / distance, next_.data());
     if (!problem_.edge_free(tree[near.index], next_.data())) {
-      if (options_.domain_shrinks < 1.0F) {
-        tree.set_domain(near.index, std::max(range * options_.domain_shrinks, options_.least_domain));
+      if (parameters_.domain_shrinks < 1.0F) {
+        tree.set_domain(near.index, std::max(range * parameters_.domain_shrinks, parameters_.least_domain));
       }
       return Extend::kTrapped;
     }
-    tree.set_domain(near.index, tree.domain(near.index) / options_.domain_shrinks);
+    tree.set_domain(near.index, tree.domain(near.index) / parameters_.domain_shrinks);
     tree.add(next_.data(), near.index);
     return reaches ? Extend::kReached : Extend::kAdvanced;
   }
@@ -74,7 +73,7 @@ class Search {
     const Neighbour near = tree.nearest(other);
     const float* q = problem_.space.beside(tree[near.index], other, place_);
     const float distance = std::sqrt(near.distance2);
-    const int steps = std::max(1, static_cast<int>(std::ceil(distance / options_.range)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(distance / parameters_.range)));
     const std::vector<float> from(tree[near.index], tree[near.index] + problem_.space.stride);
     int last = near.index;
     for (int i = 1; i <= steps; ++i) {
@@ -97,7 +96,7 @@ class Search {
   }
 
   const SearchProblem& problem_;
-  const RrtOptions& options_;
+  const RrtConnectParameters& parameters_;
   Tree start_;
   Tree goal_;
   std::vector<float> sample_;
@@ -108,8 +107,12 @@ class Search {
 
 }  // namespace
 
-SearchResult rrt_connect(const SearchProblem& problem, const RrtOptions& options) {
-  return Search(problem, options).run();
+RrtConnect::RrtConnect(const RrtConnectParameters& parameters)
+    : GlobalPlanner({.name = "rrt_connect", .summary = "two trees, from start and goal, that grow towards each other"}),
+      parameters_(parameters) {}
+
+SearchResult RrtConnect::search(const SearchProblem& problem) const {
+  return RrtConnectSearch(problem, parameters_).run();
 }
 
 }  // namespace hecaton::planner::global

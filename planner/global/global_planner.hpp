@@ -1,8 +1,11 @@
 #pragma once
-/// What every sampling planner gets and gives. Each is one file: rrt_connect, rrt, est, prm.
+/// The interface of a global planner: a path between two configurations. docs/how-to/add-a-global-planner.md leads
+/// through it; planner/global/registry.cpp lists the planners.
 
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -10,6 +13,14 @@
 #include "planner/global/validity.hpp"
 
 namespace hecaton::planner::global {
+
+enum class PlanStatus {
+  kSolved,
+  kStartInvalid,
+  kGoalInvalid,
+  kBudgetEnded,
+  kStuck,  ///< more time would not help: a planner that does not search cannot go on
+};
 
 /// When a search gives up.
 struct Budget {
@@ -34,6 +45,7 @@ struct SearchRecord {
   std::vector<std::pair<int, int>> edges;  ///< of nodes
 };
 
+/// References and pointers are valid during the search. Points are `space.stride` floats [rad | m].
 struct SearchProblem {
   const Validity& validity;
   const Space& space;
@@ -61,46 +73,38 @@ struct SearchProblem {
   mutable bool ended = false;
 };
 
+/// A path, or why there is none.
 struct SearchResult {
-  bool solved = false;
-  Points path;                   ///< start … goal; every straight way between two is free
-  std::uint64_t iterations = 0;  ///< samples drawn
-  int nodes = 0;                 ///< of all trees, or of the roadmap
+  PlanStatus status = PlanStatus::kBudgetEnded;  ///< this, kSolved or kStuck
+  std::string reason = {};                       ///< of kStuck: one sentence without a full stop
+  Points path = Points();                        ///< start … goal; every straight way between two is free
+  std::uint64_t iterations = 0;                  ///< samples drawn
+  int nodes = 0;                                 ///< of all trees, or of the roadmap
+
+  [[nodiscard]] bool solved() const { return status == PlanStatus::kSolved; }
 };
 
-/// [LaValle01]'s EXTEND, in its words ([Cardenas10] fig. 9).
-enum class Extend { kTrapped, kAdvanced, kReached };
-
-struct RrtOptions {
-  float range = 2.0F;       ///< the longest new edge, in joint space [rad | m]
-  float rrt_range = 1.0F;   ///< RRT: the same
-  float goal_bias = 0.05F;  ///< RRT: share of samples that are the goal
-  /// Dynamic domain, after [Yershova05]: below 1, a node that failed to grow grows by edges shorter by this factor from
-  /// then on, down to least_domain, and by longer ones again when it succeeds. Differs from the paper, which refuses
-  /// samples beyond a node's domain: in seven dimensions hardly one lies within. Off (1): on MotionBenchMaker's
-  /// problems 0.5 doubles the median (docs/global-planning.md).
-  float domain_shrinks = 1.0F;
-  float least_domain = 0.1F;  ///< [rad | m]
+struct PlannerTraits {
+  std::string_view name;     ///< on the command line and in reports
+  std::string_view summary;  ///< one phrase, for lists
 };
 
-struct EstOptions {
-  float range = 1.0F;         ///< new nodes lie within this of their parent, per joint [rad | m]
-  float crowd_radius = 1.0F;  ///< nodes within this of each other share their chance to grow [rad | m]
-  float join_range = 4.0F;    ///< trees are joined over at most this [rad | m]
+/// Immutable: threads share a planner. plan() (planner/global/plan.hpp) checks start and goal, proves and shortens the
+/// path; a planner only searches.
+class GlobalPlanner {
+ public:
+  explicit GlobalPlanner(const PlannerTraits& traits) : traits_(traits) {}
+  virtual ~GlobalPlanner() = default;
+
+  [[nodiscard]] const PlannerTraits& traits() const { return traits_; }
+
+  /// Looks at straight ways by problem.edge_free() alone, and gives up soon after problem.over(). All random choices
+  /// come from problem.seed: the same problem has the same result, to the last bit. No clock, log or network.
+  /// Thread-safe for problems that share no validity.
+  [[nodiscard]] virtual SearchResult search(const SearchProblem& problem) const = 0;
+
+ private:
+  PlannerTraits traits_;
 };
-
-enum class RoadmapSearch { kAStar, kDijkstra };
-
-struct PrmOptions {
-  int neighbours = 10;  ///< that a new node is joined with
-  int batch = 32;       ///< nodes added between searches
-  RoadmapSearch search = RoadmapSearch::kAStar;
-};
-
-[[nodiscard]] SearchResult rrt_connect(const SearchProblem& problem, const RrtOptions& options = {});
-[[nodiscard]] SearchResult rrt(const SearchProblem& problem, const RrtOptions& options = {});
-[[nodiscard]] SearchResult est(const SearchProblem& problem, const EstOptions& options = {});
-/// With a roadmap of its own; Roadmap (prm.hpp) keeps one.
-[[nodiscard]] SearchResult prm(const SearchProblem& problem, const PrmOptions& options = {});
 
 }  // namespace hecaton::planner::global
