@@ -7,6 +7,8 @@
 
 #include <unistd.h>
 
+#include "services/runtime/cause.hpp"
+
 namespace hecaton::test {
 namespace {
 
