@@ -141,7 +141,7 @@ void MotionCell::read_all() {
 void MotionCell::set_mode(msg::Mode mode, std::uint64_t term, const std::string& reason) {
   mode_.mode(mode);
   mode_.term(term);
-  mode_.cause(reason.empty() ? msg::Cause() : make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, reason));
+  mode_.cause(reason.empty() ? msg::Cause() : services::make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, reason));
   mode_.sequence_number(mode_.sequence_number() + 1);
   EXPECT_TRUE(modes_.write(mode_));
 }
