@@ -174,7 +174,9 @@ msg::ArmMode ArmControl::mode() const {
   if (interpolator_.mode() == planner::DriveMode::kTracking) return msg::ArmMode::ARM_RUNNING;
   if (interpolator_.mode() == planner::DriveMode::kStopping) return msg::ArmMode::ARM_BRAKING;
   const auto& qd = state_.measured.qd;
-  if (phase_ != Phase::kActive && qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving) return msg::ArmMode::ARM_BRAKING;
+  // A device may lag behind the end of the stop profile: the arm has stopped when its measured joints have.
+  if ((ran_ || phase_ != Phase::kActive) && qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving)
+    return msg::ArmMode::ARM_BRAKING;
   return ran_ ? msg::ArmMode::ARM_STOPPED : msg::ArmMode::ARM_STARTING;
 }
 

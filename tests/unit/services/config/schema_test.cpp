@@ -56,7 +56,9 @@ TEST(SchemaTest, ReferenceListsEveryKeyAndNoOther) {
 TEST(SchemaTest, ReferenceNamesEveryMotionMethod) {
   std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/cell-file.md");
   std::string row;
-  while (std::getline(file, row) && !row.starts_with("| `method` |")) continue;
+  // The row of `defaults` refers to the row of `arms[]`, which names them.
+  const auto names_them = [&] { return row.starts_with("| `method` |") && !row.starts_with("| `method` | as in"); };
+  while (std::getline(file, row) && !names_them()) continue;
   for (const std::string_view name : planner::built_in_methods().names()) {
     EXPECT_NE(row.find("`" + std::string(name) + "`"), std::string::npos) << name;
   }
