@@ -1,8 +1,6 @@
-// Prints every fault of a cell as it begins and as it is cleared, until the standard input ends (Ctrl-D).
+// Prints every fault of a cell as it begins and as it is cleared, until a person ends it (Ctrl-C).
 #include <cstdlib>
 #include <iostream>
-#include <stop_token>
-#include <thread>
 
 #include <hecaton/client.hpp>
 
@@ -13,18 +11,12 @@ int main(int argc, char** argv) try {
   }
   const hecaton::Cell cell = hecaton::Cell::connect(argv[1]);
   cell.on_fault([](const hecaton::Fault& fault) {
-    std::cout << (fault.cleared ? "cleared: " : "fault: ") << fault.cause.subject << ": " << fault.cause.text << std::endl;
+    std::cout << (fault.cleared ? "cleared: " : "fault: ") << fault.cause.subject << ": " << fault.cause.text
+              << std::endl;
   });
   std::cout << "listening to cell " << cell.status().cell << std::endl;
 
-  // A stop token ends a wait from another thread.
-  std::stop_source stop;
-  std::jthread input([&stop] {
-    while (std::cin.get() != std::char_traits<char>::eof()) {
-    }
-    stop.request_stop();
-  });
-  cell.wait_until([] { return false; }, {hecaton::kForever, stop.get_token()});
+  cell.wait_until([] { return false; }, hecaton::kForever);
   return EXIT_SUCCESS;
 } catch (const hecaton::Error& error) {
   std::cerr << error.what() << '\n';
