@@ -43,7 +43,8 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
   ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
   ASSERT_TRUE(seen(msg::ArmMode::ARM_BRAKING));
   EXPECT_NE(arm()->cause().text().find("commands ceased"), std::string::npos) << arm()->cause().text();
-  for (const double speed : arm()->qd()) EXPECT_EQ(speed, 0.0);
+  constexpr double kAtRest = 1e-3;  // the driver calls slower joints at rest [rad/s]
+  for (const double speed : arm()->qd()) EXPECT_LE(std::abs(speed), kAtRest);
 
   // On its stop profile, all joints together at the cell's 10 rad/s²: from every sample on the way the arm comes to
   // rest q̇ T/2 further, T = maxⱼ |q̇ⱼ| / 10.
