@@ -100,7 +100,9 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
       folders_(run_folders(file, options, agent.anew)),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
-      reachability_(participant_, planned_hosts(file, options.host), period_, bus::Clock::now()),
+      // Twenty rows a lease are enough to judge by, and cost a cell with long leases little.
+      reachability_(participant_, planned_hosts(file, options.host),
+                    std::max(period_, file.supervision.host_lease / 20), bus::Clock::now()),
       keeper_(planned(file, options, folders_, keep_sources(file.sources, folders_.front().path() / "sources")),
               keeper_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
