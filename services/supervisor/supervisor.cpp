@@ -29,8 +29,10 @@ SupervisorPlace place_of(const config::CellFile& file, const ServiceOptions& opt
 }
 
 /// The supervisor that is to stand by when the cell comes up listens longer, so that the other leads.
-Leadership::Limits leadership_limits(const SupervisorPlace& place) {
+/// A cell with a long host lease runs where processes wait for a processor: there a leader may be silent longer, too.
+Leadership::Limits leadership_limits(const SupervisorPlace& place, Time host_lease) {
   Leadership::Limits limits;
+  limits.silence = std::max(limits.silence, host_lease * 3 / 5);
   limits.listen *= static_cast<int>(place.index) + 1;
   limits.search = place.supervisors.size() > 1 ? kSearch + limits.listen : limits.listen;
   return limits;
@@ -80,8 +82,8 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       connection_(file, options, place_.node),
       subscriptions_(connection_.participant, {place_.node, place_.host, replicator_.checkpoint().term > 0},
                      connection_.urgent, connection_.quiet),
-      leadership_(leadership_limits(place_), replicator_.checkpoint().term, since_epoch(bus::Clock::now()),
-                  {place_.index, place_.supervisors.size()}),
+      leadership_(leadership_limits(place_, file.supervision.host_lease), replicator_.checkpoint().term,
+                  since_epoch(bus::Clock::now()), {place_.index, place_.supervisors.size()}),
       publisher_(connection_.participant, place_.node),
       heart_{Pulse(connection_.participant, {place_.node, msg::NodeKind::NODE_SUPERVISOR, {}, place_.host},
                    pulse_timing(file, options)),
