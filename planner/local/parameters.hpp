@@ -49,10 +49,11 @@ struct DamperParameters {
   }
 };
 
-/// When an arm asks the others to make room, and makes room itself (planner/local/right_of_way.hpp).
+/// When an arm asks the other arms to yield, and yields itself (planner/local/right_of_way.hpp).
 struct YieldingParameters {
-  double patience = 2.0;  ///< held back for about this long, an arm asks [s]; 0: it neither asks nor makes room
-  bool at_rest = true;    ///< it makes room also when it rests at its goal, or has none
+  /// The arm asks after it has been held back for about this long [s]; 0: it neither asks nor yields.
+  double yield_request_delay = 2.0;
+  bool at_rest = true;  ///< it makes room also when it rests at its goal, or has none
 };
 
 /// How an arm that is held back looks ahead (planner/rollout).
@@ -65,10 +66,14 @@ struct RolloutParameters {
   int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
 };
 
-/// When an arm asks a global planner for a way around everything as it stands (planner/route).
-struct RouteParameters {
-  double after = 1.0;           ///< when it has not come nearer to its goal for so long [s]; 0: never
-  double together_after = 2.0;  ///< the same with the right of way: it proposes a plan for all that can come near [s]
+/// When an arm asks a global planner for a route around everything as it stands (planner/route).
+struct ReplanningParameters {
+  double stall_timeout = 1.0;  ///< time without progress to the goal [s]; 0: never
+};
+
+/// When an arm with the right of way proposes a coupled plan for itself and all arms that can come near it.
+struct CoordinationParameters {
+  double stall_timeout = 2.0;  ///< time without progress to the goal [s]; 0: never, and the arm joins no coupled plan
 };
 
 struct LocalParameters {
@@ -76,7 +81,8 @@ struct LocalParameters {
   DamperParameters damper;
   YieldingParameters yielding;
   RolloutParameters rollout;
-  RouteParameters route;
+  ReplanningParameters replanning;
+  CoordinationParameters coordination;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
   double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]

@@ -65,7 +65,7 @@ void check_areas(const MapView& root, const planner::Cell& cell) {
 
 void check_task_poses(const MapView& root, const planner::Cell& cell) {
   check_areas(root, cell);
-  for (const std::string& pose : cell.tasks.route) require_of_every_arm(root, cell, "route", pose);
+  for (const std::string& pose : cell.tasks.pose_sequence) require_of_every_arm(root, cell, "pose_sequence", pose);
   if (!cell.tasks.posture.empty()) require_of_every_arm(root, cell, "posture", cell.tasks.posture);
 }
 

@@ -76,10 +76,10 @@ void check_clearances(const planner::Cell& cell, Findings& findings) {
   planner::CellGeometry geometry(models, 0);
   geometry.set_obstacles(cell.scene.obstacles);
   check_apart(cell, geometry, starts, "", "both arms begin with a retreat", findings);
-  for (std::size_t stop = 0; stop < cell.tasks.route.size(); ++stop) {
+  for (std::size_t stop = 0; stop < cell.tasks.pose_sequence.size(); ++stop) {
     std::vector<planner::JointVector> poses;
-    for (const auto& planned : cell.arms) poses.push_back(planned.arm.named.at(cell.tasks.route[stop]));
-    const std::string key = "tasks.route[" + std::to_string(stop) + "] = " + cell.tasks.route[stop];
+    for (const auto& planned : cell.arms) poses.push_back(planned.arm.named.at(cell.tasks.pose_sequence[stop]));
+    const std::string key = "tasks.pose_sequence[" + std::to_string(stop) + "] = " + cell.tasks.pose_sequence[stop];
     check_apart(cell, geometry, poses, key, "the arms never quite get there at once", findings);
   }
 }

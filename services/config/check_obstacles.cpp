@@ -29,7 +29,7 @@ Bodies fixed_parts(const planner::Cell& cell, const planner::CellGeometry& geome
   return fixed;
 }
 
-// docs/design/0010-passing.md: what an arm takes for the most that an obstacle's velocity changes.
+// docs/design/0010-passing-obstacles.md: what an arm takes for the most that an obstacle's velocity changes.
 void check_acceleration(const planner::Cell& cell, const world::Obstacle& obstacle, const std::string& key,
                         Findings& findings) {
   const double needed = world::greatest_acceleration(obstacle);

@@ -39,7 +39,7 @@ bool reaches(const planner::Arm& arm, const Eigen::Vector3d& p_W) {
 }  // namespace
 
 void check_reach(const planner::Cell& cell, Findings& findings) {
-  if (!cell.tasks.route.empty() || !cell.tasks.problem.areas.empty()) return;
+  if (!cell.tasks.pose_sequence.empty() || !cell.tasks.problem.areas.empty()) return;
   if (cell.tasks.radius <= 0.0) {
     findings.push_back({Severity::kNote, "tasks is missing: no random goals can be drawn in this cell"});
     return;

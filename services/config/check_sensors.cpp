@@ -25,7 +25,7 @@ double widest_gap(const planner::RangeSensor& sensor) {
 
 }  // namespace
 
-// docs/design/0012-sensed-cspace.md: what stands out between two beams stays within half of what is between them.
+// docs/design/0011-sensed-cspace.md: what stands out between two beams stays within half of what is between them.
 void check_sensors(const planner::Cell& cell, Findings& findings) {
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     const planner::PlannedArm& planned = cell.arms[arm];

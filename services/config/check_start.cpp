@@ -68,8 +68,8 @@ void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, co
 /// All arms stand there at once; obstacles that move may be elsewhere by then.
 void check_stop(const planner::Cell& cell, const planner::CellGeometry& geometry, const std::vector<Bodies>& obstacles,
                 int stop, const std::string& file) {
-  const std::string& pose = cell.tasks.route[stop];
-  const std::string key = file + ": tasks.route[" + std::to_string(stop) + "] = " + pose;
+  const std::string& pose = cell.tasks.pose_sequence[stop];
+  const std::string key = file + ": tasks.pose_sequence[" + std::to_string(stop) + "] = " + pose;
   std::vector<Bodies> arms;
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     arms.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].arm.named.at(pose)));
@@ -112,10 +112,10 @@ void check_start(const planner::Cell& cell, const std::string& file) {
   }
   check_bases(arms, file);
   for (int arm = 0; arm < static_cast<int>(arms.size()); ++arm) check_others(cell, arms, obstacles, arm, file);
-  if (arms.empty() || cell.tasks.route.empty()) return;
+  if (arms.empty() || cell.tasks.pose_sequence.empty()) return;
   planner::CellGeometry geometry(models, 0);
   geometry.set_obstacles(cell.scene.obstacles);
-  for (int stop = 0; stop < static_cast<int>(cell.tasks.route.size()); ++stop) {
+  for (int stop = 0; stop < static_cast<int>(cell.tasks.pose_sequence.size()); ++stop) {
     check_stop(cell, geometry, obstacles, stop, file);
   }
 }

@@ -21,7 +21,7 @@ void read_damper(const MapView& map, planner::DamperParameters& damper) {
 }
 
 void read_yielding(const MapView& map, planner::YieldingParameters& yielding) {
-  read_seconds(map, "patience", {0.0, 3600.0, "s"}, yielding.patience);
+  read_seconds(map, "yield_request_delay", {0.0, 3600.0, "s"}, yielding.yield_request_delay);
   read_boolean(map, "at_rest", yielding.at_rest);
 }
 
@@ -34,9 +34,12 @@ void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
   if (const auto ticks = map.find("ticks_per_period")) rollout.ticks_per_period = ticks->integer(1, 1'000'000);
 }
 
-void read_route(const MapView& map, planner::RouteParameters& route) {
-  read_seconds(map, "after", {0.0, 3600.0, "s"}, route.after);
-  read_seconds(map, "together_after", {0.0, 3600.0, "s"}, route.together_after);
+void read_replanning(const MapView& map, planner::ReplanningParameters& replanning) {
+  read_seconds(map, "stall_timeout", {0.0, 3600.0, "s"}, replanning.stall_timeout);
+}
+
+void read_coordination(const MapView& map, planner::CoordinationParameters& coordination) {
+  read_seconds(map, "stall_timeout", {0.0, 3600.0, "s"}, coordination.stall_timeout);
 }
 
 Bounds bounds(const planner::ParameterRange& range) {
@@ -182,7 +185,12 @@ void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
   if (const auto damper = map.find("damper")) read_damper(damper->map(section::kDamper), parameters.damper);
   if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
   if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
-  if (const auto route = map.find("route")) read_route(route->map(section::kRoute), parameters.route);
+  if (const auto replanning = map.find("replanning")) {
+    read_replanning(replanning->map(section::kReplanning), parameters.replanning);
+  }
+  if (const auto coordination = map.find("coordination")) {
+    read_coordination(coordination->map(section::kCoordination), parameters.coordination);
+  }
   read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
   read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
   read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);

@@ -84,11 +84,11 @@ planner::TaskArea read_tasks(const MapView& root) {
     return tasks;
   }
   const MapView map = view->map(section::kTasks);
-  if (const auto route = map.find("route")) {
+  if (const auto sequence = map.find("pose_sequence")) {
     for (const char* key : {"areas", "frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
-      leave_out(map, key, "tasks.route says where the arms go");
+      leave_out(map, key, "tasks.pose_sequence says where the arms go");
     }
-    for (const YamlView& pose : route->items(2, 64, "pose names")) tasks.route.push_back(pose.name());
+    for (const YamlView& pose : sequence->items(2, 64, "pose names")) tasks.pose_sequence.push_back(pose.name());
     read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
     return tasks;
   }

@@ -24,9 +24,9 @@ constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silen
                                       Words("host_lost"),     Words("contact"),      Words("arm_failed")};
 constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
                                     Words("command_timeout"), Words("real_time")};
-constexpr std::array kTaskKeys = {Words("route"),       Words("frame"),   Words("centre"),      Words("radius"),
-                                  Words("half_height"), Words("posture"), Words("conflicting"), Words("time_limit"),
-                                  Words("clutter"),     Words("areas"),   Words("spread"),      Words("mean_wait")};
+constexpr std::array kTaskKeys = {Words("pose_sequence"), Words("frame"),   Words("centre"),      Words("radius"),
+                                  Words("half_height"),   Words("posture"), Words("conflicting"), Words("time_limit"),
+                                  Words("clutter"),       Words("areas"),   Words("spread"),      Words("mean_wait")};
 constexpr std::array kClutterKeys = {Words("count"), Words("smallest"), Words("largest"), Words("inner"),
                                      Words("outer"), Words("lowest"),   Words("highest")};
 constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
@@ -50,7 +50,8 @@ constexpr std::array kArmKeys = {
     Words("damper"),
     Words("yielding"),
     Words("rollout"),
-    Words("route"),
+    Words("replanning"),
+    Words("coordination"),
     Words("goal_tolerance"),
     Words("acceleration_of_obstacles"),
     Words("state_age_limit"),
@@ -59,10 +60,11 @@ constexpr std::size_t kOwnArmKeys = 4;
 constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
 constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
                                     Words("self_influence_distance"), Words("self_security_distance")};
-constexpr std::array kYieldingKeys = {Words("patience"), Words("at_rest")};
+constexpr std::array kYieldingKeys = {Words("yield_request_delay"), Words("at_rest")};
 constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
                                      Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
-constexpr std::array kRouteKeys = {Words("after"), Words("together_after")};
+constexpr std::array kReplanningKeys = {Words("stall_timeout")};
+constexpr std::array kCoordinationKeys = {Words("stall_timeout")};
 constexpr std::array kSensorKeys = {Words("name"),        Words("link"),         Words("position"), Words("direction"),
                                     Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
                                     Words("noise"),       Words("period"),       Words("simulated")};
@@ -110,7 +112,8 @@ constexpr Section kDevice{"arms[].device", {}, true};
 constexpr Section kDamper{"arms[].damper", kDamperKeys};
 constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
 constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
-constexpr Section kRoute{"arms[].route", kRouteKeys};
+constexpr Section kReplanning{"arms[].replanning", kReplanningKeys};
+constexpr Section kCoordination{"arms[].coordination", kCoordinationKeys};
 constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
 constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
 constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
@@ -166,11 +169,12 @@ std::vector<const Section*> ArmSections::all() const {
 std::vector<const Section*> all_sections() {
   using namespace section;
   static const ArmSections of_arms(planner::built_in_methods());
-  std::vector<const Section*> all = {
-      &kRoot,    &kNetwork,   &kHosts,     &kWorld,      &kSupervision, &kRecovery, &kTiming,  &kTasks,    &kTaskAreas,
-      &kClutter, &kPose,      &kArmLimits, &kArmPoses,   &kPackages,    &kDevice,   &kDamper,  &kYielding, &kRollout,
-      &kRoute,   &kSensor,    &kObstacle,  &kAttachment, &kBox,         &kSphere,   &kCapsule, &kCylinder, &kMesh,
-      &kStatic,  &kWaypoints, &kCircle,    &kSine,       &kConveyor,    &kDynamic};
+  std::vector<const Section*> all = {&kRoot,       &kNetwork,      &kHosts,     &kWorld,    &kSupervision, &kRecovery,
+                                     &kTiming,     &kTasks,        &kTaskAreas, &kClutter,  &kPose,        &kArmLimits,
+                                     &kArmPoses,   &kPackages,     &kDevice,    &kDamper,   &kYielding,    &kRollout,
+                                     &kReplanning, &kCoordination, &kSensor,    &kObstacle, &kAttachment,  &kBox,
+                                     &kSphere,     &kCapsule,      &kCylinder,  &kMesh,     &kStatic,      &kWaypoints,
+                                     &kCircle,     &kSine,         &kConveyor,  &kDynamic};
   const auto of_methods = of_arms.all();
   all.insert(all.end(), of_methods.begin(), of_methods.end());
   return all;

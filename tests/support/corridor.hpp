@@ -19,7 +19,7 @@ inline planner::Cell corridor(int balls, double bay, double together_after) {
     planned.arm.limits.lower = joints({-1.5, -0.11});  // else most of what a search draws lies in the walls
     planned.arm.limits.upper = joints({1.5, 0.5});
     planned.parameters.damper = {.influence_distance = 0.12, .security_distance = 0.02, .convergence_speed = 0.5};
-    planned.parameters.route.together_after = together_after;
+    planned.parameters.coordination.stall_timeout = together_after;
     cell.arms.push_back(planned);
   }
   cell.tasks.time_limit = balls > 2 ? 90.0 : 25.0;

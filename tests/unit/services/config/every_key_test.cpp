@@ -58,10 +58,11 @@ arms:
     device: {type: simulated}
     method: local
     damper: {security_distance: 0.06, convergence_speed: 0.7, self_influence_distance: 0.3, self_security_distance: 0.02}
-    follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, redraw_after: 2s, redraw_growth: 1.5,
-               redraw_longest: 9s}
-    yielding: {patience: 3s, at_rest: false}
-    route: {after: 700ms, together_after: 3s}
+    follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, resample_after: 2s, resample_growth: 1.5,
+               resample_longest: 9s}
+    yielding: {yield_request_delay: 3s, at_rest: false}
+    replanning: {stall_timeout: 700ms}
+    coordination: {stall_timeout: 3s}
     rollout: {candidates: 5, horizon: 1.5s, horizon_growth: 1.2, longest_horizon: 6s, interval: 300ms,
               ticks_per_period: 250}
     sensors:
@@ -127,7 +128,7 @@ class EveryKeyTest : public testing::Test {
 TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
   for (const Section* section : all_sections()) {
     for (const std::string_view key : section->keys) {
-      if (key == "route" || key == "file" || key == "areas" || key == "spread" || key == "mean_wait")
+      if (key == "pose_sequence" || key == "file" || key == "areas" || key == "spread" || key == "mean_wait")
         continue;  // see RouteTest, AreasTest
       EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
     }
@@ -206,10 +207,10 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   const auto follower = planner::parameters_of<planner::FollowerParameters>(left.methods);
   EXPECT_DOUBLE_EQ(follower.deadlock_fraction, 0.2);
   EXPECT_DOUBLE_EQ(follower.exit_fraction, 0.7);
-  EXPECT_DOUBLE_EQ(follower.redraw_after, 2.0);
-  EXPECT_DOUBLE_EQ(follower.redraw_growth, 1.5);
-  EXPECT_DOUBLE_EQ(follower.redraw_longest, 9.0);
-  EXPECT_DOUBLE_EQ(parameters.yielding.patience, 3.0);
+  EXPECT_DOUBLE_EQ(follower.resample_after, 2.0);
+  EXPECT_DOUBLE_EQ(follower.resample_growth, 1.5);
+  EXPECT_DOUBLE_EQ(follower.resample_longest, 9.0);
+  EXPECT_DOUBLE_EQ(parameters.yielding.yield_request_delay, 3.0);
   EXPECT_FALSE(parameters.yielding.at_rest);
   EXPECT_EQ(parameters.rollout.candidates, 5);
   EXPECT_DOUBLE_EQ(parameters.rollout.horizon, 1.5);
@@ -217,8 +218,8 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   EXPECT_DOUBLE_EQ(parameters.rollout.longest_horizon, 6.0);
   EXPECT_DOUBLE_EQ(parameters.rollout.interval, 0.3);
   EXPECT_EQ(parameters.rollout.ticks_per_period, 250);
-  EXPECT_DOUBLE_EQ(parameters.route.after, 0.7);
-  EXPECT_DOUBLE_EQ(parameters.route.together_after, 3.0);
+  EXPECT_DOUBLE_EQ(parameters.replanning.stall_timeout, 0.7);
+  EXPECT_DOUBLE_EQ(parameters.coordination.stall_timeout, 3.0);
   EXPECT_DOUBLE_EQ(parameters.goal_tolerance, 0.01);
   EXPECT_DOUBLE_EQ(parameters.acceleration_of_obstacles, 6.0);
   EXPECT_DOUBLE_EQ(parameters.state_age_limit, 0.15);
@@ -348,10 +349,10 @@ TEST(SmallestCellTest, DefaultsAreTheDocumentedOnes) {
 
 TEST(RouteTest, NamesPosesInOrder) {
   const CellFile file = parse_cell_file(
-      "name: tiny\ntasks: {route: [there, home], time_limit: 9s}\n"
+      "name: tiny\ntasks: {pose_sequence: [there, home], time_limit: 9s}\n"
       "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1], there: [1, 1]}}]\n",
       kKeyFile);
-  EXPECT_EQ(file.cell.tasks.route, (std::vector<std::string>{"there", "home"}));
+  EXPECT_EQ(file.cell.tasks.pose_sequence, (std::vector<std::string>{"there", "home"}));
   EXPECT_DOUBLE_EQ(file.cell.tasks.time_limit, 9.0);
 }
 

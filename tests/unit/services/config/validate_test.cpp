@@ -129,9 +129,9 @@ TEST(ValidateTest, StartsMustKeepTheSecurityDistanceFromEachOther) {
 TEST(ValidateTest, StopsMustKeepTheSecurityDistanceFromEachOther) {
   // The same at a stop; at the start one points along y, the other against it.
   const std::string poses = "[1.5, 0], out: [0, 0]";
-  expect_only("name: test\ntasks: {route: [home, out]}\narms:\n" + arm("left", poses) + arm("right", poses) +
+  expect_only("name: test\ntasks: {pose_sequence: [home, out]}\narms:\n" + arm("left", poses) + arm("right", poses) +
                   "    base: {xyz: [3.81, 0, 0], rpy: [0, 0, 3.141592653589793]}\n",
-              Severity::kWarning, {"tasks.route[1] = out", "right/fore", "left/fore", "10 mm apart", "20 mm"});
+              Severity::kWarning, {"tasks.pose_sequence[1] = out", "right/fore", "left/fore", "10 mm apart", "20 mm"});
 }
 
 TEST(ValidateTest, ObstaclesMustNotRunThroughBases) {
