@@ -33,7 +33,7 @@ void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
 void ArmController::set_goal(const JointVector& q_goal) {
   goal_ = q_goal;
   follow({});
-  approach_.restart();
+  goal_progress_.restart();
   // The same goal again, after the arm had been there and stepped aside, is a new one.
   if (!under_way()) memory_.local.q_goal = {};
 }
@@ -50,7 +50,7 @@ void ArmController::begin(const Manoeuvre& manoeuvre) {
 
 void ArmController::follow(std::vector<JointVector> points) {
   // The way to come is measured along the route, which may lead away from the goal at first.
-  if (!route_.under_way() && points.size() > 1) approach_.restart();
+  if (!route_.under_way() && points.size() > 1) goal_progress_.restart();
   route_.take(std::move(points));
   if (!route_.under_way() && memory_.local.detour.of_route) memory_.local.detour = {};
 }
@@ -68,7 +68,7 @@ void ArmController::leave_coupled_plan() {
 
 /// What all arms go to together, or the next point of the route, is the local planner's aim, unless it evades
 /// something.
-void ArmController::take_aim(const JointVector& q) {
+void ArmController::select_target(const JointVector& q) {
   Detour& detour = memory_.local.detour;
   if (aim_) {
     detour = {true, *aim_, std::numeric_limits<double>::infinity(), true, false};
@@ -85,17 +85,17 @@ void ArmController::take_aim(const JointVector& q) {
   memory_.local.deviation.active = false;
 }
 
-void ArmController::let_pass(double time) {
+void ArmController::skip(double time) {
   if (setpoint_) stop_for(geometry_.own_arm().limits, time, setpoint_->q, setpoint_->qd);
 }
 
-TickResult ArmController::step(const OwnNews& news, std::span<const ArmObservation> arms,
+TickResult ArmController::step(const OwnArmFeedback& news, std::span<const ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, bool hold) {
   if (!news.follows) forget_setpoint();
   std::optional<JointVector> tracking_error;
   const auto reference = sent_.reference(news.setpoint, news.setpoint_age);
   if (reference) tracking_error = news.state.q - reference->q;
-  return step_from(reckoned(geometry_.own_arm().limits, news, dt_), tracking_error, arms, obstacles, hold);
+  return step_from(dead_reckoned(geometry_.own_arm().limits, news, dt_), tracking_error, arms, obstacles, hold);
 }
 
 TickResult ArmController::step(const MeasuredState& measured, std::span<const ArmObservation> arms,
@@ -118,7 +118,7 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   if (follows) input.tracking_error = *tracking_error;
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
-  if ((input.has_goal || aim_) && !hold) take_aim(input.q);
+  if ((input.has_goal || aim_) && !hold) select_target(input.q);
   input.hold = hold;
   input.arms = arms;
   input.obstacles = obstacles;
@@ -132,7 +132,7 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
   if (goal_ && free_to_plan) {
     const JointLimits& limits = geometry_.own_arm().limits;
-    approach_.note(
+    goal_progress_.note(
         route_.under_way() ? route_.length(limits, result.q) : joint_difference(limits, result.q, *goal_).norm(), dt_);
   }
   return result;
@@ -142,21 +142,21 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
 /// the guide knows to be free, the arm brakes.
 TickResult ArmController::tick_by_guide(TickInput& input) {
   input.obstacles = {};
-  GuidedWay way = GuidedWay::kStraight;
+  GuidedPath path = GuidedPath::kStraight;
   bool at_last = true;
   if (input.has_goal && !input.hold) {
     const MotionGuide::Aim aim = guide_->guide(input.q, input.qd, input.q_goal);
-    way = aim.way;
+    path = aim.path;
     at_last = aim.q == input.q_goal;
     input.q_goal = aim.q;
   }
   TickResult result = tick(geometry_, parameters_, input, memory_, scratch_);
   if (!input.hold) stay_where_guided(input, result);
   const bool goes = result.status == TickStatus::kMoving || result.status == TickStatus::kReached;
-  if (goes && way == GuidedWay::kNone) result.status = TickStatus::kBlocked;
-  if (goes && (way == GuidedWay::kSearching || (way == GuidedWay::kAround && !at_last)))
+  if (goes && path == GuidedPath::kNone) result.status = TickStatus::kBlocked;
+  if (goes && (path == GuidedPath::kSearching || (path == GuidedPath::kAround && !at_last)))
     result.status = TickStatus::kFollowing;
-  if (goes && way == GuidedWay::kStraight && !at_last) result.status = TickStatus::kMoving;
+  if (goes && path == GuidedPath::kStraight && !at_last) result.status = TickStatus::kMoving;
   return result;
 }
 

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "planner/approach.hpp"
-#include "planner/local/old_news.hpp"
+#include "planner/local/latency_compensation.hpp"
 #include "planner/model/range_sensor.hpp"
+#include "planner/progress_monitor.hpp"
 #include "planner/route.hpp"
 #include "planner/setpoint_log.hpp"
 #include "planner/tick.hpp"
@@ -39,12 +39,12 @@ class ArmController {
   void forget_setpoint() { setpoint_.reset(); }
   /// The drive had no successor of the last set-point for `time` [s] after that was due: it has begun to stop, and the
   /// next set-point goes on from there.
-  void let_pass(double time);
+  void skip(double time);
 
   /// One control period. The set-point continues from the last one, unless the arm is not where it was told to be (a
   /// stop, a limit, a driver that just started): then it begins again from where the arm is. The drive is measured
-  /// against the set-point that it had (docs/design/0006-old-news.md, "The own arm").
-  TickResult step(const OwnNews& news, std::span<const ArmObservation> arms,
+  /// against the set-point that it had (docs/design/0006-latency-compensation.md, "The own arm").
+  TickResult step(const OwnArmFeedback& news, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
   /// The last period's set-point went to the drive under this number. Numbers grow.
   void sent(std::uint64_t number) { sent_.sent(number, *setpoint_); }
@@ -54,7 +54,7 @@ class ArmController {
                   std::span<const world::ObstacleState> obstacles, bool hold);
 
   /// An arm that finds its way blocked waits up to `time` [s] for a manoeuvre before it turns aside by itself.
-  void think_first(double time) { memory_.local.time_to_think = time; }
+  void wait_for_rollout(double time) { memory_.local.rollout_wait = time; }
   /// From the next period on the arm tries this; an arm on a route only evades what comes.
   void begin(const Manoeuvre& manoeuvre);
   /// From the next period on the arm goes by these points, the last of which is its goal; empty: it finds its own way.
@@ -69,9 +69,9 @@ class ArmController {
   /// Has a goal and has not been there yet; as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
   /// How it has come nearer to its goal, or not; periods in which it was held or knew too little do not count.
-  [[nodiscard]] const Approach& approach() const { return approach_; }
-  /// The arm's claim to the right of way, to be published.
-  [[nodiscard]] std::uint32_t claim() const { return memory_.local.right_of_way.claim; }
+  [[nodiscard]] const ProgressMonitor& goal_progress() const { return goal_progress_; }
+  /// The arm's priority in the right of way, to be published.
+  [[nodiscard]] std::uint32_t priority() const { return memory_.local.right_of_way.priority; }
 
   [[nodiscard]] const std::optional<JointVector>& goal() const { return goal_; }
   /// Where the last period's command leads; after the first step.
@@ -87,7 +87,7 @@ class ArmController {
                        std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
                        bool hold);
 
-  void take_aim(const JointVector& q);
+  void select_target(const JointVector& q);
   [[nodiscard]] TickResult tick_by_guide(TickInput& input);
   void stay_where_guided(const TickInput& input, TickResult& result) const;
 
@@ -97,7 +97,7 @@ class ArmController {
   TickScratch scratch_;
   TickMemory memory_;
   std::optional<JointVector> goal_;
-  Approach approach_;
+  ProgressMonitor goal_progress_;
   Route route_;
   std::optional<JointVector> aim_;  ///< of follow_coupled_plan()
   std::optional<MeasuredState> setpoint_;

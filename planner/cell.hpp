@@ -48,8 +48,8 @@ struct Clutter {
   double highest = 0.0;
 };
 
-/// A motion problem [Mediavilla02]: each arm goes to and fro between areas, which are balls in joint space round named
-/// poses, and rests there for a while.
+/// A motion problem [Mediavilla02]: each arm goes back and forth between areas, which are balls in joint space round
+/// named poses, and rests there for a while.
 struct MotionProblem {
   std::map<std::string, std::vector<std::string>> areas;  ///< per arm, in turn; it starts in the first; empty: none
   double spread = 0.1;                                    ///< radius of the balls (ε_alea as joints move it) [rad]
@@ -59,7 +59,7 @@ struct MotionProblem {
 /// Where goals come from: named poses that all arms visit together, the areas of a motion problem, or else tool
 /// positions drawn from a cylinder along z, of the cell or of each arm.
 struct TaskArea {
-  std::vector<std::string> route;                    ///< every arm has poses of these names; empty: drawn
+  std::vector<std::string> pose_sequence;            ///< every arm has poses of these names; empty: drawn
   MotionProblem problem;                             ///< its areas empty: drawn
   bool of_each_arm = false;                          ///< each has its own, in its base frame B; else all share one in W
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in W or B [m]

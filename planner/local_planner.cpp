@@ -98,7 +98,7 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
   if (there || blocked) detour.active = false;
 }
 
-/// The arm follows another arm's claim at once, except during a detour of its own, which ends soon. An arm with the
+/// The arm follows another arm's priority at once, except during a detour of its own, which ends soon. An arm with the
 /// right of way goes straight, because the others retreat.
 void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
   RightOfWay& right = memory.right_of_way;
@@ -107,9 +107,9 @@ void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
     right.yields_to = -1;
     return;
   }
-  const std::uint32_t claim = right.claim;
+  const std::uint32_t priority = right.priority;
   update(input, memory.random, right);
-  if (right.yields_to >= 0 || right.claim != claim) memory.deviation.active = false;
+  if (right.yields_to >= 0 || right.priority != priority) memory.deviation.active = false;
 }
 
 /// What was remembered for another goal than the input's is forgotten.
@@ -135,8 +135,8 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
 }  // namespace
 
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
-  memory.time_to_think = 0.0;
-  if (manoeuvre.kind == ManoeuvreKind::kGoOn) return;
+  memory.rollout_wait = 0.0;
+  if (manoeuvre.kind == ManoeuvreKind::kContinue) return;
   memory.random = Random(manoeuvre.seed);
   const bool evades = manoeuvre.kind == ManoeuvreKind::kEvade;
   memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience, evades, false};
@@ -165,7 +165,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const MotionMethod& method = *input.parameters.method;
   const MethodInput method_input{input.limits, input.q,  input.qd,   input.q_goal,
                                  target,       input.dt, input.rows, input.scene};
-  const MethodState state{memory.method, memory.deviation, memory.random, memory.time_to_think};
+  const MethodState state{memory.method, memory.deviation, memory.random, memory.rollout_wait};
   WantedMotion wish;
   if (yields) {
     wish.velocity = retreat_velocity(others, memory.right_of_way, input.limits);
@@ -188,7 +188,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   } else if (!at_goal && !yields) {
     const ConstrainedMotion constrained{wanted, intended.x, bounds, strongest_row(intended), memory.right_of_way.leads};
     const Redirection redirection = method.redirect(method_input, constrained, state);
-    result.thinks = redirection.awaiting_rollout;
+    result.awaiting_rollout = redirection.awaiting_rollout;
     if (redirection.velocity) {
       intended = project(problem, *redirection.velocity, bounds, still, memory.followed, intention_relaxed);
     }

@@ -22,7 +22,7 @@ struct LocalInput {
   std::span<const ArmObservation> arms = {};  ///< of every arm of the cell; empty: there are no others
   int self = 0;                               ///< index of the own arm
   bool has_goal = true;                       ///< q_goal is one
-  const LocalScene* scene = nullptr;          ///< for the method; null: it does without
+  const MethodScene* scene = nullptr;         ///< for the method; null: it does without
 };
 
 /// What the planner remembers between periods; a plain value.
@@ -39,10 +39,10 @@ struct LocalMemory {
   double without_progress = 0;  ///< since the arm last moved noticeably [s]
   Detour detour;
   RightOfWay right_of_way;
-  double time_to_think = 0.0;  ///< a held-back arm waits so long for a rollout before its method deviates [s]
+  double rollout_wait = 0.0;  ///< a held-back arm waits so long for a rollout before its method deviates [s]
 };
 
-/// From the next period on the arm tries this. Nothing changes for kGoOn.
+/// From the next period on the arm tries this. Nothing changes for kContinue.
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory);
 
 struct LocalResult {
@@ -50,9 +50,9 @@ struct LocalResult {
   bool following = false;  ///< the method leads the arm around something
   bool stalled = false;    ///< the method gets nowhere
   bool detouring = false;
-  bool thinks = false;   ///< its straight way is blocked, and it waits for a manoeuvre
-  int yields_to = -1;    ///< index of the arm that this one makes room for; −1: none
-  bool blocked = false;  ///< no noticeable motion for a while although the goal is not reached
+  bool awaiting_rollout = false;  ///< its straight way is blocked, and it waits for a manoeuvre
+  int yields_to = -1;             ///< index of the arm that this one makes room for; −1: none
+  bool blocked = false;           ///< no noticeable motion for a while although the goal is not reached
   bool relaxed = false;  ///< the rows asked for more than acceleration limits can give; braked as hard as allowed
   int binding_row = -1;  ///< the row with the largest multiplier, −1: none holds the arm back
 };

@@ -7,17 +7,17 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
-#include "planner/local/rest_region.hpp"
-#include "planner/surroundings.hpp"
+#include "planner/local/reachable_stop_set.hpp"
+#include "planner/local_scene.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
 
 struct TickScratch::Storage {
   explicit Storage(const CellGeometry& geometry)
-      : surroundings(geometry), distance(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
+      : scene(geometry), distance(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
 
-  Surroundings surroundings;
+  LocalScene scene;
   ExactDistance distance;
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
@@ -33,7 +33,7 @@ TickScratch::~TickScratch() = default;
 TickScratch::TickScratch(TickScratch&&) noexcept = default;
 TickScratch& TickScratch::operator=(TickScratch&&) noexcept = default;
 void TickScratch::rebuild(const CellGeometry& geometry) {
-  storage_->surroundings.rebuild(geometry);
+  storage_->scene.rebuild(geometry);
   storage_->distance.rebuild(geometry);
   if (storage_->of_method) storage_->of_method->rebuild(geometry);
 }
@@ -141,32 +141,32 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   TickScratch::Storage& s = scratch.storage();
   const Arm& arm = geometry.own_arm();
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
-  s.surroundings.look(geometry, parameters, input, fastest);
-  const int near = s.distance.clearances(s.surroundings.poses(), s.surroundings.influence(), s.clearances);
-  const DamperScene scene = s.surroundings.scene(geometry, parameters, input, s.distance);
+  s.scene.update(geometry, parameters, input, fastest);
+  const int near = s.distance.clearances(s.scene.poses(), s.scene.influence(), s.clearances);
+  const DamperScene scene = s.scene.scene(geometry, parameters, input, s.distance);
   const BuiltRows rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
   JointLimits slower;
   const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
-  const LocalScene local_scene{geometry,   s.surroundings.poses(), input.arms, parameters.damper.self_security_distance,
-                               s.distance, s.of_method.get()};
+  const MethodScene method_scene{geometry,   s.scene.poses(),  input.arms, parameters.damper.self_security_distance,
+                                 s.distance, s.of_method.get()};
   const LocalInput local_input{
-      limits,     parameters,      input.q,        input.qd,    q_goal, input.dt, std::span(s.rows).first(rows.count),
-      input.arms, geometry.self(), input.has_goal, &local_scene};
+      limits,     parameters,      input.q,        input.qd,     q_goal, input.dt, std::span(s.rows).first(rows.count),
+      input.arms, geometry.self(), input.has_goal, &method_scene};
   const LocalResult local = plan_locally(local_input, memory.local);
 
   TickResult result;
   result.qd = local.qd;
   result.q = input.q + 0.5 * (input.qd + local.qd) * input.dt;
   result.rows = rows.count;
-  result.room = rows.nearest - parameters.damper.security_distance;
-  result.room_of_moving = rows.nearest_moving - parameters.damper.security_distance;
+  result.clearance_margin = rows.nearest - parameters.damper.security_distance;
+  result.clearance_margin_of_moving = rows.nearest_moving - parameters.damper.security_distance;
   result.relaxed = local.relaxed;
-  result.thinks = local.thinks;
+  result.awaiting_rollout = local.awaiting_rollout;
   result.near = std::any_of(s.rows.begin(), s.rows.begin() + rows.count, [](const Row& row) { return row.influences; });
   result.yields_to = local.yields_to;
-  result.redraws = memory.local.deviation.drawn;
+  result.subspaces_drawn = memory.local.deviation.drawn;
   if (local.binding_row >= 0) {
     result.has_binding = true;
     result.binding = s.clearances[s.rows[local.binding_row].clearance];
@@ -195,9 +195,9 @@ TickResult stand_aside(const CellGeometry& geometry, const LocalParameters& para
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     ArmObservation& arm = arms[i];
     if (i == geometry.self() || arm.age <= parameters.state_age_limit) continue;
-    const RestRegion region = rest_region(geometry.arms()[i].limits, arm.q, arm.qd, arm.age);
+    const ReachableStopSet region = reachable_stop_set(geometry.arms()[i].limits, arm.q, arm.qd, arm.age);
     arm.q = region.q;
-    arm.stray = region.stray;
+    arm.position_uncertainty = region.position_uncertainty;
     arm.qd.setZero();
     arm.age = 0.0;
     arm.plans = arm.has_goal = false;

@@ -45,18 +45,19 @@ struct TickResult {
   JointVector qd;  ///< velocity there [rad/s | m/s]
   TickStatus status = TickStatus::kIdle;
   bool has_binding = false;
-  Clearance binding;    ///< nearest clearance that shapes the motion, if any
-  int stale_arm = -1;   ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
-  int yields_to = -1;   ///< arm that this one makes room for, −1: none
-  bool thinks = false;  ///< its straight way is blocked, and it waits for a manoeuvre before it turns aside
-  bool near = false;    ///< some pair is within its influence distance
-  int rows = 0;         ///< constraints on the motion
+  Clearance binding;              ///< nearest clearance that shapes the motion, if any
+  int stale_arm = -1;             ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
+  int yields_to = -1;             ///< arm that this one makes room for, −1: none
+  bool awaiting_rollout = false;  ///< its straight way is blocked, and it waits for a manoeuvre before it turns aside
+  bool near = false;              ///< some pair is within its influence distance
+  int rows = 0;                   ///< constraints on the motion
   /// The least distance of what it can move from obstacles and other arms, beyond dₛ, when the period began [m]; as far
   /// as it was measured: infinite when nothing is near.
-  double room = std::numeric_limits<double>::infinity();
-  double room_of_moving = std::numeric_limits<double>::infinity();  ///< the same from obstacles that move [m]
-  bool relaxed = false;  ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
-  int redraws = 0;       ///< ways around that the method has tried for this goal: subspaces drawn
+  double clearance_margin = std::numeric_limits<double>::infinity();
+  double clearance_margin_of_moving =
+      std::numeric_limits<double>::infinity();  ///< the same from obstacles that move [m]
+  bool relaxed = false;     ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
+  int subspaces_drawn = 0;  ///< ways around that the method has tried for this goal: subspaces drawn
 };
 
 /// What one planner remembers from tick to tick: a value, so that a rollout can copy it.

@@ -11,7 +11,7 @@ ArmPlanner::ArmPlanner(CellGeometry geometry, const LocalParameters& parameters,
       coordinator_(parameters, options.route_seed, options.plan_numbers_after) {}
 
 void ArmPlanner::receive(const PeriodEvents& events) {
-  if (events.missed > 0.0) controller_.let_pass(events.missed);
+  if (events.missed > 0.0) controller_.skip(events.missed);
   if (events.drops_setpoint) controller_.forget_setpoint();
   if (events.obstacles) controller_.set_obstacles(*events.obstacles);
   if (events.goal && events.goal->q_goal) controller_.set_goal(*events.goal->q_goal);
@@ -20,7 +20,7 @@ void ArmPlanner::receive(const PeriodEvents& events) {
 }
 
 TickResult ArmPlanner::step(const PeriodInputs& inputs) {
-  if (const auto time = rollouts_.thinking_time()) controller_.think_first(*time);
+  if (const auto time = rollouts_.rollout_wait()) controller_.wait_for_rollout(*time);
   const TickResult result = controller_.step(inputs.own, inputs.arms, inputs.obstacles, inputs.hold);
   if (inputs.number > 0) controller_.sent(inputs.number);
   return result;

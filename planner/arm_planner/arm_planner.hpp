@@ -1,7 +1,7 @@
 #pragma once
 /// The whole planner of one arm: tick, rollouts, replanning and coupled plans in one fixed order. The planner service
 /// and the simulation both run this. It works on values: the same memory and the same inputs give the same set-points,
-/// bit by bit. It knows no clock, thread, log or network; docs/design/0020-arm-planner.md.
+/// bit by bit. It knows no clock, thread, log or network; docs/design/0017-arm-planner.md.
 
 #include <cstdint>
 #include <memory>
@@ -43,7 +43,7 @@ struct PeriodEvents {
 
 /// What the planner knows when a period begins.
 struct PeriodInputs {
-  OwnNews own;
+  OwnArmFeedback own;
   std::span<const ArmObservation> arms;             ///< of the whole cell
   std::span<const world::ObstacleState> obstacles;  ///< of the whole cell, in the order of PeriodEvents::obstacles
   bool hold = false;                                ///< the arm must not move

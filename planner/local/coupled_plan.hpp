@@ -1,6 +1,6 @@
 #pragma once
 /// A plan for several arms that stand in each other's way: one proposes it, the others join, all wait for each other at
-/// every point (docs/design/0017-coupled-plans.md).
+/// every point (docs/design/0015-coupled-plans.md).
 
 #include <cstdint>
 #include <vector>

@@ -9,16 +9,16 @@
 namespace hecaton::planner {
 
 enum class ManoeuvreKind : std::uint8_t {
-  kGoOn,      ///< whatever is being done: follow the boundary, or go straight as long as there is a way
-  kLetGo,     ///< stop following, go straight to the goal
+  kContinue,  ///< whatever is being done: follow the boundary, or go straight as long as there is a way
+  kAbandon,   ///< stop following, go straight to the goal
   kSubspace,  ///< follow in a fresh subspace, drawn with `seed`
   kDetour,    ///< visit `q` first, straight; then the goal
   kEvade,     ///< go to `q`, straight, and be there until `patience` is over, also without a goal; then go on
 };
 
 struct Manoeuvre {
-  ManoeuvreKind kind = ManoeuvreKind::kGoOn;
-  std::uint64_t seed = 0;  ///< of all random choices from now on; not for kGoOn
+  ManoeuvreKind kind = ManoeuvreKind::kContinue;
+  std::uint64_t seed = 0;  ///< of all random choices from now on; not for kContinue
   JointVector q;           ///< of kDetour and kEvade [rad | m]
   double patience = 0.0;   ///< these end after so long at the latest [s]
 };

@@ -16,21 +16,21 @@ struct MeasuredState {
 };
 
 /// State of another arm. Index = index in the cell; the entry of the own arm is ignored. An arm that was lost is at
-/// rest, of age 0, and its state is a region (planner/local/rest_region.hpp).
+/// rest, of age 0, and its state is a region (planner/local/reachable_stop_set.hpp).
 struct ArmObservation {
-  JointVector q;                      ///< [rad | m]
-  JointVector qd;                     ///< [rad/s | m/s]
-  double age = 0.0;                   ///< since it was true, on this planner's clock [s], ≥ 0
-  bool known = false;                 ///< ever heard of; an arm that was never heard of stops this one
-  bool plans = false;                 ///< takes its half of the damper (eq. 8); false: held, stopped or without planner
-  bool has_goal = false;              ///< known to be under way to q_goal, where it has not been yet
-  JointVector q_goal = {};            ///< [rad | m]
-  std::uint32_t claim = 0;            ///< to the right of way (planner/local/right_of_way.hpp)
-  JointVector stray = {};             ///< every joint is within this of q, either way; empty: q is exact [rad | m]
-  CoupledPlanProgress progress = {};  ///< of the coupled plan that it has joined
+  JointVector q;               ///< [rad | m]
+  JointVector qd;              ///< [rad/s | m/s]
+  double age = 0.0;            ///< since it was true, on this planner's clock [s], ≥ 0
+  bool known = false;          ///< ever heard of; an arm that was never heard of stops this one
+  bool plans = false;          ///< takes its half of the damper (eq. 8); false: held, stopped or without planner
+  bool has_goal = false;       ///< known to be under way to q_goal, where it has not been yet
+  JointVector q_goal = {};     ///< [rad | m]
+  std::uint32_t priority = 0;  ///< in the right of way (planner/local/right_of_way.hpp)
+  JointVector position_uncertainty = {};  ///< every joint is within this of q, either way; empty: q is exact [rad | m]
+  CoupledPlanProgress progress = {};      ///< of the coupled plan that it has joined
   std::shared_ptr<const CoupledPlan> proposal = nullptr;  ///< its own; null: none
 
-  [[nodiscard]] bool lost() const { return stray.size() > 0; }
+  [[nodiscard]] bool lost() const { return position_uncertainty.size() > 0; }
 };
 
 }  // namespace hecaton::planner

@@ -53,8 +53,8 @@ std::string LocalParameters::validate() const {
     return sentence("damper.self_security_distance", damper.self_security_distance,
                     below("self_influence_distance", damper.self_influence_distance));
   }
-  if (!std::isfinite(yielding.patience) || yielding.patience < 0.0) {
-    return sentence("yielding.patience", yielding.patience, "0 (never) or a time in seconds");
+  if (!std::isfinite(yielding.yield_request_delay) || yielding.yield_request_delay < 0.0) {
+    return sentence("yielding.yield_request_delay", yielding.yield_request_delay, "0 (never) or a time in seconds");
   }
   if (!positive(rollout.horizon)) return sentence("rollout.horizon", rollout.horizon, "a time in seconds above 0");
   if (!std::isfinite(rollout.horizon_growth) || rollout.horizon_growth < 1.0) {
@@ -68,11 +68,11 @@ std::string LocalParameters::validate() const {
   if (rollout.ticks_per_period < 1) {
     return sentence("rollout.ticks_per_period", rollout.ticks_per_period, "1 or more");
   }
-  if (!std::isfinite(route.after) || route.after < 0.0) {
-    return sentence("route.after", route.after, "0 (never) or a time in seconds");
+  if (!std::isfinite(replanning.stall_timeout) || replanning.stall_timeout < 0.0) {
+    return sentence("replanning.stall_timeout", replanning.stall_timeout, "0 (never) or a time in seconds");
   }
-  if (!std::isfinite(route.together_after) || route.together_after < 0.0) {
-    return sentence("route.together_after", route.together_after, "0 (never) or a time in seconds");
+  if (!std::isfinite(coordination.stall_timeout) || coordination.stall_timeout < 0.0) {
+    return sentence("coordination.stall_timeout", coordination.stall_timeout, "0 (never) or a time in seconds");
   }
   return {};
 }

@@ -19,11 +19,12 @@ constexpr double kMostGrowth = 16.0;
 
 void begin_to_wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   right.waited = 0.0;
-  right.patience = right.growth * input.parameters.yielding.patience * random.uniform(1.0 - kSpread, 1.0 + kSpread);
+  right.patience =
+      right.growth * input.parameters.yielding.yield_request_delay * random.uniform(1.0 - kSpread, 1.0 + kSpread);
 }
 
-Claim claim_of(const RightOfWayInput& input, int i) {
-  return {input.arms[i].claim, i};
+Priority priority_of(const RightOfWayInput& input, int i) {
+  return {input.arms[i].priority, i};
 }
 
 /// The first in the order among those near that go before the own arm; −1: none.
@@ -31,7 +32,7 @@ int first_near(const RightOfWayInput& input, const RightOfWay& right) {
   int first = -1;
   for (const Row& row : input.rows) {
     if (!row.influences || !goes_before(input, right, row.arm)) continue;
-    if (first < 0 || claim_of(input, row.arm).precedes(claim_of(input, first))) first = row.arm;
+    if (first < 0 || priority_of(input, row.arm).precedes(priority_of(input, first))) first = row.arm;
   }
   return first;
 }
@@ -39,9 +40,9 @@ int first_near(const RightOfWayInput& input, const RightOfWay& right) {
 void choose(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   const int first = first_near(input, right);
   if (first >= 0) {
-    // Every new claim gets its time.
-    if (right.answers != input.arms[first].claim) begin_to_wait(input, random, right);
-    right.answers = input.arms[first].claim;
+    // Every new priority gets its time.
+    if (right.answers != input.arms[first].priority) begin_to_wait(input, random, right);
+    right.answers = input.arms[first].priority;
     right.yields_to = first;
     right.apart = 0.0;
   } else if (right.yields_to >= 0) {
@@ -53,9 +54,9 @@ void choose(const RightOfWayInput& input, Random& random, RightOfWay& right) {
 void ask(const RightOfWayInput& input, RightOfWay& right) {
   std::uint32_t most = 0;
   for (int i = 0; i < static_cast<int>(input.arms.size()); ++i) {
-    if (i != input.self && input.arms[i].known) most = std::max(most, input.arms[i].claim);
+    if (i != input.self && input.arms[i].known) most = std::max(most, input.arms[i].priority);
   }
-  if (right.claim <= most) right.claim = most + 1;
+  if (right.priority <= most) right.priority = most + 1;
   right.growth = std::min(kMostGrowth, kGrowth * right.growth);
   right.yields_to = -1;
 }
@@ -75,7 +76,7 @@ void wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
 }
 
 bool leads(const RightOfWayInput& input, const RightOfWay& right) {
-  if (!right.under_way || right.claim == 0) return false;
+  if (!right.under_way || right.priority == 0) return false;
   for (int i = 0; i < static_cast<int>(input.arms.size()); ++i) {
     if (goes_before(input, right, i)) return false;
   }
@@ -87,13 +88,13 @@ bool leads(const RightOfWayInput& input, const RightOfWay& right) {
 bool goes_before(const RightOfWayInput& input, const RightOfWay& right, int i) {
   if (i < 0 || i == input.self || i >= static_cast<int>(input.arms.size())) return false;
   const ArmObservation& other = input.arms[i];
-  const bool asks = other.known && other.plans && other.has_goal && other.claim > 0;
+  const bool asks = other.known && other.plans && other.has_goal && other.priority > 0;
   if (!right.under_way) return asks && input.parameters.yielding.at_rest;
-  return asks && claim_of(input, i).precedes({right.claim, input.self});
+  return asks && priority_of(input, i).precedes({right.priority, input.self});
 }
 
 void update(const RightOfWayInput& input, Random& random, RightOfWay& right) {
-  if (input.parameters.yielding.patience <= 0.0) return;
+  if (input.parameters.yielding.yield_request_delay <= 0.0) return;
   choose(input, random, right);
   if (right.under_way) wait(input, random, right);
   right.leads = leads(input, right);

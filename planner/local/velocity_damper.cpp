@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "planner/local/old_news.hpp"
+#include "planner/local/latency_compensation.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -36,8 +36,8 @@ void against_self(const DamperScene& scene, const Clearance& clearance, Row& row
 /// of that would drive the own arm through half of the cell: it may stay, and it may leave.
 void against_lost_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
   const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
-  const double stray = scene.strays[clearance.other][clearance.other_body];
-  keep(scene, damper, clearance.distance - lag(scene, row) - stray, 1.0, 0.0, row);
+  const double position_uncertainty = scene.body_uncertainty[clearance.other][clearance.other_body];
+  keep(scene, damper, clearance.distance - lag(scene, row) - position_uncertainty, 1.0, 0.0, row);
   row.h = std::max(row.h, 0.0);
 }
 
@@ -77,13 +77,14 @@ Sweep swept_by(const DamperScene& scene, const Clearance& clearance, double seco
   const double half = 0.5 * scene.parameters.acceleration_of_obstacles;
   const double end = state.age + seconds;
   return {.way_W = seconds * state.velocity.at(state.X_WO * ball.centre, state.X_WO.translation()),
-          .stray_first = half * state.age * state.age,
-          .stray_last = half * end * end + state.velocity.angular.norm() * ball.radius * seconds};
+          .radius_begin = half * state.age * state.age,
+          .radius_end = half * end * end + state.velocity.angular.norm() * ball.radius * seconds};
 }
 
 /// An obstacle that passes by comes nearer for a while, and never arrives. What it sweeps while the arm could stop is a
-/// thing at rest: the arm keeps the damper against that, when this leaves it more room (docs/design/0010-passing.md).
-void let_pass(const DamperScene& scene, const Clearance& clearance, double security_distance, Row& row) {
+/// thing at rest: the arm keeps the damper against that, when this leaves it more room
+/// (docs/design/0010-passing-obstacles.md).
+void allow_passing(const DamperScene& scene, const Clearance& clearance, double security_distance, Row& row) {
   const double seconds = row.stop_time + scene.dt;
   const ShapeDistance swept = scene.distances->sweep_distance(clearance, {&scene.own, scene.arms, scene.obstacles},
                                                               swept_by(scene, clearance, seconds));
@@ -103,7 +104,7 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
                                           .age = state.age,
                                           .other_acceleration = scene.parameters.acceleration_of_obstacles});
   keep(scene, damper, distance, 1.0, approach, row);
-  if (approach > 0.0 && scene.distances != nullptr) let_pass(scene, clearance, damper.security_distance, row);
+  if (approach > 0.0 && scene.distances != nullptr) allow_passing(scene, clearance, damper.security_distance, row);
 }
 
 }  // namespace
@@ -117,7 +118,7 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
 // differs from paper: the rows are not dropped beyond dᵢ but hold as long as the arm can reach their bound within one
 // period. An arm with bounded acceleration must begin to brake earlier than dᵢ, and f, which goes on, tells when: it
 // can be kept by braking alone (docs/design/0001-braking.md). differs from paper: d is the least distance that old news
-// allows (docs/design/0006-old-news.md).
+// allows (docs/design/0006-latency-compensation.md).
 Row velocity_damper(const DamperScene& scene, const Clearance& clearance) {
   Row row;
   row.key = pair_key(clearance);

@@ -24,7 +24,7 @@ struct DamperScene {
   double dt;                                        ///< control period [s]
   const LocalParameters& parameters;
   /// How far each body of each arm may be from where it is placed [m]; read for arms that were lost.
-  std::span<const std::vector<double>> strays = {};
+  std::span<const std::vector<double>> body_uncertainty = {};
   /// Measures what obstacles sweep; none: each counts as if it came straight on.
   const ExactDistance* distances = nullptr;
 

@@ -38,7 +38,7 @@ struct MethodTraits {
     kWalk,     ///< the arm goes its way alone, in virtual time
   } path = Path::kNone;
   /// What `--plot` draws of an arm with this method.
-  enum class Picture { kNone, kField, kCspace } picture = Picture::kNone;
+  enum class Plot { kNone, kField, kCspace } plot = Plot::kNone;
 };
 
 /// Storage of one thread for one method and one CellGeometry. Its contents mean nothing between ticks.
@@ -50,7 +50,7 @@ class MethodWorkspace {
 };
 
 /// What is around the arm now. References are valid during the call.
-struct LocalScene {
+struct MethodScene {
   const CellGeometry& geometry;
   CellPoses poses;                       ///< arms and obstacles, brought forward to now
   std::span<const ArmObservation> arms;  ///< as last observed, one per arm of the cell
@@ -68,7 +68,7 @@ struct MethodInput {
   const JointVector& target;  ///< where to go now: the goal, or a way-point of a route or detour [rad | m]
   double dt;                  ///< control period [s]
   std::span<const Row> rows;  ///< the constraints on the velocity
-  const LocalScene* scene;    ///< null where the local planner runs without a tick, as in tests
+  const MethodScene* scene;   ///< null where the local planner runs without a tick, as in tests
 };
 
 /// How a method leads its arm off the straight way: what the rest of the planner reads of it, and may end.
@@ -81,10 +81,10 @@ struct Deviation {
 
 /// What a method may change in a tick.
 struct MethodState {
-  MethodMemory& memory;   ///< empty for each new goal
-  Deviation& deviation;   ///< default for each new goal
-  Random& random;         ///< the arm's
-  double& time_to_think;  ///< a held-back arm waits so long for a rollout before it deviates [s]
+  MethodMemory& memory;  ///< empty for each new goal
+  Deviation& deviation;  ///< default for each new goal
+  Random& random;        ///< the arm's
+  double& rollout_wait;  ///< a held-back arm waits so long for a rollout before it deviates [s]
 };
 
 struct WantedMotion {
@@ -107,7 +107,7 @@ struct Redirection {
 };
 
 /// Where an arm goes by what it has gathered between ticks.
-enum class GuidedWay : std::uint8_t {
+enum class GuidedPath : std::uint8_t {
   kStraight,   ///< to the goal, as far as is known
   kAround,     ///< what is known to be in the way
   kSearching,  ///< stays until it is known
@@ -119,7 +119,7 @@ enum class GuidedWay : std::uint8_t {
 class MotionGuide {
  public:
   struct Aim {
-    GuidedWay way = GuidedWay::kSearching;
+    GuidedPath path = GuidedPath::kSearching;
     JointVector q;  ///< where to go now, straight; the arm's own place to stay [rad | m]
   };
 

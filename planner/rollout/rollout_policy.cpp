@@ -8,7 +8,7 @@ namespace {
 /// An arm that went freely this long is out of its trouble [s].
 constexpr double kOutOfTrouble = 0.5;
 /// Nobody waits longer for an answer before turning aside [s].
-constexpr double kLongestThought = 0.15;
+constexpr double kLongestWait = 0.15;
 /// Between two looks at what comes; an arm at 3 rad/s and an obstacle at 1 m/s go half a metre [s].
 constexpr double kForesightInterval = 0.1;
 /// Over so long the change of an obstacle's velocity is measured [s].
@@ -50,7 +50,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
   RolloutQuestion question;
   const int self = controller.geometry().self();
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
-    PlayedArm& arm = question.arms.emplace_back();
+    RolloutArm& arm = question.arms.emplace_back();
     if (i == self) {
       arm.q = controller.setpoint().q;
       arm.qd = controller.setpoint().qd;
@@ -58,7 +58,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
       if (arm.has_goal) arm.q_goal = *controller.goal();
       arm.plans = true;
       arm.memory = controller.memory();
-      arm.memory.time_to_think = 0.0;      // who goes on turns aside now
+      arm.memory.rollout_wait = 0.0;       // who goes on turns aside now
       arm.memory.detour.of_route = false;  // what comes after its next point is not played
       continue;
     }
@@ -69,10 +69,10 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     arm.q_goal = seen.q_goal;
     arm.has_goal = seen.has_goal;
     arm.plans = seen.plans;
-    arm.stray = seen.stray;
+    arm.position_uncertainty = seen.position_uncertainty;
     // How the other chooses its subspaces is not known; that each is somebody else is.
     arm.memory = LocalMemory(static_cast<std::uint64_t>(i) + 1);
-    arm.memory.right_of_way.claim = seen.claim;
+    arm.memory.right_of_way.priority = seen.priority;
   }
   for (const world::ObstacleState& obstacle : obstacles) {
     question.obstacles.push_back(obstacle);
@@ -93,10 +93,10 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
   if (!parameters.method->traits().coordinates) parameters_.candidates = 0;
 }
 
-std::optional<double> RolloutPolicy::thinking_time() const {
+std::optional<double> RolloutPolicy::rollout_wait() const {
   const bool could_ask =
       open_ != Open::kHeldBack && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
-  return could_ask ? std::optional(kLongestThought) : std::nullopt;
+  return could_ask ? std::optional(kLongestWait) : std::nullopt;
 }
 
 /// States come with ages of their own: what counts is how far apart the instants are at which they were true.
@@ -130,7 +130,7 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   since_answer_ += dt;
   const bool held_back = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
                          result.status == TickStatus::kBlocked ||
-                         (result.status == TickStatus::kYielding && controller.under_way()) || result.thinks;
+                         (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
   const bool trouble = held_back && !controller.route().under_way();  // else the route is looked at, and left
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;

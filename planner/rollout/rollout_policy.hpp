@@ -17,11 +17,11 @@ class RolloutPolicy {
   /// Before a period: when a question could be asked, an arm that gets stuck waits so long for the answer [s]. An arm
   /// that turned aside at once, and then another way within a tenth of a second, would seem to tremble. Empty: no
   /// question could be asked.
-  [[nodiscard]] std::optional<double> thinking_time() const;
+  [[nodiscard]] std::optional<double> rollout_wait() const;
 
   /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
   /// had its time. The longer the arm is held back, the farther it looks ahead. Else, now and then, whether going on
-  /// ends well, when an obstacle moves that could come near (docs/design/0015-foresight.md); also without a goal.
+  /// ends well, when an obstacle moves that could come near (docs/design/0013-lookahead.md); also without a goal.
   [[nodiscard]] std::optional<RolloutQuestion> next(const ArmController& controller, const TickResult& result,
                                                     std::span<const ArmObservation> arms,
                                                     std::span<const world::ObstacleState> obstacles);

@@ -32,9 +32,9 @@ constexpr double kTolerated = 0.3;
 /// From what moves no dampers let an arm get there: who does has lost the flight, however little the play says.
 constexpr double kToleratedOfMoving = 0.05;
 /// What it is worth not to come nearer by another dₛ, which is a contact [s]: more than any detour.
-constexpr double kWorthOfRoom = 50.0;
+constexpr double kCostOfMargin = 50.0;
 
-double straight_time(const JointLimits& limits, const PlayedArm& arm) {
+double straight_time(const JointLimits& limits, const RolloutArm& arm) {
   return joint_difference(limits, arm.q, arm.q_goal).cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff();
 }
 
@@ -74,17 +74,18 @@ void RolloutSearch::set_obstacles(std::span<const world::Obstacle> obstacles) {
   for (const LocalParameters& parameters : parameters_) {
     influence = std::max(influence, parameters.damper.influence_distance);
   }
-  played_ = whole.neighbourhood(influence);
-  own_ = static_cast<int>(std::lower_bound(played_.begin(), played_.end(), self_) - played_.begin());
-  const std::vector<Arm> arms = picked(arms_, played_);
-  cell_ = PlayedCell(arms, picked(parameters_, played_), kStep);
+  simulated_arms_ = whole.neighbourhood(influence);
+  own_ = static_cast<int>(std::lower_bound(simulated_arms_.begin(), simulated_arms_.end(), self_) -
+                          simulated_arms_.begin());
+  const std::vector<Arm> arms = picked(arms_, simulated_arms_);
+  cell_ = RolloutSimulation(arms, picked(parameters_, simulated_arms_), kStep);
   cell_.set_obstacles(near_obstacles(obstacles, arms));
   candidate_ = question_.candidates + 1;
 }
 
 void RolloutSearch::begin(RolloutQuestion question) {
   question_ = std::move(question);
-  question_.arms = picked(question_.arms, played_);
+  question_.arms = picked(question_.arms, simulated_arms_);
   random_ = Random(question_.seed);
   candidate_ = 0;
   best_ = {};
@@ -108,7 +109,7 @@ Manoeuvre RolloutSearch::draw(int candidate) {
   if (question_.foresees) return draw_escape(candidate);
   manoeuvre.seed = random_.next();
   if (candidate == 1) {
-    manoeuvre.kind = ManoeuvreKind::kLetGo;
+    manoeuvre.kind = ManoeuvreKind::kAbandon;
   } else if (candidate % 2 == 0) {
     manoeuvre.kind = ManoeuvreKind::kSubspace;
   } else {
@@ -124,10 +125,10 @@ Manoeuvre RolloutSearch::draw_escape(int candidate) {
   Manoeuvre manoeuvre;
   manoeuvre.seed = random_.next();
   if (candidate == 1) {
-    manoeuvre.kind = ManoeuvreKind::kLetGo;
+    manoeuvre.kind = ManoeuvreKind::kAbandon;
     return manoeuvre;
   }
-  const PlayedArm& own = question_.arms[own_];
+  const RolloutArm& own = question_.arms[own_];
   manoeuvre.kind = ManoeuvreKind::kEvade;
   if (candidate <= 3) {
     manoeuvre.q = rest_position(cell_.limits(own_), own.q, own.qd);
@@ -148,9 +149,9 @@ void RolloutSearch::start_candidate() {
 
 /// How far arm i came nearer than it may, in units of dₛ.
 double RolloutSearch::danger(int arm) const {
-  const double security = parameters_[played_[arm]].damper.security_distance;
-  const double of_any = -cell_.room(arm) / security - kTolerated;
-  const double of_moving = -cell_.room_of_moving(arm) / security - kToleratedOfMoving;
+  const double security = parameters_[simulated_arms_[arm]].damper.security_distance;
+  const double of_any = -cell_.clearance_margin(arm) / security - kTolerated;
+  const double of_moving = -cell_.clearance_margin_of_moving(arm) / security - kToleratedOfMoving;
   return std::max({0.0, of_any, of_moving});
 }
 
@@ -162,7 +163,7 @@ double RolloutSearch::dangers() const {
 
 bool RolloutSearch::finished() const {
   if (cell_.time() >= question_.horizon) return true;
-  if (candidate_ > 0 && kWorthOfRoom * dangers() >= best_.cost) return true;  // it cannot win any more
+  if (candidate_ > 0 && kCostOfMargin * dangers() >= best_.cost) return true;  // it cannot win any more
   if (question_.foresees) return false;
   for (int i = 0; i < cell_.arms(); ++i) {
     if (cell_.arm(i).has_goal && cell_.arm(i).plans && cell_.reached(i) < 0.0) return false;
@@ -171,9 +172,9 @@ bool RolloutSearch::finished() const {
 }
 
 double RolloutSearch::cost() const {
-  double sum = kWorthOfRoom * dangers();
+  double sum = kCostOfMargin * dangers();
   for (int i = 0; i < cell_.arms(); ++i) {
-    const PlayedArm& arm = cell_.arm(i);
+    const RolloutArm& arm = cell_.arm(i);
     if (!arm.has_goal || !arm.plans) continue;
     sum += cell_.reached(i) >= 0.0 ? cell_.reached(i) : cell_.time() + kDoubt * straight_time(cell_.limits(i), arm);
   }
@@ -189,8 +190,8 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
     }
     if (!finished()) return std::nullopt;
     const double cost = this->cost();
-    if (candidate_ == 0) best_.cost_of_going_on = cost;
-    if (cost < (candidate_ == 0 ? best_.cost : std::min(best_.cost, best_.cost_of_going_on - kWorthwhile))) {
+    if (candidate_ == 0) best_.cost_of_continuing = cost;
+    if (cost < (candidate_ == 0 ? best_.cost : std::min(best_.cost, best_.cost_of_continuing - kWorthwhile))) {
       best_.manoeuvre = manoeuvre_;
       best_.cost = cost;
       best_.arrives = cell_.reached(own_) >= 0.0;

@@ -8,13 +8,13 @@
 #include <span>
 #include <vector>
 
-#include "planner/rollout/played_cell.hpp"
+#include "planner/rollout/rollout_simulation.hpp"
 
 namespace hecaton::planner {
 
 /// What the planner knows when it asks.
 struct RolloutQuestion {
-  std::vector<PlayedArm> arms;                  ///< of the whole cell
+  std::vector<RolloutArm> arms;                 ///< of the whole cell
   std::vector<world::ObstacleState> obstacles;  ///< of the whole cell
   std::vector<Eigen::Vector3d> accelerations;   ///< of those [m/s²], or empty: they go on as they do
   double horizon = 2.0;                         ///< [s]
@@ -29,8 +29,8 @@ struct RolloutAnswer {
   Manoeuvre manoeuvre;
   double cost = 0.0;  ///< expected time until all played arms are at their goals, summed over them, and what
                       ///< the danger is worth that they get into [s]
-  double cost_of_going_on = 0.0;  ///< the same without a manoeuvre [s]
-  bool arrives = false;           ///< the own arm reaches its goal within the horizon
+  double cost_of_continuing = 0.0;  ///< the same without a manoeuvre [s]
+  bool arrives = false;             ///< the own arm reaches its goal within the horizon
 };
 
 class RolloutSearch {
@@ -42,7 +42,7 @@ class RolloutSearch {
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
   /// The arms that are played, as indices in the cell, ascending: the own one and all that may come within dᵢ of it.
-  [[nodiscard]] const std::vector<int>& played() const { return played_; }
+  [[nodiscard]] const std::vector<int>& simulated_arms() const { return simulated_arms_; }
 
   void begin(RolloutQuestion question);
   /// Plays on until the answer is known or about `ticks` ticks of single arms are spent. The answer is given once.
@@ -64,9 +64,9 @@ class RolloutSearch {
   std::vector<Arm> arms_;
   std::vector<LocalParameters> parameters_;
   int self_;
-  std::vector<int> played_;
+  std::vector<int> simulated_arms_;
   int own_ = 0;               ///< index of the own arm among those
-  PlayedCell cell_;           ///< of those
+  RolloutSimulation cell_;    ///< of those
   RolloutQuestion question_;  ///< as asked, but only with their states
   int candidate_ = 1;         ///< being played; above `candidates`: idle
   Random random_;

@@ -112,11 +112,11 @@ double distance_to(const std::vector<Eigen::VectorXd>& line, const Eigen::Vector
 
 class Search {
  public:
-  Search(const std::vector<Eigen::VectorXd>& waypoints, const CurveFree& curve_free, const WayFree& way_free,
+  Search(const std::vector<Eigen::VectorXd>& waypoints, const CurveFree& curve_free, const SegmentFree& segment_free,
          const MotionLimits& limits, const JerkOptions& options)
       : waypoints_(waypoints),
         curve_free_(curve_free),
-        way_free_(way_free),
+        segment_free_(segment_free),
         limits_(limits),
         options_(options),
         step_(std::sqrt(8.0 * kChordDepth / limits.acceleration.maxCoeff())),
@@ -184,12 +184,12 @@ class Search {
   }
 
   [[nodiscard]] bool allowed(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
-    return distance_to(waypoints_, to) <= options_.blend.deviation && way_free_(from, to, spread_);
+    return distance_to(waypoints_, to) <= options_.blend.deviation && segment_free_(from, to, spread_);
   }
 
   const std::vector<Eigen::VectorXd>& waypoints_;
   const CurveFree& curve_free_;
-  const WayFree& way_free_;
+  const SegmentFree& segment_free_;
   const MotionLimits& limits_;
   const JerkOptions& options_;
   double step_;             ///< of chords [s]
@@ -200,8 +200,8 @@ class Search {
 }  // namespace
 
 AveragedTrajectory jerk_limited(const std::vector<Eigen::VectorXd>& waypoints, const CurveFree& curve_free,
-                                const WayFree& way_free, const MotionLimits& limits, const JerkOptions& options) {
-  return Search(waypoints, curve_free, way_free, limits, options).run();
+                                const SegmentFree& segment_free, const MotionLimits& limits, const JerkOptions& options) {
+  return Search(waypoints, curve_free, segment_free, limits, options).run();
 }
 
 }  // namespace hecaton::planner

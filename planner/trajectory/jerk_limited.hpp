@@ -12,7 +12,7 @@
 namespace hecaton::planner {
 
 /// Whether everything within `spread` of the straight way, joint by joint, is free.
-using WayFree =
+using SegmentFree =
     std::function<bool(const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread)>;
 
 struct JerkOptions {
@@ -25,7 +25,7 @@ struct JerkOptions {
 /// is asked for chord by chord. The window is as long as the largest acceleration needs, and gentler accelerations need
 /// shorter ones: of all joints' acceleration limits the share is taken that gets there first.
 [[nodiscard]] AveragedTrajectory jerk_limited(const std::vector<Eigen::VectorXd>& waypoints,
-                                              const CurveFree& curve_free, const WayFree& way_free,
+                                              const CurveFree& curve_free, const SegmentFree& segment_free,
                                               const MotionLimits& limits, const JerkOptions& options);
 
 }  // namespace hecaton::planner

@@ -10,12 +10,12 @@
 namespace {
 
 constexpr const char* kUsage =
-    "usage: hecaton-bench [tick|distance|growth|plays|routes|cspace|strategies …] [Google Benchmark's options]\n"
+    "usage: hecaton-bench [tick|distance|growth|rollouts|routes|cspace|strategies …] [Google Benchmark's options]\n"
     "\n"
     "  tick      one control period of an arm, 192 pairs of bodies, and where its time goes\n"
     "  distance  its distance pass alone, beside FCL's pairwise distances\n"
     "  growth    ticks of generated cells of 3, 10, 30 and 100 arms\n"
-    "  plays     ticks a second when cells are played forward, as in rollouts\n"
+    "  rollouts  ticks a second of rollouts of three arms\n"
     "  routes    answers to arms that are held back: a way around everything as it stands, three levels of room\n"
     "  cspace    10,000 obstacles mapped into the C-space of a planar arm: cost, and cells missed and false\n"
     "  strategies  the grid of motion strategies of scorbot_2a: 576 in 300 tasks, the faultless in 2 x 1800; p50, p99\n"
@@ -24,7 +24,7 @@ constexpr const char* kUsage =
     "\n"
     "Times are in microseconds: Time is the mean, p50, p99 and max are over inputs, each the fastest of three\n"
     "calls on the same input, first_p50 and first_p99 of the first of them, with cold caches (growth/all_on_one_core: "
-    "a period's mean, plays: a play's mean, once). The peer\n"
+    "a period's mean, rollouts: the mean of one rollout, once). The peer\n"
     "(fcl::distance with nearest points, all pairs of an arm's bodies with the others': 192 here, with growth 36 for\n"
     "each other arm) is timed in turns with ours; ratio is that of the medians, tree_ratio that of FCL's tree of\n"
     "boxes, asked for pairs within 0.12 m. Every figure includes two readings of the clock (benchmark `tick/clock`).\n"
@@ -33,7 +33,7 @@ constexpr const char* kUsage =
     "JSON: --benchmark_format=json. Exit codes: 0 done, 2 usage.\n\n";
 
 bool is_group(const std::string& word) {
-  return word == "tick" || word == "distance" || word == "growth" || word == "plays" || word == "routes" ||
+  return word == "tick" || word == "distance" || word == "growth" || word == "rollouts" || word == "routes" ||
          word == "cspace" || word == "strategies";
 }
 
@@ -47,7 +47,7 @@ int main(int count, char** arguments) {
     if (words[i].starts_with("-")) continue;
     if (!is_group(words[i])) {
       std::fprintf(stderr,
-                   "hecaton-bench: '%s' must be tick, distance, growth, plays, routes, cspace or strategies\n%s",
+                   "hecaton-bench: '%s' must be tick, distance, growth, rollouts, routes, cspace or strategies\n%s",
                    words[i].c_str(), kUsage);
       return 2;
     }

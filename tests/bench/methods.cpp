@@ -36,7 +36,7 @@ class Account {
  public:
   /// `path`: as shortened; empty: not solved. `search_us` and the time of shortening [µs].
   void add(const QueryScene& scene, const QueryScene::Query& query, const Path& path, double search_us,
-           double shortening_us, test::FclReferee& referee) {
+           double shortening_us, test::FclCollisionChecker& checker) {
     search_.add(search_us);
     both_.add(search_us + shortening_us);
     ++queries_;
@@ -45,7 +45,7 @@ class Account {
     length_ += length_of(path);
     ratio_ += length_of(path) / query.length;
     duration_ += timed_path(scene.validity, path).duration();
-    invalid_ += referee.collisions_on(path, scene.validity.options().step / kFiner) > 0 ? 1.0 : 0.0;
+    invalid_ += checker.collisions_on(path, scene.validity.options().step / kFiner) > 0 ? 1.0 : 0.0;
   }
 
   void tell(benchmark::State& state) const {
@@ -67,16 +67,16 @@ class Account {
   double queries_ = 0.0, solved_ = 0.0, length_ = 0.0, ratio_ = 0.0, duration_ = 0.0, invalid_ = 0.0;
 };
 
-/// `solve(scene, query, account, referee)` for every query; `enter(scene)` before a scene's first.
+/// `solve(scene, query, account, checker)` for every query; `enter(scene)` before a scene's first.
 template <typename Enter, typename Solve>
 void run_all(benchmark::State& state, const Enter& enter, const Solve& solve) {
   const std::vector<QueryScene>& scenes = query_set();
   for (auto _ : state) {
     Account account;
     for (const QueryScene& scene : scenes) {
-      test::FclReferee referee(scene.validity, scene.world);
+      test::FclCollisionChecker checker(scene.validity, scene.world);
       enter(scene);
-      for (const QueryScene::Query& query : scene.queries) solve(scene, query, account, referee);
+      for (const QueryScene::Query& query : scene.queries) solve(scene, query, account, checker);
     }
     account.tell(state);
   }
@@ -87,12 +87,13 @@ void searched(benchmark::State& state, PlanOptions options) {
   options.simplify = false;
   run_all(
       state, [](const QueryScene&) {},
-      [&](const QueryScene& scene, const QueryScene::Query& query, Account& account, test::FclReferee& referee) {
+      [&](const QueryScene& scene, const QueryScene::Query& query, Account& account,
+          test::FclCollisionChecker& checker) {
         options.budget.ended = processor_deadline(kLongestSearch);
         Plan found;
         const double us = processor_time_once([&] { found = plan(scene.validity, query.start, query.goal, options); });
         const double more = processor_time_once([&] { simplify(scene.validity, options, found); });
-        account.add(scene, query, found.path, us, more, referee);
+        account.add(scene, query, found.path, us, more, checker);
       });
 }
 
@@ -140,7 +141,8 @@ void down_a_field(benchmark::State& state, Attraction attraction) {
   };
   run_all(
       state, [&](const QueryScene& scene) { field = std::make_unique<FieldScene>(scene, parameters); },
-      [&](const QueryScene& scene, const QueryScene::Query& query, Account& account, test::FclReferee& referee) {
+      [&](const QueryScene& scene, const QueryScene::Query& query, Account& account,
+          test::FclCollisionChecker& checker) {
         potential::Descent descent;
         const double us = processor_time_once([&] {
           descent = potential::descend(field->field, field->motion, field->geometry.own_arm().limits,
@@ -153,7 +155,7 @@ void down_a_field(benchmark::State& state, Attraction attraction) {
           more = processor_time_once([&] { refined = potential::refine(descent.path, field->motion); });
           for (const JointVector& q : refined) path.emplace_back(q.begin(), q.end());
         }
-        account.add(scene, query, path, us, more, referee);
+        account.add(scene, query, path, us, more, checker);
       });
 }
 

@@ -12,7 +12,7 @@
 #include "planner/global/plan.hpp"
 #include "services/config/moveit_files.hpp"
 #include "tests/bench/timings.hpp"
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 
 namespace hecaton::bench {
 namespace {
@@ -52,7 +52,8 @@ class Sum {
  public:
   explicit Sum(bool certify) : certify_(certify) {}
 
-  void solve(const Validity& validity, const Problem& problem, test::FclReferee& referee, benchmark::State& state) {
+  void solve(const Validity& validity, const Problem& problem, test::FclCollisionChecker& checker,
+             benchmark::State& state) {
     PlanOptions options;
     options.simplify = false;
     options.certify = certify_;
@@ -72,7 +73,7 @@ class Sum {
     total_ += us;
     const double both = us + processor_time_once([&] { simplify(validity, options, found); });
     simplified_.add(both);
-    invalid_paths_ += referee.collisions_on(found.path, validity.options().step / 10.0) > 0 ? 1 : 0;
+    invalid_paths_ += checker.collisions_on(found.path, validity.options().step / 10.0) > 0 ? 1 : 0;
   }
 
   void tell(benchmark::State& state) const {
@@ -102,8 +103,8 @@ void run(benchmark::State& state, const Arm& arm, const Family& family, bool cer
   for (auto _ : state) {
     const Problem& problem = family[next++];
     validity.set_world(problem.world);
-    test::FclReferee referee(validity, problem.world);
-    sum.solve(validity, problem, referee, state);
+    test::FclCollisionChecker checker(validity, problem.world);
+    sum.solve(validity, problem, checker, state);
   }
   sum.tell(state);
 }

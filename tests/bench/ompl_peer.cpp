@@ -33,13 +33,13 @@ std::shared_ptr<ob::RealVectorStateSpace> make_space(const planner::global::Vali
 
 }  // namespace
 
-OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclReferee& referee,
+OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclCollisionChecker& checker,
                         const std::vector<double>& start, const std::vector<double>& goal, double seconds) {
   ompl::msg::setLogLevel(ompl::msg::LOG_NONE);
   const auto space = make_space(validity, start, goal);
   og::SimpleSetup setup(space);
   setup.setStateValidityChecker([&](const ob::State* state) {
-    return !referee.collides(state->as<ob::RealVectorStateSpace::StateType>()->values);
+    return !checker.collides(state->as<ob::RealVectorStateSpace::StateType>()->values);
   });
   ob::ScopedState<> from(space);
   ob::ScopedState<> to(space);

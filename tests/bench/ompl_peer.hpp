@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 
 namespace hecaton::bench {
 
@@ -14,7 +14,7 @@ struct OmplPlan {
 
 /// Straight ways are checked at the validity's own step. The search ends by an explicit condition: solved, or `seconds`
 /// have passed (OMPL's solve(seconds) would start a thread for its clock).
-[[nodiscard]] OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclReferee& referee,
+[[nodiscard]] OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclCollisionChecker& checker,
                                       const std::vector<double>& start, const std::vector<double>& goal,
                                       double seconds);
 

@@ -20,7 +20,7 @@ constexpr int kFiner = 10;  ///< FCL looks at paths so many times as finely as t
 
 /// Eight random configurations at a time, against each of them by FCL: the costs of one are an eighth.
 void measure_states(benchmark::State& state, const Validity& validity, std::span<const WorldBody> world) {
-  test::FclReferee referee(validity, world);
+  test::FclCollisionChecker checker(validity, world);
   const Configuration zero(validity.dimensions(), 0.0);
   const Space space = space_of(validity, zero, zero);
   Random random(2);
@@ -43,7 +43,7 @@ void measure_states(benchmark::State& state, const Validity& validity, std::span
     unsigned fcl = 0;
     peer.add(processor_time_once([&] {
                for (int lane = 0; lane < kWidth; ++lane) {
-                 fcl |= referee.collides(block(0) + lane * space.stride) ? 1U << lane : 0U;
+                 fcl |= checker.collides(block(0) + lane * space.stride) ? 1U << lane : 0U;
                }
              }) /
              kWidth);
@@ -88,13 +88,13 @@ void puma_among_boxes(benchmark::State& state, const std::string& method) {
     ValidityOptions options;
     options.step = 0.031;
     const Validity validity({CellGeometry({test::puma()}, 0)}, world, options);
-    test::FclReferee referee(validity, world);
+    test::FclCollisionChecker checker(validity, world);
     Configuration start;
     Configuration goal;
     do {
-      start = draw_free(validity, referee, random);
-      goal = draw_free(validity, referee, random);
-    } while (referee.collisions_on({start, goal}, options.step) == 0 || !has_a_way(validity, referee, start, goal));
+      start = draw_free(validity, checker, random);
+      goal = draw_free(validity, checker, random);
+    } while (checker.collisions_on({start, goal}, options.step) == 0 || !path_exists(validity, checker, start, goal));
     PlanOptions plan_options;
     plan_options.planner = built_in_planners().at(method);
     plan_options.simplify = false;
@@ -111,10 +111,10 @@ void puma_among_boxes(benchmark::State& state, const std::string& method) {
       found = plan(validity, start, goal, plan_options);
       simplify(validity, plan_options, found);
     }));
-    invalid += referee.collisions_on(found.path, options.step / kFiner) > 0 ? 1.0 : 0.0;
+    invalid += checker.collisions_on(found.path, options.step / kFiner) > 0 ? 1.0 : 0.0;
     if (!beside_peer) continue;
     OmplPlan of_peer;
-    peer.add(processor_time_once([&] { of_peer = plan_with_ompl(validity, referee, start, goal, kLongestSearch); }));
+    peer.add(processor_time_once([&] { of_peer = plan_with_ompl(validity, checker, start, goal, kLongestSearch); }));
     solved_by_peer += of_peer.solved ? 1.0 : 0.0;
   }
   state.counters["solved"] = solved;

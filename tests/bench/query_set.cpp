@@ -32,11 +32,11 @@ std::vector<QueryScene> draw_set() {
   Random random(11);
   for (int i = 0; i < kScenes; ++i) {
     QueryScene& scene = scenes.emplace_back(20, random);
-    test::FclReferee referee(scene.validity, scene.world);
+    test::FclCollisionChecker checker(scene.validity, scene.world);
     while (scene.queries.size() < kQueriesOfAScene) {
-      QueryScene::Query query{draw_free(scene.validity, referee, random), draw_free(scene.validity, referee, random)};
-      if (referee.collisions_on({query.start, query.goal}, scene.validity.options().step) == 0) continue;
-      if (!has_a_way(scene.validity, referee, query.start, query.goal)) continue;
+      QueryScene::Query query{draw_free(scene.validity, checker, random), draw_free(scene.validity, checker, random)};
+      if (checker.collisions_on({query.start, query.goal}, scene.validity.options().step) == 0) continue;
+      if (!path_exists(scene.validity, checker, query.start, query.goal)) continue;
       query.length = plan(scene.validity, query.start, query.goal).length;
       scene.queries.push_back(std::move(query));
     }
@@ -53,23 +53,23 @@ std::function<bool()> processor_deadline(double seconds) {
 QueryScene::QueryScene(int boxes, Random& random)
     : world(test::random_boxes(boxes, random)), validity({CellGeometry({test::puma()}, 0)}, world, steps()) {}
 
-std::vector<double> draw_free(const Validity& validity, test::FclReferee& referee, Random& random) {
+std::vector<double> draw_free(const Validity& validity, test::FclCollisionChecker& checker, Random& random) {
   const std::vector<double> zero(validity.dimensions(), 0.0);
   const Space space = space_of(validity, zero, zero);
   std::vector<float> q(space.stride);
   do {
     space.sample(random, q.data());
-  } while (!validity.state_free(q.data()) || referee.collides(q.data()));
+  } while (!validity.state_free(q.data()) || checker.collides(q.data()));
   return {q.begin(), q.begin() + space.dimensions};
 }
 
-bool has_a_way(const Validity& validity, test::FclReferee& referee, const std::vector<double>& start,
+bool path_exists(const Validity& validity, test::FclCollisionChecker& checker, const std::vector<double>& start,
                const std::vector<double>& goal) {
   PlanOptions options;
   options.seed = 77;
   options.certify = false;
   options.budget.iterations = 20'000;
-  return plan(validity, start, goal, options).solved() || plan_with_ompl(validity, referee, start, goal, 1.0).solved;
+  return plan(validity, start, goal, options).solved() || plan_with_ompl(validity, checker, start, goal, 1.0).solved;
 }
 
 const std::vector<QueryScene>& query_set() {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "planner/global/plan.hpp"
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 
 namespace hecaton::bench {
 
@@ -28,12 +28,12 @@ struct QueryScene {
 };
 
 /// Free for the fast check and for FCL.
-[[nodiscard]] std::vector<double> draw_free(const planner::global::Validity& validity, test::FclReferee& referee,
-                                            planner::Random& random);
+[[nodiscard]] std::vector<double> draw_free(const planner::global::Validity& validity,
+                                            test::FclCollisionChecker& checker, planner::Random& random);
 
 /// Random boxes leave pockets that nothing leads out of: a query counts when either planner, with another seed, has
 /// found a way.
-[[nodiscard]] bool has_a_way(const planner::global::Validity& validity, test::FclReferee& referee,
+[[nodiscard]] bool path_exists(const planner::global::Validity& validity, test::FclCollisionChecker& checker,
                              const std::vector<double>& start, const std::vector<double>& goal);
 
 /// Ten scenes of 20 boxes with 20 queries each that the straight way does not solve. Always the same.

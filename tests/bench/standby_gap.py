@@ -24,7 +24,7 @@ CELL = """name: standby_gap
 network: {{interface: 127.0.0.1}}
 hosts: {{alpha: 127.0.0.1, beta: 127.0.0.2}}
 world: {{host: alpha}}
-supervision: {{host: alpha, takeover_lease: {lease}}}
+supervision: {{host: alpha, failover_timeout: {lease}}}
 defaults:
   urdf: {urdf}
   limits: {{velocity: 1.5, acceleration: 10}}
@@ -75,7 +75,7 @@ class Cell:
             time.sleep(0.05)
         sys.exit("the cell does not become ready; its logs are in " + str(self.logs.parent))
 
-    def takeovers(self):
+    def failovers(self):
         """(planner, gap in ms) of each, from the driver's log."""
         text = (self.logs / "driver-arm.log").read_text()
         return [(planner, float(gap)) for planner, gap in
@@ -98,17 +98,17 @@ def trial(cell, number):
     status = cell.ready()
     in_charge = status["arms"][0]["planner"]
     pid = next(node["pid"] for node in status["nodes"] if node["node"] == in_charge)
-    before = len(cell.takeovers())
+    before = len(cell.failovers())
     if number == signal.SIGKILL:
         time.sleep(max(0.0, cell.killed.get(in_charge, 0.0) + STEADY - time.monotonic()))
         cell.killed[in_charge] = time.monotonic()
     os.kill(pid, number)
     until = time.monotonic() + PATIENCE
-    while len(cell.takeovers()) == before and time.monotonic() < until:
+    while len(cell.failovers()) == before and time.monotonic() < until:
         time.sleep(0.01)
     if number == signal.SIGSTOP:
         os.kill(pid, signal.SIGCONT)
-    taken = cell.takeovers()[before:]
+    taken = cell.failovers()[before:]
     if not taken:
         sys.exit("nobody took over; the logs are in " + str(cell.logs.parent))
     return taken[0][1]

@@ -1,5 +1,5 @@
-// Braking before contact (docs/design/0001-braking.md, 0010-passing.md): arms are driven among things by the real tick,
-// and from every tick the stop profile is rolled out to rest, with exact distances all along.
+// Braking before contact (docs/design/0001-braking.md, 0010-passing-obstacles.md): arms are driven among things by the
+// real tick, and from every tick the stop profile is rolled out to rest, with exact distances all along.
 #include <algorithm>
 #include <optional>
 #include <vector>
@@ -86,7 +86,7 @@ class Drive {
   Drive(const Setting& setting, std::uint64_t seed) : setting_(setting), random_(seed) {
     parameters_.damper = setting.damper;
     parameters_.rollout.candidates = 0;
-    parameters_.route.after = 0.0;
+    parameters_.replanning.stall_timeout = 0.0;
     for (int i = 0; i < setting.things; ++i) place_thing(i);
     for (int i = 0; i < arms(); ++i) {
       geometries_.emplace_back(setting.arms, i);

@@ -35,7 +35,7 @@ void drive_along_the_wall(Random& random, Tally& tally) {
   LocalParameters parameters;
   parameters.damper = {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55};
   parameters.rollout.candidates = 0;
-  parameters.route.after = 0.0;
+  parameters.replanning.stall_timeout = 0.0;
   ArmController controller(CellGeometry({arm}, 0), parameters, kPeriod, random.next());
   std::vector<world::Obstacle> things = {test::box_obstacle("wall", {kWall + 0.5, 0, 0}, {0.5, 9, 1})};
   things.emplace_back().name = "driver";

@@ -1,4 +1,4 @@
-// What passes by: docs/design/0010-passing.md in random encounters.
+// What passes by: docs/design/0010-passing-obstacles.md in random encounters.
 #include <algorithm>
 #include <vector>
 

@@ -15,11 +15,11 @@ namespace {
 constexpr double kPeriod = 0.01;  // [s]
 constexpr int kArms = 5;
 
-/// Arms that are all near each other, held back now and then, and hear of each other's claims over a bad network.
+/// Arms that are all near each other, held back now and then, and hear of each other's priorities over a bad network.
 class Crowd {
  public:
   Crowd(const NetworkParameters& network, std::uint64_t seed) : random_(seed), rights_(kArms) {
-    parameters_.yielding.patience = random_.uniform(0.2, 2.0);
+    parameters_.yielding.yield_request_delay = random_.uniform(0.2, 2.0);
     for (RightOfWay& right : rights_) right.under_way = true;
     for (int to = 0; to < kArms; ++to) {
       auto& row = channels_.emplace_back();
@@ -40,7 +40,7 @@ class Crowd {
         ArmObservation state;
         state.known = state.plans = true;
         state.has_goal = rights_[from].under_way;
-        state.claim = rights_[from].claim;
+        state.priority = rights_[from].priority;
         if (from != to) channels_[to][from].send(now_, state);
       }
     }
@@ -73,7 +73,7 @@ class Crowd {
   }
   [[nodiscard]] std::uint32_t most() const {
     std::uint32_t most = 0;
-    for (const RightOfWay& right : rights_) most = std::max(most, right.claim);
+    for (const RightOfWay& right : rights_) most = std::max(most, right.priority);
     return most;
   }
 
@@ -86,8 +86,8 @@ class Crowd {
   double now_ = 0.0;
 };
 
-// Every arm sees every other one as it was some time ago, each another time. Claims never fall, so nobody overestimates
-// another's: that is enough.
+// Every arm sees every other one as it was some time ago, each another time. Priorities never fall, so nobody
+// overestimates another's: that is enough.
 TEST(RightOfWayProperty, NobodyEverWaitsForItselfHoweverOldTheNews) {
   int waits = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -102,7 +102,7 @@ TEST(RightOfWayProperty, NobodyEverWaitsForItselfHoweverOldTheNews) {
   EXPECT_GT(waits, 100'000);
 }
 
-// A claim that everybody has heard of leaves exactly one arm that does not make room: who asked last.
+// A priority that everybody has heard of leaves exactly one arm that does not make room: who asked last.
 TEST(RightOfWayProperty, OnceTheNewsIsInExactlyOneGoes) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Crowd crowd({.age = 0.05}, seed);

@@ -1,4 +1,4 @@
-// Arms that know no obstacle but what their sensors see: docs/design/0012-sensed-cspace.md.
+// Arms that know no obstacle but what their sensors see: docs/design/0011-sensed-cspace.md.
 #include <gtest/gtest.h>
 
 #include "planner/methods/sensed_cspace/cspace_method.hpp"
@@ -33,7 +33,7 @@ BatchReport simulate(Cell cell, const char* method, Remember remember, int tasks
 }
 
 // About half of these scenes leave a way. Who is told all obstacles reaches every goal that there is a way to; who
-// senses them may miss some, as docs/design/0012-sensed-cspace.md says.
+// senses them may miss some, as docs/design/0011-sensed-cspace.md says.
 TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   const Cell cell = cell_of("planar_2r");
   const BatchReport known = simulate(cell, "known_cspace", Remember::kAlways, 25);

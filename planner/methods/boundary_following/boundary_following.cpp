@@ -20,9 +20,9 @@ void BoundaryFollowing::visit_parameters(ParameterVisitor& visitor) {
   visitor.section("follower");
   visitor.number("deadlock_fraction", parameters.deadlock_fraction, fraction);
   visitor.number("exit_fraction", parameters.exit_fraction, fraction);
-  visitor.seconds("redraw_after", parameters.redraw_after, {0.0, 3600.0, "s"});
-  visitor.number("redraw_growth", parameters.redraw_growth, {1.0, 100.0, ""});
-  visitor.seconds("redraw_longest", parameters.redraw_longest, {0.0, 3600.0, "s"});
+  visitor.seconds("resample_after", parameters.resample_after, {0.0, 3600.0, "s"});
+  visitor.number("resample_growth", parameters.resample_growth, {1.0, 100.0, ""});
+  visitor.seconds("resample_longest", parameters.resample_longest, {0.0, 3600.0, "s"});
 }
 
 std::optional<std::string> BoundaryFollowing::validate() const {
@@ -34,15 +34,15 @@ std::optional<std::string> BoundaryFollowing::validate() const {
   if (!fraction(p.exit_fraction)) {
     return must_be("follower.exit_fraction", p.exit_fraction, "between 0 and 1, both excluded");
   }
-  if (!std::isfinite(p.redraw_after) || p.redraw_after < 0.0) {
-    return must_be("follower.redraw_after", p.redraw_after, "0 (never) or a time in seconds");
+  if (!std::isfinite(p.resample_after) || p.resample_after < 0.0) {
+    return must_be("follower.resample_after", p.resample_after, "0 (never) or a time in seconds");
   }
-  if (!std::isfinite(p.redraw_growth) || p.redraw_growth < 1.0) {
-    return must_be("follower.redraw_growth", p.redraw_growth, "1 or more");
+  if (!std::isfinite(p.resample_growth) || p.resample_growth < 1.0) {
+    return must_be("follower.resample_growth", p.resample_growth, "1 or more");
   }
-  if (!std::isfinite(p.redraw_longest) || p.redraw_longest < p.redraw_after) {
-    return must_be("follower.redraw_longest", p.redraw_longest,
-                   compared("a time in seconds, no shorter than", "redraw_after", p.redraw_after));
+  if (!std::isfinite(p.resample_longest) || p.resample_longest < p.resample_after) {
+    return must_be("follower.resample_longest", p.resample_longest,
+                   compared("a time in seconds, no shorter than", "resample_after", p.resample_after));
   }
   return std::nullopt;
 }
@@ -56,7 +56,7 @@ bool BoundaryFollowing::held_back(const JointVector& possible, const JointVector
 /// plane.
 bool BoundaryFollowing::exhausted(const FollowerMemory& follower, const Deviation& deviation) const {
   const FollowerParameters& p = parameters;
-  return p.redraw_after > 0.0 &&
+  return p.resample_after > 0.0 &&
          (follower.time_in_subspace > p.patience(deviation.drawn) || follower.switches_in_subspace > p.most_switches);
 }
 
@@ -93,8 +93,8 @@ bool BoundaryFollowing::update(const MethodInput& input, const ConstrainedMotion
       constrained.has_right_of_way ? kPushFraction * parameters.deadlock_fraction : parameters.deadlock_fraction;
   deviation.renew = false;
   if (!deviation.active && deadlocked(constrained.possible, constrained.wanted, fraction)) {
-    if (state.time_to_think > 0.0) {
-      state.time_to_think -= input.dt;
+    if (state.rollout_wait > 0.0) {
+      state.rollout_wait -= input.dt;
       return true;
     }
     start(input, way, constrained.blocking_row, state);

@@ -12,14 +12,14 @@ namespace hecaton::planner {
 struct FollowerParameters {
   double deadlock_fraction = 0.30;  ///< follow when ‖Δq‖ < this · min(‖q_goal − q‖, Δq_max)  (section 4)
   double exit_fraction = 0.80;      ///< back to the local planner when V(q) < this · d_lock     (section 4)
-  double redraw_after = 1.0;        ///< [s] in the first subspace before a fresh U₂ is drawn; 0: never (the paper)
-  double redraw_growth = 1.25;      ///< each further subspace of a goal gets this many times longer, ≥ 1
+  double resample_after = 1.0;      ///< [s] in the first subspace before a fresh U₂ is drawn; 0: never (the paper)
+  double resample_growth = 1.25;    ///< each further subspace of a goal gets this many times longer, ≥ 1
   int most_switches = 6;            ///< changes of the followed constraint before a fresh U₂ is drawn
-  double redraw_longest = 8.0;      ///< but no longer than this [s], ≥ redraw_after
+  double resample_longest = 8.0;    ///< but no longer than this [s], ≥ resample_after
 
   /// How long the k-th subspace of a goal may be followed, k = 1, 2, … [s].
   [[nodiscard]] double patience(int k) const {
-    return std::min(redraw_longest, redraw_after * std::pow(redraw_growth, k - 1));
+    return std::min(resample_longest, resample_after * std::pow(resample_growth, k - 1));
   }
 };
 

@@ -13,7 +13,7 @@ class FieldMethod final : public MotionMethod, public Configured<PotentialParame
       : MotionMethod({.name = "potential_field",
                       .summary = "down the gradient of artificial potentials",
                       .path = MethodTraits::Path::kDescent,
-                      .picture = MethodTraits::Picture::kField}) {}
+                      .plot = MethodTraits::Plot::kField}) {}
 
   void visit_parameters(ParameterVisitor& visitor) override;
   [[nodiscard]] std::optional<std::string> validate() const override;

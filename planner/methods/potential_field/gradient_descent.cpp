@@ -12,7 +12,7 @@ namespace {
 constexpr double kArmijo = 1e-2;
 /// After a step that was taken, the next one may be so many times longer.
 constexpr double kGrowth = 1.5;
-/// Steps over which to and fro is recognised, and how far they must go to be any [longest steps].
+/// Steps over which back and forth is recognised, and how far they must go to be any [longest steps].
 constexpr double kWindow = 24.0;
 constexpr double kLeastTravel = 1e-3;
 

@@ -11,7 +11,7 @@ namespace hecaton::planner::potential {
 enum class DescentOutcome : std::uint8_t {
   kReached,       ///< the path ends at the goal
   kLocalMinimum,  ///< it ends where the gradient vanishes, or nothing but walls lies downhill
-  kOscillating,   ///< it ends where steps go to and fro
+  kOscillating,   ///< it ends where steps go back and forth
   kOutOfSteps,
   kStartBlocked,  ///< the start is in collision, or nearer to one than the margin: no path
   kGoalBlocked,   ///< so is the goal: no path

@@ -1,5 +1,5 @@
 #pragma once
-/// Recognises that an arm gets nowhere: to and fro before a local minimum [Cardenas10, "Examples": "vibrations"].
+/// Recognises that an arm gets nowhere: back and forth before a local minimum [Cardenas10, "Examples": "vibrations"].
 
 #include "planner/model/limits.hpp"
 

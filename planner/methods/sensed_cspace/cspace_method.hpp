@@ -1,6 +1,6 @@
 #pragma once
 /// The methods of [Li96]: a way through C-space, searched in what the arm has sensed, or in all obstacles.
-/// docs/design/0012-sensed-cspace.md.
+/// docs/design/0011-sensed-cspace.md.
 
 #include "planner/methods/motion_method.hpp"
 #include "planner/methods/sensed_cspace/sensed_map.hpp"
@@ -26,7 +26,7 @@ class SensedCspace final : public CspaceMethod {
                       .summary = "a way through what the arm's own sensors leave free in C-space",
                       .sensor_only = true,
                       .path = MethodTraits::Path::kWalk,
-                      .picture = MethodTraits::Picture::kCspace}) {}
+                      .plot = MethodTraits::Plot::kCspace}) {}
 
   [[nodiscard]] std::optional<SensingMargin> sensing_margin() const override {
     return SensingMargin{"sensed.margin", parameters.margin};
@@ -41,7 +41,7 @@ class KnownCspace final : public CspaceMethod {
       : CspaceMethod({.name = "known_cspace",
                       .summary = "a way through C-space past all obstacles, which stand still",
                       .path = MethodTraits::Path::kWalk,
-                      .picture = MethodTraits::Picture::kCspace}) {}
+                      .plot = MethodTraits::Plot::kCspace}) {}
 
   [[nodiscard]] std::unique_ptr<MotionGuide> make_guide(const Arm& arm, double dt) const override;
 };

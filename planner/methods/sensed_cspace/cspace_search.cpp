@@ -124,12 +124,12 @@ void CspaceSearch::look_around(const SensedMap& map, int here) {
   }
 }
 
-std::vector<Cell3> CspaceSearch::way(const SensedMap& map) const {
-  std::vector<Cell3> way;
-  for (int cell = goal_; cell != start_; cell -= steps_[step_[cell]].index) way.push_back(map.cell(cell));
-  way.push_back(map.cell(start_));
-  std::reverse(way.begin(), way.end());
-  return way;
+std::vector<Cell3> CspaceSearch::path(const SensedMap& map) const {
+  std::vector<Cell3> path;
+  for (int cell = goal_; cell != start_; cell -= steps_[step_[cell]].index) path.push_back(map.cell(cell));
+  path.push_back(map.cell(start_));
+  std::reverse(path.begin(), path.end());
+  return path;
 }
 
 }  // namespace hecaton::planner::cspace

@@ -25,7 +25,7 @@ class CspaceSearch {
   State advance(const SensedMap& map, int cells);
   [[nodiscard]] State state() const { return state_; }
   /// Once kFound: from the start to the goal, both included.
-  [[nodiscard]] std::vector<Cell3> way(const SensedMap& map) const;
+  [[nodiscard]] std::vector<Cell3> path(const SensedMap& map) const;
 
  private:
   struct Step {

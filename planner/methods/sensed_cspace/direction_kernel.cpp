@@ -9,7 +9,7 @@
 // O is convex, and so are O ⊕ w and K: the directions are one interval, less than π wide unless K holds the joint. Its
 // ends are seen where K ends: where a tangent touches the disc about a corner of O, or where the circle of radius l
 // crosses that disc or a side moved outwards by w. All of these points lie in K, so that none ever makes the interval
-// too large, and the outermost two of them are its ends (docs/design/0012-sensed-cspace.md).
+// too large, and the outermost two of them are its ends (docs/design/0011-sensed-cspace.md).
 
 namespace hecaton::planner::cspace::HECATON_ISA {
 namespace {

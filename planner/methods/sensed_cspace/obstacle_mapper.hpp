@@ -13,7 +13,7 @@ namespace hecaton::planner::cspace {
 
 /// differs from paper: [Li96] stores the images of forty points and takes an obstacle for the fundamental obstacles
 /// next to its critical points, which misses up to a third of its cells. Here the images of corners and sides are
-/// computed, row by row, without trigonometry; that takes no longer. docs/design/0012-sensed-cspace.md has the proof.
+/// computed, row by row, without trigonometry; that takes no longer. docs/design/0011-sensed-cspace.md has the proof.
 enum class Links { kBoth, kFirst, kSecond };
 
 class ObstacleMapper {

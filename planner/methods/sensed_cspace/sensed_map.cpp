@@ -157,7 +157,7 @@ JointVector SensedMap::centre(const Cell3& cell) const {
   return arm_.joints(angles);
 }
 
-bool SensedMap::straight_way_free(const JointVector& from, const JointVector& to, bool wide) const {
+bool SensedMap::straight_path_free(const JointVector& from, const JointVector& to, bool wide) const {
   const std::array<double, 3> a = places(from);
   const std::array<double, 3> b = places(to);
   double longest = 0.0;

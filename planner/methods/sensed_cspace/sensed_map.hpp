@@ -12,7 +12,7 @@
 
 namespace hecaton::planner {
 
-/// How long an arm remembers what it saw (docs/design/0012-sensed-cspace.md says when it then arrives).
+/// How long an arm remembers what it saw (docs/design/0011-sensed-cspace.md says when it then arrives).
 enum class Remember {
   kNever,        ///< it plans with what it sees now, as published: "We do not accumulate historical FO_i"
   kUntilNearer,  ///< from where something comes in its way until the goal is in sight and nearer than there
@@ -62,7 +62,7 @@ class SensedMap {
   }
   /// All of the straight line lies in cells that are not blocked. `wide`: what is beside it, too, so that from wherever
   /// on the line the arm is, or a sixteenth of a cell aside, the rest of it still does.
-  [[nodiscard]] bool straight_way_free(const JointVector& from, const JointVector& to, bool wide = false) const;
+  [[nodiscard]] bool straight_path_free(const JointVector& from, const JointVector& to, bool wide = false) const;
 
  private:
   [[nodiscard]] std::array<double, 3> places(const JointVector& q) const;

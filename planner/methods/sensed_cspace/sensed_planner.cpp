@@ -117,15 +117,15 @@ void SensedPlanner::note_progress(const JointVector& q, bool straight) {
   }
 }
 
-bool SensedPlanner::way_free() const {
-  return std::none_of(way_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, way_.size())), way_.end(),
+bool SensedPlanner::path_free() const {
+  return std::none_of(path_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, path_.size())), path_.end(),
                       [&](const Cell3& cell) { return map().blocked(cell); });
 }
 
 /// A cell's centre, or what the limits leave of the cell next to it. The last one is the goal itself.
-JointVector SensedPlanner::point_of_way(std::size_t i) const {
-  if (i + 1 == way_.size()) return q_goal_;
-  return map().centre(way_[i]).cwiseMax(limits_.lower).cwiseMin(limits_.upper);
+JointVector SensedPlanner::path_point(std::size_t i) const {
+  if (i + 1 == path_.size()) return q_goal_;
+  return map().centre(path_[i]).cwiseMax(limits_.lower).cwiseMin(limits_.upper);
 }
 
 void SensedPlanner::search_from(const JointVector& q) {
@@ -140,15 +140,15 @@ void SensedPlanner::search_from(const JointVector& q) {
 bool SensedPlanner::search_on() {
   using State = CspaceSearch::State;
   const State state = search_.advance(map(), kCellsPerPeriod);
-  if (state == State::kFound) way_ = search_.way(map());
-  if ((state == State::kFound && !way_free()) || (state == State::kNone && forgot_)) drop_way();
-  return !way_.empty();
+  if (state == State::kFound) path_ = search_.path(map());
+  if ((state == State::kFound && !path_free()) || (state == State::kNone && forgot_)) drop_path();
+  return !path_.empty();
 }
 
 MotionGuide::Aim SensedPlanner::guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) {
   model();
   const Aim chosen = choose(q, qd, q_goal);
-  none_ = chosen.way == Way::kNone;
+  none_ = chosen.path == Path::kNone;
   return chosen;
 }
 
@@ -158,27 +158,27 @@ MotionGuide::Aim SensedPlanner::choose(const JointVector& q, const JointVector& 
   const JointVector rest = rest_position(limits_, q, qd);
   if (map().blocked(map().cell_at(q))) return go_back(q, qd);
   remember_place(q);
-  straight_ = map().straight_way_free(q, q_goal, !straight_);
+  straight_ = map().straight_path_free(q, q_goal, !straight_);
   note_progress(q, straight_);
-  if (blocked_more_ && !way_.empty() && !way_free()) {
+  if (blocked_more_ && !path_.empty() && !path_free()) {
     careful_ = false;
-    drop_way();
+    drop_path();
   }
   blocked_more_ = false;
-  if (way_.empty()) {
+  if (path_.empty()) {
     const bool may_begin = !map().blocked(map().cell_at(rest)) && (!careful_ || qd.cwiseAbs().maxCoeff() < kAtRest);
     if (search_.state() == CspaceSearch::State::kIdle && may_begin) search_from(rest);
-    if (!search_on()) return {search_.state() == CspaceSearch::State::kNone ? Way::kNone : Way::kSearching, rest};
+    if (!search_on()) return {search_.state() == CspaceSearch::State::kNone ? Path::kNone : Path::kSearching, rest};
   }
   const bool direct = straight_ && !careful_;
   const bool in_sight = look_ahead(q) || direct;
-  const JointVector target = direct ? q_goal : point_of_way(at_);
+  const JointVector target = direct ? q_goal : path_point(at_);
   if (!in_sight || stands(q, qd, target)) {
-    drop_way();
+    drop_path();
     careful_ = true;
-    return {Way::kSearching, rest};
+    return {Path::kSearching, rest};
   }
-  return {straight_ ? Way::kStraight : Way::kAround, ahead(q, qd, target)};
+  return {straight_ ? Path::kStraight : Path::kAround, ahead(q, qd, target)};
 }
 
 /// The target changed on the way and the arm has left the line, so that what is in sight is not where it may go: a line
@@ -194,11 +194,11 @@ void SensedPlanner::begin(const JointVector& q_goal) {
   detours_ = straight_ = careful_ = false;
   standing_ = 0;
   nearest_ = std::numeric_limits<double>::infinity();
-  drop_way();
+  drop_path();
 }
 
-void SensedPlanner::drop_way() {
-  way_.clear();
+void SensedPlanner::drop_path() {
+  path_.clear();
   search_.stop();
 }
 
@@ -212,24 +212,24 @@ void SensedPlanner::remember_place(const JointVector& q) {
 
 /// Nothing is sure about a blocked cell's neighbours: they may be inside of what was seen. Where the arm was is sure.
 MotionGuide::Aim SensedPlanner::go_back(const JointVector& q, const JointVector& qd) {
-  drop_way();
+  drop_path();
   const double near = 0.5 * kTrailStep * map().pitch();
   while (!trail_.empty() && (q - trail_.back()).cwiseAbs().maxCoeff() < near) trail_.pop_back();
-  if (trail_.empty()) return {Way::kNone, rest_position(limits_, q, qd)};
-  return {Way::kAround, ahead(q, qd, trail_.back())};
+  if (trail_.empty()) return {Path::kNone, rest_position(limits_, q, qd)};
+  return {Path::kAround, ahead(q, qd, trail_.back())};
 }
 
 /// Goes on to the farthest point of the way that is in a straight line of sight. From a point of it where the arm has
 /// arrived, the next one always is. False: none is.
 bool SensedPlanner::look_ahead(const JointVector& q) {
-  const bool arrived = (point_of_way(at_) - q).norm() < kArrived;
-  if (arrived && at_ + 1 < way_.size()) ++at_;
-  const auto wide_open = [&](std::size_t i) { return map().straight_way_free(q, point_of_way(i), true); };
+  const bool arrived = (path_point(at_) - q).norm() < kArrived;
+  if (arrived && at_ + 1 < path_.size()) ++at_;
+  const auto wide_open = [&](std::size_t i) { return map().straight_path_free(q, path_point(i), true); };
   for (int look = 0; (arrived || !careful_) && look < kLooksPerPeriod; ++look) {
-    if (at_ + 1 >= way_.size() || !wide_open(at_ + 1)) break;
+    if (at_ + 1 >= path_.size() || !wide_open(at_ + 1)) break;
     ++at_;
   }
-  return map().straight_way_free(q, point_of_way(at_));
+  return map().straight_path_free(q, path_point(at_));
 }
 
 /// No farther on the line to the target than keeps the arm on it: every joint reaches its part of the speed within one
@@ -250,7 +250,7 @@ JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, co
 
 bool SensedPlanner::may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const {
   if (!known_.complete()) return false;
-  if (map().straight_way_free(q, rest_position(limits_, q, qd))) return true;
+  if (map().straight_path_free(q, rest_position(limits_, q, qd))) return true;
   const bool slow = (qd.array().abs() <= kLeavingSpeed * limits_.velocity.array()).all();
   return slow && map().blocked(map().cell_at(from));
 }

@@ -24,7 +24,7 @@ class SensedPlanner : public MotionGuide {
   /// A point of an obstacle in W [m], from whoever else knows one.
   void see(const Eigen::Vector3d& p_W);
 
-  using Way = GuidedWay;
+  using Path = GuidedPath;
   [[nodiscard]] Aim guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) override;
 
   /// From `from`, the arm may come to (q, q̇) at the end of a period: it could still stop in cells that are not known to
@@ -34,7 +34,7 @@ class SensedPlanner : public MotionGuide {
   [[nodiscard]] std::optional<std::string> why_none(const JointVector& q) const override;
 
   [[nodiscard]] const SensedMap& map() const { return known_.map(); }
-  [[nodiscard]] const std::vector<Cell3>& way() const { return way_; }
+  [[nodiscard]] const std::vector<Cell3>& path() const { return path_; }
   [[nodiscard]] int searches() const { return searches_; }       ///< begun so far
   [[nodiscard]] std::int64_t mapped() const { return mapped_; }  ///< points that were mapped so far, times planes
 
@@ -43,7 +43,7 @@ class SensedPlanner : public MotionGuide {
   void model();
   void model_anew(int& points);
   void begin(const JointVector& q_goal);
-  void drop_way();
+  void drop_path();
   void remember_place(const JointVector& q);
   [[nodiscard]] Aim go_back(const JointVector& q, const JointVector& qd);
   void note_progress(const JointVector& q, bool straight);
@@ -51,8 +51,8 @@ class SensedPlanner : public MotionGuide {
   [[nodiscard]] bool search_on();
   [[nodiscard]] bool look_ahead(const JointVector& q);
   [[nodiscard]] bool stands(const JointVector& q, const JointVector& qd, const JointVector& target);
-  [[nodiscard]] bool way_free() const;
-  [[nodiscard]] JointVector point_of_way(std::size_t i) const;
+  [[nodiscard]] bool path_free() const;
+  [[nodiscard]] JointVector path_point(std::size_t i) const;
   [[nodiscard]] JointVector ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const;
 
   Pose X_WB_, X_BW_;
@@ -77,7 +77,7 @@ class SensedPlanner : public MotionGuide {
   bool careful_ = false;       ///< the way is gone from rest to rest
   int standing_ = 0;           ///< periods at rest with somewhere to go
   JointVector q_goal_;
-  std::vector<Cell3> way_;
+  std::vector<Cell3> path_;
   std::vector<JointVector> trail_;  ///< where the arm was, in cells that were free
   std::size_t at_ = 0;              ///< the farthest point of the way that was in sight
   int searches_ = 0;

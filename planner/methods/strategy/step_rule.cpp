@@ -13,7 +13,7 @@ constexpr double kNearly = 0.5;
 
 }  // namespace
 
-JointVector step_way_point(const StrategyParameters& parameters, const MethodInput& input, const LocalScene& scene,
+JointVector step_way_point(const StrategyParameters& parameters, const MethodInput& input, const MethodScene& scene,
                            std::span<Kinematics> arms, StrategyMemory& memory) {
   const CellGeometry& geometry = scene.geometry;
   const Arm& arm = geometry.own_arm();

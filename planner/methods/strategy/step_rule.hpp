@@ -16,6 +16,6 @@ namespace hecaton::planner {
 /// that do not avoid go straight to the goal; and when what it goes to is no longer free, it decides anew from where it
 /// is. `arms`: scratch, one per arm of the cell.
 [[nodiscard]] JointVector step_way_point(const StrategyParameters& parameters, const MethodInput& input,
-                                         const LocalScene& scene, std::span<Kinematics> arms, StrategyMemory& memory);
+                                         const MethodScene& scene, std::span<Kinematics> arms, StrategyMemory& memory);
 
 }  // namespace hecaton::planner

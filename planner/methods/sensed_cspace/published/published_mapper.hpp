@@ -1,6 +1,6 @@
 #pragma once
 /// Algorithm 2 of [Li96]: the image of an obstacle from those of its critical points. For comparison only: it misses
-/// cells in which the arm collides (docs/design/0012-sensed-cspace.md).
+/// cells in which the arm collides (docs/design/0011-sensed-cspace.md).
 
 #include <span>
 

@@ -20,8 +20,8 @@ TEST(LocalParameters, RefusalsNameKeyValueAndRule) {
   p.damper.convergence_speed = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(p.validate(), "damper.convergence_speed = nan must be a finite number above 0");
   p = {};
-  p.yielding.patience = -2.0;
-  EXPECT_EQ(p.validate(), "yielding.patience = -2 must be 0 (never) or a time in seconds");
+  p.yielding.yield_request_delay = -2.0;
+  EXPECT_EQ(p.validate(), "yielding.yield_request_delay = -2 must be 0 (never) or a time in seconds");
 }
 
 TEST(Damper, IsThePapersLineWhereStopsAreShort) {

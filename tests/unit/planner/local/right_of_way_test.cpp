@@ -42,13 +42,15 @@ class RightOfWayTest : public testing::Test {
   RightOfWay right_;
 };
 
-TEST(Claims, AreATotalOrder) {
+TEST(Priorities, AreATotalOrder) {
   Random random(1);
-  const auto draw = [&random] { return Claim{static_cast<std::uint32_t>(random.next() % 4), int(random.next() % 4)}; };
+  const auto draw = [&random] {
+    return Priority{static_cast<std::uint32_t>(random.next() % 4), int(random.next() % 4)};
+  };
   for (int trial = 0; trial < 10'000; ++trial) {
-    const Claim a = draw();
-    const Claim b = draw();
-    const Claim c = draw();
+    const Priority a = draw();
+    const Priority b = draw();
+    const Priority c = draw();
     const bool same = a.number == b.number && a.arm == b.arm;
     EXPECT_EQ(int(a.precedes(b)) + int(b.precedes(a)), same ? 0 : 1);
     EXPECT_TRUE(!a.precedes(b) || !b.precedes(c) || a.precedes(c));
@@ -58,62 +60,62 @@ TEST(Claims, AreATotalOrder) {
 TEST_F(RightOfWayTest, NobodyMakesRoomUnasked) {
   pass(5.0, false);
   EXPECT_EQ(right_.yields_to, -1);
-  EXPECT_EQ(right_.claim, 0U);
+  EXPECT_EQ(right_.priority, 0U);
 }
 
 TEST_F(RightOfWayTest, WhoIsHeldBackAsksOnceItsPatienceIsOver) {
-  pass(0.7 * parameters_.yielding.patience, true);
-  EXPECT_EQ(right_.claim, 0U);
-  pass(0.6 * parameters_.yielding.patience, true);
-  EXPECT_EQ(right_.claim, 1U);
+  pass(0.7 * parameters_.yielding.yield_request_delay, true);
+  EXPECT_EQ(right_.priority, 0U);
+  pass(0.6 * parameters_.yielding.yield_request_delay, true);
+  EXPECT_EQ(right_.priority, 1U);
   EXPECT_TRUE(right_.leads);
 }
 
 TEST_F(RightOfWayTest, WhoHasAskedBeforeWaitsLonger) {
-  pass(1.3 * parameters_.yielding.patience, true);
-  EXPECT_EQ(right_.claim, 1U);
-  arms_[0].claim = 2;  // asks back
-  pass(0.9 * parameters_.yielding.patience, true);
-  EXPECT_EQ(right_.claim, 1U) << "a quarter less than 1.25 times its patience";
-  pass(0.8 * parameters_.yielding.patience, true);
-  EXPECT_EQ(right_.claim, 3U);
+  pass(1.3 * parameters_.yielding.yield_request_delay, true);
+  EXPECT_EQ(right_.priority, 1U);
+  arms_[0].priority = 2;  // asks back
+  pass(0.9 * parameters_.yielding.yield_request_delay, true);
+  EXPECT_EQ(right_.priority, 1U) << "a quarter less than 1.25 times its patience";
+  pass(0.8 * parameters_.yielding.yield_request_delay, true);
+  EXPECT_EQ(right_.priority, 3U);
 }
 
 TEST_F(RightOfWayTest, FreedomEndsTheWait) {
   for (int k = 0; k < 5; ++k) {
-    pass(0.7 * parameters_.yielding.patience, true);
+    pass(0.7 * parameters_.yielding.yield_request_delay, true);
     pass(1.0, false);
   }
-  EXPECT_EQ(right_.claim, 0U);
+  EXPECT_EQ(right_.priority, 0U);
 }
 
 TEST_F(RightOfWayTest, MakesRoomForANearArmThatAskedAndThenAsksItself) {
-  arms_[0].claim = 1;
+  arms_[0].priority = 1;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, 0);
   EXPECT_FALSE(right_.leads);
-  pass(1.3 * parameters_.yielding.patience, false);
-  EXPECT_EQ(right_.claim, 2U);
+  pass(1.3 * parameters_.yielding.yield_request_delay, false);
+  EXPECT_EQ(right_.priority, 2U);
   EXPECT_EQ(right_.yields_to, -1);
 }
 
 TEST_F(RightOfWayTest, EveryNewClaimGetsItsTime) {
-  for (std::uint32_t claim = 1; claim <= 5; ++claim) {
-    arms_[0].claim = claim;
-    pass(0.7 * parameters_.yielding.patience, false);
+  for (std::uint32_t priority = 1; priority <= 5; ++priority) {
+    arms_[0].priority = priority;
+    pass(0.7 * parameters_.yielding.yield_request_delay, false);
     EXPECT_EQ(right_.yields_to, 0);
   }
-  EXPECT_EQ(right_.claim, 0U);
+  EXPECT_EQ(right_.priority, 0U);
 }
 
 TEST_F(RightOfWayTest, WhoIsFarAwayNeedsNoRoom) {
-  arms_[2].claim = 1;
+  arms_[2].priority = 1;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, -1);
 }
 
 TEST_F(RightOfWayTest, GoesOnSoonAfterTheOtherHasPassed) {
-  arms_[0].claim = 1;
+  arms_[0].priority = 1;
   pass(0.1, false);
   rows_.clear();
   pass(0.2, false);
@@ -123,7 +125,7 @@ TEST_F(RightOfWayTest, GoesOnSoonAfterTheOtherHasPassed) {
 }
 
 TEST_F(RightOfWayTest, WhoHasArrivedOrDoesNotPlanNeedsNoRoom) {
-  arms_[0].claim = 1;
+  arms_[0].priority = 1;
   arms_[0].has_goal = false;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, -1);
@@ -135,28 +137,28 @@ TEST_F(RightOfWayTest, WhoHasArrivedOrDoesNotPlanNeedsNoRoom) {
 
 TEST_F(RightOfWayTest, AnArmAtRestMakesRoomUnlessTold) {
   right_.under_way = false;
-  right_.claim = 7;  // of an earlier goal
-  arms_[0].claim = 1;
+  right_.priority = 7;  // of an earlier goal
+  arms_[0].priority = 1;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, 0);
   pass(10.0, false);
-  EXPECT_EQ(right_.claim, 7U) << "it has no business to ask";
+  EXPECT_EQ(right_.priority, 7U) << "it has no business to ask";
   parameters_.yielding.at_rest = false;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, -1);
 }
 
 TEST_F(RightOfWayTest, WithoutPatienceItNeitherAsksNorMakesRoom) {
-  parameters_.yielding.patience = 0.0;
-  arms_[0].claim = 1;
+  parameters_.yielding.yield_request_delay = 0.0;
+  arms_[0].priority = 1;
   pass(10.0, true);
   EXPECT_EQ(right_.yields_to, -1);
-  EXPECT_EQ(right_.claim, 0U);
+  EXPECT_EQ(right_.priority, 0U);
 }
 
 // h = 0 at dₛ: as fast as the limits allow, straight away; h = ½ ξ at dᵢ: at rest.
 TEST_F(RightOfWayTest, RetreatsTheFasterTheNearer) {
-  arms_[0].claim = 1;
+  arms_[0].priority = 1;
   const JointLimits limits = test::planar_point().limits;
   EXPECT_EQ(retreat_velocity(input(), right_, limits), joints({-0.5, 0.0}));
   rows_[0].h = 0.25 * parameters_.damper.convergence_speed;

@@ -74,10 +74,10 @@ void drive_until_it_thinks(Journey& run) {
   run.input.q = joints({-1, 0});
   run.input.q_goal = joints({1, 0});
   for (int k = 0; k < 1000; ++k) {
-    run.memory.local.time_to_think = 0.1;
+    run.memory.local.rollout_wait = 0.1;
     const TickResult result = run.step();
     ASSERT_NE(result.status, TickStatus::kFollowing);
-    if (result.thinks) return;
+    if (result.awaiting_rollout) return;
   }
   FAIL() << "the wall never blocked it";
 }
@@ -86,7 +86,7 @@ TEST(Tick, ABlockedArmWaitsForAManoeuvreNoLongerThanItMay) {
   Journey run(kWall, built_in_method("boundary_following"));
   drive_until_it_thinks(run);
   int waited = 1;
-  while (run.step().thinks) ++waited;
+  while (run.step().awaiting_rollout) ++waited;
   EXPECT_NEAR(waited, 10, 1);  // 0.1 s of 10 ms
   EXPECT_TRUE(run.memory.local.deviation.active);
 }
@@ -207,11 +207,12 @@ TEST(Tick, TellsHowMuchRoomItHas) {
   Journey alone({}, built_in_method("boundary_following"));
   alone.input.q = joints({0, 0});
   alone.input.has_goal = false;
-  EXPECT_TRUE(std::isinf(alone.step().room));
+  EXPECT_TRUE(std::isinf(alone.step().clearance_margin));
   Journey journey({box_obstacle("box", {0, 0.25, 0}, {0.1, 0.1, 0.1})}, built_in_method("boundary_following"));
   journey.input.q = joints({0, 0});
   journey.input.has_goal = false;
-  EXPECT_NEAR(journey.step().room, 0.1 - journey.parameters.damper.security_distance, 1e-9);  // 0.25 − 0.1 − 0.05
+  EXPECT_NEAR(journey.step().clearance_margin, 0.1 - journey.parameters.damper.security_distance,
+              1e-9);  // 0.25 − 0.1 − 0.05
 }
 
 /// The point among one other arm that was lost: it rests within 0.2 m of (0, 0) along both axes, so nearer than 0.4 m.
@@ -219,7 +220,7 @@ struct BesideALostArm {
   BesideALostArm() : geometry({test::planar_point("own"), test::planar_point("lost")}, 0), scratch(geometry) {
     observations[1].q = observations[1].qd = joints({0, 0});
     observations[1].known = true;
-    observations[1].stray = joints({0.2, 0.2});
+    observations[1].position_uncertainty = joints({0.2, 0.2});
     input.qd = joints({0, 0});
     input.has_goal = true;
     input.arms = observations;

@@ -60,12 +60,12 @@ TEST(FollowerParameters, RefusalsNameKeyValueAndRule) {
   method.parameters.exit_fraction = 1.0;
   EXPECT_EQ(method.validate(), "follower.exit_fraction = 1 must be between 0 and 1, both excluded");
   method.parameters = {};
-  method.parameters.redraw_after = -1.0;
-  EXPECT_EQ(method.validate(), "follower.redraw_after = -1 must be 0 (never) or a time in seconds");
+  method.parameters.resample_after = -1.0;
+  EXPECT_EQ(method.validate(), "follower.resample_after = -1 must be 0 (never) or a time in seconds");
   method.parameters = {};
-  method.parameters.redraw_longest = 0.5;
+  method.parameters.resample_longest = 0.5;
   EXPECT_EQ(method.validate(),
-            "follower.redraw_longest = 0.5 must be a time in seconds, no shorter than redraw_after = 1");
+            "follower.resample_longest = 0.5 must be a time in seconds, no shorter than resample_after = 1");
 }
 
 }  // namespace

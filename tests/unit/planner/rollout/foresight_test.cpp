@@ -41,7 +41,7 @@ class Ram : public testing::Test {
     MeasuredState at{joints({0, 0}), joints({0, 0})};
     double least = 10.0;
     while (states_[1].X_WO.translation().x() < 0.08) {
-      if (const auto time = policy.thinking_time()) controller.think_first(*time);
+      if (const auto time = policy.rollout_wait()) controller.wait_for_rollout(*time);
       const TickResult result = controller.step(at, nobody, states_, false);
       at = {result.q, result.qd};
       if (auto question = policy.next(controller, result, nobody, states_)) {
@@ -86,7 +86,7 @@ class Foresight : public Ram {
   Foresight() : search_({test::planar_point()}, {parameters_}, 0) {
     search_.set_obstacles(boxes_);
     states_[1].X_WO.translation().x() = -0.5;  // it arrives within the look
-    PlayedArm arm;
+    RolloutArm arm;
     arm.q = arm.qd = joints({0, 0});
     arm.plans = true;
     question_.arms = {arm};
@@ -112,16 +112,16 @@ class Foresight : public Ram {
 TEST_F(Foresight, FindsAWayOutThatKeepsItsPromise) {
   const RolloutAnswer found = answer(1'000'000);
   ASSERT_EQ(found.manoeuvre.kind, ManoeuvreKind::kEvade);
-  EXPECT_LT(found.cost, found.cost_of_going_on);
+  EXPECT_LT(found.cost, found.cost_of_continuing);
 
   const auto room_after = [&](const Manoeuvre& manoeuvre) {
-    PlayedCell cell({test::planar_point()}, {parameters_}, 0.025);
+    RolloutSimulation cell({test::planar_point()}, {parameters_}, 0.025);
     cell.set_obstacles(boxes_);
     auto arms = question_.arms;
     begin(manoeuvre, arms[0].memory);
     cell.begin(arms, states_);
     while (cell.time() < kForeseen) cell.step();
-    return cell.room(0);
+    return cell.clearance_margin(0);
   };
   const double security = parameters_.damper.security_distance;
   EXPECT_LT(room_after({}), -security) << "a contact";
@@ -138,7 +138,7 @@ TEST_F(Foresight, InterruptionsDoNotChangeTheAnswer) {
 TEST_F(Foresight, LooksNoFartherThanAtGoingOnWhenThatIsWell) {
   states_[1].X_WO.translation().y() = 0.5;  // it passes by
   const RolloutAnswer found = answer(1'000'000);
-  EXPECT_EQ(found.manoeuvre.kind, ManoeuvreKind::kGoOn);
+  EXPECT_EQ(found.manoeuvre.kind, ManoeuvreKind::kContinue);
   EXPECT_LE(search_.ticks(), 121U);  // 1.5 s of 25 ms
 }
 

@@ -58,19 +58,19 @@ TEST_F(Policy, AsksOnlyWhenHeldBack) {
 
 TEST_F(Policy, ABlockedArmWaitsForAnAnswerWhenOneCanCome) {
   RolloutPolicy policy(parameters_, 1);
-  ASSERT_TRUE(policy.thinking_time());
-  EXPECT_GT(*policy.thinking_time(), 0.1);
-  controller_.think_first(*policy.thinking_time());
+  ASSERT_TRUE(policy.rollout_wait());
+  EXPECT_GT(*policy.rollout_wait(), 0.1);
+  controller_.wait_for_rollout(*policy.rollout_wait());
   TickResult thinking = status(TickStatus::kMoving);
-  thinking.thinks = true;
+  thinking.awaiting_rollout = true;
   const auto asked = policy.next(controller_, thinking, arms_, {});
   ASSERT_TRUE(asked.has_value());
-  EXPECT_EQ(asked->arms[0].memory.time_to_think, 0.0) << "to go on is to turn aside at once";
+  EXPECT_EQ(asked->arms[0].memory.rollout_wait, 0.0) << "to go on is to turn aside at once";
   controller_.begin({});
-  EXPECT_EQ(controller_.memory().time_to_think, 0.0);
-  EXPECT_FALSE(policy.thinking_time()) << "a question is open";
+  EXPECT_EQ(controller_.memory().rollout_wait, 0.0);
+  EXPECT_FALSE(policy.rollout_wait()) << "a question is open";
   policy.answered();
-  EXPECT_FALSE(policy.thinking_time()) << "it is too soon for another one";
+  EXPECT_FALSE(policy.rollout_wait()) << "it is too soon for another one";
 }
 
 TEST_F(Policy, OneQuestionAtATimeThenItWaits) {

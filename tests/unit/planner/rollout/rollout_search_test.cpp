@@ -28,7 +28,7 @@ class Wall : public testing::Test {
     boxes_ = {box_obstacle("wall", {0.4, 0.0, 0}, {0.05, 0.15, 0.1})};
     search_.set_obstacles(boxes_);
     for (const auto& box : boxes_) question_.obstacles.push_back({box.X_WO, {}, 0.0});
-    PlayedArm arm;
+    RolloutArm arm;
     arm.q = joints({0, 0});
     arm.qd = joints({0, 0});
     arm.q_goal = joints({0.9, 0});
@@ -59,12 +59,12 @@ class Wall : public testing::Test {
 TEST_F(Wall, AManoeuvreThatLeadsRoundIsFoundAndKeepsItsPromise) {
   const RolloutAnswer found = answer(1'000'000);
   EXPECT_TRUE(found.arrives);
-  EXPECT_LT(found.cost, found.cost_of_going_on);
-  EXPECT_NE(found.manoeuvre.kind, ManoeuvreKind::kGoOn);
+  EXPECT_LT(found.cost, found.cost_of_continuing);
+  EXPECT_NE(found.manoeuvre.kind, ManoeuvreKind::kContinue);
   EXPECT_FALSE(search_.busy());
 
   // What was played happens: the same manoeuvre on the same cell arrives at the promised time.
-  PlayedCell cell({test::planar_point()}, {without_following()}, 0.025);
+  RolloutSimulation cell({test::planar_point()}, {without_following()}, 0.025);
   cell.set_obstacles(boxes_);
   auto arms = question_.arms;
   begin(found.manoeuvre, arms[0].memory);
@@ -84,8 +84,8 @@ TEST_F(Wall, InterruptionsDoNotChangeTheAnswer) {
 TEST_F(Wall, NothingIsChangedForLittle) {
   question_.arms[0].q_goal = joints({-0.8, 0});  // nothing is in the way
   const RolloutAnswer found = answer(1'000'000);
-  EXPECT_EQ(found.manoeuvre.kind, ManoeuvreKind::kGoOn);
-  EXPECT_EQ(found.cost, found.cost_of_going_on);
+  EXPECT_EQ(found.manoeuvre.kind, ManoeuvreKind::kContinue);
+  EXPECT_EQ(found.cost, found.cost_of_continuing);
 }
 
 TEST_F(Wall, IsIdleUntilAskedAndAfterItsObstaclesChanged) {
@@ -102,7 +102,7 @@ TEST(RolloutSearch, CountsTheTimeOfAllArms) {
   RolloutSearch search({test::planar_point("a"), test::planar_point("b")}, {LocalParameters{}, LocalParameters{}}, 0);
   RolloutQuestion question;
   for (const double side : {-1.0, 1.0}) {
-    PlayedArm arm;
+    RolloutArm arm;
     arm.q = joints({side, 0});
     arm.qd = joints({0, 0});
     arm.q_goal = joints({side * 0.5, 0});  // they stay apart
@@ -128,8 +128,8 @@ Arm point_at(const std::string& name, double x) {
   arm.X_WB.translation().x() = x;
   return arm;
 }
-PlayedArm crossing(double from, double to) {
-  PlayedArm arm;
+RolloutArm crossing(double from, double to) {
+  RolloutArm arm;
   arm.q = joints({from, 0});
   arm.qd = joints({0, 0});
   arm.q_goal = joints({to, 0});
@@ -165,14 +165,14 @@ class Neighbours : public testing::Test {
 };
 
 TEST_F(Neighbours, AreAllThatIsPlayed) {
-  EXPECT_EQ(search_.played(), (std::vector<int>{1, 2}));
+  EXPECT_EQ(search_.simulated_arms(), (std::vector<int>{1, 2}));
   RolloutSearch alone({point_at("own", 0.0), point_at("near", 4.0)}, std::vector<LocalParameters>(2), 0);
   RolloutQuestion without_far = question_;
   without_far.arms.erase(without_far.arms.begin());
   const auto [expected, calls] = answer_in_steps(alone, without_far);
   const auto [found, calls_in_the_cell] = answer_in_steps(search_, question_);
   EXPECT_EQ(found.cost, expected.cost);
-  EXPECT_EQ(found.cost_of_going_on, expected.cost_of_going_on);
+  EXPECT_EQ(found.cost_of_continuing, expected.cost_of_continuing);
   EXPECT_EQ(found.manoeuvre.seed, expected.manoeuvre.seed);
   EXPECT_EQ(calls_in_the_cell, calls) << "a far arm costs no tick";
 }
@@ -182,7 +182,7 @@ TEST_F(Neighbours, WhatAFarArmCarriesIsNotPlayed) {
   bar.attachment = world::Attachment{"far", Pose::Identity()};
   question_.obstacles = {world::ObstacleState{}};
   search_.set_obstacles(std::array{bar});
-  EXPECT_EQ(search_.played(), (std::vector<int>{1, 2}));
+  EXPECT_EQ(search_.simulated_arms(), (std::vector<int>{1, 2}));
   const RolloutAnswer with_bar = answer_in_steps(search_, question_).first;
   bar.attachment.reset();
   bar.X_WO.translation().x() = 50.0;
@@ -195,7 +195,7 @@ TEST_F(Neighbours, AnArmThatCarriesSomethingLongBecomesOne) {
   world::Obstacle pole = box_obstacle("pole", {0, 0, 0}, {25.0, 0.05, 0.05});
   pole.attachment = world::Attachment{"far", Pose::Identity()};
   search_.set_obstacles(std::array{pole});
-  EXPECT_EQ(search_.played(), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(search_.simulated_arms(), (std::vector<int>{0, 1, 2}));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The examples of [Cardenas10] and a PUMA: a path down the field, and the live method before the referee.
+// The examples of [Cardenas10] and a PUMA: a path down the field, and the live method before the contact monitor.
 #include <gtest/gtest.h>
 
 #include "planner/methods/potential_field/gradient_descent.hpp"
@@ -49,7 +49,7 @@ TEST_P(Examples, AreReachedLiveWithoutContact) {
   EXPECT_EQ(report.failure, "");
   EXPECT_EQ(report.reached, 6);
   EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;
-  EXPECT_TRUE(report.judged);
+  EXPECT_TRUE(report.has_smallest);
   EXPECT_GT(report.smallest.distance, 0.0);
 }
 

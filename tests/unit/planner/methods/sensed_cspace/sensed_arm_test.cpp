@@ -28,8 +28,8 @@ TEST(SensedArm, HasReachedAGoalBesideWhatItSees) {
   (void)controller.step(MeasuredState{q, still}, {}, {}, false);
 
   const cspace::SensedMap& map = dynamic_cast<const cspace::SensedPlanner&>(*controller.guide()).map();
-  while (map.straight_way_free(q, q, true)) q[0] += 1e-3;
-  ASSERT_TRUE(map.straight_way_free(q, q));
+  while (map.straight_path_free(q, q, true)) q[0] += 1e-3;
+  ASSERT_TRUE(map.straight_path_free(q, q));
   controller.set_goal(q);
   controller.forget_setpoint();
   EXPECT_EQ(controller.step(MeasuredState{q, still}, {}, {}, false).status, TickStatus::kReached);

@@ -176,13 +176,13 @@ TEST(SensedMap, AStraightWayEndsAtWhatBlocksIt) {
   SensedMap map(ArmPlanes(*model), model->limits, {.cells = 360});
   const JointVector left = Eigen::Vector2d(-1.0, 0.0);
   const JointVector right = Eigen::Vector2d(1.0, 0.0);
-  EXPECT_TRUE(map.straight_way_free(left, right));
+  EXPECT_TRUE(map.straight_path_free(left, right));
   EXPECT_TRUE(map.see({0.8, 0.0, 0.0}));
   EXPECT_FALSE(map.see({0.8, 0.0, 0.0})) << "is known";
-  EXPECT_FALSE(map.straight_way_free(left, right));
-  EXPECT_TRUE(map.straight_way_free(left, Eigen::Vector2d(-0.5, 0.0)));
+  EXPECT_FALSE(map.straight_path_free(left, right));
+  EXPECT_TRUE(map.straight_path_free(left, Eigen::Vector2d(-0.5, 0.0)));
   map.forget();
-  EXPECT_TRUE(map.straight_way_free(left, right));
+  EXPECT_TRUE(map.straight_path_free(left, right));
 }
 
 // However a wide line runs, the rest of it is free from every place on it, and a little aside.
@@ -195,12 +195,12 @@ TEST(SensedMap, TheRestOfAWideLineIsFree) {
     for (int i = 0; i < 2; ++i) (void)map.see({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
     const JointVector from = random_joints(random, model->limits);
     const JointVector to = random_joints(random, model->limits);
-    if (!map.straight_way_free(from, to, true)) continue;
+    if (!map.straight_path_free(from, to, true)) continue;
     ++wide;
     for (int i = 0; i < 50; ++i) {
       JointVector q = from + random.uniform() * (to - from);
       for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += random.uniform(-1.0, 1.0) * map.pitch() / 16.0;
-      EXPECT_TRUE(map.straight_way_free(q, to));
+      EXPECT_TRUE(map.straight_path_free(q, to));
     }
   }
   EXPECT_GT(wide, 20);
@@ -235,21 +235,21 @@ TEST_F(Search, GoesStraightWhereNothingIsKnown) {
   const JointVector from = map_.centre({0, 20, 30});
   const JointVector to = map_.centre({0, 60, 70});
   ASSERT_EQ(search(from, to), CspaceSearch::State::kFound);
-  EXPECT_EQ(search_.way(map_).size(), 41U);  // along the diagonal
+  EXPECT_EQ(search_.path(map_).size(), 41U);  // along the diagonal
 }
 
 TEST_F(Search, GoesRoundThroughFreeCellsOnly) {
   (void)map_.see({0.75, 0.0, 0.0});  // blocks the stretched arm; the bent one passes
   const JointVector from = Eigen::Vector2d(-0.8, 0.0);
   const JointVector to = Eigen::Vector2d(0.8, 0.0);
-  ASSERT_FALSE(map_.straight_way_free(from, to));
+  ASSERT_FALSE(map_.straight_path_free(from, to));
   ASSERT_EQ(search(from, to), CspaceSearch::State::kFound);
-  const std::vector<Cell3> way = search_.way(map_);
-  EXPECT_EQ(way.front(), map_.cell_at(from));
-  EXPECT_EQ(way.back(), map_.cell_at(to));
-  for (std::size_t i = 0; i < way.size(); ++i) {
-    EXPECT_FALSE(map_.blocked(way[i]));
-    for (int k = 0; i > 0 && k < 3; ++k) EXPECT_LE(std::abs(way[i][k] - way[i - 1][k]), 1);
+  const std::vector<Cell3> path = search_.path(map_);
+  EXPECT_EQ(path.front(), map_.cell_at(from));
+  EXPECT_EQ(path.back(), map_.cell_at(to));
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_FALSE(map_.blocked(path[i]));
+    for (int k = 0; i > 0 && k < 3; ++k) EXPECT_LE(std::abs(path[i][k] - path[i - 1][k]), 1);
   }
 }
 
@@ -264,10 +264,10 @@ TEST_F(Search, NeverCutsACorner) {
     if (map_.blocked(map_.cell_at(from))) continue;
     if (search(from, random_joints(random, model_->limits)) != CspaceSearch::State::kFound) continue;
     ++found;
-    const std::vector<Cell3> way = search_.way(map_);
-    for (std::size_t i = 1; i < way.size(); ++i) {
-      EXPECT_FALSE(map_.blocked({0, way[i - 1][1], way[i][2]}));
-      EXPECT_FALSE(map_.blocked({0, way[i][1], way[i - 1][2]}));
+    const std::vector<Cell3> path = search_.path(map_);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      EXPECT_FALSE(map_.blocked({0, path[i - 1][1], path[i][2]}));
+      EXPECT_FALSE(map_.blocked({0, path[i][1], path[i - 1][2]}));
     }
   }
   EXPECT_GT(found, 5);

@@ -7,7 +7,7 @@
 namespace hecaton::planner::cspace {
 namespace {
 
-using Way = SensedPlanner::Way;
+using Path = SensedPlanner::Path;
 
 /// The planar arm, standing at −0.8 with its goal at 0.8, in front of points that it sees.
 class SensedPlannerTest : public testing::Test {
@@ -27,13 +27,13 @@ class SensedPlannerTest : public testing::Test {
     for (const double distance : distances) scan.readings.push_back({{}, distance, true});
     planner.sense(scan);
   }
-  [[nodiscard]] Way step(SensedPlanner& planner) const { return planner.guide(from_, still_, to_).way; }
+  [[nodiscard]] Path step(SensedPlanner& planner) const { return planner.guide(from_, still_, to_).path; }
   /// What it comes to once it no longer searches.
-  [[nodiscard]] Way settle(SensedPlanner& planner) const {
+  [[nodiscard]] Path settle(SensedPlanner& planner) const {
     for (int period = 0; period < 2000; ++period) {
-      if (const Way way = step(planner); way != Way::kSearching) return way;
+      if (const Path path = step(planner); path != Path::kSearching) return path;
     }
-    return Way::kSearching;
+    return Path::kSearching;
   }
 
   Arm arm_;
@@ -44,18 +44,18 @@ class SensedPlannerTest : public testing::Test {
 
 TEST_F(SensedPlannerTest, GoesStraightUntilItSeesSomething) {
   SensedPlanner planner = this->planner(Remember::kAlways);
-  EXPECT_EQ(settle(planner), Way::kStraight);
+  EXPECT_EQ(settle(planner), Path::kStraight);
   see(planner, {0.75});
-  EXPECT_EQ(settle(planner), Way::kAround);
+  EXPECT_EQ(settle(planner), Path::kAround);
   EXPECT_EQ(planner.searches(), 2);
 }
 
 TEST_F(SensedPlannerTest, SearchesAgainOnlyWhenTheWayIsBlocked) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
-  ASSERT_EQ(settle(planner), Way::kAround);
+  ASSERT_EQ(settle(planner), Path::kAround);
   see(planner, {0.95});  // the way is folded past it
-  ASSERT_EQ(settle(planner), Way::kAround);
+  ASSERT_EQ(settle(planner), Path::kAround);
   EXPECT_EQ(planner.searches(), 1);
 }
 
@@ -64,7 +64,7 @@ TEST_F(SensedPlannerTest, ModelsOnlyWhatIsNew) {
   for (const Remember remember : {Remember::kNever, Remember::kUntilNearer, Remember::kAlways}) {
     SensedPlanner planner = this->planner(remember);
     see(planner, {0.75});
-    ASSERT_EQ(settle(planner), Way::kAround);
+    ASSERT_EQ(settle(planner), Path::kAround);
     const std::int64_t mapped = planner.mapped();
     EXPECT_GT(mapped, 0);
     for (int period = 0; period < 20; ++period) {
@@ -82,14 +82,14 @@ TEST_F(SensedPlannerTest, ModelsOnlyWhatIsNew) {
 TEST_F(SensedPlannerTest, EndsASearchWhileItSeesMore) {
   for (const Remember remember : {Remember::kNever, Remember::kUntilNearer, Remember::kAlways}) {
     SensedPlanner planner = this->planner(remember, 1440);
-    Way way = Way::kSearching;
+    Path path = Path::kSearching;
     int searching = 0;
-    for (int period = 0; period < 2000 && way == Way::kSearching; ++period) {
+    for (int period = 0; period < 2000 && path == Path::kSearching; ++period) {
       see(planner, {period % 2 == 0 ? 0.75 : 0.757});
-      way = step(planner);
-      searching += way == Way::kSearching ? 1 : 0;
+      path = step(planner);
+      searching += path == Path::kSearching ? 1 : 0;
     }
-    EXPECT_EQ(way, Way::kAround);
+    EXPECT_EQ(path, Path::kAround);
     EXPECT_GT(searching, 2) << "otherwise the test shows nothing";
   }
 }
@@ -98,9 +98,9 @@ TEST_F(SensedPlannerTest, WhoForgetsFindsTheWayThatHasBecomeFree) {
   for (const Remember remember : {Remember::kNever, Remember::kAlways}) {
     SensedPlanner planner = this->planner(remember);
     see(planner, {0.3});  // stops the first link
-    ASSERT_EQ(settle(planner), Way::kNone);
+    ASSERT_EQ(settle(planner), Path::kNone);
     see(planner, {});
-    EXPECT_EQ(settle(planner), remember == Remember::kNever ? Way::kStraight : Way::kNone);
+    EXPECT_EQ(settle(planner), remember == Remember::kNever ? Path::kStraight : Path::kNone);
   }
 }
 
@@ -108,11 +108,11 @@ TEST_F(SensedPlannerTest, WhoForgetsFindsTheWayThatHasBecomeFree) {
 TEST_F(SensedPlannerTest, RemembersADetourUntilItIsNearer) {
   SensedPlanner planner = this->planner(Remember::kUntilNearer);
   see(planner, {0.75});
-  ASSERT_EQ(settle(planner), Way::kAround);
+  ASSERT_EQ(settle(planner), Path::kAround);
   see(planner, {});
-  EXPECT_EQ(settle(planner), Way::kAround) << "remembered";
+  EXPECT_EQ(settle(planner), Path::kAround) << "remembered";
   from_ = Eigen::Vector2d(0.6, 0.0);  // past it
-  EXPECT_EQ(settle(planner), Way::kStraight);
+  EXPECT_EQ(settle(planner), Path::kStraight);
   see(planner, {});
   (void)step(planner);
   EXPECT_TRUE(planner.map().points().empty()) << "forgotten";
@@ -137,21 +137,21 @@ TEST_F(SensedPlannerTest, GoesBackTheWayItCame) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   for (int i = 0; i <= 8; ++i) {
     from_[0] = 0.1 * (i - 8);
-    ASSERT_EQ(settle(planner), Way::kStraight);
+    ASSERT_EQ(settle(planner), Path::kStraight);
   }
   see(planner, {0.75});  // on the arm itself
   MotionGuide::Aim guidance = planner.guide(from_, still_, to_);
-  EXPECT_EQ(guidance.way, Way::kAround);
+  EXPECT_EQ(guidance.path, Path::kAround);
   EXPECT_LT(guidance.q[0], 0.0) << "not on towards the goal";
   from_[0] = -0.4;
-  EXPECT_EQ(settle(planner), Way::kAround);
+  EXPECT_EQ(settle(planner), Path::kAround);
 }
 
 TEST_F(SensedPlannerTest, StaysWhereItIsBlockedFromTheStart) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   from_[0] = 0.0;
   see(planner, {0.75});
-  EXPECT_EQ(step(planner), Way::kNone);
+  EXPECT_EQ(step(planner), Path::kNone);
 }
 
 // Looked at in other places, a line in sight may not be one on which the arm is let go: it must not stand there for
@@ -159,17 +159,17 @@ TEST_F(SensedPlannerTest, StaysWhereItIsBlockedFromTheStart) {
 TEST_F(SensedPlannerTest, WhoIsNotLetGoGoesFromRestToRest) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
-  ASSERT_EQ(settle(planner), Way::kAround);
+  ASSERT_EQ(settle(planner), Path::kAround);
   const int searches = planner.searches();
   bool left = false;
-  for (int period = 0; period < 50 && !left; ++period) left = step(planner) == Way::kSearching;
+  for (int period = 0; period < 50 && !left; ++period) left = step(planner) == Path::kSearching;
   ASSERT_TRUE(left) << "it rests although it has somewhere to go";
-  ASSERT_EQ(settle(planner), Way::kAround);
+  ASSERT_EQ(settle(planner), Path::kAround);
   EXPECT_EQ(planner.searches(), searches + 1);
   // Now in its own cell first, and it waits for whoever else may hold it.
   for (int period = 0; period < 50; ++period) {
     const MotionGuide::Aim guidance = planner.guide(from_, still_, to_);
-    EXPECT_EQ(guidance.way, Way::kAround);
+    EXPECT_EQ(guidance.path, Path::kAround);
     EXPECT_EQ(planner.map().cell_at(guidance.q), planner.map().cell_at(from_));
   }
   EXPECT_EQ(planner.searches(), searches + 1);
@@ -177,21 +177,21 @@ TEST_F(SensedPlannerTest, WhoIsNotLetGoGoesFromRestToRest) {
 
 TEST_F(SensedPlannerTest, SaysWhyThereIsNoWay) {
   SensedPlanner planner = this->planner(Remember::kAlways);
-  EXPECT_EQ(settle(planner), Way::kStraight);
+  EXPECT_EQ(settle(planner), Path::kStraight);
   EXPECT_EQ(planner.why_none(from_), std::nullopt);
   see(planner, {0.3});
-  ASSERT_EQ(settle(planner), Way::kNone);
+  ASSERT_EQ(settle(planner), Path::kNone);
   EXPECT_EQ(planner.why_none(from_), "what it knows of the obstacles leaves no way to the goal");
 
   SensedPlanner near_goal = this->planner(Remember::kAlways);
   see(near_goal, {0.75});
   to_ = Eigen::Vector2d(0.0, 0.0);
-  ASSERT_EQ(settle(near_goal), Way::kNone);
+  ASSERT_EQ(settle(near_goal), Path::kNone);
   EXPECT_TRUE(near_goal.why_none(from_).value_or("").starts_with("its goal is nearer to an obstacle"));
   from_ = Eigen::Vector2d(0.01, 0.0);
   SensedPlanner near = this->planner(Remember::kAlways);
   see(near, {0.75});
-  ASSERT_EQ(settle(near), Way::kNone);
+  ASSERT_EQ(settle(near), Path::kNone);
   EXPECT_TRUE(near.why_none(from_).value_or("").starts_with("where the arm stands is nearer to an obstacle"));
 }
 
@@ -201,10 +201,10 @@ TEST_F(SensedPlannerTest, StopsOfAWayAreWithinTheLimits) {
   arm_.limits.lower[0] = -0.801;  // 0.002 inside the cell's centre
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
-  ASSERT_EQ(settle(planner), Way::kAround);
+  ASSERT_EQ(settle(planner), Path::kAround);
   while (from_[0] < 0.0) from_ = planner.guide(from_, still_, to_).q;
   from_ = Eigen::Vector2d(-0.8, 0.8);  // the way is out of sight: it goes on from rest to rest
-  ASSERT_EQ(step(planner), Way::kSearching);
+  ASSERT_EQ(step(planner), Path::kSearching);
   for (int period = 0; period < 20'000 && from_ != to_; ++period) {
     const JointVector q = planner.guide(from_, still_, to_).q;
     ASSERT_GE(q[0], arm_.limits.lower[0]);

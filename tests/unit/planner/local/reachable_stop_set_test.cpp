@@ -1,4 +1,4 @@
-#include "planner/local/rest_region.hpp"
+#include "planner/local/reachable_stop_set.hpp"
 
 #include <algorithm>
 
@@ -37,32 +37,32 @@ JointVector rest_of_adversary(const JointLimits& limits, JointVector q, JointVec
   return rest_position(limits, q, qd).cwiseMax(limits.lower).cwiseMin(limits.upper);
 }
 
-TEST(RestRegion, IsAPointForAnArmAtRestThatNeverMoves) {
+TEST(ReachableStopSet, IsAPointForAnArmAtRestThatNeverMoves) {
   const JointLimits limits = test::planar_point().limits;
-  const RestRegion region = rest_region(limits, joints({0.3, -1.0}), joints({0, 0}), 0.0);
+  const ReachableStopSet region = reachable_stop_set(limits, joints({0.3, -1.0}), joints({0, 0}), 0.0);
   EXPECT_EQ(region.q, joints({0.3, -1.0}));
-  EXPECT_EQ(region.stray, joints({0, 0}));
+  EXPECT_EQ(region.position_uncertainty, joints({0, 0}));
 }
 
 // From rest, 0.1 s at 4 m/s²: 20 mm and 0.4 m/s; then as long and as far to a stop.
-TEST(RestRegion, ByHand) {
+TEST(ReachableStopSet, ByHand) {
   const JointLimits limits = test::planar_point().limits;
-  RestRegion region = rest_region(limits, joints({0, 0}), joints({0, 0}), 0.1);
-  EXPECT_NEAR(region.stray[0], 0.04, 1e-12);
+  ReachableStopSet region = reachable_stop_set(limits, joints({0, 0}), joints({0, 0}), 0.1);
+  EXPECT_NEAR(region.position_uncertainty[0], 0.04, 1e-12);
   EXPECT_NEAR(region.q[0], 0.0, 1e-12);
   // At 0.5 m/s already, the limit: 50 mm and 31.25 mm on; or in 0.1 s down to 0.1 m/s: 30 mm on.
-  region = rest_region(limits, joints({0, 0}), joints({0.5, 0}), 0.1);
-  EXPECT_NEAR(region.q[0] + region.stray[0], 0.08125, 1e-12);
-  EXPECT_NEAR(region.q[0] - region.stray[0], 0.03, 1e-12);
+  region = reachable_stop_set(limits, joints({0, 0}), joints({0.5, 0}), 0.1);
+  EXPECT_NEAR(region.q[0] + region.position_uncertainty[0], 0.08125, 1e-12);
+  EXPECT_NEAR(region.q[0] - region.position_uncertainty[0], 0.03, 1e-12);
 }
 
-TEST(RestRegion, EndsAtTheJointLimits) {
+TEST(ReachableStopSet, EndsAtTheJointLimits) {
   const JointLimits limits = test::planar_point().limits;
-  const RestRegion region = rest_region(limits, joints({2.99, 0}), joints({0.5, 0}), 0.5);
-  EXPECT_LE(region.q[0] + region.stray[0], 3.0 + 1e-12);
+  const ReachableStopSet region = reachable_stop_set(limits, joints({2.99, 0}), joints({0.5, 0}), 0.5);
+  EXPECT_LE(region.q[0] + region.position_uncertainty[0], 3.0 + 1e-12);
 }
 
-TEST(RestRegion, HoldsWhateverTheArmDid) {
+TEST(ReachableStopSet, HoldsWhateverTheArmDid) {
   const JointLimits limits = test::planar_point().limits;
   Random random(3);
   double fullest = 0.0;
@@ -70,12 +70,13 @@ TEST(RestRegion, HoldsWhateverTheArmDid) {
     const JointVector q = joints({draw(random, 2.9), draw(random, 2.9)});
     const JointVector qd = joints({draw(random, 0.5), draw(random, 0.5)});
     const double moved_for = 0.3 * random.uniform();
-    const RestRegion region = rest_region(limits, q, qd, moved_for);
+    const ReachableStopSet region = reachable_stop_set(limits, q, qd, moved_for);
     const double braked_after = moved_for * (random.uniform() < 0.5 ? 1.0 : random.uniform());
     const JointVector rest = rest_of_adversary(limits, q, qd, braked_after, random);
     const JointVector away = (rest - region.q).cwiseAbs();
-    ASSERT_TRUE((away.array() <= region.stray.array() + 1e-3).all()) << "trial " << trial;  // steps of 1 ms
-    fullest = std::max(fullest, away.cwiseQuotient(region.stray.cwiseMax(1e-3)).maxCoeff());
+    ASSERT_TRUE((away.array() <= region.position_uncertainty.array() + 1e-3).all())
+        << "trial " << trial;  // steps of 1 ms
+    fullest = std::max(fullest, away.cwiseQuotient(region.position_uncertainty.cwiseMax(1e-3)).maxCoeff());
   }
   EXPECT_GT(fullest, 0.95) << "a region that nobody comes near the edge of is too wide";
 }
@@ -93,18 +94,18 @@ TEST(LongestLevers, NoPointGoesFartherThanTheyAllow) {
   double fullest = 0.0;
   for (int trial = 0; trial < 2000; ++trial) {
     JointVector q(n);
-    JointVector stray(n);
+    JointVector position_uncertainty(n);
     JointVector moved(n);
     for (int j = 0; j < n; ++j) {
       q[j] = random.uniform(-2.0, 2.0);
-      stray[j] = 0.5 * random.uniform();
-      moved[j] = q[j] + stray[j] * (random.uniform() < 0.5 ? 1.0 : random.uniform(-1.0, 1.0));
+      position_uncertainty[j] = 0.5 * random.uniform();
+      moved[j] = q[j] + position_uncertainty[j] * (random.uniform() < 0.5 ? 1.0 : random.uniform(-1.0, 1.0));
     }
     forward_kinematics(*arm.model, arm.X_WB, q, centre);
     forward_kinematics(*arm.model, arm.X_WB, moved, there);
     for (const Body& body : geometry.own_bodies()) {
       const double extent = body.bound.centre.norm() + body.bound.radius;
-      const double most = longest_levers(arm, body.link, extent).dot(stray);
+      const double most = longest_levers(arm, body.link, extent).dot(position_uncertainty);
       const Eigen::Vector3d direction = Eigen::Vector3d(draw(random, 1), draw(random, 1), draw(random, 1)).normalized();
       const Eigen::Vector3d point = body.bound.centre + body.bound.radius * direction;
       const double way = (there.X_WL[body.link] * point - centre.X_WL[body.link] * point).norm();

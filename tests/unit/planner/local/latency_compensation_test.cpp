@@ -1,5 +1,5 @@
 // Extrapolation and least distances against numbers worked out by hand.
-#include "planner/local/old_news.hpp"
+#include "planner/local/latency_compensation.hpp"
 
 #include <cmath>
 
@@ -47,24 +47,24 @@ TEST(Extrapolated, AnObstacleKeepsItsTwist) {
   EXPECT_NEAR(now.X_WO.linear()(1, 0), std::sin(0.1), 1e-12);
 }
 
-OwnNews moving(double age, bool follows, double setpoint_age) {
+OwnArmFeedback moving(double age, bool follows, double setpoint_age) {
   return {{joints({1, 0}), joints({0.4, -0.2})}, age, follows, 1, setpoint_age};
 }
 
-TEST(Reckoned, TheDriveGoesToTheSetPointThatItHad) {
-  const MeasuredState now = reckoned(kLimits, moving(0.006, true, 0.002), 0.01);
+TEST(DeadReckoned, TheDriveGoesToTheSetPointThatItHad) {
+  const MeasuredState now = dead_reckoned(kLimits, moving(0.006, true, 0.002), 0.01);
   EXPECT_NEAR((now.q - joints({1.0024, -0.0012})).norm(), 0.0, 1e-12);
   EXPECT_EQ(now.qd, joints({0.4, -0.2}));
 }
 
-TEST(Reckoned, AndThenStops) {
+TEST(DeadReckoned, AndThenStops) {
   // 8 ms to the set-point; 50 ms of the stop, which takes 0.1 s.
-  const MeasuredState now = reckoned(kLimits, moving(0.058, true, 0.002), 0.01);
+  const MeasuredState now = dead_reckoned(kLimits, moving(0.058, true, 0.002), 0.01);
   EXPECT_NEAR((now.q - joints({1.0182, -0.0091})).norm(), 0.0, 1e-12);
   EXPECT_NEAR((now.qd - joints({0.2, -0.1})).norm(), 0.0, 1e-12);
   // One that was without set-points is on its stop already.
-  const MeasuredState late = reckoned(kLimits, moving(0.05, true, 0.02), 0.01);
-  const MeasuredState held = reckoned(kLimits, moving(0.05, false, 0.0), 0.01);
+  const MeasuredState late = dead_reckoned(kLimits, moving(0.05, true, 0.02), 0.01);
+  const MeasuredState held = dead_reckoned(kLimits, moving(0.05, false, 0.0), 0.01);
   EXPECT_NEAR((late.q - joints({1.015, -0.0075})).norm(), 0.0, 1e-12);
   EXPECT_EQ(held.q, late.q);
 }

@@ -9,7 +9,7 @@
 namespace hecaton::planner {
 
 /// What the own arm's driver told a while ago.
-struct OwnNews {
+struct OwnArmFeedback {
   MeasuredState state;
   double age = 0.0;            ///< of the state [s], ≥ 0
   bool follows = false;        ///< its drive followed set-points
@@ -19,7 +19,7 @@ struct OwnNews {
 
 /// Where the own arm is at least, on its way: its drive goes to the set-point that it had, `period` [s] after that
 /// came, and stops when there is no other. Who begins to command from there takes the arm for no farther on than it is.
-[[nodiscard]] MeasuredState reckoned(const JointLimits& limits, const OwnNews& news, double period);
+[[nodiscard]] MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& news, double period);
 
 /// Brings the arm to where it should be now: an arm that plans has kept its velocity, as far as its joints go; another
 /// one has been on its stop profile. The age stays.
@@ -41,7 +41,7 @@ struct AgedPair {
 [[nodiscard]] double least_distance(const AgedPair& pair);
 
 /// The same when the other has kept its damper, too: approached by at most `slope` · (d − `security_distance`).
-/// docs/design/0006-old-news.md
+/// docs/design/0006-latency-compensation.md
 [[nodiscard]] double least_distance(const AgedPair& pair, double security_distance, double slope);
 
 }  // namespace hecaton::planner

@@ -1,4 +1,4 @@
-#include "planner/local/old_news.hpp"
+#include "planner/local/latency_compensation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace hecaton::planner {
 
-MeasuredState reckoned(const JointLimits& limits, const OwnNews& news, double period) {
+MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& news, double period) {
   MeasuredState now = news.state;
   const double due = news.follows ? std::clamp(period - news.setpoint_age, 0.0, news.age) : 0.0;
   now.q += now.qd * due;

@@ -1,4 +1,4 @@
-// Old news never lead to a contact: docs/design/0006-old-news.md against adversaries.
+// Old news never lead to a contact: docs/design/0006-latency-compensation.md against adversaries.
 #include <array>
 #include <optional>
 #include <span>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/arm_controller.hpp"
-#include "planner/local/old_news.hpp"
+#include "planner/local/latency_compensation.hpp"
 #include "planner/methods/registry.hpp"
 #include "planner/simulation/arm_model.hpp"
 #include "planner/simulation/network_model.hpp"
@@ -22,7 +22,7 @@ constexpr double kRadius = 0.05;  // of a planar point's ball [m]
 
 // A pair on a line. The own body keeps a constant speed; the other accelerates as it likes between its limits, but no
 // faster towards the own than its damper allows. What is really left is never less than least_distance says.
-TEST(OldNewsProperty, NoOtherWithinItsLimitsComesNearerThanTheLeastDistance) {
+TEST(LatencyCompensationProperty, NoOtherWithinItsLimitsComesNearerThanTheLeastDistance) {
   Random random(11);
   double smallest_slack = 1.0;
   for (int trial = 0; trial < 20'000; ++trial) {
@@ -229,20 +229,20 @@ class StarvedRun {
   // As PlannerService::run().
   void plan(double now) {
     if (naive_ && planner_.skipped() > 0) controller_->forget_setpoint();
-    if (!naive_) controller_->let_pass(planner_.skipped() * kPeriod);
+    if (!naive_) controller_->skip(planner_.skipped() * kPeriod);
     states_.receive(now);
     if (!states_.known()) return;
     if (random_.uniform() < 0.01) {
       controller_->set_goal(joints({random_.uniform(-0.9, 0.9), random_.uniform(-0.9, 0.9)}));
     }
-    OwnNews news = states_.newest();
+    OwnArmFeedback news = states_.newest();
     news.age = states_.age(now);
     const std::array<ArmObservation, 1> nobody{};
     const TickResult result = step(news, nobody);
     commands_.send(now, {{result.q, result.qd}, ++sent_});
     controller_->sent(sent_);
   }
-  TickResult step(const OwnNews& news, std::span<const ArmObservation> nobody) {
+  TickResult step(const OwnArmFeedback& news, std::span<const ArmObservation> nobody) {
     if (!naive_) return controller_->step(news, nobody, standing_, false);
     if (!news.follows) controller_->forget_setpoint();
     const MeasuredState kept{news.state.q + news.state.qd * news.age, news.state.qd};
@@ -258,7 +258,7 @@ class StarvedRun {
   std::optional<ArmModel> drive_;
   Starved planner_, driver_;
   StateChannel<Command> commands_;
-  StateChannel<OwnNews> states_;
+  StateChannel<OwnArmFeedback> states_;
   std::uint64_t number_ = 0;  ///< of the set-point that the drive has
   double command_age_ = 0.0;
   std::uint64_t sent_ = 0;
@@ -278,22 +278,22 @@ StarvedRun::Outcome run_starved(bool naive) {
   return all;
 }
 
-TEST(OldNewsProperty, WhoseProcessesAreStarvedTouchesNothing) {
+TEST(LatencyCompensationProperty, WhoseProcessesAreStarvedTouchesNothing) {
   const auto outcome = run_starved(false);
   EXPECT_GT(outcome.smallest, 0.0);
   EXPECT_GT(outcome.way, 400.0) << "and it gets about, in 4000 s";
 }
 
 // An arm that stopped for want of set-points is then taken for nearer to its goal than it is, and commanded there.
-TEST(OldNewsProperty, TheSameWithItsVelocityKeptTouches) {
+TEST(LatencyCompensationProperty, TheSameWithItsVelocityKeptTouches) {
   EXPECT_LT(run_starved(true).smallest, 0.0);
 }
 
-TEST(OldNewsProperty, TwoThatWantToBeWhereTheOtherIsNeverTouch) {
+TEST(LatencyCompensationProperty, TwoThatWantToBeWhereTheOtherIsNeverTouch) {
   EXPECT_GT(smallest_of_duels(true), 0.02);  // dₛ is 0.03
 }
 
-TEST(OldNewsProperty, TheSameWithAgesIgnoredComesNearer) {
+TEST(LatencyCompensationProperty, TheSameWithAgesIgnoredComesNearer) {
   EXPECT_LT(smallest_of_duels(false), 0.02);
 }
 

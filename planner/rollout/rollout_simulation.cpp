@@ -1,4 +1,4 @@
-#include "planner/rollout/played_cell.hpp"
+#include "planner/rollout/rollout_simulation.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -6,7 +6,7 @@
 
 namespace hecaton::planner {
 
-PlayedCell::PlayedCell(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, double dt)
+RolloutSimulation::RolloutSimulation(const std::vector<Arm>& arms, std::vector<LocalParameters> parameters, double dt)
     : parameters_(std::move(parameters)), dt_(dt) {
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     geometries_.emplace_back(arms, i);
@@ -14,15 +14,15 @@ PlayedCell::PlayedCell(const std::vector<Arm>& arms, std::vector<LocalParameters
   }
 }
 
-void PlayedCell::set_obstacles(std::span<const world::Obstacle> obstacles) {
+void RolloutSimulation::set_obstacles(std::span<const world::Obstacle> obstacles) {
   for (int i = 0; i < arms(); ++i) {
     geometries_[i].set_obstacles(obstacles);
     scratch_[i].rebuild(geometries_[i]);
   }
 }
 
-void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::ObstacleState> obstacles,
-                       std::span<const Eigen::Vector3d> accelerations, double dt) {
+void RolloutSimulation::begin(std::span<const RolloutArm> arms, std::span<const world::ObstacleState> obstacles,
+                              std::span<const Eigen::Vector3d> accelerations, double dt) {
   time_ = 0.0;
   dt_ = dt;
   accelerations_.assign(accelerations.begin(), accelerations.end());
@@ -30,13 +30,13 @@ void PlayedCell::begin(std::span<const PlayedArm> arms, std::span<const world::O
   arms_.assign(arms.begin(), arms.end());
   obstacles_.assign(obstacles.begin(), obstacles.end());
   reached_.assign(arms.size(), -1.0);
-  room_.assign(arms.size(), std::numeric_limits<double>::infinity());
-  room_of_moving_ = room_;
+  clearance_margin_.assign(arms.size(), std::numeric_limits<double>::infinity());
+  clearance_margin_of_moving_ = clearance_margin_;
   seen_.resize(arms.size());
   for (world::ObstacleState& obstacle : obstacles_) obstacle.age = 0.0;
 }
 
-void PlayedCell::step() {
+void RolloutSimulation::step() {
   for (int i = 0; i < arms(); ++i)
     seen_[i] = {arms_[i].q,
                 arms_[i].qd,
@@ -45,11 +45,11 @@ void PlayedCell::step() {
                 arms_[i].plans,
                 is_under_way(i),
                 arms_[i].q_goal,
-                arms_[i].memory.right_of_way.claim,
-                arms_[i].stray};
+                arms_[i].memory.right_of_way.priority,
+                arms_[i].position_uncertainty};
   time_ += dt_;
   for (int i = 0; i < arms(); ++i) {
-    PlayedArm& arm = arms_[i];
+    RolloutArm& arm = arms_[i];
     if (!arm.plans) {
       arm.qd.setZero();
       continue;
@@ -66,8 +66,8 @@ void PlayedCell::step() {
     const TickResult result = tick(geometries_[i], parameters_[i], input, memory, scratch_[i]);
     arm.memory = std::move(memory.local);
     if (time_ <= kForeseen + 0.5 * dt_) {
-      room_[i] = std::min(room_[i], result.room);
-      room_of_moving_[i] = std::min(room_of_moving_[i], result.room_of_moving);
+      clearance_margin_[i] = std::min(clearance_margin_[i], result.clearance_margin);
+      clearance_margin_of_moving_[i] = std::min(clearance_margin_of_moving_[i], result.clearance_margin_of_moving);
     }
     arm.q = result.q;
     arm.qd = result.qd;

@@ -1,4 +1,4 @@
-#include "planner/local/rest_region.hpp"
+#include "planner/local/reachable_stop_set.hpp"
 
 #include <algorithm>
 
@@ -19,11 +19,12 @@ double farthest(double v, double most, double acceleration, double moved_for, do
 
 }  // namespace
 
-RestRegion rest_region(const JointLimits& limits, const JointVector& q, const JointVector& qd, double moved_for) {
+ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q, const JointVector& qd,
+                                    double moved_for) {
   // All joints brake together, as long as the one that needs longest.
   const JointVector fastest = (qd.cwiseAbs() + limits.acceleration * moved_for).cwiseMin(limits.velocity);
   const double stop = stop_time(limits, fastest);
-  RestRegion region{q, q};
+  ReachableStopSet region{q, q};
   for (Eigen::Index j = 0; j < q.size(); ++j) {
     const double most = limits.velocity[j];
     const double v = std::clamp(qd[j], -most, most);
@@ -31,7 +32,7 @@ RestRegion rest_region(const JointLimits& limits, const JointVector& q, const Jo
     const double up = std::min(limits.upper[j], q[j] + farthest(v, most, a, moved_for, stop));
     const double down = std::max(limits.lower[j], q[j] - farthest(-v, most, a, moved_for, stop));
     region.q[j] = 0.5 * (up + down);
-    region.stray[j] = std::max(0.0, 0.5 * (up - down));
+    region.position_uncertainty[j] = std::max(0.0, 0.5 * (up - down));
   }
   return region;
 }

@@ -1,5 +1,5 @@
 // A play is what the ticks of all arms make of it.
-#include "planner/rollout/played_cell.hpp"
+#include "planner/rollout/rollout_simulation.hpp"
 
 #include <array>
 
@@ -15,8 +15,8 @@ using test::joints;
 
 constexpr double kStep = 0.02;
 
-PlayedArm on_the_way(const JointVector& from, const JointVector& to) {
-  PlayedArm arm;
+RolloutArm on_the_way(const JointVector& from, const JointVector& to) {
+  RolloutArm arm;
   arm.q = from;
   arm.qd = joints({0, 0});
   arm.q_goal = to;
@@ -25,12 +25,12 @@ PlayedArm on_the_way(const JointVector& from, const JointVector& to) {
   return arm;
 }
 
-TEST(PlayedCell, MovesAnArmAsItsOwnTicksWould) {
+TEST(RolloutSimulation, MovesAnArmAsItsOwnTicksWould) {
   const std::vector<world::Obstacle> boxes = {box_obstacle("box", {0.0, 0.6, 0}, {0.2, 0.2, 0.1})};
-  PlayedCell cell({test::planar_point()}, {LocalParameters{}}, kStep);
+  RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   cell.set_obstacles(boxes);
   const std::array<world::ObstacleState, 1> states{world::ObstacleState{boxes[0].X_WO, {}, 0.0}};
-  const std::array<PlayedArm, 1> start{on_the_way(joints({-1, 0}), joints({1, 0.2}))};
+  const std::array<RolloutArm, 1> start{on_the_way(joints({-1, 0}), joints({1, 0.2}))};
   cell.begin(start, states);
 
   CellGeometry geometry({test::planar_point()}, 0);
@@ -57,8 +57,8 @@ TEST(PlayedCell, MovesAnArmAsItsOwnTicksWould) {
   EXPECT_DOUBLE_EQ(cell.time(), 50 * kStep);
 }
 
-TEST(PlayedCell, TellsWhenAnArmReachedItsGoal) {
-  PlayedCell cell({test::planar_point()}, {LocalParameters{}}, kStep);
+TEST(RolloutSimulation, TellsWhenAnArmReachedItsGoal) {
+  RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   cell.begin(std::array{on_the_way(joints({0, 0}), joints({0.5, 0}))}, {});
   EXPECT_LT(cell.reached(0), 0.0);
   while (cell.time() < 10.0) cell.step();
@@ -69,9 +69,9 @@ TEST(PlayedCell, TellsWhenAnArmReachedItsGoal) {
   EXPECT_EQ(cell.reached(0), first);
 }
 
-TEST(PlayedCell, AnArmThatDoesNotPlanStandsWhereItIs) {
-  PlayedCell cell({test::planar_point()}, {LocalParameters{}}, kStep);
-  PlayedArm arm = on_the_way(joints({0, 0}), joints({0.5, 0}));
+TEST(RolloutSimulation, AnArmThatDoesNotPlanStandsWhereItIs) {
+  RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
+  RolloutArm arm = on_the_way(joints({0, 0}), joints({0.5, 0}));
   arm.plans = false;
   cell.begin(std::array{arm}, {});
   for (int k = 0; k < 20; ++k) cell.step();
@@ -79,13 +79,13 @@ TEST(PlayedCell, AnArmThatDoesNotPlanStandsWhereItIs) {
 }
 
 // The box comes from the right at 0.5 m/s; a point without goal is to make way before it arrives.
-TEST(PlayedCell, ObstaclesGoOnAsTheyMove) {
+TEST(RolloutSimulation, ObstaclesGoOnAsTheyMove) {
   const std::vector<world::Obstacle> boxes = {box_obstacle("box", {1.0, 0.02, 0}, {0.1, 0.1, 0.1})};
-  PlayedCell cell({test::planar_point()}, {LocalParameters{}}, kStep);
+  RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   cell.set_obstacles(boxes);
   world::ObstacleState moving{boxes[0].X_WO, {}, 0.0};
   moving.velocity.linear = {-0.5, 0, 0};
-  PlayedArm arm = on_the_way(joints({0, 0}), joints({0, 0}));
+  RolloutArm arm = on_the_way(joints({0, 0}), joints({0, 0}));
   arm.has_goal = false;
   cell.begin(std::array{arm}, std::array{moving});
   while (cell.time() < 2.0) cell.step();
