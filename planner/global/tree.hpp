@@ -45,7 +45,7 @@ class Tree {
   }
 
   /// The points from node i to the root.
-  [[nodiscard]] Points way_to_root(int i) const {
+  [[nodiscard]] Points path_to_root(int i) const {
     Points way(points_.stride());
     for (; i >= 0; i = parents_[i]) way.add(points_[i]);
     return way;

@@ -35,7 +35,7 @@ bool may_meet(const CellGeometry& geometry, int i, double influence) {
 
 MultiArmCoordinator::MultiArmCoordinator(const LocalParameters& parameters, std::uint64_t seed,
                                          std::uint32_t numbers_after)
-    : after_(parameters.method->traits().coordinates ? parameters.route.together_after : 0.0),
+    : after_(parameters.method->traits().coordinates ? parameters.coordination.stall_timeout : 0.0),
       patience_(after_),
       random_(seed),
       since_answer_(after_),
@@ -56,7 +56,7 @@ std::optional<RouteQuestion> MultiArmCoordinator::next(const ArmController& cont
   join_or_stay(controller, arms);
   if (takes_part()) advance(controller, arms, dt);
   if (takes_part() || open_ || !controller.under_way()) return std::nullopt;
-  const double lost = controller.approach().lost();
+  const double lost = controller.goal_progress().time_without_progress();
   if (lost < after_) patience_ = after_;
   if (lost < after_ || since_answer_ < patience_ || !controller.memory().right_of_way.leads) return std::nullopt;
   question_ = make_question(controller, arms, obstacles);
@@ -73,7 +73,7 @@ RouteQuestion MultiArmCoordinator::make_question(const ArmController& controller
   int joints = geometry.own_arm().model->joints();
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     const bool own = i == geometry.self();
-    question.arms.push_back(own || !arms[i].known ? JointVector() : by_now(geometry, arms, i));
+    question.arms.push_back(own || !arms[i].known ? JointVector() : extrapolated_position(geometry, arms, i));
     const int more = geometry.arms()[i].model->joints();
     const bool follows = arms[i].known && arms[i].plans && !arms[i].lost() && may_meet(geometry, i, influence);
     if (!own && (!follows || joints + more > global::kMostDimensions)) continue;
@@ -82,7 +82,7 @@ RouteQuestion MultiArmCoordinator::make_question(const ArmController& controller
     question.q.push_back(own ? controller.setpoint().q : question.arms.back());
     question.q_goal.push_back(own ? *controller.goal() : arms[i].has_goal ? arms[i].q_goal : question.arms.back());
   }
-  question.obstacles = by_now(obstacles);
+  question.obstacles = extrapolated_obstacles(obstacles);
   question.seed = random_.next();
   return question;
 }
@@ -131,7 +131,7 @@ bool MultiArmCoordinator::suits(const CoupledPlan& plan, const ArmController& co
 void MultiArmCoordinator::join_or_stay(const ArmController& controller, std::span<const ArmObservation> arms) {
   const int self = controller.geometry().self();
   const auto offered = [&](int i) { return i == self ? proposal_ : arms[i].proposal; };
-  const auto claim = [&](int i) { return Claim{i == self ? controller.claim() : arms[i].claim, i}; };
+  const auto priority = [&](int i) { return Priority{i == self ? controller.priority() : arms[i].priority, i}; };
   if (takes_part()) {
     const auto current = offered(part_.progress.proposer);
     if (!current || current->number != part_.progress.number) leave();
@@ -139,7 +139,7 @@ void MultiArmCoordinator::join_or_stay(const ArmController& controller, std::spa
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     const auto plan = offered(i);
     if (!plan || part_.progress.of(i, plan->number) || last_.of(i, plan->number)) continue;
-    if (takes_part() && !claim(i).precedes(claim(part_.progress.proposer))) continue;
+    if (takes_part() && !priority(i).precedes(priority(part_.progress.proposer))) continue;
     if (!suits(*plan, controller)) continue;
     if (takes_part()) leave();
     join(i, plan);

@@ -31,9 +31,9 @@ RouteQuestion make_question(const ArmController& controller, std::span<const Arm
   question.q_goal = {*controller.goal()};
   const auto stands = [&](int i) { return i != self && arms[i].qd.cwiseAbs().maxCoeff() <= kMoves; };
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
-    question.arms.push_back(stands(i) ? by_now(controller.geometry(), arms, i) : JointVector());
+    question.arms.push_back(stands(i) ? extrapolated_position(controller.geometry(), arms, i) : JointVector());
   }
-  question.obstacles = by_now(obstacles);
+  question.obstacles = extrapolated_obstacles(obstacles);
   return question;
 }
 
@@ -47,7 +47,7 @@ bool knows_all(const ArmController& controller, std::span<const ArmObservation> 
 }  // namespace
 
 RoutePolicy::RoutePolicy(const LocalParameters& parameters, std::uint64_t seed)
-    : after_(parameters.method->traits().coordinates ? parameters.route.after : 0.0),
+    : after_(parameters.method->traits().coordinates ? parameters.replanning.stall_timeout : 0.0),
       patience_(after_),
       random_(seed),
       since_answer_(after_) {}
@@ -70,7 +70,7 @@ RoutePolicy::Next RoutePolicy::next(const ArmController& controller, const TickR
     next.leaves_route = stuck_ > kPatienceOnRoute;
   }
   on_route_ = route.under_way() && !next.leaves_route;
-  const bool lost = controller.approach().lost() >= after_;
+  const bool lost = controller.goal_progress().time_without_progress() >= after_;
   if (!lost && !on_route_) patience_ = after_;
   const bool due = since_answer_ >= (on_route_ ? kLookInterval : patience_) && (on_route_ || lost);
   if (open_ || !due || !knows_all(controller, arms)) return next;

@@ -45,13 +45,13 @@ struct RouteAnswer {
 };
 
 /// Where arm i is by now if it continues as it was seen, within its limits [rad | m].
-[[nodiscard]] inline JointVector by_now(const CellGeometry& geometry, std::span<const ArmObservation> arms, int i) {
+[[nodiscard]] inline JointVector extrapolated_position(const CellGeometry& geometry, std::span<const ArmObservation> arms, int i) {
   const JointLimits& limits = geometry.arms()[i].limits;
   return (arms[i].q + arms[i].qd * arms[i].age).cwiseMax(limits.lower).cwiseMin(limits.upper);
 }
 
 /// Likewise where the obstacles are.
-[[nodiscard]] inline std::vector<world::ObstacleState> by_now(std::span<const world::ObstacleState> obstacles) {
+[[nodiscard]] inline std::vector<world::ObstacleState> extrapolated_obstacles(std::span<const world::ObstacleState> obstacles) {
   std::vector<world::ObstacleState> states(obstacles.begin(), obstacles.end());
   for (world::ObstacleState& state : states) state.X_WO = world::extrapolate(state.X_WO, state.velocity, state.age);
   return states;

@@ -9,7 +9,7 @@
 
 namespace hecaton::planner {
 
-/// The arm's shapes, self pairs and grasp links, as the referee judges them.
+/// The arm's shapes, self pairs and grasp links, as the contact monitor judges them.
 [[nodiscard]] world::ArmBodies arm_bodies(const Arm& arm);
 
 /// Moves arm `index` of the world to the measured configuration q. `scratch` is overwritten.

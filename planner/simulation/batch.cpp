@@ -78,11 +78,11 @@ EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const Batc
 
 void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
   const EpisodeOutcome& outcome = record.outcome;
-  const world::RefereeReport& referee = outcome.referee;
-  report.contacts += referee.contacts;
-  if (referee.judged && (!report.judged || referee.smallest.distance < report.smallest.distance)) {
-    report.smallest = referee.smallest;
-    report.judged = true;
+  const world::ContactReport& contacts = outcome.contact_report;
+  report.contacts += contacts.contacts;
+  if (contacts.has_smallest && (!report.has_smallest || contacts.smallest.distance < report.smallest.distance)) {
+    report.smallest = contacts.smallest;
+    report.has_smallest = true;
   }
   report.duration += outcome.duration;
   report.ticks += outcome.ticks;
@@ -98,11 +98,11 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
     ++tally.tasks;
     report.relaxed_ticks += static_cast<std::uint64_t>(arm.relaxed_ticks);
     report.yielding_ticks += static_cast<std::uint64_t>(arm.yielding_ticks);
-    report.chatter += arm.chatter;
+    report.reversals += arm.reversals;
     report.rollouts += static_cast<std::uint64_t>(arm.rollouts);
     report.coupled_plans += static_cast<std::uint64_t>(arm.coupled_plans);
     report.routes += static_cast<std::uint64_t>(arm.routes);
-    report.redraws += static_cast<std::uint64_t>(arm.redraws);
+    report.subspaces_drawn += static_cast<std::uint64_t>(arm.subspaces_drawn);
     switch (arm.outcome) {
       case TaskOutcome::kReached:
         ++report.reached;

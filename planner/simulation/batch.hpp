@@ -40,9 +40,9 @@ struct BatchReport {
   int reached = 0;
   int blocked = 0;
   int timed_out = 0;
-  std::uint64_t contacts = 0;  ///< the referee's
-  bool judged = false;
-  world::Separation smallest;  ///< the referee's, over all episodes
+  std::uint64_t contacts = 0;  ///< the contact monitor's
+  bool has_smallest = false;
+  world::Separation smallest;  ///< the contact monitor's, over all episodes
   double duration = 0.0;       ///< virtual [s]
   std::uint64_t ticks = 0;
   std::uint64_t rollouts = 0;       ///< answers of the rollout search
@@ -50,9 +50,9 @@ struct BatchReport {
   std::uint64_t coupled_plans = 0;  ///< coupled plans proposed
   std::uint64_t rollout_ticks = 0;  ///< played for them, of single arms
   std::uint64_t relaxed_ticks = 0;
-  std::uint64_t redraws = 0;
+  std::uint64_t subspaces_drawn = 0;
   std::uint64_t yielding_ticks = 0;
-  Chatter chatter;            ///< of all arms
+  VelocityReversals reversals;            ///< of all arms
   std::vector<double> times;  ///< of the tasks that were reached, in task order [s]
   ClockedTimes clocked;       ///< when measured
   std::vector<ArmTally> arms;

@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "planner/simulation/arm_bodies.hpp"
-#include "planner/simulation/cell_news.hpp"
-#include "planner/simulation/crew.hpp"
+#include "planner/simulation/delayed_observations.hpp"
+#include "planner/simulation/thread_pool.hpp"
 #include "planner/simulation/range_scanner.hpp"
 #include "planner/simulation/virtual_time_searches.hpp"
 
@@ -17,7 +17,7 @@ namespace hecaton::planner {
 namespace {
 
 /// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
-constexpr double kHopeless = 10.0;
+constexpr double kStallTimeout = 10.0;
 /// So that a thread has some 50 µs of ticks to do: a choice, of the order of what waking it costs.
 constexpr int kArmsPerThread = 10;
 
@@ -47,12 +47,12 @@ struct SimulatedArm {
   ArmPlannerOptions options;
   VirtualTimeSearches searches;
   ArmModel drive;
-  CellNews news;  ///< what reaches its planner
+  DelayedObservations news;  ///< what reaches its planner
   RangeScanner scanner;
   PeriodEvents events = {};    ///< of the next period
   Kinematics kinematics = {};  ///< as measured
   TickResult result = {};      ///< of the last period
-  ChatterCounter chatter = {};
+  ReversalCounter reversals = {};
   // What its planner took in the last period [µs].
   double tick_us = 0.0;    ///< on the machine's clock
   double search_us = 0.0;  ///< of the processor
@@ -67,14 +67,14 @@ class Episode {
                   std::make_shared<const std::vector<world::Obstacle>>(cell.scene.obstacles),
                   cell.timing.control_period},
         world_(cell.scene, all_bodies(cell)),
-        crew_(threads_worth(options.threads, static_cast<int>(cell.arms.size())), static_cast<int>(cell.arms.size())) {
+        threads_(threads_worth(options.threads, static_cast<int>(cell.arms.size())), static_cast<int>(cell.arms.size())) {
     const int n = static_cast<int>(cell.arms.size());
     world_.set_time(options.world_time);
     caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
     Random random(options.seed);
     std::vector<ArmPlannerOptions> planner_options(n);
-    std::vector<CellNews> news;
+    std::vector<DelayedObservations> news;
     for (int i = 0; i < n; ++i) {
       planner_options[i].control_period = cell.timing.control_period;
       planner_options[i].motion_seed = random.next();
@@ -99,7 +99,7 @@ class Episode {
     for (std::size_t i = 0; i < arms_.size(); ++i) arms_[i].events.goal = GoalChange{goals[i]};
     const double dt = cell_.timing.control_period;
     const auto periods = static_cast<long>(std::llround(cell_.tasks.time_limit / dt));
-    double hopeless_for = 0.0;
+    double stalled_for = 0.0;
     const auto began = std::chrono::steady_clock::now();
     for (long period = 0; period < periods; ++period) {
       const double now = static_cast<double>(period) * dt;
@@ -112,14 +112,14 @@ class Episode {
       const bool all_blocked = std::all_of(arms_.begin(), arms_.end(), [](const SimulatedArm& arm) {
         return arm.result.status == TickStatus::kBlocked || arm.result.status == TickStatus::kReached;
       });
-      hopeless_for = all_blocked ? hopeless_for + dt : 0.0;
-      if (hopeless_for > kHopeless) {
+      stalled_for = all_blocked ? stalled_for + dt : 0.0;
+      if (stalled_for > kStallTimeout) {
         declare_blocked();
         break;
       }
     }
     if (options_.times != nullptr) options_.times->run_us += microseconds_since(began);
-    declare_hopeless();
+    declare_stalled();
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       const ArmPlanner::Counts counts = planners_[i].counts();
       outcome_.arms[i].rollouts = counts.rollouts;
@@ -127,7 +127,7 @@ class Episode {
       outcome_.arms[i].coupled_plans = counts.coupled_plans;
       outcome_.rollout_ticks += arms_[i].searches.rollout_ticks();
     }
-    outcome_.referee = world_.referee().report();
+    outcome_.contact_report = world_.contact_monitor().report();
     return outcome_;
   }
 
@@ -138,7 +138,7 @@ class Episode {
     auto instant = std::make_shared<CellInstant>();
     for (std::size_t i = 0; i < arms_.size(); ++i) instant->arms.push_back(own_state(i));
     instant->obstacles = world_.snapshot().states;
-    crew_.for_each([&](int i) {
+    threads_.for_each([&](int i) {
       arms_[i].news.hear(now, instant);
       plan(i, now, instant->obstacles);
       move(i, dt);
@@ -194,7 +194,7 @@ class Episode {
             true,
             controller.under_way(),
             controller.goal().value_or(JointVector()),
-            controller.claim(),
+            controller.priority(),
             {},
             planners_[i].progress(),
             planners_[i].proposal()};
@@ -223,11 +223,11 @@ class Episode {
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       const TickResult& result = arms_[i].result;
       ArmOutcome& arm = outcome_.arms[i];
-      arm.redraws = result.redraws;
+      arm.subspaces_drawn = result.subspaces_drawn;
       arm.relaxed_ticks += result.relaxed ? 1 : 0;
       arm.yielding_ticks += result.yields_to >= 0 ? 1 : 0;
-      arms_[i].chatter.add(result.qd, cell_.arms[i].arm.limits, result.near, cell_.timing.control_period);
-      arm.chatter = arms_[i].chatter.total();
+      arms_[i].reversals.add(result.qd, cell_.arms[i].arm.limits, result.near, cell_.timing.control_period);
+      arm.reversals = arms_[i].reversals.total();
       const bool reached = result.status == TickStatus::kReached;
       if (reached && arm.outcome != TaskOutcome::kReached) {
         arm.outcome = TaskOutcome::kReached;
@@ -249,10 +249,10 @@ class Episode {
   }
 
   /// An arm that had not come nearer for long when its time was over found no way.
-  void declare_hopeless() {
+  void declare_stalled() {
     for (std::size_t i = 0; i < planners_.size(); ++i) {
       ArmOutcome& arm = outcome_.arms[i];
-      if (arm.outcome == TaskOutcome::kTimedOut && planners_[i].controller().approach().hopeless()) {
+      if (arm.outcome == TaskOutcome::kTimedOut && planners_[i].controller().goal_progress().stalled()) {
         arm.outcome = TaskOutcome::kBlocked;
       }
     }
@@ -272,7 +272,7 @@ class Episode {
   std::vector<ArmPlanner> planners_;
   std::vector<SimulatedArm> arms_;
   std::uint64_t number_ = 0;  ///< of the last set-points
-  Crew crew_;
+  ThreadPool threads_;
   EpisodeOutcome outcome_;
 };
 

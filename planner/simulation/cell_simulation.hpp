@@ -1,6 +1,6 @@
 #pragma once
 /// A whole cell in virtual time, in one process: the planners' own ticks, the drivers' own servo, the world's own
-/// Bullet and referee; only clocks, processes and the network are simulated.
+/// Bullet and contact monitor; only clocks, processes and the network are simulated.
 
 #include <functional>
 #include <span>
@@ -9,7 +9,7 @@
 #include "planner/arm_planner/arm_planner.hpp"
 #include "planner/cell.hpp"
 #include "planner/simulation/arm_model.hpp"
-#include "planner/simulation/chatter.hpp"
+#include "planner/simulation/velocity_reversals.hpp"
 #include "planner/simulation/network_model.hpp"
 #include "planner/simulation/tasks.hpp"
 #include "world/sim/bullet_world.hpp"
@@ -21,18 +21,18 @@ enum class TaskOutcome : std::uint8_t { kReached, kBlocked, kTimedOut };
 struct ArmOutcome {
   TaskOutcome outcome = TaskOutcome::kTimedOut;
   double time = 0.0;       ///< until reached, or the time limit [s]
-  int redraws = 0;         ///< subspaces drawn
+  int subspaces_drawn = 0;         ///< subspaces drawn
   int rollouts = 0;        ///< answers of the rollout search
   int routes = 0;          ///< routes begun
   int coupled_plans = 0;   ///< coupled plans proposed
   int relaxed_ticks = 0;   ///< ticks that braked because the rows asked for more
   int yielding_ticks = 0;  ///< ticks in which it made room for another arm
-  Chatter chatter;
+  VelocityReversals reversals;
 };
 
 struct EpisodeOutcome {
   std::vector<ArmOutcome> arms;
-  world::RefereeReport referee;
+  world::ContactReport contact_report;
   double duration = 0.0;            ///< virtual [s]
   std::uint64_t ticks = 0;          ///< of all arms
   std::uint64_t rollout_ticks = 0;  ///< that all arms' rollouts played
@@ -68,7 +68,7 @@ struct EpisodeOptions {
 
 /// All arms start at rest at `starts` and get their goals at once; ends when all have reached them, at the cell's time
 /// limit, or when none moves any more although goals are open. Whose goal is open then: kBlocked when it does not move
-/// or has not come nearer for long (planner/approach.hpp), otherwise kTimedOut. Deterministic: same cell, starts, goals
+/// or has not come nearer for long (planner/progress_monitor.hpp), otherwise kTimedOut. Deterministic: same cell, starts, goals
 /// and options, same outcome to the last bit.
 [[nodiscard]] EpisodeOutcome simulate_episode(const Cell& cell, const CellConfiguration& starts,
                                               const CellConfiguration& goals, const EpisodeOptions& options);

@@ -209,7 +209,7 @@ struct TaskGenerator::Impl {
 
   std::optional<CellConfiguration> draw_configuration(Random& random, int attempts) {
     tallies.assign(arms(), {});
-    if (!cell.tasks.route.empty()) return stop(random.next() % cell.tasks.route.size());
+    if (!cell.tasks.pose_sequence.empty()) return stop(random.next() % cell.tasks.pose_sequence.size());
     if (!cell.tasks.problem.areas.empty()) {
       const std::size_t turn = random.next() % 2;
       return draw_in_areas(std::vector<std::size_t>(arms(), turn), random, attempts);
@@ -241,14 +241,14 @@ struct TaskGenerator::Impl {
   /// All arms at the k-th pose of the route.
   [[nodiscard]] CellConfiguration stop(std::size_t k) const {
     CellConfiguration q;
-    for (const PlannedArm& planned : cell.arms) q.push_back(planned.arm.named.at(cell.tasks.route[k]));
+    for (const PlannedArm& planned : cell.arms) q.push_back(planned.arm.named.at(cell.tasks.pose_sequence[k]));
     return q;
   }
 
   [[nodiscard]] std::size_t nearest_stop(const CellConfiguration& q) const {
     std::size_t nearest = 0;
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < cell.tasks.route.size(); ++k) {
+    for (std::size_t k = 0; k < cell.tasks.pose_sequence.size(); ++k) {
       const CellConfiguration there = stop(k);
       double way = 0.0;
       for (int i = 0; i < arms(); ++i) way += joint_difference(cell.arms[i].arm.limits, q[i], there[i]).norm();
@@ -358,7 +358,7 @@ std::optional<double> TaskGenerator::draw_time(Random& random, double span, cons
 
 std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& random, const CellConfiguration& starts,
                                                                        int attempts) {
-  const std::size_t stops = impl_->cell.tasks.route.size();
+  const std::size_t stops = impl_->cell.tasks.pose_sequence.size();
   if (stops > 0) return impl_->stop((impl_->nearest_stop(starts) + 1) % stops);
   if (!impl_->cell.tasks.problem.areas.empty()) {
     std::vector<std::size_t> next;

@@ -35,12 +35,12 @@ void VirtualTimeSearches::ask(SearchQuestions questions, const SharedObstacles& 
   if (questions.route) begin(routes_, *questions.route);
 }
 
-std::optional<RouteAnswer> VirtualTimeSearches::due(WaySearch& way) const {
+std::optional<RouteAnswer> VirtualTimeSearches::due(PendingSearch& way) const {
   if (!way.answer || now_ < way.at) return std::nullopt;
   return std::exchange(way.answer, std::nullopt);
 }
 
-void VirtualTimeSearches::begin(WaySearch& way, const RouteQuestion& question) const {
+void VirtualTimeSearches::begin(PendingSearch& way, const RouteQuestion& question) const {
   if (!way.search) {
     way.search = std::make_unique<RouteSearch>(cell_->arms, cell_->parameters, self_);
     way.search->set_obstacles(*cell_->obstacles);

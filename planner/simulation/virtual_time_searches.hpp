@@ -28,21 +28,21 @@ class VirtualTimeSearches : public SearchExecutor {
 
  private:
   /// A search for ways, whose answer comes when the configurations that it took could have been checked.
-  struct WaySearch {
+  struct PendingSearch {
     std::unique_ptr<RouteSearch> search;  ///< null until the first question
     std::optional<RouteAnswer> answer;    ///< known to the arm `at` this time [s]
     double at = 0.0;
   };
-  [[nodiscard]] std::optional<RouteAnswer> due(WaySearch& way) const;
-  void begin(WaySearch& way, const RouteQuestion& question) const;
+  [[nodiscard]] std::optional<RouteAnswer> due(PendingSearch& way) const;
+  void begin(PendingSearch& way, const RouteQuestion& question) const;
 
   const Cell* cell_;
   int self_;
   long periods_ = 0;
   double now_ = 0.0;                         ///< [s]
   std::unique_ptr<RolloutSearch> rollouts_;  ///< null until the first question: most arms of a large cell never ask
-  WaySearch routes_;
-  WaySearch coupled_plans_;
+  PendingSearch routes_;
+  PendingSearch coupled_plans_;
 };
 
 }  // namespace hecaton::planner

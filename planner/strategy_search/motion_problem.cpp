@@ -104,8 +104,8 @@ ClearKernel fastest_clear() {
   return fastest(&baseline::clear_arms, &avx2::clear_arms);
 }
 
-WaysKernel fastest_ways() {
-  return fastest(&baseline::look_at_ways, &avx2::look_at_ways);
+PathsKernel fastest_paths() {
+  return fastest(&baseline::precheck_paths, &avx2::precheck_paths);
 }
 
 StrategyProblem::StrategyProblem(const Cell& cell)
@@ -215,15 +215,15 @@ TaskSet StrategyProblem::draw(std::uint64_t seed, int tasks) const {
   return set;
 }
 
-void StrategyProblem::look_at_ways(TaskSet& set) const {
+void StrategyProblem::precheck_paths(TaskSet& set) const {
   constexpr std::size_t kMostNumbers = 12'000'000;  // of each arm: 48 MB
   constexpr std::size_t kSpare = 2 * kRoughLanes;   // what is looked at together may go beyond the goal
-  set.ways.resize(arms());
+  set.paths.resize(arms());
   for (int i = 0; i < arms(); ++i) {
     const FlatArm& arm = flat_.arm[i];
     const std::size_t numbers = rough_numbers(arm);
-    TaskSet::Ways& ways = set.ways[i];
-    ways = {};
+    TaskSet::Paths& paths = set.paths[i];
+    paths = {};
     const double* from = set.starts[i].data();
     std::size_t steps = 0;
     for (int task = 0; task < set.tasks; ++task) {
@@ -234,15 +234,15 @@ void StrategyProblem::look_at_ways(TaskSet& set) const {
       const Eigen::Map<const Eigen::VectorXd> q_to(goal, arm.joints);
       const std::size_t more = static_cast<std::size_t>((q_to - q_from).norm() / flat_.step) + kSpare;
       if ((steps + more) * numbers > kMostNumbers) break;
-      ways.first.push_back(static_cast<std::int32_t>(steps));
+      paths.first.push_back(static_cast<std::int32_t>(steps));
       steps += more;
       from = goal;
     }
-    ways.alone.resize(steps);
-    ways.places.resize(steps * numbers);
-    set.flat.ways[i] = {static_cast<int>(ways.first.size()), ways.first.data(), ways.alone.data(), ways.places.data()};
+    paths.alone.resize(steps);
+    paths.places.resize(steps * numbers);
+    set.flat.paths[i] = {static_cast<int>(paths.first.size()), paths.first.data(), paths.alone.data(), paths.places.data()};
   }
-  static const WaysKernel look = fastest_ways();
+  static const PathsKernel look = fastest_paths();
   look(flat_, set.flat);
 }
 

@@ -16,13 +16,13 @@ struct TaskSet {
   std::vector<std::vector<double>> goals;
   std::vector<std::vector<std::int32_t>> waits;
   std::vector<std::vector<double>> starts;
-  /// What look_at_ways() has found.
-  struct Ways {
+  /// What precheck_paths() has found.
+  struct Paths {
     std::vector<std::int32_t> first;
     std::vector<std::uint8_t> alone;
     std::vector<float> places;
   };
-  std::vector<Ways> ways;
+  std::vector<Paths> paths;
   FlatTasks flat;  ///< refers to the above
   TaskSet() = default;
   TaskSet(TaskSet&&) = default;
@@ -52,7 +52,7 @@ class StrategyProblem {
 
   /// Looks at straight ways beforehand, of as many tasks as fit into some megabytes: worth it for tasks that several
   /// strategies are tried on, and of no consequence for what is found.
-  void look_at_ways(TaskSet& tasks) const;
+  void precheck_paths(TaskSet& tasks) const;
 
   /// Sentences about what of the cell is simulated otherwise than it is.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }

@@ -123,14 +123,14 @@ class Run {
     runner.state = {};
     runner.ahead.count = runner.ahead.next = 0;
     runner.forget_places();
-    runner.keeps_way = true;
+    runner.heads_for_goal = true;
     // Until a fault, who has arrived has done so on the same goals whatever the strategy.
-    const FlatWays& ways = tasks_.ways[i];
-    runner.way = resets_ == 1 && runner.task < ways.tasks ? ways.first[runner.task] : -1;
+    const FlatPaths& paths = tasks_.paths[i];
+    runner.known_step = resets_ == 1 && runner.task < paths.tasks ? paths.first[runner.task] : -1;
     runner.moving = true;
     runner.began = tick_ + 1;
     const double free_time = std::ceil(plane.distance / problem_.step - 1e-9);
-    runner.limit = runner.began + static_cast<std::int64_t>(problem_.patience * free_time);
+    runner.limit = runner.began + static_cast<std::int64_t>(problem_.timeout_factor * free_time);
     unchanged_since_ = tick_;
   }
 
@@ -187,7 +187,7 @@ class Run {
   /// Which arm is nearer than h to arm i there (−1: none), and by how much at least [m].
   int nearer_than_h(int i, const PlanePoint& at, const float* place, double& excess) {
     Runner& runner = runners_[i];
-    const double way = way_to(runner, at);
+    const double way = distance_to(runner, at);
     const double surely = problem_.distance - problem_.rounding;
     for (int other = 0; other < problem_.arms; ++other) {
       if (other == i) continue;
@@ -242,13 +242,13 @@ class Run {
     return !(arm_distance(*runner.arm, places, 0, seen, problem_.distance, nearest) < problem_.distance);
   }
 
-  [[nodiscard]] static double way_to(const Runner& runner, const PlanePoint& to) {
+  [[nodiscard]] static double distance_to(const Runner& runner, const PlanePoint& to) {
     return std::fabs(to.x - runner.state.at.x) * runner.plane.speed1 +
            std::fabs(to.y - runner.state.at.y) * runner.plane.speed2;
   }
 
   void go_to(Runner& runner, const Looked& looked, int k) {
-    runner.travelled += way_to(runner, looked.at[k]);
+    runner.travelled += distance_to(runner, looked.at[k]);
     runner.state.at = looked.at[k];
     stand_at(runner, looked.places[k]);
   }
@@ -256,7 +256,7 @@ class Run {
   /// The three behaviours.
   void move(int i) {
     Runner& runner = runners_[i];
-    if (runner.keeps_way ? keep_way(i) : go_towards_goal(i)) {
+    if (runner.heads_for_goal ? continue_to_goal(i) : go_towards_goal(i)) {
       if (runner.state.at.x == runner.plane.distance && runner.state.at.y == 0.0) return finish(i, false);
     } else if (!go_aside(i)) {
       runner.state.side = -runner.state.side;
@@ -264,11 +264,11 @@ class Run {
     if (tick_ + 1 >= runner.limit) finish(i, true);
   }
 
-  bool keep_way(int i) {
+  bool continue_to_goal(int i) {
     Runner& runner = runners_[i];
-    if (runner.way >= 0) {
-      runner.keeps_way = keep_known_way(i);
-      return runner.keeps_way;
+    if (runner.known_step >= 0) {
+      runner.heads_for_goal = continue_prechecked(i);
+      return runner.heads_for_goal;
     }
     Looked& ahead = runner.ahead;
     if (ahead.next == ahead.count) look_ahead(runner);
@@ -277,23 +277,23 @@ class Run {
       return true;
     }
     ahead.count = ahead.next = 0;
-    runner.keeps_way = false;
+    runner.heads_for_goal = false;
     return false;
   }
 
-  bool keep_known_way(int i) {
+  bool continue_prechecked(int i) {
     Runner& runner = runners_[i];
-    const FlatWays& ways = tasks_.ways[i];
-    if (ways.alone[runner.way] == 0) return false;
+    const FlatPaths& paths = tasks_.paths[i];
+    if (paths.alone[runner.known_step] == 0) return false;
     const PlaneFrame frame = plane_frame(runner.state.at, runner.plane.distance);
     const PlanePoint at = neighbour(runner.state, frame, runner.plane.distance, problem_.step, 0);
-    const float* place = ways.places + runner.way * 6 * runner.rough.stride;
+    const float* place = paths.places + runner.known_step * 6 * runner.rough.stride;
     double excess = 0.0;
     if (nearer_than_h(i, at, place, excess) >= 0) return false;
-    runner.travelled += way_to(runner, at);
+    runner.travelled += distance_to(runner, at);
     runner.state.at = at;
     runner.here = place;
-    ++runner.way;
+    ++runner.known_step;
     for (int k = 0; k < 6; k += 2) __builtin_prefetch(place + (12 + k) * runner.rough.stride);
     return true;
   }
@@ -303,8 +303,8 @@ class Run {
     Looked& around = neighbours(runner, 0);
     if (!is_free(i, around, 0)) return false;
     go_to(runner, around, 0);
-    if (runner.way >= 0) ++runner.way;
-    runner.keeps_way = ++runner.steps_in_row >= kStepsInRow;
+    if (runner.known_step >= 0) ++runner.known_step;
+    runner.heads_for_goal = ++runner.steps_in_row >= kStepsInRow;
     return true;
   }
 
@@ -320,7 +320,7 @@ class Run {
       if (!is_free(i, *looked, k)) return false;
     }
     go_to(runner, *looked, k);
-    runner.way = -1;
+    runner.known_step = -1;
     return true;
   }
 

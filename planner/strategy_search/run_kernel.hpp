@@ -79,14 +79,14 @@ struct FlatProblem {
   double distance = 0.05;      ///< h, to arms and obstacles [m]
   double rounding = 0.0;       ///< distances of two arms in single precision are off by less [m]
   double self_distance = 0.0;  ///< between links of one arm [m]
-  int patience = 200;          ///< a task that takes this many times its free time is a fault
+  int timeout_factor = 200;          ///< a task that takes this many times its free time is a fault
   int basis = 0;               ///< BasisOrder of planner/methods/strategy/plane.hpp
   bool nearest_first = false;  ///< neighbours are tried nearest to the goal first, not in the paper's order
 };
 
 /// The straight ways of an arm's first tasks as far as no fault comes between them: the same for all strategies, and
 /// looked at once. Places after each step.
-struct FlatWays {
+struct FlatPaths {
   int tasks = 0;                  ///< 0: none are known
   std::int32_t* first = nullptr;  ///< [task]: its first step in what follows
   std::uint8_t* alone = nullptr;  ///< [step]: 1: within limits, clear of itself and of boxes
@@ -102,7 +102,7 @@ struct FlatTasks {
   const std::int32_t* waits[kFlatArms] = {};  ///< [task]: steps before it begins
   int starts = 0;                             ///< > 0
   const double* start[kFlatArms] = {};        ///< [start][joint]: at the beginning, and after the k-th fault [rad]
-  FlatWays ways[kFlatArms];
+  FlatPaths paths[kFlatArms];
 };
 
 struct FlatStrategy {
@@ -131,26 +131,26 @@ using RunKernel = void (*)(const FlatProblem& problem, const FlatTasks& tasks, c
 /// boxes, and (if `others`) the other arms. Bit i: arm i is.
 using ClearKernel = unsigned (*)(const FlatProblem& problem, const double* const* q, bool others);
 
-/// Fills the arrays of tasks.ways for the tasks that they have room for: of each, as many steps as lie between its
+/// Fills the arrays of tasks.paths for the tasks that they have room for: of each, as many steps as lie between its
 /// first and the next one's, and then some.
-using WaysKernel = void (*)(const FlatProblem& problem, const FlatTasks& tasks);
+using PathsKernel = void (*)(const FlatProblem& problem, const FlatTasks& tasks);
 
 /// The ones for this machine; both give the same result to the last bit.
 [[nodiscard]] RunKernel fastest_run();
 [[nodiscard]] ClearKernel fastest_clear();
-[[nodiscard]] WaysKernel fastest_ways();
+[[nodiscard]] PathsKernel fastest_paths();
 
 namespace baseline {
 void run_strategies(const FlatProblem& problem, const FlatTasks& tasks, const FlatStrategy* strategies,
                     const RunOptions& options, RunResult& result);
 unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool others);
-void look_at_ways(const FlatProblem& problem, const FlatTasks& tasks);
+void precheck_paths(const FlatProblem& problem, const FlatTasks& tasks);
 }  // namespace baseline
 namespace avx2 {
 void run_strategies(const FlatProblem& problem, const FlatTasks& tasks, const FlatStrategy* strategies,
                     const RunOptions& options, RunResult& result);
 unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool others);
-void look_at_ways(const FlatProblem& problem, const FlatTasks& tasks);
+void precheck_paths(const FlatProblem& problem, const FlatTasks& tasks);
 }  // namespace avx2
 
 }  // namespace hecaton::planner

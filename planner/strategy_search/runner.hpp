@@ -82,9 +82,9 @@ struct Runner {
   PlaneState state;
   RoughPlace own;
   const float* here = own.numbers;  ///< where it is
-  std::int64_t way = -1;            ///< its next step among the known ways; −1: it is not on one
+  std::int64_t known_step = -1;     ///< its next step on a prechecked path; −1: on none
   Looked ahead;                     ///< on the straight way
-  bool keeps_way = true;            ///< the last steps led towards the goal: several of them are looked at together
+  bool heads_for_goal = true;            ///< the last steps led towards the goal: several of them are looked at together
   Looked known[kKnownPlaces];  ///< neighbours of the last places: who is held up comes to the same ones again and again
   LookedAt known_by[kKnownPlaces];  ///< apart from them: it is what is searched
   int forgotten = 0;                ///< the next of these to be replaced

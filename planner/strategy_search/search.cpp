@@ -121,7 +121,7 @@ std::vector<Evaluation> evaluate_round(const StrategyProblem& problem, std::span
                                        const Round& round, const SearchHooks& hooks) {
   TaskSet tasks = problem.draw(round.seed, round.tasks);
   constexpr std::size_t kWorthLooking = 4;
-  if (strategies.size() >= kWorthLooking) problem.look_at_ways(tasks);
+  if (strategies.size() >= kWorthLooking) problem.precheck_paths(tasks);
   const EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
   std::vector<Evaluation> evaluations(strategies.size());
   std::mutex telling;
@@ -192,7 +192,7 @@ class Search {
   void refine() {
     std::vector<SystemStrategy> refined(std::min<std::size_t>(plan_.refine, report_.best.size()));
     TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
-    problem_.look_at_ways(tasks);
+    problem_.precheck_paths(tasks);
     for_own(hooks_, refined.size(), [&](std::size_t i) {
       SimplexOptions options;
       options.most_steps = plan_.refine_steps;

@@ -146,7 +146,7 @@ ExitCode refine(const Settings& settings, const RefineOptions& options) {
     const planner::StrategyProblem problem(file.cell);
     const planner::SystemStrategy initial = strategy_from(options.from, file, problem);
     planner::TaskSet tasks = problem.draw(options.seed, options.tasks);
-    problem.look_at_ways(tasks);
+    problem.precheck_paths(tasks);
     found = refine_by_simplex(problem, tasks, initial, options.simplex);
     results = strategy_results(problem, {{initial, found.initial}, {found.strategy, found.final}});
   } catch (const planner::ProblemError& error) {

@@ -121,7 +121,7 @@ std::string sensitivity_script(const std::vector<SensitivityRow>& rows) {
 
 struct Options {
   std::string file;
-  std::string picture;
+  std::string image;
 };
 
 /// A path in gnuplot's single quotes.
@@ -134,16 +134,16 @@ std::string quoted(const std::string& path) {
 constexpr const char* kSvg = "set terminal svg size 900,560 dynamic background rgb 'white'\n";
 constexpr const char* kPng = "set terminal pngcairo size 1200,750 background rgb 'white'\n";
 
-std::string output(const std::string& picture) {
-  const std::string ending = std::filesystem::path(picture).extension();
+std::string output(const std::string& image) {
+  const std::string ending = std::filesystem::path(image).extension();
   if (ending != ".svg" && ending != ".png") {
-    throw Failure(ExitCode::kBadInput, "--picture = " + picture + " must end in .svg or .png");
+    throw Failure(ExitCode::kBadInput, "--image = " + image + " must end in .svg or .png");
   }
-  return (ending == ".png" ? kPng : kSvg) + ("set output " + quoted(picture) + "\n");
+  return (ending == ".png" ? kPng : kSvg) + ("set output " + quoted(image) + "\n");
 }
 
 ExitCode run(const Options& options) {
-  std::string text = output(options.picture);
+  std::string text = output(options.image);
   std::string what;
   if (is_sensitivity(options.file)) {
     const std::vector<SensitivityRow> rows = read_sensitivity(options.file);
@@ -155,7 +155,7 @@ ExitCode run(const Options& options) {
     what = std::to_string(results.rows.size()) + " strategies";
   }
   std::error_code none;
-  std::filesystem::remove(options.picture, none);  // one that was there would pass for this one
+  std::filesystem::remove(options.image, none);  // one that was there would pass for this one
   std::FILE* gnuplot = popen("gnuplot >/dev/null 2>&1", "w");
   const bool written = gnuplot != nullptr && std::fputs(text.c_str(), gnuplot) >= 0;
   const int status = gnuplot != nullptr ? pclose(gnuplot) : -1;
@@ -163,10 +163,10 @@ ExitCode run(const Options& options) {
   if (status == kNoProgram) {
     throw Failure(ExitCode::kBadInput, "pictures are drawn by gnuplot, which is not installed (Debian: gnuplot-nox)");
   }
-  if (!written || status != 0 || std::filesystem::file_size(options.picture, none) == 0 || none) {
-    throw Failure(ExitCode::kBadInput, "file '" + options.picture + "' cannot be written");
+  if (!written || status != 0 || std::filesystem::file_size(options.image, none) == 0 || none) {
+    throw Failure(ExitCode::kBadInput, "file '" + options.image + "' cannot be written");
   }
-  std::fprintf(stderr, "%s in %s\n", what.c_str(), options.picture.c_str());
+  std::fprintf(stderr, "%s in %s\n", what.c_str(), options.image.c_str());
   return ExitCode::kDone;
 }
 
@@ -182,9 +182,9 @@ void add_plot(CLI::App& parent, Session& session) {
           "results (CSV) of a search; with --complete it has strategies with faults. Or a sensitivity table (CSV) "
           "of tests/bench/strategy_sensitivity.py")
       ->required();
-  command->add_option("--picture", options->picture, "the file to write, SVG or PNG (strategies.svg)")
+  command->add_option("--image", options->image, "the file to write, SVG or PNG (strategies.svg)")
       ->type_name("FILE");
-  options->picture = "strategies.svg";
+  options->image = "strategies.svg";
   command->callback([&session, options] { session.action = [options] { return run(*options); }; });
 }
 

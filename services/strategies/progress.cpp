@@ -43,7 +43,7 @@ std::uint64_t fingerprint(const planner::StrategyProblem& problem, const planner
     }
   }
   const planner::FlatProblem& flat = problem.flat();
-  for (const double value : {flat.step, flat.distance, flat.self_distance, static_cast<double>(flat.patience),
+  for (const double value : {flat.step, flat.distance, flat.self_distance, static_cast<double>(flat.timeout_factor),
                              static_cast<double>(flat.basis), static_cast<double>(flat.nearest_first)})
     print.add(value);
   for (int i = 0; i < flat.boxes; ++i) {

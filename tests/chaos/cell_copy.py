@@ -18,14 +18,14 @@ NETWORK = ipaddress.ip_network("10.43.0.0/24")
 FIRST = 11  # of the hosts' addresses in it
 # Late enough for a machine that is shared: those of deploy/cells/three_hosts.yaml.
 SHARED_LIMITS = {"heartbeat_deadline": "250ms", "host_lease": "1s"}
-SHARED_TAKEOVER = "150ms"  # roles are not exchanged because such a machine stalls
+SHARED_FAILOVER_TIMEOUT = "150ms"  # roles are not exchanged because such a machine stalls
 WATCHDOG = 10.0  # [s] by default (docs/cell-file.md)
 MOST_HOSTS = 64  # of a cell (docs/cell-file.md), like the next one
 LONGEST_NAME = 64
 PATHS = ("urdf", "srdf")
 
 
-def copy_of(document, folder, patience=1):
+def copy_of(document, folder, timeout_scale=1):
     """The document of a cell file in `folder`, changed in place."""
     make_paths_absolute(document, folder)
     for obstacle in document.get("obstacles") or []:
@@ -34,20 +34,20 @@ def copy_of(document, folder, patience=1):
     supervision.pop("recovery", None)  # contacts wait for people by default
     if not SHARED_LIMITS.keys() & supervision.keys():
         supervision.update(SHARED_LIMITS)
-    supervision.setdefault("takeover_lease", SHARED_TAKEOVER)
-    be_patient(document, patience)
+    supervision.setdefault("failover_timeout", SHARED_FAILOVER_TIMEOUT)
+    scale_timeouts(document, timeout_scale)
     # Who stands still for a while is not killed by its agent: it goes on, and nobody has died.
     supervision["watchdog"] = f"{max(WATCHDOG, 2 * longest_stop(Limits.of(document).silence)):g}s"
     section(document, "network").pop("interface", None)  # a host's only one has another name here
     return document
 
 
-def be_patient(document, factor):
+def scale_timeouts(document, factor):
     """Silence counts so many times later, on a machine that stands still for as long as it may last."""
     supervision = section(document, "supervision")
     if factor == 1:
         return
-    for key in (*SHARED_LIMITS, "takeover_lease"):
+    for key in (*SHARED_LIMITS, "failover_timeout"):
         if key in supervision:
             supervision[key] = f"{factor * parse_duration(supervision[key]):g}s"
 
@@ -213,16 +213,16 @@ class CopyTest(unittest.TestCase):
         self.assertEqual(cell_document.read(text), document_of(SINGLE))
 
     def test_limits_that_a_file_does_not_state_are_those_of_a_shared_machine(self):
-        self.assertEqual(document_of(SINGLE)["supervision"], {**SHARED_LIMITS, "takeover_lease": "150ms", "watchdog": "10s"})
+        self.assertEqual(document_of(SINGLE)["supervision"], {**SHARED_LIMITS, "failover_timeout": "150ms", "watchdog": "10s"})
         stated = document_of(SEVERAL)["supervision"]
         self.assertEqual((stated["heartbeat_deadline"], stated.get("host_lease")), ("40ms", None))
 
 
-    def test_patience_multiplies_them(self):
-        document = copy_of(cell_document.read(SEVERAL), "/cells", patience=4)
-        self.assertEqual({key: document["supervision"][key] for key in ("heartbeat_deadline", "takeover_lease", "watchdog")},
-                         {"heartbeat_deadline": "0.16s", "takeover_lease": "0.6s", "watchdog": "10s"})
-        self.assertEqual(copy_of(cell_document.read(SINGLE), "/cells", patience=2)["supervision"]["host_lease"], "2s")
+    def test_timeout_scale_multiplies_them(self):
+        document = copy_of(cell_document.read(SEVERAL), "/cells", timeout_scale=4)
+        self.assertEqual({key: document["supervision"][key] for key in ("heartbeat_deadline", "failover_timeout", "watchdog")},
+                         {"heartbeat_deadline": "0.16s", "failover_timeout": "0.6s", "watchdog": "10s"})
+        self.assertEqual(copy_of(cell_document.read(SINGLE), "/cells", timeout_scale=2)["supervision"]["host_lease"], "2s")
 
     def test_no_agent_ends_who_stands_still_for_as_long_as_we_let_it(self):
         for deadline, watchdog in ("40ms", "10s"), ("4s", "18s"), ("60s", "242s"):

@@ -9,7 +9,7 @@ said. An episode is one to three faults at a time; one with --alone, so that the
 of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
 (terms.py); every fault must be told as what it is, not before it is one, and blamed on who had it, and nothing else (verdicts.py); no supervisor may
 take the lead from another to which nothing is done; after each episode the cell must run again and every goal be reached. With
---quiet nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is
+--soak nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is
 dead cannot make way. The first finding ends it, with --findings N the Nth, but what is unsafe always does."""
 import collections
 import heapq
@@ -70,7 +70,7 @@ NEVER = (math.inf, -math.inf)
 # What a machine that stands still makes of any component.
 SILENCES = ("node_silent", "host_lost", "host_isolated", "link_lost", "driver_silent", "world_silent")
 UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
-ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_takeovers")
+ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_failovers")
 
 
 def say(what):
@@ -90,7 +90,7 @@ class Chaos:
         self.only = options.only
         self.alone = options.alone
         self.of = tuple(options.of)
-        self.patience = options.patience
+        self.timeout_scale = options.timeout_scale
         # In turn: who is killed ten times in a row within 10 s of life is given up.
         self.turns = itertools.cycle(self.of)
         self.rng = random.Random(options.seed)
@@ -111,7 +111,7 @@ class Chaos:
         self.supervisor_returned = 0  # [ms, wall clock]
         self.returned_before = 0  # the same when this episode began
         self.ran_again = time.monotonic()  # the leader heard everybody
-        self.held = 0       # episodes, or rounds of a quiet run
+        self.held = 0       # episodes, or rounds of a soak run
         self.discarded = 0  # episodes
         self.untold = 0  # faults that no supervisor told while one led that was cut off before
         self.machine_stalls = 0  # faults told of processes that stood still with the machine
@@ -135,10 +135,10 @@ class Chaos:
             self.unwell = time.monotonic()
 
     def work_through(self, options):
-        if options.quiet is None:
+        if options.soak is None:
             self.run(options.faults, options.duration)
         else:
-            self.stay_quiet(options.quiet)
+            self.soak(options.soak)
 
     def run(self, faults, duration):
         end = time.monotonic() + duration
@@ -179,7 +179,7 @@ class Chaos:
             # No machine stands still for so long that this would say nothing.
             self.violated("return after that", Violation(None, error, NEVER))
 
-    def stay_quiet(self, duration):
+    def soak(self, duration):
         """The arms work, nothing happens to them, nothing may be told."""
         end = time.monotonic() + duration
         self.known = set(self.cell.faults())
@@ -189,7 +189,7 @@ class Chaos:
                 self.work_undisturbed()
                 self.held += 1
             except (AssertionError, Violation) as error:
-                self.violated("quiet", error)
+                self.violated("soak", error)
                 self.known = set(self.cell.faults())
                 self.ended = unix_ms()
 
@@ -251,7 +251,7 @@ class Chaos:
         """It is the cell's doing if nothing went wrong meanwhile."""
         try:
             self.check([])
-            self.unfit = f"the arms of this cell cannot go to and fro, without any fault: {unreached}"
+            self.unfit = f"the arms of this cell cannot go back and forth, without any fault: {unreached}"
         except Violation as error:
             self.violated("before the first fault", error)
 
@@ -429,7 +429,7 @@ class Chaos:
                 self.machine_moves += 1
                 say(f"the leadership moved {what} while {max(stalls, key=lambda stall: stall[1])[2]} stood still, too")
                 continue
-            raise Violation("unexplained_takeovers", f"the leadership moved by itself {what}", (since, at))
+            raise Violation("unexplained_failovers", f"the leadership moved by itself {what}", (since, at))
 
     def hear_logs(self):
         """What was told since the last time."""
@@ -457,7 +457,7 @@ class Chaos:
                 self.check_terms()
             untold = self.log_terms.untold(self.arms) if self.held else ()
             if untold:
-                raise Violation(None, f"the logs do not tell whom {', '.join(untold)} followed, and by which mandates", NEVER)
+                raise Violation(None, f"the logs do not tell whom {', '.join(untold)} followed, and by which leases", NEVER)
         except Violation as error:
             self.violated("the end", error)
 
@@ -472,7 +472,7 @@ class Chaos:
     def report(self, cell, seed, ended):
         """`ended`: exit codes of agents that did not end well."""
         return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached,
-                "cell": cell, "seed": seed, "patience": self.patience,
+                "cell": cell, "seed": seed, "timeout_scale": self.timeout_scale,
                 "told": dict(sorted(self.told.items())),
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.detection)},
                 "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
@@ -490,7 +490,7 @@ class Chaos:
         """The report, for people."""
         yield (f"{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
                "so many had to be told and were; those alone after p50, p99, max; ran again after p50, p99, max"
-               + (f"; all limits {self.patience} times as long as the cell file's" if self.patience > 1 else ""))
+               + (f"; all limits {self.timeout_scale} times as long as the cell file's" if self.timeout_scale > 1 else ""))
         for name in sorted(self.recovery):
             yield (f"{name:22} {len(self.recovery[name]):5} {self.told[name]:5} {figures(self.detection.get(name, ()))}   "
                    f"{figures(self.recovery[name], 's')}")

@@ -18,7 +18,7 @@ EXIT_CODES = """\
 Data goes to stdout, everything else to stderr. SIGTERM or SIGINT (Ctrl-C) ends a run after the episode under way, with what
 it found so far; a second one ends it at once, with 143 or 130. Who sends it to all processes there are, as systemd does unless
 KillMode=mixed, also ends the cell.
-Exit codes: 0 all of it held; 1 it ran, and something did not; 2 usage; 3 bad input, also a cell whose arms do not go to and fro
+Exit codes: 0 all of it held; 1 it ran, and something did not; 2 usage; 3 bad input, also a cell whose arms do not go back and forth
 when nothing is done to them; 4 it was ended before anything was tested; 70 what did not hold is unsafe: a contact, an older
 command that an arm followed, or a driver that lost its memory; 75 something did not hold while the machine itself stood still,
 or most episodes were discarded for that, which says nothing of Hecaton; 77 there can be no hosts here (network namespaces), why
@@ -62,7 +62,7 @@ def add_bounds(parser):
                         help="at least so many (30; with --duration as many as there is time for)")
     parser.add_argument("--duration", type=duration("--duration"), metavar="T",
                         help="ends after the episode in which this is over: 90s, 10min")
-    parser.add_argument("--quiet", type=duration("--quiet"), metavar="T", help="no faults: for so long nothing may be told")
+    parser.add_argument("--soak", type=duration("--soak"), metavar="T", help="no faults: for so long nothing may be told")
     parser.add_argument("--findings", type=whole_number("--findings", 1), default=1, metavar="N", help="how many end it (1)")
 
 
@@ -75,7 +75,7 @@ def add_choices(parser):
     parser.add_argument("--of", nargs="+", metavar="NAME",
                         help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …), at "
                              "best more than 10 s apart: who dies sooner ten times in a row is only started every minute")
-    parser.add_argument("--patience", type=whole_number("--patience", 1), default=1, metavar="N",
+    parser.add_argument("--timeout-scale", type=whole_number("--timeout-scale", 1), default=1, metavar="N",
                         help="silence counts so many times later than the cell file says (1): for machines that stand still at times")
     parser.add_argument("--no-standbys", action="store_true", help="without standbys, also those of the cell file")
 
@@ -85,8 +85,8 @@ def parse(words, description):
     parser = parser_of(description)
     options = parser.parse_args(words)
     for name in ("faults", "duration", "only", "alone", "of"):  # by which nothing goes where there are no faults
-        if options.quiet is not None and getattr(options, name):
-            parser.error(f"argument --{name}: not allowed with argument --quiet")
+        if options.soak is not None and getattr(options, name):
+            parser.error(f"argument --{name}: not allowed with argument --soak")
     if options.faults is None:
         options.faults = 30 if options.duration is None else math.inf
     options.duration = options.duration or math.inf
@@ -115,8 +115,8 @@ class CommandLineTest(unittest.TestCase):
             self.assertEqual((self.parse(*words).faults, self.parse(*words).duration), (faults, 600.0))
 
     def test_a_value_that_cannot_be_is_bad_input(self):
-        for words in (("--duration", "90"), ("--duration", "0s"), ("--quiet", "30"), ("--faults", "0"),
-                      ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--patience", "0"), ("--findings", "0"),
+        for words in (("--duration", "90"), ("--duration", "0s"), ("--soak", "30"), ("--faults", "0"),
+                      ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--timeout-scale", "0"), ("--findings", "0"),
                       ("--report", "/no/such/folder/report"), ("--report", "/")):
             with self.assertRaisesRegex(BadInput, f"^{words[0]} = '{words[1]}' must be ", msg=words):
                 self.parse(*words)
@@ -127,13 +127,13 @@ class CommandLineTest(unittest.TestCase):
         options = self.parse("--only", "kill", "cut", "--of", "driver")
         self.assertEqual((options.only, options.of), (["kill", "cut"], ["driver"]))
 
-    def test_a_quiet_run_has_no_faults_to_choose(self):
-        self.assertEqual(self.parse("--quiet", "30s", "--findings", "2", "--no-standbys").quiet, 30.0)
+    def test_a_soak_run_has_no_faults_to_choose(self):
+        self.assertEqual(self.parse("--soak", "30s", "--findings", "2", "--no-standbys").soak, 30.0)
 
     def test_what_is_no_command_is_a_usage_error(self):
         for words in (("--minutes", "3"), ("--only", "flood"), ("-o", "xml"), ("another.yaml",), ("--dur", "3s"),
-                      ("--quiet", "3s", "--duration", "3s"), ("--quiet", "3s", "--faults", "3"),
-                      ("--quiet", "3s", "--only", "kill"), ("--quiet", "3s", "--alone"), ("--quiet", "3s", "--of", "driver")):
+                      ("--soak", "3s", "--duration", "3s"), ("--soak", "3s", "--faults", "3"),
+                      ("--soak", "3s", "--only", "kill"), ("--soak", "3s", "--alone"), ("--soak", "3s", "--of", "driver")):
             with self.assertRaises(SystemExit) as ended, contextlib.redirect_stderr(io.StringIO()):
                 self.parse(*words)
             self.assertEqual(ended.exception.code, 2, words)

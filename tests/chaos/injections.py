@@ -11,7 +11,7 @@ import unittest
 
 from limits import Limits
 
-TAKEOVER = 0.5  # [s] surely until another supervisor leads when the leader has died
+FAILOVER = 0.5  # [s] surely until another supervisor leads when the leader has died
 
 
 STALL = 0.25  # [s] for which a supervisor stands still before it says so itself
@@ -239,7 +239,7 @@ class Split(Absence):
         cell.hosts.reunite(self.hosts)
 
     def all_that_must(self):
-        return [("host_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + TAKEOVER else []
+        return [("host_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + FAILOVER else []
 
     def may(self, places, blind):
         nodes = {*(f"agent/{host}" for host in self.lost), *self.nodes(places)}
@@ -393,8 +393,8 @@ def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits
         "kill": (6, lambda: Kill(node, nodes[node])),
         "stop": (4, lambda: Stop(node, nodes[node], silent(silence_of(node, limits), 0.05))),
         "cut": (3, lambda: Cut(host, lost(0.1))),
-        "split": (1, lambda: split(rng, nodes, hosts, about(surely_told(limits.lease) + TAKEOVER + 0.1 if told else 0.1,
-                                                          longest(limits.lease) + TAKEOVER))),
+        "split": (1, lambda: split(rng, nodes, hosts, about(surely_told(limits.lease) + FAILOVER + 0.1 if told else 0.1,
+                                                          longest(limits.lease) + FAILOVER))),
         "mute": (2, lambda: Mute(host, lost(0.1))),
         "deafen": (2, lambda: Deafen(host, about(0.1, 3.0))),
         "loss": (2, lambda: Lose(host, about(0.5, 2.0), rng.randint(1, 30))),

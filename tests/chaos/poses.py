@@ -1,4 +1,4 @@
-"""Between which named poses the arms of a cell go to and fro.
+"""Between which named poses the arms of a cell go back and forth.
 
 usage: poses.py --self-test"""
 import sys

@@ -27,7 +27,7 @@ class Setting:
             self.document = cell_document.read(options.cell.read_bytes())
         except yaml.YAMLError as error:
             raise BadInput(f"{options.cell}: {' '.join(str(error).split())}") from error
-        cell_copy.copy_of(self.document, folder_of(options.cell), options.patience)
+        cell_copy.copy_of(self.document, folder_of(options.cell), options.timeout_scale)
         self.why_spread = cell_copy.why_spread(self.document)
         if self.why_spread:
             cell_copy.spread(self.document)
@@ -52,10 +52,10 @@ class Setting:
 
     def poses(self, plan):
         """Between which all arms go; `plan`: what `hecaton check` told of them."""
-        chosen = two_poses(plan["arms"], (self.document.get("tasks") or {}).get("route", ()))
+        chosen = two_poses(plan["arms"], (self.document.get("tasks") or {}).get("pose_sequence", ()))
         if not chosen:
             raise BadInput(f"cell {plan['cell']}: two named poses that every arm has, apart from each other, are needed for "
-                           "the arms to go to and fro")
+                           "the arms to go back and forth")
         return chosen
 
     def require_files(self, options):

@@ -1,10 +1,10 @@
-"""Who may move an arm: S1 to S3 of docs/design/0008-terms.md, as the drivers tell it.
+"""Who may move an arm: S1 to S3 of docs/design/0008-arm-leases.md, as the drivers tell it.
 
 usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a rule was broken
        terms.py --self-test  what breaks a rule is found
 
 S1: the terms of the commands that an arm follows never go back. S2: in each term one planner moves it. S3: from when its
-driver has heard of a mandate, no command of an older term moves it. A driver's memory outlives its process and its agent,
+driver has heard of a lease, no command of an older term moves it. A driver's memory outlives its process and its agent,
 but not its host (0008, "What it does not cover"): an agent that begins without what was remembered begins the account of its
 drivers anew, and that is told. No rule needs a clock, for hosts' clocks may differ and be set: a driver tells in order, and a
 supervisor hears it in order."""
@@ -18,7 +18,7 @@ TOLD = re.compile(r' node=(driver|agent)/(\S+) event=(?:"([^"]*)"|(\S+))(.*)')
 FIELD = re.compile(r' (\w+)=(?:"((?:[^"\\]|\\.)*)"|(\S*))')
 
 FOLLOWS = ("follows", "goes on with")  # a planner in another's place; the same one under another term or in another process
-MANDATE = "mandate"                    # the driver goes by it
+ARM_LEASE = "arm lease"                # in force at the driver
 REFUSED = "command refused"
 
 
@@ -55,11 +55,11 @@ class LogTerms:
     def __init__(self):
         self.complaints = []
         self.followed = 0   # times that an arm began to follow another planner, term or process
-        self.mandates = 0
+        self.leases = 0
         self.refused = set()  # (arm, planner, term) of commands that came too late
         self.forgotten = []   # arms whose driver began without memory
         self._arms = {}
-        self._told = {MANDATE: set(), FOLLOWS: set()}  # arms whose driver ever told so
+        self._told = {ARM_LEASE: set(), FOLLOWS: set()}  # arms whose driver ever told so
         self._begun = {}  # services that the running agent of a host has started for the first time
         self._anew = set()  # hosts whose running agent is another one and has said nothing of a memory
 
@@ -94,9 +94,9 @@ class LogTerms:
             self.followed += 1
             self._told[FOLLOWS].add(arm)
             complaint = account.follows(told["planner"], int(told["term"]))
-        elif event == MANDATE:
-            self.mandates += 1
-            self._told[MANDATE].add(arm)
+        elif event == ARM_LEASE:
+            self.leases += 1
+            self._told[ARM_LEASE].add(arm)
             complaint = account.goes_by(told["planner"], int(told["term"]))
         elif event == REFUSED and int(told["term"]) <= account.newest:
             self.refused.add((arm, told["from"], int(told["term"])))
@@ -104,11 +104,11 @@ class LogTerms:
             self.complaints.append(f"arm {arm} {complaint}")
 
     def untold(self, arms):
-        """Those of them, which moved, whose driver did not tell whom it follows and by which mandate: of them nothing is shown."""
+        """Those of them, which moved, whose driver did not tell whom it follows and by which lease: of them nothing is shown."""
         return [arm for arm in arms if not all(arm in told for told in self._told.values())]
 
     def summary(self):
-        return (f"arms followed another planner, term or process {self.followed} times under {self.mandates} mandates; "
+        return (f"arms followed another planner, term or process {self.followed} times under {self.leases} leases; "
                 f"{len(self.refused)} planners were refused that had been replaced"
                 + (f"; without memory began {', '.join(self.forgotten)}" if self.forgotten else ""))
 
@@ -146,7 +146,7 @@ class StatusTerms:
             return None
         if term < before["term"]:
             return f"follows term {term} after {before['term']}"
-        # The last command may be older than the mandate, but then no newer one was accepted since.
+        # The last command may be older than the lease, but then no newer one was accepted since.
         same = term == before["term"] and state["command_age_s"] >= before["command_age_s"]
         if term < before["newest_term"] and not same:
             return f"follows term {term}, by a command that it accepted when it went by term {before['newest_term']}"
@@ -187,7 +187,7 @@ class LogTest(unittest.TestCase):
 
     def test_a_takeover_and_a_return_are_right(self):
         self.assertEqual(self.complaints(
-            driver("follows", "A", 5), driver("mandate", "A", 5), driver("mandate", "B", 8), driver("follows", "B", 8),
+            driver("follows", "A", 5), driver("arm lease", "A", 5), driver("arm lease", "B", 8), driver("follows", "B", 8),
             driver("goes on with", "B", 8), driver("goes on with", "B", 10), driver("follows", "A", 11)), [])
 
     def test_an_older_term_is_found(self):
@@ -198,20 +198,20 @@ class LogTest(unittest.TestCase):
         self.assert_found("followed B in term 8 after it followed term 9 of A",
                           driver("follows", "A", 5), driver("goes on with", "A", 9), driver("follows", "B", 8))
 
-    def test_an_older_command_than_a_mandate_is_found(self):
+    def test_an_older_command_than_a_lease_is_found(self):
         self.assert_found("followed A in term 5 after it went by term 8 of B",
-                          driver("mandate", "B", 8), driver("goes on with", "A", 5))
+                          driver("arm lease", "B", 8), driver("goes on with", "A", 5))
 
     def test_two_planners_of_one_term_are_found(self):
         self.assert_found("B in term 5, which is that of A", driver("follows", "A", 5), driver("follows", "B", 5))
-        self.assert_found("B in term 5, which is that of A", driver("mandate", "A", 5), driver("follows", "B", 5))
+        self.assert_found("B in term 5, which is that of A", driver("arm lease", "A", 5), driver("follows", "B", 5))
 
-    def test_a_mandate_of_nobody_is_that_of_the_first(self):
-        self.assertEqual(self.complaints(driver("mandate", '""', 5), driver("mandate", "A", 5), driver("follows", "A", 5)), [])
+    def test_a_lease_of_nobody_is_that_of_the_first(self):
+        self.assertEqual(self.complaints(driver("arm lease", '""', 5), driver("arm lease", "A", 5), driver("follows", "A", 5)), [])
 
-    def test_a_mandate_that_goes_back_is_found(self):
+    def test_a_lease_that_goes_back_is_found(self):
         self.assert_found("goes by term 7 of A after it went by term 8 of B",
-                          driver("mandate", "B", 8), driver("driver started", "", 0), driver("mandate", "A", 7))
+                          driver("arm lease", "B", 8), driver("driver started", "", 0), driver("arm lease", "A", 7))
 
     def test_arms_have_terms_of_their_own(self):
         self.assertEqual(self.complaints(driver("follows", "A", 9), driver("follows", "C", 5, "east")), [])
@@ -224,7 +224,7 @@ class LogTest(unittest.TestCase):
 
     def test_a_driver_that_tells_something_before_its_agent_does_has_forgotten_nothing(self):
         terms = LogTerms()
-        for line in driver("driver started", "", 0), driver("mandate", "A", 5), started("driver-west"), driver("follows", "B", 4):
+        for line in driver("driver started", "", 0), driver("arm lease", "A", 5), started("driver-west"), driver("follows", "B", 4):
             terms.hear(line)
         self.assertEqual((terms.forgotten, len(terms.complaints)), ([], 1))
 
@@ -236,7 +236,7 @@ class LogTest(unittest.TestCase):
 
     def test_an_arm_whose_driver_tells_nothing_shows_nothing(self):
         terms = LogTerms()
-        for line in driver("follows", "A", 9), driver("mandate", "A", 9), driver("follows", "A", 9, "east"):
+        for line in driver("follows", "A", 9), driver("arm lease", "A", 9), driver("follows", "A", 9, "east"):
             terms.hear(line)
         self.assertEqual(terms.untold(["west", "east", "north"]), ["east", "north"])
 
@@ -279,7 +279,7 @@ class StatusTest(unittest.TestCase):
         self.assert_found("follows term 7 after 8", told(8, 9, "B"), told(7, 9, "B"))
         self.assert_found("knows none above 7", told(8, 7))
 
-    def test_a_command_that_is_newer_than_the_mandate_and_of_an_older_term_is_found(self):
+    def test_a_command_that_is_newer_than_the_lease_and_of_an_older_term_is_found(self):
         self.assert_found("follows term 5, by a command", told(5, 8, "B", 0.2), told(5, 8, "B", 0.01))
         self.assert_found("follows term 6, by a command", told(5, 8, "B", 0.2), told(6, 8, "B", 0.3))
 

@@ -22,7 +22,7 @@ class Cell:
     """Runs; its arms reach every goal but those of `unreached`; touches something at the goal of that number. `logs`: lines."""
 
     def __init__(self, unreached=(), touches=None, fails=None,
-                 logs=tuple(driver(event, "A", 4, arm) for event in ("mandate", "follows") for arm in ("left", "right"))):
+                 logs=tuple(driver(event, "A", 4, arm) for event in ("arm lease", "follows") for arm in ("left", "right"))):
         self.listeners = []
         self.unreached, self.touches, self.fails = unreached, touches, fails
         self.logs = logs
@@ -83,8 +83,8 @@ class Machine:
 
 
 def chaos_of(cell, ended_by=None, stood_still=False, findings=1):
-    options = types.SimpleNamespace(only=["kill"], alone=False, of=[""], seed=1, findings=findings, patience=1, cell="cell.yaml",
-                                    report=None, output="json", quiet=0.02)
+    options = types.SimpleNamespace(only=["kill"], alone=False, of=[""], seed=1, findings=findings, timeout_scale=1, cell="cell.yaml",
+                                    report=None, output="json", soak=0.02)
     made = chaos.Chaos(cell, ["left", "right"], ("home", "up"), Limits(), options, types.SimpleNamespace(told=ended_by))
     made.lateness = Machine(stood_still)
     made.ran_again = -1e9  # long ago: nothing is to settle
@@ -97,7 +97,7 @@ class ChaosTest(unittest.TestCase):
         self.said = io.StringIO()
         self.enterContext(contextlib.redirect_stderr(self.said))
 
-    def run_quietly(self, cell, ended=(), **how):
+    def run_soak(self, cell, ended=(), **how):
         """Its exit code."""
         made, options = chaos_of(cell, **how)
         chaos.live(cell, made, options)
@@ -108,16 +108,16 @@ class ChaosTest(unittest.TestCase):
 
 class ExitCodeTest(ChaosTest):
     def test_what_held_is_success(self):
-        self.assertEqual(self.run_quietly(Cell()), 0)
+        self.assertEqual(self.run_soak(Cell()), 0)
         self.assertGreater(self.made.held, 0)
         self.assertEqual(self.made.reached, self.made.tasks)
 
     def test_nothing_tested_is_none(self):
-        self.assertEqual(self.run_quietly(Cell(), ended_by=15), chaos.NOTHING_TESTED)
+        self.assertEqual(self.run_soak(Cell(), ended_by=15), chaos.NOTHING_TESTED)
         self.assertIn("before anything was tested", self.said.getvalue())
 
     def test_neither_are_logs_that_do_not_tell_whom_an_arm_follows(self):
-        self.assertEqual(self.run_quietly(Cell(logs=[driver("follows", "A", 4, "left"), driver("mandate", "A", 4, "left")])), 1)
+        self.assertEqual(self.run_soak(Cell(logs=[driver("follows", "A", 4, "left"), driver("arm lease", "A", 4, "left")])), 1)
         self.assertIn("the logs do not tell whom right followed", self.said.getvalue())
 
     def test_neither_is_what_was_discarded_most_of_the_time(self):
@@ -126,7 +126,7 @@ class ExitCodeTest(ChaosTest):
             self.assertEqual(chaos.judge(made, {}), code)
 
     def test_agents_that_do_not_end_well_are_a_failure(self):
-        self.assertEqual(self.run_quietly(Cell(), ended={"a-pc": -9}), 1)
+        self.assertEqual(self.run_soak(Cell(), ended={"a-pc": -9}), 1)
 
     def test_a_finding_while_the_machine_stood_still_says_nothing(self):
         made, _ = chaos_of(Cell(), stood_still=True)
@@ -135,12 +135,12 @@ class ExitCodeTest(ChaosTest):
 
     def test_a_contact_is_one_whatever_else_fails(self):
         for touches in 1, 5:  # before anything is done to the cell, and later
-            self.assertEqual(self.run_quietly(Cell(touches=touches), stood_still=True, ended={"a-pc": -9}), UNSAFE)
+            self.assertEqual(self.run_soak(Cell(touches=touches), stood_still=True, ended={"a-pc": -9}), UNSAFE)
             self.assertEqual(self.made.accounts["contacts"], 1)
-        self.assertEqual(self.run_quietly(Cell(touches=0, fails=RuntimeError("ip: no"))), UNSAFE)
+        self.assertEqual(self.run_soak(Cell(touches=0, fails=RuntimeError("ip: no"))), UNSAFE)
 
     def test_what_this_program_fails_in_is_told(self):
-        self.assertEqual(self.run_quietly(Cell(fails=ProcessLookupError("gone")), stood_still=True), 1)
+        self.assertEqual(self.run_soak(Cell(fails=ProcessLookupError("gone")), stood_still=True), 1)
         self.assertIn("hecaton-chaos itself: ProcessLookupError: gone", self.made.violations[0])
 
     def test_a_report_that_cannot_be_written_takes_nothing_back(self):
@@ -153,12 +153,12 @@ class ExitCodeTest(ChaosTest):
 class ToAndFroTest(ChaosTest):
     def test_arms_that_cannot_are_no_finding_and_named(self):
         for pose, other in ("up", "home"), ("home", "up"):
-            self.assertEqual(self.run_quietly(Cell(unreached=[("right", pose)])), chaos.BAD_INPUT)
+            self.assertEqual(self.run_soak(Cell(unreached=[("right", pose)])), chaos.BAD_INPUT)
             self.assertEqual(self.made.violations, [])
             self.assertIn(f"arm right did not get from {other} to {pose}", self.made.unfit)
 
     def test_while_the_machine_stood_still_that_says_nothing(self):
-        self.assertEqual(self.run_quietly(Cell(unreached=[("right", "up")]), stood_still=True), UNSTEADY)
+        self.assertEqual(self.run_soak(Cell(unreached=[("right", "up")]), stood_still=True), UNSTEADY)
 
     def test_it_is_a_finding_where_the_cell_tells_of_a_fault(self):
         cell = Cell(unreached=[("right", "up")])
@@ -206,7 +206,7 @@ class LeadershipTest(ChaosTest):
         self.cell.tell_leader("supervisor@b-pc", 5)
         with self.assertRaisesRegex(chaos.Violation, r"from supervisor \(term 4\) to supervisor@b-pc \(term 5\)") as found:
             self.chaos.check([])
-        self.assertEqual(found.exception.account, "unexplained_takeovers")
+        self.assertEqual(found.exception.account, "unexplained_failovers")
         self.chaos.check([])  # once
 
     def test_what_happens_elsewhere_is_no_reason(self):

@@ -39,7 +39,7 @@ class CommandLineTest(Asking):
     def test_what_is_no_command_is_a_usage_error(self):
         cell = CELLS / "three_hosts.yaml"
         for words in ((), (cell, "--nonsense"), (cell, "--only", "flood"), (cell, "-o", "xml"), (cell, cell),
-                      (cell, "--quiet", "3s", "--duration", "3s")):
+                      (cell, "--soak", "3s", "--duration", "3s")):
             self.assert_refused(2, "usage: hecaton-chaos", *words)
 
     def test_a_cell_file_that_cannot_be_read_is_bad_input(self):

@@ -4,7 +4,7 @@ usage: verdicts.py --self-test"""
 import sys
 import unittest
 
-from injections import TAKEOVER, Absence, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, Split, \
+from injections import FAILOVER, Absence, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, Split, \
     StepClock, Stop, is_supervisor, surely_told, together
 
 # [s] for which a supervisor puts the silence of a host's processes down to its return: at most. One that was cut off itself sees
@@ -35,7 +35,7 @@ def hidden(injection, injections, places, leader):
         return any(isinstance(other, Deafen) for other in hitting)
     if any(not isinstance(other, Kill) for other in hitting):
         return True
-    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limit()) + TAKEOVER
+    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limit()) + FAILOVER
 
 
 def left(injections, places):

@@ -22,7 +22,7 @@ from containers import Containers
 from hosts import CannotRun, run
 
 SKIPPED = 77  # as CTest is told
-PATIENCE = 120  # [s] far beyond what any machine needs
+TIMEOUT = 120  # [s] far beyond what any machine needs
 DEPLOY = pathlib.Path(__file__).resolve().parents[2] / "deploy"  # what the package has in /usr/share/hecaton
 
 OTHERWISE = (
@@ -87,7 +87,7 @@ class Machines:
         """Its output; it must succeed."""
         print(f"{name}# {command}", flush=True)
         done = self.start(name, command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        output = done.communicate(timeout=PATIENCE)[0]
+        output = done.communicate(timeout=TIMEOUT)[0]
         if done.returncode != 0:
             raise RuntimeError(f"exit code {done.returncode}: {output}")
         return output
@@ -131,7 +131,7 @@ class Service:
 
     def start_again(self):
         """Once it has died."""
-        self._process.wait(timeout=PATIENCE)
+        self._process.wait(timeout=TIMEOUT)
         self._process = self._begin(self._command)
 
 
@@ -139,7 +139,7 @@ class Watch:
     """What `hecaton status --watch` tells. `start`: starts a command where it is to run."""
 
     def __init__(self, start, environment):
-        self._process = start(f"{environment}; exec hecaton status --watch -o json --connect-timeout {PATIENCE}s",
+        self._process = start(f"{environment}; exec hecaton status --watch -o json --connect-timeout {TIMEOUT}s",
                               stdout=subprocess.PIPE)
         self._changed = threading.Condition()
         self._status = None
@@ -159,8 +159,8 @@ class Watch:
         """Something that is told from now on meets the condition; returns it."""
         with self._changed:
             before = self._told
-            if not self._changed.wait_for(lambda: self._told > before and condition(self._status), PATIENCE):
-                raise RuntimeError(f"{what}: not within {PATIENCE} s; last: {json.dumps(self._status)}")
+            if not self._changed.wait_for(lambda: self._told > before and condition(self._status), TIMEOUT):
+                raise RuntimeError(f"{what}: not within {TIMEOUT} s; last: {json.dumps(self._status)}")
             print(f"  {what}", flush=True)
             return self._status
 

@@ -14,7 +14,7 @@ import unittest.mock
 
 from steadiness import NodeLateness, unix_ms
 
-PATIENCE = 120  # [s] far beyond what any machine needs; only ends a test that hangs
+TIMEOUT = 120  # [s] far beyond what any machine needs; only ends a test that hangs
 
 LINES = 12  # of what a command said, in a failure's account
 
@@ -43,7 +43,7 @@ class LiveCell:
         for host in self.plan()["hosts"]:
             self.start_agent(host["name"])
         self._watch = self._ask("status", "--watch", "--interval", "250ms", "-o", "json",
-                                "--connect-timeout", f"{PATIENCE}s")
+                                "--connect-timeout", f"{TIMEOUT}s")
         threading.Thread(target=self._read, daemon=True).start()
 
     def plan(self):
@@ -82,16 +82,16 @@ class LiveCell:
 
     # What is.
 
-    def wait_for(self, what, condition, patience=PATIENCE):
+    def wait_for(self, what, condition, timeout=TIMEOUT):
         """Until condition(status) gives something; returns that."""
-        until = time.monotonic() + patience
+        until = time.monotonic() + timeout
         with self._changed:
             while True:
                 found = condition(self._status) if self._status else None
                 if found:
                     return found
                 if not self._changed.wait(until - time.monotonic()):
-                    raise AssertionError(f"{what}: not within {patience} s; the cell says\n{self.account()}")
+                    raise AssertionError(f"{what}: not within {timeout} s; the cell says\n{self.account()}")
 
     def account(self):
         """What `hecaton status` says to people."""
@@ -163,12 +163,12 @@ class LiveCell:
 
     def goal(self, arm, pose):
         """Gives a goal; wait_for_goal() awaits its end."""
-        return self._ask("goal", arm, "--named", pose, "--wait", "--time-limit", f"{PATIENCE}s",
-                         "--connect-timeout", f"{PATIENCE}s", stderr=subprocess.STDOUT)
+        return self._ask("goal", arm, "--named", pose, "--wait", "--time-limit", f"{TIMEOUT}s",
+                         "--connect-timeout", f"{TIMEOUT}s", stderr=subprocess.STDOUT)
 
     def wait_for_goal(self, goal):
         """It must be reached, and nothing touched: after a contact the cell is held until people resume it."""
-        self.wait_for("goal ends", lambda status: goal.poll() is not None or touched(status), 2 * PATIENCE)
+        self.wait_for("goal ends", lambda status: goal.poll() is not None or touched(status), 2 * TIMEOUT)
         if goal.poll() is None:
             goal.kill()
         said = goal.communicate()[0].splitlines()
@@ -195,10 +195,10 @@ class LiveCell:
         """Ends the agents, which end all else; returns their exit codes by host. Who hangs is killed, and ended so."""
         if self._watch:
             self._watch.send_signal(signal.SIGTERM)
-            ended(self._watch, time.monotonic() + PATIENCE)
+            ended(self._watch, time.monotonic() + TIMEOUT)
         for agent in self._agents.values():
             agent.send_signal(signal.SIGTERM)
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + TIMEOUT
         return {host: ended(agent, until) for host, agent in self._agents.items()}
 
 
@@ -212,7 +212,7 @@ def ended(process, until):
 
 
 def contacts_in(status):
-    return status["referee"]["contacts"] if status["referee"] else 0
+    return status["contact_report"]["contacts"] if status["contact_report"] else 0
 
 
 def touched(status):
@@ -226,7 +226,7 @@ def runs(status):
             and all(node["alive"] for node in status["nodes"])
             and all(host["agent_alive"] for host in status["hosts"])
             and all(fault["cleared"] for fault in status["faults"])
-            and status["referee"] is not None)
+            and status["contact_report"] is not None)
 
 
 def process_that(obeys):
@@ -249,7 +249,7 @@ class CellTest(unittest.TestCase):
         return None
 
     def hear(self, contacts):
-        line = json.dumps({"faults": [], "nodes": [], "referee": None if contacts is None else {"contacts": contacts}})
+        line = json.dumps({"faults": [], "nodes": [], "contact_report": None if contacts is None else {"contacts": contacts}})
         self.cell._watch = unittest.mock.Mock(stdout=[line])
         self.cell._read()
 

@@ -4,7 +4,7 @@ usage: test_faults.py --programs DIR --cell FILE [--image NAME] [--logs DIR] [--
 
 Hosts are containers of the image where these can be had, otherwise network namespaces. Exit code 77: neither can be had
 here; why is on stderr. What fails while the machine itself stands still says nothing of Hecaton and is repeated, with limits of
-silence that are longer (--patience); 75: it did so each time; when and how long is on stderr. 70: arms touched something, or
+silence that are longer (--timeout-scale); 75: it did so each time; when and how long is on stderr. 70: arms touched something, or
 followed an older command. 130, 143: SIGINT or SIGTERM ended it."""
 import argparse
 import pathlib
@@ -64,7 +64,7 @@ class CellTest(unittest.TestCase):
     def cell_file(cls):
         document = read_cell()
         cell_copy.make_paths_absolute(document, options.cell.parent.absolute())
-        cell_copy.be_patient(document, options.patience)
+        cell_copy.scale_timeouts(document, options.timeout_scale)
         return written("moving.yaml", document)
 
     @classmethod
@@ -161,7 +161,7 @@ def read_cell():
 
 def still_copy():
     """The cell with obstacles that stand still: an arm whose driver is dead cannot make way."""
-    return cell_copy.copy_of(read_cell(), options.cell.parent.absolute(), options.patience)
+    return cell_copy.copy_of(read_cell(), options.cell.parent.absolute(), options.timeout_scale)
 
 
 def written(name, document):
@@ -398,7 +398,7 @@ def parse():
     parser.add_argument("--image", help="hosts are podman containers of this image; otherwise network namespaces")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--only", metavar="TEXT", help="tests whose names contain this")
-    parser.add_argument("--patience", type=int, nargs="+", default=[1, 2, 4], metavar="N",
+    parser.add_argument("--timeout-scale", type=int, nargs="+", default=[1, 2, 4], metavar="N",
                         help="so many times later than the cell file says silence counts, each time that tests run (1 2 4)")
     return parser.parse_args()
 
@@ -434,8 +434,8 @@ def main():
     except Ended:
         return ending.exit_code(told.told)
     lateness = TimerLateness()
-    rounds, suite, code = options.patience, all_tests(), UNSTEADY
-    for options.patience in rounds:
+    rounds, suite, code = options.timeout_scale, all_tests(), UNSTEADY
+    for options.timeout_scale in rounds:
         if code != UNSTEADY:
             break
         code, suite = run_tests(suite, lateness)
@@ -463,7 +463,7 @@ def run_tests(suite, lateness):
     stalls = [(*stall, "a timer", "this machine") for stall in lateness.stalls] + node_stalls
     code = judge_failures(result.failed, stalls)
     if code == UNSTEADY:
-        print(f"the machine stood still meanwhile (limits of silence × {options.patience}), which says nothing of Hecaton",
+        print(f"the machine stood still meanwhile (limits of silence × {options.timeout_scale}), which says nothing of Hecaton",
               file=sys.stderr)
     return code, unittest.defaultTestLoader.loadTestsFromNames(result.names_of_failed(), sys.modules[__name__])
 

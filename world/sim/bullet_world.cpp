@@ -47,7 +47,7 @@ struct BulletWorld::Impl {
   std::vector<MotionState> states;        ///< of the obstacles
   std::vector<const ArmTrack*> carriers;  ///< of the obstacles
   Pushing pushing;
-  ContactReferee referee;
+  ContactMonitor contact_monitor;
   double time = 0.0;
   std::uint64_t edition = 0;
   std::uint64_t sequence = 0;
@@ -71,7 +71,7 @@ struct BulletWorld::Impl {
 };
 
 BulletWorld::Impl::Impl(const Scene& initial, std::vector<ArmBodies> arms_given)
-    : arms(checked(std::move(arms_given))), tracks(arms.size()), referee(arms) {
+    : arms(checked(std::move(arms_given))), tracks(arms.size()), contact_monitor(arms) {
   if (!std::isfinite(initial.floor_z) || !initial.gravity.allFinite()) {
     throw std::invalid_argument("the floor's height and gravity must be finite");
   }
@@ -81,7 +81,7 @@ BulletWorld::Impl::Impl(const Scene& initial, std::vector<ArmBodies> arms_given)
     if (const auto reason = why_not(obstacle); !reason.empty()) throw std::invalid_argument(reason);
     append(obstacle);
   }
-  referee.set_obstacles(scene.obstacles);
+  contact_monitor.set_obstacles(scene.obstacles);
 }
 
 std::string BulletWorld::Impl::why_not(const Obstacle& obstacle) const {
@@ -106,7 +106,7 @@ void BulletWorld::Impl::change_hands(int obstacle) {
   const Obstacle& changed = scene.obstacles[obstacle];
   carriers[obstacle] = changed.attachment ? &tracks[arm_index(changed.attachment->arm)] : nullptr;
   pushing.renew(obstacle);
-  referee.set_obstacles(scene.obstacles, changed.name);
+  contact_monitor.set_obstacles(scene.obstacles, changed.name);
   ++edition;
 }
 
@@ -142,7 +142,7 @@ void BulletWorld::Impl::step(double dt) {
   std::vector<MeasuredArm> measured;
   measured.reserve(tracks.size());
   for (const ArmTrack& track : tracks) measured.push_back({track.known(), track.X_WL()});
-  referee.judge(measured, snapshot().states, time);
+  contact_monitor.update(measured, snapshot().states, time);
 }
 
 BulletWorld::BulletWorld(const Scene& scene, std::vector<ArmBodies> arms)
@@ -190,10 +190,10 @@ std::vector<Obstacle> BulletWorld::obstacles_now() const {
   return now;
 }
 
-void BulletWorld::go_on(double seconds, std::uint64_t edition, const RefereeMemory& account) {
+void BulletWorld::restore(double seconds, std::uint64_t edition, const ContactCheckpoint& account) {
   set_time(seconds);
   impl_->edition = edition;
-  impl_->referee.recall(account);
+  impl_->contact_monitor.restore(account);
 }
 
 const std::vector<Obstacle>& BulletWorld::obstacles() const {
@@ -209,7 +209,7 @@ EditResult BulletWorld::add(const Obstacle& obstacle) {
     return {taken ? EditRefusal::kNameTaken : EditRefusal::kInvalidValue, obstacle.name, std::move(reason)};
   }
   impl_->append(obstacle);
-  impl_->referee.set_obstacles(impl_->scene.obstacles);
+  impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
   return {};
 }
@@ -243,7 +243,7 @@ EditResult BulletWorld::remove(const std::string& name) {
   impl_->states.erase(impl_->states.begin() + index);
   impl_->carriers.erase(impl_->carriers.begin() + index);
   impl_->pushing.erase(index);
-  impl_->referee.set_obstacles(impl_->scene.obstacles);
+  impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
   return {};
 }
@@ -287,11 +287,11 @@ EditResult BulletWorld::detach(const std::string& name) {
   return {};
 }
 
-const ContactReferee& BulletWorld::referee() const {
-  return impl_->referee;
+const ContactMonitor& BulletWorld::contact_monitor() const {
+  return impl_->contact_monitor;
 }
-ContactReferee& BulletWorld::referee() {
-  return impl_->referee;
+ContactMonitor& BulletWorld::contact_monitor() {
+  return impl_->contact_monitor;
 }
 
 }  // namespace hecaton::world

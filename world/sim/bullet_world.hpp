@@ -10,7 +10,7 @@
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 #include "world/sim/arm_bodies.hpp"
-#include "world/sim/contact_referee.hpp"
+#include "world/sim/contact_monitor.hpp"
 
 namespace hecaton::world {
 
@@ -50,7 +50,7 @@ class BulletWorld {
   /// changed, when there is no such arm, a link with a shape has no pose, or a pose is not finite.
   bool set_arm(int arm, std::span<const Pose> X_WL, const Pose& X_WT);
 
-  /// Advances by dt ≥ 0 [s] (equal internal steps of at most 5 ms), then lets the referee judge.
+  /// Advances by dt ≥ 0 [s] (equal internal steps of at most 5 ms), then lets the contact monitor judge.
   /// Throws std::invalid_argument when dt is negative or not finite.
   void step(double dt);
 
@@ -63,8 +63,8 @@ class BulletWorld {
   /// where they are now, at their velocity.
   [[nodiscard]] std::vector<Obstacle> obstacles_now() const;
   /// To be called before the first step of a world that begins with another's obstacles_now(): goes on at its time
-  /// and edition and with its referee's account. Throws as set_time() does.
-  void go_on(double seconds, std::uint64_t edition, const RefereeMemory& account);
+  /// and edition and with its contact monitor's account. Throws as set_time() does.
+  void restore(double seconds, std::uint64_t edition, const ContactCheckpoint& account);
 
   /// Current obstacles; attachments and motions as edited. Index order = snapshot order. X_WO is where a scripted
   /// motion starts from or where the obstacle was last put; where it is now, the snapshot says.
@@ -83,8 +83,8 @@ class BulletWorld {
   /// Dynamic bodies fall, with the velocity they had; others stay where they are. Refused while the arm is unknown.
   EditResult detach(const std::string& name);
 
-  [[nodiscard]] const ContactReferee& referee() const;
-  [[nodiscard]] ContactReferee& referee();
+  [[nodiscard]] const ContactMonitor& contact_monitor() const;
+  [[nodiscard]] ContactMonitor& contact_monitor();
 
  private:
   struct Impl;

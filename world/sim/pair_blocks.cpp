@@ -14,13 +14,13 @@ constexpr double kRounding = 1e-9;
 
 }  // namespace
 
-void PairBlocks::rebuild(std::span<const JudgedPair> pairs, std::span<const int> side_of_part) {
+void PairBlocks::rebuild(std::span<const MonitoredPair> pairs, std::span<const int> side_of_part) {
   blocks_.clear();
   runs_.clear();
   std::map<std::pair<int, int>, int> index_of;  // by both sides
   int last = -1;
   for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
-    const JudgedPair& pair = pairs[i];
+    const MonitoredPair& pair = pairs[i];
     const int a = side_of_part[pair.a];
     const int b = side_of_part[pair.b];
     if (last >= 0 && blocks_[last].a == a && blocks_[last].b == b) {
@@ -58,13 +58,13 @@ std::span<const PairRun> PairBlocks::open(std::span<const double> travel,
   return open_runs_;
 }
 
-void PairBlocks::close(std::span<const JudgedPair> pairs, std::span<const double> part_travel,
+void PairBlocks::close(std::span<const MonitoredPair> pairs, std::span<const double> part_travel,
                        std::span<const double> travel) {
   for (const int i : open_) {
     Block& block = blocks_[i];
     double lower = std::numeric_limits<double>::infinity();
     for (const PairRun& run : runs_[i]) {
-      for (const JudgedPair& pair : pairs.subspan(run.first, run.end - run.first)) {
+      for (const MonitoredPair& pair : pairs.subspan(run.first, run.end - run.first)) {
         const double own = pair.lower_ref - (part_travel[pair.a] + part_travel[pair.b]);
         lower = std::min(lower, pair.state.watched() ? kNoBound : own);
       }

@@ -1,16 +1,16 @@
 #pragma once
-/// The referee's broad phase: pairs between the same two sides, each an arm's links or an obstacle, are one block with
+/// The contact monitor's broad phase: pairs between the same two sides, each an arm's links or an obstacle, are one block with
 /// one bound.
 
 #include <array>
 #include <span>
 #include <vector>
 
-#include "world/sim/judged_pair.hpp"
+#include "world/sim/monitored_pair.hpp"
 
 namespace hecaton::world {
 
-/// Pairs [first, end) of JudgedPairs::pairs(), all of one block.
+/// Pairs [first, end) of MonitoredPairs::pairs(), all of one block.
 struct PairRun {
   int first = 0;
   int end = 0;
@@ -22,7 +22,7 @@ struct PairRun {
 class PairBlocks {
  public:
   /// Of these pairs, in their order. `side_of_part`: of the parts that pairs name. No bound is known afterwards.
-  void rebuild(std::span<const JudgedPair> pairs, std::span<const int> side_of_part);
+  void rebuild(std::span<const MonitoredPair> pairs, std::span<const int> side_of_part);
   /// After pairs' states changed otherwise than by judging.
   void forget_bounds();
 
@@ -31,7 +31,7 @@ class PairBlocks {
   [[nodiscard]] std::span<const PairRun> open(std::span<const double> travel,
                                               const std::array<double, kContactKinds>& smallest);
   /// After all of those were looked at. `part_travel`: of each part [m].
-  void close(std::span<const JudgedPair> pairs, std::span<const double> part_travel, std::span<const double> travel);
+  void close(std::span<const MonitoredPair> pairs, std::span<const double> part_travel, std::span<const double> travel);
 
  private:
   struct Block {

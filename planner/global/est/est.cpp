@@ -54,9 +54,9 @@ void sample_around(const Space& space, const float* centre, float radius, Random
 }
 
 Points joined(const Space& space, const Tree& start, int from, const Tree& goal, int to) {
-  Points path = start.way_to_root(from);
+  Points path = start.path_to_root(from);
   path.reverse();
-  const Points rest = goal.way_to_root(to);
+  const Points rest = goal.path_to_root(to);
   for (int i = 0; i < rest.size(); ++i) path.add(rest[i]);
   path.join_turns(space, start[0]);
   return path;

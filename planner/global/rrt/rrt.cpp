@@ -52,7 +52,7 @@ SearchResult Rrt::search(const SearchProblem& problem) const {
     if (to_goal && outcome == Extend::kReached) result.status = PlanStatus::kSolved;
   }
   if (result.solved()) {
-    result.path = tree.way_to_root(tree.size() - 1);
+    result.path = tree.path_to_root(tree.size() - 1);
     result.path.reverse();
   }
   result.nodes = tree.size();

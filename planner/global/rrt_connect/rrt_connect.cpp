@@ -88,7 +88,7 @@ class RrtConnectSearch {
 
   /// The last nodes of both trees are the same configuration.
   [[nodiscard]] Points joined() const {
-    Points path = start_.way_to_root(start_.size() - 1);
+    Points path = start_.path_to_root(start_.size() - 1);
     path.reverse();
     for (int i = goal_.parent(goal_.size() - 1); i >= 0; i = goal_.parent(i)) path.add(goal_[i]);
     path.join_turns(problem_.space, problem_.start);

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
 namespace hecaton::planner::global {
@@ -40,8 +40,8 @@ struct Query {
 
 /// Looked at `finer` times as often as the planner does, by FCL.
 int contacts(const Query& query, const Plan& plan, int finer) {
-  test::FclReferee referee(query.validity, query.world);
-  return referee.collisions_on(plan.path, query.validity.options().step / finer);
+  test::FclCollisionChecker checker(query.validity, query.world);
+  return checker.collisions_on(plan.path, query.validity.options().step / finer);
 }
 
 class EveryPlanner : public testing::TestWithParam<std::shared_ptr<const GlobalPlanner>> {};
@@ -206,8 +206,8 @@ TEST_P(EveryPlanner, GoesRoundWhatIsInTheShortWay) {
     EXPECT_GT(found.path.size(), 1U);
     EXPECT_EQ(found.path.front(), start);
     EXPECT_NEAR(std::remainder(found.path.back()[0] - goal[0], kWhole), 0.0, 1e-9);
-    test::FclReferee referee(walled.validity, walled.world);
-    EXPECT_EQ(referee.collisions_on(found.path, walled.validity.options().step / 10.0), 0);
+    test::FclCollisionChecker checker(walled.validity, walled.world);
+    EXPECT_EQ(checker.collisions_on(found.path, walled.validity.options().step / 10.0), 0);
   }
 }
 

@@ -4,7 +4,7 @@
 
 #include "planner/global/body_levers.hpp"
 #include "planner/global/plan.hpp"
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
 namespace hecaton::planner::global {
@@ -16,13 +16,13 @@ struct Scene {
   std::vector<WorldBody> world;
   Validity validity;
   Space space;
-  test::FclReferee referee;
+  test::FclCollisionChecker checker;
 
   Scene(int boxes, Random& random, const ValidityOptions& options = {})
       : world(test::random_boxes(boxes, random)),
         validity({CellGeometry({test::puma()}, 0)}, world, options),
         space(space_of(validity, std::vector<double>(6, 0.0), std::vector<double>(6, 0.0))),
-        referee(validity, world) {}
+        checker(validity, world) {}
 
   [[nodiscard]] Floats draw(Random& random) const {
     Floats q(space.stride);
@@ -64,7 +64,7 @@ TEST(ProvenFree, IsNeverContradictedByFclHoweverFine) {
         } else {
           q = on_curve(a, c, b, t);
         }
-        free = !scene.referee.collides(q.data());
+        free = !scene.checker.collides(q.data());
       }
       const bool claimed = straight ? scene.validity.proven_free(a.data(), b.data())
                                     : scene.validity.proven_free(a.data(), c.data(), b.data());
@@ -113,7 +113,7 @@ TEST(ProvenFree, HoldsForEverythingWithinTheSpread) {
                              : random.uniform() < 0.5 ? -1.0F
                                                       : 1.0F);
       }
-      ASSERT_FALSE(scene.referee.collides(q.data())) << i;
+      ASSERT_FALSE(scene.checker.collides(q.data())) << i;
     }
   }
   EXPECT_GT(proven, 10);

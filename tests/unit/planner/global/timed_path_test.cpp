@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/global/plan.hpp"
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
 namespace hecaton::planner::global {
@@ -46,11 +46,11 @@ TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
     stopping.blend.deviation = 0.0;
     EXPECT_LE(trajectory.duration(), timed_path(validity, found.path, stopping).duration() * (1 + 1e-9));
     for (const PathPiece& piece : trajectory.pieces()) blends += piece.blend ? 1 : 0;
-    test::FclReferee referee(validity, world);
+    test::FclCollisionChecker checker(validity, world);
     const MotionLimits limits = motion_limits(validity);
     for (int k = 0; k <= 1000; ++k) {
       const TrajectoryPoint at = trajectory.at(trajectory.duration() * k / 1000);
-      ASSERT_FALSE(referee.collides(at.q.data())) << "seed " << seed << " sample " << k;
+      ASSERT_FALSE(checker.collides(at.q.data())) << "seed " << seed << " sample " << k;
       ASSERT_TRUE((at.qd.cwiseAbs().array() <= limits.velocity.array() * (1 + 1e-9)).all());
       ASSERT_TRUE((at.qdd.cwiseAbs().array() <= limits.acceleration.array() * (1 + 1e-6)).all());
     }
@@ -73,14 +73,14 @@ TEST(JerkLimitedPath, IsFreeAndWithinAllLimits) {
     const AveragedTrajectory trajectory = jerk_limited_path(validity, found.path, jerk);
     for (const PathPiece& piece : trajectory.averaged().pieces()) rounded += piece.blend ? 1 : 0;
     EXPECT_GT(trajectory.duration(), timed_path(validity, found.path).duration());
-    test::FclReferee referee(validity, world);
+    test::FclCollisionChecker checker(validity, world);
     const MotionLimits limits = motion_limits(validity);
     constexpr int kSamples = 3000;
     const double dt = trajectory.duration() / kSamples;
     TrajectoryPoint before = trajectory.at(0.0);
     for (int k = 0; k <= kSamples; ++k) {
       const TrajectoryPoint at = trajectory.at(k * dt);
-      ASSERT_FALSE(referee.collides(at.q.data())) << "seed " << seed << " sample " << k;
+      ASSERT_FALSE(checker.collides(at.q.data())) << "seed " << seed << " sample " << k;
       ASSERT_TRUE((at.qd.cwiseAbs().array() <= limits.velocity.array() * (1 + 1e-9)).all());
       ASSERT_TRUE((at.qdd.cwiseAbs().array() <= limits.acceleration.array() * (1 + 1e-6)).all());
       ASSERT_LE((at.qdd - before.qdd).cwiseAbs().maxCoeff(), jerk * dt * (1 + 1e-6) + 1e-7) << "seed " << seed;

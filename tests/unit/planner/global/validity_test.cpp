@@ -8,7 +8,7 @@
 #include "planner/global/space.hpp"
 #include "planner/global/validity_kernel.hpp"
 #include "planner/simd/instruction_set.hpp"
-#include "tests/support/fcl_referee.hpp"
+#include "tests/support/fcl_collision_checker.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 #include "tests/unit/planner/collision/random_cell.hpp"
 
@@ -28,7 +28,7 @@ struct Tally {
   int permissive = 0;  ///< free by the fast check, not by FCL
 };
 
-void compare(const Validity& validity, test::FclReferee& referee, Random& random, int count, Tally& tally) {
+void compare(const Validity& validity, test::FclCollisionChecker& checker, Random& random, int count, Tally& tally) {
   const std::vector<double> zero(validity.dimensions(), 0.0);
   const Space space = space_of(validity, zero, zero);
   std::vector<float> eight(static_cast<std::size_t>(kWidth) * space.stride);
@@ -37,7 +37,7 @@ void compare(const Validity& validity, test::FclReferee& referee, Random& random
     const unsigned collisions = validity.collisions(eight.data());
     for (int lane = 0; lane < kWidth; ++lane) {
       const bool free = (collisions >> lane & 1U) == 0;
-      const bool fcl_free = !referee.collides(eight.data() + lane * space.stride);
+      const bool fcl_free = !checker.collides(eight.data() + lane * space.stride);
       ++tally.states;
       tally.free += free ? 1 : 0;
       tally.fcl_free += fcl_free ? 1 : 0;
@@ -53,8 +53,8 @@ TEST(Validity, IsNeverMorePermissiveThanFclForAPumaAmongBoxes) {
   for (int scene = 0; scene < scenes; ++scene) {
     const auto world = test::random_boxes(20, random);
     const Validity validity({CellGeometry({test::puma()}, 0)}, world);
-    test::FclReferee referee(validity, world);
-    compare(validity, referee, random, states(20'000) / scenes, tally);
+    test::FclCollisionChecker checker(validity, world);
+    compare(validity, checker, random, states(20'000) / scenes, tally);
   }
   EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
   EXPECT_GT(tally.free, tally.states / 20);
@@ -75,8 +75,8 @@ TEST(Validity, IsNeverMorePermissiveThanFclForAnyShapes) {
     for (int i = 0; i < cell.geometry().obstacle_count(); ++i) X_WO.push_back(test::random_pose(places, 1.5));
     const auto world = world_bodies(cell.geometry(), X_WO, std::vector<JointVector>(1));
     const Validity validity({cell.geometry()}, world);
-    test::FclReferee referee(validity, world);
-    compare(validity, referee, random, states(8'000) / cells, tally);
+    test::FclCollisionChecker checker(validity, world);
+    compare(validity, checker, random, states(8'000) / cells, tally);
   }
   EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
   EXPECT_GT(tally.free, tally.states / 100);
@@ -90,9 +90,9 @@ TEST(Validity, IsNeverMorePermissiveThanFclForThreeArmsAsOne) {
   const auto world = test::random_boxes(6, random);
   const Validity validity({CellGeometry(arms, 0), CellGeometry(arms, 1), CellGeometry(arms, 2)}, world);
   ASSERT_EQ(validity.dimensions(), 18);
-  test::FclReferee referee(validity, world);
+  test::FclCollisionChecker checker(validity, world);
   Tally tally;
-  compare(validity, referee, random, states(4'000), tally);
+  compare(validity, checker, random, states(4'000), tally);
   EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
   EXPECT_GT(tally.free, tally.states / 100);
 }

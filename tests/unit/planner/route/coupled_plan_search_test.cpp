@@ -13,8 +13,8 @@ class Stuck {
  public:
   Stuck() : boxes_({test::box_obstacle("wall", {0.5, 0, 0}, {0.1, 4, 0.5})}), states_(test::states_of(boxes_)) {
     parameters_.rollout.candidates = 0;
-    parameters_.route.after = 0.0;
-    parameters_.route.together_after = 0.5;
+    parameters_.replanning.stall_timeout = 0.0;
+    parameters_.coordination.stall_timeout = 0.5;
     policy_.emplace(parameters_, 7, 100);
     controller_.emplace(CellGeometry({test::planar_point("a"), test::planar_point("b")}, 0), parameters_, 0.01, 3);
     controller_->set_obstacles(boxes_);

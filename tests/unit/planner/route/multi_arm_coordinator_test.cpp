@@ -78,7 +78,7 @@ TEST_F(WithAPartner, APartnerThatFailsEndsThePlanAtOnce) {
 TEST_F(WithAPartner, APartnerThatIsLostEndsThePlanAtOnce) {
   steps(10);
   ASSERT_TRUE(policy_.takes_part());
-  arms_[1].stray = joints({0.1, 0.1});
+  arms_[1].position_uncertainty = joints({0.1, 0.1});
   step();
   EXPECT_FALSE(policy_.takes_part());
 }

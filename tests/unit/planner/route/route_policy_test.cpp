@@ -16,7 +16,7 @@ using test::joints;
 class OnTheWay {
  public:
   OnTheWay(const std::vector<world::Obstacle>& boxes, double after) : boxes_(boxes), states_(test::states_of(boxes)) {
-    parameters_.route.after = after;
+    parameters_.replanning.stall_timeout = after;
     parameters_.rollout.candidates = 0;
     policy_.emplace(parameters_, 7);
     controller_.emplace(CellGeometry({test::planar_point()}, 0), parameters_, 0.01, 3);

@@ -40,21 +40,21 @@ TEST(CoupledPlan, LetsTwoArmsPassEachOtherInACorridor) {
   const EpisodeOutcome outcome = turn_round(2, kFarBay, 4.0);
   EXPECT_EQ(reached(outcome), 2);
   EXPECT_GE(proposed(outcome), 1);
-  EXPECT_EQ(outcome.referee.contacts, 0U);
+  EXPECT_EQ(outcome.contact_report.contacts, 0U);
 }
 
 TEST(CoupledPlan, WithoutItTheyTakeTurnsForLong) {
   const EpisodeOutcome outcome = turn_round(2, kFarBay, 0.0);
   EXPECT_LT(reached(outcome), 2);
   EXPECT_EQ(proposed(outcome), 0);
-  EXPECT_EQ(outcome.referee.contacts, 0U);
+  EXPECT_EQ(outcome.contact_report.contacts, 0U);
 }
 
 TEST(CoupledPlan, AlsoOnOldNewsOfWhichSomeAreLost) {
   const EpisodeOutcome outcome = turn_round(2, kFarBay, 4.0, {.age = 0.1, .jitter = 0.05, .loss = 0.2});
   EXPECT_EQ(reached(outcome), 2);
   EXPECT_GE(proposed(outcome), 1);
-  EXPECT_EQ(outcome.referee.contacts, 0U);
+  EXPECT_EQ(outcome.contact_report.contacts, 0U);
 }
 
 TEST(CoupledPlan, IsNotNeededWhereMakingRoomIsEnough) {
@@ -68,7 +68,7 @@ TEST(CoupledPlan, LetsThreeArmsTurnTheirOrderRound) {
   const EpisodeOutcome outcome = turn_round(3, kFarBay, 2.0);
   EXPECT_EQ(reached(outcome), 3);
   EXPECT_GE(proposed(outcome), 1);
-  EXPECT_EQ(outcome.referee.contacts, 0U);
+  EXPECT_EQ(outcome.contact_report.contacts, 0U);
 }
 
 }  // namespace

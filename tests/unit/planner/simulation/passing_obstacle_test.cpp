@@ -52,7 +52,7 @@ Journey drive(bool with_obstacle, const Eigen::Vector3d& p = Eigen::Vector3d::Ze
   const EpisodeOutcome outcome = simulate_episode(cell, {joints({0, 0})}, {joints({kStraight, 0})}, options);
   run.reached = outcome.arms[0].outcome == TaskOutcome::kReached;
   run.time = outcome.arms[0].time;
-  EXPECT_EQ(outcome.referee.contacts, 0U);
+  EXPECT_EQ(outcome.contact_report.contacts, 0U);
   return run;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using test::joints;
 
-/// The arm goes to and fro between two stops; a ball of the same radius swings over the first with this amplitude [m].
+/// The arm goes back and forth between two stops; a ball of the same radius swings over the first with this amplitude [m].
 Cell route_under(double amplitude) {
   Cell cell;
   cell.name = "route";
@@ -21,7 +21,7 @@ Cell route_under(double amplitude) {
   planned.arm.named["here"] = joints({0, 0});
   planned.arm.named["there"] = joints({1, 0});
   cell.arms.push_back(planned);
-  cell.tasks.route = {"here", "there"};
+  cell.tasks.pose_sequence = {"here", "there"};
   cell.tasks.time_limit = 1.0;
   world::Obstacle ball;
   ball.name = "ball";
@@ -86,7 +86,7 @@ TEST(TaskGenerator, SaysHowManyTasksCouldBeDrawn) {
 TEST(TaskGenerator, SaysWhyNothingCouldBeDrawn) {
   Cell cell = route_under(0.01);
   cell.scene.obstacles = {test::box_obstacle("block", {0, 0, 0}, {1, 1, 1})};
-  cell.tasks.route.clear();
+  cell.tasks.pose_sequence.clear();
   cell.tasks.radius = 0.5;
   cell.tasks.half_height = 0.0;
   BatchOptions options;
@@ -107,7 +107,7 @@ TEST(TaskGenerator, SaysThatNoArmsMeet) {
   cell.arms.push_back(cell.arms[0]);
   cell.arms[1].arm.name = "pebble";
   cell.arms[1].arm.X_WB.translation().x() = 1.0;
-  cell.tasks.route.clear();
+  cell.tasks.pose_sequence.clear();
   cell.tasks.of_each_arm = true;
   cell.tasks.radius = 0.1;
   cell.tasks.half_height = 0.0;

@@ -149,8 +149,8 @@ TEST(EvaluateTest, LookingAtWaysBeforehandChangesNoResult) {
   for (const char* name : {"2a", "2c", "3a"}) {
     const StrategyProblem problem(scorbots(name));
     TaskSet known = problem.draw(6, 30);
-    problem.look_at_ways(known);
-    EXPECT_EQ(known.flat.ways[0].tasks, 30);
+    problem.precheck_paths(known);
+    EXPECT_EQ(known.flat.paths[0].tasks, 30);
     faults += expect_same(problem, known, problem, problem.draw(6, 30));
   }
   EXPECT_GT(faults, 0);

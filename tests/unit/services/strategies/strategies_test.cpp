@@ -291,16 +291,16 @@ TEST_F(StrategiesTest, DrawsASensitivityTable) {
   std::ofstream(table) << "group,variant,candidates,screened,confirmed,time\n"
                           "layout,as documented,576,159,114,83.71\ntrials,\"100 tasks, 2 x 100\",576,201,160,83.8\n";
   for (const char* ending : {".svg", ".png"}) {
-    const Ran ran = run_line({"plot", table, "--picture", in_folder(std::string("picture") + ending)});
+    const Ran ran = run_line({"plot", table, "--image", in_folder(std::string("picture") + ending)});
     ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
   }
   const std::string picture = content(in_folder("picture.svg"));
   EXPECT_NE(picture.find("trials: 100 tasks, 2 x 100"), std::string::npos);
   std::ofstream(table) << "group,variant,candidates,screened,confirmed,time\nlayout,a,576,many,114,83\n";
-  const Ran bad = run_line({"plot", table, "--picture", in_folder("picture.svg")});
+  const Ran bad = run_line({"plot", table, "--image", in_folder("picture.svg")});
   EXPECT_EQ(bad.code, ExitCode::kBadInput);
   EXPECT_NE(bad.err.find("line 2: 'many' must be a finite number"), std::string::npos) << bad.err;
-  EXPECT_EQ(run_line({"plot", table, "--picture", in_folder("picture.gif")}).code, ExitCode::kBadInput);
+  EXPECT_EQ(run_line({"plot", table, "--image", in_folder("picture.gif")}).code, ExitCode::kBadInput);
 }
 
 }  // namespace

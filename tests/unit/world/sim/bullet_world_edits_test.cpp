@@ -65,11 +65,11 @@ TEST(BulletWorldEdits, AttachedObstaclesFollowTheTool) {
   // Turned upside down about the tool, between steps: at once.
   put_arm(world, 0, pose_from_xyz_rpy({0.6, 0, 0.6}, {kPi, 0, 0}));
   expect_point(place(world), {0.6, 0, 0.7}, 1e-9);
-  EXPECT_EQ(world.referee().report().contacts, 0U) << "the hand may touch what it holds";
+  EXPECT_EQ(world.contact_monitor().report().contacts, 0U) << "the hand may touch what it holds";
   // What it carries counts as the arm: arm2 comes within 0.05 m of the box.
   put_arm(world, 1, at_point(0.75, 0, 0.7));
   world.step(0.01);
-  const RefereeReport report = world.referee().report();
+  const ContactReport report = world.contact_monitor().report();
   EXPECT_EQ(report.smallest.kind, ContactKind::kArmArm);
   EXPECT_NEAR(report.smallest.distance, 0.05, 1e-6);
 }

@@ -122,7 +122,7 @@ TEST(BulletWorld, RollingFrictionStopsABall) {
   EXPECT_LT(world.snapshot().states[0].velocity.linear.norm(), 1e-2);
 }
 
-TEST(BulletWorld, AnArmPushesABodyAndTheRefereeSeesIt) {
+TEST(BulletWorld, ArmPushesABodyAndTheContactIsReported) {
   BulletWorld world =
       world_of({thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0.3, 0, 0.05), falling())}, {box_arm("arm1")});
   // 0.2 m/s along x for 2 s, from 0.2 m of clearance: touching after 1 s, then 0.2 m of push.
@@ -132,7 +132,7 @@ TEST(BulletWorld, AnArmPushesABodyAndTheRefereeSeesIt) {
   }
   EXPECT_NEAR(place(world).x(), 0.5, 0.02);
   EXPECT_NEAR(world.snapshot().states[0].velocity.linear.x(), 0.2, 0.05);
-  const RefereeReport report = world.referee().report();
+  const ContactReport report = world.contact_monitor().report();
   EXPECT_GE(report.kinds[static_cast<std::size_t>(ContactKind::kArmObstacle)].contacts, 1U);
   EXPECT_GT(report.smallest.distance, -0.01);
 }
@@ -176,7 +176,7 @@ TEST(BulletWorld, UnknownArmsPushNothing) {
       world_of({thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0, 0, 0.05), falling())}, {box_arm("arm1")});
   for (int i = 0; i < 50; ++i) world.step(0.01);
   expect_point(place(world), {0, 0, 0.05}, 2e-3);
-  EXPECT_FALSE(world.referee().report().judged);
+  EXPECT_FALSE(world.contact_monitor().report().has_smallest);
 }
 
 TEST(BulletWorld, BadMeasurementsChangeNothing) {
@@ -186,10 +186,10 @@ TEST(BulletWorld, BadMeasurementsChangeNothing) {
   EXPECT_FALSE(world.set_arm(0, {}, at_point(0, 0, 0)));
   EXPECT_FALSE(put_arm(world, 0, at_point(0, std::numeric_limits<double>::quiet_NaN(), 0)));
   world.step(0.01);
-  EXPECT_FALSE(world.referee().report().judged);
+  EXPECT_FALSE(world.contact_monitor().report().has_smallest);
   EXPECT_TRUE(put_arm(world, 0, at_point(0, 0, 0)));
   world.step(0.01);
-  EXPECT_TRUE(world.referee().report().judged);
+  EXPECT_TRUE(world.contact_monitor().report().has_smallest);
 }
 
 TEST(BulletWorld, ImpossibleStepsThrow) {
@@ -241,7 +241,7 @@ ObstacleSnapshot play() {
     }
     world.step(0.01);
   }
-  EXPECT_GT(world.referee().report().contacts, 0U);
+  EXPECT_GT(world.contact_monitor().report().contacts, 0U);
   return world.snapshot();
 }
 

@@ -1,4 +1,4 @@
-// The referee's bounds: they spare nearly all of the work, and nothing of the account.
+// The monitor's bounds: they spare nearly all of the work, and nothing of the account.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/sim/at_point.hpp"
-#include "world/sim/contact_referee.hpp"
+#include "world/sim/contact_monitor.hpp"
 
 namespace hecaton::world {
 namespace {
@@ -58,12 +58,12 @@ struct Cell {
     return poses;
   }
 
-  void judge(ContactReferee& referee, double time) const {
+  void update(ContactMonitor& monitor, double time) const {
     const auto poses = at(time);
     std::vector<MeasuredArm> measured;
     measured.reserve(poses.size());
     for (const auto& links : poses) measured.push_back({true, links});
-    referee.judge(measured, states, time);
+    monitor.update(measured, states, time);
   }
 
   std::vector<ArmBodies> arms;
@@ -71,25 +71,25 @@ struct Cell {
   std::vector<ObstacleState> states;
 };
 
-TEST(ContactRefereeBounds, BoundsSpareNearlyAllExactChecks) {
+TEST(ContactMonitorBounds, BoundsSpareNearlyAllExactChecks) {
   const Cell cell;
-  ContactReferee referee(cell.arms);
-  referee.set_obstacles(cell.obstacles);
+  ContactMonitor monitor(cell.arms);
+  monitor.set_obstacles(cell.obstacles);
   constexpr int kSteps = 10000;
-  for (int i = 0; i < kSteps; ++i) cell.judge(referee, 0.01 * i);
+  for (int i = 0; i < kSteps; ++i) cell.update(monitor, 0.01 * i);
   // 192 − 3 + 126 + 45 pairs: without bounds 3.6 million checks. 20 µs a step would allow about 8 checks each.
-  EXPECT_LT(referee.exact_checks(), 4U * kSteps);
-  EXPECT_TRUE(referee.report().kinds[kArmArm].judged);
-  EXPECT_TRUE(referee.report().kinds[kArmObstacle].judged);
-  EXPECT_TRUE(referee.report().kinds[kArmSelf].judged);
+  EXPECT_LT(monitor.exact_checks(), 4U * kSteps);
+  EXPECT_TRUE(monitor.report().kinds[kArmArm].has_smallest);
+  EXPECT_TRUE(monitor.report().kinds[kArmObstacle].has_smallest);
+  EXPECT_TRUE(monitor.report().kinds[kArmSelf].has_smallest);
 }
 
-TEST(ContactRefereeBounds, BoundsLoseNothing) {
-  // A referee that always starts afresh knows no bounds of earlier steps: the least of its answers, and its touching
+TEST(ContactMonitorBounds, BoundsLoseNothing) {
+  // A monitor that always starts afresh knows no bounds of earlier steps: the least of its answers, and its touching
   // pairs, must be those of the one that keeps an account.
   Cell cell;
   // Obstacles that sweep through the arms, so that contacts come and go.
-  ContactReferee keeper(cell.arms);
+  ContactMonitor keeper(cell.arms);
   keeper.set_obstacles(cell.obstacles);
   double least[kContactKinds] = {1e9, 1e9, 1e9};
   std::uint64_t contacts_seen_afresh = 0;
@@ -98,11 +98,11 @@ TEST(ContactRefereeBounds, BoundsLoseNothing) {
     for (int k = 0; k < 6; ++k) {
       cell.states[k].X_WO = at_point(0.7 * std::cos(0.3 * time + k), 0.7 * std::sin(0.2 * time + k), 0.9 + 0.05 * k);
     }
-    cell.judge(keeper, time);
-    ContactReferee fresh(cell.arms);
+    cell.update(keeper, time);
+    ContactMonitor fresh(cell.arms);
     fresh.set_obstacles(cell.obstacles);
-    cell.judge(fresh, time);
-    const RefereeReport now = fresh.report();
+    cell.update(fresh, time);
+    const ContactReport now = fresh.report();
     for (int kind = 0; kind < kContactKinds; ++kind) {
       least[kind] = std::min(least[kind], now.kinds[kind].smallest.distance);
       ASSERT_NEAR(keeper.report().kinds[kind].smallest.distance, least[kind], 1e-12) << "step " << i;
@@ -115,7 +115,7 @@ TEST(ContactRefereeBounds, BoundsLoseNothing) {
 
 // Two rows of arms that pass by each other at different times, so that blocks of pairs are skipped for long and come
 // back.
-TEST(ContactRefereeBounds, BlocksLoseNothing) {
+TEST(ContactMonitorBounds, BlocksLoseNothing) {
   constexpr int kArms = 8;
   const Cell pattern;
   std::vector<ArmBodies> arms;
@@ -133,16 +133,16 @@ TEST(ContactRefereeBounds, BlocksLoseNothing) {
     }
     return poses;
   };
-  const auto judge = [&](ContactReferee& referee, double time) {
+  const auto update = [&](ContactMonitor& monitor, double time) {
     const auto poses = at(time);
     std::vector<MeasuredArm> measured;
     for (const auto& links : poses) measured.push_back({true, links});
-    referee.judge(measured, {}, time);
+    monitor.update(measured, {}, time);
   };
-  // What one referee says of all arms must be the least, and the sum, of what referees of two arms each say that forget
+  // What one monitor says of all arms must be the least, and the sum, of what monitors of two arms each say that forget
   // their bounds at every step.
-  ContactReferee all(arms);
-  std::vector<ContactReferee> of_two;
+  ContactMonitor all(arms);
+  std::vector<ContactMonitor> of_two;
   std::vector<std::pair<int, int>> who;
   for (int a = 0; a < kArms; ++a) {
     for (int b = a + 1; b < kArms; ++b) {
@@ -152,14 +152,14 @@ TEST(ContactRefereeBounds, BlocksLoseNothing) {
   }
   for (int i = 0; i < 300; ++i) {
     const double time = 0.04 * i;
-    judge(all, time);
+    update(all, time);
     const auto poses = at(time);
     double least = 1e9;
     std::uint64_t contacts = 0;
     for (std::size_t k = 0; k < of_two.size(); ++k) {
       const MeasuredArm measured[] = {{true, poses[who[k].first]}, {true, poses[who[k].second]}};
       of_two[k].set_obstacles({});  // an edit keeps the account, and no bound
-      of_two[k].judge(measured, {}, time);
+      of_two[k].update(measured, {}, time);
       const KindReport report = of_two[k].report().kinds[kArmArm];
       least = std::min(least, report.smallest.distance);
       contacts += report.contacts;

@@ -18,10 +18,10 @@ struct CellInstant {
 };
 
 /// One planner's news.
-class CellNews {
+class DelayedObservations {
  public:
   /// `self`: the planner's own arm, of which it needs no news. `seeds` gives each sender's channel its own.
-  CellNews(const NetworkParameters& network, int self, int arms, int obstacles, Random& seeds);
+  DelayedObservations(const NetworkParameters& network, int self, int arms, int obstacles, Random& seeds);
 
   /// Everybody publishes `instant`, true at `now` [s], and what is due by then arrives.
   void hear(double now, std::shared_ptr<const CellInstant> instant);

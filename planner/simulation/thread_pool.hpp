@@ -8,13 +8,13 @@
 
 namespace hecaton::planner {
 
-class Crew {
+class ThreadPool {
  public:
   /// `threads` ≥ 1, the caller's included, for rounds of `count` pieces of work.
-  Crew(int threads, int count);
-  ~Crew();
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
+  ThreadPool(int threads, int count);
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
 
   /// One round: calls work(i) once for every i in [0, count), in any order, on any of the threads; returns when all are
   /// done. The calls must not depend on each other, nor throw.

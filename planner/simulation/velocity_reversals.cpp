@@ -1,10 +1,10 @@
-#include "planner/simulation/chatter.hpp"
+#include "planner/simulation/velocity_reversals.hpp"
 
 #include <cmath>
 
 namespace hecaton::planner {
 
-void ChatterCounter::add(const JointVector& qd, const JointLimits& limits, bool near, double dt) {
+void ReversalCounter::add(const JointVector& qd, const JointLimits& limits, bool near, double dt) {
   for (int j = 0; j < static_cast<int>(qd.size()); ++j) {
     Joint& joint = joints_[j];
     if (!near) {

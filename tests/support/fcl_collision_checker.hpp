@@ -11,9 +11,9 @@
 
 namespace hecaton::test {
 
-class FclReferee {
+class FclCollisionChecker {
  public:
-  FclReferee(const planner::global::Validity& validity, std::span<const planner::global::WorldBody> world)
+  FclCollisionChecker(const planner::global::Validity& validity, std::span<const planner::global::WorldBody> world)
       : validity_(validity) {
     for (const planner::CellGeometry& geometry : validity.planned()) {
       for (const planner::Body& body : geometry.own_bodies()) {

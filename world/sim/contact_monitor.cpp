@@ -1,9 +1,9 @@
-#include "world/sim/contact_referee.hpp"
+#include "world/sim/contact_monitor.hpp"
 
 #include <algorithm>
 #include <limits>
 
-#include "world/sim/judged_pairs.hpp"
+#include "world/sim/monitored_pairs.hpp"
 
 namespace hecaton::world {
 namespace {
@@ -26,29 +26,29 @@ struct Found {
 
 struct Tally {
   std::uint64_t contacts = 0;
-  bool judged = false;
+  bool has_smallest = false;
   Found smallest;
 };
 
 }  // namespace
 
-struct ContactReferee::Impl {
+struct ContactMonitor::Impl {
   explicit Impl(std::vector<ArmBodies> arms) : bodies(std::move(arms)) { count_touching(); }
 
-  JudgedPairs bodies;
+  MonitoredPairs bodies;
   std::vector<int> group_touching;  ///< touching pairs of parts in each group
   std::array<Tally, kContactKinds> tallies;
   std::vector<Found> events;
   std::uint64_t exact_checks = 0;
   double time = 0.0;
 
-  Tally& tally(const JudgedPair& pair) { return tallies[static_cast<std::size_t>(pair.kind)]; }
+  Tally& tally(const MonitoredPair& pair) { return tallies[static_cast<std::size_t>(pair.kind)]; }
 
   Separation named(const Found& found) const {
     const auto& names = bodies.names();
     return {found.distance, found.kind, names[found.a], names[found.b], found.time};
   }
-  Found found(const JudgedPair& pair, double distance) const {
+  Found found(const MonitoredPair& pair, double distance) const {
     return {distance, pair.kind, bodies.part(pair.a).name, bodies.part(pair.b).name, time};
   }
 
@@ -59,10 +59,10 @@ struct ContactReferee::Impl {
 
   void count_touching() {
     group_touching.assign(bodies.group_count(), 0);
-    for (const JudgedPair& pair : bodies.pairs()) group_touching[pair.group] += pair.state.touching ? 1 : 0;
+    for (const MonitoredPair& pair : bodies.pairs()) group_touching[pair.group] += pair.state.touching ? 1 : 0;
   }
 
-  double compute(JudgedPair& pair) {
+  double compute(MonitoredPair& pair) {
     const double distance = bodies.exact_distance(pair);
     ++exact_checks;
     pair.lower_ref = distance - kDistanceError + bodies.travel(pair);
@@ -83,7 +83,7 @@ struct ContactReferee::Impl {
     return state.excused;
   }
 
-  void account(JudgedPair& pair, double distance) {
+  void account(MonitoredPair& pair, double distance) {
     if (excused(pair.state, distance)) return;
     Tally& kind = tally(pair);
     if (distance < kind.smallest.distance) kind.smallest = found(pair, distance);
@@ -99,10 +99,10 @@ struct ContactReferee::Impl {
   }
 
   /// The quick bounds did not spare this pair.
-  void inspect(JudgedPair& pair, double travel) {
+  void inspect(MonitoredPair& pair, double travel) {
     if (!bodies.placed(pair)) return;
     Tally& kind = tally(pair);
-    kind.judged = true;
+    kind.has_smallest = true;
     if (!pair.state.fresh && !pair.state.excused) {
       double lower = std::max(pair.lower_ref - travel, bodies.ball_distance(pair));
       const auto spared = [&] {
@@ -118,14 +118,14 @@ struct ContactReferee::Impl {
   }
 
   /// The quick bounds spare most pairs.
-  void look_at(JudgedPair& pair) {
+  void look_at(MonitoredPair& pair) {
     const double travel = bodies.travel(pair);
     const double lower = pair.lower_ref - travel;
     if (!pair.state.watched() && lower > 0.0 && lower >= tally(pair).smallest.distance) return;
     inspect(pair, travel);
   }
 
-  void judge() {
+  void update() {
     std::array<double, kContactKinds> smallest;
     for (std::size_t kind = 0; kind < kContactKinds; ++kind) smallest[kind] = tallies[kind].smallest.distance;
     for (const PairRun& run : bodies.open(smallest)) {
@@ -135,65 +135,65 @@ struct ContactReferee::Impl {
   }
 };
 
-ContactReferee::ContactReferee(std::vector<ArmBodies> arms) : impl_(std::make_unique<Impl>(std::move(arms))) {}
-ContactReferee::~ContactReferee() = default;
-ContactReferee::ContactReferee(ContactReferee&&) noexcept = default;
-ContactReferee& ContactReferee::operator=(ContactReferee&&) noexcept = default;
+ContactMonitor::ContactMonitor(std::vector<ArmBodies> arms) : impl_(std::make_unique<Impl>(std::move(arms))) {}
+ContactMonitor::~ContactMonitor() = default;
+ContactMonitor::ContactMonitor(ContactMonitor&&) noexcept = default;
+ContactMonitor& ContactMonitor::operator=(ContactMonitor&&) noexcept = default;
 
-void ContactReferee::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
+void ContactMonitor::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
   impl_->bodies.set_obstacles(obstacles, handled);
   impl_->count_touching();
 }
 
-void ContactReferee::judge(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time) {
+void ContactMonitor::update(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time) {
   impl_->time = time;
   impl_->bodies.place(arms, obstacles);
-  impl_->judge();
+  impl_->update();
 }
 
-RefereeReport ContactReferee::report() const {
-  RefereeReport report;
+ContactReport ContactMonitor::report() const {
+  ContactReport report;
   for (int i = 0; i < kContactKinds; ++i) {
     const Tally& tally = impl_->tallies[i];
     KindReport& kind = report.kinds[i];
     kind.contacts = tally.contacts;
     report.contacts += tally.contacts;
     // All that was compared may have been excused.
-    kind.judged = tally.judged && tally.smallest.distance < kInfinity;
-    if (!kind.judged) continue;
+    kind.has_smallest = tally.has_smallest && tally.smallest.distance < kInfinity;
+    if (!kind.has_smallest) continue;
     kind.smallest = impl_->named(tally.smallest);
-    if (!report.judged || kind.smallest.distance < report.smallest.distance) report.smallest = kind.smallest;
-    report.judged = true;
+    if (!report.has_smallest || kind.smallest.distance < report.smallest.distance) report.smallest = kind.smallest;
+    report.has_smallest = true;
   }
   for (const Found& event : impl_->events) report.events.push_back(impl_->named(event));
   return report;
 }
 
-RefereeMemory ContactReferee::remember() const {
-  RefereeMemory memory{report(), {}};
-  for (const JudgedPair& pair : impl_->bodies.pairs()) {
+ContactCheckpoint ContactMonitor::checkpoint() const {
+  ContactCheckpoint checkpoint{report(), {}};
+  for (const MonitoredPair& pair : impl_->bodies.pairs()) {
     const PairState& state = pair.state;
     if (!state.watched()) continue;
     const auto& names = impl_->bodies.names();
-    memory.lasting.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
+    checkpoint.lasting.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
                               pair.identity.second, state.touching, state.fresh, state.excused, state.excused_at});
   }
-  return memory;
+  return checkpoint;
 }
 
-void ContactReferee::recall(const RefereeMemory& memory) {
+void ContactMonitor::restore(const ContactCheckpoint& checkpoint) {
   for (std::size_t i = 0; i < kContactKinds; ++i) {
-    const KindReport& kind = memory.report.kinds[i];
-    impl_->tallies[i] = {kind.contacts, kind.judged, kind.judged ? impl_->indexed(kind.smallest) : Found{}};
+    const KindReport& kind = checkpoint.report.kinds[i];
+    impl_->tallies[i] = {kind.contacts, kind.has_smallest, kind.has_smallest ? impl_->indexed(kind.smallest) : Found{}};
   }
   impl_->events.clear();
-  for (const Separation& event : memory.report.events) impl_->events.push_back(impl_->indexed(event));
-  for (JudgedPair& pair : impl_->bodies.pairs()) {
+  for (const Separation& event : checkpoint.report.events) impl_->events.push_back(impl_->indexed(event));
+  for (MonitoredPair& pair : impl_->bodies.pairs()) {
     const auto& names = impl_->bodies.names();
     const std::string& a = names[impl_->bodies.part(pair.a).name];
     const std::string& b = names[impl_->bodies.part(pair.b).name];
     pair.state = {};
-    for (const LastingPair& lasting : memory.lasting) {
+    for (const LastingPair& lasting : checkpoint.lasting) {
       if (lasting.which != pair.identity.second || lasting.a != a || lasting.b != b) continue;
       pair.state = {lasting.touching, lasting.fresh, lasting.excused, lasting.excused_at};
     }
@@ -202,17 +202,17 @@ void ContactReferee::recall(const RefereeMemory& memory) {
   impl_->count_touching();
 }
 
-void ContactReferee::reset() {
+void ContactMonitor::reset() {
   impl_->tallies = {};
   impl_->events.clear();
-  for (JudgedPair& pair : impl_->bodies.pairs()) pair.state.touching = false;
+  for (MonitoredPair& pair : impl_->bodies.pairs()) pair.state.touching = false;
   impl_->count_touching();
 }
 
-std::optional<Separation> ContactReferee::nearest(int arm, bool with_self) const {
+std::optional<Separation> ContactMonitor::nearest(int arm, bool with_self) const {
   Impl& impl = *impl_;
   Found nearest;
-  for (JudgedPair& pair : impl.bodies.pairs()) {
+  for (MonitoredPair& pair : impl.bodies.pairs()) {
     if (impl.bodies.part(pair.a).arm != arm && impl.bodies.part(pair.b).arm != arm) continue;
     if ((pair.kind == ContactKind::kArmSelf && !with_self) || !impl.bodies.placed(pair)) continue;
     if (pair.lower_ref - impl.bodies.travel(pair) >= nearest.distance) continue;
@@ -224,7 +224,7 @@ std::optional<Separation> ContactReferee::nearest(int arm, bool with_self) const
   return impl.named(nearest);
 }
 
-std::uint64_t ContactReferee::exact_checks() const {
+std::uint64_t ContactMonitor::exact_checks() const {
   return impl_->exact_checks;
 }
 

@@ -25,15 +25,15 @@ inline constexpr double kPartedDistance = 1e-3;
 /// The account of one kind of pairs.
 struct KindReport {
   std::uint64_t contacts = 0;
-  bool judged = false;  ///< false until two bodies of this kind were ever compared; then `smallest` means nothing
+  bool has_smallest = false;  ///< false until two bodies of this kind were ever compared; then `smallest` means nothing
   Separation smallest;
 };
 
 /// What a report quotes. A contact is counted once from touching until the pair has parted again; a pair is a link (or
 /// carried obstacle) against another link or obstacle, however many shapes each consists of.
-struct RefereeReport {
+struct ContactReport {
   std::uint64_t contacts = 0;
-  bool judged = false;  ///< false until two bodies were ever compared; then `smallest` means nothing
+  bool has_smallest = false;  ///< false until two bodies were ever compared; then `smallest` means nothing
   Separation smallest;  ///< over all kinds
   std::array<KindReport, kContactKinds> kinds;  ///< index = ContactKind
   std::vector<Separation> events;               ///< the first 100 contacts, as they began
@@ -50,9 +50,9 @@ struct LastingPair {
   double excused_at = 0.0;  ///< distance then [m]
 };
 
-/// All that a referee must know to go on with the account of another.
-struct RefereeMemory {
-  RefereeReport report;
+/// All that a contact monitor must know to go on with the account of another.
+struct ContactCheckpoint {
+  ContactReport report;
   std::vector<LastingPair> lasting;
 };
 
@@ -72,14 +72,14 @@ struct MeasuredArm {
 /// bodies have moved since; only when that bound falls below the smallest separation of its kind so far, or below
 /// contact, is the distance computed again. All pairs between two arms, or an arm and an obstacle, are skipped at once
 /// while none of them can be concerned (pair_blocks.hpp). Motion between two calls is not swept: judge often.
-class ContactReferee {
+class ContactMonitor {
  public:
   /// Indices of arms as given here. Shapes must have passed why_invalid(); throws std::invalid_argument when a self
   /// pair names a part that does not exist.
-  explicit ContactReferee(std::vector<ArmBodies> arms);
-  ~ContactReferee();
-  ContactReferee(ContactReferee&&) noexcept;
-  ContactReferee& operator=(ContactReferee&&) noexcept;
+  explicit ContactMonitor(std::vector<ArmBodies> arms);
+  ~ContactMonitor();
+  ContactMonitor(ContactMonitor&&) noexcept;
+  ContactMonitor& operator=(ContactMonitor&&) noexcept;
 
   /// Replaces the obstacles; the account and contacts that last are kept, matched by name. An obstacle attached to an
   /// unknown arm is never judged.
@@ -90,16 +90,16 @@ class ContactReferee {
 
   /// Takes the poses at `time` [s] into account: one entry per arm, one per obstacle, also for those attached. All
   /// poses must be finite. Throws std::invalid_argument when an entry, or a link of a known arm, is missing.
-  void judge(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time);
+  void update(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time);
 
-  [[nodiscard]] RefereeReport report() const;
-  [[nodiscard]] RefereeMemory remember() const;
+  [[nodiscard]] ContactReport report() const;
+  [[nodiscard]] ContactCheckpoint checkpoint() const;
   /// Goes on with that account instead of its own. Pairs are matched by name; those that do not exist are forgotten.
-  void recall(const RefereeMemory& memory);
+  void restore(const ContactCheckpoint& checkpoint);
   /// Begins a new account. A contact that lasts counts again.
   void reset();
 
-  /// The smallest separation of that arm at the last judge(), whatever was smaller before. Empty while the arm is
+  /// The smallest separation of that arm at the last update(), whatever was smaller before. Empty while the arm is
   /// unknown or has nothing to be compared with. `with_self` includes the arm's own pairs, which seldom change.
   [[nodiscard]] std::optional<Separation> nearest(int arm, bool with_self = false) const;
 

@@ -1,4 +1,4 @@
-#include "world/sim/judged_pairs.hpp"
+#include "world/sim/monitored_pairs.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -18,7 +18,7 @@ double turn_between(const Pose& X0, const Pose& X1) {
 
 }  // namespace
 
-JudgedPairs::JudgedPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
+MonitoredPairs::MonitoredPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
   for (int arm = 0; arm < static_cast<int>(arms_.size()); ++arm) {
     const ArmBodies& bodies = arms_[arm];
     first_link_.push_back(static_cast<int>(carriers_.size()));
@@ -28,7 +28,7 @@ JudgedPairs::JudgedPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
     carriers_.resize(carriers_.size() + links);
     for (const auto& part : bodies.parts) {
       if (part.link < 0) throw std::invalid_argument("arm '" + bodies.name + "': a part rides on no link");
-      JudgedPart judged;
+      MonitoredPart judged;
       judged.carrier = first_link_[arm] + part.link;
       judged.arm = arm;
       judged.link = part.link;
@@ -49,13 +49,13 @@ JudgedPairs::JudgedPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
   adopt(all_pairs());
 }
 
-int JudgedPairs::name_index(const std::string& name) {
+int MonitoredPairs::name_index(const std::string& name) {
   const auto [entry, is_new] = name_indices_.try_emplace(name, static_cast<int>(names_.size()));
   if (is_new) names_.push_back(name);
   return entry->second;
 }
 
-void JudgedPairs::add_part(JudgedPart part, int side, const PlacedShape& placed) {
+void MonitoredPairs::add_part(MonitoredPart part, int side, const PlacedShape& placed) {
   const BoundingSphere bound = bounding_sphere(placed.shape);
   part.shape = make_bullet_shape(placed.shape);
   part.X_CS = placed.X_BS;
@@ -67,7 +67,7 @@ void JudgedPairs::add_part(JudgedPart part, int side, const PlacedShape& placed)
   sides_.push_back(side);
 }
 
-void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
+void MonitoredPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
   parts_.erase(parts_.begin() + link_parts_, parts_.end());
   travel_.resize(link_parts_);
   sides_.resize(link_parts_);
@@ -77,7 +77,7 @@ void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::
     const int side = static_cast<int>(side_travel_.size());
     side_travel_.push_back(0.0);
     carriers_.emplace_back();
-    JudgedPart part;
+    MonitoredPart part;
     part.carrier = static_cast<int>(carriers_.size()) - 1;
     part.moves = obstacle.attachment || !std::holds_alternative<StaticMotion>(obstacle.motion);
     part.handled = obstacle.name == handled;
@@ -95,7 +95,7 @@ void JudgedPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::
   adopt(all_pairs());
 }
 
-std::optional<ContactKind> JudgedPairs::kind_of(const JudgedPart& a, const JudgedPart& b) const {
+std::optional<ContactKind> MonitoredPairs::kind_of(const MonitoredPart& a, const MonitoredPart& b) const {
   if (a.arm != b.arm && a.arm >= 0 && b.arm >= 0) {
     return a.moves || b.moves ? std::optional(ContactKind::kArmArm) : std::nullopt;
   }
@@ -109,10 +109,10 @@ std::optional<ContactKind> JudgedPairs::kind_of(const JudgedPart& a, const Judge
   return touches ? std::nullopt : std::optional(ContactKind::kArmSelf);
 }
 
-std::vector<JudgedPair> JudgedPairs::all_pairs() const {
-  std::vector<JudgedPair> pairs;
+std::vector<MonitoredPair> MonitoredPairs::all_pairs() const {
+  std::vector<MonitoredPair> pairs;
   const auto add = [&](int a, int b, ContactKind kind) {
-    JudgedPair pair;
+    MonitoredPair pair;
     pair.a = a;
     pair.b = b;
     pair.kind = kind;
@@ -134,9 +134,9 @@ std::vector<JudgedPair> JudgedPairs::all_pairs() const {
   return pairs;
 }
 
-void JudgedPairs::adopt(std::vector<JudgedPair> pairs) {
-  std::map<JudgedPair::Identity, PairState> known;
-  for (const JudgedPair& pair : pairs_) known[pair.identity] = pair.state;
+void MonitoredPairs::adopt(std::vector<MonitoredPair> pairs) {
+  std::map<MonitoredPair::Identity, PairState> known;
+  for (const MonitoredPair& pair : pairs_) known[pair.identity] = pair.state;
 
   struct Group {
     int index;
@@ -144,7 +144,7 @@ void JudgedPairs::adopt(std::vector<JudgedPair> pairs) {
   };
   std::unordered_map<std::uint64_t, Group> groups;  // by both names
   for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
-    JudgedPair& pair = pairs[i];
+    MonitoredPair& pair = pairs[i];
     const auto a = static_cast<std::uint32_t>(parts_[pair.a].name);
     const auto b = static_cast<std::uint32_t>(parts_[pair.b].name);
     const std::uint64_t names = std::uint64_t{a} << 32 | b;
@@ -161,9 +161,9 @@ void JudgedPairs::adopt(std::vector<JudgedPair> pairs) {
   group_count_ = static_cast<int>(groups.size());
 }
 
-void JudgedPairs::place(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles) {
+void MonitoredPairs::place(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles) {
   if (arms.size() != arms_.size() || obstacles.size() + links_ != carriers_.size()) {
-    throw std::invalid_argument("the referee needs one entry per arm and one per obstacle");
+    throw std::invalid_argument("the contact monitor needs one entry per arm and one per obstacle");
   }
   for (std::size_t arm = 0; arm < arms_.size(); ++arm) {
     if (!arms[arm].known) continue;
@@ -186,11 +186,11 @@ void JudgedPairs::place(std::span<const MeasuredArm> arms, std::span<const Obsta
   }
 }
 
-double JudgedPairs::move(Carrier& carrier, const Pose& X_WC) {
+double MonitoredPairs::move(Carrier& carrier, const Pose& X_WC) {
   const double turn = turn_between(carrier.X_WC, X_WC);
   double farthest = 0.0;
   for (const int index : carrier.parts) {
-    JudgedPart& part = parts_[index];
+    MonitoredPart& part = parts_[index];
     const Eigen::Vector3d centre_W = X_WC * part.centre_C;
     const double moved = carrier.placed ? (centre_W - part.centre_W).norm() + turn * part.radius : 0.0;
     travel_[index] += moved;
@@ -202,26 +202,26 @@ double JudgedPairs::move(Carrier& carrier, const Pose& X_WC) {
   return farthest;
 }
 
-double JudgedPairs::ball_distance(const JudgedPair& pair) const {
-  const JudgedPart& a = parts_[pair.a];
-  const JudgedPart& b = parts_[pair.b];
+double MonitoredPairs::ball_distance(const MonitoredPair& pair) const {
+  const MonitoredPart& a = parts_[pair.a];
+  const MonitoredPart& b = parts_[pair.b];
   return (a.centre_W - b.centre_W).norm() - a.radius - b.radius;
 }
 
-btTransform JudgedPairs::X_WS(const JudgedPart& part) const {
+btTransform MonitoredPairs::X_WS(const MonitoredPart& part) const {
   return to_bullet(carriers_[part.carrier].X_WC * part.X_CS);
 }
 
-double JudgedPairs::gap_as_before(const JudgedPair& pair) const {
-  const JudgedPart& a = parts_[pair.a];
-  const JudgedPart& b = parts_[pair.b];
+double MonitoredPairs::gap_as_before(const MonitoredPair& pair) const {
+  const MonitoredPart& a = parts_[pair.a];
+  const MonitoredPart& b = parts_[pair.b];
   const Eigen::Vector3d n_W = carriers_[a.carrier].X_WC.linear() * normals_[pair.index];
   return gap_along(to_bullet(n_W), *a.shape, X_WS(a), *b.shape, X_WS(b));
 }
 
-double JudgedPairs::exact_distance(const JudgedPair& pair) {
-  const JudgedPart& a = parts_[pair.a];
-  const JudgedPart& b = parts_[pair.b];
+double MonitoredPairs::exact_distance(const MonitoredPair& pair) {
+  const MonitoredPart& a = parts_[pair.a];
+  const MonitoredPart& b = parts_[pair.b];
   const SignedDistance found = signed_distance(*a.shape, X_WS(a), *b.shape, X_WS(b));
   normals_[pair.index] = carriers_[a.carrier].X_WC.linear().transpose() * from_bullet(found.n_W);
   return found.distance;

@@ -1,16 +1,16 @@
-#include "planner/simulation/cell_news.hpp"
+#include "planner/simulation/delayed_observations.hpp"
 
 #include <utility>
 
 namespace hecaton::planner {
 
-CellNews::CellNews(const NetworkParameters& network, int self, int arms, int obstacles, Random& seeds)
+DelayedObservations::DelayedObservations(const NetworkParameters& network, int self, int arms, int obstacles, Random& seeds)
     : ideal_(network.ideal()), self_(self), senders_(), world_(network, 0), arms_(arms), obstacles_(obstacles) {
   for (int from = 0; from < arms; ++from) senders_.emplace_back(network, seeds.next());
   world_ = Channel(network, seeds.next());
 }
 
-void CellNews::hear(double now, std::shared_ptr<const CellInstant> instant) {
+void DelayedObservations::hear(double now, std::shared_ptr<const CellInstant> instant) {
   if (ideal_) {
     instant_ = std::move(instant);
     return;

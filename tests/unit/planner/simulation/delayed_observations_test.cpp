@@ -1,4 +1,4 @@
-#include "planner/simulation/cell_news.hpp"
+#include "planner/simulation/delayed_observations.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,9 @@ std::shared_ptr<const CellInstant> instant_at(double now) {
   return instant;
 }
 
-TEST(CellNews, ArriveAtOnceOnAnIdealNetwork) {
+TEST(DelayedObservations, ArriveAtOnceOnAnIdealNetwork) {
   Random seeds(1);
-  CellNews news({}, 0, 2, 1, seeds);
+  DelayedObservations news({}, 0, 2, 1, seeds);
   EXPECT_FALSE(news.knows_obstacles());
   news.hear(0.5, instant_at(0.5));
   EXPECT_TRUE(news.knows_obstacles());
@@ -29,9 +29,9 @@ TEST(CellNews, ArriveAtOnceOnAnIdealNetwork) {
   EXPECT_EQ(news.obstacles()[0].X_WO.translation().x(), 0.5);
 }
 
-TEST(CellNews, AreAsOldAsTheNetworkMakesThem) {
+TEST(DelayedObservations, AreAsOldAsTheNetworkMakesThem) {
   Random seeds(1);
-  CellNews news({.age = 0.1, .jitter = 0.05, .loss = 0.3}, 0, 2, 1, seeds);
+  DelayedObservations news({.age = 0.1, .jitter = 0.05, .loss = 0.3}, 0, 2, 1, seeds);
   news.hear(0.0, instant_at(0.0));
   EXPECT_FALSE(news.knows_obstacles());
   EXPECT_FALSE(news.arms()[1].known);
@@ -47,11 +47,11 @@ TEST(CellNews, AreAsOldAsTheNetworkMakesThem) {
   }
 }
 
-TEST(CellNews, IdealAndNearlyIdealNetworksUseUpTheSameSeeds) {
+TEST(DelayedObservations, IdealAndNearlyIdealNetworksUseUpTheSameSeeds) {
   Random one(7);
   Random other(7);
-  const CellNews ideal({}, 0, 2, 1, one);
-  const CellNews late({.age = 0.1}, 0, 2, 1, other);
+  const DelayedObservations ideal({}, 0, 2, 1, one);
+  const DelayedObservations late({.age = 0.1}, 0, 2, 1, other);
   EXPECT_EQ(one.next(), other.next());
 }
 

@@ -1,4 +1,4 @@
-#include "planner/simulation/chatter.hpp"
+#include "planner/simulation/velocity_reversals.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,37 +11,37 @@ using test::joints;
 
 constexpr double kPeriod = 0.01;  // [s]
 
-class ChatterTest : public testing::Test {
+class ReversalCounterTest : public testing::Test {
  protected:
   /// The point's limit is 0.5 m/s, so what is below 0.005 m/s counts as still.
   void add(double x, double y, bool near = true, int periods = 1) {
     for (int k = 0; k < periods; ++k) counter_.add(joints({x, y}), test::planar_point().limits, near, kPeriod);
   }
-  ChatterCounter counter_;
+  ReversalCounter counter_;
 };
 
-TEST_F(ChatterTest, SteadyMotionHasNone) {
+TEST_F(ReversalCounterTest, SteadyMotionHasNone) {
   add(0.3, -0.2, true, 50);
   EXPECT_EQ(counter_.total().turns, 0U);
   EXPECT_NEAR(counter_.total().joint_time, 1.0, 1e-9);  // two joints, half a second
 }
 
-TEST_F(ChatterTest, CountsEachJointsTurns) {
+TEST_F(ReversalCounterTest, CountsEachJointsTurns) {
   add(0.3, 0.3, true, 20);
   add(-0.3, 0.3, true, 20);   // x turns
   add(-0.3, -0.3, true, 10);  // y turns, long after anything else
   EXPECT_EQ(counter_.total().turns, 2U);
   EXPECT_EQ(counter_.total().quick, 0U);
-  EXPECT_NEAR(counter_.total().turns_per_second(), 2.0, 1e-9);  // in 0.5 s of two joints
+  EXPECT_NEAR(counter_.total().per_second(), 2.0, 1e-9);  // in 0.5 s of two joints
 }
 
-TEST_F(ChatterTest, ToAndFroIsQuick) {
+TEST_F(ReversalCounterTest, ToAndFroIsQuick) {
   for (int k = 0; k < 10; ++k) add(k % 2 == 0 ? 0.1 : -0.1, 0.0);
   EXPECT_EQ(counter_.total().turns, 9U);
   EXPECT_EQ(counter_.total().quick, 8U);  // the first turn follows none
 }
 
-TEST_F(ChatterTest, CreepingNeitherTurnsNorForgets) {
+TEST_F(ReversalCounterTest, CreepingNeitherTurnsNorForgets) {
   add(0.1, 0.0);
   add(-0.004, 0.0);
   add(0.1, 0.0);
@@ -51,7 +51,7 @@ TEST_F(ChatterTest, CreepingNeitherTurnsNorForgets) {
   EXPECT_EQ(counter_.total().turns, 1U);
 }
 
-TEST_F(ChatterTest, FarFromThingsNothingCounts) {
+TEST_F(ReversalCounterTest, FarFromThingsNothingCounts) {
   add(0.1, 0.0);
   add(-0.1, 0.0, false);
   add(-0.1, 0.0);

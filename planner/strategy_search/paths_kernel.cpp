@@ -5,7 +5,7 @@ namespace hecaton::planner::HECATON_ISA {
 namespace {
 
 /// Looks at a straight way, four places at a time; the goal is among them.
-void look_at_way(const FlatProblem& problem, const FlatArm& arm, const Plane& plane, std::uint8_t* alone,
+void precheck_path(const FlatProblem& problem, const FlatArm& arm, const Plane& plane, std::uint8_t* alone,
                  float* places) {
   const std::ptrdiff_t numbers = rough_numbers(arm);
   PlaneState state;
@@ -29,20 +29,20 @@ void look_at_way(const FlatProblem& problem, const FlatArm& arm, const Plane& pl
 
 }  // namespace
 
-void look_at_ways(const FlatProblem& problem, const FlatTasks& tasks) {
+void precheck_paths(const FlatProblem& problem, const FlatTasks& tasks) {
   for (int i = 0; i < problem.arms; ++i) {
     const FlatArm& arm = problem.arm[i];
-    const FlatWays& ways = tasks.ways[i];
+    const FlatPaths& paths = tasks.paths[i];
     double q[kFlatJoints];
     for (int j = 0; j < arm.joints; ++j) q[j] = tasks.start[i][j];
     int area = 0;
-    for (int task = 0; task < ways.tasks; ++task) {
+    for (int task = 0; task < paths.tasks; ++task) {
       area = area + 1 == tasks.areas[i] ? 0 : area + 1;
       Plane plane;
       plane.begin(q, tasks.goals[i] + (static_cast<std::int64_t>(task) * tasks.areas[i] + area) * arm.joints,
                   arm.joints);
-      const auto first = static_cast<std::int64_t>(ways.first[task]);
-      look_at_way(problem, arm, plane, ways.alone + first, ways.places + first * rough_numbers(arm));
+      const auto first = static_cast<std::int64_t>(paths.first[task]);
+      precheck_path(problem, arm, plane, paths.alone + first, paths.places + first * rough_numbers(arm));
       plane.q(arm, {plane.distance, 0.0}, q);
     }
   }

@@ -1,13 +1,13 @@
-#include "planner/simulation/crew.hpp"
+#include "planner/simulation/thread_pool.hpp"
 
 namespace hecaton::planner {
 
-Crew::Crew(int threads, int count) : count_(count), shares_(threads) {
+ThreadPool::ThreadPool(int threads, int count) : count_(count), shares_(threads) {
   for (int k = 0; k < threads; ++k) shares_[k].next = shares_[k].end = count * (k + 1) / threads;
   for (int k = 1; k < threads; ++k) threads_.emplace_back([this, k] { serve(k); });
 }
 
-Crew::~Crew() {
+ThreadPool::~ThreadPool() {
   over_ = true;
   ++round_;
   round_.notify_all();
@@ -15,7 +15,7 @@ Crew::~Crew() {
 
 // A thread that comes late finds nothing left or, when the next round has begun meanwhile, work of that: it takes a
 // piece before it looks what the work is.
-void Crew::for_each(const std::function<void(int)>& work) {
+void ThreadPool::for_each(const std::function<void(int)>& work) {
   work_ = &work;
   done_ = 0;
   for (std::size_t k = 0; k < shares_.size(); ++k) shares_[k].next = k == 0 ? 0 : shares_[k - 1].end;
@@ -27,14 +27,14 @@ void Crew::for_each(const std::function<void(int)>& work) {
   for (int done = done_; done < count_; done = done_) done_.wait(done);
 }
 
-void Crew::serve(int self) {
+void ThreadPool::serve(int self) {
   for (unsigned round = 0; !over_; round = round_) {
     work_off(self);
     round_.wait(round);
   }
 }
 
-void Crew::work_off(int self) {
+void ThreadPool::work_off(int self) {
   for (std::size_t k = 0; k < shares_.size(); ++k) {
     Share& share = shares_[(self + k) % shares_.size()];
     for (int i = share.next++; i < share.end; i = share.next++) {

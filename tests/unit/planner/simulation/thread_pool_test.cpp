@@ -1,4 +1,4 @@
-#include "planner/simulation/crew.hpp"
+#include "planner/simulation/thread_pool.hpp"
 
 #include <numeric>
 
@@ -7,13 +7,13 @@
 namespace hecaton::planner {
 namespace {
 
-TEST(Crew, DoesEveryPieceOnceInEveryRound) {
+TEST(ThreadPool, DoesEveryPieceOnceInEveryRound) {
   for (const int threads : {1, 2, 3, 7}) {
     for (const int count : {0, 1, 5, 100}) {
-      Crew crew(threads, count);
+      ThreadPool pool(threads, count);
       std::vector<int> done(count, 0);
       for (int round = 1; round <= 2000; ++round) {
-        crew.for_each([&](int i) { done[i] += round; });
+        pool.for_each([&](int i) { done[i] += round; });
         // What a round did is seen after it, whoever did it.
         ASSERT_EQ(std::accumulate(done.begin(), done.end(), 0L), static_cast<long>(count) * round * (round + 1) / 2);
       }

@@ -1,7 +1,7 @@
 // Where there is no way an arm says that it is blocked, although it never stops looking for one.
 #include <gtest/gtest.h>
 
-#include "planner/approach.hpp"
+#include "planner/progress_monitor.hpp"
 #include "planner/simulation/cell_simulation.hpp"
 #include "tests/support/planar_point.hpp"
 
@@ -44,20 +44,20 @@ TEST(NoWay, EndsAsBlockedThoughTheArmNeverStoodStill) {
   EXPECT_EQ(outcome.arms[0].outcome, TaskOutcome::kBlocked);
   EXPECT_DOUBLE_EQ(outcome.duration, 20.0) << "it looks for a way until its time is over";
   EXPECT_LT(still, periods / 2);
-  EXPECT_EQ(outcome.referee.contacts, 0U);
+  EXPECT_EQ(outcome.contact_report.contacts, 0U);
 }
 
 TEST(NoWay, IsNotSaidOfAnArmThatComesNearer) {
-  Approach approach;
+  ProgressMonitor progress;
   for (double distance = 3.0; distance > 0.1; distance *= 0.9) {
-    approach.note(distance, 5.0);
-    EXPECT_FALSE(approach.hopeless());
+    progress.note(distance, 5.0);
+    EXPECT_FALSE(progress.stalled());
   }
-  approach.note(0.2, 11.0);
-  EXPECT_TRUE(approach.hopeless());
-  EXPECT_DOUBLE_EQ(approach.lost(), 11.0);
-  approach.restart();
-  EXPECT_FALSE(approach.hopeless()) << "a new goal";
+  progress.note(0.2, 11.0);
+  EXPECT_TRUE(progress.stalled());
+  EXPECT_DOUBLE_EQ(progress.time_without_progress(), 11.0);
+  progress.restart();
+  EXPECT_FALSE(progress.stalled()) << "a new goal";
 }
 
 }  // namespace
