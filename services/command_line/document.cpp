@@ -6,9 +6,9 @@
 namespace hecaton::services::cli {
 namespace {
 
-constexpr auto kReplace = Json::error_handler_t::replace;  // what is not UTF-8 must not end the program
+constexpr auto kReplace = Json::error_handler_t::replace;  // of bytes that are not UTF-8
 
-/// Strings, numbers, booleans and null are YAML as JSON writes them; so are empty and purely scalar lists.
+/// Scalars, empty maps and lists of scalars are the same text in JSON and YAML.
 bool fits_one_line(const Json& value) {
   if (value.is_object()) return value.empty();
   if (!value.is_array()) return true;
@@ -27,7 +27,7 @@ std::string one_line(const Json& value) {
 
 void write(const Json& value, const std::string& indent, std::string& out);
 
-/// What follows "key:" or "-".
+/// Writes the value after "key:" or "-".
 void write_after(const Json& value, const std::string& indent, bool in_list, std::string& out) {
   if (fits_one_line(value)) {
     out += " " + one_line(value) + "\n";

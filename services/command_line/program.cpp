@@ -10,15 +10,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/command_line/choice_option.hpp"
-#include "services/command_line/command_line_shape.hpp"
-#include "services/command_line/failure.hpp"
+#include "services/command_line/options.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-/// The command that was named, as far as it is known: "obstacle add".
+/// The innermost command that was recognised; sets `path` to its words ("hecaton obstacle add").
 const CLI::App& given_command(const CLI::App& app, std::string& path) {
   const CLI::App* command = &app;
   path = app.get_name();
@@ -29,8 +27,8 @@ const CLI::App& given_command(const CLI::App& app, std::string& path) {
   return *command;
 }
 
-/// "no command 'sttus'; did you mean 'status'?", for a word that is no command or no option; CLI11 itself says only
-/// that it did not expect it, or that a command is required. Empty when that is not what is wrong.
+/// "no command 'sttus'; did you mean 'status'?" for a word that is no command or no option, where CLI11 suggests
+/// nothing. Empty when the error is another one.
 std::string unknown_word(const CLI::App& app, const CLI::App& command) {
   std::vector<std::string> words = command.remaining(true);
   if (words.empty()) words = app.remaining(true);
@@ -52,7 +50,7 @@ std::string unknown_word(const CLI::App& app, const CLI::App& command) {
   return (option ? "no option '" : "no command '") + config::printable(word) + "'; " + config::suggestion(word, known);
 }
 
-/// "-inf" among numbers looks like an option; it is a bad value. Empty when there is none.
+/// CLI11 takes "-inf" among numbers for an option, but it is a bad value. Empty when there is none.
 std::string number_like_an_option(const CLI::App& app) {
   const std::vector<std::string> words = app.remaining(true);
   const auto found = std::find_if(words.begin(), words.end(),
@@ -61,7 +59,7 @@ std::string number_like_an_option(const CLI::App& app) {
   return "'" + config::printable(*found) + "' must be a finite number";
 }
 
-/// One sentence about wrong usage.
+/// A usage error as one sentence.
 std::string usage_sentence(const CLI::App& app, const CLI::ParseError& error) {
   std::string path;
   const CLI::App& command = given_command(app, path);
@@ -76,7 +74,7 @@ void add_completion(CLI::App& app, Session& session) {
   auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash")->required()->check(CLI::IsMember({"bash"}).description(""));
   command->footer("Try it: source <(" + app.get_name() + " completion bash)");
-  // The callback keeps `shell` alive, which the option writes to.
+  // The callback owns `shell`, to which the option writes.
   command->callback([&app, &session, shell] {
     session.action = [&app] {
       std::fputs(bash_completion(app).c_str(), stdout);
@@ -108,7 +106,7 @@ std::unique_ptr<CLI::App> make_application(const Program& program, Session& sess
   program.add_commands(*app, session);
   add_completion(*app, session);
   add_man(*app, session, program.summary);
-  app->footer(program.exit_codes);  // last, because commands would inherit it
+  app->footer(program.exit_codes);  // last: commands that are added later would inherit it
   return app;
 }
 

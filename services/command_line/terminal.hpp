@@ -1,14 +1,28 @@
 #pragma once
-/// What the two output streams can do: colours, width, redrawing in place.
+/// Text for people: numbers with units, tables, colours, and a screen that is redrawn in place.
 
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace hecaton::services::cli {
 
-/// Colours for one stream: none when it is no terminal, when NO_COLOR is set (no-color.org) or TERM is "dumb".
+/// "850 µs", "17 ms", "0.42 s", "2 min 5 s"; "never" for a negative value (the age of something never received).
+[[nodiscard]] std::string duration_text(double seconds);
+/// "18 mm", "0.418 m", "-3.2 mm"; "–" when not finite.
+[[nodiscard]] std::string distance_text(double metres);
+/// Fixed point.
+[[nodiscard]] std::string decimal_text(double value, int digits);
+/// "12.5 MB" (10⁶ bytes).
+[[nodiscard]] std::string bytes_text(double bytes);
+/// "97.3 %"; "–" when `whole` is 0.
+[[nodiscard]] std::string percent_text(double part, double whole);
+
+/// Colours for one stream. for_stream() disables them when the stream is no terminal, when NO_COLOR is set
+/// (no-color.org) or when TERM is "dumb".
 class Palette {
  public:
   explicit Palette(bool coloured) : coloured_(coloured) {}
@@ -31,15 +45,42 @@ class Palette {
 /// The first `columns` columns of one line, "…" in place of the rest; escape sequences are kept whole.
 [[nodiscard]] std::string clip(std::string_view line, std::size_t columns);
 
-/// The text in lines of at most so many columns, broken at blanks where possible; one line, possibly empty, at least. A
-/// text that is coloured as a whole stays so on every line.
+/// `text` in lines of at most `columns` columns, broken at blanks where possible; at least one line, possibly empty. A
+/// text that is coloured as a whole stays coloured on every line.
 [[nodiscard]] std::vector<std::string> wrapped(std::string_view text, std::size_t columns);
 
-/// Shows one text after the other in the same place of a terminal; on anything else, one below the other.
+enum class Align : std::uint8_t { kLeft, kRight };
+
+/// Text in aligned columns.
+class Table {
+ public:
+  struct Column {
+    std::string title;
+    Align align = Align::kLeft;
+  };
+  explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
+
+  /// Adds a row. Cells may hold escape sequences; missing cells are empty.
+  void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  [[nodiscard]] bool empty() const { return rows_.empty(); }
+  /// Titles and rows; columns are as wide as their widest cell and two blanks apart. A table wider than `widest`
+  /// columns gets narrower columns of text, with cells of several lines.
+  [[nodiscard]] std::string text(const Palette& palette, std::size_t widest = kWidest) const;
+
+  static constexpr std::size_t kWidest = 120;
+
+ private:
+  [[nodiscard]] std::vector<std::size_t> widths(std::size_t widest) const;
+
+  std::vector<Column> columns_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// Shows texts one after the other in the same place of a terminal; on any other stream one below the other.
 class Screen {
  public:
   explicit Screen(std::FILE* stream);
-  /// `text`: lines, each ended by '\n'. Returns false when nobody reads any more.
+  /// `text`: lines, each ended by '\n'. False: the stream cannot be written (its reader has ended).
   bool show(std::string_view text);
 
  private:

@@ -15,11 +15,11 @@ TEST(JsonText, KeepsOrderAndReadsBackTheSame) {
   EXPECT_EQ(Json::parse(json_text(0.1 + 0.2)).get<double>(), 0.1 + 0.2);
 }
 
-TEST(JsonText, WritesNullForWhatIsNotFinite) {
+TEST(JsonText, WritesNullForNumbersThatAreNotFinite) {
   EXPECT_EQ(json_text(Json{{"x", std::nan("")}}), "{\n  \"x\": null\n}\n");
 }
 
-TEST(JsonText, SurvivesBrokenUtf8) {
+TEST(JsonText, ReplacesInvalidUtf8) {
   EXPECT_NO_THROW(static_cast<void>(json_text(Json{{"x", "\xff"}})));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs a command line of a program inside the test, as its main() would.
+/// Runs a command line of a program inside the test process.
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
 
 #include <numbers>
 
@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-TEST(ParseNumbers, TakesBlanksCommasAndSeveralWords) {
+TEST(ParseNumbers, SplitsAtBlanksCommasAndWords) {
   const std::vector<double> expected{1.0, -0.5, 2e-3};
   EXPECT_EQ(parse_numbers({"1 -0.5 2e-3"}, 3).numbers, expected);
   EXPECT_EQ(parse_numbers({"1,-0.5, 2e-3"}, 3).numbers, expected);
   EXPECT_EQ(parse_numbers({"1", "-0.5", "2e-3"}, 0).numbers, expected);
 }
 
-TEST(ParseNumbers, RefusesWhatIsNoFiniteNumber) {
+TEST(ParseNumbers, RejectsWordsThatAreNoFiniteNumber) {
   EXPECT_EQ(parse_numbers({"1 two"}, 0).error, "'two' must be a finite number");
   EXPECT_EQ(parse_numbers({"nan"}, 0).error, "'nan' must be a finite number");
   EXPECT_EQ(parse_numbers({"1 inf"}, 0).error, "'inf' must be a finite number");
@@ -24,46 +24,24 @@ TEST(ParseNumbers, RefusesWhatIsNoFiniteNumber) {
   EXPECT_EQ(parse_numbers({"0x10"}, 0).error, "'0x10' must be a finite number");
 }
 
-TEST(ParseNumbers, RefusesAnotherCount) {
+TEST(ParseNumbers, RejectsAnotherCount) {
   EXPECT_EQ(parse_numbers({"1 2"}, 3).error, "2 numbers given, must be 3");
   EXPECT_EQ(parse_numbers({" "}, 0).error, "no number given, must be at least one");
 }
 
-TEST(DurationText, ChoosesTheUnit) {
-  EXPECT_EQ(duration_text(-1.0), "never");
-  EXPECT_EQ(duration_text(0.0), "0 s");
-  EXPECT_EQ(duration_text(250e-6), "250 µs");
-  EXPECT_EQ(duration_text(0.017), "17 ms");
-  EXPECT_EQ(duration_text(0.42), "0.42 s");
-  EXPECT_EQ(duration_text(61.2), "61 s");
-  EXPECT_EQ(duration_text(125.0), "2 min 5 s");
-  EXPECT_EQ(duration_text(2 * 3600.0 + 15 * 60.0), "2 h 15 min");
-}
-
-TEST(DistanceText, ChoosesTheUnit) {
-  EXPECT_EQ(distance_text(0.018), "18 mm");
-  EXPECT_EQ(distance_text(-0.0032), "-3.2 mm");
-  EXPECT_EQ(distance_text(1.5), "1.50 m");
-}
-
-TEST(PercentText, SaysNothingOfNothing) {
-  EXPECT_EQ(percent_text(1, 3), "33.3 %");
-  EXPECT_EQ(percent_text(0, 0), "–");
-}
-
-TEST(Pose, TurnsRollFirst) {
+TEST(PoseOf, AppliesRollThenPitchThenYaw) {
   // Rz(90°)·Rx(90°) takes z to x: Rx turns z into −y, Rz turns −y into x.
   const world::Pose pose = pose_of({1, 2, 3, kPi / 2, 0, kPi / 2});
   EXPECT_NEAR((pose * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(2, 2, 3)).norm(), 0.0, 1e-12);
 }
 
-TEST(Pose, ComesBackAsGiven) {
+TEST(XyzRpyOf, InvertsPoseOf) {
   const std::vector<double> given{0.1, -0.2, 0.3, 0.4, -0.5, 2.9};
   const std::vector<double> back = xyz_rpy_of(pose_of(given));
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(back[i], given[i], 1e-12) << i;
 }
 
-TEST(Pose, PitchOfARightAngleKeepsTheRotation) {
+TEST(XyzRpyOf, KeepsTheRotationAtAPitchOfNinetyDegrees) {
   const world::Pose pose = pose_of({0, 0, 0, 0.3, kPi / 2, 0.8});
   const world::Pose again = pose_of(xyz_rpy_of(pose));
   EXPECT_TRUE(again.isApprox(pose, 1e-9));

@@ -1,15 +1,16 @@
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 
-#include "services/command_line/failure.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/duration.hpp"
 #include "services/config/text.hpp"
 
@@ -34,6 +35,11 @@ std::vector<std::string> split(const std::vector<std::string>& words) {
 
 [[noreturn]] void refuse(const std::string& name, const std::string& text, const std::string& must_be) {
   throw Failure(ExitCode::kBadInput, name + " = '" + config::printable(text) + "' must be " + must_be);
+}
+
+void require_choice(const std::string& name, const std::string& value, std::span<const std::string> choices) {
+  const std::string refusal = refuse_choice(value, choices);
+  if (!refusal.empty()) throw CLI::ValidationError(name + " = " + refusal);
 }
 
 }  // namespace
@@ -147,47 +153,36 @@ std::vector<double> xyz_rpy_of(const world::Pose& pose) {
   const Eigen::Matrix3d R = pose.linear();
   // R = Rz(yaw) · Ry(pitch) · Rx(roll): its last row is (−sin pitch, cos pitch sin roll, cos pitch cos roll).
   const double pitch = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
-  const bool upright = std::hypot(R(2, 1), R(2, 2)) > 1e-9;  // else roll and yaw turn about one axis: roll := 0
+  const bool upright = std::hypot(R(2, 1), R(2, 2)) > 1e-9;  // otherwise roll and yaw have one axis: roll := 0
   const double roll = upright ? std::atan2(R(2, 1), R(2, 2)) : 0.0;
   const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : std::atan2(-R(0, 1), R(1, 1));
   return {p.x(), p.y(), p.z(), roll, pitch, yaw};
 }
 
-std::string decimal_text(double value, int digits) {
-  std::array<char, 64> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*f", digits, value);
-  return buffer.data();
+std::string refuse_choice(const std::string& value, std::span<const std::string> choices) {
+  if (std::find(choices.begin(), choices.end(), value) != choices.end()) return {};
+  const std::vector<std::string_view> words(choices.begin(), choices.end());
+  return "'" + config::printable(value) + "' must be " + config::alternatives(words);
 }
 
-std::string duration_text(double seconds) {
-  if (!(seconds >= 0.0)) return "never";
-  if (seconds == 0.0) return "0 s";
-  if (seconds < 0.9995e-3) return decimal_text(seconds * 1e6, 0) + " µs";
-  if (seconds < 0.0995) return decimal_text(seconds * 1e3, 0) + " ms";
-  if (seconds < 9.995) return decimal_text(seconds, 2) + " s";
-  if (seconds < 119.5) return decimal_text(seconds, 0) + " s";
-  const double whole = std::round(seconds);
-  if (whole < 7200.0)
-    return decimal_text(std::floor(whole / 60.0), 0) + " min " + decimal_text(std::fmod(whole, 60.0), 0) + " s";
-  return decimal_text(std::floor(whole / 3600.0), 0) + " h " +
-         decimal_text(std::floor(std::fmod(whole, 3600.0) / 60.0), 0) + " min";
+CLI::Option* add_choice(CLI::App& app, const std::string& name, std::string& value, std::vector<std::string> choices,
+                        const std::string& description) {
+  const std::string type = CLI::detail::join(choices, "|");
+  const auto set = [name, &value, choices = std::move(choices)](const std::string& word) {
+    require_choice(name, word, choices);
+    value = word;
+  };
+  return app.add_option_function<std::string>(name, set, description)->type_name(type);
 }
 
-std::string distance_text(double metres) {
-  if (!std::isfinite(metres)) return "–";
-  const double size = std::abs(metres);
-  if (size >= 0.9995) return decimal_text(metres, 2) + " m";
-  if (size >= 0.00995) return decimal_text(metres * 1e3, 0) + " mm";
-  return decimal_text(metres * 1e3, 1) + " mm";
-}
-
-std::string bytes_text(double bytes) {
-  return decimal_text(bytes * 1e-6, 1) + " MB";
-}
-
-std::string percent_text(double part, double whole) {
-  if (!(whole > 0.0)) return "–";
-  return decimal_text(100.0 * part / whole, 1) + " %";
+CLI::Option* add_choices(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                         std::vector<std::string> choices, const std::string& description) {
+  const std::string type = CLI::detail::join(choices, "|");
+  const auto set = [name, &values, choices = std::move(choices)](const std::vector<std::string>& words) {
+    for (const std::string& word : words) require_choice(name, word, choices);
+    values = words;
+  };
+  return app.add_option_function<std::vector<std::string>>(name, set, description)->delimiter(',')->type_name(type);
 }
 
 }  // namespace hecaton::services::cli

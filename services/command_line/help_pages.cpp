@@ -1,4 +1,4 @@
-#include "services/command_line/command_line_shape.hpp"
+#include "services/command_line/program.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -46,8 +46,8 @@ std::string flags_of(const CLI::App& app) {
   return words;
 }
 
-/// Rows of a case statement: what may follow each option of the command `path` that takes a value. Choices are told by
-/// a type "a|b|c". Options of hecaton itself may stand behind every command.
+/// Rows of a case statement: completions of the value of each option of the command `path`. A type "a|b|c" lists
+/// choices. Options of the program itself may follow any command.
 void write_values(const CLI::App& app, const std::string& path, std::string& out) {
   const bool of_all = app.get_parent() == nullptr;
   const auto pattern_of = [&](const std::string& name) {
@@ -71,7 +71,7 @@ void write_values(const CLI::App& app, const std::string& path, std::string& out
   for (const CLI::App* command : subcommands_of(app)) write_values(*command, path + " " + command->get_name(), out);
 }
 
-/// What comes after the words of `path` ("hecaton obstacle"), as a row of a case statement.
+/// A row of a case statement: completions after the words of `path` ("hecaton obstacle").
 void write_rows(const CLI::App& app, const std::string& path, const std::string& inherited, std::string& out) {
   std::string words = flags_of(app);
   add_word(words, inherited);
@@ -108,7 +108,7 @@ void collect_paths(const CLI::App& app, const std::string& path, const std::vect
   }
 }
 
-/// A case statement that does `action` behind the commands that have one of these positionals.
+/// A case statement that runs `action` after commands that have one of these positionals.
 std::string case_of_paths(const CLI::App& app, const std::vector<std::string>& positionals, const std::string& action) {
   std::string patterns;
   collect_paths(app, app.get_name(), positionals, patterns);
@@ -126,7 +126,7 @@ std::string bash_completion(const CLI::App& app) {
   write_rows(app, program, "", rows);
   std::string values;
   write_values(app, program, values);
-  // Arms come from the running cell: only where an arm is meant, and without waiting for a cell that is not there.
+  // Asks the running cell for its arms, only after commands with a positional ARM, and for at most 300 ms.
   const std::string arms =
       case_of_paths(app, {"ARM"},
                     "[[ $current == -* ]] || words+=\" $(" + program +
@@ -156,7 +156,7 @@ std::string bash_completion(const CLI::App& app) {
 
 namespace {
 
-/// Text for troff: no line may begin with a control character, hyphens are to stay hyphens.
+/// Text for troff: control characters at the beginning of a line, backslashes and hyphens are escaped.
 std::string escaped(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
