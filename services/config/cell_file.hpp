@@ -1,5 +1,5 @@
 #pragma once
-/// A cell file (YAML): the cell itself, and where on the network its services run. docs/cell-file.md lists every key.
+/// A cell file (YAML): the cell itself, and where on the network its services run. docs/reference/cell-file.md lists every key.
 
 #include <chrono>
 #include <filesystem>
@@ -62,7 +62,7 @@ struct Supervision {
   /// Liveliness lease: nothing for this long: host or link is lost; > heartbeat_deadline.
   std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
   /// Liveliness lease between an active service and its standby; > heartbeat_period.
-  std::chrono::nanoseconds takeover_lease = std::chrono::milliseconds(20);
+  std::chrono::nanoseconds failover_timeout = std::chrono::milliseconds(20);
   /// A process whose loop is silent for this long (before it begins: six times that) is killed and restarted; 0: never.
   std::chrono::nanoseconds watchdog = std::chrono::seconds(10);
   /// Kinds of faults, as in messages: what such a fault holds stays held until people resume it. Others' end by itself.

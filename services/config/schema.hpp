@@ -1,6 +1,6 @@
 #pragma once
 /// Every key that a cell file may have, section by section. Readers can only ask for keys that are listed here, and
-/// docs/cell-file.md documents each of them.
+/// docs/reference/cell-file.md documents each of them.
 
 #include <deque>
 #include <span>

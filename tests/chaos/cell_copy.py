@@ -19,8 +19,8 @@ FIRST = 11  # of the hosts' addresses in it
 # Late enough for a machine that is shared: those of deploy/cells/three_hosts.yaml.
 SHARED_LIMITS = {"heartbeat_deadline": "250ms", "host_lease": "1s"}
 SHARED_FAILOVER_TIMEOUT = "150ms"  # roles are not exchanged because such a machine stalls
-WATCHDOG = 10.0  # [s] by default (docs/cell-file.md)
-MOST_HOSTS = 64  # of a cell (docs/cell-file.md), like the next one
+WATCHDOG = 10.0  # [s] by default (docs/reference/cell-file.md)
+MOST_HOSTS = 64  # of a cell (docs/reference/cell-file.md), like the next one
 LONGEST_NAME = 64
 PATHS = ("urdf", "srdf")
 

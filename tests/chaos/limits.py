@@ -12,7 +12,7 @@ class Limits:
 
     @staticmethod
     def of(document):
-        """What a cell file says, or leaves to its defaults (docs/cell-file.md)."""
+        """What a cell file says, or leaves to its defaults (docs/reference/cell-file.md)."""
         supervision = document.get("supervision", {})
         return Limits(parse_duration(supervision.get("heartbeat_deadline", "20ms")),
                       parse_duration(supervision.get("host_lease", "100ms")))

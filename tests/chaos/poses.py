@@ -18,7 +18,7 @@ def apart(arms, one, other):
 
 
 def two_poses(arms, route=()):
-    """The first two of the route, which all arms can have at once (docs/cell-file.md), otherwise of all that they have in
+    """The first two of the route, which all arms can have at once (docs/reference/cell-file.md), otherwise of all that they have in
     common; None: there are no two that are apart."""
     names = list(route) or common_poses(arms)
     return next(((names[0], other) for other in names[1:] if apart(arms, names[0], other)), None)

@@ -1,4 +1,4 @@
-"""Follows docs/guide/three-machines.md to the letter, with three containers as its machines.
+"""Follows docs/tutorials/three-machines.md to the letter, with three containers as its machines.
 
 usage: follow_guide.py --guide FILE --unit FILE --image NAME
 

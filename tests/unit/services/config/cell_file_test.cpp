@@ -59,7 +59,7 @@ TEST(CellFileTest, ThreeMachinesHasAStandbyForEachPlannerAndTheSupervisor) {
 
 // Whoever follows the guide copies that file: its table and its excerpts say the same.
 TEST(CellFileTest, TheGuideSaysWhatItsCellFileDoes) {
-  std::ifstream guide(std::string(HECATON_SOURCE_DIR) + "/docs/guide/three-machines.md");
+  std::ifstream guide(std::string(HECATON_SOURCE_DIR) + "/docs/tutorials/three-machines.md");
   const std::string text{std::istreambuf_iterator<char>(guide), {}};
   EXPECT_NE(text.find("cells/three_machines.yaml /etc/hecaton/cell.yaml"), std::string::npos);
   for (const Host& host : load_cell_file(kCells + "three_machines.yaml").hosts) {

@@ -1,4 +1,4 @@
-// docs/cell-file.md documents exactly the keys that the reader knows. (The reader cannot ask for a key that the schema
+// docs/reference/cell-file.md documents exactly the keys that the reader knows. (The reader cannot ask for a key that the schema
 // does not list: MapView throws.)
 
 #include "services/config/schema.hpp"
@@ -20,7 +20,7 @@ using Sections = std::map<std::string, std::set<std::string>>;
 // "## `network`" opens a section, "| `domain` | …" documents a key of it.
 Sections documented() {
   Sections sections;
-  std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/cell-file.md");
+  std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/reference/cell-file.md");
   std::set<std::string>* keys = nullptr;
   const auto between_ticks = [](const std::string& line, std::size_t from) {
     return line.substr(from, line.find('`', from) - from);
@@ -54,7 +54,7 @@ TEST(SchemaTest, ReferenceListsEveryKeyAndNoOther) {
 }
 
 TEST(SchemaTest, ReferenceNamesEveryMotionMethod) {
-  std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/cell-file.md");
+  std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/reference/cell-file.md");
   std::string row;
   // The row of `defaults` refers to the row of `arms[]`, which names them.
   const auto names_them = [&] { return row.starts_with("| `method` |") && !row.starts_with("| `method` | as in"); };
