@@ -10,7 +10,7 @@
 namespace hecaton::world {
 namespace {
 
-struct Maker {
+struct ShapeMaker {
   using Made = std::unique_ptr<btConvexShape>;
 
   Made operator()(const Box& box) const {
@@ -18,7 +18,7 @@ struct Maker {
   }
   Made operator()(const Sphere& sphere) const { return std::make_unique<btSphereShape>(sphere.radius); }
   Made operator()(const Capsule& capsule) const {
-    // Bullet's height is the whole segment's length, without the caps; its plain btCapsuleShape lies along y.
+    // Bullet's height is the length of the segment, without the caps. The plain btCapsuleShape lies along y.
     return std::make_unique<btCapsuleShapeZ>(capsule.radius, 2.0 * capsule.half_length);
   }
   Made operator()(const Cylinder& cylinder) const {
@@ -38,7 +38,7 @@ struct Maker {
   }
 };
 
-struct Answer final : btDiscreteCollisionDetectorInterface::Result {
+struct GjkResult final : btDiscreteCollisionDetectorInterface::Result {
   bool found = false;
   double distance = 0.0;
   btVector3 n_W{0.0, 0.0, 1.0};  ///< unit, from b towards a
@@ -52,16 +52,16 @@ struct Answer final : btDiscreteCollisionDetectorInterface::Result {
   }
 };
 
-Answer ask_bullet(const btConvexShape& a, const btTransform& X_WA, const btConvexShape& b, const btTransform& X_WB) {
+GjkResult run_gjk(const btConvexShape& a, const btTransform& X_WA, const btConvexShape& b, const btTransform& X_WB) {
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver penetration;
   btGjkPairDetector detector(&a, &b, &simplex, &penetration);
   btGjkPairDetector::ClosestPointInput input;
   input.m_transformA = X_WA;
   input.m_transformB = X_WB;
-  Answer answer;
-  detector.getClosestPoints(input, answer, nullptr);
-  return answer;
+  GjkResult result;
+  detector.getClosestPoints(input, result, nullptr);
+  return result;
 }
 
 /// A displacement of a few µm and µrad, different for each attempt.
@@ -76,7 +76,7 @@ btTransform nudged(const btTransform& X, int attempt) {
 }
 
 constexpr int kAttempts = 6;
-constexpr double kProven = 1e-4;  // [m]
+constexpr double kVerified = 1e-4;  // [m]
 
 }  // namespace
 
@@ -96,7 +96,7 @@ Pose from_bullet(const btTransform& transform) {
 }
 
 std::unique_ptr<btConvexShape> make_bullet_shape(const Shape& shape) {
-  return std::visit(Maker{}, shape);
+  return std::visit(ShapeMaker{}, shape);
 }
 
 double gap_along(const btVector3& n_W, const btConvexShape& a, const btTransform& X_WA, const btConvexShape& b,
@@ -108,21 +108,21 @@ double gap_along(const btVector3& n_W, const btConvexShape& a, const btTransform
 
 SignedDistance signed_distance(const btConvexShape& a, const btTransform& X_WA, const btConvexShape& b,
                                const btTransform& X_WB) {
-  const Answer first = ask_bullet(a, X_WA, b, X_WB);
+  const GjkResult first = run_gjk(a, X_WA, b, X_WB);
   SignedDistance best{-BT_LARGE_FLOAT, first.n_W};
   if (first.found) best.distance = gap_along(first.n_W, a, X_WA, b, X_WB);
-  if (first.found && first.distance - best.distance <= kProven) return {first.distance, first.n_W};
+  if (first.found && first.distance - best.distance <= kVerified) return {first.distance, first.n_W};
 
-  // About one in 200 overlapping pairs that lie exactly along each other misleads Bullet's EPA, by centimetres; a
-  // nudge breaks the symmetry. What stays unproven is answered with the largest gap that some direction shows.
+  // For about one in 200 overlapping pairs that are exactly aligned, Bullet's EPA is wrong by centimetres. A small
+  // displacement breaks the symmetry. Without a verified result the largest gap found is the answer.
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const Answer answer = ask_bullet(a, X_WA, b, nudged(X_WB, attempt));
-    if (!answer.found) continue;
-    const double gap = gap_along(answer.n_W, a, X_WA, b, X_WB);
-    if (gap > best.distance) best = {gap, answer.n_W};
-    if (answer.distance - gap <= kProven) break;
+    const GjkResult result = run_gjk(a, X_WA, b, nudged(X_WB, attempt));
+    if (!result.found) continue;
+    const double gap = gap_along(result.n_W, a, X_WA, b, X_WB);
+    if (gap > best.distance) best = {gap, result.n_W};
+    if (result.distance - gap <= kVerified) break;
   }
-  // Without any answer the two are so close to touching that neither algorithm could tell on which side: contact.
+  // No result at all: the shapes are so close to touching that both algorithms fail. That counts as contact.
   if (best.distance == -BT_LARGE_FLOAT) best.distance = 0.0;
   return best;
 }

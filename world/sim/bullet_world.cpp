@@ -6,8 +6,7 @@
 
 #include "world/model/obstacle_motion.hpp"
 #include "world/model/scene_checks.hpp"
-#include "world/sim/arm_track.hpp"
-#include "world/sim/pushing.hpp"
+#include "world/sim/obstacle_dynamics.hpp"
 
 namespace hecaton::world {
 namespace {
@@ -20,7 +19,7 @@ EditResult not_now(const std::string& subject, std::string reason) {
   return {EditRefusal::kNotNow, subject, std::move(reason)};
 }
 
-/// Throws unless the arms can be simulated; returns them.
+/// Returns the arms. Throws std::invalid_argument when they cannot be simulated.
 std::vector<ArmBodies> checked(std::vector<ArmBodies> arms) {
   for (auto arm = arms.begin(); arm != arms.end(); ++arm) {
     if (std::any_of(arms.begin(), arm, [&](const ArmBodies& other) { return other.name == arm->name; })) {
@@ -28,8 +27,7 @@ std::vector<ArmBodies> checked(std::vector<ArmBodies> arms) {
     }
     for (const auto& part : arm->parts) {
       std::string reason = why_invalid(part.shape.shape);
-      if (reason.empty() && !is_rigid(part.shape.X_BS))
-        reason = "the pose of one of its shapes is no finite, rigid pose";
+      if (reason.empty() && !is_rigid(part.shape.X_BS)) reason = "the pose of a shape must be finite and rigid";
       if (!reason.empty()) throw std::invalid_argument(arm->name + "/" + part.link_name + ": " + reason);
     }
   }
@@ -46,7 +44,7 @@ struct BulletWorld::Impl {
   std::vector<ArmTrack> tracks;           ///< of the arms
   std::vector<MotionState> states;        ///< of the obstacles
   std::vector<const ArmTrack*> carriers;  ///< of the obstacles
-  Pushing pushing;
+  ObstacleDynamics dynamics;
   ContactMonitor contact_monitor;
   double time = 0.0;
   std::uint64_t edition = 0;
@@ -64,7 +62,7 @@ struct BulletWorld::Impl {
 
   [[nodiscard]] std::string why_not(const Obstacle& obstacle) const;
   void append(const Obstacle& obstacle);
-  void change_hands(int obstacle);
+  void change_carrier(int obstacle);
   [[nodiscard]] MotionState prescribed(int obstacle) const;
   [[nodiscard]] ObstacleSnapshot snapshot() const;
   void step(double dt);
@@ -98,19 +96,19 @@ void BulletWorld::Impl::append(const Obstacle& obstacle) {
   scene.obstacles.push_back(obstacle);
   carriers.push_back(obstacle.attachment ? &tracks[arm_index(obstacle.attachment->arm)] : nullptr);
   states.push_back(prescribed(static_cast<int>(states.size())));
-  pushing.append();
+  dynamics.append();
 }
 
-/// After an arm has taken the obstacle or let go of it.
-void BulletWorld::Impl::change_hands(int obstacle) {
+/// Must follow each attaching and detaching.
+void BulletWorld::Impl::change_carrier(int obstacle) {
   const Obstacle& changed = scene.obstacles[obstacle];
   carriers[obstacle] = changed.attachment ? &tracks[arm_index(changed.attachment->arm)] : nullptr;
-  pushing.renew(obstacle);
+  dynamics.renew(obstacle);
   contact_monitor.set_obstacles(scene.obstacles, changed.name);
   ++edition;
 }
 
-/// Where an obstacle is now that is not left to physics; for one that is, where it begins.
+/// State of an obstacle that is not free; of a free one, its initial state.
 MotionState BulletWorld::Impl::prescribed(int obstacle) const {
   const Obstacle& one = scene.obstacles[obstacle];
   if (!one.attachment) return motion_at(one, time);
@@ -123,7 +121,7 @@ ObstacleSnapshot BulletWorld::Impl::snapshot() const {
   ObstacleSnapshot result{edition, sequence, time, {}};
   result.states.reserve(states.size());
   for (int i = 0; i < static_cast<int>(states.size()); ++i) {
-    // What is carried moves with every measurement, also between steps.
+    // A carried obstacle moves with every measurement, also between steps.
     const MotionState state = carriers[i] ? prescribed(i) : states[i];
     result.states.push_back({state.X_WO, state.velocity, 0.0});
   }
@@ -131,7 +129,7 @@ ObstacleSnapshot BulletWorld::Impl::snapshot() const {
 }
 
 void BulletWorld::Impl::step(double dt) {
-  pushing.advance({scene, arms, tracks, carriers, time}, states, dt);
+  dynamics.advance({scene, arms, tracks, carriers, time}, states, dt);
   time += dt;
   ++sequence;
   for (ArmTrack& track : tracks) track.end_step(dt);
@@ -190,10 +188,10 @@ std::vector<Obstacle> BulletWorld::obstacles_now() const {
   return now;
 }
 
-void BulletWorld::restore(double seconds, std::uint64_t edition, const ContactCheckpoint& account) {
+void BulletWorld::restore(double seconds, std::uint64_t edition, const ContactCheckpoint& contacts) {
   set_time(seconds);
   impl_->edition = edition;
-  impl_->contact_monitor.restore(account);
+  impl_->contact_monitor.restore(contacts);
 }
 
 const std::vector<Obstacle>& BulletWorld::obstacles() const {
@@ -223,7 +221,7 @@ EditResult BulletWorld::move(const std::string& name, const Pose& X_WO) {
   }
   if (!is_rigid(X_WO)) {
     return {EditRefusal::kInvalidValue, name,
-            "obstacle '" + name + "' cannot be moved to what is no finite, rigid pose"};
+            "obstacle '" + name + "' cannot be moved: the pose must be finite and rigid"};
   }
   obstacle.X_WO = X_WO;
   if (auto* dynamic = std::get_if<DynamicMotion>(&obstacle.motion)) {
@@ -232,7 +230,7 @@ EditResult BulletWorld::move(const std::string& name, const Pose& X_WO) {
     obstacle.motion = StaticMotion{};
   }
   impl_->states[index] = {X_WO, {}};
-  impl_->pushing.renew(index);
+  impl_->dynamics.renew(index);
   return {};
 }
 
@@ -242,7 +240,7 @@ EditResult BulletWorld::remove(const std::string& name) {
   impl_->scene.obstacles.erase(impl_->scene.obstacles.begin() + index);
   impl_->states.erase(impl_->states.begin() + index);
   impl_->carriers.erase(impl_->carriers.begin() + index);
-  impl_->pushing.erase(index);
+  impl_->dynamics.erase(index);
   impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
   return {};
@@ -258,12 +256,12 @@ EditResult BulletWorld::attach(const std::string& name, const std::string& arm) 
     return not_now(name, "obstacle '" + name + "' is already attached to '" + obstacle.attachment->arm + "'");
   }
   const ArmTrack& track = impl_->tracks[carrier];
-  if (!track.known()) return not_now(arm, "where arm '" + arm + "' is was never measured");
+  if (!track.known()) return not_now(arm, "arm '" + arm + "' has not reported its position yet");
 
   obstacle.X_WO = impl_->states[index].X_WO;
   obstacle.attachment = Attachment{arm, track.X_WT().inverse() * obstacle.X_WO};
   if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
-  impl_->change_hands(index);
+  impl_->change_carrier(index);
   impl_->states[index] = impl_->prescribed(index);
   return {};
 }
@@ -274,15 +272,15 @@ EditResult BulletWorld::detach(const std::string& name) {
   Obstacle& obstacle = impl_->scene.obstacles[index];
   if (!obstacle.attachment) return not_now(name, "obstacle '" + name + "' is not attached to any arm");
   if (!impl_->carriers[index]->known()) {
-    return not_now(name,
-                   "where arm '" + obstacle.attachment->arm + "', which carries '" + name + "', is was never measured");
+    return not_now(name, "arm '" + obstacle.attachment->arm + "', which carries '" + name +
+                             "', has not reported its position yet");
   }
   MotionState state = impl_->prescribed(index);
   obstacle.attachment.reset();
   obstacle.X_WO = state.X_WO;
   if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
   if (!is_free(obstacle)) state.velocity = {};
-  impl_->change_hands(index);
+  impl_->change_carrier(index);
   impl_->states[index] = state;
   return {};
 }

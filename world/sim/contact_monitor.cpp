@@ -10,12 +10,12 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxEvents = 100;
-/// By how much a computed distance may be wrong, for the bounds that are kept from it [m].
+/// Error of a computed distance, for the bounds derived from it [m].
 constexpr double kDistanceError = 2e-4;
-/// How much deeper a pair excused from judgement may come before it is judged again [m].
-constexpr double kExcusedDepth = 1e-3;
+/// A tolerated pair becomes a contact when it overlaps this much deeper [m].
+constexpr double kToleratedDepth = 1e-3;
 
-/// A separation with names as indices: no strings are made while judging.
+/// A separation with indices for names: an update makes no strings.
 struct Found {
   double distance = kInfinity;
   ContactKind kind = ContactKind::kArmArm;
@@ -26,7 +26,7 @@ struct Found {
 
 struct Tally {
   std::uint64_t contacts = 0;
-  bool has_smallest = false;
+  bool checked = false;  ///< a pair of this kind was checked
   Found smallest;
 };
 
@@ -70,21 +70,20 @@ struct ContactMonitor::Impl {
     return distance;
   }
 
-  /// Whether the pair stays out of the account at this distance.
-  static bool excused(PairState& state, double distance) {
-    if (state.fresh) {
-      state.fresh = false;
-      state.excused = distance <= kPartedDistance;
-      state.excused_at = distance;
+  static bool tolerated(PairState& state, double distance) {
+    if (state.handled) {
+      state.handled = false;
+      state.tolerated = distance <= kPartedDistance;
+      state.tolerated_distance = distance;
     }
-    if (state.excused && (distance > kPartedDistance || distance < state.excused_at - kExcusedDepth)) {
-      state.excused = false;
+    if (state.tolerated && (distance > kPartedDistance || distance < state.tolerated_distance - kToleratedDepth)) {
+      state.tolerated = false;
     }
-    return state.excused;
+    return state.tolerated;
   }
 
-  void account(MonitoredPair& pair, double distance) {
-    if (excused(pair.state, distance)) return;
+  void record(MonitoredPair& pair, double distance) {
+    if (tolerated(pair.state, distance)) return;
     Tally& kind = tally(pair);
     if (distance < kind.smallest.distance) kind.smallest = found(pair, distance);
     if (!pair.state.touching && distance <= 0.0) {
@@ -98,40 +97,39 @@ struct ContactMonitor::Impl {
     }
   }
 
-  /// The quick bounds did not spare this pair.
-  void inspect(MonitoredPair& pair, double travel) {
+  /// Tightens the bounds, then computes the distance if they do not suffice.
+  void refine(MonitoredPair& pair, double travel) {
     if (!bodies.placed(pair)) return;
     Tally& kind = tally(pair);
-    kind.has_smallest = true;
-    if (!pair.state.fresh && !pair.state.excused) {
-      double lower = std::max(pair.lower_ref - travel, bodies.ball_distance(pair));
-      const auto spared = [&] {
-        // What touches cannot have parted, what does not cannot touch, and nothing smaller can have come of it.
+    kind.checked = true;
+    if (!pair.state.handled && !pair.state.tolerated) {
+      double lower = std::max(pair.lower_ref - travel, bodies.sphere_distance(pair));
+      const auto unchanged = [&] {
+        // The pair can neither have begun nor ended a contact, and its distance is no new minimum.
         const bool same = pair.state.touching ? pair.upper_ref + travel <= kPartedDistance : lower > 0.0;
         return same && lower >= kind.smallest.distance;
       };
-      if (!spared()) lower = std::max(lower, bodies.gap_as_before(pair));
+      if (!unchanged()) lower = std::max(lower, bodies.gap_along_last_normal(pair));
       pair.lower_ref = lower + travel;
-      if (spared()) return;
+      if (unchanged()) return;
     }
-    account(pair, compute(pair));
+    record(pair, compute(pair));
   }
 
-  /// The quick bounds spare most pairs.
-  void look_at(MonitoredPair& pair) {
+  void check(MonitoredPair& pair) {
     const double travel = bodies.travel(pair);
     const double lower = pair.lower_ref - travel;
     if (!pair.state.watched() && lower > 0.0 && lower >= tally(pair).smallest.distance) return;
-    inspect(pair, travel);
+    refine(pair, travel);
   }
 
   void update() {
     std::array<double, kContactKinds> smallest;
     for (std::size_t kind = 0; kind < kContactKinds; ++kind) smallest[kind] = tallies[kind].smallest.distance;
-    for (const PairRun& run : bodies.open(smallest)) {
-      for (int i = run.first; i < run.end; ++i) look_at(bodies.pairs()[i]);
+    for (const PairRun& run : bodies.candidates(smallest)) {
+      for (int i = run.first; i < run.end; ++i) check(bodies.pairs()[i]);
     }
-    bodies.close();
+    bodies.update_blocks();
   }
 };
 
@@ -158,8 +156,8 @@ ContactReport ContactMonitor::report() const {
     KindReport& kind = report.kinds[i];
     kind.contacts = tally.contacts;
     report.contacts += tally.contacts;
-    // All that was compared may have been excused.
-    kind.has_smallest = tally.has_smallest && tally.smallest.distance < kInfinity;
+    // All pairs that were checked may have been tolerated.
+    kind.has_smallest = tally.checked && tally.smallest.distance < kInfinity;
     if (!kind.has_smallest) continue;
     kind.smallest = impl_->named(tally.smallest);
     if (!report.has_smallest || kind.smallest.distance < report.smallest.distance) report.smallest = kind.smallest;
@@ -171,12 +169,11 @@ ContactReport ContactMonitor::report() const {
 
 ContactCheckpoint ContactMonitor::checkpoint() const {
   ContactCheckpoint checkpoint{report(), {}};
+  const auto& names = impl_->bodies.names();
   for (const MonitoredPair& pair : impl_->bodies.pairs()) {
-    const PairState& state = pair.state;
-    if (!state.watched()) continue;
-    const auto& names = impl_->bodies.names();
-    checkpoint.lasting.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
-                              pair.identity.second, state.touching, state.fresh, state.excused, state.excused_at});
+    if (!pair.state.watched()) continue;
+    checkpoint.pairs.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
+                                pair.identity.second, pair.state});
   }
   return checkpoint;
 }
@@ -193,12 +190,11 @@ void ContactMonitor::restore(const ContactCheckpoint& checkpoint) {
     const std::string& a = names[impl_->bodies.part(pair.a).name];
     const std::string& b = names[impl_->bodies.part(pair.b).name];
     pair.state = {};
-    for (const LastingPair& lasting : checkpoint.lasting) {
-      if (lasting.which != pair.identity.second || lasting.a != a || lasting.b != b) continue;
-      pair.state = {lasting.touching, lasting.fresh, lasting.excused, lasting.excused_at};
+    for (const PairCheckpoint& known : checkpoint.pairs) {
+      if (known.occurrence == pair.identity.second && known.a == a && known.b == b) pair.state = known.state;
     }
   }
-  impl_->bodies.forget_blocks();
+  impl_->bodies.reset_blocks();
   impl_->count_touching();
 }
 
@@ -216,7 +212,7 @@ std::optional<Separation> ContactMonitor::nearest(int arm, bool with_self) const
     if (impl.bodies.part(pair.a).arm != arm && impl.bodies.part(pair.b).arm != arm) continue;
     if ((pair.kind == ContactKind::kArmSelf && !with_self) || !impl.bodies.placed(pair)) continue;
     if (pair.lower_ref - impl.bodies.travel(pair) >= nearest.distance) continue;
-    if (impl.bodies.ball_distance(pair) >= nearest.distance) continue;
+    if (impl.bodies.sphere_distance(pair) >= nearest.distance) continue;
     const double distance = impl.compute(pair);
     if (distance < nearest.distance) nearest = impl.found(pair, distance);
   }

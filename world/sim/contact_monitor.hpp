@@ -1,6 +1,6 @@
 #pragma once
-/// The independent judge of a run: contacts and smallest separations between arms, obstacles and each arm's own links,
-/// from measured poses and Bullet's own geometry; it shares no code with the planner's distances.
+/// Contacts and smallest separations of a cell, from measured poses and Bullet's geometry. The contact monitor shares
+/// no code with the planner's distances, so that a report does not depend on what the planner believes.
 
 #include <array>
 #include <cstdint>
@@ -8,102 +8,121 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "world/model/scene.hpp"
-#include "world/model/separation.hpp"
 #include "world/model/snapshot.hpp"
-#include "world/sim/arm_bodies.hpp"
 
 namespace hecaton::world {
 
 inline constexpr int kContactKinds = 3;
 
-/// A contact begins at a distance ≤ 0 and lasts until the two are further apart than this [m].
+/// A contact begins at a distance ≤ 0 and ends when the distance exceeds this [m].
 inline constexpr double kPartedDistance = 1e-3;
 
-/// The account of one kind of pairs.
-struct KindReport {
-  std::uint64_t contacts = 0;
-  bool has_smallest = false;  ///< false until two bodies of this kind were ever compared; then `smallest` means nothing
-  Separation smallest;
+/// An arm as the world needs it: shapes fixed to links. The link poses are measured.
+struct ArmBodies {
+  struct Part {
+    int link = 0;  ///< index into the measured link poses
+    std::string link_name;
+    PlacedShape shape;  ///< in the link's frame
+    bool moves = true;  ///< false: fixed to the base
+  };
+  std::string name;
+  std::vector<Part> parts;
+  std::vector<std::pair<int, int>> self_pairs;  ///< indices of parts that are checked against each other
+  std::vector<int> grasp_links;                 ///< links that an attached obstacle may touch
 };
 
-/// What a report quotes. A contact is counted once from touching until the pair has parted again; a pair is a link (or
-/// carried obstacle) against another link or obstacle, however many shapes each consists of.
-struct ContactReport {
-  std::uint64_t contacts = 0;
-  bool has_smallest = false;  ///< false until two bodies were ever compared; then `smallest` means nothing
-  Separation smallest;  ///< over all kinds
-  std::array<KindReport, kContactKinds> kinds;  ///< index = ContactKind
-  std::vector<Separation> events;               ///< the first 100 contacts, as they began
-};
-
-/// Two bodies that are not simply apart.
-struct LastingPair {
-  std::string a;  ///< as in Separation
-  std::string b;
-  int which = 0;            ///< of the pairs with these two names
-  bool touching = false;    ///< counted, and not parted since
-  bool fresh = false;       ///< arose by attaching or detaching and was not yet compared
-  bool excused = false;     ///< touched at that moment and has not parted since
-  double excused_at = 0.0;  ///< distance then [m]
-};
-
-/// All that a contact monitor must know to go on with the account of another.
-struct ContactCheckpoint {
-  ContactReport report;
-  std::vector<LastingPair> lasting;
-};
-
-/// Where an arm is. Until it is `known`, nothing of it and nothing it carries is judged.
+/// Where an arm is. The monitor skips an arm that is not `known`, and what it carries.
 struct MeasuredArm {
   bool known = false;
   std::span<const Pose> X_WL;  ///< index = link
 };
 
-/// Which pairs it judges:
-/// - arm–arm: parts of different arms, with what they carry, unless neither of the two can move;
-/// - arm–obstacle: parts that move, with what they carry, against every free obstacle, also one that can be pushed;
-/// - arm–self: the arm's self pairs, and what it carries against its own links other than the grasp links.
-/// Obstacles are never judged against each other.
+/// Contacts of one kind.
+struct KindReport {
+  std::uint64_t contacts = 0;
+  bool has_smallest = false;  ///< false until the first pair of this kind is checked
+  Separation smallest;        ///< valid if has_smallest
+};
+
+/// Totals since the start. A contact counts once, from touching until the pair has parted. A pair is a link or a
+/// carried obstacle against another link or obstacle, however many shapes each has.
+struct ContactReport {
+  std::uint64_t contacts = 0;
+  bool has_smallest = false;                    ///< false until the first pair is checked
+  Separation smallest;                          ///< over all kinds; valid if has_smallest
+  std::array<KindReport, kContactKinds> kinds;  ///< index = ContactKind
+  std::vector<Separation> events;               ///< the first 100 contacts, as they began
+};
+
+/// State of a pair that is touching or was just handled.
+struct PairState {
+  bool touching = false;            ///< counted, and not parted since
+  bool handled = false;             ///< just attached or detached, and not checked since
+  bool tolerated = false;           ///< touched when it was handled, and not parted since
+  double tolerated_distance = 0.0;  ///< distance when it was handled [m]
+
+  /// True: the pair must be checked in every update, whatever its bounds say.
+  [[nodiscard]] bool watched() const { return touching || handled || tolerated; }
+};
+
+struct PairCheckpoint {
+  std::string a;  ///< as in Separation
+  std::string b;
+  int occurrence = 0;  ///< among the pairs with these two names
+  PairState state;
+};
+
+/// What another contact monitor needs in order to continue the totals of this one.
+struct ContactCheckpoint {
+  ContactReport report;
+  std::vector<PairCheckpoint> pairs;  ///< all watched pairs
+};
+
+/// Checks these pairs in every update:
+/// - arm–arm: parts of different arms and what they carry, unless both are fixed to their bases;
+/// - arm–obstacle: parts of arms and what they carry against free obstacles, unless neither moves;
+/// - arm–self: an arm's self pairs, and what it carries against its links other than the grasp links.
+/// Obstacles are not checked against each other.
 ///
-/// Costs next to nothing where nothing is near: each pair remembers a lower bound of its distance and how far its two
-/// bodies have moved since; only when that bound falls below the smallest separation of its kind so far, or below
-/// contact, is the distance computed again. All pairs between two arms, or an arm and an obstacle, are skipped at once
-/// while none of them can be concerned (pair_blocks.hpp). Motion between two calls is not swept: judge often.
+/// Each pair keeps a lower bound of its distance. The monitor computes the distance again only when the bound, less the
+/// motion since, falls below the smallest separation of that kind or below contact. Motion between two updates is not
+/// swept: a short contact between them is missed. Not thread-safe.
 class ContactMonitor {
  public:
-  /// Indices of arms as given here. Shapes must have passed why_invalid(); throws std::invalid_argument when a self
-  /// pair names a part that does not exist.
+  /// The order of `arms` defines their indices. Shapes must have passed why_invalid(). Throws std::invalid_argument
+  /// when a part has no link or a self pair names a part that does not exist.
   explicit ContactMonitor(std::vector<ArmBodies> arms);
   ~ContactMonitor();
   ContactMonitor(ContactMonitor&&) noexcept;
   ContactMonitor& operator=(ContactMonitor&&) noexcept;
 
-  /// Replaces the obstacles; the account and contacts that last are kept, matched by name. An obstacle attached to an
-  /// unknown arm is never judged.
+  /// Replaces the obstacles. Totals and lasting contacts stay; pairs are matched by name. The monitor skips an obstacle
+  /// that is attached to an unknown arm.
   ///
-  /// `handled` names the obstacle that was just attached or detached, if any. What it touches at that moment (the table
-  /// it lay on, the fingers that let it go) is excused: judged only once the two have parted, or have come 1 mm deeper.
+  /// `handled` names the obstacle that was just attached or detached; empty: none. What that obstacle touches now (the
+  /// table it lies on, the open fingers) is tolerated until the two have parted, or until they overlap 1 mm deeper.
   void set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled = {});
 
-  /// Takes the poses at `time` [s] into account: one entry per arm, one per obstacle, also for those attached. All
-  /// poses must be finite. Throws std::invalid_argument when an entry, or a link of a known arm, is missing.
+  /// Checks the poses at `time` [s]: one entry per arm and one per obstacle, attached ones included. Poses must be
+  /// finite. Throws std::invalid_argument when an entry, or a link of a known arm, is missing.
   void update(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time);
 
   [[nodiscard]] ContactReport report() const;
   [[nodiscard]] ContactCheckpoint checkpoint() const;
-  /// Goes on with that account instead of its own. Pairs are matched by name; those that do not exist are forgotten.
+  /// Replaces the totals by those of `checkpoint`. Pairs are matched by name; unknown pairs are dropped.
   void restore(const ContactCheckpoint& checkpoint);
-  /// Begins a new account. A contact that lasts counts again.
+  /// Clears the totals. A contact that lasts is counted again.
   void reset();
 
-  /// The smallest separation of that arm at the last update(), whatever was smaller before. Empty while the arm is
-  /// unknown or has nothing to be compared with. `with_self` includes the arm's own pairs, which seldom change.
+  /// The smallest separation of one arm at the last update. Empty when the arm is unknown or has no pair. `with_self`
+  /// includes the arm's own pairs.
   [[nodiscard]] std::optional<Separation> nearest(int arm, bool with_self = false) const;
 
-  /// Distances computed exactly so far: what the bounds did not spare.
+  /// Number of distances computed by Bullet so far.
   [[nodiscard]] std::uint64_t exact_checks() const;
 
  private:

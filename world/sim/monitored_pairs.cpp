@@ -9,14 +9,75 @@
 namespace hecaton::world {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+/// Subtracted from a block's bound: sums of many motions are rounded [m].
+constexpr double kRounding = 1e-9;
 
-/// No point of a unit ball around the origin moves further when it turns from R0 to R1: 2 sin(θ/2) = ‖R1 − R0‖_F / √2.
+/// No point of a unit ball around the origin moves farther when it turns from R0 to R1: 2 sin(θ/2) = ‖R1 − R0‖_F / √2.
 double turn_between(const Pose& X0, const Pose& X1) {
   return (X1.linear() - X0.linear()).norm() / std::numbers::sqrt2;
 }
 
 }  // namespace
+
+void PairBlocks::rebuild(std::span<const MonitoredPair> pairs, std::span<const int> side_of_part) {
+  blocks_.clear();
+  runs_.clear();
+  std::map<std::pair<int, int>, int> index_of;  // by both sides
+  int last = -1;
+  for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
+    const MonitoredPair& pair = pairs[i];
+    const int a = side_of_part[pair.a];
+    const int b = side_of_part[pair.b];
+    if (last >= 0 && blocks_[last].a == a && blocks_[last].b == b) {
+      runs_[last].back().end = i + 1;
+      continue;
+    }
+    const auto [entry, is_new] = index_of.try_emplace({a, b}, static_cast<int>(blocks_.size()));
+    last = entry->second;
+    if (is_new) {
+      blocks_.push_back({a, b, pair.kind, -kUnbounded});
+      runs_.emplace_back();
+    }
+    runs_[last].push_back({i, i + 1});
+  }
+}
+
+void PairBlocks::reset_bounds() {
+  for (Block& block : blocks_) block.lower_ref = -kUnbounded;
+}
+
+std::span<const PairRun> PairBlocks::candidates(std::span<const double> travel,
+                                                const std::array<double, kContactKinds>& smallest) {
+  open_.clear();
+  open_runs_.clear();
+  for (int i = 0; i < static_cast<int>(blocks_.size()); ++i) {
+    const Block& block = blocks_[i];
+    const double lower = block.lower_ref - (travel[block.a] + travel[block.b]);
+    if (lower > 0.0 && lower >= smallest[static_cast<std::size_t>(block.kind)]) continue;
+    open_.push_back(i);
+    open_runs_.insert(open_runs_.end(), runs_[i].begin(), runs_[i].end());
+  }
+  // Of two pairs at the same distance, the report names the first.
+  std::sort(open_runs_.begin(), open_runs_.end(),
+            [](const PairRun& one, const PairRun& other) { return one.first < other.first; });
+  return open_runs_;
+}
+
+void PairBlocks::update(std::span<const MonitoredPair> pairs, std::span<const double> part_travel,
+                        std::span<const double> travel) {
+  for (const int i : open_) {
+    Block& block = blocks_[i];
+    double lower = kUnbounded;
+    for (const PairRun& run : runs_[i]) {
+      for (const MonitoredPair& pair : pairs.subspan(run.first, run.end - run.first)) {
+        const double own = pair.lower_ref - (part_travel[pair.a] + part_travel[pair.b]);
+        lower = std::min(lower, pair.state.watched() ? -kUnbounded : own);
+      }
+    }
+    block.lower_ref = lower + (travel[block.a] + travel[block.b]) - kRounding;
+  }
+}
 
 MonitoredPairs::MonitoredPairs(std::vector<ArmBodies> arms) : arms_(std::move(arms)) {
   for (int arm = 0; arm < static_cast<int>(arms_.size()); ++arm) {
@@ -27,14 +88,14 @@ MonitoredPairs::MonitoredPairs(std::vector<ArmBodies> arms) : arms_(std::move(ar
     for (const auto& part : bodies.parts) links = std::max(links, part.link + 1);
     carriers_.resize(carriers_.size() + links);
     for (const auto& part : bodies.parts) {
-      if (part.link < 0) throw std::invalid_argument("arm '" + bodies.name + "': a part rides on no link");
-      MonitoredPart judged;
-      judged.carrier = first_link_[arm] + part.link;
-      judged.arm = arm;
-      judged.link = part.link;
-      judged.moves = part.moves;
-      judged.name = name_index(bodies.name + "/" + part.link_name);
-      add_part(std::move(judged), arm, part.shape);
+      if (part.link < 0) throw std::invalid_argument("arm '" + bodies.name + "': a part has no link");
+      MonitoredPart added;
+      added.carrier = first_link_[arm] + part.link;
+      added.arm = arm;
+      added.link = part.link;
+      added.moves = part.moves;
+      added.name = name_index(bodies.name + "/" + part.link_name);
+      add_part(std::move(added), arm, part.shape);
     }
     const int parts = static_cast<int>(bodies.parts.size());
     for (const auto& [a, b] : bodies.self_pairs) {
@@ -102,7 +163,7 @@ std::optional<ContactKind> MonitoredPairs::kind_of(const MonitoredPart& a, const
   if (a.arm != b.arm) {
     return a.moves || b.moves ? std::optional(ContactKind::kArmObstacle) : std::nullopt;
   }
-  // Both free, both links or both carried: nothing that this arm could do about it, or listed as a self pair.
+  // Two free or two carried obstacles are no pair; two links are one only as a listed self pair.
   if (a.arm < 0 || (a.link < 0) == (b.link < 0)) return std::nullopt;
   const auto& may_touch = arms_[a.arm].grasp_links;
   const bool touches = std::find(may_touch.begin(), may_touch.end(), std::max(a.link, b.link)) != may_touch.end();
@@ -116,9 +177,9 @@ std::vector<MonitoredPair> MonitoredPairs::all_pairs() const {
     pair.a = a;
     pair.b = b;
     pair.kind = kind;
-    pair.state.fresh = parts_[a].handled || parts_[b].handled;
-    pair.lower_ref = -kUnknown;
-    pair.upper_ref = kUnknown;
+    pair.state.handled = parts_[a].handled || parts_[b].handled;
+    pair.lower_ref = -kUnbounded;
+    pair.upper_ref = kUnbounded;
     pairs.push_back(pair);
   };
   for (int b = 0; b < static_cast<int>(parts_.size()); ++b) {
@@ -202,7 +263,7 @@ double MonitoredPairs::move(Carrier& carrier, const Pose& X_WC) {
   return farthest;
 }
 
-double MonitoredPairs::ball_distance(const MonitoredPair& pair) const {
+double MonitoredPairs::sphere_distance(const MonitoredPair& pair) const {
   const MonitoredPart& a = parts_[pair.a];
   const MonitoredPart& b = parts_[pair.b];
   return (a.centre_W - b.centre_W).norm() - a.radius - b.radius;
@@ -212,7 +273,7 @@ btTransform MonitoredPairs::X_WS(const MonitoredPart& part) const {
   return to_bullet(carriers_[part.carrier].X_WC * part.X_CS);
 }
 
-double MonitoredPairs::gap_as_before(const MonitoredPair& pair) const {
+double MonitoredPairs::gap_along_last_normal(const MonitoredPair& pair) const {
   const MonitoredPart& a = parts_[pair.a];
   const MonitoredPart& b = parts_[pair.b];
   const Eigen::Vector3d n_W = carriers_[a.carrier].X_WC.linear() * normals_[pair.index];

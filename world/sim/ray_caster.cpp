@@ -16,15 +16,14 @@ struct Target {
   std::unique_ptr<btConvexShape> shape;
 };
 
-/// The segment passes the ball.
-bool passes(const Eigen::Vector3d& p, const Eigen::Vector3d& d, double length, const Eigen::Vector3d& centre,
-            double radius) {
+bool intersects_sphere(const Eigen::Vector3d& p, const Eigen::Vector3d& d, double length, const Eigen::Vector3d& centre,
+                       double radius) {
   const Eigen::Vector3d to_centre = centre - p;
   const double along = std::clamp(to_centre.dot(d), 0.0, length);
   return (to_centre - along * d).squaredNorm() <= radius * radius;
 }
 
-/// A point this near to a surface is on it [m].
+/// A point this close to a surface is on it [m].
 constexpr double kOnSurface = 1e-6;
 constexpr int kMostSteps = 60;
 
@@ -33,18 +32,17 @@ double distance(const btConvexShape& shape, const btTransform& X_WS, const btVec
   return signed_distance(shape, X_WS, point, btTransform(btQuaternion::getIdentity(), p_W)).distance;
 }
 
-/// Where the ray p_W + t d_W meets the surface first. Nothing is nearer to a point than its distance, so that the ray
-/// may be followed for as much. Bullet's own answer is off by 6 mm along a capsule's side, and farther where a ray
-/// grazes.
-std::optional<double> meeting(const btConvexShape& shape, const btTransform& X_WS, const btVector3& p_W,
-                              const btVector3& d_W, double range) {
+/// Where the ray p_W + t d_W meets the surface first [m], by sphere tracing: t grows by the distance to the shape.
+/// Bullet's own ray cast is off by 6 mm along a capsule's side, and by more where a ray grazes.
+std::optional<double> trace(const btConvexShape& shape, const btTransform& X_WS, const btVector3& p_W,
+                            const btVector3& d_W, double range) {
   double t = 0.0;
   for (int step = 0; step < kMostSteps && t < range; ++step) {
     const double free = distance(shape, X_WS, p_W + t * d_W);
     if (free < kOnSurface) return t;
     t += free;
   }
-  return std::nullopt;  // it passes, or grazes the surface
+  return std::nullopt;  // the ray misses or grazes the surface
 }
 
 }  // namespace
@@ -79,13 +77,13 @@ std::optional<double> RayCaster::cast(const Eigen::Vector3d& p_W, const Eigen::V
   btCollisionObject body;
   for (const Target& target : impl_->targets) {
     const Pose X_WS = states[target.obstacle].X_WO * target.X_OS;
-    if (!passes(p_W, d_W, range, X_WS * target.bound.centre, target.bound.radius)) continue;
+    if (!intersects_sphere(p_W, d_W, range, X_WS * target.bound.centre, target.bound.radius)) continue;
     const btTransform X = to_bullet(X_WS);
     btCollisionWorld::ClosestRayResultCallback hit(from, to);
     btCollisionWorld::rayTestSingle(X_from, X_to, &body, target.shape.get(), X, hit);
-    // Bullet's rays leave a shape unseen: who begins inside of it is at its surface.
+    // Bullet's ray cast misses a shape in which the ray begins.
     if (!hit.hasHit() && distance(*target.shape, X, from) > 0.0) continue;
-    const auto t = meeting(*target.shape, X, from, along, range);
+    const auto t = trace(*target.shape, X, from, along, range);
     if (t) nearest = std::min(nearest.value_or(range), *t);
   }
   return nearest;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a beam hits: Bullet's ray casts against the obstacles of a cell.
+/// Ray casts against the obstacles of a cell, for distance sensors.
 
 #include <memory>
 #include <optional>
@@ -10,6 +10,7 @@
 
 namespace hecaton::world {
 
+/// Not thread-safe.
 class RayCaster {
  public:
   RayCaster();
@@ -17,11 +18,11 @@ class RayCaster {
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
 
-  /// Replaces the obstacles. What an arm carries is never hit: it is part of the arm.
+  /// Replaces the obstacles. Rays pass through carried obstacles, as through the arm that carries them.
   void set_obstacles(std::span<const Obstacle> obstacles);
 
-  /// Distance [m] from p_W along the unit vector d_W to the nearest obstacle within `range` [m]; 0 inside of one.
-  /// `states`: one per obstacle.
+  /// Distance [m] from p_W along the unit vector d_W to the nearest obstacle; 0 inside one; empty when there is none
+  /// within `range` [m]. `states`: one per obstacle.
   [[nodiscard]] std::optional<double> cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d_W, double range,
                                            std::span<const ObstacleState> states) const;
 

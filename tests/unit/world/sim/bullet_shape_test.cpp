@@ -31,17 +31,17 @@ Convex hull_of_box(const Vector3d& half) {
   return {hull};
 }
 
-TEST(BulletShape, PosesSurviveTheRoundTrip) {
+TEST(BulletShape, PoseConversionIsInvertible) {
   const Pose pose = pose_from_xyz_rpy({1, -2, 3}, {0.3, -0.8, 2.0});
   EXPECT_TRUE(from_bullet(to_bullet(pose)).isApprox(pose, 1e-15));
 }
 
-TEST(BulletShape, SpheresAreAsFarAsTheirCentresLessTheirRadii) {
+TEST(BulletShape, SphereDistanceIsCentreDistanceMinusRadii) {
   EXPECT_NEAR(distance(Sphere{0.3}, at_point(0, 0, 0), Sphere{0.2}, at_point(0, 3, 4)), 4.5, 1e-9);
   EXPECT_NEAR(distance(Sphere{0.3}, at_point(0, 0, 0), Sphere{0.2}, at_point(0.4, 0, 0)), -0.1, 1e-9);
 }
 
-TEST(BulletShape, CapsulesLieAlongZAndHaveTheirThickness) {
+TEST(BulletShape, CapsuleLiesAlongZWithItsRadius) {
   const Capsule capsule{0.05, 0.4};
   // Ends: the segment's end at 0.4, the cap to 0.45.
   EXPECT_NEAR(distance(capsule, at_point(0, 0, 0), Sphere{0.1}, at_point(0, 0, 1)), 0.45, 1e-9);
@@ -56,7 +56,7 @@ TEST(BulletShape, CapsulesLieAlongZAndHaveTheirThickness) {
   EXPECT_NEAR(distance(Capsule{0.1, 0.0}, at_point(0, 0, 0), Sphere{0.1}, at_point(0, 0.5, 0)), 0.3, 1e-9);
 }
 
-TEST(BulletShape, BoxesKeepTheirSizeAndTheirSharpCorners) {
+TEST(BulletShape, BoxKeepsSizeAndSharpCorners) {
   const Box cube{Vector3d(0.5, 0.5, 0.5)};
   EXPECT_NEAR(distance(cube, at_point(0, 0, 0), cube, at_point(1.2, 0.3, 0)), 0.2, 1e-9);
   EXPECT_NEAR(distance(cube, at_point(0, 0, 0), cube, at_point(0.9, 0.1, 0)), -0.1, 1e-9);
@@ -67,7 +67,7 @@ TEST(BulletShape, BoxesKeepTheirSizeAndTheirSharpCorners) {
   EXPECT_NEAR(distance(cube, turned, cube, at_point(2, 0, 0) * turned), 2 - std::sqrt(2.0), 1e-9);
 }
 
-TEST(BulletShape, TallThinBoxesKeepTheirSize) {
+TEST(BulletShape, TallThinBoxKeepsSize) {
   const Box blade{Vector3d(0.001, 0.2, 2.0)};
   EXPECT_NEAR(distance(blade, at_point(0, 0, 0), Sphere{0.05}, at_point(0.1, 0, 1.9)), 0.049, 1e-9);
   EXPECT_NEAR(distance(blade, at_point(0, 0, 0), Sphere{0.05}, at_point(0, 0, 2.1)), 0.05, 1e-9);
@@ -76,7 +76,7 @@ TEST(BulletShape, TallThinBoxesKeepTheirSize) {
   EXPECT_NEAR(distance(blade, at_point(0, 0, 0), blade, at_point(0.0015, 0, 0)), -0.0005, 1e-5);
 }
 
-TEST(BulletShape, CylindersStandAlongZWithSharpRims) {
+TEST(BulletShape, CylinderStandsAlongZWithSharpRims) {
   const Cylinder cylinder{0.2, 0.5};
   EXPECT_NEAR(distance(cylinder, at_point(0, 0, 0), Sphere{0.1}, at_point(0, 0, 1)), 0.4, 1e-4);
   EXPECT_NEAR(distance(cylinder, at_point(0, 0, 0), Sphere{0.1}, at_point(0.6, 0, 0.2)), 0.3, 1e-4);
@@ -124,7 +124,7 @@ Pose random_pose(std::mt19937_64& random) {
   return pose;
 }
 
-TEST(BulletShape, RandomSphereAgainstBoxAndHullInClosedForm) {
+TEST(BulletShape, SphereToBoxAndHullMatchesClosedForm) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> size(0.01, 0.3);
   int overlaps = 0;
@@ -148,7 +148,7 @@ TEST(BulletShape, RandomSphereAgainstBoxAndHullInClosedForm) {
   EXPECT_LT(overlaps, 2700);
 }
 
-TEST(BulletShape, RandomSphereAgainstCapsuleInClosedForm) {
+TEST(BulletShape, SphereToCapsuleMatchesClosedForm) {
   std::mt19937_64 random(12);
   std::uniform_real_distribution<double> size(0.01, 0.3);
   for (int i = 0; i < 3000; ++i) {
@@ -163,7 +163,7 @@ TEST(BulletShape, RandomSphereAgainstCapsuleInClosedForm) {
   }
 }
 
-TEST(BulletShape, RandomCapsuleAgainstBoxBySearchAlongItsAxis) {
+TEST(BulletShape, CapsuleToBoxMatchesSearchAlongItsAxis) {
   std::mt19937_64 random(13);
   std::uniform_real_distribution<double> size(0.01, 0.3);
   int compared = 0;
@@ -189,7 +189,7 @@ TEST(BulletShape, RandomCapsuleAgainstBoxBySearchAlongItsAxis) {
   EXPECT_GT(compared, 1000);
 }
 
-/// How far the shape reaches along a unit direction, from its origin, in closed form.
+/// Support function of the shape along a unit direction, in closed form.
 double reach(const Shape& shape, const Vector3d& n) {
   if (const auto* box = std::get_if<Box>(&shape)) return box->half_extents.dot(n.cwiseAbs());
   if (const auto* capsule = std::get_if<Capsule>(&shape))

@@ -1,4 +1,4 @@
-// What people and arms change in a world that runs: moved, taken away, attached, let go, refused.
+// Edits of a running world: move, remove, attach, detach, and refusals.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
 
-TEST(BulletWorldEdits, MoveEndsAScriptAndStopsAFall) {
+TEST(BulletWorldEdits, MoveEndsScriptedMotionAndStopsFall) {
   BulletWorld world =
       world_of({thing("belt", Sphere{0.1}, at_point(5, 0, 0), ConveyorMotion{Vector3d::UnitX(), 0.5, 2.0}),
                 thing("ball", Sphere{0.1}, at_point(0, 0, 2), falling())});
@@ -29,7 +29,7 @@ TEST(BulletWorldEdits, MoveEndsAScriptAndStopsAFall) {
   ASSERT_TRUE(std::holds_alternative<DynamicMotion>(world.obstacles()[1].motion));
 }
 
-TEST(BulletWorldEdits, WhatABodyLiesOnMayBeTakenAway) {
+TEST(BulletWorldEdits, BodyFallsWhenItsSupportIsRemoved) {
   BulletWorld world = world_of({thing("table", Box{Vector3d(0.3, 0.3, 0.1)}, at_point(0, 0, 0.9)),
                                 thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0, 0, 1.05), falling())});
   for (int i = 0; i < 500; ++i) world.step(0.01);
@@ -39,7 +39,7 @@ TEST(BulletWorldEdits, WhatABodyLiesOnMayBeTakenAway) {
   EXPECT_NEAR(place(world, 0).z(), 0.05, 2e-3);
 }
 
-TEST(BulletWorldEdits, AStackStandsStill) {
+TEST(BulletWorldEdits, StackStandsStill) {
   const Box cube{Vector3d(0.1, 0.1, 0.1)};
   BulletWorld world = world_of({thing("low", cube, at_point(0, 0, 0.1), falling()),
                                 thing("middle", cube, at_point(0, 0, 0.3), falling()),
@@ -65,8 +65,8 @@ TEST(BulletWorldEdits, AttachedObstaclesFollowTheTool) {
   // Turned upside down about the tool, between steps: at once.
   put_arm(world, 0, pose_from_xyz_rpy({0.6, 0, 0.6}, {kPi, 0, 0}));
   expect_point(place(world), {0.6, 0, 0.7}, 1e-9);
-  EXPECT_EQ(world.contact_monitor().report().contacts, 0U) << "the hand may touch what it holds";
-  // What it carries counts as the arm: arm2 comes within 0.05 m of the box.
+  EXPECT_EQ(world.contact_monitor().report().contacts, 0U) << "a grasp link may touch the attached obstacle";
+  // An attached obstacle is part of the arm: arm2 comes within 0.05 m of the box.
   put_arm(world, 1, at_point(0.75, 0, 0.7));
   world.step(0.01);
   const ContactReport report = world.contact_monitor().report();
@@ -74,7 +74,7 @@ TEST(BulletWorldEdits, AttachedObstaclesFollowTheTool) {
   EXPECT_NEAR(report.smallest.distance, 0.05, 1e-6);
 }
 
-TEST(BulletWorldEdits, ATurningToolGivesItsVelocityToWhatItCarries) {
+TEST(BulletWorldEdits, AttachedObstacleHasVelocityOfTurningTool) {
   BulletWorld world = world_of({thing("box", Sphere{0.05}, at_point(1.0, 0, 0.5))}, {box_arm("arm1")});
   put_arm(world, 0, at_point(0, 0, 0.5));
   world.step(0.01);
@@ -105,11 +105,11 @@ TEST(BulletWorldEdits, DetachedBodiesFallOthersStay) {
   for (int i = 0; i < 20; ++i) world.step(0.01);
   expect_point(place(world, 1), sign, 1e-12);
   EXPECT_EQ(world.snapshot().states[1].velocity.linear.norm(), 0.0);
-  // Let go at 1 m/s: 0.2 m further and ½ g 0.2² lower, symplectic Euler ahead by ½ g h t = 4.9 mm.
+  // Detached at 1 m/s: 0.2 m further and ½ g 0.2² lower, symplectic Euler ahead by ½ g h t = 4.9 mm.
   expect_point(place(world, 0), {1.2, 0, 1.0 - 0.5 * kGravity * 0.04}, 0.006);
 }
 
-TEST(BulletWorldEdits, RefusalsSayWhyAndChangeNothing) {
+TEST(BulletWorldEdits, RefusedEditGivesReasonAndChangesNothing) {
   Obstacle held = thing("held", Sphere{0.05}, at_point(0, 0, 2));
   held.attachment = Attachment{"arm2", Pose::Identity()};
   BulletWorld world =
@@ -131,15 +131,15 @@ TEST(BulletWorldEdits, RefusalsSayWhyAndChangeNothing) {
   expect_refused(world.move("pin", at_point(0, 0, 0)), "there is no obstacle named 'pin'");
   expect_refused(world.move("held", at_point(0, 0, 0)), "obstacle 'held' is attached to 'arm2': detach it first");
   expect_refused(world.move("post", at_point(0, 0, std::numeric_limits<double>::quiet_NaN())),
-                 "obstacle 'post' cannot be moved to what is no finite, rigid pose");
+                 "obstacle 'post' cannot be moved: the pose must be finite and rigid");
   expect_refused(world.remove("pin"), "there is no obstacle named 'pin'");
   expect_refused(world.attach("pin", "arm1"), "there is no obstacle named 'pin'");
   expect_refused(world.attach("post", "arm9"), "there is no arm named 'arm9'");
-  expect_refused(world.attach("post", "arm2"), "where arm 'arm2' is was never measured");
+  expect_refused(world.attach("post", "arm2"), "arm 'arm2' has not reported its position yet");
   expect_refused(world.attach("held", "arm1"), "obstacle 'held' is already attached to 'arm2'");
   expect_refused(world.detach("pin"), "there is no obstacle named 'pin'");
   expect_refused(world.detach("post"), "obstacle 'post' is not attached to any arm");
-  expect_refused(world.detach("held"), "where arm 'arm2', which carries 'held', is was never measured");
+  expect_refused(world.detach("held"), "arm 'arm2', which carries 'held', has not reported its position yet");
 
   const ObstacleSnapshot after = world.snapshot();
   EXPECT_EQ(after.edition, before.edition);

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
 
-TEST(BulletWorld, ScriptsFollowTheWorldsTime) {
+TEST(BulletWorld, ScriptedMotionsFollowWorldTime) {
   BulletWorld world =
       world_of({thing("belt", Sphere{0.1}, at_point(1, 0, 0), ConveyorMotion{Vector3d::UnitX(), 0.5, 2.0}),
                 thing("post", Sphere{0.1}, at_point(0, 1, 0))});
@@ -49,7 +49,7 @@ TEST(BulletWorld, SnapshotsCountStepsAndEditions) {
   expect_point(place(world), {0, 3, 0}, 1e-12);
 }
 
-TEST(BulletWorld, ABodyFallsAsGalileoSays) {
+TEST(BulletWorld, BodyFallsWithGravity) {
   BulletWorld world = world_of({thing("ball", Sphere{0.1}, at_point(0, 0, 2.1), falling())});
   // Half a second: ½ g t² = 1.226 m. Symplectic Euler is ahead by ½ g h t ≤ 12.3 mm at 5 ms.
   for (int i = 0; i < 100; ++i) world.step(0.005);
@@ -57,7 +57,7 @@ TEST(BulletWorld, ABodyFallsAsGalileoSays) {
   EXPECT_NEAR(world.snapshot().states[0].velocity.linear.z(), -kGravity * 0.5, 1e-9);
 }
 
-TEST(BulletWorld, ABodyLandsInTimeAndRests) {
+TEST(BulletWorld, BodyLandsOnTimeAndRests) {
   BulletWorld world = world_of({thing("box", Box{Vector3d(0.1, 0.1, 0.1)}, at_point(0, 0, 1.1), falling())});
   // 1 m of free fall takes √(2/g) = 0.4515 s.
   while (place(world).z() > 0.105 && world.time() < 2.0) world.step(0.005);
@@ -68,7 +68,7 @@ TEST(BulletWorld, ABodyLandsInTimeAndRests) {
   EXPECT_LT(world.snapshot().states[0].velocity.angular.norm(), 1e-2);
 }
 
-TEST(BulletWorld, EveryShapeRestsOnTheFloorAtItsOwnHeight) {
+TEST(BulletWorld, EachShapeRestsOnTheFloorAtItsHeight) {
   auto wedge = std::make_shared<ConvexHull>();
   // A prism 0.4 × 0.4 at the bottom, 0.2 high, its vertices far from its own origin.
   wedge->vertices = {{1, 1, 1}, {1.4, 1, 1}, {1.4, 1.4, 1}, {1, 1.4, 1}, {1.2, 1.1, 1.2}, {1.2, 1.3, 1.2}};
@@ -90,7 +90,7 @@ TEST(BulletWorld, EveryShapeRestsOnTheFloorAtItsOwnHeight) {
   EXPECT_NEAR((states[4].X_WO.linear() * Vector3d::UnitZ()).z(), 1.0, 1e-3);
 }
 
-TEST(BulletWorld, TheFloorMayLieElsewhere) {
+TEST(BulletWorld, BodyLandsOnFloorAtGivenHeight) {
   Scene scene;
   scene.floor_z = -0.5;
   scene.obstacles = {thing("ball", Sphere{0.1}, at_point(0, 0, 0), falling())};
@@ -99,7 +99,7 @@ TEST(BulletWorld, TheFloorMayLieElsewhere) {
   EXPECT_NEAR(place(world).z(), -0.4, 2e-3);
 }
 
-TEST(BulletWorld, ASlidingBallRollsWithFiveSeventhsOfItsSpeed) {
+TEST(BulletWorld, SlidingBallRollsAtFiveSeventhsOfItsSpeed) {
   DynamicMotion motion = falling();
   motion.friction = 0.5;
   motion.rolling_friction = 0.0;
@@ -137,7 +137,7 @@ TEST(BulletWorld, ArmPushesABodyAndTheContactIsReported) {
   EXPECT_GT(report.smallest.distance, -0.01);
 }
 
-TEST(BulletWorld, AScriptedObstaclePushesABody) {
+TEST(BulletWorld, ScriptedObstaclePushesBody) {
   BulletWorld world = world_of({thing("pusher", Box{Vector3d(0.05, 0.2, 0.05)}, at_point(0, 0, 0.06),
                                       ConveyorMotion{Vector3d::UnitX(), 0.2, 10}),
                                 thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0.2, 0, 0.05), falling())});
@@ -146,13 +146,13 @@ TEST(BulletWorld, AScriptedObstaclePushesABody) {
   EXPECT_NEAR(place(world, 1).x(), 0.5, 0.02);
 }
 
-TEST(BulletWorld, ABodyRidesOnAMovingTray) {
+TEST(BulletWorld, BodyRidesOnMovingTray) {
   DynamicMotion motion = falling();
   motion.friction = 0.8;
   BulletWorld world = world_of(
       {thing("tray", Box{Vector3d(0.5, 0.5, 0.02)}, at_point(0, 0, 0.5), SineMotion{Vector3d::UnitX(), 0.2, 4.0, 0.0}),
        thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0, 0, 0.57), motion)});
-  // The script starts with 0.31 m/s: one slide, then it rides along. 0.2 (2π/4)² = 0.49 m/s² is well below μ g.
+  // The script starts with 0.31 m/s: the box slides once, then rides along. 0.2 (2π/4)² = 0.49 m/s² is well below μ g.
   for (int i = 0; i < 100; ++i) world.step(0.01);
   const double offset = place(world, 1).x() - place(world, 0).x();
   for (int i = 0; i < 300; ++i) world.step(0.01);
@@ -160,7 +160,7 @@ TEST(BulletWorld, ABodyRidesOnAMovingTray) {
   EXPECT_NEAR(place(world, 1).z(), 0.57, 3e-3);
 }
 
-TEST(BulletWorld, ConveyorRestartHurlsNothing) {
+TEST(BulletWorld, ConveyorRestartDoesNotAccelerateBodies) {
   // The belt jumps back beneath a box that lies beside it; with the jump taken for a velocity of 100 m/s the box flies.
   BulletWorld world = world_of(
       {thing("belt", Box{Vector3d(0.2, 0.2, 0.05)}, at_point(0, 0, 0.05), ConveyorMotion{Vector3d::UnitX(), 0.5, 0.5}),
@@ -179,7 +179,7 @@ TEST(BulletWorld, UnknownArmsPushNothing) {
   EXPECT_FALSE(world.contact_monitor().report().has_smallest);
 }
 
-TEST(BulletWorld, BadMeasurementsChangeNothing) {
+TEST(BulletWorld, IgnoresInvalidMeasurements) {
   BulletWorld world = world_of({thing("post", Sphere{0.1}, at_point(0, 0, 1))}, {box_arm("arm1")});
   EXPECT_FALSE(put_arm(world, 1, at_point(0, 0, 0)));
   EXPECT_FALSE(put_arm(world, -1, at_point(0, 0, 0)));
@@ -192,7 +192,7 @@ TEST(BulletWorld, BadMeasurementsChangeNothing) {
   EXPECT_TRUE(world.contact_monitor().report().has_smallest);
 }
 
-TEST(BulletWorld, ImpossibleStepsThrow) {
+TEST(BulletWorld, ThrowsOnInvalidSteps) {
   BulletWorld world = world_of({});
   EXPECT_THROW(world.step(-0.01), std::invalid_argument);
   EXPECT_THROW(world.step(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
@@ -200,7 +200,7 @@ TEST(BulletWorld, ImpossibleStepsThrow) {
   EXPECT_NO_THROW(world.step(0.0));
 }
 
-TEST(BulletWorld, ImpossibleScenesThrow) {
+TEST(BulletWorld, ThrowsOnInvalidScenes) {
   const Obstacle post = thing("post", Sphere{0.1}, at_point(0, 0, 1));
   EXPECT_THROW(world_of({post, post}), std::invalid_argument);
   EXPECT_THROW(world_of({thing("post", Sphere{0.0}, at_point(0, 0, 1))}), std::invalid_argument);
@@ -266,7 +266,7 @@ TEST(BulletWorld, SameCallsGiveTheSameBits) {
   }
 }
 
-TEST(BulletWorld, EqualWorldsDoNotDisturbEachOther) {
+TEST(BulletWorld, WorldsAreIndependent) {
   // Two worlds stepped in turns end as one stepped alone.
   const auto make = [] {
     return world_of(

@@ -1,11 +1,11 @@
-// The monitor's bounds: they spare nearly all of the work, and nothing of the account.
+// The monitor's bounds avoid nearly all exact distances, and change no report.
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/world/sim/at_point.hpp"
+#include "tests/unit/world/sim/small_worlds.hpp"
 #include "world/sim/contact_monitor.hpp"
 
 namespace hecaton::world {
@@ -71,7 +71,7 @@ struct Cell {
   std::vector<ObstacleState> states;
 };
 
-TEST(ContactMonitorBounds, BoundsSpareNearlyAllExactChecks) {
+TEST(ContactMonitorBounds, BoundsAvoidNearlyAllExactChecks) {
   const Cell cell;
   ContactMonitor monitor(cell.arms);
   monitor.set_obstacles(cell.obstacles);
@@ -84,9 +84,9 @@ TEST(ContactMonitorBounds, BoundsSpareNearlyAllExactChecks) {
   EXPECT_TRUE(monitor.report().kinds[kArmSelf].has_smallest);
 }
 
-TEST(ContactMonitorBounds, BoundsLoseNothing) {
-  // A monitor that always starts afresh knows no bounds of earlier steps: the least of its answers, and its touching
-  // pairs, must be those of the one that keeps an account.
+TEST(ContactMonitorBounds, ReportsTheSameAsWithoutBounds) {
+  // A new monitor in every step has no bounds of earlier steps. The monitor with bounds must report the minimum of
+  // their distances, and at least their contacts.
   Cell cell;
   // Obstacles that sweep through the arms, so that contacts come and go.
   ContactMonitor keeper(cell.arms);
@@ -113,9 +113,8 @@ TEST(ContactMonitorBounds, BoundsLoseNothing) {
   EXPECT_GT(keeper.report().contacts, 5U);
 }
 
-// Two rows of arms that pass by each other at different times, so that blocks of pairs are skipped for long and come
-// back.
-TEST(ContactMonitorBounds, BlocksLoseNothing) {
+// Two rows of arms pass each other at different times, so that blocks of pairs are skipped for long and return.
+TEST(ContactMonitorBounds, ReportsTheSameAsWithoutBlocks) {
   constexpr int kArms = 8;
   const Cell pattern;
   std::vector<ArmBodies> arms;
@@ -127,9 +126,9 @@ TEST(ContactMonitorBounds, BlocksLoseNothing) {
     std::vector<std::vector<Pose>> poses;
     for (int i = 0; i < kArms; ++i) {
       poses.push_back(pattern.at(time + i)[0]);
-      // Every other one passes at 0.5 m/s.
-      const Vector3d way(i % 2 == 0 ? 0.5 * time - 3.0 : 0.0, 1.03 * (i / 2), 0.0);
-      for (Pose& X : poses.back()) X.pretranslate(way);
+      // Every other arm passes at 0.5 m/s.
+      const Vector3d offset(i % 2 == 0 ? 0.5 * time - 3.0 : 0.0, 1.03 * (i / 2), 0.0);
+      for (Pose& X : poses.back()) X.pretranslate(offset);
     }
     return poses;
   };
@@ -139,15 +138,15 @@ TEST(ContactMonitorBounds, BlocksLoseNothing) {
     for (const auto& links : poses) measured.push_back({true, links});
     monitor.update(measured, {}, time);
   };
-  // What one monitor says of all arms must be the least, and the sum, of what monitors of two arms each say that forget
-  // their bounds at every step.
+  // The monitor of all arms must report the minimum distance and the sum of contacts of monitors of two arms each,
+  // which lose their bounds in every step.
   ContactMonitor all(arms);
   std::vector<ContactMonitor> of_two;
-  std::vector<std::pair<int, int>> who;
+  std::vector<std::pair<int, int>> arms_of;
   for (int a = 0; a < kArms; ++a) {
     for (int b = a + 1; b < kArms; ++b) {
       of_two.emplace_back(std::vector<ArmBodies>{arms[a], arms[b]});
-      who.emplace_back(a, b);
+      arms_of.emplace_back(a, b);
     }
   }
   for (int i = 0; i < 300; ++i) {
@@ -157,8 +156,8 @@ TEST(ContactMonitorBounds, BlocksLoseNothing) {
     double least = 1e9;
     std::uint64_t contacts = 0;
     for (std::size_t k = 0; k < of_two.size(); ++k) {
-      const MeasuredArm measured[] = {{true, poses[who[k].first]}, {true, poses[who[k].second]}};
-      of_two[k].set_obstacles({});  // an edit keeps the account, and no bound
+      const MeasuredArm measured[] = {{true, poses[arms_of[k].first]}, {true, poses[arms_of[k].second]}};
+      of_two[k].set_obstacles({});  // an edit keeps the totals and drops all bounds
       of_two[k].update(measured, {}, time);
       const KindReport report = of_two[k].report().kinds[kArmArm];
       least = std::min(least, report.smallest.distance);

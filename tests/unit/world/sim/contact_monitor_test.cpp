@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/world/sim/at_point.hpp"
+#include "tests/unit/world/sim/small_worlds.hpp"
 
 namespace hecaton::world {
 namespace {
@@ -16,7 +16,7 @@ constexpr auto kArmArm = static_cast<std::size_t>(ContactKind::kArmArm);
 constexpr auto kArmObstacle = static_cast<std::size_t>(ContactKind::kArmObstacle);
 constexpr auto kArmSelf = static_cast<std::size_t>(ContactKind::kArmSelf);
 
-/// An "arm" of balls of radius 0.1 m, one a link, that tests put where they like. The first does not move.
+/// An arm of free balls of radius 0.1 m, one per link. Link 0 is fixed.
 ArmBodies ball_arm(const std::string& name, int links) {
   ArmBodies arm;
   arm.name = name;
@@ -33,12 +33,12 @@ Obstacle ball_obstacle(const std::string& name, double radius = 0.1) {
   return obstacle;
 }
 
-/// Poses of everything, and the monitor that judges them.
+/// Poses of all bodies, and their monitor.
 struct Situation {
   Situation(const std::vector<ArmBodies>& arms, std::vector<Obstacle> all) : monitor(arms), obstacles(std::move(all)) {
     for (const ArmBodies& arm : arms) {
       std::vector<Pose> links;
-      // Far from each other until a test says otherwise.
+      // Far apart by default.
       for (std::size_t i = 0; i < arm.parts.size(); ++i) {
         links.push_back(at_point(100.0 * static_cast<double>(poses.size() + 1), 10.0 * static_cast<double>(i), 0));
       }
@@ -62,7 +62,7 @@ struct Situation {
   std::vector<ObstacleState> states;
 };
 
-TEST(ContactMonitor, WithoutBodiesNothingIsJudged) {
+TEST(ContactMonitor, ReportsNothingWithoutPairs) {
   Situation situation({ball_arm("arm1", 2)}, {});
   situation.update(0.0);
   EXPECT_FALSE(situation.monitor.report().has_smallest);
@@ -70,7 +70,7 @@ TEST(ContactMonitor, WithoutBodiesNothingIsJudged) {
   EXPECT_FALSE(situation.monitor.nearest(0).has_value());
 }
 
-TEST(ContactMonitor, UnknownArmsAreNotJudged) {
+TEST(ContactMonitor, SkipsUnknownArms) {
   Situation situation({ball_arm("arm1", 2), ball_arm("arm2", 2)}, {ball_obstacle("pallet")});
   situation.known = {false, true};
   situation.states[0].X_WO = at_point(0, 0, 0);
@@ -86,7 +86,7 @@ TEST(ContactMonitor, UnknownArmsAreNotJudged) {
   EXPECT_TRUE(situation.monitor.report().kinds[kArmArm].has_smallest);
 }
 
-TEST(ContactMonitor, FindsTheNearestPassAndWhen) {
+TEST(ContactMonitor, FindsSmallestDistanceAndItsTime) {
   // link1 of arm2 flies past link1 of arm1 along x at 1 m/s, offset 0.25 m in y: nearest 0.25 − 0.2 = 0.05 m at 2 s.
   Situation situation({ball_arm("arm1", 2), ball_arm("arm2", 2)}, {});
   situation.poses[0][1] = at_point(0, 0, 1);
@@ -107,14 +107,13 @@ TEST(ContactMonitor, FindsTheNearestPassAndWhen) {
   EXPECT_FALSE(report.kinds[kArmSelf].has_smallest);
 }
 
-TEST(ContactMonitor, SplitsByKind) {
+TEST(ContactMonitor, ReportsEachKindOfPair) {
   ArmBodies arm = ball_arm("arm1", 4);
   arm.self_pairs = {{1, 3}};
   Situation situation({arm, ball_arm("arm2", 2)}, {ball_obstacle("pallet", 0.2)});
   situation.poses[0][1] = at_point(0, 0, 0);
   situation.poses[0][2] = at_point(0, 0, 0.05);    // overlaps link1, but is no self pair
   situation.poses[0][3] = at_point(0, 0, 0.3);     // 0.1 from link1
-  situation.states[0].X_WO = at_point(0, 0, 0.7);  // 0.4 − 0.3 = 0.1 from link3 … moved below
   situation.states[0].X_WO = at_point(0, 0, 0.8);  // 0.5 − 0.3 = 0.2 from link3
   situation.poses[1][1] = at_point(0.5, 0, 0);     // 0.3 from link1
   situation.update(1.0);
@@ -131,7 +130,7 @@ TEST(ContactMonitor, SplitsByKind) {
   EXPECT_EQ(report.contacts, 0U);
 }
 
-TEST(ContactMonitor, FixedPartsAreJudgedAgainstObstaclesThatMove) {
+TEST(ContactMonitor, ChecksFixedPartsAgainstMovingObstacles) {
   Obstacle rolls = ball_obstacle("rolls");
   rolls.motion = ConveyorMotion{};
   Obstacle falls = ball_obstacle("falls");
@@ -143,7 +142,7 @@ TEST(ContactMonitor, FixedPartsAreJudgedAgainstObstaclesThatMove) {
   EXPECT_EQ(situation.monitor.report().kinds[kArmObstacle].contacts, 2U);
 }
 
-TEST(ContactMonitor, WhatStandsAtAFixedPartIsJudgedAgainstMovingArmsOnly) {
+TEST(ContactMonitor, ChecksStaticObstacleAgainstMovingPartsOnly) {
   Situation situation({ball_arm("arm1", 2), ball_arm("arm2", 2)}, {ball_obstacle("pedestal")});
   situation.poses[0][0] = at_point(0, 0, 0);
   situation.poses[1][0] = at_point(0.05, 0, 0);
@@ -157,7 +156,7 @@ TEST(ContactMonitor, WhatStandsAtAFixedPartIsJudgedAgainstMovingArmsOnly) {
   EXPECT_EQ(report.kinds[kArmObstacle].contacts, 1U);
 }
 
-TEST(ContactMonitor, CountsAContactOnceUntilItHasParted) {
+TEST(ContactMonitor, CountsContactOnceUntilParted) {
   Situation situation({ball_arm("arm1", 2)}, {ball_obstacle("pallet")});
   situation.poses[0][1] = at_point(0, 0, 0);
   const auto at_distance = [&](double distance, double time) {
@@ -183,7 +182,7 @@ TEST(ContactMonitor, CountsAContactOnceUntilItHasParted) {
   EXPECT_EQ(report.events[0].b, "pallet");
 }
 
-TEST(ContactMonitor, AContactIsOfLinksNotOfTheirShapes) {
+TEST(ContactMonitor, CountsOneContactForSeveralShapesOfALink) {
   ArmBodies arm = ball_arm("arm1", 2);
   arm.parts.push_back({1, "link1", {Sphere{0.1}, at_point(0.05, 0, 0)}, true});
   Obstacle pallet = ball_obstacle("pallet");
@@ -195,7 +194,7 @@ TEST(ContactMonitor, AContactIsOfLinksNotOfTheirShapes) {
   EXPECT_EQ(situation.monitor.report().contacts, 1U);
 }
 
-TEST(ContactMonitor, ResetBeginsAnew) {
+TEST(ContactMonitor, ResetClearsTotals) {
   Situation situation({ball_arm("arm1", 2)}, {ball_obstacle("pallet")});
   situation.poses[0][1] = at_point(0, 0, 0);
   situation.states[0].X_WO = at_point(0.1, 0, 0);
@@ -209,7 +208,7 @@ TEST(ContactMonitor, ResetBeginsAnew) {
   EXPECT_NEAR(situation.monitor.report().smallest.distance, -0.1, 1e-9);
 }
 
-TEST(ContactMonitor, KeepsAtMostAHundredEventsButCountsAll) {
+TEST(ContactMonitor, CountsAllContactsAndKeepsOneHundredEvents) {
   Situation situation({ball_arm("arm1", 2)}, {ball_obstacle("pallet")});
   situation.poses[0][1] = at_point(0, 0, 0);
   for (int i = 0; i < 240; ++i) {
@@ -220,7 +219,7 @@ TEST(ContactMonitor, KeepsAtMostAHundredEventsButCountsAll) {
   EXPECT_EQ(situation.monitor.report().events.size(), 100U);
 }
 
-TEST(ContactMonitor, WhatAnArmCarriesIsPartOfIt) {
+TEST(ContactMonitor, CarriedObstacleIsPartOfArm) {
   ArmBodies arm = ball_arm("arm1", 4);
   arm.grasp_links = {2, 3};
   Obstacle box = ball_obstacle("box");
@@ -243,7 +242,7 @@ TEST(ContactMonitor, WhatAnArmCarriesIsPartOfIt) {
   EXPECT_NEAR(report.kinds[kArmSelf].smallest.distance, 0.2, 1e-9);
 }
 
-TEST(ContactMonitor, WhatChangesHandsIsExcusedUntilItParts) {
+TEST(ContactMonitor, ToleratesContactOfHandledObstacleUntilParted) {
   ArmBodies arm = ball_arm("arm1", 2);
   arm.grasp_links = {1};
   Situation situation({arm}, {ball_obstacle("table"), ball_obstacle("box")});
@@ -258,15 +257,15 @@ TEST(ContactMonitor, WhatChangesHandsIsExcusedUntilItParts) {
   situation.obstacles[1].attachment = Attachment{"arm1", at_point(0, 0, -0.21)};
   situation.monitor.set_obstacles(situation.obstacles, "box");
   situation.update(0.1);
-  EXPECT_EQ(situation.monitor.report().contacts, 0U) << "lying on the table is no contact of the arm";
+  EXPECT_EQ(situation.monitor.report().contacts, 0U) << "the table's contact with the box is tolerated";
   situation.states[1].X_WO = at_point(0, 0, 0.25);
   situation.update(0.2);
   EXPECT_NEAR(situation.monitor.report().smallest.distance, 0.01, 1e-9);
   situation.states[1].X_WO = at_point(0, 0, 0.19);
   situation.update(0.3);
-  EXPECT_EQ(situation.monitor.report().contacts, 1U) << "once lifted, it must not hit the table";
+  EXPECT_EQ(situation.monitor.report().contacts, 1U) << "a contact after lifting counts";
 
-  // Let go inside the hand: nothing to count until the hand has left and comes back.
+  // Detached inside the hand: no contact until the hand has left and returned.
   situation.states[1].X_WO = at_point(0, 0, 0.35);
   situation.obstacles[1].attachment.reset();
   situation.monitor.set_obstacles(situation.obstacles, "box");
@@ -279,7 +278,7 @@ TEST(ContactMonitor, WhatChangesHandsIsExcusedUntilItParts) {
   EXPECT_EQ(situation.monitor.report().contacts, 2U);
 }
 
-TEST(ContactMonitor, AnExcuseIsNoLicenceToPressHarder) {
+TEST(ContactMonitor, CountsToleratedPairThatOverlapsDeeper) {
   ArmBodies arm = ball_arm("arm1", 2);
   arm.grasp_links = {1};
   Situation situation({arm}, {ball_obstacle("table"), ball_obstacle("box")});
@@ -296,7 +295,7 @@ TEST(ContactMonitor, AnExcuseIsNoLicenceToPressHarder) {
   EXPECT_EQ(situation.monitor.report().contacts, 1U);
 }
 
-TEST(ContactMonitor, AContactThatLastsSurvivesEdits) {
+TEST(ContactMonitor, LastingContactSurvivesEdits) {
   Situation situation({ball_arm("arm1", 2)}, {ball_obstacle("pallet")});
   situation.poses[0][1] = at_point(0, 0, 0);
   situation.states[0].X_WO = at_point(0.1, 0, 0);
@@ -309,7 +308,7 @@ TEST(ContactMonitor, AContactThatLastsSurvivesEdits) {
   EXPECT_EQ(situation.monitor.report().smallest.b, "pallet");
 }
 
-TEST(ContactMonitor, NearestIsTheCurrentSeparationOfOneArm) {
+TEST(ContactMonitor, NearestIsPresentSeparationOfArm) {
   Situation situation({ball_arm("arm1", 2), ball_arm("arm2", 2)}, {ball_obstacle("pallet")});
   situation.poses[0][1] = at_point(0, 0, 0);
   situation.states[0].X_WO = at_point(0.5, 0, 0);
@@ -323,7 +322,7 @@ TEST(ContactMonitor, NearestIsTheCurrentSeparationOfOneArm) {
   EXPECT_NEAR(situation.monitor.nearest(0)->time, 0.1, 1e-12);
 }
 
-TEST(ContactMonitor, BadSelfPairsAndMissingPosesThrow) {
+TEST(ContactMonitor, ThrowsOnBadSelfPairsAndMissingPoses) {
   ArmBodies arm = ball_arm("arm1", 2);
   arm.self_pairs = {{0, 2}};
   EXPECT_THROW(ContactMonitor({arm}), std::invalid_argument);

@@ -27,7 +27,7 @@ class RayCasterTest : public testing::Test {
   RayCaster caster_;
 };
 
-TEST_F(RayCasterTest, MeasuresToTheNearestSurface) {
+TEST_F(RayCasterTest, MeasuresNearestSurface) {
   obstacles_ = {obstacle(Box{{0.1, 0.2, 0.3}}, {2.0, 0.0, 0.0}), obstacle(Sphere{0.5}, {4.0, 0.0, 0.0})};
   EXPECT_NEAR(cast({0, 0, 0}, {1, 0, 0}).value(), 1.9, 1e-5);  // the box is before the ball
   EXPECT_NEAR(cast({0, 0.25, 0}, {1, 0, 0}).value(), 4.0 - std::sqrt(0.25 - 0.0625),
@@ -37,7 +37,7 @@ TEST_F(RayCasterTest, MeasuresToTheNearestSurface) {
   EXPECT_FALSE(cast({0, 0, 0}, {-1, 0, 0}).has_value());      // behind
 }
 
-TEST_F(RayCasterTest, SeesTurnedAndRoundShapes) {
+TEST_F(RayCasterTest, MeasuresTurnedAndRoundShapes) {
   obstacles_ = {obstacle(Box{{0.1, 0.1, 0.1}}, {1.0, 0.0, 0.0}), obstacle(Cylinder{0.2, 0.5}, {0.0, 1.0, 0.0}),
                 obstacle(Capsule{0.1, 0.4}, {0.0, -1.0, 0.0})};
   obstacles_[0].X_WO.linear() = Eigen::AngleAxisd(std::acos(-1.0) / 4.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -47,8 +47,8 @@ TEST_F(RayCasterTest, SeesTurnedAndRoundShapes) {
   EXPECT_NEAR(cast({0, 0, 0}, {0, -1, 0}).value(), 0.9, 1e-5);
 }
 
-// Beams that nearly miss a corner: what is measured is on the surface, or nothing is.
-TEST_F(RayCasterTest, MeasuresTheSurfaceWhereItGrazes) {
+// Rays that nearly miss a corner: the measured point is on the surface, or there is none.
+TEST_F(RayCasterTest, GrazingRayHitsTheSurfaceOrNothing) {
   obstacles_ = {obstacle(Box{{0.1, 0.075, 0.1}}, {0.7, -0.1, 0.0})};
   int hits = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -65,7 +65,7 @@ TEST_F(RayCasterTest, MeasuresTheSurfaceWhereItGrazes) {
   EXPECT_GT(hits, 500);
 }
 
-TEST_F(RayCasterTest, IsZeroInsideAndBlindForWhatAnArmCarries) {
+TEST_F(RayCasterTest, IsZeroInsideAndIgnoresCarriedObstacles) {
   obstacles_ = {obstacle(Sphere{0.5}, {0.0, 0.0, 0.0})};
   EXPECT_EQ(cast({0.1, 0, 0}, {1, 0, 0}).value(), 0.0);
   obstacles_[0].attachment = Attachment{"arm"};

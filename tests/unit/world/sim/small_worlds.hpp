@@ -1,5 +1,5 @@
 #pragma once
-/// What the tests of the world put into it, and how they look at it.
+/// Small worlds for tests, and shorthands to read them.
 
 #include <string>
 #include <utility>
@@ -7,12 +7,17 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/world/sim/at_point.hpp"
 #include "world/sim/bullet_world.hpp"
 
 namespace hecaton::world {
 
 inline constexpr double kGravity = 9.81;  // [m/s²]
+
+inline Pose at_point(double x, double y, double z) {
+  Pose pose = Pose::Identity();
+  pose.translation() = Eigen::Vector3d(x, y, z);
+  return pose;
+}
 
 inline Obstacle thing(const std::string& name, const Shape& shape, const Pose& X_WO, Motion motion = StaticMotion{}) {
   Obstacle obstacle;

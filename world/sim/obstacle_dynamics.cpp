@@ -1,6 +1,7 @@
-#include "world/sim/rigid_body.hpp"
+#include "world/sim/obstacle_dynamics.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "world/model/scene_checks.hpp"
 #include "world/sim/bullet_shape.hpp"
@@ -13,22 +14,24 @@ namespace {
 constexpr double kNeutralFriction = 1.0;
 constexpr double kNeutralRestitution = 1.0;
 
+constexpr double kMaxSubstep = 0.005;  // [s]
+
 constexpr int kDynamicGroup = 1;
 constexpr int kFixedGroup = 2;  // floor, arms, static and scripted obstacles: meet dynamic bodies only
 
 std::unique_ptr<btDefaultCollisionConfiguration> small_configuration() {
-  // Bullet's defaults set 5 MB aside; beyond these pools it allocates singly.
+  // Bullet's defaults reserve 5 MB; beyond these pools it allocates one by one.
   btDefaultCollisionConstructionInfo info;
   info.m_defaultMaxPersistentManifoldPoolSize = 64;
   info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
   auto configuration = std::make_unique<btDefaultCollisionConfiguration>(info);
-  // A face that lands flat needs several contact points at once: one corner alone would trip it.
+  // A face that lands flat needs several contact points: with one corner alone it would tip over.
   configuration->setPlaneConvexMultipointIterations();
   configuration->setConvexConvexMultipointIterations();
   return configuration;
 }
 
-/// [m] by the divergence theorem over the faces' triangle fans, each a tetrahedron with the origin.
+/// [m], by the divergence theorem: each triangle of a face forms a tetrahedron with the origin.
 Eigen::Vector3d centroid(const ConvexHull& hull) {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   double volumes = 0.0;
@@ -45,7 +48,7 @@ Eigen::Vector3d centroid(const ConvexHull& hull) {
   return moment / volumes;
 }
 
-/// Bullet takes each shape's origin for its centre of mass, which for a hull it need not be.
+/// Bullet takes each shape's origin as its centre of mass; for a hull the two differ.
 std::vector<PlacedShape> about_centroids(std::span<const PlacedShape> shapes) {
   std::vector<PlacedShape> centred(shapes.begin(), shapes.end());
   for (PlacedShape& placed : centred) {
@@ -59,7 +62,7 @@ std::vector<PlacedShape> about_centroids(std::span<const PlacedShape> shapes) {
   return centred;
 }
 
-/// Bullet's rolling friction disturbs what lies flat: stacks of boxes creep by millimetres a second.
+/// Bullet's rolling friction disturbs flat contacts: stacks of boxes would creep by millimetres a second.
 bool can_roll(const PlacedShape& placed) {
   return !std::holds_alternative<Box>(placed.shape) && !std::holds_alternative<Convex>(placed.shape);
 }
@@ -73,6 +76,31 @@ btRigidBody::btRigidBodyConstructionInfo massless(btCollisionShape* shape) {
 
 }  // namespace
 
+void ArmTrack::measure(std::span<const Pose> X_WL, const Pose& X_WT) {
+  X_WL_.assign(X_WL.begin(), X_WL.end());
+  X_WT_ = X_WT;
+  if (known_) return;
+  X_WL_before_ = X_WL_;
+  X_WT_before_ = X_WT_;
+  known_ = true;
+}
+
+void ArmTrack::end_step(double dt) {
+  if (!known_ || dt <= 0.0) return;
+  tool_velocity_ = twist_between(X_WT_before_, X_WT_, dt);
+  X_WL_before_ = X_WL_;
+  X_WT_before_ = X_WT_;
+}
+
+MotionState carried(const MotionState& tool, const Pose& X_TO) {
+  const Pose X_WO = tool.X_WO * X_TO;
+  return {X_WO, {tool.velocity.at(X_WO.translation(), tool.X_WO.translation()), tool.velocity.angular}};
+}
+
+bool is_free(const Obstacle& obstacle) {
+  return !obstacle.attachment && std::holds_alternative<DynamicMotion>(obstacle.motion);
+}
+
 PhysicsSpace::PhysicsSpace(double floor_z, const Eigen::Vector3d& gravity)
     : configuration_(small_configuration()),
       dispatcher_(std::make_unique<btCollisionDispatcher>(configuration_.get())),
@@ -83,7 +111,7 @@ PhysicsSpace::PhysicsSpace(double floor_z, const Eigen::Vector3d& gravity)
       floor_shape_(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), floor_z)),
       floor_(std::make_unique<btRigidBody>(massless(floor_shape_.get()))) {
   solver_->setRandSeed(0);
-  // One direction of friction, along what little velocity is left, would let what rests creep.
+  // With one direction of friction, along the residual velocity, resting bodies would creep.
   world_->getSolverInfo().m_solverMode |=
       SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION;
   world_->getSolverInfo().m_numIterations = 20;
@@ -123,7 +151,7 @@ RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, c
   info.m_restitution = motion.restitution;
   info.m_startWorldTransform = to_bullet(start.X_WO * X_OM_);
   body_ = std::make_unique<btRigidBody>(info);
-  // Asleep it would not notice that what it lies on moves away.
+  // A sleeping body would stay in the air when its support moves away.
   body_->setActivationState(DISABLE_DEACTIVATION);
   const Eigen::Vector3d centre_W = start.X_WO * X_OM_.translation();
   body_->setLinearVelocity(to_bullet(start.velocity.at(centre_W, start.X_WO.translation())));
@@ -161,7 +189,7 @@ btVector3 RigidBody::centre_on_mass(std::span<const PlacedShape> shapes, double 
 }
 
 void RigidBody::place(const MotionState& state, double h) {
-  // Bullet takes a kinematic body's velocity from where it was one substep ago.
+  // Bullet derives a kinematic body's velocity from its pose one substep ago.
   body_->setWorldTransform(to_bullet(state.X_WO));
   body_->setInterpolationWorldTransform(to_bullet(extrapolate(state.X_WO, state.velocity, -h)));
 }
@@ -173,6 +201,61 @@ MotionState RigidBody::state() const {
   state.X_WO = X_WM * X_OM_.inverse();
   state.velocity = {at_centre.at(state.X_WO.translation(), X_WM.translation()), at_centre.angular};
   return state;
+}
+
+void ObstacleDynamics::advance(const DynamicsInput& input, std::span<MotionState> states, double dt) {
+  const auto& obstacles = input.scene.obstacles;
+  if (dt <= 0.0 || std::none_of(obstacles.begin(), obstacles.end(), is_free)) return;
+  make_missing(input, states);
+
+  // Rounding must not add a substep to a dt of a whole number of substeps.
+  const int substeps = std::max(1, static_cast<int>(std::ceil(dt / kMaxSubstep - 1e-9)));
+  const double h = dt / substeps;
+  for (int i = 0; i < substeps; ++i) {
+    place(input, dt, i * h, h);
+    space_->step(h);
+  }
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    if (is_free(obstacles[i])) states[i] = bodies_[i]->state();
+  }
+}
+
+void ObstacleDynamics::make_missing(const DynamicsInput& input, std::span<const MotionState> states) {
+  if (!space_) space_ = std::make_unique<PhysicsSpace>(input.scene.floor_z, input.scene.gravity);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Obstacle& obstacle = input.scene.obstacles[i];
+    if (bodies_[i]) continue;
+    if (is_free(obstacle)) {
+      const auto& motion = std::get<DynamicMotion>(obstacle.motion);
+      bodies_[i] = std::make_unique<RigidBody>(*space_, obstacle.shapes, motion, states[i]);
+    } else if (!obstacle.attachment || input.carriers[i]->known()) {
+      bodies_[i] = std::make_unique<RigidBody>(*space_, obstacle.shapes, states[i].X_WO);
+    }
+  }
+  arm_bodies_.resize(input.arms.size());
+  for (std::size_t arm = 0; arm < input.arms.size(); ++arm) {
+    if (!input.tracks[arm].known() || !arm_bodies_[arm].empty()) continue;
+    for (const auto& part : input.arms[arm].parts) {
+      arm_bodies_[arm].push_back(
+          std::make_unique<RigidBody>(*space_, std::span(&part.shape, 1), input.tracks[arm].X_WL()[part.link]));
+    }
+  }
+}
+
+void ObstacleDynamics::place(const DynamicsInput& input, double dt, double elapsed, double h) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Obstacle& obstacle = input.scene.obstacles[i];
+    if (!bodies_[i] || is_free(obstacle)) continue;
+    bodies_[i]->place(obstacle.attachment ? carried(input.carriers[i]->tool_at(dt, elapsed), obstacle.attachment->X_TO)
+                                          : motion_at(obstacle, input.time + elapsed),
+                      h);
+  }
+  for (std::size_t arm = 0; arm < arm_bodies_.size(); ++arm) {
+    for (std::size_t part = 0; part < arm_bodies_[arm].size(); ++part) {
+      const int link = input.arms[arm].parts[part].link;
+      arm_bodies_[arm][part]->place(input.tracks[arm].link_at(link, dt, elapsed), h);
+    }
+  }
 }
 
 }  // namespace hecaton::world
