@@ -1,4 +1,4 @@
-"""Draws one moment of a recorded episode as an SVG: arms, obstacles, ways of the tools.
+"""Draws one moment of a recorded episode as an SVG: arms, obstacles, paths of the tools.
 
 usage: hecaton-record-episode CELL SEED 0.05 | draw_episode.py --moment SECONDS --title TEXT > PICTURE.svg
 
@@ -199,7 +199,7 @@ def axes(picture):
 
 
 def tool_path(picture, moments, arm, colours, interval):
-    """Of the whole episode, with a dot at every interval; dashed from the drawn moment on."""
+    """Of the whole episode, with a dot at every interval."""
     places = [pixel(m["arms"][arm]["tool"]) for m in moments]
     picture.add(f"<polyline points='{points(places)}' fill='none' stroke='white' stroke-width='5' opacity='.7' "
                 "stroke-linejoin='round'/>")
@@ -219,7 +219,7 @@ def goal_mark(picture, place, colours):
                 f"stroke-width='2.4'/><circle cx='{x:.1f}' cy='{y:.1f}' r='3.6' fill='{colours[1]}'/>")
 
 
-def obstacle_way(picture, moments, index):
+def obstacle_path(picture, moments, index):
     """Where a moving obstacle goes during the episode."""
     def middle(moment):
         shape = moment["obstacles"][index]["shapes"][0]
@@ -235,7 +235,7 @@ def obstacle_way(picture, moments, index):
 def legend(picture, moments, moment, title, interval):
     picture.add(f"<text x='24' y='38' font-size='21' fill='#16191f' font-weight='bold'>{title}</text>")
     picture.add(f"<text x='24' y='62' font-size='15' fill='#3c424d'>t = {moment['time']:.1f} s of "
-                f"{moments[-1]['time']:.1f} s; faint: where the arms began</text>")
+                f"{moments[-1]['time']:.1f} s; faint: where the arms started</text>")
     x, y = WIDTH - 318, 30
     for arm, entry in enumerate(moment["arms"]):
         colours = COLOURS[arm % 3]
@@ -246,10 +246,10 @@ def legend(picture, moments, moment, title, interval):
         y += 25
     rows = ((f"<circle cx='{x + 17}' cy='0' r='8' fill='{OBSTACLE[1]}'/>", "obstacle"),
             (f"<line x1='{x}' y1='0' x2='{x + 30}' y2='0' stroke='{OBSTACLE[2]}' stroke-width='1.8' "
-             "stroke-dasharray='5 4' marker-end='url(#arrow)'/>", "its way"),
+             "stroke-dasharray='5 4' marker-end='url(#arrow)'/>", "its path"),
             (f"<line x1='{x}' y1='0' x2='{x + 34}' y2='0' stroke='#2a2e36' stroke-width='2.2'/>" +
              "".join(f"<circle cx='{x + c}' cy='0' r='3' fill='#2a2e36'/>" for c in (5, 17, 29)),
-             f"way of a tool, a dot every {interval:g} s"),
+             f"path of a tool, a dot every {interval:g} s"),
             (f"<circle cx='{x + 17}' cy='0' r='8' fill='white' stroke='#2a2e36' stroke-width='2.2'/>"
              f"<circle cx='{x + 17}' cy='0' r='3.4' fill='#2a2e36'/>", "goal of a tool"))
     for mark, text in rows:
@@ -270,7 +270,7 @@ def draw(moments, instant, title, interval=0.25):
         parts = sorted((part for shape in arm["shapes"] for part in shape_parts(picture, shape, COLOURS[i % 3])))
         picture.add("<g opacity='.16'>" + "".join(text for _, text in parts) + "</g>")
     for index in range(len(moment["obstacles"])):
-        obstacle_way(picture, moments, index)
+        obstacle_path(picture, moments, index)
     parts = sorted(part for shape, colours in shapes for part in shape_parts(picture, shape, colours))
     picture.add("\n".join(text for _, text in parts))
     for i in range(len(moment["arms"])):

@@ -1,0 +1,329 @@
+"""Compares the reference pages (docs/reference) with what the programs and the sources say.
+
+usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs; --write: renews the generated parts
+
+| page | the source of the comparison |
+|---|---|
+| cli.md | `hecaton --help`, `hecaton man`, `hecaton-strategies man`: generated |
+| topics.md | services/bus/topics.hpp and idl/: generated |
+| faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
+| cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
+"""
+import argparse
+import difflib
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+GENERATED = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.S)
+
+
+def output(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+# --- cli.md
+
+
+def escaped(text):
+    """For a cell of a table; options and placeholders keep their look without backquotes."""
+    return text.replace("|", "\\|").replace("<", "\\<")
+
+
+def plain(troff):
+    return re.sub(r"\\f[BIR]", "", troff).replace("\\-", "-").replace("\\(aq", "'").replace("\\e", "\\")
+
+
+def commands(man):
+    """Sections of a man page as Markdown: a heading, a sentence, a table of arguments, remarks."""
+    lines, parts, table = man.splitlines(), [], False
+    begin = next(i for i, line in enumerate(lines) if line.startswith(".SH COMMANDS"))
+    end = next((i for i, line in enumerate(lines) if line.startswith(".SH") and i > begin), len(lines))
+    row = iter(lines[begin + 1:end])
+    for line in row:
+        if line.startswith(".SS "):
+            parts.append(f"\n### {plain(line[4:])}")
+            table = False
+        elif line == ".TP":
+            if not table:
+                parts.append("\n| argument | meaning |\n|---|---|")
+            table = True
+            parts.append(f"| `{plain(next(row))}` | {escaped(plain(next(row)))} |")
+        elif line == ".PP":
+            parts.append("")
+            table = False
+        else:
+            parts.append(re.sub(r"^  ", "- ", plain(line)))
+    return "\n".join(parts).strip() + "\n"
+
+
+def codes_in_cells(text):
+    """A `|` inside backquotes still ends a cell."""
+    return re.sub(r"^\| `(.*?)` \| ", lambda match: "| `" + match[1].replace("|", "\\|") + "` | ", text, flags=re.M)
+
+
+def exit_codes(program):
+    footer = re.search(r"^Exit codes: (.*?)\.?$", output(program, "--help"), re.M)[1]
+    rows = re.findall(r"(?:^|; )(\d+) (.*?)(?=; \d+ |$)", footer)
+    return "| code | meaning |\n|---|---|\n" + "".join(f"| {code} | {escaped(text)} |\n" for code, text in rows)
+
+
+def cli_parts(binaries):
+    return {
+        "exit_codes": exit_codes(binaries / "hecaton"),
+        "commands": codes_in_cells(commands(output(binaries / "hecaton", "man"))),
+        "strategies": codes_in_cells(commands(output(binaries / "hecaton-strategies", "man"))),
+    }
+
+
+# --- topics.md
+
+
+def structs(root):
+    """IDL text of every struct by its name, and where it stands."""
+    found = {}
+    for file in sorted((root / "idl").rglob("*.idl")):
+        for match in re.finditer(r"((?:^//[^\n]*\n)*)^@\w+\n^struct (\w+) \{\n.*?^\};", file.read_text(), re.M | re.S):
+            found[match[2]] = (match[0].strip(), file.relative_to(root))
+    return found
+
+
+def topic_rows(text):
+    macro = text[text.index("#define HECATON_TOPICS(TOPIC)"):text.index("// clang-format on")].replace("\\\n", " ")
+    macro = re.sub(r"/\*.*?\*/", "", macro)
+    for match in re.finditer(r"TOPIC\((\w+), (.*?), \"(.*?)\", \"(.*?)\"(.*?)\)(?= +TOPIC|\s*$)", macro, re.S):
+        name, key, writers, readers, qos = match.groups()
+        yield name, "" if key == '""' else key, writers.split(), readers.split(), dict(re.findall(r"\.(\w+) = (\w+)", qos))
+
+
+def key_text(key):
+    return re.sub(r"sample\.(\w+)\(\)", r"\1", key).replace(' + "/" + ', "/") or "none"
+
+
+def delivery(qos):
+    words = ["reliable" if qos.get("reliable") == "true" else "best effort"]
+    words += ["kept for late readers"] * ("transient_local" in qos) + ["one writer at a time"] * ("exclusive" in qos)
+    words += [f"{name} {qos[name]}" for name in ("deadline", "lease") if name in qos]
+    return ", ".join(words)
+
+
+def topics_parts(root):
+    rows = list(topic_rows((root / "services/bus/topics.hpp").read_text()))
+    known = structs(root)
+    table = "| topic | key | from | to | delivery |\n|---|---|---|---|---|\n"
+    for name, key, writers, readers, qos in rows:
+        table += (f"| [`hecaton/{name}`](#{name.lower()}) | {key_text(key)} | {', '.join(writers)} | {', '.join(readers)} "
+                  f"| {delivery(qos)} |\n")
+    messages = ""
+    for name, *_ in rows:
+        text, file = known[name]
+        messages += f"### {name}\nIn `{file}`.\n\n```idl\n{text}\n```\n\n"
+    return {"topics": table, "messages": messages.rstrip() + "\n"}
+
+
+# --- faults.md
+
+
+def cause_sections(root):
+    """{section: [(kind, meaning)]} of the enumeration, in its order."""
+    sections, rows = {}, None
+    for line in (root / "idl/cause.idl").read_text().split("enum CauseKind {")[1].split("};")[0].splitlines():
+        if heading := re.fullmatch(r"  // (\w[^,;:.]*).*", line):
+            rows = sections.setdefault(heading[1], [])
+        elif entry := re.fullmatch(r"  CAUSE_(\w+),? +// (.*)", line):
+            if rows is not None:
+                rows.append((entry[1].lower(), entry[2]))
+    return sections
+
+
+def causes_part(root):
+    text = ""
+    for section, rows in cause_sections(root).items():
+        if section == "Faults":
+            continue
+        text += f"### {section}\n| kind | meaning |\n|---|---|\n"
+        text += "".join(f"| `{kind}` | {escaped(meaning)} |\n" for kind, meaning in rows) + "\n"
+    return {"causes": text.rstrip() + "\n"}
+
+
+def fault_findings(root, page):
+    kinds = [kind for kind, _ in cause_sections(root)["Faults"]]
+    sections = dict(re.findall(r"^### `(\w+)`\n(.*?)(?=^##|\Z)", page, re.M | re.S))
+    for kind in kinds:
+        if kind not in sections:
+            yield f"faults.md has no section for `{kind}`"
+            continue
+        for heading in ("**Cause.**", "**The cell**", "**You**"):
+            if heading not in sections[kind]:
+                yield f"faults.md: `{kind}` does not have {heading}"
+    for kind in sections:
+        if kind not in kinds:
+            yield f"faults.md: there is no fault kind `{kind}`"
+
+
+# --- cell-file.md
+
+BASE = """name: test
+{root}arms:
+  - name: left
+    urdf: {urdf}
+    poses: {{home: [0, -1.9, 2.6, 0, 0.6, 0]}}
+{arm}{obstacles}"""
+
+# Where a map of the section stands in the smallest cell file: its keys come into the place of KEYS.
+PLACES = {
+    "network": ("root", "network: {KEYS}"),
+    "world": ("root", "world: {KEYS}"),
+    "supervision": ("root", "supervision: {KEYS}"),
+    "supervision.recovery": ("root", "supervision: {recovery: {KEYS}}"),
+    "timing": ("root", "timing: {KEYS}"),
+    "tasks": ("root", "tasks: {KEYS}"),
+    "tasks.clutter": ("root", "tasks: {centre: [0, 0, 0], clutter: {KEYS}}"),
+    "arms[]": ("arm", "KEYS"),
+    "arms[].sensors[]": ("arm", "sensors: [{name: eye, link: flange, position: [0, 0, 0], direction: [0, 0, 1], KEYS}]"),
+    "obstacles[].shapes[] of type sphere": ("obstacle", "{type: sphere, KEYS}"),
+    "obstacles[].shapes[] of type capsule": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
+    "obstacles[].shapes[] of type cylinder": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),
+    "obstacles[].motion of type waypoints": ("motion", "type: waypoints, poses: [{}, {xyz: [1, 0, 0]}], speed: 1, KEYS"),
+    "obstacles[].motion of type circle": ("motion", "type: circle, centre: [9, 9, 9], angular_speed: 1, KEYS"),
+    "obstacles[].motion of type sine": ("motion", "type: sine, direction: [1, 0, 0], amplitude: 1, period: 1s, KEYS"),
+    "obstacles[].motion of type conveyor": ("motion", "type: conveyor, direction: [1, 0, 0], speed: 1, length: 1, KEYS"),
+    "obstacles[].motion of type dynamic": ("motion", "type: dynamic, mass: 1, KEYS"),
+}
+NUMBER = re.compile(r"(?<![\w`.])[-−]?\d+(?:[.,]\d+)*(?:e[+-]?\d+)? ?(?:ns|us|ms|s|min)?\b")
+UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "": 1.0}
+
+
+def cell_text(where, key, value, urdf):
+    place = PLACES.get(where) or ("arm", f"{where.removeprefix('arms[].')}: {{KEYS}}")
+    kind, template = place
+    entries = re.sub(rf"(?<![\w]){key}: (?:\[[^]]*\]|[^,}}]+), (?=.*KEYS)", "", template)
+    text = entries.replace("KEYS", f"{key}: {value}")
+    fields = {"root": "", "arm": "", "obstacles": ""}
+    if kind == "root":
+        fields["root"] = text + "\n"
+    elif kind == "arm":
+        fields["arm"] = f"    {text}\n"
+    elif kind == "obstacle":
+        fields["obstacles"] = f"obstacles: [{{name: thing, shapes: [{text}]}}]\n"
+    else:
+        fields["obstacles"] = f"obstacles: [{{name: thing, shapes: [{{type: sphere, radius: 0.1}}], motion: {{{text}}}}}]\n"
+    return BASE.format(urdf=urdf, **fields)
+
+
+def numbers(text):
+    """Values in a text, durations in seconds."""
+    found = set()
+    for match in NUMBER.findall(text):
+        unit = re.search(r"(ns|us|ms|s|min)?$", match)[0]
+        found.add(round(float(match.removesuffix(unit).strip().replace("−", "-").replace(",", "")) * UNITS[unit], 12))
+    return found
+
+
+def range_text(allowed):
+    """The range alone, of a cell like "3 numbers, −100 to 100; not all 0"."""
+    return re.sub(r"\d+ numbers?|multiple of \d+", "", allowed.split(";")[0])
+
+
+def too_low(allowed):
+    """A value below any range, of the right kind."""
+    if re.search(r"\d ?(?:ms|s)\b", allowed):
+        return "-1e30s"
+    vector = re.match(r"(\d+) numbers", allowed)
+    return "[" + ", ".join(["-1e30"] * int(vector[1])) + "]" if vector else "-1e30"
+
+
+def agree(own, said):
+    """The page's range has the ends of the enforced one, or lies within it where it refers to another key."""
+    low, high = min(numbers(said)), max(numbers(said))
+    if not all(low <= number <= high for number in numbers(own)):
+        return False
+    return "`" in own or {low, high} <= numbers(own)
+
+
+def documented(page):
+    """(section, key, allowed) of every row of the tables."""
+    where = None
+    for line in page.splitlines():
+        if heading := re.match(r"## `([^`]+)`", line):
+            where = heading[1]
+        elif (cells := re.split(r"(?<!\\) \| ", line.strip().strip("|").strip())) and re.match(r"\| `\w+` \|", line):
+            if len(cells) >= 4:
+                yield where, cells[0].strip("` "), cells[3]
+
+
+def cell_file_findings(root, binaries, page):
+    urdf = root.resolve() / "deploy/cells/urdf/puma560.urdf"
+    compared = 0
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder) / "cell.yaml"
+
+        def sentence(where, key, value):
+            file.write_text(cell_text(where, key, value, urdf))
+            done = subprocess.run([binaries / "hecaton", "check", file], capture_output=True, text=True)
+            found = re.search(rf"{re.escape(key)}(?:\[\d+\])? = .*? must be (.*)", done.stderr)
+            return found[1].split(":")[-1] if found else None
+
+        for where, key, allowed in documented(page):
+            if where in (None, "cell file", "defaults"):
+                continue
+            own = range_text(allowed)
+            choices = re.findall(r"`([^`]+)`", allowed)
+            if numbers(own):
+                said = sentence(where, key, too_low(allowed))
+                if said and "with its unit" in said:
+                    said = sentence(where, key, "-1e30s")
+                if said is None or not numbers(said):
+                    continue
+                compared += 1
+                if not agree(own, said):
+                    yield f"cell-file.md: {where} {key}: the page allows “{allowed}”, hecaton check “{said}”"
+            elif len(choices) > 1:
+                said = sentence(where, key, "nonsense")
+                if said is None:
+                    continue
+                compared += 1
+                for choice in choices:
+                    if choice not in said:
+                        yield f"cell-file.md: {where} {key}: `{choice}` is not in “{said}”"
+    print(f"cell-file.md: {compared} ranges and choices compared")
+    if compared < 60:
+        yield f"cell-file.md: only {compared} ranges and choices could be compared"
+
+
+# --- all pages
+
+
+def renewed(page, parts):
+    return GENERATED.sub(lambda match: match[1] + parts[match[2]] + match[3], page)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("root", type=pathlib.Path)
+    parser.add_argument("bin", type=pathlib.Path)
+    parser.add_argument("--write", action="store_true", help="renew the generated parts")
+    options = parser.parse_args()
+    folder = options.root / "docs/reference"
+    findings = []
+    for name, parts in (("cli.md", cli_parts(options.bin)), ("topics.md", topics_parts(options.root)),
+                        ("faults.md", causes_part(options.root))):
+        page = (folder / name).read_text()
+        fresh = renewed(page, parts)
+        absent = set(parts) - {match[1] for match in GENERATED.findall(page)}
+        findings += [f"{name} has no generated part `{part}`" for part in absent]
+        if options.write:
+            (folder / name).write_text(fresh)
+        elif fresh != page:
+            findings.append("\n".join([f"{name} is not what the programs and sources say (--write renews it):",
+                                       *list(difflib.unified_diff(page.splitlines(), fresh.splitlines(), lineterm="", n=0))[2:22]]))
+    findings += fault_findings(options.root, (folder / "faults.md").read_text())
+    findings += cell_file_findings(options.root, options.bin, (folder / "cell-file.md").read_text())
+    print("\n".join(findings) or "the reference pages say what the programs and sources do")
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
