@@ -6,11 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "planner/goal_progress.hpp"
 #include "planner/local/latency_compensation.hpp"
 #include "planner/model/range_sensor.hpp"
-#include "planner/progress_monitor.hpp"
-#include "planner/route.hpp"
-#include "planner/setpoint_log.hpp"
 #include "planner/tick.hpp"
 
 namespace hecaton::planner {

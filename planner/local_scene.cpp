@@ -3,8 +3,7 @@
 #include <algorithm>
 
 #include "planner/local/latency_compensation.hpp"
-#include "planner/local/reachable_stop_set.hpp"
-#include "planner/model/link_poses.hpp"
+#include "planner/model/kinematics.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "planner/collision/pass_input.hpp"
 #include "planner/local/velocity_damper.hpp"
-#include "planner/model/speed_kernel.hpp"
+#include "planner/model/kinematics_kernels.hpp"
 #include "planner/tick.hpp"
 
 namespace hecaton::planner {

@@ -7,7 +7,7 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
-#include "planner/local/reachable_stop_set.hpp"
+#include "planner/local/latency_compensation.hpp"
 #include "planner/local_scene.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the arm would go if nothing were in its way.
+/// The joint velocity towards the goal, before any constraint acts, and how little of it counts as a deadlock.
 
 #include "planner/model/limits.hpp"
 
@@ -18,5 +18,12 @@ namespace hecaton::planner {
 /// far as the joints' velocity limits let it [rad | m].
 [[nodiscard]] double approach_distance(const JointLimits& limits, const JointVector& direction, double speed,
                                        double dt);
+
+/// [Lahouar06] section 4: ‖Δq‖ below a share (30 %) of the step that the goal alone would ask for.
+/// differs from paper: compared with min(‖q_goal − q‖, Δq_max) instead of Δq_max, or it would fire near every goal; and
+/// it looks at what the local planner intends before acceleration limits, or it would fire at every start.
+[[nodiscard]] inline bool deadlocked(const JointVector& intended, const JointVector& wanted, double fraction) {
+  return intended.norm() < fraction * wanted.norm();
+}
 
 }  // namespace hecaton::planner

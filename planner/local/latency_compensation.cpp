@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "planner/model/arm.hpp"
+#include "planner/model/kinematics.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
@@ -41,6 +44,70 @@ double least_distance(const AgedPair& pair, double security_distance, double slo
   const double then = pair.distance - security_distance + (pair.own_speed + pair.other_speed) * pair.age;
   const double damped = security_distance + then * decay - pair.own_speed * (1.0 - decay) / slope;
   return std::min(pair.distance, std::max(damped, least_distance(pair)));
+}
+
+SetpointLog::SetpointLog(JointLimits limits, double period) : limits_(std::move(limits)), period_(period) {}
+
+void SetpointLog::sent(std::uint64_t number, const MeasuredState& setpoint) {
+  ring_[number % ring_.size()] = {number, setpoint};
+}
+
+std::optional<MeasuredState> SetpointLog::reference(std::uint64_t number, double age) const {
+  const Entry& entry = ring_[number % ring_.size()];
+  if (number == 0 || entry.number != number) return std::nullopt;
+  MeasuredState reference = entry.setpoint;
+  const double overdue = age - period_;
+  if (overdue <= 0.0) {
+    reference.q += reference.qd * overdue;
+  } else {
+    stop_for(limits_, overdue, reference.q, reference.qd);
+  }
+  return reference;
+}
+
+namespace {
+
+/// How far a joint gets in its positive direction at most [rad | m], from rate `v`: as fast as it can for `moved_for`,
+/// then on a stop that takes `stop` [s].
+double farthest(double v, double most, double acceleration, double moved_for, double stop) {
+  const double fastest = std::min(most, v + acceleration * moved_for);
+  const double speeding_up = (fastest - v) / acceleration;
+  return 0.5 * (v + fastest) * speeding_up + fastest * (moved_for - speeding_up) + 0.5 * std::max(0.0, fastest) * stop;
+}
+
+}  // namespace
+
+ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q, const JointVector& qd,
+                                    double moved_for) {
+  // All joints brake together, as long as the one that needs longest.
+  const JointVector fastest = (qd.cwiseAbs() + limits.acceleration * moved_for).cwiseMin(limits.velocity);
+  const double stop = stop_time(limits, fastest);
+  ReachableStopSet region{q, q};
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    const double most = limits.velocity[j];
+    const double v = std::clamp(qd[j], -most, most);
+    const double a = limits.acceleration[j];
+    const double up = std::min(limits.upper[j], q[j] + farthest(v, most, a, moved_for, stop));
+    const double down = std::max(limits.lower[j], q[j] - farthest(-v, most, a, moved_for, stop));
+    region.q[j] = 0.5 * (up + down);
+    region.position_uncertainty[j] = std::max(0.0, 0.5 * (up - down));
+  }
+  return region;
+}
+
+// No point of a link is farther from the axis of a joint before it than the links between them are long altogether.
+JointVector longest_levers(const Arm& arm, int link, double extent) {
+  const RobotModel& model = *arm.model;
+  const std::vector<double> along = arm_reach(arm).links;
+  const int joints = joints_before(model, link);
+  JointVector levers = JointVector::Zero(model.joints());
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const int joint = model.links[i].joint;
+    if (joint < 0 || joint >= joints) continue;
+    const bool shifts = model.links[i].joint_type == JointType::kPrismatic;
+    levers[joint] = shifts ? 1.0 : along[link] - along[i] + extent;
+  }
+  return levers;
 }
 
 }  // namespace hecaton::planner

@@ -1,9 +1,13 @@
 #pragma once
-/// What news of a while ago says about now: where things should be, and how much nearer they may be.
+/// Present states from delayed ones: where arms and obstacles are expected now, and how far they may be from there
+/// (docs/design/0006-latency-compensation.md).
 
+#include <array>
 #include <cstdint>
+#include <optional>
 
 #include "planner/local/observation.hpp"
+#include "planner/model/arm.hpp"
 #include "world/model/snapshot.hpp"
 
 namespace hecaton::planner {
@@ -43,5 +47,42 @@ struct AgedPair {
 /// The same when the other has kept its damper, too: approached by at most `slope` · (d − `security_distance`).
 /// docs/design/0006-latency-compensation.md
 [[nodiscard]] double least_distance(const AgedPair& pair, double security_distance, double slope);
+
+class SetpointLog {
+ public:
+  /// `period` [s]: from a set-point's arrival until the arm is to be there.
+  SetpointLog(JointLimits limits, double period);
+
+  /// Numbers grow, but not always by one. 0 is none.
+  void sent(std::uint64_t number, const MeasuredState& setpoint);
+  /// Where the drive's reference is when it has had this set-point for `age` [s]: on the way to it, or on the stop from
+  /// it. Empty: not ours, or sent too long ago.
+  [[nodiscard]] std::optional<MeasuredState> reference(std::uint64_t number, double age) const;
+
+ private:
+  struct Entry {
+    std::uint64_t number = 0;
+    MeasuredState setpoint;
+  };
+  JointLimits limits_;
+  double period_;
+  std::array<Entry, 64> ring_;  ///< by number
+};
+
+/// Every joint is at rest within `position_uncertainty` of `q`, either way [rad | m].
+struct ReachableStopSet {
+  JointVector q;
+  JointVector position_uncertainty;
+};
+
+/// Of an arm that was in (q, q̇), moved on within its limits in whatever way, and began its stop profile no later than
+/// `moved_for` [s] afterwards.
+[[nodiscard]] ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q,
+                                                  const JointVector& qd, double moved_for);
+
+/// How far the points of something that is fixed to link `link`, all of them within `extent` [m] of the link's origin,
+/// move at most per joint rate: [m/rad] for turning joints, 1 for shifting ones, whatever the configuration (within
+/// limits, where a joint shifts).
+[[nodiscard]] JointVector longest_levers(const Arm& arm, int link, double extent);
 
 }  // namespace hecaton::planner

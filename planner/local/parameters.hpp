@@ -66,7 +66,7 @@ struct RolloutParameters {
   int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
 };
 
-/// When an arm asks a global planner for a route around everything as it stands (planner/route).
+/// When an arm asks a global planner for a route around everything as it stands (planner/goal_progress).
 struct ReplanningParameters {
   double stall_timeout = 1.0;  ///< time without progress to the goal [s]; 0: never
 };

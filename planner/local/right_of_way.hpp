@@ -8,7 +8,7 @@
 #include "planner/local/observation.hpp"
 #include "planner/local/parameters.hpp"
 #include "planner/local/random.hpp"
-#include "planner/local/row.hpp"
+#include "planner/local/velocity_constraints.hpp"
 
 namespace hecaton::planner {
 

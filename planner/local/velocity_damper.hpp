@@ -7,7 +7,7 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/observation.hpp"
 #include "planner/local/parameters.hpp"
-#include "planner/local/row.hpp"
+#include "planner/local/velocity_constraints.hpp"
 
 namespace hecaton::planner {
 

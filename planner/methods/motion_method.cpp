@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "planner/local/deadlock_monitor.hpp"
 #include "planner/local/goal_objective.hpp"
 
 namespace hecaton::planner {

@@ -11,10 +11,9 @@
 
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/collision/pass_input.hpp"
-#include "planner/local/limit_rows.hpp"
 #include "planner/local/observation.hpp"
 #include "planner/local/random.hpp"
-#include "planner/local/row.hpp"
+#include "planner/local/velocity_constraints.hpp"
 #include "planner/methods/method_memory.hpp"
 #include "planner/methods/parameter_visitor.hpp"
 #include "planner/model/range_sensor.hpp"

@@ -1,7 +1,6 @@
 #include "planner/simd/sine_cosine.hpp"
 
 #include "planner/simd/instruction_set.hpp"
-#include "planner/simd/sine_cosine_kernel.hpp"
 
 namespace hecaton::planner {
 

@@ -8,4 +8,13 @@ namespace hecaton::planner {
 /// million; the same to the last bit on every machine, which the C library does not promise.
 void sine_cosine(const double* angle, int count, double* sine, double* cosine);
 
+using SineCosine = void (*)(const double* angle, int count, double* sine, double* cosine);
+
+namespace baseline {
+void sine_cosine(const double* angle, int count, double* sine, double* cosine);
+}
+namespace avx2 {
+void sine_cosine(const double* angle, int count, double* sine, double* cosine);
+}
+
 }  // namespace hecaton::planner

@@ -1,6 +1,5 @@
-#include "planner/simd/sine_cosine_kernel.hpp"
-
 #include "planner/simd/lanes.hpp"
+#include "planner/simd/sine_cosine.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 namespace {

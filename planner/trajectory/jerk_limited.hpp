@@ -1,15 +1,34 @@
 #pragma once
-/// A path with times that limit jerk, too: the fastest within velocity and acceleration limits, averaged over time
-/// (averaged_trajectory.hpp). Averaging cuts corners. Where what it leads through is not free, or too far from the
-/// path, the corners concerned are rounded more tightly, and at last the arm stops there for as long as the window is:
-/// then it is on the path all the time, so that there is always an answer.
+/// A timed path that limits velocity, acceleration and jerk.
 
 #include <functional>
 #include <vector>
 
-#include "planner/trajectory/averaged_trajectory.hpp"
+#include "planner/trajectory/time_optimal.hpp"
 
 namespace hecaton::planner {
+
+class AveragedTrajectory {
+ public:
+  AveragedTrajectory() = default;
+  /// `window`: T [s]; 0: as it was.
+  explicit AveragedTrajectory(Trajectory trajectory, double window = 0.0);
+
+  [[nodiscard]] bool empty() const { return of_.pieces().empty(); }           ///< leads nowhere
+  [[nodiscard]] double window() const { return window_; }                     ///< [s]
+  [[nodiscard]] double duration() const { return of_.duration() + window_; }  ///< [s]
+  [[nodiscard]] const Trajectory& averaged() const { return of_; }
+  /// At rest at its ends before 0 and after the duration. It must not be empty.
+  [[nodiscard]] TrajectoryPoint at(double t) const;
+
+ private:
+  [[nodiscard]] Eigen::VectorXd integral(double t) const;
+  [[nodiscard]] Eigen::VectorXd within(const Trajectory::Phase& phase, double dt) const;
+
+  Trajectory of_;
+  double window_ = 0.0;
+  std::vector<Eigen::VectorXd> before_;  ///< ∫ (q − q(0)) until each phase begins, and until the end
+};
 
 /// Whether everything within `spread` of the straight way, joint by joint, is free.
 using SegmentFree =

@@ -1,9 +1,205 @@
 #include "planner/methods/boundary_following/boundary_following.hpp"
 
-#include "planner/local/deadlock_monitor.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
 #include "planner/local/goal_objective.hpp"
+#include "planner/qp/dense_qp.hpp"
 
 namespace hecaton::planner {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Projected normals shorter than this say nothing about motion in P [m/rad].
+constexpr double kFlat = 1e-9;
+/// A vertex slower than this share of the fastest step in P counts as null (fig. 10).
+constexpr double kNullShare = 0.02;
+constexpr int kMostSwitches = 4;
+
+/// A half-plane A · u ≤ b of the plane P, u = (u₁, u₂) [rad/s].
+struct HalfPlane {
+  Eigen::Vector2d A;  ///< unit
+  double b;
+  int row;        ///< that it comes from; −1: a limit of the joints
+  bool obstacle;  ///< from a pair inside the influence distance, so that it can be followed from the start
+};
+
+struct ProjectedConstraints {
+  std::array<HalfPlane, kMaxRows + 2 * kMaxJoints> items;
+  int count = 0;
+
+  void add(const Eigen::Vector2d& A, double b, int row, bool obstacle) {
+    const double length = A.norm();
+    if (length < kFlat || count == static_cast<int>(items.size())) return;
+    items[count++] = {A / length, b / length, row, obstacle};
+  }
+};
+
+// [Lahouar06] eq. 14–20: au₁ = a·U₁, au₂ = a·U₂.
+// differs from paper: step and joint limits are projected too, or the vertex could be unbounded.
+ProjectedConstraints project(const FollowerMemory& memory, const VelocityBounds& bounds, std::span<const Row> rows) {
+  ProjectedConstraints projected;
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    const Row& row = rows[i];
+    projected.add({row.g.dot(memory.U1), row.g.dot(memory.U2)}, row.h, i, row.influences);
+  }
+  for (Eigen::Index j = 0; j < bounds.upper.size(); ++j) {
+    const Eigen::Vector2d unit(memory.U1[j], memory.U2[j]);
+    projected.add(unit, bounds.upper[j], -1, false);
+    projected.add(-unit, -bounds.lower[j], -1, false);
+  }
+  return projected;
+}
+
+/// The part of the line p + t·S that satisfies all half-planes but `skip`, and which one ends it.
+struct Interval {
+  double low = -kInfinity;
+  double high = kInfinity;
+  int high_from = -1;
+  [[nodiscard]] bool empty() const { return low > high; }
+};
+
+Interval clip(const ProjectedConstraints& all, int skip, const Eigen::Vector2d& p, const Eigen::Vector2d& S) {
+  Interval interval;
+  for (int i = 0; i < all.count; ++i) {
+    if (i == skip) continue;
+    const double rate = all.items[i].A.dot(S);
+    const double room = all.items[i].b - all.items[i].A.dot(p);
+    if (std::abs(rate) < 1e-12) {
+      if (room < 0.0) interval.low = kInfinity;
+    } else if (rate > 0.0) {
+      if (room / rate < interval.high) {
+        interval.high = room / rate;
+        interval.high_from = i;
+      }
+    } else {
+      interval.low = std::max(interval.low, room / rate);
+    }
+  }
+  return interval;
+}
+
+/// The tracked constraint is the one that maximises the scalar product with A_lock.
+int track(const ProjectedConstraints& projected, const Eigen::Vector2d& A_lock) {
+  int tracked = -1;
+  double most = 0.0;
+  for (int i = 0; i < projected.count; ++i) {
+    const double product = projected.items[i].A.dot(A_lock);
+    if (projected.items[i].obstacle && product > most) {
+      most = product;
+      tracked = i;
+    }
+  }
+  return tracked;
+}
+
+JointVector unit_normal_to(const JointVector& U1, JointVector direction) {
+  direction -= U1.dot(direction) * U1;
+  return direction.normalized();
+}
+
+JointVector random_direction(Random& random, Eigen::Index n) {
+  JointVector direction(n);
+  for (auto& value : direction) value = random.normal();
+  return direction;
+}
+
+void aim(FollowerMemory& memory, const Row& blocking) {
+  const Eigen::Vector2d A(blocking.g.dot(memory.U1), blocking.g.dot(memory.U2));
+  memory.A_lock = A.norm() < kFlat ? Eigen::Vector2d(1.0, 0.0) : A.normalized();
+  memory.time_in_subspace = 0.0;
+  memory.switches_in_subspace = 0;
+}
+
+}  // namespace
+
+void start_following(Follower follower, const JointLimits& limits, const JointVector& q, const JointVector& way_to_goal,
+                     const Row& blocking) {
+  FollowerMemory& memory = follower.memory;
+  Random& random = follower.random;
+  follower.deviation.active = true;
+  memory.d_lock = way_to_goal.norm();
+  memory.U1 = way_to_goal / memory.d_lock;  // eq. 10
+  // eq. 11–12: V towards q_lim, U₂ its part orthogonal to U₁. Which limits is drawn, as section 3.1 draws left or
+  // right.
+  JointVector V;
+  if (follower.deviation.drawn == 0) {
+    const bool upper = random.uniform() < 0.5;
+    V = (upper ? limits.upper : limits.lower) - q;
+    for (auto& value : V) {
+      if (std::isinf(value)) value = std::copysign(std::numbers::pi, value);  // a continuous joint: half a turn away
+    }
+  } else {
+    V = random_direction(random, q.size());
+  }
+  memory.U2 = unit_normal_to(memory.U1, V);
+  if (!memory.U2.allFinite()) memory.U2 = unit_normal_to(memory.U1, random_direction(random, q.size()));
+  ++follower.deviation.drawn;
+  aim(memory, blocking);
+}
+
+void redraw_subspace(Follower follower, const JointVector& way_to_goal, std::span<const Row> rows) {
+  follow_across(follower, way_to_goal, random_direction(follower.random, way_to_goal.size()), rows);
+}
+
+void follow_across(Follower follower, const JointVector& way_to_goal, const JointVector& across,
+                   std::span<const Row> rows) {
+  FollowerMemory& memory = follower.memory;
+  const JointVector U1 = way_to_goal.normalized();
+  const JointVector U2 = unit_normal_to(U1, across);
+  if (!U2.allFinite()) return;
+  memory.d_lock = way_to_goal.norm();
+  memory.U1 = U1;
+  memory.U2 = U2;
+  ++follower.deviation.drawn;
+  memory.time_in_subspace = 0.0;
+  memory.switches_in_subspace = 0;
+  memory.A_lock = {1.0, 0.0};
+  double most = 0.0;
+  for (const Row& row : rows) {
+    const Eigen::Vector2d A(row.g.dot(memory.U1), row.g.dot(memory.U2));
+    if (row.influences && A.x() > most) {
+      most = A.x();
+      memory.A_lock = A.normalized();
+    }
+  }
+}
+
+std::optional<JointVector> follow_boundary(Follower follower, const VelocityBounds& bounds, std::span<const Row> rows) {
+  FollowerMemory& memory = follower.memory;
+  const ProjectedConstraints projected = project(memory, bounds, rows);
+  int followed = track(projected, memory.A_lock);
+  if (followed < 0) return std::nullopt;
+
+  Eigen::Vector2d u = Eigen::Vector2d::Zero();
+  for (int attempt = 0; attempt <= kMostSwitches; ++attempt) {
+    const HalfPlane& wall = projected.items[followed];
+    memory.A_lock = wall.A;
+    follower.deviation.row = wall.row;
+    const Eigen::Vector2d S(-wall.A.y(), wall.A.x());  // eq. 22
+    // The vertex on the followed constraint; where limits keep the arm from that line, along S from rest.
+    Eigen::Vector2d p = wall.b * wall.A;
+    Interval interval = clip(projected, followed, p, S);
+    if (interval.empty()) {
+      p.setZero();
+      interval = clip(projected, -1, p, S);
+    }
+    int blocking = interval.high_from;
+    if (!interval.empty() && std::isfinite(interval.high)) {
+      u = p + interval.high * S;
+      const double fastest = bounds.upper.maxCoeff();
+      if (u.norm() > kNullShare * fastest && interval.high > 0.0) break;
+    }
+    if (blocking < 0 || blocking == followed) break;
+    followed = blocking;  // fig. 10: follow what blocks
+    ++memory.switches_in_subspace;
+  }
+  return JointVector(u.x() * memory.U1 + u.y() * memory.U2);  // eq. 13
+}
+
 namespace {
 
 /// An arm with the right of way is slow while the others make room; that is no deadlock yet above this share of it.

@@ -1,11 +1,19 @@
 #pragma once
-/// The method of [Cardenas10] for a live arm: down the gradient of artificial potentials, under the local planner's
-/// constraints.
+/// The motion method of [Cardenas10]: down the gradient of artificial potentials, under the local planner's constraints.
 
 #include "planner/methods/potential_field/oscillation_monitor.hpp"
 #include "planner/methods/potential_field/potential_field.hpp"
+#include "planner/model/limits.hpp"
 
 namespace hecaton::planner::potential {
+
+/// The joint velocity down the gradient [rad/s | m/s]: as fast as the limits allow, slower where repulsion all but
+/// cancels attraction, and slowing down in time to stop at the goal. Near the goal straight to it: repulsion shifts the
+/// minimum away from a goal near an obstacle.
+/// differs from paper: a direction only; what the local planner makes of it keeps limits and distances
+/// (docs/potential-fields.md).
+[[nodiscard]] JointVector field_velocity(const JointLimits& limits, const FieldValue& field, const JointVector& q,
+                                         const JointVector& q_goal, double dt);
 
 class FieldMethod final : public MotionMethod, public Configured<PotentialParameters> {
  public:

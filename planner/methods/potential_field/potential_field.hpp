@@ -1,13 +1,42 @@
 #pragma once
-/// The potential of a whole arm in a cell, and its gradient in Q: [Cardenas10] eq. 1 and 5.
+/// The potential field of a whole arm in a cell, and its gradient in joint space [Cardenas10].
 
 #include <vector>
 
+#include "planner/collision/cell_geometry.hpp"
 #include "planner/collision/exact_distance.hpp"
 #include "planner/methods/motion_method.hpp"
-#include "planner/methods/potential_field/control_points.hpp"
 
 namespace hecaton::planner::potential {
+
+/// A potential and its derivative by the distance d.
+struct Potential {
+  double value = 0.0;
+  double slope = 0.0;
+};
+
+/// Eq. 2 and 6: a paraboloid around the goal, a cone beyond `goal_distance` (d*_goal > 0); d ≥ 0 [m | rad].
+[[nodiscard]] Potential attraction(double d, double goal_distance);
+
+/// Eq. 3 and 7: zero beyond `influence_distance` (Q* > 0), growing without bound towards the obstacle; d [m].
+/// Never positive slope: it pushes away. η = `repulsion` [m⁴], so that both potentials are in m².
+[[nodiscard]] Potential repulsion(double d, double influence_distance, double repulsion);
+
+struct ControlPoint {
+  int link = 0;                                   ///< of the own model
+  Eigen::Vector3d p_L = Eigen::Vector3d::Zero();  ///< in the link's frame [m]
+  double radius = 0.0;                            ///< a ball of the body around it; 0: a point of its surface [m]
+};
+
+/// Of all bodies that joints move, what the arm carries included: the vertices of boxes, points on the axes of round
+/// bodies, both no farther apart than `spacing` [m].
+[[nodiscard]] std::vector<ControlPoint> control_points(const CellGeometry& geometry, double spacing);
+
+/// Three points of the tool, which pin down where it is and how it is turned: they are attracted, too.
+[[nodiscard]] std::vector<ControlPoint> tool_points(const RobotModel& model, double spacing);
+
+/// The same cell with an own arm that consists of nothing but these balls: own body i is points[i].
+[[nodiscard]] CellGeometry control_geometry(const CellGeometry& geometry, const std::vector<ControlPoint>& points);
 
 /// What the goal attracts.
 enum class Attraction {

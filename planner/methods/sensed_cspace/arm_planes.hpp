@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "planner/methods/sensed_cspace/planar_arm.hpp"
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 #include "planner/model/robot_model.hpp"
 
 namespace hecaton::planner::cspace {

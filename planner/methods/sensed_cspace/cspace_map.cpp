@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace hecaton::planner::cspace {
+
+int AngleGrid::cell_at(double angle) const {
+  return wrapped(static_cast<int>(std::floor(place(std::remainder(angle, 2.0 * kPi)) + 0.5)));
+}
 
 CspaceMap::CspaceMap(AngleGrid grid)
     : grid_(grid), words_((static_cast<std::size_t>(grid.cells) + 63) / 64), bits_(words_ * grid.cells, 0) {}

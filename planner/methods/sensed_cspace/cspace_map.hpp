@@ -1,12 +1,29 @@
 #pragma once
-/// A map of the planar arm's configurations: one bit for each cell of θ₁ × θ₂, a row of bits for each θ₁.
+/// A bit map of the planar arm's configurations, and how joint angles are divided into its cells.
 
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
-#include "planner/methods/sensed_cspace/angle_grid.hpp"
-
 namespace hecaton::planner::cspace {
+
+inline constexpr double kPi = std::numbers::pi;
+
+struct AngleGrid {
+  int cells = 360;  ///< > 0
+
+  [[nodiscard]] double pitch() const { return 2.0 * kPi / cells; }  ///< [rad]
+  [[nodiscard]] double centre(int cell) const { return -kPi + cell * pitch(); }
+  /// 0 ≤ result < cells, for any whole number.
+  [[nodiscard]] int wrapped(int cell) const {
+    const int rest = cell % cells;
+    return rest < 0 ? rest + cells : rest;
+  }
+  /// The angle in cells, counted from the first cell's centre: centre(i) is i.
+  [[nodiscard]] double place(double angle) const { return (angle + kPi) / pitch(); }
+  /// The cell that holds the angle [rad].
+  [[nodiscard]] int cell_at(double angle) const;
+};
 
 /// The cells of θ₂ that are blocked in one row: `count` from `first` on, beyond the last cell round to the first.
 struct RowSpan {

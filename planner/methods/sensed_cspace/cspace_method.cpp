@@ -1,13 +1,129 @@
 #include "planner/methods/sensed_cspace/cspace_method.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "planner/methods/sensed_cspace/arm_planes.hpp"
+#include "planner/methods/sensed_cspace/cspace_map.hpp"
 #include "planner/methods/sensed_cspace/sensed_planner.hpp"
-#include "planner/methods/sensed_cspace/surface_points.hpp"
 
 namespace hecaton::planner::cspace {
+namespace {
+
+using Points = std::vector<Eigen::Vector3d>;
+
+/// Cells of `spacing` or less, as many as it takes for `length`; at least one.
+int steps(double length, double spacing) {
+  return std::max(1, static_cast<int>(std::ceil(length / spacing)));
+}
+
+/// A parallelogram.
+void add_patch(const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double spacing,
+               Points& points) {
+  const int n = steps(a.norm(), spacing);
+  const int m = steps(b.norm(), spacing);
+  for (int i = 0; i <= n; ++i) {
+    for (int k = 0; k <= m; ++k) points.emplace_back(corner + a * i / n + b * k / m);
+  }
+}
+
+void add_disc(double z, double radius, double spacing, Points& points) {
+  const int rings = steps(radius, spacing);
+  for (int ring = 0; ring <= rings; ++ring) {
+    const double r = radius * ring / rings;
+    const int n = steps(2.0 * kPi * r, spacing);
+    for (int k = 0; k < n; ++k) {
+      points.emplace_back(r * std::cos(2.0 * kPi * k / n), r * std::sin(2.0 * kPi * k / n), z);
+    }
+  }
+}
+
+struct Visitor {
+  double spacing;
+
+  Points operator()(const world::Box& box) const {
+    Points points;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d a = 2.0 * box.half_extents[(axis + 1) % 3] * Eigen::Vector3d::Unit((axis + 1) % 3);
+      const Eigen::Vector3d b = 2.0 * box.half_extents[(axis + 2) % 3] * Eigen::Vector3d::Unit((axis + 2) % 3);
+      const Eigen::Vector3d through = 2.0 * box.half_extents[axis] * Eigen::Vector3d::Unit(axis);
+      add_patch(-box.half_extents, a, b, spacing, points);
+      add_patch(-box.half_extents + through, a, b, spacing, points);
+    }
+    return points;
+  }
+  Points operator()(const world::Cylinder& cylinder) const {
+    Points points;
+    add_disc(-cylinder.half_length, cylinder.radius, spacing, points);
+    add_disc(cylinder.half_length, cylinder.radius, spacing, points);
+    add_wall(cylinder.radius, cylinder.half_length, points);
+    return points;
+  }
+  Points operator()(const world::Capsule& capsule) const {
+    Points points;
+    add_wall(capsule.radius, capsule.half_length, points);
+    for (const Eigen::Vector3d& p : (*this)(world::Sphere{capsule.radius})) {
+      points.emplace_back(p + std::copysign(capsule.half_length, p.z()) * Eigen::Vector3d::UnitZ());
+    }
+    return points;
+  }
+  Points operator()(const world::Sphere& sphere) const {
+    Points points;
+    const int rings = steps(kPi * sphere.radius, spacing);
+    for (int ring = 0; ring <= rings; ++ring) {
+      const double polar = kPi * ring / rings;
+      const double r = sphere.radius * std::sin(polar);
+      const int n = steps(2.0 * kPi * r, spacing);
+      for (int k = 0; k < n; ++k) {
+        points.emplace_back(r * std::cos(2.0 * kPi * k / n), r * std::sin(2.0 * kPi * k / n),
+                            sphere.radius * std::cos(polar));
+      }
+    }
+    return points;
+  }
+  Points operator()(const world::Convex& convex) const {
+    Points points;
+    const auto& vertices = convex.hull->vertices;
+    for (const auto& face : convex.hull->faces) {
+      for (std::size_t i = 1; i + 1 < face.size(); ++i) {
+        const Eigen::Vector3d& corner = vertices[face[0]];
+        const Eigen::Vector3d a = vertices[face[i]] - corner;
+        const Eigen::Vector3d b = vertices[face[i + 1]] - corner;
+        const int n = steps(std::max(a.norm(), b.norm()), spacing);
+        for (int u = 0; u <= n; ++u) {
+          for (int v = 0; v <= n - u; ++v) points.emplace_back(corner + a * u / n + b * v / n);
+        }
+      }
+    }
+    return points;
+  }
+
+ private:
+  void add_wall(double radius, double half_length, Points& points) const {
+    const int rings = steps(2.0 * half_length, spacing);
+    const int n = steps(2.0 * kPi * radius, spacing);
+    for (int ring = 0; ring <= rings; ++ring) {
+      for (int k = 0; k < n; ++k) {
+        points.emplace_back(radius * std::cos(2.0 * kPi * k / n), radius * std::sin(2.0 * kPi * k / n),
+                            half_length * (2.0 * ring / rings - 1.0));
+      }
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> surface_points(const world::Obstacle& obstacle, double spacing) {
+  Points points;
+  if (obstacle.attachment) return points;
+  for (const world::PlacedShape& placed : obstacle.shapes) {
+    const world::Pose X_WS = obstacle.X_WO * placed.X_BS;
+    for (const Eigen::Vector3d& p_S : std::visit(Visitor{spacing}, placed.shape)) points.emplace_back(X_WS * p_S);
+  }
+  return points;
+}
+
 namespace {
 
 /// Of a full turn. A map in space has as many planes, and takes nine bytes for each of its cells: 62 MB for a PUMA.

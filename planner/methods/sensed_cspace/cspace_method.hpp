@@ -1,11 +1,18 @@
 #pragma once
-/// The methods of [Li96]: a way through C-space, searched in what the arm has sensed, or in all obstacles.
+/// The motion methods of [Li96]: a path through C-space, searched in what the arm has sensed, or in all obstacles.
 /// docs/design/0011-sensed-cspace.md.
+
+#include <vector>
 
 #include "planner/methods/motion_method.hpp"
 #include "planner/methods/sensed_cspace/sensed_map.hpp"
+#include "world/model/scene.hpp"
 
 namespace hecaton::planner::cspace {
+
+/// Points on the surfaces of the obstacle's shapes, where it is at t = 0: none of the surface is farther than `spacing`
+/// from the nearest of them. In W [m]. None of what an arm carries.
+[[nodiscard]] std::vector<Eigen::Vector3d> surface_points(const world::Obstacle& obstacle, double spacing);
 
 class CspaceMethod : public MotionMethod, public Configured<SensedParameters> {
  public:

@@ -2,7 +2,7 @@
 /// In which directions a turning link touches an obstacle, for several places of its joint at once, in lanes. Compiled
 /// once for each instruction set.
 
-#include "planner/methods/sensed_cspace/convex_piece.hpp"
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
 namespace hecaton::planner::cspace {
 

@@ -5,9 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "planner/methods/sensed_cspace/convex_piece.hpp"
 #include "planner/methods/sensed_cspace/cspace_map.hpp"
-#include "planner/methods/sensed_cspace/planar_arm.hpp"
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
 namespace hecaton::planner::cspace {
 

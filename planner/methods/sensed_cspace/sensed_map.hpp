@@ -1,6 +1,6 @@
 #pragma once
-/// What an arm knows of its C-space from points that its sensors saw: the cells that those points block, by planes of
-/// θ₀ ([Li96] sections 4 and 5). What was not seen counts as free.
+/// What an arm knows of its C-space: the cells that measured points block, by planes of θ₀ [Li96, sections 4 and 5].
+/// Space that no sensor has measured counts as free.
 
 #include <array>
 #include <span>
@@ -81,6 +81,34 @@ class SensedMap {
   std::unordered_set<std::uint64_t> seen_;  ///< small cubes
   std::vector<Eigen::Vector3d> points_;
   ObstacleImage image_;  ///< scratch
+};
+
+class GrowingMap {
+ public:
+  explicit GrowingMap(SensedMap map) : map_(std::move(map)) {}
+
+  [[nodiscard]] const SensedMap& map() const { return map_; }
+  /// Nothing waits.
+  [[nodiscard]] bool complete() const { return waiting_.empty(); }
+
+  /// A point that a sensor has seen from `distance` [m], in the arm's base frame B [m]; waits, unless it is known.
+  void note(double distance, const Eigen::Vector3d& p_B);
+  /// Puts a point into the map at once. True: something is blocked that was free.
+  bool see(const Eigen::Vector3d& p_B) { return map_.see(p_B); }
+  /// Puts up to `points` into the map, those nearest to their sensors first, and takes as many from `points`. True:
+  /// something is blocked that was free.
+  bool advance(int& points);
+  /// Forgets everything, also what waits.
+  void forget();
+
+ private:
+  struct Waiting {
+    double distance;  ///< from the sensor [m]
+    Eigen::Vector3d p_B;
+  };
+
+  SensedMap map_;
+  std::vector<Waiting> waiting_;
 };
 
 }  // namespace hecaton::planner::cspace

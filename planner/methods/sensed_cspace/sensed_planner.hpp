@@ -8,7 +8,7 @@
 
 #include "planner/methods/motion_method.hpp"
 #include "planner/methods/sensed_cspace/cspace_search.hpp"
-#include "planner/methods/sensed_cspace/growing_map.hpp"
+#include "planner/methods/sensed_cspace/sensed_map.hpp"
 #include "planner/model/arm.hpp"
 #include "planner/model/kinematics.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What a motion strategy is [Mediavilla02, section 2]: a choice of plane in joint space, made off line, in which an
-/// arm goes round what is in its way.
+/// A motion strategy [Mediavilla02, section 2]: a choice of plane in joint space, made off line, in which an arm avoids
+/// obstacles.
 
 #include <array>
 #include <functional>
@@ -9,6 +9,10 @@
 #include "planner/model/limits.hpp"
 
 namespace hecaton::planner {
+
+/// The largest |α|, |β|, … of a strategy: u₂ is within 1 mrad of that one's axis then, and greater ones choose hardly
+/// another plane.
+inline constexpr double kMostCoefficient = 1000.0;
 
 /// L = (α, β, …, λ) of one arm (eq. 7): of an arm with n joints that avoid, n − 2 coefficients choose the plane, and
 /// the local direction says to which side of the straight way the arm turns first.

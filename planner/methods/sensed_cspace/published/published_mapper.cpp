@@ -6,6 +6,144 @@
 #include <vector>
 
 namespace hecaton::planner::cspace {
+
+std::vector<FundamentalObstacle> border(std::span<const Point> corners, double spacing) {
+  constexpr double kStepsPerSpacing = 4.0;
+  std::vector<FundamentalObstacle> found;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Point& from = corners[i];
+    const Point& to = corners[(i + 1) % corners.size()];
+    const double length = std::hypot(to.x - from.x, to.y - from.y);
+    const int steps = std::max(1, static_cast<int>(std::ceil(kStepsPerSpacing * length / spacing)));
+    for (int k = 0; k < steps; ++k) {
+      const double share = static_cast<double>(k) / steps;
+      const Point place{spacing * std::round((from.x + share * (to.x - from.x)) / spacing),
+                        spacing * std::round((from.y + share * (to.y - from.y)) / spacing)};
+      const bool known = std::any_of(found.begin(), found.end(), [&](const FundamentalObstacle& other) {
+        return other.place.x == place.x && other.place.y == place.y;
+      });
+      if (!known) found.push_back({place, std::hypot(place.x, place.y), std::atan2(place.y, place.x)});
+    }
+  }
+  return found;
+}
+
+std::vector<Point> border_points(std::span<const Point> corners, double spacing) {
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Point& from = corners[i];
+    const Point& to = corners[(i + 1) % corners.size()];
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::hypot(to.x - from.x, to.y - from.y) / spacing)));
+    for (int k = 0; k < steps; ++k) {
+      const double share = static_cast<double>(k) / steps;
+      points.push_back({from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)});
+    }
+  }
+  return points;
+}
+
+namespace {
+
+/// How far θ₁ may turn away from the direction of a point at distance r and the arm can still touch it [rad]; below 0
+/// if it never can. [Li96] eq. 3 with s = l₂; what the first link touches is added.
+double widest_theta1(const PlanarArm& arm, double r) {
+  const double l1 = arm.length1;
+  const double l2 = arm.length2;
+  double widest = r <= l1 ? std::asin(std::min(1.0, arm.width1 / r)) : -1.0;
+  if (r <= l1 + l2 && r >= std::abs(l1 - l2)) {
+    widest = std::max(widest, std::acos(std::clamp((r * r + l1 * l1 - l2 * l2) / (2.0 * l1 * r), -1.0, 1.0)));
+  } else if (r < l2 - l1) {
+    widest = kPi;
+  }
+  return widest;
+}
+
+}  // namespace
+
+// [Li96] eq. 3–6 for a point at (r, 0), row by row: with the elbow at θ₁, s and θ₂ are the distance and the direction
+// of the point, and the second link touches it from θ₂ − asin(w/s) to θ₂ + asin(w/s). differs from paper: eq. 4 lacks
+// l₂ and the sign's rule; θ₂ follows from the elbow's place instead. Where the first link touches the point ("very
+// simple" in the paper) or the elbow is within w of it, every θ₂ does.
+ImageDatabase::ImageDatabase(const PlanarArm& arm, AngleGrid grid, int images)
+    : grid_(grid), spacing_(arm.reach() / images) {
+  for (int k = 1; k <= images; ++k) {
+    const double r = k * spacing_;
+    PointImage& image = images_.emplace_back();
+    const double widest = widest_theta1(arm, r);
+    if (widest < 0.0) continue;
+    image.theta1_min = -widest;
+    image.theta1_max = widest;
+    const int rows = static_cast<int>(std::ceil(2.0 * widest / grid.pitch())) + 1;
+    for (int row = 0; row < rows; ++row) {
+      const double theta1 = std::min(image.theta1_min + row * grid.pitch(), widest);
+      const double x = r * std::cos(theta1) - arm.length1;
+      const double y = -r * std::sin(theta1);
+      const double s = std::hypot(x, y);
+      const bool first_link = r <= arm.length1 && std::abs(y) <= arm.width1 && x <= 0.0 && std::cos(theta1) > 0.0;
+      const double theta2 = std::atan2(y, x);
+      const double half = s > arm.width2 ? std::asin(arm.width2 / s) : kPi;
+      const bool all = first_link || half == kPi;
+      image.lower.push_back(all ? -kPi : theta2 - half);
+      image.upper.push_back(all ? kPi : theta2 + half);
+    }
+  }
+}
+
+const PointImage& ImageDatabase::at(double r) const {
+  static const PointImage kOutOfReach;
+  const double n = std::max(1.0, std::floor(r / spacing_));
+  return n > size() ? kOutOfReach : images_[static_cast<std::size_t>(n) - 1];
+}
+
+std::size_t ImageDatabase::bytes() const {
+  std::size_t bytes = images_.size() * sizeof(PointImage);
+  for (const PointImage& image : images_) bytes += (image.lower.size() + image.upper.size()) * sizeof(double);
+  return bytes;
+}
+
+// differs from paper: its text calls G₂ and G₃ the points of Θ₁min and Θ₁max and G₄ and G₅ those of φ; the algorithm
+// has them the other way round, and so have we. Nothing depends on it: eq. 8 and 9 treat them alike.
+CriticalPoints find_critical_points(std::span<const FundamentalObstacle> obstacles, const ImageDatabase& database) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double r_min = kInfinity;
+  double phi_min = kInfinity;
+  double phi_max = -kInfinity;
+  double theta1_min = kInfinity;
+  double theta1_max = -kInfinity;
+  CriticalPoints g;
+  for (int j = 0; j < static_cast<int>(obstacles.size()); ++j) {
+    const FundamentalObstacle& obstacle = obstacles[j];
+    if (obstacle.r < r_min) {
+      r_min = obstacle.r;
+      g.nearest = j;
+    }
+    const double phi = obstacles[0].phi + std::remainder(obstacle.phi - obstacles[0].phi, 2.0 * kPi);
+    if (phi < phi_min) {
+      phi_min = phi;
+      g.phi_min = j;
+    }
+    if (phi > phi_max) {
+      phi_max = phi;
+      g.phi_max = j;
+    }
+    const PointImage& image = database.at(obstacle.r);
+    if (image.empty()) continue;
+    if (phi + image.theta1_min < theta1_min) {
+      theta1_min = phi + image.theta1_min;
+      g.theta1_min = j;
+    }
+    if (phi + image.theta1_max > theta1_max) {
+      theta1_max = phi + image.theta1_max;
+      g.theta1_max = j;
+    }
+  }
+  if (g.theta1_min >= 0) {
+    g.least_theta1 = theta1_min;
+    g.largest_theta1 = theta1_max;
+  }
+  return g;
+}
+
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

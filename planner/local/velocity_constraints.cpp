@@ -1,4 +1,4 @@
-#include "planner/local/limit_rows.hpp"
+#include "planner/local/velocity_constraints.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "planner/methods/sensed_cspace/convex_piece.hpp"
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>

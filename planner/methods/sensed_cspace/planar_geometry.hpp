@@ -1,5 +1,8 @@
 #pragma once
-/// The arm of [Li96]: two links in a plane, turning about the origin and about the elbow.
+/// The planar arm of [Li96], and obstacle shapes in its plane.
+
+#include <span>
+#include <vector>
 
 namespace hecaton::planner::cspace {
 
@@ -21,5 +24,27 @@ struct PlanarArm {
   /// The same arm, thicker: the image that it makes is that of an obstacle grown by `margin` [m].
   [[nodiscard]] PlanarArm grown(double margin) const { return {length1, length2, width1 + margin, width2 + margin}; }
 };
+
+/// A side of a convex piece: from `start` on for `length` along the unit vector `along`; `outward` is the unit normal.
+struct Edge {
+  Point start;
+  Point along;
+  Point outward;
+  double length = 0.0;  ///< [m]
+};
+
+/// A point, a line segment or a convex polygon.
+struct ConvexPiece {
+  std::vector<Point> corners;  ///< counter-clockwise
+  std::vector<Edge> edges;     ///< none of a point, one for each side of a segment
+  Point centre;
+  double radius = 0.0;  ///< no point is farther from the centre [m]
+};
+
+/// The convex hull of the points [m], at least one.
+[[nodiscard]] ConvexPiece convex_piece(std::span<const Point> points);
+
+/// A polygon without crossings, given by its corners in either order, cut into triangles. Empty when it has no area.
+[[nodiscard]] std::vector<ConvexPiece> triangles(std::span<const Point> corners);
 
 }  // namespace hecaton::planner::cspace
