@@ -7,9 +7,9 @@
 namespace hecaton::planner {
 namespace {
 
-/// Position error is corrected with this rate [1/s].
+/// Rate at which a position error is corrected [1/s].
 constexpr double kTrackingGain = 30.0;
-/// Share of the acceleration limit that a correction may need to end without overshoot.
+/// Share of the acceleration limit for the end of a correction; prevents overshoot.
 constexpr double kCorrectionShare = 0.5;
 
 }  // namespace
@@ -17,7 +17,7 @@ constexpr double kCorrectionShare = 0.5;
 ServoedJoints::ServoedJoints(JointLimits limits, const JointVector& q)
     : limits_(std::move(limits)), state_{q, JointVector::Zero(q.size())} {}
 
-// The velocity over this step that ends on the set-point, corrected towards it.
+// Commands the set-point's velocity plus a correction of the error expected at the end of the step.
 void ServoedJoints::follow(const JointState& set_point, double dt) {
   const JointVector error = set_point.q - (state_.q + 0.5 * (state_.qd + set_point.qd) * dt);
   advance_within_limits(limits_, set_point.qd + correction(error), dt, state_);
@@ -38,7 +38,7 @@ JointVector ServoedJoints::correction(const JointVector& error) const {
 ArmModel::ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout)
     : interpolator_(limits, q, command_timeout), joints_(limits, q) {}
 
-// The joints brake as the interpolator does, from the same state: following it would add rounding.
+// When stopping, the joints brake from the same state as the interpolator. Following it would add rounding errors.
 void ArmModel::step(double dt) {
   const JointState& set_point = interpolator_.step(dt, joints_.state());
   if (interpolator_.mode() == DriveMode::kTracking) {

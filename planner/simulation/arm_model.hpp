@@ -1,6 +1,6 @@
 #pragma once
-/// A simulated position-controlled arm, alone (for the device of the live driver) and behind the driver's interpolation
-/// (for the virtual cell). Users of this header link hecaton_arm_model, which knows no planner.
+/// A simulated position-controlled arm: the joints alone (for the simulated device of a live driver), and behind the
+/// driver's interpolation (for the simulated cell). Users link hecaton_arm_model, which contains no planner.
 
 #include <cstdint>
 
@@ -8,33 +8,33 @@
 
 namespace hecaton::planner {
 
-/// The joints and their position controller. Pure: no clock, no allocation.
+/// Joints with a position controller. No clock, no allocation.
 class ServoedJoints {
  public:
   /// At rest at `q`.
   ServoedJoints(JointLimits limits, const JointVector& q);
 
-  /// Moves by dt [s] towards `set_point`, which is due then. A position error is corrected, but no faster than it can
-  /// be braked away again. Limits hold whatever is commanded.
+  /// Moves for dt [s] towards `set_point`, which is due at the end. Corrects a position error no faster than the joint
+  /// can brake again. Keeps the limits of velocity and acceleration for any set-point.
   void follow(const JointState& set_point, double dt);
-  /// Moves by dt [s] on the stop profile.
+  /// Moves for dt [s] on the stop profile.
   void brake(double dt);
 
   [[nodiscard]] const JointState& state() const { return state_; }
 
  private:
-  /// The velocity that takes a position error away [rad/s | m/s].
+  /// Velocity that reduces a position error [rad/s | m/s].
   [[nodiscard]] JointVector correction(const JointVector& error) const;
 
   JointLimits limits_;
   JointState state_;
 };
 
-/// Follows a planner's set-points within its limits, and stops on the stop profile when they cease: begins to when a
-/// set-point has no successor, and for good after the time-out.
+/// Follows set-points within the limits. Begins to brake when a set-point has no successor; a late one resumes the
+/// motion until the time-out has passed.
 class ArmModel {
  public:
-  /// At rest at `q`. `command_timeout` [s]: silence after which the arm stops for good.
+  /// At rest at `q`. `command_timeout` [s]: see SetPointInterpolator.
   ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout);
 
   /// See SetPointInterpolator::command().
@@ -47,7 +47,7 @@ class ArmModel {
   [[nodiscard]] const JointVector& q() const { return joints_.state().q; }
   [[nodiscard]] const JointVector& qd() const { return joints_.state().qd; }
   [[nodiscard]] DriveMode mode() const { return interpolator_.mode(); }
-  /// Set-points that the limits changed, since construction.
+  /// Number of set-points that the limits have changed.
   [[nodiscard]] std::uint64_t clamped() const { return interpolator_.clamped(); }
 
  private:

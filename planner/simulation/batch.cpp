@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <thread>
 
 #include "planner/simulation/tasks.hpp"
@@ -9,18 +10,20 @@
 namespace hecaton::planner {
 namespace {
 
-/// Obstacles begin anywhere in this span of their scripts [s].
+/// Scripted motions begin at a random time in this span [s].
 constexpr double kScriptSpan = 60.0;
-/// A batch whose first episodes, as many as these, could all not be drawn is given up.
-constexpr int kMostInVain = 50;
+/// A batch fails if so many first episodes admit no task.
+constexpr int kMostFailures = 50;
+/// Random scenes tried for one episode in a cell with clutter.
+constexpr int kScenes = 50;
 
 struct EpisodeRecord {
-  std::string missing;  ///< why its task could not be drawn; empty: it could
+  std::optional<std::string> failure;  ///< why no task could be drawn
   EpisodeOutcome outcome;
-  ClockedTimes clocked;
+  ComputingTimes computing;
 };
 
-/// Of a cell whose scene is this episode's own.
+/// `cell` has the scene of this episode.
 EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random random, const BatchOptions& options,
                            bool observed) {
   EpisodeRecord record;
@@ -29,17 +32,18 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   episode_options.world_time = random.uniform(0.0, kScriptSpan);
   episode_options.seed = random.next();
   episode_options.threads = options.threads;
-  if (options.measure_ticks) episode_options.times = &record.clocked;
+  if (options.measure_ticks) episode_options.times = &record.computing;
   const auto starts = generator.draw_configuration(random);
   const auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
   if (!goals) {
-    record.missing = generator.shortage();
+    record.failure = generator.shortage();
     return record;
   }
-  if (!generator.clear_at(episode_options.world_time, *starts)) {  // the stops of a route may be in an obstacle's way
+  if (!generator.clear_at(episode_options.world_time,
+                          *starts)) {  // a pose of a sequence may be where an obstacle passes
     const auto time = generator.draw_time(random, kScriptSpan, *starts);
     if (!time) {
-      record.missing = generator.shortage();
+      record.failure = generator.shortage();
       return record;
     }
     episode_options.world_time = *time;
@@ -55,9 +59,8 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
 
 /// Draws scenes until one admits a task.
 EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, bool observed) {
-  constexpr int kScenes = 50;
   EpisodeRecord record;
-  for (int scene = 0; scene < kScenes && (scene == 0 || !record.missing.empty()); ++scene) {
+  for (int scene = 0; scene < kScenes && (scene == 0 || record.failure); ++scene) {
     Cell cluttered = cell;
     for (world::Obstacle& obstacle : draw_clutter(cell.tasks.clutter, random)) {
       cluttered.scene.obstacles.push_back(std::move(obstacle));
@@ -70,7 +73,7 @@ EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions
 
 EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode,
                           bool observed) {
-  // One stream of random numbers an episode, so that its tasks depend on its number alone.
+  // Each episode has its own random stream, so that its tasks depend on its number only.
   const Random random(Random(options.seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
   return cell.tasks.clutter.count > 0 ? run_in_clutter(cell, random, options, observed)
                                       : run_in_scene(cell, generator, random, options, observed);
@@ -87,10 +90,10 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
   report.duration += outcome.duration;
   report.ticks += outcome.ticks;
   report.rollout_ticks += outcome.rollout_ticks;
-  std::vector<double>& tick_us = report.clocked.tick_us;
-  tick_us.insert(tick_us.end(), record.clocked.tick_us.begin(), record.clocked.tick_us.end());
-  report.clocked.rollout_us += record.clocked.rollout_us;
-  report.clocked.run_us += record.clocked.run_us;
+  std::vector<double>& tick_us = report.computing.tick_us;
+  tick_us.insert(tick_us.end(), record.computing.tick_us.begin(), record.computing.tick_us.end());
+  report.computing.rollout_us += record.computing.rollout_us;
+  report.computing.run_us += record.computing.run_us;
   for (int i = 0; i < std::min(tasks_left, static_cast<int>(outcome.arms.size())); ++i) {
     const ArmOutcome& arm = outcome.arms[i];
     ArmTally& tally = report.arms[i];
@@ -107,7 +110,7 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
       case TaskOutcome::kReached:
         ++report.reached;
         ++tally.reached;
-        report.times.push_back(arm.time);
+        report.reach_times.push_back(arm.time);
         break;
       case TaskOutcome::kBlocked:
         ++report.blocked;
@@ -127,16 +130,16 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   const int arms = static_cast<int>(cell.arms.size());
   const int episodes = (options.tasks + arms - 1) / arms;
   std::vector<EpisodeRecord> records(episodes);
-  // A cell that admits no tasks shows it in the first ones; to find that out takes a while for each.
+  // Until one task is drawn, run one episode at a time: in a cell that admits no task, each takes long to fail.
   TaskGenerator first(cell);
-  int next_in_turn = 0;
+  int sequential = 0;
   bool drawn = false;
-  while (!drawn && next_in_turn < std::min(episodes, kMostInVain)) {
-    records[next_in_turn] = run_episode(cell, first, options, next_in_turn, true);
-    drawn = records[next_in_turn++].missing.empty();
+  while (!drawn && sequential < std::min(episodes, kMostFailures)) {
+    records[sequential] = run_episode(cell, first, options, sequential, true);
+    drawn = !records[sequential++].failure;
   }
-  if (!drawn) records.resize(next_in_turn);
-  std::atomic<int> next = drawn ? next_in_turn : episodes;
+  if (!drawn) records.resize(sequential);
+  std::atomic<int> next = drawn ? sequential : episodes;
   const int at_once = std::clamp(episodes - 1, 1, options.threads);
   BatchOptions each = options;
   each.threads = options.threads / at_once;
@@ -154,21 +157,21 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
   }
   BatchReport report;
   for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
-  std::string missing;
+  std::optional<std::string> failure;
   for (const EpisodeRecord& record : records) {
-    if (record.missing.empty()) {
+    if (!record.failure) {
       add(report, record, options.tasks - report.tasks);
-    } else if (missing.empty()) {
-      missing = record.missing;
+    } else if (!failure) {
+      failure = record.failure;
     }
   }
-  if (missing.empty()) return report;
+  if (!failure) return report;
   report.failure = "cell '" + cell.name + "': ";
   report.failure += drawn ? std::to_string(report.tasks) + " of " + std::to_string(options.tasks) +
                                 " tasks could be drawn; for the first of the others, "
                           : "no task could be drawn in " + std::to_string(records.size()) +
                                 (records.size() == 1 ? " episode: " : " episodes: for the first, ");
-  report.failure += missing;
+  report.failure += *failure;
   return report;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Many independent episodes of one cell: the numbers that `hecaton simulate` reports.
+/// Many independent episodes of one cell, and their statistics: what `hecaton simulate` reports.
 
 #include <cstdint>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace hecaton::planner {
 
-/// One period of an episode.
+/// One period of an episode. Valid during the callback.
 struct EpisodeMoment {
   const Cell& cell;  ///< with the episode's own scene
   const CellConfiguration& goals;
@@ -19,12 +19,13 @@ struct EpisodeMoment {
 };
 
 struct BatchOptions {
-  int tasks = 100;  ///< goals for single arms, in total; an episode gives one to every arm
+  int tasks = 100;  ///< goals of single arms in total; an episode has one for each arm
   std::uint64_t seed = 1;
-  int threads = 1;  ///< episodes at the same time; what is left over shares the arms of one
+  int threads = 1;  ///< run episodes in parallel; surplus threads share the arms of an episode
   NetworkParameters network;
-  bool measure_ticks = false;                               ///< fills clocked with the machine's clock
-  std::function<void(const EpisodeMoment&)> observe_first;  ///< called in every period of the first episode, or empty
+  bool measure_ticks = false;  ///< measures computing times
+  std::function<void(const EpisodeMoment&)>
+      observe_first;  ///< called in every period of the first episode; may be empty
 };
 
 struct ArmTally {
@@ -35,32 +36,33 @@ struct ArmTally {
   int timed_out = 0;
 };
 
+/// Sums over all episodes and arms.
 struct BatchReport {
   int tasks = 0;
   int reached = 0;
   int blocked = 0;
   int timed_out = 0;
-  std::uint64_t contacts = 0;  ///< the contact monitor's
+  std::uint64_t contacts = 0;
   bool has_smallest = false;
-  world::Separation smallest;  ///< the contact monitor's, over all episodes
+  world::Separation smallest;  ///< valid if has_smallest
   double duration = 0.0;       ///< virtual [s]
   std::uint64_t ticks = 0;
   std::uint64_t rollouts = 0;       ///< answers of the rollout search
-  std::uint64_t routes = 0;         ///< begun
+  std::uint64_t routes = 0;         ///< routes begun
   std::uint64_t coupled_plans = 0;  ///< coupled plans proposed
-  std::uint64_t rollout_ticks = 0;  ///< played for them, of single arms
+  std::uint64_t rollout_ticks = 0;  ///< ticks of single arms simulated by rollouts
   std::uint64_t relaxed_ticks = 0;
   std::uint64_t subspaces_drawn = 0;
   std::uint64_t yielding_ticks = 0;
-  VelocityReversals reversals;            ///< of all arms
-  std::vector<double> times;  ///< of the tasks that were reached, in task order [s]
-  ClockedTimes clocked;       ///< when measured
+  VelocityReversals reversals;
+  std::vector<double> reach_times;  ///< of the goals reached, in task order [s]
+  ComputingTimes computing;         ///< if measured
   std::vector<ArmTally> arms;
-  std::string failure;  ///< one sentence when not all tasks could be drawn; `tasks` of them were
+  std::string failure;  ///< one sentence if fewer than all tasks could be drawn; empty otherwise
 };
 
-/// Starts and goals depend on the seed and the cell alone, never on how the arms move: methods can be compared on the
-/// same tasks. The report is the same for any number of threads.
+/// Simulates random tasks of a cell. Starts and goals depend on the seed and the cell only, so that methods can be
+/// compared on the same tasks. The report does not depend on the number of threads.
 [[nodiscard]] BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options);
 
 }  // namespace hecaton::planner

@@ -6,22 +6,24 @@
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <utility>
 
-#include "planner/simulation/arm_bodies.hpp"
-#include "planner/simulation/delayed_observations.hpp"
+#include "planner/arm_planner/search_executor.hpp"
+#include "planner/simulation/arm_in_world.hpp"
 #include "planner/simulation/thread_pool.hpp"
-#include "planner/simulation/range_scanner.hpp"
-#include "planner/simulation/virtual_time_searches.hpp"
 
 namespace hecaton::planner {
 namespace {
 
-/// All arms blocked for this long: nothing will change any more unless an obstacle moves away [s].
+/// An episode ends when all arms are blocked for this long [s].
 constexpr double kStallTimeout = 10.0;
-/// So that a thread has some 50 µs of ticks to do: a choice, of the order of what waking it costs.
+/// Ticks of so many arms take some 50 µs, of the order of what it costs to wake a thread.
 constexpr int kArmsPerThread = 10;
+/// Configurations that the route search of a live planner checks in one control period: 0.33 µs each, on a processor
+/// that it shares.
+constexpr std::uint64_t kChecksPerPeriod = 10'000;
 
-int threads_worth(int threads, int arms) {
+int useful_threads(int threads, int arms) {
   return std::clamp(arms / kArmsPerThread, 1, std::max(1, threads));
 }
 
@@ -29,7 +31,7 @@ double microseconds_since(std::chrono::steady_clock::time_point then) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - then).count();
 }
 
-/// What this thread has had of the processor so far [µs].
+/// Processor time of this thread [µs].
 double processor_us() {
   timespec spent;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &spent);
@@ -42,20 +44,91 @@ std::vector<world::ArmBodies> all_bodies(const Cell& cell) {
   return bodies;
 }
 
-/// One arm with all that its planner's process and its driver have; but for the planner (Episode::planners_).
+/// Runs an arm's searches in virtual time: an answer arrives after as many control periods as the search thread of a
+/// live planner would need. The result is the same on every machine.
+class VirtualTimeSearches : public SearchExecutor {
+ public:
+  /// The input of all searches; outlives them.
+  struct Scene {
+    std::vector<Arm> arms;
+    std::vector<LocalParameters> parameters;
+    SharedObstacles obstacles;
+    double control_period = 0.010;  ///< [s]
+  };
+  /// `self`: index of the own arm.
+  VirtualTimeSearches(const Scene& scene, int self) : scene_(&scene), self_(self) {}
+
+  [[nodiscard]] SearchAnswers answers() override {
+    now_ = static_cast<double>(periods_++) * scene_->control_period;
+    SearchAnswers answers;
+    if (rollouts_ && rollouts_->busy()) {
+      answers.rollout = rollouts_->advance(scene_->parameters[self_].rollout.ticks_per_period);
+    }
+    answers.route = due(routes_);
+    answers.coupled_plan = due(coupled_plans_);
+    return answers;
+  }
+
+  /// The obstacles stay those of the scene.
+  void ask(SearchQuestions questions, const SharedObstacles& /*obstacles*/) override {
+    if (questions.rollout) {
+      if (!rollouts_) {
+        rollouts_ = std::make_unique<RolloutSearch>(scene_->arms, scene_->parameters, self_);
+        rollouts_->set_obstacles(*scene_->obstacles);
+      }
+      rollouts_->begin(std::move(*questions.rollout));
+    }
+    if (questions.coupled_plan) begin(coupled_plans_, *questions.coupled_plan);
+    if (questions.route) begin(routes_, *questions.route);
+  }
+
+  /// Ticks of single arms that all rollouts simulated.
+  [[nodiscard]] std::uint64_t rollout_ticks() const { return rollouts_ ? rollouts_->ticks() : 0; }
+
+ private:
+  struct PendingSearch {
+    std::unique_ptr<RouteSearch> search;  ///< null until the first question
+    std::optional<RouteAnswer> answer;
+    double arrives = 0.0;  ///< when the planner gets the answer [s]
+  };
+
+  [[nodiscard]] std::optional<RouteAnswer> due(PendingSearch& pending) const {
+    if (!pending.answer || now_ < pending.arrives) return std::nullopt;
+    return std::exchange(pending.answer, std::nullopt);
+  }
+
+  void begin(PendingSearch& pending, const RouteQuestion& question) const {
+    if (!pending.search) {
+      pending.search = std::make_unique<RouteSearch>(scene_->arms, scene_->parameters, self_);
+      pending.search->set_obstacles(*scene_->obstacles);
+    }
+    pending.answer = pending.search->answer(question);
+    const auto periods = static_cast<double>(1 + pending.answer->checks / kChecksPerPeriod);
+    pending.arrives = now_ + (periods - 0.5) * scene_->control_period;
+  }
+
+  const Scene* scene_;
+  int self_;
+  long periods_ = 0;
+  double now_ = 0.0;                         ///< [s]
+  std::unique_ptr<RolloutSearch> rollouts_;  ///< null until the first question: most arms of a large cell never ask
+  PendingSearch routes_;
+  PendingSearch coupled_plans_;
+};
+
+/// One arm: driver, sensors and searches. Its planner is in Episode::planners_.
 struct SimulatedArm {
   ArmPlannerOptions options;
   VirtualTimeSearches searches;
   ArmModel drive;
-  DelayedObservations news;  ///< what reaches its planner
+  DelayedObservations observations;  ///< what its planner knows of the others
   RangeScanner scanner;
   PeriodEvents events = {};    ///< of the next period
   Kinematics kinematics = {};  ///< as measured
   TickResult result = {};      ///< of the last period
   ReversalCounter reversals = {};
-  // What its planner took in the last period [µs].
-  double tick_us = 0.0;    ///< on the machine's clock
-  double search_us = 0.0;  ///< of the processor
+  double tick_us = 0.0;    ///< of the last tick, on the machine's clock [µs]
+  double search_us = 0.0;  ///< processor time of the last period's searches [µs]
 };
 
 class Episode {
@@ -63,32 +136,33 @@ class Episode {
   Episode(const Cell& cell, const CellConfiguration& starts, const EpisodeOptions& options)
       : cell_(cell),
         options_(options),
-        searched_{arms_of(cell), parameters_of(cell),
-                  std::make_shared<const std::vector<world::Obstacle>>(cell.scene.obstacles),
-                  cell.timing.control_period},
+        search_scene_{arms_of(cell), parameters_of(cell),
+                      std::make_shared<const std::vector<world::Obstacle>>(cell.scene.obstacles),
+                      cell.timing.control_period},
         world_(cell.scene, all_bodies(cell)),
-        threads_(threads_worth(options.threads, static_cast<int>(cell.arms.size())), static_cast<int>(cell.arms.size())) {
+        threads_(useful_threads(options.threads, static_cast<int>(cell.arms.size())),
+                 static_cast<int>(cell.arms.size())) {
     const int n = static_cast<int>(cell.arms.size());
     world_.set_time(options.world_time);
     caster_.set_obstacles(world_.obstacles());
     outcome_.arms.resize(n);
     Random random(options.seed);
     std::vector<ArmPlannerOptions> planner_options(n);
-    std::vector<DelayedObservations> news;
+    std::vector<DelayedObservations> observations;
     for (int i = 0; i < n; ++i) {
       planner_options[i].control_period = cell.timing.control_period;
       planner_options[i].motion_seed = random.next();
       planner_options[i].rollout_seed = random.next();
       planner_options[i].route_seed = options.seed + static_cast<std::uint64_t>(i);
-      news.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
+      observations.emplace_back(options.network, i, n, static_cast<int>(cell.scene.obstacles.size()), random);
     }
     for (int i = 0; i < n; ++i) {
-      planners_.emplace_back(CellGeometry(searched_.arms, i), cell.arms[i].parameters, planner_options[i]);
-      planners_.back().receive({.obstacles = searched_.obstacles});
+      planners_.emplace_back(CellGeometry(search_scene_.arms, i), cell.arms[i].parameters, planner_options[i]);
+      planners_.back().receive({.obstacles = search_scene_.obstacles});
       arms_.push_back({.options = planner_options[i],
-                       .searches = VirtualTimeSearches(searched_, i),
+                       .searches = VirtualTimeSearches(search_scene_, i),
                        .drive = ArmModel(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout),
-                       .news = std::move(news[i]),
+                       .observations = std::move(observations[i]),
                        .scanner = RangeScanner(cell.arms[i], random.next())});
       measure(i);
     }
@@ -132,14 +206,14 @@ class Episode {
   }
 
  private:
-  /// Every arm and the world publish, then every planner ticks on what has reached it, and its drive follows. No arm
-  /// sees another's next move, so that the order of the arms does not matter.
+  /// All arms and the world publish; then each planner ticks on what has reached it, and its drive follows. No planner
+  /// sees another arm's next state, so that the order of the arms does not matter.
   void plan_and_move(double now, double dt) {
     auto instant = std::make_shared<CellInstant>();
     for (std::size_t i = 0; i < arms_.size(); ++i) instant->arms.push_back(own_state(i));
     instant->obstacles = world_.snapshot().states;
     threads_.for_each([&](int i) {
-      arms_[i].news.hear(now, instant);
+      arms_[i].observations.update(now, instant);
       plan(i, now, instant->obstacles);
       move(i, dt);
     });
@@ -152,12 +226,11 @@ class Episode {
     }
   }
 
-  /// A planner runs beside its own arm's driver and sensors: between these there is no network. The drive gets each
-  /// set-point at once.
-  void plan(int i, double now, std::span<const world::ObstacleState> in_sight) {
+  /// There is no network between a planner and its own driver and sensors. The drive gets each set-point at once.
+  void plan(int i, double now, std::span<const world::ObstacleState> obstacles) {
     SimulatedArm& arm = arms_[i];
     ArmPlanner& planner = planners_[i];
-    const std::vector<RangeScan> scans = arm.scanner.scan(now, arm.drive.q(), caster_, in_sight);
+    const std::vector<RangeScan> scans = arm.scanner.scan(now, arm.drive.q(), caster_, obstacles);
     arm.events.scans = scans;
     const bool timed = options_.times != nullptr;
     double spent = timed ? processor_us() : 0.0;
@@ -169,16 +242,16 @@ class Episode {
     inputs.own.setpoint = number_;
     inputs.own.setpoint_age = cell_.timing.control_period;
     inputs.number = number_ + 1;
-    inputs.arms = arm.news.arms();
-    inputs.obstacles = arm.news.obstacles();
-    inputs.hold = !arm.news.knows_obstacles() && planner.controller().guide() == nullptr;
+    inputs.arms = arm.observations.arms();
+    inputs.obstacles = arm.observations.obstacles();
+    inputs.hold = !arm.observations.knows_obstacles() && planner.controller().guide() == nullptr;
     planner.receive(arm.events);
 
     const auto before = std::chrono::steady_clock::now();
     arm.result = planner.step(inputs);
     arm.tick_us = microseconds_since(before);
     spent = timed ? processor_us() : 0.0;
-    arm.searches.ask(planner.plan_ahead(inputs, arm.result), searched_.obstacles);
+    arm.searches.ask(planner.plan_ahead(inputs, arm.result), search_scene_.obstacles);
     if (timed) arm.search_us += processor_us() - spent;
     if (options_.record) options_.record({i, arm.options, arm.events, inputs, arm.result});
     arm.events = {};
@@ -207,7 +280,7 @@ class Episode {
   }
 
   void measure(int i) {
-    const Arm& arm = searched_.arms[i];
+    const Arm& arm = search_scene_.arms[i];
     forward_kinematics(*arm.model, arm.X_WB, arms_[i].drive.q(), arms_[i].kinematics);
   }
 
@@ -248,7 +321,7 @@ class Episode {
     }
   }
 
-  /// An arm that had not come nearer for long when its time was over found no way.
+  /// An arm that timed out and whose progress had stalled counts as blocked.
   void declare_stalled() {
     for (std::size_t i = 0; i < planners_.size(); ++i) {
       ArmOutcome& arm = outcome_.arms[i];
@@ -266,7 +339,7 @@ class Episode {
 
   const Cell& cell_;
   const EpisodeOptions& options_;
-  VirtualTimeSearches::Cell searched_;
+  VirtualTimeSearches::Scene search_scene_;
   world::BulletWorld world_;
   world::RayCaster caster_;
   std::vector<ArmPlanner> planners_;

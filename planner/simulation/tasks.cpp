@@ -9,28 +9,28 @@
 #include "planner/local/goal_objective.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 #include "planner/model/inverse_kinematics.hpp"
-#include "planner/simulation/draw_account.hpp"
+#include "planner/simulation/task_shortage.hpp"
 #include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
 namespace {
 
-/// A goal keeps this much more than dₛ from everything, so that the dampers let the arm rest there.
+/// Starts and goals keep this much more than the security distance dₛ, so that the velocity dampers let the arm rest
+/// [m].
 constexpr double kRestMargin = 0.03;
-/// Inverse kinematics begins this near the posture that the cell asks for [rad].
+/// Initial guesses of the inverse kinematics lie this close to the cell's posture [rad].
 constexpr double kPostureWidth = 0.2;
-/// Configurations per straight motion that are checked for contact.
+/// Configurations of a straight motion that are checked for contact.
 constexpr int kStraightSamples = 60;
-/// No point of a moving obstacle goes farther than this between two instants at which it is looked at [m]: between them
-/// it is nearer by half of that, less than kRestMargin.
+/// Largest motion of a point of a scripted obstacle between two samples of its script [m]. Between samples the distance
+/// is smaller by at most half of that, less than kRestMargin.
 constexpr double kSweepStep = 0.04;
 constexpr int kMostSweepSamples = 2000;
-/// Its speed is taken from this many instants.
+/// Samples of a script from which the largest speed is taken.
 constexpr int kSpeedSamples = 64;
-/// No other arms.
-constexpr std::span<const int> kNone;
+constexpr std::span<const int> kNoArms;
 
-/// At how many instants of its script it must be looked at.
+/// Number of samples of the obstacle's script that satisfies kSweepStep.
 int sweep_samples(const world::Obstacle& obstacle) {
   const double period = world::script_period(obstacle);
   double radius = 0.0;
@@ -85,7 +85,7 @@ struct TaskGenerator::Impl {
     sweep_obstacles();
   }
 
-  /// Each obstacle at instants of its own script, as many as the one that needs most.
+  /// Samples all scripts. All obstacles get as many samples as the one that needs most.
   void sweep_obstacles() {
     const std::vector<world::Obstacle>& obstacles = cell.scene.obstacles;
     std::vector<int> samples;
@@ -119,7 +119,8 @@ struct TaskGenerator::Impl {
     }
   }
 
-  /// Some pair that involves arm i, of the kinds wanted, is nearer than `distance` [m]. `arms`: only these count.
+  /// True if a pair of arm i that `counts` selects is nearer than `distance` [m]. `arms`: the other arms considered;
+  /// empty optional: all.
   template <class Counts>
   bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
             const Counts& counts, std::optional<std::span<const int>> arms = {}) {
@@ -128,7 +129,7 @@ struct TaskGenerator::Impl {
     return std::any_of(found.begin(), found.begin() + count, counts);
   }
 
-  /// Itself and everything that obstacles ever sweep.
+  /// True if arm i is clear of itself and of all places of obstacles.
   bool free_alone(int i, const JointVector& q) {
     const Arm& arm = cell.arms[i].arm;
     forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
@@ -137,7 +138,7 @@ struct TaskGenerator::Impl {
     const double self_distance = damper.self_security_distance + 0.5 * kRestMargin;
     const auto alone = [](const Clearance& c) { return c.counterpart != Counterpart::kArm; };
     return std::none_of(sweep.begin(), sweep.end(),
-                        [&](const auto& states) { return near(i, distance, self_distance, states, alone, kNone); });
+                        [&](const auto& states) { return near(i, distance, self_distance, states, alone, kNoArms); });
   }
 
   bool apart(const CellConfiguration& q) {
@@ -193,7 +194,7 @@ struct TaskGenerator::Impl {
     return drawn;
   }
 
-  /// All arms in the area that they share, drawn together until they are clear of each other.
+  /// For a shared task area: draws all arms together until they are clear of each other.
   std::optional<CellConfiguration> draw_all(Random& random, int attempts) {
     for (int attempt = 0; attempt < attempts; ++attempt) {
       CellConfiguration q;
@@ -209,7 +210,7 @@ struct TaskGenerator::Impl {
 
   std::optional<CellConfiguration> draw_configuration(Random& random, int attempts) {
     tallies.assign(arms(), {});
-    if (!cell.tasks.pose_sequence.empty()) return stop(random.next() % cell.tasks.pose_sequence.size());
+    if (!cell.tasks.pose_sequence.empty()) return sequence_pose(random.next() % cell.tasks.pose_sequence.size());
     if (!cell.tasks.problem.areas.empty()) {
       const std::size_t turn = random.next() % 2;
       return draw_in_areas(std::vector<std::size_t>(arms(), turn), random, attempts);
@@ -217,8 +218,8 @@ struct TaskGenerator::Impl {
     return cell.tasks.of_each_arm ? draw_each(random, attempts) : draw_all(random, attempts);
   }
 
-  /// All arms in areas of their own: one after the other, each drawn until it is clear of those before it, because many
-  /// arms drawn at once are never clear of each other.
+  /// For areas of their own: draws one arm after the other until it is clear of those before. Many arms drawn together
+  /// would hardly ever be clear of each other.
   std::optional<CellConfiguration> draw_each(Random& random, int attempts) {
     const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
     CellConfiguration q;
@@ -238,29 +239,29 @@ struct TaskGenerator::Impl {
     return q;
   }
 
-  /// All arms at the k-th pose of the route.
-  [[nodiscard]] CellConfiguration stop(std::size_t k) const {
+  /// All arms at pose k of the sequence.
+  [[nodiscard]] CellConfiguration sequence_pose(std::size_t k) const {
     CellConfiguration q;
     for (const PlannedArm& planned : cell.arms) q.push_back(planned.arm.named.at(cell.tasks.pose_sequence[k]));
     return q;
   }
 
-  [[nodiscard]] std::size_t nearest_stop(const CellConfiguration& q) const {
+  [[nodiscard]] std::size_t nearest_sequence_pose(const CellConfiguration& q) const {
     std::size_t nearest = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < cell.tasks.pose_sequence.size(); ++k) {
-      const CellConfiguration there = stop(k);
-      double way = 0.0;
-      for (int i = 0; i < arms(); ++i) way += joint_difference(cell.arms[i].arm.limits, q[i], there[i]).norm();
-      if (way < least) {
-        least = way;
+      const CellConfiguration there = sequence_pose(k);
+      double distance = 0.0;
+      for (int i = 0; i < arms(); ++i) distance += joint_difference(cell.arms[i].arm.limits, q[i], there[i]).norm();
+      if (distance < least) {
+        least = distance;
         nearest = k;
       }
     }
     return nearest;
   }
 
-  /// The poses of an arm's areas; an arm that the motion problem leaves out stays at home.
+  /// Centres of the arm's areas in the motion problem; its home pose if it has none.
   [[nodiscard]] std::vector<JointVector> areas_of(int i) const {
     const Arm& arm = cell.arms[i].arm;
     const auto listed = cell.tasks.problem.areas.find(arm.name);
@@ -279,7 +280,7 @@ struct TaskGenerator::Impl {
     return nearest;
   }
 
-  /// Uniform in the ball of the area, in the joints that avoid.
+  /// Uniform in the ball of the area, in the joints that the strategy moves.
   [[nodiscard]] JointVector draw_in_area(int i, std::size_t area, Random& random) const {
     const std::vector<JointVector> areas = areas_of(i);
     JointVector q = areas[area % areas.size()];
@@ -292,7 +293,7 @@ struct TaskGenerator::Impl {
     return q;
   }
 
-  /// Every arm in the given one of its areas.
+  /// Draws all arms, arm i in its area `area[i]`.
   std::optional<CellConfiguration> draw_in_areas(const std::vector<std::size_t>& area, Random& random, int attempts) {
     for (int attempt = 0; attempt < attempts; ++attempt) {
       CellConfiguration q;
@@ -313,7 +314,7 @@ struct TaskGenerator::Impl {
   std::vector<CellGeometry> geometries;  ///< one per arm as the own arm
   std::vector<ExactDistance> distances;
   std::vector<Kinematics> kinematics;
-  std::vector<std::vector<world::ObstacleState>> sweep;
+  std::vector<std::vector<world::ObstacleState>> sweep;  ///< of all obstacles, one entry per sample
   std::array<Clearance, 8> found;
   std::vector<DrawTally> tallies;  ///< of the last configuration
   std::string shortage;
@@ -341,7 +342,7 @@ bool TaskGenerator::clear_at(double time, const CellConfiguration& starts) {
   impl_->place(starts);
   const auto states = impl_->obstacles_at(time);
   for (int i = 0; i < impl_->arms(); ++i) {
-    if (impl_->near(i, impl_->rest_distance(i), 0.0, states, passes, kNone)) return false;
+    if (impl_->near(i, impl_->rest_distance(i), 0.0, states, passes, kNoArms)) return false;
   }
   return true;
 }
@@ -352,14 +353,14 @@ std::optional<double> TaskGenerator::draw_time(Random& random, double span, cons
     const double time = random.uniform(0.0, span);
     if (clear_at(time, starts)) return time;
   }
-  impl_->shortage = why_no_instant(impl_->cell, attempts);
+  impl_->shortage = why_no_start_time(impl_->cell, attempts);
   return std::nullopt;
 }
 
 std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& random, const CellConfiguration& starts,
                                                                        int attempts) {
-  const std::size_t stops = impl_->cell.tasks.pose_sequence.size();
-  if (stops > 0) return impl_->stop((impl_->nearest_stop(starts) + 1) % stops);
+  const std::size_t poses = impl_->cell.tasks.pose_sequence.size();
+  if (poses > 0) return impl_->sequence_pose((impl_->nearest_sequence_pose(starts) + 1) % poses);
   if (!impl_->cell.tasks.problem.areas.empty()) {
     std::vector<std::size_t> next;
     for (int i = 0; i < impl_->arms(); ++i) next.push_back(impl_->nearest_area(i, starts[i]) + 1);
@@ -370,7 +371,7 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
   for (int attempt = 0; attempt < attempts; ++attempt) {
     auto goals = draw_configuration(random);
     if (!goals) return std::nullopt;
-    if (impl_->arms() == 1 || straight_motion_collides(starts, *goals)) return goals;  // one arm is in nobody's way
+    if (impl_->arms() == 1 || straight_motion_collides(starts, *goals)) return goals;  // one arm has no conflict
   }
   impl_->shortage = why_no_conflict(impl_->cell, attempts);
   return std::nullopt;

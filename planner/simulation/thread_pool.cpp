@@ -4,7 +4,7 @@ namespace hecaton::planner {
 
 ThreadPool::ThreadPool(int threads, int count) : count_(count), shares_(threads) {
   for (int k = 0; k < threads; ++k) shares_[k].next = shares_[k].end = count * (k + 1) / threads;
-  for (int k = 1; k < threads; ++k) threads_.emplace_back([this, k] { serve(k); });
+  for (int k = 1; k < threads; ++k) threads_.emplace_back([this, k] { run(k); });
 }
 
 ThreadPool::~ThreadPool() {
@@ -13,8 +13,8 @@ ThreadPool::~ThreadPool() {
   round_.notify_all();
 }
 
-// A thread that comes late finds nothing left or, when the next round has begun meanwhile, work of that: it takes a
-// piece before it looks what the work is.
+// A late thread finds no item, or an item of the next round. It takes the item before it reads work_, so that the two
+// belong to the same round.
 void ThreadPool::for_each(const std::function<void(int)>& work) {
   work_ = &work;
   done_ = 0;
@@ -23,18 +23,18 @@ void ThreadPool::for_each(const std::function<void(int)>& work) {
     ++round_;
     round_.notify_all();
   }
-  work_off(0);
+  process(0);
   for (int done = done_; done < count_; done = done_) done_.wait(done);
 }
 
-void ThreadPool::serve(int self) {
+void ThreadPool::run(int self) {
   for (unsigned round = 0; !over_; round = round_) {
-    work_off(self);
+    process(self);
     round_.wait(round);
   }
 }
 
-void ThreadPool::work_off(int self) {
+void ThreadPool::process(int self) {
   for (std::size_t k = 0; k < shares_.size(); ++k) {
     Share& share = shares_[(self + k) % shares_.size()];
     for (int i = share.next++; i < share.end; i = share.next++) {

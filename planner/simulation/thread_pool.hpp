@@ -1,5 +1,5 @@
 #pragma once
-/// Threads that share the same work again and again: that of a cell's arms, period after period.
+/// A pool of threads for repeated rounds of equal work: one item per arm, one round per control period.
 
 #include <atomic>
 #include <functional>
@@ -10,26 +10,26 @@ namespace hecaton::planner {
 
 class ThreadPool {
  public:
-  /// `threads` ≥ 1, the caller's included, for rounds of `count` pieces of work.
+  /// `threads` ≥ 1 includes the calling thread. Each round has `count` items.
   ThreadPool(int threads, int count);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  /// One round: calls work(i) once for every i in [0, count), in any order, on any of the threads; returns when all are
-  /// done. The calls must not depend on each other, nor throw.
+  /// Runs one round: calls work(i) once for each i in [0, count), in any order, on any thread, and returns when all
+  /// calls have returned. The calls must be independent and must not throw.
   void for_each(const std::function<void(int)>& work);
 
  private:
-  /// What one thread begins with, the same in every round, so that its data stays in that core's cache. Who has
-  /// finished his helps the others: nobody waits for a thread that does not get a processor.
+  /// Items with which one thread begins, the same in each round, so that their data stay in its core's cache. A thread
+  /// that has finished its share continues with the others', so that a thread without a processor delays no round.
   struct alignas(64) Share {
     std::atomic<int> next{0};
     int end = 0;
   };
 
-  void serve(int self);
-  void work_off(int self);
+  void run(int self);
+  void process(int self);
 
   int count_;
   std::vector<Share> shares_;

@@ -1,5 +1,5 @@
 #pragma once
-/// Arms that stand in each other's only way: balls in a corridor.
+/// Balls in a corridor that block each other.
 
 #include <string>
 
@@ -8,18 +8,18 @@
 
 namespace hecaton::test {
 
-/// Balls of 0.1 m in a closed corridor 0.22 m wide and 3 m long, with a bay of 0.4 m at `bay` where one of them can let
-/// others pass.
-inline planner::Cell corridor(int balls, double bay, double together_after) {
+/// Balls of 0.1 m in a closed corridor 0.22 m wide and 3 m long. In a bay of 0.4 m at `bay` [m] one ball can let
+/// the others pass.
+inline planner::Cell corridor(int balls, double bay, double stall_timeout) {
   planner::Cell cell;
   cell.name = "corridor";
   for (int i = 0; i < balls; ++i) {
     planner::PlannedArm planned;
     planned.arm = planar_point("ball" + std::to_string(i));
-    planned.arm.limits.lower = joints({-1.5, -0.11});  // else most of what a search draws lies in the walls
+    planned.arm.limits.lower = joints({-1.5, -0.11});  // otherwise most samples of a search lie in the walls
     planned.arm.limits.upper = joints({1.5, 0.5});
     planned.parameters.damper = {.influence_distance = 0.12, .security_distance = 0.02, .convergence_speed = 0.5};
-    planned.parameters.coordination.stall_timeout = together_after;
+    planned.parameters.coordination.stall_timeout = stall_timeout;
     cell.arms.push_back(planned);
   }
   cell.tasks.time_limit = balls > 2 ? 90.0 : 25.0;
@@ -38,7 +38,7 @@ inline planner::Cell corridor(int balls, double bay, double together_after) {
   return cell;
 }
 
-/// Ball `i` of `balls` starts here, and its goal is the mirrored place: the balls reverse their order.
+/// Start and goal of ball `i` of `balls` [m]. The balls must reverse their order.
 inline planner::JointVector corridor_start(int i, int balls) {
   return joints({balls == 1 ? 0.0 : -1.0 + 2.0 * i / (balls - 1), 0});
 }

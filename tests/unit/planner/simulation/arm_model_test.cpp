@@ -15,15 +15,15 @@ constexpr double kStep = 0.002;
 constexpr double kPeriod = 0.01;
 constexpr double kTimeout = 0.05;
 
-TEST(ArmModel, StandsUntilCommanded) {
+TEST(ArmModel, RestsUntilCommanded) {
   ArmModel arm(kLimits, joints({0.2, -0.3}), kTimeout);
   for (int i = 0; i < 100; ++i) arm.step(kStep);
   EXPECT_EQ(arm.mode(), DriveMode::kIdle);
   EXPECT_EQ(arm.q(), joints({0.2, -0.3}));
 }
 
-// A planner that ramps up at the acceleration limit and integrates with the trapezoid rule is followed without error.
-TEST(ArmModel, TracksAPlannersRampAndCruise) {
+// The planner accelerates at the limit and integrates with the trapezoid rule.
+TEST(ArmModel, TracksRampAndConstantVelocity) {
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
   JointVector q = joints({0, 0});
   JointVector qd = joints({0, 0});
@@ -39,8 +39,8 @@ TEST(ArmModel, TracksAPlannersRampAndCruise) {
   EXPECT_NEAR(arm.qd()[0], 1.0, 0.05);
 }
 
-// Silence: the stop from the last set-point, which takes 0.5²/(2 · 10) from 0.5 rad/s; the time-out comes meanwhile.
-TEST(ArmModel, StopsByItselfWhenCommandsCease) {
+// The stop from 0.5 rad/s takes 0.5²/(2 · 10) rad; the time-out passes meanwhile.
+TEST(ArmModel, StopsWhenCommandsCease) {
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
   JointVector q = joints({0, 0});
   JointVector qd = joints({0, 0});
@@ -61,9 +61,8 @@ TEST(ArmModel, StopsByItselfWhenCommandsCease) {
   EXPECT_TRUE(arm.qd().isZero());
 }
 
-// However late the next command is, the arm is on the stop path of the last set-point, never beyond where that ends;
-// and it takes up the motion again without overshooting.
-TEST(ArmModel, ALateCommandNeverLeadsBeyondTheStopOfTheLastOne) {
+// Until a late command arrives, the arm follows the stop from the last set-point. Then it resumes without overshoot.
+TEST(ArmModel, StaysOnTheStopUntilALateCommand) {
   for (const double late : {0.002, 0.01, 0.03, 0.045}) {
     ArmModel arm(kLimits, joints({-0.9, 0}), kTimeout);
     JointVector q = joints({-0.9, 0});
@@ -88,7 +87,7 @@ TEST(ArmModel, ALateCommandNeverLeadsBeyondTheStopOfTheLastOne) {
   }
 }
 
-TEST(ArmModel, StopDropsTheSetPointAtOnce) {
+TEST(ArmModel, StopDropsTheSetPoint) {
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
   arm.command(joints({0.01, 0}), joints({0.1, 0}), kPeriod);
   arm.step(kStep);
@@ -99,15 +98,15 @@ TEST(ArmModel, StopDropsTheSetPointAtOnce) {
   EXPECT_EQ(arm.mode(), DriveMode::kIdle);
 }
 
-// Property: whatever is commanded, position, velocity and acceleration limits hold at every step.
-TEST(ArmModel, NoCommandBreaksALimit) {
+// Property: for any commands, the limits of position, velocity and acceleration hold in every step.
+TEST(ArmModel, KeepsLimitsForAnyCommand) {
   Random random(9);
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
   const double reach = 1.5 * (kTimeout + kPeriod);
   int followed = 0;
   for (int period = 0; period < 20'000; ++period) {
     if (random.uniform() < 0.8) {
-      // Within reach most of the time, and anywhere else; also outside the limits.
+      // Mostly within reach, sometimes anywhere, also outside the limits.
       const double far = random.uniform() < 0.9 ? reach : 3.0;
       const JointVector off = joints({random.uniform(-far, far), random.uniform(-far, far)});
       const JointVector wild = joints({random.uniform(-9, 9), random.uniform(-9, 9)});
@@ -130,7 +129,7 @@ TEST(ArmModel, NoCommandBreaksALimit) {
   EXPECT_GT(followed, 10'000);
 }
 
-TEST(ArmModel, FollowsNoSetPointThatItCannotReachInTime) {
+TEST(ArmModel, RejectsUnreachableSetPoint) {
   ArmModel arm(kLimits, joints({0, 0}), kTimeout);
   const double reach = 1.5 * (kTimeout + kPeriod);
   EXPECT_FALSE(arm.command(joints({0, reach + 1e-6}), joints({0, 0}), kPeriod));
@@ -139,7 +138,7 @@ TEST(ArmModel, FollowsNoSetPointThatItCannotReachInTime) {
   EXPECT_EQ(arm.mode(), DriveMode::kTracking);
   arm.step(kStep);
   EXPECT_FALSE(arm.command(joints({-reach - 0.01, 0}), joints({0, 0}), kPeriod));
-  EXPECT_EQ(arm.mode(), DriveMode::kStopping) << "nor the one before";
+  EXPECT_EQ(arm.mode(), DriveMode::kStopping) << "the previous set-point is dropped as well";
 }
 
 }  // namespace

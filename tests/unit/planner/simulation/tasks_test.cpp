@@ -1,4 +1,4 @@
-// When routes begin, by hand: a ball at the stop "here", and one that swings over it.
+// Tasks of a pose sequence with an obstacle that swings over its pose "here", and texts of failures.
 #include "planner/simulation/tasks.hpp"
 
 #include <gtest/gtest.h>
@@ -12,10 +12,10 @@ namespace {
 
 using test::joints;
 
-/// The arm goes back and forth between two stops; a ball of the same radius swings over the first with this amplitude [m].
-Cell route_under(double amplitude) {
+/// The arm moves between two poses; a ball of the same radius swings over the first with this amplitude [m].
+Cell sequence_under_ball(double amplitude) {
   Cell cell;
-  cell.name = "route";
+  cell.name = "sequence";
   PlannedArm planned;
   planned.arm = test::planar_point("point", 0.05);
   planned.arm.named["here"] = joints({0, 0});
@@ -31,8 +31,8 @@ Cell route_under(double amplitude) {
   return cell;
 }
 
-TEST(TaskGenerator, RoutesBeginWhenNothingThatMovesIsInTheWay) {
-  const Cell cell = route_under(0.5);
+TEST(TaskGenerator, StartTimeKeepsScriptedObstaclesClear) {
+  const Cell cell = sequence_under_ball(0.5);
   TaskGenerator generator(cell);
   Random random(3);
   double nearest = 1.0;
@@ -43,11 +43,11 @@ TEST(TaskGenerator, RoutesBeginWhenNothingThatMovesIsInTheWay) {
     nearest = std::min(nearest, world::motion_at(cell.scene.obstacles[0], *time).X_WO.translation().norm() - 0.1);
   }
   EXPECT_GE(nearest, cell.arms[0].parameters.damper.security_distance);
-  EXPECT_LT(nearest, 0.1) << "and no farther than needed";
+  EXPECT_LT(nearest, 0.1) << "the margin is not larger than needed";
 }
 
-TEST(TaskGenerator, RoutesThatCannotBeginAreRefusedSoon) {
-  Cell cell = route_under(0.01);
+TEST(TaskGenerator, FailsSoonWhenNoStartTimeExists) {
+  Cell cell = sequence_under_ball(0.01);
   world::Obstacle other = cell.scene.obstacles[0];
   other.name = "other";
   other.X_WO.translation().x() = 1.0;
@@ -56,35 +56,35 @@ TEST(TaskGenerator, RoutesThatCannotBeginAreRefusedSoon) {
   options.tasks = 100'000;
   const BatchReport report = simulate_tasks(cell, options);
   EXPECT_EQ(report.tasks, 0);
-  EXPECT_EQ(
-      report.failure,
-      "cell 'route': no task could be drawn in 50 episodes: for the first, at all of 200 instants drawn obstacles "
-      "ball and other stood too near to arm point at the start");
+  EXPECT_EQ(report.failure,
+            "cell 'sequence': no task could be drawn in 50 episodes: for the first, at all of 200 start times drawn "
+            "obstacles "
+            "ball and other were too close to arm point at the start");
 }
 
-// Those that begin "here" cannot, those that begin "there" can. Of the first episode it is the seed that decides, and
-// nothing is given up because of it.
-TEST(TaskGenerator, SaysHowManyTasksCouldBeDrawn) {
+// Tasks that start "here" cannot be drawn, tasks that start "there" can. A failing first episode must not end the
+// batch.
+TEST(TaskGenerator, ReportsHowManyTasksCouldBeDrawn) {
   BatchOptions options;
   options.tasks = 60;
   for (options.seed = 1; options.seed < 12; ++options.seed) {
-    const BatchReport report = simulate_tasks(route_under(0.01), options);
+    const BatchReport report = simulate_tasks(sequence_under_ball(0.01), options);
     ASSERT_GT(report.tasks, 10);
     ASSERT_LT(report.tasks, 50);
     EXPECT_EQ(
         report.failure,
-        "cell 'route': " + std::to_string(report.tasks) +
-            " of 60 tasks could be drawn; for the first of the others, at all of 200 instants drawn obstacle ball "
-            "stood too near to arm point at the start");
+        "cell 'sequence': " + std::to_string(report.tasks) +
+            " of 60 tasks could be drawn; for the first of the others, at all of 200 start times drawn obstacle ball "
+            "were too close to arm point at the start");
     options.threads = 3;
-    EXPECT_EQ(simulate_tasks(route_under(0.01), options).tasks, report.tasks);
+    EXPECT_EQ(simulate_tasks(sequence_under_ball(0.01), options).tasks, report.tasks);
     options.threads = 1;
   }
 }
 
-// The point reaches 3 m; a disc of 0.5 m that a box covers.
-TEST(TaskGenerator, SaysWhyNothingCouldBeDrawn) {
-  Cell cell = route_under(0.01);
+// The point reaches 3 m; a box covers the task area of 0.5 m radius.
+TEST(TaskGenerator, ReportsWhyNoTaskCouldBeDrawn) {
+  Cell cell = sequence_under_ball(0.01);
   cell.scene.obstacles = {test::box_obstacle("block", {0, 0, 0}, {1, 1, 1})};
   cell.tasks.pose_sequence.clear();
   cell.tasks.radius = 0.5;
@@ -93,7 +93,7 @@ TEST(TaskGenerator, SaysWhyNothingCouldBeDrawn) {
   options.tasks = 1;
   const std::string area = "the task area (centre 0, 0, 0 m in W, radius 0.5 m, half height 0 m)";
   EXPECT_EQ(simulate_tasks(cell, options).failure,
-            "cell 'route': no task could be drawn in 1 episode: in 400 draws arm point reached " + area +
+            "cell 'sequence': no task could be drawn in 1 episode: in 400 draws arm point reached " + area +
                 " only where it is not clear of itself and of all places of obstacle block");
   cell.tasks.centre.x() = 9.0;
   EXPECT_NE(simulate_tasks(cell, options).failure.find("in 400 draws arm point reached no point of the task area"),
@@ -101,8 +101,8 @@ TEST(TaskGenerator, SaysWhyNothingCouldBeDrawn) {
 }
 
 // Two points of 0.1 m across, whose areas are 1 m apart.
-TEST(TaskGenerator, SaysThatNoArmsMeet) {
-  Cell cell = route_under(0.01);
+TEST(TaskGenerator, ReportsThatNoArmsMeet) {
+  Cell cell = sequence_under_ball(0.01);
   cell.scene.obstacles.clear();
   cell.arms.push_back(cell.arms[0]);
   cell.arms[1].arm.name = "pebble";
@@ -113,10 +113,10 @@ TEST(TaskGenerator, SaysThatNoArmsMeet) {
   cell.tasks.half_height = 0.0;
   BatchOptions options;
   options.tasks = 2;
-  EXPECT_EQ(
-      simulate_tasks(cell, options).failure,
-      "cell 'route': no task could be drawn in 1 episode: on the straight ways to none of 2000 goals drawn in the "
-      "task area (centre 0, 0, 0 m from each base, radius 0.1 m, half height 0 m) any arms meet");
+  EXPECT_EQ(simulate_tasks(cell, options).failure,
+            "cell 'sequence': no task could be drawn in 1 episode: on the straight motions to none of 2000 goals drawn "
+            "in the "
+            "task area (centre 0, 0, 0 m from each base, radius 0.1 m, half height 0 m) any arms meet");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "planner/simulation/range_scanner.hpp"
+#include "planner/simulation/arm_in_world.hpp"
 
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// The planar arm, stretched along x, with one beam from its elbow sidewards, a metre below a wall.
+/// The planar arm, stretched along x, with one sideways ray from its elbow to a wall 1 m away.
 class RangeScannerTest : public testing::Test {
  protected:
   RangeScannerTest() {
@@ -45,7 +45,7 @@ class RangeScannerTest : public testing::Test {
   JointVector stretched_ = JointVector::Zero(2);
 };
 
-TEST_F(RangeScannerTest, MeasuresFromWhereTheLinkIs) {
+TEST_F(RangeScannerTest, MeasuresFromTheLinkPose) {
   RangeScanner scanner(arm_, 1);
   const auto scans = scan(scanner, 0.0);
   ASSERT_EQ(scans.size(), 1U);
@@ -53,12 +53,12 @@ TEST_F(RangeScannerTest, MeasuresFromWhereTheLinkIs) {
   EXPECT_TRUE(scans[0].readings[0].hit);
   EXPECT_NEAR(scans[0].readings[0].distance, 1.0, 1e-5);
   RangeScanner other(arm_, 1);
-  const JointVector turned = Eigen::Vector2d(std::asin(0.8), 0.0);  // the beam leans to the left, from y = 0.4
+  const JointVector turned = Eigen::Vector2d(std::asin(0.8), 0.0);  // the ray leans to the left, from y = 0.4
   const auto aside = other.scan(0.0, turned, caster_, states_);
   EXPECT_NEAR(aside[0].readings[0].distance, 0.6 / 0.6, 1e-5);
 }
 
-TEST_F(RangeScannerTest, SeesNothingBeyondItsRange) {
+TEST_F(RangeScannerTest, ReportsNoHitBeyondRange) {
   arm_.sensors[0].range = 0.99;
   RangeScanner scanner(arm_, 1);
   const auto scans = scan(scanner, 0.0);
@@ -66,7 +66,7 @@ TEST_F(RangeScannerTest, SeesNothingBeyondItsRange) {
   EXPECT_DOUBLE_EQ(scans[0].readings[0].distance, 0.99);
 }
 
-TEST_F(RangeScannerTest, ScansAtItsRate) {
+TEST_F(RangeScannerTest, ScansAtSensorPeriod) {
   arm_.sensors[0].period = 0.03;
   RangeScanner scanner(arm_, 1);
   int scans = 0;
@@ -74,7 +74,7 @@ TEST_F(RangeScannerTest, ScansAtItsRate) {
   EXPECT_EQ(scans, 100);
 }
 
-TEST_F(RangeScannerTest, IsOffByItsNoise) {
+TEST_F(RangeScannerTest, AddsBoundedNoise) {
   arm_.sensors[0].noise = 0.01;
   RangeScanner scanner(arm_, 7);
   double sum = 0.0;

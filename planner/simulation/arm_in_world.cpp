@@ -1,15 +1,36 @@
-#include "planner/simulation/range_scanner.hpp"
+#include "planner/simulation/arm_in_world.hpp"
 
 #include <algorithm>
 #include <limits>
 
+#include "planner/collision/cell_geometry.hpp"
+
 namespace hecaton::planner {
 namespace {
 
-/// Rounding must not let a sensor miss its turn [s].
-constexpr double kTick = 1e-9;
+/// Rounding must not delay a sensor by a period [s].
+constexpr double kTimeTolerance = 1e-9;
 
 }  // namespace
+
+world::ArmBodies arm_bodies(const Arm& arm) {
+  world::ArmBodies bodies;
+  bodies.name = arm.name;
+  for (const LinkGeometry& geometry : arm.model->geometry) {
+    bodies.parts.push_back({geometry.link,
+                            arm.model->links[geometry.link].name,
+                            {geometry.shape, geometry.X_LS},
+                            joints_before(*arm.model, geometry.link) > 0});
+  }
+  bodies.self_pairs = arm.model->self_pairs;
+  bodies.grasp_links = grasp_links(*arm.model);
+  return bodies;
+}
+
+void set_measured(world::BulletWorld& world, int index, const Arm& arm, const JointVector& q, Kinematics& scratch) {
+  forward_kinematics(*arm.model, arm.X_WB, q, scratch);
+  world.set_arm(index, std::span<const Pose>(scratch.X_WL).first(scratch.links), scratch.X_WT);
+}
 
 RangeScanner::RangeScanner(const PlannedArm& arm, std::uint64_t seed)
     : arm_(arm), random_(seed), due_(arm.sensors.size(), -std::numeric_limits<double>::infinity()) {}
@@ -19,7 +40,7 @@ std::vector<RangeScan> RangeScanner::scan(double now, const JointVector& q, cons
   std::vector<RangeScan> scans;
   for (int i = 0; i < static_cast<int>(arm_.sensors.size()); ++i) {
     const RangeSensor& sensor = arm_.sensors[i];
-    if (now < due_[i] - kTick) continue;
+    if (now < due_[i] - kTimeTolerance) continue;
     const double next = due_[i] + sensor.period;
     due_[i] = next > now ? next : now + sensor.period;
     if (scans.empty()) forward_kinematics(*arm_.arm.model, arm_.arm.X_WB, q, kinematics_);

@@ -1,5 +1,5 @@
 #pragma once
-/// The simulated distance sensors of one arm: beams cast into the world from where the arm was measured.
+/// An arm in the simulated world: its bodies, its measured pose, and the readings of its distance sensors.
 
 #include <cstdint>
 #include <span>
@@ -8,16 +8,25 @@
 #include "planner/cell.hpp"
 #include "planner/local/random.hpp"
 #include "planner/model/kinematics.hpp"
+#include "world/sim/bullet_world.hpp"
 #include "world/sim/ray_caster.hpp"
 
 namespace hecaton::planner {
 
+/// Shapes, self pairs and grasp links of `arm`.
+[[nodiscard]] world::ArmBodies arm_bodies(const Arm& arm);
+
+/// Moves arm `index` of the world to the measured configuration q [rad | m]. Overwrites `scratch`.
+void set_measured(world::BulletWorld& world, int index, const Arm& arm, const JointVector& q, Kinematics& scratch);
+
+/// Simulates the distance sensors of one arm by ray casts from its measured pose. Not thread-safe.
 class RangeScanner {
  public:
-  /// `arm` must outlive it. `seed` of the sensors' noise.
+  /// `arm` must outlive the scanner. `seed`: of the sensors' noise.
   RangeScanner(const PlannedArm& arm, std::uint64_t seed);
 
-  /// What the sensors measure that are due at `now` [s], with the arm at `q`. At the first call all are due.
+  /// Scans of all sensors that are due at `now` [s], with the arm at `q`. All are due at the first call. `obstacles`:
+  /// one per obstacle of `caster`.
   [[nodiscard]] std::vector<RangeScan> scan(double now, const JointVector& q, const world::RayCaster& caster,
                                             std::span<const world::ObstacleState> obstacles);
 

@@ -1,4 +1,4 @@
-#include "planner/simulation/draw_account.hpp"
+#include "planner/simulation/task_shortage.hpp"
 
 #include <sstream>
 #include <vector>
@@ -8,10 +8,10 @@
 namespace hecaton::planner {
 namespace {
 
-/// More names than these nobody reads.
+/// More names are given as a number.
 constexpr std::size_t kMostNames = 4;
-/// Fewer draws in vain say little about an arm.
-constexpr int kTelling = 20;
+/// An arm is named as the cause only after so many draws.
+constexpr int kMinDraws = 20;
 
 /// "arm a", "arms a, b and c", "12 arms"
 std::string named(const std::string& kind, const std::vector<std::string>& names) {
@@ -58,7 +58,7 @@ std::string area_text(const TaskArea& area) {
 std::string why_no_configuration(const Cell& cell, std::span<const DrawTally> tallies) {
   for (std::size_t i = 0; i < tallies.size(); ++i) {
     const DrawTally& tally = tallies[i];
-    if (tally.draws < kTelling || tally.clear) continue;
+    if (tally.draws < kMinDraws || tally.clear) continue;
     const std::string arm = "in " + std::to_string(tally.draws) + " draws arm " + cell.arms[i].arm.name;
     if (!tally.reached) return arm + " reached no point of " + area_text(cell.tasks);
     return arm + " reached " + area_text(cell.tasks) + " only where it is not clear of " +
@@ -74,13 +74,13 @@ std::string why_no_conflict(const Cell& cell, int drawn) {
   const std::string meet = cell.tasks.clutter.count > 0 ? "any arm meets an arm or an obstacle"
                            : cell.tasks.all_conflict    ? "every arm meets another"
                                                         : "any arms meet";
-  return "on the straight ways to none of " + std::to_string(drawn) + " goals drawn in " + area_text(cell.tasks) + " " +
-         meet;
+  return "on the straight motions to none of " + std::to_string(drawn) + " goals drawn in " + area_text(cell.tasks) +
+         " " + meet;
 }
 
-std::string why_no_instant(const Cell& cell, int drawn) {
-  return "at all of " + std::to_string(drawn) + " instants drawn " + obstacles_text(cell, true) +
-         " stood too near to " + arms_text(cell) + " at the start";
+std::string why_no_start_time(const Cell& cell, int drawn) {
+  return "at all of " + std::to_string(drawn) + " start times drawn " + obstacles_text(cell, true) +
+         " were too close to " + arms_text(cell) + " at the start";
 }
 
 }  // namespace hecaton::planner
