@@ -70,7 +70,7 @@ class ArmPlanner {
   [[nodiscard]] const std::shared_ptr<const CoupledPlan>& proposal() const { return coordinator_.proposal(); }
   [[nodiscard]] const CoupledPlanProgress& progress() const { return coordinator_.progress(); }
   /// An arm that is held back waits for the answer of its rollouts.
-  [[nodiscard]] bool looks_ahead() const { return rollouts_.looks_ahead(); }
+  [[nodiscard]] bool awaiting_rollout() const { return rollouts_.awaiting_rollout(); }
 
   /// What this planner did so far.
   struct Counts {

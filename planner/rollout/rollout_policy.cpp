@@ -10,7 +10,7 @@ constexpr double kOutOfTrouble = 0.5;
 /// Nobody waits longer for an answer before turning aside [s].
 constexpr double kLongestWait = 0.15;
 /// Between two looks at what comes; an arm at 3 rad/s and an obstacle at 1 m/s go half a metre [s].
-constexpr double kForesightInterval = 0.1;
+constexpr double kLookaheadInterval = 0.1;
 /// Over so long the change of an obstacle's velocity is measured [s].
 constexpr double kCourse = 0.05;
 /// What is slower than this is left to the dampers [m/s].
@@ -27,8 +27,8 @@ bool may_come_near(const CellGeometry& geometry, int obstacle, const world::Obst
     const double turning = state.velocity.angular.norm() * offset.norm();
     if (v.norm() + turning < kMoves) continue;
     const Eigen::Vector3d from = reach.centre - (state.X_WO.translation() + offset);
-    const double nearest_at = v.isZero() ? 0.0 : std::clamp(from.dot(v) / v.squaredNorm(), 0.0, state.age + kForeseen);
-    const double near = reach.radius + body.bound.radius + influence + turning * kForeseen;
+    const double nearest_at = v.isZero() ? 0.0 : std::clamp(from.dot(v) / v.squaredNorm(), 0.0, state.age + kLookaheadTime);
+    const double near = reach.radius + body.bound.radius + influence + turning * kLookaheadTime;
     if ((from - nearest_at * v).norm() < near) return true;
   }
   return false;
@@ -88,7 +88,7 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
       strongest_(parameters.acceleration_of_obstacles),
       random_(seed),
       since_answer_(parameters.rollout.interval),
-      since_foresight_(kForesightInterval),
+      since_lookahead_(kLookaheadInterval),
       horizon_(parameters.rollout.horizon) {
   if (!parameters.method->traits().coordinates) parameters_.candidates = 0;
 }
@@ -134,14 +134,14 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   const bool trouble = held_back && !controller.route().under_way();  // else the route is looked at, and left
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
-  since_foresight_ += dt;
+  since_lookahead_ += dt;
   if (parameters_.candidates > 0) watch(obstacles, dt);
   if (open_ != Open::kNone || parameters_.candidates == 0) return std::nullopt;
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     if (i != controller.geometry().self() && !arms[i].known) return std::nullopt;
   }
   // What comes is looked at first: the other search may take long.
-  const bool looks = since_foresight_ >= kForesightInterval && something_comes(controller, result, obstacles);
+  const bool looks = since_lookahead_ >= kLookaheadInterval && something_comes(controller, result, obstacles);
   if (!looks && trouble && since_answer_ >= parameters_.interval) {
     open_ = Open::kHeldBack;
     RolloutQuestion question = make_question(controller, arms, obstacles);
@@ -153,18 +153,18 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
     return question;
   }
   if (!looks) return std::nullopt;
-  open_ = Open::kForesight;
+  open_ = Open::kLookahead;
   RolloutQuestion question = make_question(controller, arms, obstacles);
   question.accelerations = accelerations();
   question.candidates = kEscapes * parameters_.candidates;
-  question.horizon = kForeseen;
+  question.horizon = kLookaheadTime;
   question.seed = random_.next();
-  question.foresees = true;
+  question.lookahead = true;
   return question;
 }
 
 void RolloutPolicy::answered() {
-  (open_ == Open::kForesight ? since_foresight_ : since_answer_) = 0.0;
+  (open_ == Open::kLookahead ? since_lookahead_ : since_answer_) = 0.0;
   open_ = Open::kNone;
 }
 

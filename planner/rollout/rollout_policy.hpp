@@ -28,10 +28,10 @@ class RolloutPolicy {
   /// The answer has come; its manoeuvre is to be begun.
   void answered();
   /// A question is open because the arm is held back.
-  [[nodiscard]] bool looks_ahead() const { return open_ == Open::kHeldBack; }
+  [[nodiscard]] bool awaiting_rollout() const { return open_ == Open::kHeldBack; }
 
  private:
-  enum class Open : std::uint8_t { kNone, kHeldBack, kForesight };
+  enum class Open : std::uint8_t { kNone, kHeldBack, kLookahead };
   /// What is known of how an obstacle's velocity changes.
   struct Course {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< when it was last looked at [m/s]
@@ -48,7 +48,7 @@ class RolloutPolicy {
   Random random_;
   Open open_ = Open::kNone;
   double since_answer_ = 0.0;     ///< to a question of an arm that was held back [s]
-  double since_foresight_ = 0.0;  ///< [s]
+  double since_lookahead_ = 0.0;  ///< [s]
   double since_trouble_ = 0.0;    ///< [s]
   double horizon_ = 0.0;          ///< of the next question [s]
 };

@@ -14,7 +14,7 @@ namespace {
 /// Step of the play [s]: coarser than a control period, since only the choice depends on it, never the motion.
 constexpr double kStep = 0.025;
 /// Of a look at what comes: whether a retreat succeeds may hang on a few hundredths of a second.
-constexpr double kStepOfForesight = 0.0125;
+constexpr double kLookaheadStep = 0.0125;
 /// Way that is left at the horizon counts this much more than the time it would take straight: something is in its way.
 constexpr double kDoubt = 2.0;
 /// Going on is kept unless something else is expected to be this much faster [s]: plays are predictions.
@@ -106,7 +106,7 @@ JointVector RolloutSearch::somewhere(double reach) {
 Manoeuvre RolloutSearch::draw(int candidate) {
   Manoeuvre manoeuvre;
   if (candidate == 0) return manoeuvre;
-  if (question_.foresees) return draw_escape(candidate);
+  if (question_.lookahead) return draw_escape(candidate);
   manoeuvre.seed = random_.next();
   if (candidate == 1) {
     manoeuvre.kind = ManoeuvreKind::kAbandon;
@@ -143,7 +143,7 @@ Manoeuvre RolloutSearch::draw_escape(int candidate) {
 void RolloutSearch::start_candidate() {
   manoeuvre_ = draw(candidate_);
   cell_.begin(question_.arms, question_.obstacles, question_.accelerations,
-              question_.foresees ? kStepOfForesight : kStep);
+              question_.lookahead ? kLookaheadStep : kStep);
   hecaton::planner::begin(manoeuvre_, cell_.arm(own_).memory);
 }
 
@@ -164,7 +164,7 @@ double RolloutSearch::dangers() const {
 bool RolloutSearch::finished() const {
   if (cell_.time() >= question_.horizon) return true;
   if (candidate_ > 0 && kCostOfMargin * dangers() >= best_.cost) return true;  // it cannot win any more
-  if (question_.foresees) return false;
+  if (question_.lookahead) return false;
   for (int i = 0; i < cell_.arms(); ++i) {
     if (cell_.arm(i).has_goal && cell_.arm(i).plans && cell_.reached(i) < 0.0) return false;
   }
@@ -197,7 +197,7 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
       best_.arrives = cell_.reached(own_) >= 0.0;
     }
     // Also when it is another arm that is run down: whose way out this one may be in.
-    const bool well = question_.foresees && candidate_ == 0 && dangers() <= 0.0;
+    const bool well = question_.lookahead && candidate_ == 0 && dangers() <= 0.0;
     if (well) candidate_ = question_.candidates;
     if (++candidate_ > question_.candidates) return best_;
     start_candidate();

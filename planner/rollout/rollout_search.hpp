@@ -22,7 +22,7 @@ struct RolloutQuestion {
   std::uint64_t seed = 0;                       ///< of the candidates
   /// Whether something runs the arm down, rather than how it arrives: when going on keeps clear of everything, that is
   /// the answer, without looking at anything else.
-  bool foresees = false;
+  bool lookahead = false;
 };
 
 struct RolloutAnswer {

@@ -65,7 +65,7 @@ void RolloutSimulation::step() {
     TickMemory memory{std::move(arm.memory)};
     const TickResult result = tick(geometries_[i], parameters_[i], input, memory, scratch_[i]);
     arm.memory = std::move(memory.local);
-    if (time_ <= kForeseen + 0.5 * dt_) {
+    if (time_ <= kLookaheadTime + 0.5 * dt_) {
       clearance_margin_[i] = std::min(clearance_margin_[i], result.clearance_margin);
       clearance_margin_of_moving_[i] = std::min(clearance_margin_of_moving_[i], result.clearance_margin_of_moving);
     }
@@ -73,7 +73,7 @@ void RolloutSimulation::step() {
     arm.qd = result.qd;
     if (result.status == TickStatus::kReached && reached_[i] < 0.0) reached_[i] = time_;
   }
-  const double gain = std::max(0.0, 1.0 - time_ / kAccelerates) * dt_;
+  const double gain = std::max(0.0, 1.0 - time_ / kAccelerationHorizon) * dt_;
   for (std::size_t i = 0; i < obstacles_.size(); ++i) {
     world::ObstacleState& obstacle = obstacles_[i];
     obstacle.X_WO = world::extrapolate(obstacle.X_WO, obstacle.velocity, dt_);

@@ -11,9 +11,9 @@
 namespace hecaton::planner {
 
 /// What obstacles do is foreseen for so long: later they have turned, or others have come [s].
-inline constexpr double kForeseen = 1.5;
+inline constexpr double kLookaheadTime = 1.5;
 /// How an obstacle accelerates now says less and less about the next second, and nothing about later [s].
-inline constexpr double kAccelerates = 1.0;
+inline constexpr double kAccelerationHorizon = 1.0;
 
 /// One arm when the play begins.
 struct RolloutArm {
@@ -51,7 +51,7 @@ class RolloutSimulation {
   [[nodiscard]] int arms() const { return static_cast<int>(geometries_.size()); }
   /// When arm i first stood at its goal [s]; below 0: not yet.
   [[nodiscard]] double reached(int i) const { return reached_[i]; }
-  /// The least room (TickResult) that arm i has had in the first `kForeseen` seconds [m].
+  /// The least room (TickResult) that arm i has had in the first `kLookaheadTime` seconds [m].
   [[nodiscard]] double clearance_margin(int i) const { return clearance_margin_[i]; }
   [[nodiscard]] double clearance_margin_of_moving(int i) const { return clearance_margin_of_moving_[i]; }
 

@@ -315,19 +315,19 @@ std::vector<Arm> two_arms(test::Random& random) {
   return both;
 }
 
-TEST(BrakingProperty, OfAPumaMeetsNothingThatStands) {
+TEST(BrakingProperty, PumaStopsBeforeStaticObstacles) {
   drive_all(puma, 10, 0.0, 27, 1);
 }
 
-TEST(BrakingProperty, OfRandomArmsMeetsNothingThatStands) {
+TEST(BrakingProperty, RandomArmsStopBeforeStaticObstacles) {
   drive_all(random_arm, 8, 0.0, 54, 2);
 }
 
-TEST(BrakingProperty, OfTwoArmsAtOnceMeetsNeitherTheOtherNorWhatStands) {
+TEST(BrakingProperty, TwoArmsThatStopTogetherTouchNothing) {
   drive_all(two_arms, 4, 0.0, 54, 3);
 }
 
-TEST(BrakingProperty, NeverRunsIntoWhatMovesStraightOn) {
+TEST(BrakingProperty, ArmNeverRunsIntoObstacleAtConstantVelocity) {
   drive_all(puma, 6, 0.6, 27, 4);
   drive_all(random_arm, 8, 0.6, 54, 5);
 }

@@ -70,7 +70,7 @@ void drive_along_the_wall(Random& random, Tally& tally) {
   }
 }
 
-TEST(FlightProperty, AStopAtOnceEndsBeforeWhatStands) {
+TEST(FlightProperty, ImmediateStopEndsBeforeStaticObstacles) {
   Random random(11);
   Tally tally;
   for (int trial = 0; trial < 300; ++trial) drive_along_the_wall(random, tally);

@@ -22,7 +22,7 @@ constexpr double kRadius = 0.05;  // of a planar point's ball [m]
 
 // A pair on a line. The own body keeps a constant speed; the other accelerates as it likes between its limits, but no
 // faster towards the own than its damper allows. What is really left is never less than least_distance says.
-TEST(LatencyCompensationProperty, NoOtherWithinItsLimitsComesNearerThanTheLeastDistance) {
+TEST(LatencyCompensationProperty, LeastDistanceIsALowerBoundForAnyMotionWithinLimits) {
   Random random(11);
   double smallest_slack = 1.0;
   for (int trial = 0; trial < 20'000; ++trial) {
@@ -278,22 +278,22 @@ StarvedRun::Outcome run_starved(bool naive) {
   return all;
 }
 
-TEST(LatencyCompensationProperty, WhoseProcessesAreStarvedTouchesNothing) {
+TEST(LatencyCompensationProperty, ArmTouchesNothingWhenItsProcessesStall) {
   const auto outcome = run_starved(false);
   EXPECT_GT(outcome.smallest, 0.0);
   EXPECT_GT(outcome.way, 400.0) << "and it gets about, in 4000 s";
 }
 
 // An arm that stopped for want of set-points is then taken for nearer to its goal than it is, and commanded there.
-TEST(LatencyCompensationProperty, TheSameWithItsVelocityKeptTouches) {
+TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConstantVelocity) {
   EXPECT_LT(run_starved(true).smallest, 0.0);
 }
 
-TEST(LatencyCompensationProperty, TwoThatWantToBeWhereTheOtherIsNeverTouch) {
+TEST(LatencyCompensationProperty, TwoArmsThatApproachEachOtherNeverTouch) {
   EXPECT_GT(smallest_of_duels(true), 0.02);  // dₛ is 0.03
 }
 
-TEST(LatencyCompensationProperty, TheSameWithAgesIgnoredComesNearer) {
+TEST(LatencyCompensationProperty, TwoArmsComeTooNearWhenAgesAreIgnored) {
   EXPECT_LT(smallest_of_duels(false), 0.02);
 }
 

@@ -102,7 +102,7 @@ Outcome fly_among(int flyers, double speed, double acceleration, double seconds,
 
 // Some are too fast to be fled from. But no arm runs into anything: who is touched stands, flees or brakes as hard as
 // it can.
-TEST(PassingProperty, WhoIsTouchedDidNotComeNearerItself) {
+TEST(PassingProperty, TouchedArmDidNotApproachTheObstacle) {
   Random random(31);
   Outcome all;
   for (int trial = 0; trial < 60; ++trial) {

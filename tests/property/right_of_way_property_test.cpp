@@ -88,7 +88,7 @@ class Crowd {
 
 // Every arm sees every other one as it was some time ago, each another time. Priorities never fall, so nobody
 // overestimates another's: that is enough.
-TEST(RightOfWayProperty, NobodyEverWaitsForItselfHoweverOldTheNews) {
+TEST(RightOfWayProperty, ArmsNeverYieldInACircleForAnyDelay) {
   int waits = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Crowd crowd({.age = 0.3, .jitter = 0.3, .loss = 0.5}, seed);
@@ -103,7 +103,7 @@ TEST(RightOfWayProperty, NobodyEverWaitsForItselfHoweverOldTheNews) {
 }
 
 // A priority that everybody has heard of leaves exactly one arm that does not make room: who asked last.
-TEST(RightOfWayProperty, OnceTheNewsIsInExactlyOneGoes) {
+TEST(RightOfWayProperty, ExactlyOneArmHasRightOfWayOnceAllPrioritiesHaveArrived) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Crowd crowd({.age = 0.05}, seed);
     std::uint32_t most = 0;

@@ -47,7 +47,7 @@ TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
 }
 
 // What nobody avoids is hit: the scenes are no walk in the park.
-TEST(SensedCspace, BlindArmsCollideInTheseScenes) {
+TEST(SensedCspace, ArmsWithoutSensorsCollideInTheseScenes) {
   Cell cell = cell_of("planar_2r");
   cell.arms[0].sensors.resize(1);
   cell.arms[0].sensors[0].rays.resize(1);
@@ -55,7 +55,7 @@ TEST(SensedCspace, BlindArmsCollideInTheseScenes) {
   EXPECT_GT(simulate(cell, "sensed_cspace", Remember::kAlways, 25).contacts, 10U);
 }
 
-TEST(SensedCspace, InSpaceByPlanes) {
+TEST(SensedCspace, ReachesGoalsInSpaceByPlanes) {
   const BatchReport sensed = simulate(cell_of("puma_sensed"), "sensed_cspace", Remember::kAlways, 4);
   EXPECT_EQ(sensed.contacts, 0U) << sensed.smallest.a << " – " << sensed.smallest.b;
   EXPECT_GE(sensed.reached, 3);
@@ -65,7 +65,7 @@ TEST(SensedCspace, IsRepeatable) {
   const Cell cell = cell_of("planar_2r");
   const BatchReport a = simulate(cell, "sensed_cspace", Remember::kUntilNearer, 5);
   const BatchReport b = simulate(cell, "sensed_cspace", Remember::kUntilNearer, 5);
-  EXPECT_EQ(a.times, b.times);
+  EXPECT_EQ(a.reach_times, b.reach_times);
   EXPECT_EQ(a.smallest.distance, b.smallest.distance);
 }
 

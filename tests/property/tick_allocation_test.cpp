@@ -36,7 +36,7 @@ TEST(TickAllocation, NeverAllocates) {
 
 class TickAllocationOf : public testing::TestWithParam<std::string_view> {};
 
-TEST_P(TickAllocationOf, IsNone) {
+TEST_P(TickAllocationOf, MethodNeverAllocates) {
   const Cell cell = config::load_cell_file(HECATON_SOURCE_DIR "/deploy/cells/three_puma.yaml").cell;
   LocalParameters parameters = cell.arms[0].parameters;
   parameters.method = built_in_method(GetParam());

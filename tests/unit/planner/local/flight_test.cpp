@@ -57,13 +57,13 @@ class Flight : public testing::Test {
 };
 
 // A wall along the way, 1 mm nearer than dₛ: it must be left, but 10 mm/s are enough for that.
-TEST_F(Flight, FromWhatStandsATouchTooNearIsNoReasonToHurry) {
+TEST_F(Flight, LimitsSpeedSlightlyInsideSecurityDistanceOfStaticObstacle) {
   const auto wall = box_obstacle("wall", {0, -0.05 - 0.019 - 0.1, 0}, {5, 0.1, 0.1});
   EXPECT_NEAR(fastest(wall, {0, 0, 0}, joints({1, 0}), 0.5), kNear, 1e-9);
 }
 
 // What comes at 0.5 m/s is fled at that speed, but no faster than a stop at once allows.
-TEST_F(Flight, FromWhatComesFastIsTwiceAsFastAtMost) {
+TEST_F(Flight, DoublesSpeedLimitAtMostBeforeFastObstacle) {
   const auto ram = box_obstacle("ram", {-0.25, 0, 0}, {0.1, 0.5, 0.1});
   const double speed = fastest(ram, {0.5, 0, 0}, joints({0, 0}), 0.6);
   EXPECT_GT(speed, 1.2 * kNear);

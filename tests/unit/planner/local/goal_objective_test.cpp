@@ -14,17 +14,17 @@ using test::joints;
 
 const JointLimits kLimits{joints({-3, -3}), joints({3, 3}), joints({1.0, 2.0}), joints({10, 10})};
 
-TEST(GoalObjective, StraightLineAtTheSlowestJointsSpeed) {
+TEST(GoalObjective, MovesStraightAtTheSlowestJointsSpeed) {
   // Direction (0.6, 0.8): joint 1 allows 1/0.6 = 1.67, joint 2 2/0.8 = 2.5; speed 1.67 → q̇ = (1, 1.333)
   const JointVector qd = goal_velocity(kLimits, joints({-1.2, -1.6}), joints({1.2, 1.6}), 0.01);
   EXPECT_NEAR((qd - joints({1.0, 4.0 / 3.0})).norm(), 0.0, 1e-12);
 }
 
-TEST(GoalObjective, AtTheGoalNothingIsWanted) {
+TEST(GoalObjective, IsZeroAtTheGoal) {
   EXPECT_TRUE(goal_velocity(kLimits, joints({1, 1}), joints({1, 1}), 0.01).isZero());
 }
 
-TEST(GoalObjective, ContinuousJointsTakeTheShortWay) {
+TEST(GoalObjective, ContinuousJointsTakeTheShorterDirection) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const JointLimits limits{joints({-kInfinity}), joints({kInfinity}), joints({1}), joints({10})};
   const JointVector way = joint_difference(limits, joints({3.0}), joints({-3.0}));
@@ -54,7 +54,7 @@ TEST(GoalObjective, ArrivesWithinTheAccelerationLimits) {
 }
 
 // A goal that is as far ahead as approach_distance says is approached at just that speed.
-TEST(GoalObjective, ApproachDistanceIsItsInverse) {
+TEST(GoalObjective, ApproachDistanceInvertsGoalVelocity) {
   constexpr double kPeriod = 0.01;
   const JointVector q = joints({0.1, -0.2});
   const JointVector direction = joints({0.6, -0.8});

@@ -9,7 +9,7 @@ namespace {
 using test::box_obstacle;
 using test::joints;
 
-TEST(Manoeuvre, ADetourVisitsItsWayPointFirst) {
+TEST(Manoeuvre, DetourVisitsItsWayPointFirst) {
   Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
@@ -32,7 +32,7 @@ TEST(Manoeuvre, ADetourVisitsItsWayPointFirst) {
   EXPECT_EQ(result.status, TickStatus::kReached);
 }
 
-TEST(Manoeuvre, ADetourIsGivenUpWhenItsTimeIsOver) {
+TEST(Manoeuvre, DetourEndsAtItsTimeLimit) {
   Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
@@ -46,7 +46,7 @@ TEST(Manoeuvre, ADetourIsGivenUpWhenItsTimeIsOver) {
   EXPECT_EQ(journey.step().status, TickStatus::kMoving);
 }
 
-TEST(Manoeuvre, ADetourIntoAWallIsGivenUp) {
+TEST(Manoeuvre, DetourEndsWhenAWallBlocksIt) {
   Journey journey({box_obstacle("wall", {0, 0.5, 0}, {3, 0.1, 0.1})}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
@@ -62,7 +62,7 @@ TEST(Manoeuvre, ADetourIntoAWallIsGivenUp) {
   EXPECT_GT(journey.nearest, 0.0);
 }
 
-TEST(Manoeuvre, ANewGoalEndsIt) {
+TEST(Manoeuvre, NewGoalEndsDetour) {
   Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
@@ -77,7 +77,7 @@ TEST(Manoeuvre, ANewGoalEndsIt) {
   EXPECT_EQ(journey.step().status, TickStatus::kMoving);
 }
 
-TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
+TEST(Manoeuvre, EvasionStaysAsideUntilItsTimeLimit) {
   Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre evasion;
   evasion.kind = ManoeuvreKind::kEvade;
@@ -93,7 +93,7 @@ TEST(Manoeuvre, AnEvasionStaysAsideUntilItsTimeIsOver) {
   EXPECT_EQ(journey.step().status, TickStatus::kMoving);
 }
 
-TEST(Manoeuvre, AnArmWithoutAGoalEvadesAndStaysWhereThatLed) {
+TEST(Manoeuvre, ArmWithoutGoalEvadesAndStaysThere) {
   Journey journey({}, built_in_method("boundary_following"));
   Manoeuvre evasion;
   evasion.kind = ManoeuvreKind::kEvade;

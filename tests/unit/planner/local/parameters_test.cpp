@@ -11,7 +11,7 @@ TEST(LocalParameters, DefaultsAreConsistent) {
   EXPECT_EQ(LocalParameters{}.validate(), "");
 }
 
-TEST(LocalParameters, RefusalsNameKeyValueAndRule) {
+TEST(LocalParameters, ErrorsNameKeyValueAndRule) {
   LocalParameters p;
   p.damper.security_distance = 0.12;
   p.damper.influence_distance = 0.10;
@@ -24,7 +24,7 @@ TEST(LocalParameters, RefusalsNameKeyValueAndRule) {
   EXPECT_EQ(p.validate(), "yielding.yield_request_delay = -2 must be 0 (never) or a time in seconds");
 }
 
-TEST(Damper, IsThePapersLineWhereStopsAreShort) {
+TEST(Damper, EqualsThePapersLineForShortStops) {
   const Damper damper{.security_distance = 0.02, .width = 0.1, .convergence_speed = 1.0, .response = 0.05};
   EXPECT_DOUBLE_EQ(damper.speed(0.02), 0.0);
   EXPECT_DOUBLE_EQ(damper.speed(0.12), 1.0);
@@ -34,7 +34,7 @@ TEST(Damper, IsThePapersLineWhereStopsAreShort) {
   EXPECT_DOUBLE_EQ(damper.speed(0.0), -0.2);
 }
 
-TEST(Damper, LeavesTheLineAtXiWhereStopsAreLong) {
+TEST(Damper, FlattensBeyondXiForLongStops) {
   const Damper damper{.security_distance = 0.02, .width = 0.1, .convergence_speed = 1.0, .response = 0.25};
   EXPECT_DOUBLE_EQ(damper.speed(0.07), 0.5);  // within dᵢ the line; stops may take S₀ = 0.1 s
   EXPECT_DOUBLE_EQ(damper.time_constant(0.07), 0.1);

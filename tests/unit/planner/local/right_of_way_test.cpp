@@ -57,13 +57,13 @@ TEST(Priorities, AreATotalOrder) {
   }
 }
 
-TEST_F(RightOfWayTest, NobodyMakesRoomUnasked) {
+TEST_F(RightOfWayTest, NoArmYieldsWithoutARequest) {
   pass(5.0, false);
   EXPECT_EQ(right_.yields_to, -1);
   EXPECT_EQ(right_.priority, 0U);
 }
 
-TEST_F(RightOfWayTest, WhoIsHeldBackAsksOnceItsPatienceIsOver) {
+TEST_F(RightOfWayTest, BlockedArmRequestsAfterItsDelay) {
   pass(0.7 * parameters_.yielding.yield_request_delay, true);
   EXPECT_EQ(right_.priority, 0U);
   pass(0.6 * parameters_.yielding.yield_request_delay, true);
@@ -71,7 +71,7 @@ TEST_F(RightOfWayTest, WhoIsHeldBackAsksOnceItsPatienceIsOver) {
   EXPECT_TRUE(right_.leads);
 }
 
-TEST_F(RightOfWayTest, WhoHasAskedBeforeWaitsLonger) {
+TEST_F(RightOfWayTest, DelayGrowsWithEachRequest) {
   pass(1.3 * parameters_.yielding.yield_request_delay, true);
   EXPECT_EQ(right_.priority, 1U);
   arms_[0].priority = 2;  // asks back
@@ -81,7 +81,7 @@ TEST_F(RightOfWayTest, WhoHasAskedBeforeWaitsLonger) {
   EXPECT_EQ(right_.priority, 3U);
 }
 
-TEST_F(RightOfWayTest, FreedomEndsTheWait) {
+TEST_F(RightOfWayTest, FreeMotionResetsTheDelay) {
   for (int k = 0; k < 5; ++k) {
     pass(0.7 * parameters_.yielding.yield_request_delay, true);
     pass(1.0, false);
@@ -89,7 +89,7 @@ TEST_F(RightOfWayTest, FreedomEndsTheWait) {
   EXPECT_EQ(right_.priority, 0U);
 }
 
-TEST_F(RightOfWayTest, MakesRoomForANearArmThatAskedAndThenAsksItself) {
+TEST_F(RightOfWayTest, YieldsToANearArmAndThenRequestsItself) {
   arms_[0].priority = 1;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, 0);
@@ -99,7 +99,7 @@ TEST_F(RightOfWayTest, MakesRoomForANearArmThatAskedAndThenAsksItself) {
   EXPECT_EQ(right_.yields_to, -1);
 }
 
-TEST_F(RightOfWayTest, EveryNewClaimGetsItsTime) {
+TEST_F(RightOfWayTest, EachNewPriorityRestartsTheDelay) {
   for (std::uint32_t priority = 1; priority <= 5; ++priority) {
     arms_[0].priority = priority;
     pass(0.7 * parameters_.yielding.yield_request_delay, false);
@@ -108,13 +108,13 @@ TEST_F(RightOfWayTest, EveryNewClaimGetsItsTime) {
   EXPECT_EQ(right_.priority, 0U);
 }
 
-TEST_F(RightOfWayTest, WhoIsFarAwayNeedsNoRoom) {
+TEST_F(RightOfWayTest, DoesNotYieldToADistantArm) {
   arms_[2].priority = 1;
   pass(0.1, false);
   EXPECT_EQ(right_.yields_to, -1);
 }
 
-TEST_F(RightOfWayTest, GoesOnSoonAfterTheOtherHasPassed) {
+TEST_F(RightOfWayTest, ContinuesSoonAfterTheOtherArmHasPassed) {
   arms_[0].priority = 1;
   pass(0.1, false);
   rows_.clear();
@@ -124,7 +124,7 @@ TEST_F(RightOfWayTest, GoesOnSoonAfterTheOtherHasPassed) {
   EXPECT_EQ(right_.yields_to, -1);
 }
 
-TEST_F(RightOfWayTest, WhoHasArrivedOrDoesNotPlanNeedsNoRoom) {
+TEST_F(RightOfWayTest, DoesNotYieldToAnArrivedOrUnplannedArm) {
   arms_[0].priority = 1;
   arms_[0].has_goal = false;
   pass(0.1, false);
@@ -135,7 +135,7 @@ TEST_F(RightOfWayTest, WhoHasArrivedOrDoesNotPlanNeedsNoRoom) {
   EXPECT_EQ(right_.yields_to, -1);
 }
 
-TEST_F(RightOfWayTest, AnArmAtRestMakesRoomUnlessTold) {
+TEST_F(RightOfWayTest, RestingArmYieldsUnlessConfiguredOtherwise) {
   right_.under_way = false;
   right_.priority = 7;  // of an earlier goal
   arms_[0].priority = 1;
@@ -148,7 +148,7 @@ TEST_F(RightOfWayTest, AnArmAtRestMakesRoomUnlessTold) {
   EXPECT_EQ(right_.yields_to, -1);
 }
 
-TEST_F(RightOfWayTest, WithoutPatienceItNeitherAsksNorMakesRoom) {
+TEST_F(RightOfWayTest, ZeroDelayDisablesRequestsAndYielding) {
   parameters_.yielding.yield_request_delay = 0.0;
   arms_[0].priority = 1;
   pass(10.0, true);
@@ -157,7 +157,7 @@ TEST_F(RightOfWayTest, WithoutPatienceItNeitherAsksNorMakesRoom) {
 }
 
 // h = 0 at dₛ: as fast as the limits allow, straight away; h = ½ ξ at dᵢ: at rest.
-TEST_F(RightOfWayTest, RetreatsTheFasterTheNearer) {
+TEST_F(RightOfWayTest, RetreatsFasterFromNearerArms) {
   arms_[0].priority = 1;
   const JointLimits limits = test::planar_point().limits;
   EXPECT_EQ(retreat_velocity(input(), right_, limits), joints({-0.5, 0.0}));

@@ -23,7 +23,7 @@ TEST(Tick, ReachesAFreeGoalStraightAndFast) {
   EXPECT_LT(run.ticks, 500);
 }
 
-TEST(Tick, AContinuousJointReachesItsGoalTheShortWayRound) {
+TEST(Tick, ContinuousJointTakesTheShorterDirection) {
   Arm arm = test::planar_point();
   arm.limits.upper[0] = std::numeric_limits<double>::infinity();
   arm.limits.lower[0] = -arm.limits.upper[0];
@@ -47,7 +47,7 @@ TEST(Tick, AContinuousJointReachesItsGoalTheShortWayRound) {
   EXPECT_NEAR(input.q[0], 2.0 * 3.14159265358979 - 3.1, 1e-2) << "not back by six radians";
 }
 
-TEST(Tick, TheLocalPlannerAloneStopsBeforeAWall) {
+TEST(Tick, ConstraintsAloneStopBeforeAWall) {
   Journey run(kWall, built_in_method("local"));
   EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 3000), TickStatus::kBlocked);
   EXPECT_GE(run.nearest, 0.019);  // dₛ
@@ -82,7 +82,7 @@ void drive_until_it_thinks(Journey& run) {
   FAIL() << "the wall never blocked it";
 }
 
-TEST(Tick, ABlockedArmWaitsForAManoeuvreNoLongerThanItMay) {
+TEST(Tick, BlockedArmWaitsForARolloutNoLongerThanAllowed) {
   Journey run(kWall, built_in_method("boundary_following"));
   drive_until_it_thinks(run);
   int waited = 1;
@@ -91,14 +91,14 @@ TEST(Tick, ABlockedArmWaitsForAManoeuvreNoLongerThanItMay) {
   EXPECT_TRUE(run.memory.local.deviation.active);
 }
 
-TEST(Tick, ABlockedArmTurnsAsideOnceItIsToldToGoOn) {
+TEST(Tick, BlockedArmDeviatesOnceTheRolloutSaysContinue) {
   Journey run(kWall, built_in_method("boundary_following"));
   drive_until_it_thinks(run);
   begin({}, run.memory.local);
   EXPECT_EQ(run.step().status, TickStatus::kFollowing);
 }
 
-TEST(Tick, SaysWhatBinds) {
+TEST(Tick, ReportsTheBindingPair) {
   Journey run(kWall, built_in_method("local"));
   run.drive(joints({-1, 0}), joints({1, 0}), 2000);
   const TickResult result = run.step();
@@ -108,7 +108,7 @@ TEST(Tick, SaysWhatBinds) {
   EXPECT_NEAR(result.binding.distance, 0.02, 1e-3);
 }
 
-TEST(Tick, SaysAlongWhichBoundaryItGoes) {
+TEST(Tick, ReportsTheFollowedBoundary) {
   Journey run(kWall, built_in_method("boundary_following"));
   run.input.q = joints({-1, 0});
   run.input.q_goal = joints({1, 0});
@@ -138,7 +138,7 @@ TEST(Tick, IsAFunctionOfInputAndMemory) {
   EXPECT_EQ(a.qd, b.qd);
 }
 
-TEST(Tick, BrakesOnTheStopProfileWhenTold) {
+TEST(Tick, BrakesOnTheStopProfileWhenHeld) {
   Journey run({}, built_in_method("local"));
   run.drive(joints({-1, 0}), joints({1, 0}), 100);
   run.input.hold = true;
@@ -147,7 +147,7 @@ TEST(Tick, BrakesOnTheStopProfileWhenTold) {
   EXPECT_NEAR(run.input.qd[0], before - 0.04, 1e-12);  // 4 m/s² for 10 ms
 }
 
-TEST(Tick, BrakesWhenAnArmWasNeverHeardOfOrIsSilent) {
+TEST(Tick, BrakesWhenAnArmStateIsUnknownOrTooOld) {
   CellGeometry geometry({test::planar_point("own"), test::planar_point("other")}, 0);
   TickScratch scratch(geometry);
   TickMemory memory;
@@ -203,7 +203,7 @@ TEST(Tick, TwoArmsExchangePlaces) {
 }
 
 // Manoeuvres change only what is remembered; the same dampers, limits and rows hold.
-TEST(Tick, TellsHowMuchRoomItHas) {
+TEST(Tick, ReportsItsClearanceMargin) {
   Journey alone({}, built_in_method("boundary_following"));
   alone.input.q = joints({0, 0});
   alone.input.has_goal = false;
@@ -248,13 +248,13 @@ struct BesideALostArm {
   double nearest = std::numeric_limits<double>::infinity();  ///< of the centres
 };
 
-TEST(Tick, GoesAroundEverywhereALostArmMayBe) {
+TEST(Tick, AvoidsTheWholeStopSetOfALostArm) {
   BesideALostArm run;
   EXPECT_EQ(run.drive(joints({-1, 0}), joints({1, 0.1})), TickStatus::kReached);
   EXPECT_GE(run.nearest, 0.4 + 2 * 0.05 + run.parameters.damper.security_distance - 1e-9);
 }
 
-TEST(Tick, LeavesWhereALostArmMayBeAndGoesNoDeeper) {
+TEST(Tick, LeavesTheStopSetOfALostArmAndGoesNoDeeper) {
   BesideALostArm run;
   EXPECT_EQ(run.drive(joints({0.3, 0}), joints({1, 0})), TickStatus::kReached);
   EXPECT_GE(run.nearest, 0.3 - 1e-9);
@@ -263,7 +263,7 @@ TEST(Tick, LeavesWhereALostArmMayBeAndGoesNoDeeper) {
   EXPECT_GE(run.nearest, 0.3 - 1e-9);
 }
 
-TEST(Tick, WithoutGoalNobodyFleesALostArm) {
+TEST(Tick, ArmWithoutGoalDoesNotFleeALostArm) {
   BesideALostArm run;
   run.input.has_goal = false;
   run.drive(joints({0.3, 0}), joints({0.3, 0}));
@@ -272,7 +272,7 @@ TEST(Tick, WithoutGoalNobodyFleesALostArm) {
 
 // Two walls close in, one at 0.2 m/s and one at 0.1 m/s: nobody can flee both, but from the faster one for a while, and
 // in between as long as there is room.
-TEST(Tick, FleesAsWellAsItCanWhereNotAllCanBeFled) {
+TEST(Tick, RetreatsAsFarAsPossibleWhenNotAllRowsCanHold) {
   CellGeometry geometry({test::planar_point("own")}, 0);
   geometry.set_obstacles(std::vector{box_obstacle("left", {-0.3, 0, 0}, {0.1, 9, 0.2}),
                                      box_obstacle("right", {0.3, 0, 0}, {0.1, 9, 0.2})});
@@ -310,7 +310,7 @@ TEST(Tick, FleesAsWellAsItCanWhereNotAllCanBeFled) {
 }
 
 // It stands still for the other arm's sake; that is no reason to be run over.
-TEST(Tick, GivesWayWhileItWaitsForNewsOfAnArm) {
+TEST(Tick, GivesWayWhileAnArmStateIsTooOld) {
   CellGeometry geometry({test::planar_point("own"), test::planar_point("silent")}, 0);
   geometry.set_obstacles(std::vector{box_obstacle("cart", {-0.5, 0, 0}, {0.1, 0.5, 0.2})});
   TickScratch scratch(geometry);

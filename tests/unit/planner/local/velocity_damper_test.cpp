@@ -49,23 +49,23 @@ struct VelocityDamper : ::testing::Test {
   Clearance clearance;
 };
 
-TEST_F(VelocityDamper, AnObstacleGetsTheWholeXiAndItsVelocityEnters) {
+TEST_F(VelocityDamper, ObstacleRowUsesFullXiAndObstacleVelocity) {
   const Row r = row(Counterpart::kObstacle, 0);
   EXPECT_NEAR((r.g - joints({1, 0})).norm(), 0.0, 1e-12);
   EXPECT_NEAR(r.h, 0.8 - 0.3, 1e-12);  // ξ (0.1 − 0.02)/0.1 + n·v, it comes at 0.3 m/s
   EXPECT_TRUE(r.influences);
 }
 
-TEST_F(VelocityDamper, APlannedArmDoesItsHalf) {
+TEST_F(VelocityDamper, PlannedArmRowUsesHalfXi) {
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.4, 1e-12);  // ξ/2 · 0.8, eq. 8; its velocity does not enter
 }
 
-TEST_F(VelocityDamper, AnArmThatDoesNotPlanIsAnObstacle) {
+TEST_F(VelocityDamper, UnplannedArmCountsAsAnObstacle) {
   observations[1].plans = false;
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.8 - 0.3, 1e-12);
 }
 
-TEST_F(VelocityDamper, OldNewsOfAnArmCountTheLeastDistance) {
+TEST_F(VelocityDamper, OldArmStateUsesLeastDistance) {
   // It was at rest 0.2 s ago and may have come with k/2 x since: 0.08 e^(−1) are left before dₛ. 4 m/s² alone would
   // have brought it there.
   observations[1].qd.setZero();
@@ -80,13 +80,13 @@ TEST_F(VelocityDamper, OldNewsOfAnArmCountTheLeastDistance) {
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * (0.08 - 0.0002), 1e-12);
 }
 
-TEST_F(VelocityDamper, OldNewsOfAnObstacleCountWhatItsAccelerationMayHaveDone) {
+TEST_F(VelocityDamper, OldObstacleStateAddsAccelerationMargin) {
   obstacles[0].age = 0.1;
   parameters.acceleration_of_obstacles = 2.0;
   EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 10.0 * (0.08 - 0.01) - 0.3, 1e-12);
 }
 
-TEST_F(VelocityDamper, LongStopsAreForFarAway) {
+TEST_F(VelocityDamper, LongStopTimesAreAllowedOnlyFarAway) {
   stop_times = {0.19, 0.24};
   EXPECT_NEAR(row(Counterpart::kObstacle, 0).stop_time, 0.1 - 0.01, 1e-12);  // within dᵢ
   clearance.distance = 0.62;
@@ -95,14 +95,14 @@ TEST_F(VelocityDamper, LongStopsAreForFarAway) {
   EXPECT_NEAR(row(Counterpart::kArm, 1).stop_time, 0.24, 1e-12);
 }
 
-TEST_F(VelocityDamper, AnArmThatLagsBehindItsReferenceIsWhereItIsMeasured) {
+TEST_F(VelocityDamper, TrackingErrorReducesTheDistance) {
   tracking_error = joints({0.01, 0.05});
   EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 0.7 - 0.3, 1e-12);
   tracking_error = joints({-0.01, 0.05});  // farther away: the reference counts
   EXPECT_NEAR(row(Counterpart::kObstacle, 0).h, 0.8 - 0.3, 1e-12);
 }
 
-TEST_F(VelocityDamper, RowsHaveStableDistinctNames) {
+TEST_F(VelocityDamper, RowKeysAreStableAndDistinct) {
   const std::uint32_t arm = row(Counterpart::kArm, 1).key;
   EXPECT_EQ(arm, row(Counterpart::kArm, 1).key);
   EXPECT_NE(arm, row(Counterpart::kObstacle, 0).key);

@@ -11,7 +11,7 @@ struct Count {
   int value = 7;
 };
 
-TEST(MethodMemory, GivesADefaultValueUntilOneIsKept) {
+TEST(MethodMemory, ReturnsADefaultValueUntilOneIsStored) {
   MethodMemory memory;
   EXPECT_EQ(memory.as<Count>().value, 7);
   memory.as<Count>().value = 9;

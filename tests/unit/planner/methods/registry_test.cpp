@@ -39,7 +39,7 @@ TEST(MethodRegistry, RejectsASecondMethodOfTheSameName) {
   EXPECT_THROW(methods.add([] { return std::make_shared<Renamed>("local"); }), std::invalid_argument);
 }
 
-TEST(MethodRegistry, UnknownNameListsTheAllowedOnes) {
+TEST(MethodRegistry, ErrorForUnknownNameListsTheAllowedOnes) {
   try {
     (void)built_in_method("magic");
     FAIL() << "magic is no method";
@@ -55,7 +55,7 @@ TEST(MethodRegistry, DefaultParametersOfAllMethodsAreConsistent) {
   }
 }
 
-TEST(FollowerParameters, RefusalsNameKeyValueAndRule) {
+TEST(FollowerParameters, ErrorsNameKeyValueAndRule) {
   BoundaryFollowing method;
   method.parameters.exit_fraction = 1.0;
   EXPECT_EQ(method.validate(), "follower.exit_fraction = 1 must be between 0 and 1, both excluded");

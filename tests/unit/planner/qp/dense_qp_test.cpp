@@ -66,7 +66,7 @@ double stationarity(const QpProblem& problem, const QpSolution& solution) {
   return residual.norm();
 }
 
-TEST(DenseQp, WithoutConstraintsReturnsTheTarget) {
+TEST(DenseQp, ReturnsTheTargetWithoutConstraints) {
   QpProblem problem = unbounded(3);
   problem.target << 1.0, -2.0, 3.0;
   QpWarmStart warm;
@@ -76,7 +76,7 @@ TEST(DenseQp, WithoutConstraintsReturnsTheTarget) {
   EXPECT_EQ(solution.iterations, 0);
 }
 
-TEST(DenseQp, ProjectsOnAPlaneAndACorner) {
+TEST(DenseQp, ProjectsOntoAPlaneAndACorner) {
   // Target (2, 2); x + y ≤ 2 alone projects to (1, 1); with x ≤ 0.5 as well the corner is (0.5, 1.5).
   QpProblem problem = unbounded(2);
   problem.target << 2.0, 2.0;
@@ -101,7 +101,7 @@ TEST(DenseQp, ReportsInfeasibility) {
   EXPECT_EQ(solve(problem, warm).status, QpStatus::kInfeasible);
 }
 
-TEST(DenseQp, ARowThatNothingMovesIsInfeasibleOnlyWhenViolated) {
+TEST(DenseQp, ZeroRowIsInfeasibleOnlyWhenViolated) {
   QpProblem problem = unbounded(2);
   problem.add_row(JointVector::Zero(2), 0.0, 1);
   QpWarmStart warm;
@@ -110,7 +110,7 @@ TEST(DenseQp, ARowThatNothingMovesIsInfeasibleOnlyWhenViolated) {
   EXPECT_EQ(solve(problem, warm).status, QpStatus::kInfeasible);
 }
 
-TEST(DenseQp, DuplicatedAndNearlyParallelRows) {
+TEST(DenseQp, SolvesDuplicatedAndNearlyParallelRows) {
   QpProblem problem = unbounded(3);
   problem.target << 1.0, 1.0, 1.0;
   JointVector g(3);
@@ -145,7 +145,7 @@ TEST(DenseQp, OptimalityConditionsHoldOnRandomProblems) {
   EXPECT_GT(feasible, 50'000);
 }
 
-TEST(DenseQp, WarmStartChangesTheEffortNotTheSolution) {
+TEST(DenseQp, WarmStartChangesIterationsNotTheSolution) {
   std::mt19937_64 random(77);
   std::normal_distribution<double> normal;
   long cold_iterations = 0;

@@ -50,13 +50,13 @@ class Policy : public testing::Test {
   RolloutQuestion question_;
 };
 
-TEST_F(Policy, AsksOnlyWhenHeldBack) {
+TEST_F(Policy, AsksOnlyWhenBlocked) {
   RolloutPolicy policy(parameters_, 1);
   EXPECT_EQ(periods_until_question(policy, TickStatus::kMoving, question_), -1);
   EXPECT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
 }
 
-TEST_F(Policy, ABlockedArmWaitsForAnAnswerWhenOneCanCome) {
+TEST_F(Policy, BlockedArmWaitsWhenAnAnswerCanCome) {
   RolloutPolicy policy(parameters_, 1);
   ASSERT_TRUE(policy.rollout_wait());
   EXPECT_GT(*policy.rollout_wait(), 0.1);
@@ -73,7 +73,7 @@ TEST_F(Policy, ABlockedArmWaitsForAnAnswerWhenOneCanCome) {
   EXPECT_FALSE(policy.rollout_wait()) << "it is too soon for another one";
 }
 
-TEST_F(Policy, OneQuestionAtATimeThenItWaits) {
+TEST_F(Policy, AsksOneQuestionAtATimeAndThenWaits) {
   RolloutPolicy policy(parameters_, 1);
   ASSERT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), 1);
   EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), -1);
@@ -81,7 +81,7 @@ TEST_F(Policy, OneQuestionAtATimeThenItWaits) {
   EXPECT_EQ(periods_until_question(policy, TickStatus::kBlocked, question_), 10);  // 95 ms of 10 ms
 }
 
-TEST_F(Policy, LooksFartherUntilItIsFree) {
+TEST_F(Policy, HorizonGrowsUntilTheArmIsFree) {
   RolloutPolicy policy(parameters_, 1);
   for (const double horizon : {2.0, 4.0, 6.0, 6.0}) {
     ASSERT_GT(periods_until_question(policy, TickStatus::kFollowing, question_), 0);
@@ -93,7 +93,7 @@ TEST_F(Policy, LooksFartherUntilItIsFree) {
   EXPECT_DOUBLE_EQ(question_.horizon, 2.0);
 }
 
-TEST_F(Policy, TheQuestionHoldsTheCellAsItIsNow) {
+TEST_F(Policy, QuestionHoldsThePresentCell) {
   RolloutPolicy policy(parameters_, 1);
   ASSERT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
   ASSERT_EQ(question_.arms.size(), 2U);
@@ -104,7 +104,7 @@ TEST_F(Policy, TheQuestionHoldsTheCellAsItIsNow) {
   EXPECT_EQ(question_.candidates, 4);
 }
 
-TEST_F(Policy, NoneIsAskedWithoutCandidatesOrWithAnUnknownArm) {
+TEST_F(Policy, AsksNothingWithoutCandidatesOrWithAnUnknownArm) {
   parameters_.rollout.candidates = 0;
   RolloutPolicy none(parameters_, 1);
   EXPECT_EQ(periods_until_question(none, TickStatus::kBlocked, question_), -1);
@@ -134,12 +134,12 @@ class PolicyBesideABox : public Policy {
   world::ObstacleState state_;
 };
 
-TEST_F(PolicyBesideABox, AsksNowAndThenWhetherItMayGoOnWhenTheBoxComes) {
+TEST_F(PolicyBesideABox, LooksAheadRepeatedlyWhileTheBoxApproaches) {
   RolloutPolicy policy(parameters_, 1);
   const auto asked = next(policy);
   ASSERT_TRUE(asked.has_value());
-  EXPECT_TRUE(asked->foresees);
-  EXPECT_FALSE(policy.looks_ahead()) << "nothing holds it back";
+  EXPECT_TRUE(asked->lookahead);
+  EXPECT_FALSE(policy.awaiting_rollout()) << "nothing holds it back";
   EXPECT_FALSE(next(policy)) << "a question is open";
   policy.answered();
   int periods = 1;
@@ -148,7 +148,7 @@ TEST_F(PolicyBesideABox, AsksNowAndThenWhetherItMayGoOnWhenTheBoxComes) {
   EXPECT_LE(periods, 31);
 }
 
-TEST_F(PolicyBesideABox, DoesNotAskAboutABoxThatStandsOrLeavesOrIsFarAway) {
+TEST_F(PolicyBesideABox, IgnoresAStaticOrLeavingOrDistantBox) {
   RolloutPolicy policy(parameters_, 1);
   state_.velocity.linear = {0, 0, 0};
   EXPECT_FALSE(next(policy));
@@ -159,7 +159,7 @@ TEST_F(PolicyBesideABox, DoesNotAskAboutABoxThatStandsOrLeavesOrIsFarAway) {
   EXPECT_FALSE(next(policy));
 }
 
-TEST_F(PolicyBesideABox, AsksAboutABoxThatOnlyTurnsInReach) {
+TEST_F(PolicyBesideABox, LooksAheadForABoxThatOnlyTurnsWithinReach) {
   RolloutPolicy policy(parameters_, 1);
   box_.shapes[0].X_BS.translation().x() = 1.0;
   controller_.set_obstacles(std::array{box_});
@@ -170,7 +170,7 @@ TEST_F(PolicyBesideABox, AsksAboutABoxThatOnlyTurnsInReach) {
   EXPECT_TRUE(next(policy));
 }
 
-TEST_F(PolicyBesideABox, AsksWithoutAGoalButNotWhenItIsHeld) {
+TEST_F(PolicyBesideABox, LooksAheadWithoutAGoalButNotWhenHeld) {
   RolloutPolicy policy(parameters_, 1);
   controller_.cancel_goal();
   EXPECT_FALSE(next(policy, TickStatus::kHolding));
@@ -181,20 +181,20 @@ TEST_F(PolicyBesideABox, AsksWithoutAGoalButNotWhenItIsHeld) {
   EXPECT_TRUE(asked->arms[0].plans);
 }
 
-TEST_F(PolicyBesideABox, WhatComesIsLookedAtFirst) {
+TEST_F(PolicyBesideABox, LooksAheadBeforeItSearchesManoeuvres) {
   RolloutPolicy policy(parameters_, 1);
   const auto asked = next(policy, TickStatus::kFollowing);
   ASSERT_TRUE(asked.has_value());
-  EXPECT_TRUE(asked->foresees);
-  EXPECT_FALSE(policy.looks_ahead());
+  EXPECT_TRUE(asked->lookahead);
+  EXPECT_FALSE(policy.awaiting_rollout());
   policy.answered();
   const auto then = next(policy, TickStatus::kFollowing);
   ASSERT_TRUE(then.has_value()) << "it is too soon for another of those";
-  EXPECT_FALSE(then->foresees);
-  EXPECT_TRUE(policy.looks_ahead());
+  EXPECT_FALSE(then->lookahead);
+  EXPECT_TRUE(policy.awaiting_rollout());
 }
 
-TEST_F(PolicyBesideABox, NothingIsForeseenWithoutCandidates) {
+TEST_F(PolicyBesideABox, DoesNotLookAheadWithoutCandidates) {
   parameters_.rollout.candidates = 0;
   RolloutPolicy policy(parameters_, 1);
   EXPECT_FALSE(next(policy));

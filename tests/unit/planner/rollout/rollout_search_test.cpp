@@ -56,7 +56,7 @@ class Wall : public testing::Test {
   RolloutQuestion question_;
 };
 
-TEST_F(Wall, AManoeuvreThatLeadsRoundIsFoundAndKeepsItsPromise) {
+TEST_F(Wall, ManoeuvreArrivesAtThePredictedTime) {
   const RolloutAnswer found = answer(1'000'000);
   EXPECT_TRUE(found.arrives);
   EXPECT_LT(found.cost, found.cost_of_continuing);
@@ -73,7 +73,7 @@ TEST_F(Wall, AManoeuvreThatLeadsRoundIsFoundAndKeepsItsPromise) {
   EXPECT_DOUBLE_EQ(cell.reached(0), found.cost);
 }
 
-TEST_F(Wall, InterruptionsDoNotChangeTheAnswer) {
+TEST_F(Wall, AnswerIsIndependentOfInterruptions) {
   const RolloutAnswer whole = answer(1'000'000);
   const RolloutAnswer in_pieces = answer(1);
   EXPECT_EQ(whole.manoeuvre.kind, in_pieces.manoeuvre.kind);
@@ -81,14 +81,14 @@ TEST_F(Wall, InterruptionsDoNotChangeTheAnswer) {
   EXPECT_EQ(whole.cost, in_pieces.cost);
 }
 
-TEST_F(Wall, NothingIsChangedForLittle) {
+TEST_F(Wall, ContinuesWhenTheGainIsSmall) {
   question_.arms[0].q_goal = joints({-0.8, 0});  // nothing is in the way
   const RolloutAnswer found = answer(1'000'000);
   EXPECT_EQ(found.manoeuvre.kind, ManoeuvreKind::kContinue);
   EXPECT_EQ(found.cost, found.cost_of_continuing);
 }
 
-TEST_F(Wall, IsIdleUntilAskedAndAfterItsObstaclesChanged) {
+TEST_F(Wall, IsIdleBeforeAQuestionAndAfterObstaclesChange) {
   EXPECT_FALSE(search_.busy());
   EXPECT_FALSE(search_.advance(1000).has_value());
   search_.begin(question_);
@@ -164,7 +164,7 @@ class Neighbours : public testing::Test {
   RolloutQuestion question_;
 };
 
-TEST_F(Neighbours, AreAllThatIsPlayed) {
+TEST_F(Neighbours, OnlyNeighboursAreSimulated) {
   EXPECT_EQ(search_.simulated_arms(), (std::vector<int>{1, 2}));
   RolloutSearch alone({point_at("own", 0.0), point_at("near", 4.0)}, std::vector<LocalParameters>(2), 0);
   RolloutQuestion without_far = question_;
@@ -177,7 +177,7 @@ TEST_F(Neighbours, AreAllThatIsPlayed) {
   EXPECT_EQ(calls_in_the_cell, calls) << "a far arm costs no tick";
 }
 
-TEST_F(Neighbours, WhatAFarArmCarriesIsNotPlayed) {
+TEST_F(Neighbours, LoadOfADistantArmIsNotSimulated) {
   world::Obstacle bar = box_obstacle("bar", {0, 0, 0}, {0.2, 0.05, 0.05});
   bar.attachment = world::Attachment{"far", Pose::Identity()};
   question_.obstacles = {world::ObstacleState{}};
@@ -191,7 +191,7 @@ TEST_F(Neighbours, WhatAFarArmCarriesIsNotPlayed) {
   EXPECT_EQ(with_bar.cost, answer_in_steps(search_, question_).first.cost);
 }
 
-TEST_F(Neighbours, AnArmThatCarriesSomethingLongBecomesOne) {
+TEST_F(Neighbours, ArmWithALongLoadBecomesANeighbour) {
   world::Obstacle pole = box_obstacle("pole", {0, 0, 0}, {25.0, 0.05, 0.05});
   pole.attachment = world::Attachment{"far", Pose::Identity()};
   search_.set_obstacles(std::array{pole});

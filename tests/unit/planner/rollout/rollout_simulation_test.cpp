@@ -25,7 +25,7 @@ RolloutArm on_the_way(const JointVector& from, const JointVector& to) {
   return arm;
 }
 
-TEST(RolloutSimulation, MovesAnArmAsItsOwnTicksWould) {
+TEST(RolloutSimulation, MovesAnArmAsItsTicksDo) {
   const std::vector<world::Obstacle> boxes = {box_obstacle("box", {0.0, 0.6, 0}, {0.2, 0.2, 0.1})};
   RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   cell.set_obstacles(boxes);
@@ -57,7 +57,7 @@ TEST(RolloutSimulation, MovesAnArmAsItsOwnTicksWould) {
   EXPECT_DOUBLE_EQ(cell.time(), 50 * kStep);
 }
 
-TEST(RolloutSimulation, TellsWhenAnArmReachedItsGoal) {
+TEST(RolloutSimulation, ReportsWhenAnArmReachesItsGoal) {
   RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   cell.begin(std::array{on_the_way(joints({0, 0}), joints({0.5, 0}))}, {});
   EXPECT_LT(cell.reached(0), 0.0);
@@ -69,7 +69,7 @@ TEST(RolloutSimulation, TellsWhenAnArmReachedItsGoal) {
   EXPECT_EQ(cell.reached(0), first);
 }
 
-TEST(RolloutSimulation, AnArmThatDoesNotPlanStandsWhereItIs) {
+TEST(RolloutSimulation, UnplannedArmStandsStill) {
   RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   RolloutArm arm = on_the_way(joints({0, 0}), joints({0.5, 0}));
   arm.plans = false;
@@ -79,7 +79,7 @@ TEST(RolloutSimulation, AnArmThatDoesNotPlanStandsWhereItIs) {
 }
 
 // The box comes from the right at 0.5 m/s; a point without goal is to make way before it arrives.
-TEST(RolloutSimulation, ObstaclesGoOnAsTheyMove) {
+TEST(RolloutSimulation, ObstaclesKeepTheirVelocity) {
   const std::vector<world::Obstacle> boxes = {box_obstacle("box", {1.0, 0.02, 0}, {0.1, 0.1, 0.1})};
   RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   cell.set_obstacles(boxes);

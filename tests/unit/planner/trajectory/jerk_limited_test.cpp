@@ -15,10 +15,10 @@ using Waypoints = std::vector<Eigen::VectorXd>;
 bool curve_always(const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&) {
   return true;
 }
-bool way_always(const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&) {
+bool segment_always_free(const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&) {
   return true;
 }
-bool way_never(const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&) {
+bool segment_never_free(const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&) {
   return false;
 }
 
@@ -38,8 +38,8 @@ struct Case {
     limits = {draw(0.3, 3.0), draw(0.5, 10.0)};
     jerk = std::pow(10.0, random.uniform(0.5, 3.5));
   }
-  [[nodiscard]] AveragedTrajectory trajectory(const WayFree& way_free = way_always) const {
-    return jerk_limited(waypoints, curve_always, way_free, limits, {.jerk = jerk});
+  [[nodiscard]] AveragedTrajectory trajectory(const SegmentFree& segment_free = segment_always_free) const {
+    return jerk_limited(waypoints, curve_always, segment_free, limits, {.jerk = jerk});
   }
 };
 
@@ -94,15 +94,15 @@ TEST(JerkLimited, BeginsAndEndsAtRestAtTheEnds) {
 }
 
 /// One joint, 1 rad, 1 rad/s, 2 rad/s²: 1.5 s without a limit of jerk, and with 80 rad/s³ a window of 2 · 2/80 s more.
-TEST(JerkLimited, OnALineTakesTheWindowLonger) {
+TEST(JerkLimited, LineTakesTheWindowLonger) {
   const Waypoints one{Eigen::VectorXd::Constant(1, 0.0), Eigen::VectorXd::Constant(1, 1.0)};
   const MotionLimits limits{Eigen::VectorXd::Constant(1, 1.0), Eigen::VectorXd::Constant(1, 2.0)};
-  const AveragedTrajectory trajectory = jerk_limited(one, curve_always, way_never, limits, {.jerk = 80.0});
+  const AveragedTrajectory trajectory = jerk_limited(one, curve_always, segment_never_free, limits, {.jerk = 80.0});
   EXPECT_NEAR(trajectory.duration(), 1.55, 1e-9);
   // Where the jerk is what counts, no more than 1.3 times the shortest time there is, ∛(32 · 1 rad/jerk).
   for (const double jerk : {0.1, 1.0, 4.0}) {
     const double shortest = std::cbrt(32.0 / jerk);
-    const double duration = jerk_limited(one, curve_always, way_never, limits, {.jerk = jerk}).duration();
+    const double duration = jerk_limited(one, curve_always, segment_never_free, limits, {.jerk = jerk}).duration();
     EXPECT_GE(duration, shortest * (1 - 1e-9));
     EXPECT_LE(duration, 1.3 * shortest) << jerk;
   }
@@ -124,7 +124,7 @@ TEST(JerkLimited, StaysOnThePathWhereNothingElseIsFree) {
   double stopping = 0.0, rounding = 0.0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const Case tried(seed);
-    const AveragedTrajectory trajectory = tried.trajectory(way_never);
+    const AveragedTrajectory trajectory = tried.trajectory(segment_never_free);
     for (int k = 0; k <= 1000; ++k) {
       const TrajectoryPoint at = trajectory.at(trajectory.duration() * k / 1000);
       ASSERT_LT(distance_to(tried.waypoints, at.q), 1e-8) << "seed " << seed;
@@ -136,7 +136,7 @@ TEST(JerkLimited, StaysOnThePathWhereNothingElseIsFree) {
 }
 
 /// Everything off the path lies within the spread of a way that was asked for and allowed.
-TEST(JerkLimited, LeavesThePathOnlyWhereThatWasAllowed) {
+TEST(JerkLimited, LeavesThePathOnlyWhereAllowed) {
   struct Way {
     Eigen::VectorXd from, to, spread;
   };
@@ -146,7 +146,7 @@ TEST(JerkLimited, LeavesThePathOnlyWhereThatWasAllowed) {
     // A half-space that cuts off the inner side of some corners.
     const Eigen::VectorXd out = Eigen::VectorXd::Ones(tried.waypoints.front().size()).normalized();
     std::vector<Way> allowed;
-    const WayFree beside = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread) {
+    const SegmentFree beside = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread) {
       const bool free = std::max(out.dot(from), out.dot(to)) + spread.sum() < 0.3;
       (free ? left : refused) += 1;
       if (free) allowed.push_back({from, to, spread});
@@ -170,10 +170,10 @@ TEST(JerkLimited, LeavesThePathOnlyWhereThatWasAllowed) {
   EXPECT_GT(refused, 10);
 }
 
-TEST(JerkLimited, NowhereToGoTakesNoTime) {
+TEST(JerkLimited, EmptyPathTakesNoTime) {
   const MotionLimits limits{Eigen::VectorXd::Ones(2), Eigen::VectorXd::Ones(2)};
   const Waypoints still{Eigen::Vector2d(1, 2), Eigen::Vector2d(1, 2)};
-  const AveragedTrajectory trajectory = jerk_limited(still, curve_always, way_always, limits, {});
+  const AveragedTrajectory trajectory = jerk_limited(still, curve_always, segment_always_free, limits, {});
   EXPECT_TRUE(trajectory.empty());
   EXPECT_EQ(trajectory.duration(), 0.0);
 }

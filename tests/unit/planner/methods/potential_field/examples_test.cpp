@@ -1,8 +1,7 @@
 // The examples of [Cardenas10] and a PUMA: a path down the field, and the live method before the contact monitor.
 #include <gtest/gtest.h>
 
-#include "planner/methods/potential_field/gradient_descent.hpp"
-#include "planner/methods/potential_field/refine_path.hpp"
+#include "planner/methods/potential_field/gradient_path.hpp"
 #include "planner/simulation/batch.hpp"
 #include "services/config/cell_file.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "planner/methods/potential_field/gradient_descent.hpp"
+#include "planner/methods/potential_field/gradient_path.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::test {

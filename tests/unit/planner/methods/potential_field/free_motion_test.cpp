@@ -16,7 +16,7 @@ using test::box_obstacle;
 using test::FieldSetup;
 using test::joints;
 
-TEST(FreeMotion, SeesAThinWallBetween) {
+TEST(FreeMotion, DetectsAThinWallInBetween) {
   FieldSetup setup(test::planar_point(), {box_obstacle("sheet", {0, 0, 0}, {0.0005, 0.5, 0.5})}, {}, 0.0);
   EXPECT_FALSE(setup.motion.free(joints({-1, 0}), joints({1, 0})));
   EXPECT_TRUE(setup.motion.free(joints({-1, 0.56}), joints({1, 0.56})));

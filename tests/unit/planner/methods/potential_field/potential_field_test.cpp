@@ -1,15 +1,126 @@
-// The field of a whole arm: its gradient against differences of the potential, forces summed in Q.
-#include "planner/methods/potential_field/potential_field.hpp"
-
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "field_setup.hpp"
 #include "planner/collision/model_filter.hpp"
-#include "planner/methods/potential_field/potential.hpp"
+#include "planner/methods/potential_field/potential_field.hpp"
+#include "planner/model/urdf_loader.hpp"
+#include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner::potential {
+namespace {
+
+constexpr double kGoalDistance = 0.3, kInfluence = 0.2, kEta = 1e-4;
+
+template <typename F>
+double difference(const F& f, double d, double step) {
+  return (f(d + step).value - f(d - step).value) / (2.0 * step);
+}
+
+TEST(Potential, AttractionIsAParaboloidThatContinuesAsACone) {
+  EXPECT_DOUBLE_EQ(attraction(0.2, kGoalDistance).value, 0.02);
+  EXPECT_DOUBLE_EQ(attraction(1.0, kGoalDistance).value, 0.3 - 0.045);
+  EXPECT_DOUBLE_EQ(attraction(1.0, kGoalDistance).slope, kGoalDistance);
+  EXPECT_NEAR(attraction(kGoalDistance - 1e-9, kGoalDistance).value,
+              attraction(kGoalDistance + 1e-9, kGoalDistance).value, 1e-9);
+}
+
+TEST(Potential, RepulsionMatchesThePaperAndEndsSmoothly) {
+  EXPECT_NEAR(repulsion(0.1, kInfluence, kEta).value, 0.5 * kEta * 25.0, 1e-12);
+  // Corrected eq. 7 with its sign: −η (1/d − 1/Q*)/d² = −1e-4 · 5 · 100.
+  EXPECT_NEAR(repulsion(0.1, kInfluence, kEta).slope, -0.05, 1e-12);
+  EXPECT_DOUBLE_EQ(repulsion(kInfluence, kInfluence, kEta).value, 0.0);
+  EXPECT_DOUBLE_EQ(repulsion(0.5, kInfluence, kEta).slope, 0.0);
+  EXPECT_NEAR(repulsion(kInfluence - 1e-7, kInfluence, kEta).slope, 0.0, 1e-6);
+}
+
+TEST(Potential, SlopesAreDerivatives) {
+  for (double d = 0.01; d < 0.6; d += 0.007) {
+    const auto attract = [](double x) { return attraction(x, kGoalDistance); };
+    const auto repel = [](double x) { return repulsion(x, kInfluence, kEta); };
+    EXPECT_NEAR(attract(d).slope, difference(attract, d, 1e-6), 1e-6) << d;
+    EXPECT_NEAR(repel(d).slope, difference(repel, d, 1e-7), 1e-4 * std::abs(repel(d).slope) + 1e-7) << d;
+  }
+}
+
+TEST(Potential, PushesOutOfPenetratedObstacles) {
+  const Potential inside = repulsion(-0.01, kInfluence, kEta);
+  EXPECT_LT(inside.slope, 0.0);
+  EXPECT_GT(inside.value, repulsion(0.0, kInfluence, kEta).value);
+  EXPECT_GT(repulsion(0.0, kInfluence, kEta).value, repulsion(0.01, kInfluence, kEta).value);
+}
+
+}  // namespace
+namespace {
+
+CellGeometry robot_alone(const std::string& name) {
+  Arm arm;
+  arm.name = "arm";
+  arm.model = load_urdf(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/" + name + ".urdf");
+  arm.limits = arm.model->limits;
+  return CellGeometry({arm}, 0);
+}
+
+bool has(const std::vector<ControlPoint>& points, const Eigen::Vector3d& p_L) {
+  return std::any_of(points.begin(), points.end(), [&](const auto& point) { return (point.p_L - p_L).norm() < 1e-9; });
+}
+
+/// Of the rectangle, without the slides that carry it.
+std::vector<ControlPoint> of_rectangle(double spacing) {
+  std::vector<ControlPoint> points = control_points(robot_alone("mobile_rectangle"), spacing);
+  std::erase_if(points, [](const auto& point) { return point.link != 3; });
+  return points;
+}
+
+// "In W, the control points are chosen at the vertices of the rectangle."
+TEST(ControlPoints, OfARectangleAreItsVertices) {
+  const auto points = of_rectangle(1.0);
+  EXPECT_EQ(points.size(), 4U);
+  for (const double x : {-0.25, 0.25}) {
+    for (const double y : {-0.125, 0.125}) EXPECT_TRUE(has(points, {x, y, 0.0})) << x << " " << y;
+  }
+}
+
+TEST(ControlPoints, AlongEdgesAreNoFartherApartThanTheSpacing) {
+  const auto points = of_rectangle(0.125);
+  EXPECT_EQ(points.size(), 12U);  // 4 vertices, 3 more on each long side, 1 more on each short one
+  EXPECT_TRUE(has(points, {0.125, 0.125, 0.0}));
+  EXPECT_TRUE(has(points, {0.25, 0.0, 0.0}));
+}
+
+TEST(ControlPoints, OfRoundLinksAreBallsOnTheirAxes) {
+  const auto points = control_points(robot_alone("planar_3r"), 0.15);
+  for (const ControlPoint& point : points) {
+    EXPECT_GT(point.link, 0) << "what no joint moves needs none";
+    EXPECT_NEAR(point.p_L.y(), 0.0, 1e-9);
+    EXPECT_NEAR(point.radius, 0.025, 1e-3);
+  }
+  for (int link = 1; link <= 3; ++link) {
+    const auto of_link = std::count_if(points.begin(), points.end(), [&](const auto& p) { return p.link == link; });
+    EXPECT_GE(of_link, 4) << link;
+  }
+}
+
+TEST(ControlPoints, OfTheToolDetermineItsOrientation) {
+  const auto points = tool_points(*robot_alone("puma560").own_arm().model, 0.1);
+  ASSERT_EQ(points.size(), 3U);
+  const Eigen::Vector3d a = points[1].p_L - points[0].p_L, b = points[2].p_L - points[0].p_L;
+  EXPECT_NEAR(a.cross(b).norm(), 0.01, 1e-12);
+}
+
+TEST(ControlPoints, ReplaceTheArmAmongTheSameObstacles) {
+  CellGeometry geometry = robot_alone("planar_3r");
+  geometry.set_obstacles(std::vector<world::Obstacle>{test::box_obstacle("box", {1, 1, 0}, {0.1, 0.1, 0.1})});
+  const auto points = control_points(geometry, 0.15);
+  const CellGeometry balls = control_geometry(geometry, points);
+  ASSERT_EQ(balls.own_bodies().size(), points.size());
+  ASSERT_EQ(balls.obstacle_count(), 1);
+  EXPECT_EQ(balls.obstacle_bodies(0).size(), 1U);
+  EXPECT_TRUE(balls.self_pairs().empty());
+}
+
+}  // namespace
 namespace {
 
 using test::ball_obstacle;
@@ -24,7 +135,7 @@ Arm robot(const std::string& name) {
   return arm;
 }
 
-TEST(PotentialField, OfAPointIsThePublishedOne) {
+TEST(PotentialField, OfAPointMatchesThePaper) {
   PotentialParameters parameters;
   parameters.attraction = Attraction::kJoints;
   FieldSetup setup(test::planar_point(), {ball_obstacle({1, 0, 0}, 0.2)}, parameters);

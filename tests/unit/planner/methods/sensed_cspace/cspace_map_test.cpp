@@ -35,7 +35,7 @@ TEST(CspaceMap, SpansCoverExactlyTheirCells) {
   }
 }
 
-TEST(CspaceMap, ImagesGoRoundFromTheLastRowToTheFirst) {
+TEST(CspaceMap, ImagesWrapFromTheLastRowToTheFirst) {
   CspaceMap map(AngleGrid{100});
   ObstacleImage image;
   image.first_row = 98;

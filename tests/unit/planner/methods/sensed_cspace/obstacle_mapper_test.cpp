@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/methods/sensed_cspace/direction_kernel.hpp"
-#include "planner/methods/sensed_cspace/published/fundamental_obstacles.hpp"
+#include "planner/methods/sensed_cspace/published/published_mapper.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "tests/support/brute_force_cspace.hpp"
 
@@ -37,7 +37,7 @@ CspaceMap mapped(ObstacleMapper& mapper, std::span<const Point> corners) {
 
 // One point, by hand: l₁ = l₂ = 20, w = 1, the point at (20, 20). With θ₁ = 0 the elbow is at (20, 0), straight below
 // at s = 20: θ₂ = 90° ± asin(1/20) = 90° ± 2.87°, cells 87° … 93° ∩ [87.13°, 92.87°] = 88° … 92°.
-TEST(ObstacleMapper, SeesAPointUnderTheAngleOfEquation5) {
+TEST(ObstacleMapper, MapsAPointToTheAngleOfEquation5) {
   ObstacleMapper mapper(PlanarArm{}, AngleGrid{360});
   const Point point[] = {{20.0, 20.0}};
   const CspaceMap map = mapped(mapper, point);
@@ -114,7 +114,7 @@ TEST(ObstacleMapper, TheUnionOverBoundaryPointsMissesNoCell) {
   EXPECT_GT(cells, 100'000);
 }
 
-TEST(ObstacleMapper, NearTheElbowAndTheBase) {
+TEST(ObstacleMapper, MissesNoCellNearTheElbowAndTheBase) {
   // What random obstacles seldom do: surround the elbow's circle, lie on it, begin right beside the base.
   const std::vector<std::vector<Point>> obstacles = {
       {{19, -1}, {21, -1}, {21, 1}, {19, 1}},

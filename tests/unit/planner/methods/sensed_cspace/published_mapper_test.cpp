@@ -42,7 +42,7 @@ TEST(CriticalPoints, AreThoseOfAlgorithm1) {
   EXPECT_NEAR(g.largest_theta1, std::acos(0.6) + std::atan2(2.0, 24.0), 1e-12);
 }
 
-TEST(CriticalPoints, OfAnObstacleAcrossTheNegativeAxisAreNotTornApart) {
+TEST(CriticalPoints, StayConnectedAcrossTheNegativeAxis) {
   const ImageDatabase database(PlanarArm{}, AngleGrid{360});
   const Point square[] = {{-28, -2}, {-24, -2}, {-24, 2}, {-28, 2}};
   const CriticalPoints g = find_critical_points(border(square, 1.0), database);
@@ -99,7 +99,7 @@ TEST(PublishedMapper, TurnsAnImageByAnyAngle) {
   }
 }
 
-TEST(PublishedMapper, TakesInAllOfTheNearestPoint) {
+TEST(PublishedMapper, CoversTheImageOfTheNearestPoint) {
   const AngleGrid grid{360};
   const ImageDatabase database(PlanarArm{}, grid);
   const std::vector<Point> square = {{24, -2}, {28, -2}, {28, 2}, {24, 2}};
@@ -140,7 +140,7 @@ TEST(FundamentalObstacles, AreTheGridPointsNextToTheBorder) {
   }
 }
 
-TEST(PublishedMapper, FindsNothingOutOfReach) {
+TEST(PublishedMapper, BlocksNothingForObstaclesOutOfReach) {
   const ImageDatabase database(PlanarArm{}, AngleGrid{360});
   const Point far[] = {{60, 0}, {61, 0}, {61, 1}};
   const auto obstacles = border(far, 1.0);

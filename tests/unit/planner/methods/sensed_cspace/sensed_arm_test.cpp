@@ -10,7 +10,7 @@ namespace hecaton::planner {
 namespace {
 
 // Next to a blocked cell not even the way to the goal on which the arm stands is wide open.
-TEST(SensedArm, HasReachedAGoalBesideWhatItSees) {
+TEST(SensedArm, ReachesAGoalBesideASensedObstacle) {
   Arm arm;
   arm.name = "arm";
   arm.model = load_urdf(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/planar_2r.urdf");

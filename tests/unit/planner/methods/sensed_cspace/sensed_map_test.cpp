@@ -24,7 +24,7 @@ Eigen::Vector3d random_point(Random& random, double reach) {
   return {random.uniform(-reach, reach), random.uniform(-reach, reach), random.uniform(-reach, reach)};
 }
 
-TEST(ArmPlanes, AreThoseOfThePapersArms) {
+TEST(ArmPlanes, MatchThePapersArms) {
   const ArmPlanes planar(*robot("planar_2r"));
   EXPECT_FALSE(planar.spatial());
   EXPECT_NEAR(planar.arm().length1, 0.5, 1e-12);
@@ -39,7 +39,7 @@ TEST(ArmPlanes, AreThoseOfThePapersArms) {
   EXPECT_NEAR(puma.slab(0).high - puma.slab(0).low, 2.0 * 0.08, 1e-9);  // the upper arm's radius
 }
 
-TEST(ArmPlanes, OtherArmsHaveNone) {
+TEST(ArmPlanes, RejectArmsOfAnotherStructure) {
   EXPECT_EQ(ArmPlanes::why_not(*robot("puma560")), "it has 6 joints, not 2 or 3");
   EXPECT_EQ(ArmPlanes::why_not(*robot("planar_2r")), std::nullopt);
 }
@@ -134,7 +134,7 @@ TEST(SensedMap, FreeCellsKeepTheMargin) {
 
 // A limit a hair within the next cell: to arrive in that one would be a matter of rounding, and an arm that cannot goes
 // from search to search.
-TEST(SensedMap, WhatALimitLeavesOfACellIsOneOrPartOfTheNext) {
+TEST(SensedMap, CellsCutByALimitCountOrMergeWithTheNext) {
   const auto model = robot("planar_2r");
   const ArmPlanes planes(*model);
   constexpr int kCells = 120;
@@ -171,7 +171,7 @@ TEST(SensedMap, WhatALimitLeavesOfACellIsOneOrPartOfTheNext) {
   EXPECT_GT(near, 200) << "otherwise the test shows nothing";
 }
 
-TEST(SensedMap, AStraightWayEndsAtWhatBlocksIt) {
+TEST(SensedMap, StraightPathEndsAtABlockedCell) {
   const auto model = robot("planar_2r");
   SensedMap map(ArmPlanes(*model), model->limits, {.cells = 360});
   const JointVector left = Eigen::Vector2d(-1.0, 0.0);
@@ -186,7 +186,7 @@ TEST(SensedMap, AStraightWayEndsAtWhatBlocksIt) {
 }
 
 // However a wide line runs, the rest of it is free from every place on it, and a little aside.
-TEST(SensedMap, TheRestOfAWideLineIsFree) {
+TEST(SensedMap, RestOfAWideLineIsFree) {
   const auto model = robot("planar_2r");
   Random random(9);
   int wide = 0;
@@ -231,14 +231,14 @@ class Search : public testing::Test {
   CspaceSearch search_{map_};
 };
 
-TEST_F(Search, GoesStraightWhereNothingIsKnown) {
+TEST_F(Search, GoesStraightInAnEmptyMap) {
   const JointVector from = map_.centre({0, 20, 30});
   const JointVector to = map_.centre({0, 60, 70});
   ASSERT_EQ(search(from, to), CspaceSearch::State::kFound);
   EXPECT_EQ(search_.path(map_).size(), 41U);  // along the diagonal
 }
 
-TEST_F(Search, GoesRoundThroughFreeCellsOnly) {
+TEST_F(Search, PathUsesFreeCellsOnly) {
   (void)map_.see({0.75, 0.0, 0.0});  // blocks the stretched arm; the bent one passes
   const JointVector from = Eigen::Vector2d(-0.8, 0.0);
   const JointVector to = Eigen::Vector2d(0.8, 0.0);
@@ -274,7 +274,7 @@ TEST_F(Search, NeverCutsACorner) {
 }
 
 // What is blocked during a search may lie on its way; but nothing is entered from there.
-TEST_F(Search, TakesInWhatIsSeenMeanwhile) {
+TEST_F(Search, RespectsCellsBlockedDuringTheSearch) {
   search_.begin(map_, map_.cell_at(Eigen::Vector2d(-2.0, 0.0)), map_.cell_at(Eigen::Vector2d(2.0, 0.0)));
   ASSERT_EQ(search_.advance(map_, 20), CspaceSearch::State::kRunning);
   (void)map_.see({0.3, 0.0, 0.0});
@@ -282,7 +282,7 @@ TEST_F(Search, TakesInWhatIsSeenMeanwhile) {
   EXPECT_EQ(search_.state(), CspaceSearch::State::kNone);
 }
 
-TEST_F(Search, FindsNoneWhereTheFirstLinkIsStopped) {
+TEST_F(Search, FindsNoPathWhereTheFirstLinkIsBlocked) {
   (void)map_.see({0.3, 0.0, 0.0});
   EXPECT_EQ(search(Eigen::Vector2d(-0.8, 0.0), Eigen::Vector2d(0.8, 0.0)), CspaceSearch::State::kNone);
 }

@@ -42,7 +42,7 @@ class SensedPlannerTest : public testing::Test {
   JointVector still_ = Eigen::Vector2d(0.0, 0.0);
 };
 
-TEST_F(SensedPlannerTest, GoesStraightUntilItSeesSomething) {
+TEST_F(SensedPlannerTest, GoesStraightUntilASensorMeasuresAnObstacle) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   EXPECT_EQ(settle(planner), Path::kStraight);
   see(planner, {0.75});
@@ -50,7 +50,7 @@ TEST_F(SensedPlannerTest, GoesStraightUntilItSeesSomething) {
   EXPECT_EQ(planner.searches(), 2);
 }
 
-TEST_F(SensedPlannerTest, SearchesAgainOnlyWhenTheWayIsBlocked) {
+TEST_F(SensedPlannerTest, SearchesAgainOnlyWhenThePathIsBlocked) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
   ASSERT_EQ(settle(planner), Path::kAround);
@@ -60,7 +60,7 @@ TEST_F(SensedPlannerTest, SearchesAgainOnlyWhenTheWayIsBlocked) {
 }
 
 // Algorithm 3, step 2.3: what is seen again is not modelled again.
-TEST_F(SensedPlannerTest, ModelsOnlyWhatIsNew) {
+TEST_F(SensedPlannerTest, MapsOnlyNewPoints) {
   for (const Remember remember : {Remember::kNever, Remember::kUntilNearer, Remember::kAlways}) {
     SensedPlanner planner = this->planner(remember);
     see(planner, {0.75});
@@ -79,7 +79,7 @@ TEST_F(SensedPlannerTest, ModelsOnlyWhatIsNew) {
 }
 
 // Noise changes the map in every period of a search that takes several.
-TEST_F(SensedPlannerTest, EndsASearchWhileItSeesMore) {
+TEST_F(SensedPlannerTest, FinishesASearchWhileNewPointsArrive) {
   for (const Remember remember : {Remember::kNever, Remember::kUntilNearer, Remember::kAlways}) {
     SensedPlanner planner = this->planner(remember, 1440);
     Path path = Path::kSearching;
@@ -94,7 +94,7 @@ TEST_F(SensedPlannerTest, EndsASearchWhileItSeesMore) {
   }
 }
 
-TEST_F(SensedPlannerTest, WhoForgetsFindsTheWayThatHasBecomeFree) {
+TEST_F(SensedPlannerTest, ForgettingArmFindsAPathThatHasBecomeFree) {
   for (const Remember remember : {Remember::kNever, Remember::kAlways}) {
     SensedPlanner planner = this->planner(remember);
     see(planner, {0.3});  // stops the first link
@@ -105,7 +105,7 @@ TEST_F(SensedPlannerTest, WhoForgetsFindsTheWayThatHasBecomeFree) {
 }
 
 // A detour ends where the goal is in sight and nearer than where it began by a cell: not before.
-TEST_F(SensedPlannerTest, RemembersADetourUntilItIsNearer) {
+TEST_F(SensedPlannerTest, RemembersADetourUntilTheGoalIsNearer) {
   SensedPlanner planner = this->planner(Remember::kUntilNearer);
   see(planner, {0.75});
   ASSERT_EQ(settle(planner), Path::kAround);
@@ -118,7 +118,7 @@ TEST_F(SensedPlannerTest, RemembersADetourUntilItIsNearer) {
   EXPECT_TRUE(planner.map().points().empty()) << "forgotten";
 }
 
-TEST_F(SensedPlannerTest, MayOnlyGoWhereItCanStop) {
+TEST_F(SensedPlannerTest, AllowsOnlyMotionThatCanStop) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
   (void)settle(planner);
@@ -133,7 +133,7 @@ TEST_F(SensedPlannerTest, MayOnlyGoWhereItCanStop) {
   EXPECT_TRUE(planner.may_go(inside, inside, Eigen::Vector2d(0.1, 0.0))) << "leaves it, slowly";
 }
 
-TEST_F(SensedPlannerTest, GoesBackTheWayItCame) {
+TEST_F(SensedPlannerTest, ReturnsAlongItsTrail) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   for (int i = 0; i <= 8; ++i) {
     from_[0] = 0.1 * (i - 8);
@@ -147,7 +147,7 @@ TEST_F(SensedPlannerTest, GoesBackTheWayItCame) {
   EXPECT_EQ(settle(planner), Path::kAround);
 }
 
-TEST_F(SensedPlannerTest, StaysWhereItIsBlockedFromTheStart) {
+TEST_F(SensedPlannerTest, StaysWhenBlockedFromTheStart) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   from_[0] = 0.0;
   see(planner, {0.75});
@@ -156,7 +156,7 @@ TEST_F(SensedPlannerTest, StaysWhereItIsBlockedFromTheStart) {
 
 // Looked at in other places, a line in sight may not be one on which the arm is let go: it must not stand there for
 // ever.
-TEST_F(SensedPlannerTest, WhoIsNotLetGoGoesFromRestToRest) {
+TEST_F(SensedPlannerTest, RefusedMotionContinuesFromRestToRest) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
   ASSERT_EQ(settle(planner), Path::kAround);
@@ -175,7 +175,7 @@ TEST_F(SensedPlannerTest, WhoIsNotLetGoGoesFromRestToRest) {
   EXPECT_EQ(planner.searches(), searches + 1);
 }
 
-TEST_F(SensedPlannerTest, SaysWhyThereIsNoWay) {
+TEST_F(SensedPlannerTest, ExplainsWhyThereIsNoPath) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   EXPECT_EQ(settle(planner), Path::kStraight);
   EXPECT_EQ(planner.why_none(from_), std::nullopt);
@@ -197,7 +197,7 @@ TEST_F(SensedPlannerTest, SaysWhyThereIsNoWay) {
 
 // The first cell of a way begun at a limit has its centre outside: who would go there would stand at the limit for
 // ever.
-TEST_F(SensedPlannerTest, StopsOfAWayAreWithinTheLimits) {
+TEST_F(SensedPlannerTest, StopsOnAPathStayWithinTheLimits) {
   arm_.limits.lower[0] = -0.801;  // 0.002 inside the cell's centre
   SensedPlanner planner = this->planner(Remember::kAlways);
   see(planner, {0.75});
@@ -238,7 +238,7 @@ class SensedPlannerInSpace : public testing::Test {
 };
 
 // A period's work is bounded, however much comes into sight at once; what is not mapped yet stops the arm.
-TEST_F(SensedPlannerInSpace, MapsTheNearestFirstAndStandsMeanwhile) {
+TEST_F(SensedPlannerInSpace, MapsNearestPointsFirstAndWaits) {
   for (const Remember remember : {Remember::kAlways, Remember::kUntilNearer, Remember::kNever}) {
     SensedPlanner planner = this->planner(remember);
     (void)planner.guide(q_, still_, q_goal_);
@@ -261,7 +261,7 @@ TEST_F(SensedPlannerInSpace, MapsTheNearestFirstAndStandsMeanwhile) {
 }
 
 // Its map never holds less than it sees, and in the end no more.
-TEST_F(SensedPlannerInSpace, WhoForgetsMapsAnewInSharesToo) {
+TEST_F(SensedPlannerInSpace, ForgettingArmRemapsInShares) {
   constexpr std::size_t kPoints = 100;
   SensedPlanner planner = this->planner(Remember::kNever);
   see(planner, kPoints);

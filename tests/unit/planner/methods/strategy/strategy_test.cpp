@@ -19,7 +19,7 @@ JointVector vector(std::initializer_list<double> values) {
 }
 
 // u₁ along the first joint: what Gram–Schmidt makes of e₂, e₃, e₄ is e₂, e₃, e₄ themselves.
-TEST(NullSpaceBasisTest, IsTheOtherAxesForAMotionOfTheFirstJoint) {
+TEST(NullSpaceBasisTest, EqualsTheOtherAxesForAMotionOfTheFirstJoint) {
   const NullSpaceBasis basis = null_space_basis(vector({1, 0, 0, 0}));
   NullSpaceBasis expected = NullSpaceBasis::Zero(3, 4);
   expected(0, 1) = expected(1, 2) = expected(2, 3) = 1.0;
@@ -27,7 +27,7 @@ TEST(NullSpaceBasisTest, IsTheOtherAxesForAMotionOfTheFirstJoint) {
 }
 
 // u₁ = e₂ leaves nothing of e₂: it is passed over, and e₁ comes last.
-TEST(NullSpaceBasisTest, PassesOverAnAxisThatIsTheWayItself) {
+TEST(NullSpaceBasisTest, SkipsAnAxisParallelToTheMotion) {
   const NullSpaceBasis basis = null_space_basis(vector({0, 1, 0, 0}));
   NullSpaceBasis expected = NullSpaceBasis::Zero(3, 4);
   expected(0, 2) = expected(1, 3) = expected(2, 0) = 1.0;
@@ -50,7 +50,7 @@ TEST(NullSpaceBasisTest, IsOrthonormalForAnyNumberOfJoints) {
 }
 
 // eq. 7 with v₁ = e₂, v₂ = e₃, v₃ = e₄: (0, 1, 2, −2)/3, and its opposite for λ = −1.
-TEST(ReducedSubspaceTest, TurnsWhereTheStrategySays) {
+TEST(ReducedSubspaceTest, TurnsInTheDirectionOfTheStrategy) {
   Strategy strategy;
   strategy.coefficients[0] = 2.0;
   strategy.coefficients[1] = -2.0;
@@ -64,7 +64,7 @@ TEST(ReducedSubspaceTest, TurnsWhereTheStrategySays) {
 }
 
 // The footnote of section 4: uᵀ is perpendicular to uᶠ and in the plane, wherever the arm is.
-TEST(PlaneTest, NeighboursAreAStepAlongAndAcrossTheWayToTheGoal) {
+TEST(PlaneTest, NeighboursAreAStepAlongAndAcrossTheLineToTheGoal) {
   baseline::PlaneState state;
   state.at = {0.0, 3.0};
   const baseline::PlaneFrame frame = baseline::plane_frame(state.at, 4.0);
@@ -81,7 +81,7 @@ TEST(PlaneTest, NeighboursAreAStepAlongAndAcrossTheWayToTheGoal) {
   EXPECT_DOUBLE_EQ(other.y, 2.6);
 }
 
-TEST(PlaneTest, TheLastStepEndsAtTheGoal) {
+TEST(PlaneTest, LastStepEndsAtTheGoal) {
   baseline::PlaneState state;
   state.at = {3.9, 0.01};
   const baseline::PlanePoint last = baseline::neighbour(state, baseline::plane_frame(state.at, 4.0), 4.0, 0.5, 0);
@@ -98,7 +98,7 @@ StrategyMemory under_way() {
   return memory;
 }
 
-TEST(StepRuleTest, GoesStraightWhereNothingIsInTheWay) {
+TEST(StepRuleTest, GoesStraightInFreeSpace) {
   StrategyMemory memory = under_way();
   const IsFree anywhere = [](const JointVector&) { return true; };
   for (int k = 0; k < 11; ++k) take_step(0.1, anywhere, memory);  // ten, but for rounding
@@ -108,7 +108,7 @@ TEST(StepRuleTest, GoesStraightWhereNothingIsInTheWay) {
 }
 
 // Behind x = 0.55 only y ≥ 0.25 is free: up along the wall, then across.
-TEST(StepRuleTest, GoesRoundWhatIsInTheWay) {
+TEST(StepRuleTest, AvoidsAnObstacle) {
   StrategyMemory memory = under_way();
   const IsFree is_free = [](const JointVector& q) { return q[0] < 0.55 || q[0] > 0.75 || q[1] >= 0.25; };
   double highest = 0.0;
@@ -124,7 +124,7 @@ TEST(StepRuleTest, GoesRoundWhatIsInTheWay) {
   EXPECT_EQ(memory.side, 1.0);
 }
 
-TEST(StepRuleTest, ChangesTheLocalDirectionAndStaysWhereNothingIsFree) {
+TEST(StepRuleTest, ChangesTheLocalDirectionAndStaysWhenNothingIsFree) {
   StrategyMemory memory = under_way();
   take_step(
       0.1, [](const JointVector&) { return false; }, memory);

@@ -11,7 +11,7 @@ using test::joints;
 
 const JointLimits kLimits{joints({-3, -3}), joints({3, 3}), joints({1.5, 1.0}), joints({10, 5})};
 
-TEST(StopProfile, TheSlowestJointDecidesTheTime) {
+TEST(StopProfile, SlowestJointDeterminesTheTime) {
   // 1.5/10 = 0.15 s and 0.5/5 = 0.1 s
   EXPECT_DOUBLE_EQ(stop_time(kLimits, joints({1.5, -0.5})), 0.15);
   // 1.5/10 = 0.15 s and 1/5 = 0.2 s

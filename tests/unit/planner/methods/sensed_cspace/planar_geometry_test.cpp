@@ -1,8 +1,8 @@
-#include "planner/methods/sensed_cspace/convex_piece.hpp"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
 namespace hecaton::planner::cspace {
 namespace {
@@ -17,7 +17,7 @@ double area(const ConvexPiece& piece) {
   return 0.5 * twice;
 }
 
-TEST(ConvexPiece, DropsWhatIsInsideOrOnASide) {
+TEST(ConvexPiece, DropsPointsInsideOrOnASide) {
   const Point points[] = {{0, 0}, {2, 0}, {1, 0}, {2, 2}, {1, 1}, {0, 2}, {0, 0}};
   const ConvexPiece piece = convex_piece(points);
   EXPECT_EQ(piece.corners.size(), 4u);

@@ -63,36 +63,36 @@ class Ram : public testing::Test {
   std::vector<world::ObstacleState> states_;
 };
 
-TEST_F(Ram, HitsWhoOnlyReacts) {
+TEST_F(Ram, HitsAnArmThatOnlyReacts) {
   parameters_.rollout.candidates = 0;
   EXPECT_LT(least_distance({}), 0.0);
 }
 
-TEST_F(Ram, PassesWhoHasNoGoalAndForesees) {
+TEST_F(Ram, MissesAnArmWithoutGoalThatLooksAhead) {
   EXPECT_GT(least_distance({}), 0.01);
 }
 
-TEST_F(Ram, PassesWhoRestsAtItsGoal) {
+TEST_F(Ram, MissesAnArmAtItsGoalThatLooksAhead) {
   EXPECT_GT(least_distance(joints({0, 0})), 0.01);
 }
 
-TEST_F(Ram, PassesWhoIsOnItsWay) {
+TEST_F(Ram, MissesAMovingArmThatLooksAhead) {
   EXPECT_GT(least_distance(joints({0.05, 0.5})), 0.01);
 }
 
 /// The same as a question: does going on end well?
-class Foresight : public Ram {
+class Lookahead : public Ram {
  protected:
-  Foresight() : search_({test::planar_point()}, {parameters_}, 0) {
+  Lookahead() : search_({test::planar_point()}, {parameters_}, 0) {
     search_.set_obstacles(boxes_);
     states_[1].X_WO.translation().x() = -0.5;  // it arrives within the look
     RolloutArm arm;
     arm.q = arm.qd = joints({0, 0});
     arm.plans = true;
     question_.arms = {arm};
-    question_.horizon = kForeseen;
+    question_.horizon = kLookaheadTime;
     question_.candidates = 16;
-    question_.foresees = true;
+    question_.lookahead = true;
   }
 
   RolloutAnswer answer(int ticks_at_a_time) {
@@ -109,7 +109,7 @@ class Foresight : public Ram {
   RolloutQuestion question_;
 };
 
-TEST_F(Foresight, FindsAWayOutThatKeepsItsPromise) {
+TEST_F(Lookahead, EscapeKeepsItsPredictedMargin) {
   const RolloutAnswer found = answer(1'000'000);
   ASSERT_EQ(found.manoeuvre.kind, ManoeuvreKind::kEvade);
   EXPECT_LT(found.cost, found.cost_of_continuing);
@@ -120,7 +120,7 @@ TEST_F(Foresight, FindsAWayOutThatKeepsItsPromise) {
     auto arms = question_.arms;
     begin(manoeuvre, arms[0].memory);
     cell.begin(arms, states_);
-    while (cell.time() < kForeseen) cell.step();
+    while (cell.time() < kLookaheadTime) cell.step();
     return cell.clearance_margin(0);
   };
   const double security = parameters_.damper.security_distance;
@@ -128,14 +128,14 @@ TEST_F(Foresight, FindsAWayOutThatKeepsItsPromise) {
   EXPECT_GT(room_after(found.manoeuvre), -0.5 * security);
 }
 
-TEST_F(Foresight, InterruptionsDoNotChangeTheAnswer) {
+TEST_F(Lookahead, AnswerIsIndependentOfInterruptions) {
   const RolloutAnswer whole = answer(1'000'000);
   const RolloutAnswer in_pieces = answer(1);
   EXPECT_EQ(whole.manoeuvre.q, in_pieces.manoeuvre.q);
   EXPECT_EQ(whole.cost, in_pieces.cost);
 }
 
-TEST_F(Foresight, LooksNoFartherThanAtGoingOnWhenThatIsWell) {
+TEST_F(Lookahead, SimulatesNoEscapeWhenContinuingIsSafe) {
   states_[1].X_WO.translation().y() = 0.5;  // it passes by
   const RolloutAnswer found = answer(1'000'000);
   EXPECT_EQ(found.manoeuvre.kind, ManoeuvreKind::kContinue);

@@ -1,8 +1,7 @@
-#include "planner/local/limit_rows.hpp"
-
 #include <gtest/gtest.h>
 
 #include "planner/local/random.hpp"
+#include "planner/local/velocity_constraints.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 #include "tests/support/planar_point.hpp"
 
@@ -14,20 +13,20 @@ using test::joints;
 const JointLimits kLimits{joints({-1, -1}), joints({1, 1}), joints({1.5, 1.5}), joints({10, 10})};
 constexpr double kPeriod = 0.01;
 
-TEST(LimitRows, FarFromTheLimitsOnlySpeedCounts) {
+TEST(VelocityBounds, EqualVelocityLimitsFarFromPositionLimits) {
   const VelocityBounds bounds = speed_and_position_bounds(kLimits, joints({0, 0}), kPeriod);
   EXPECT_EQ(bounds.upper, joints({1.5, 1.5}));
   EXPECT_EQ(bounds.lower, joints({-1.5, -1.5}));
 }
 
-TEST(LimitRows, OutsideOnlyTheWayBackIsOpen) {
+TEST(VelocityBounds, AllowOnlyReturnOutsidePositionLimits) {
   const VelocityBounds bounds = speed_and_position_bounds(kLimits, joints({1.05, 0}), kPeriod);
   EXPECT_LT(bounds.upper[0], 0.0);
   EXPECT_EQ(bounds.lower[0], -1.5);
 }
 
 // Property: whoever drives at the bounds, in any direction and changing it at random, never leaves the limits.
-TEST(LimitRows, DrivingAtTheBoundsNeverCrossesAPositionLimit) {
+TEST(VelocityBounds, MotionAtTheBoundsNeverCrossesAPositionLimit) {
   Random random(5);
   JointVector q = joints({0, 0});
   JointVector qd = joints({0, 0});

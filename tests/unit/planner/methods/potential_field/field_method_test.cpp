@@ -1,11 +1,11 @@
-// The live method: down the field under the local planner's rows.
-#include "planner/methods/potential_field/field_velocity.hpp"
-
 #include <gtest/gtest.h>
 
 #include "field_setup.hpp"
 #include "planner/arm_controller.hpp"
+#include "planner/methods/potential_field/field_method.hpp"
+#include "planner/methods/potential_field/oscillation_monitor.hpp"
 #include "planner/methods/registry.hpp"
+#include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner::potential {
 namespace {
@@ -52,7 +52,7 @@ TEST(FieldVelocity, ReachesAGoalBesideAnObstacle) {
             TickStatus::kReached);
 }
 
-TEST(FieldVelocity, SaysThatItIsBlockedInALocalMinimum) {
+TEST(FieldVelocity, ReportsBlockedInALocalMinimum) {
   EXPECT_EQ(drive({box_obstacle("wall", {0, 0, 0}, {0.1, 0.6, 0.2})}, joints({-1, 0}), joints({1, 0})),
             TickStatus::kBlocked);
 }
@@ -71,6 +71,31 @@ TEST(FieldVelocity, NeverExceedsTheLimits) {
     EXPECT_TRUE((qd.cwiseAbs().array() <= arm.limits.velocity.array() + 1e-12).all());
     EXPECT_LE(qd.dot(setup.at(q).gradient), 0.0) << "downhill";
   }
+}
+
+}  // namespace
+namespace {
+
+using test::joints;
+
+TEST(OscillationMonitor, DistinguishesOscillationFromProgress) {
+  OscillationMonitor forward, to_and_fro, still;
+  for (int i = 0; i < 25; ++i) {
+    forward.observe(joints({0.01 * i, 0}), 1.0, 20.0, 0.01);
+    to_and_fro.observe(joints({0.0, i % 2 == 0 ? 0.01 : -0.01}), 1.0, 20.0, 0.01);
+    still.observe(joints({0, 0}), 1.0, 20.0, 0.01);
+  }
+  EXPECT_FALSE(forward.oscillating);
+  EXPECT_TRUE(to_and_fro.oscillating);
+  EXPECT_FALSE(still.oscillating) << "an arm at rest does not oscillate";
+}
+
+TEST(OscillationMonitor, ResetsOnceTheArmMovesAway) {
+  OscillationMonitor monitor;
+  for (int i = 0; i <= 20; ++i) monitor.observe(joints({i % 2 * 0.1, 0}), 1.0, 20.0, 0.01);
+  EXPECT_TRUE(monitor.oscillating);
+  for (int i = 0; i <= 20; ++i) monitor.observe(joints({0.1 * i, 0}), 1.0, 20.0, 0.01);
+  EXPECT_FALSE(monitor.oscillating);
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 // [Lahouar06] figures 9 and 10 on hand-made constraints in a plane: U₁ = x, U₂ = y.
-#include "planner/methods/boundary_following/boundary_follower.hpp"
-
 #include <array>
 
 #include <gtest/gtest.h>
 
+#include "planner/methods/boundary_following/boundary_following.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -68,7 +67,7 @@ TEST(BoundaryFollower, SwitchesToTheWallThatBlocks) {
   EXPECT_NEAR(qd[1], 0.0, 1e-9);
 }
 
-TEST(BoundaryFollower, TracksTheConstraintMostAlikeTheFollowedOne) {
+TEST(BoundaryFollower, TracksTheConstraintMostSimilarToTheFollowedOne) {
   Following following(wall(1, 0, 0, 1), 1);
   FollowerMemory& memory = following.memory;
   const double side = memory.U2[1];
@@ -80,14 +79,14 @@ TEST(BoundaryFollower, TracksTheConstraintMostAlikeTheFollowedOne) {
   EXPECT_LE(rows[0].g.dot(qd), 1e-9);
 }
 
-TEST(BoundaryFollower, SaysWhenThereIsNothingToFollow) {
+TEST(BoundaryFollower, ReturnsNothingWithoutAConstraintToFollow) {
   Following following(wall(1, 0, 0, 1), 1);
   EXPECT_FALSE(follow_boundary(following.follower(), kBounds, {}).has_value());
   const std::array behind{wall(-1, 0, 0.1, 2)};
   EXPECT_FALSE(follow_boundary(following.follower(), kBounds, behind).has_value());
 }
 
-TEST(BoundaryFollower, ARedrawnSubspaceIsOrthonormalAndForgetsTheWall) {
+TEST(BoundaryFollower, ResampledSubspaceIsOrthonormalAndForgetsTheWall) {
   Following following(wall(1, 0, 0, 1), 1);
   FollowerMemory& memory = following.memory;
   following.random = Random(3);
