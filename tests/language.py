@@ -25,35 +25,33 @@ LONGEST, LONG, SHARE = 40, 25, 0.05
 SKIPPED = {"build", ".git", "third_party"}
 DOCUMENTS, C_FAMILY, HASHED = {".md"}, {".cpp", ".hpp", ".idl", ".h"}, {".cmake", ".txt"}
 
-PEOPLE = (r"(?:users?|people|persons?|engineers?|readers?|operators?|integrators?|authors?|developers?|roboticists?|maintainers?"
-          r"|newcomers?|anyone|those)")
+# "who" may follow these: a relative clause about people is plain English. For a component it hides the subject.
+PEOPLE = r"(?:users?|people|persons?|engineers?|readers?|operators?|integrators?|authors?|developers?|roboticists?|maintainers?|newcomers?)"
 NAMED = "name the component"
-# (pattern, what to write instead); prose only, any case.
-WORDS = [
-    (rf"(?<!{PEOPLE[3:-1].split('|')[0]})\bwho(?:'s)?\b", NAMED),
-    (r"\bwho(?:ever|m|mever)\b", NAMED),
-    (r"\b(?:every|no|some|any)body\b", NAMED),
-    (r"\b(?:someone|no one|everyone)\b", NAMED),
-    (r"\bthe others\b", NAMED + "s"),
-    (r"\b(?:is|are|was|were|be|been) told\b", "name the component that reports, and what"),
-    (r"\bold news\b", "old states, latency compensation"),
-    (r"\bto and fro\b", "back and forth"),
-    (r"\b(?:by sight)\b", "sensor_only"),
-    (r"\bplay(?:s|ed)? (?:it |them )?through\b", "simulate, roll out"),
-    (r"\bstragglers?\b", "late samples"),
-    (r"\bstraggling\b", "late"),
-    (r"\bstrangers?\b", "unknown nodes"),
-    (r"\blife lines?\b", "exit notifier"),
-    (r"\bfarewells?\b", "announcement of departure"),
-    (r"\bcomposite plans?\b", "coupled plan"),
-    (r"\bmandates?\b", "arm lease"),
-    (r"\breferees?\b", "contact monitor"),
-    (r"\brest regions?\b", "reachable stop set"),
-    (r"\bstands? back\b", "raise or lower the thread priority; give way"),
-    (r"\bput down to\b", "attribute to"),
-    (r"\b(?<!dead-)reckoned\b", "dead-reckoned"),
-]
-# Names that were replaced; also in backquotes, exactly as they stand here.
+# (pattern, what to write instead): in prose, in any case, not in backquotes.
+WORDS = [(re.compile(rf"\b{pattern}\b".replace(" ", r"\s+"), re.I), instead) for pattern, instead in [
+    (rf"(?P<person>{PEOPLE},? )?who", NAMED),
+    (r"who(?:ever|m|mever)", NAMED),
+    (r"(?:every|no|some|any)body", NAMED),
+    (r"(?:someone|no one|everyone)", NAMED),
+    (r"the others", "name the components"),
+    (r"(?:is|are|was|were|be|been) told", "name the component that reports, and what"),
+    (r"old news", "old states; latency compensation"),
+    (r"to and fro", "back and forth"),
+    (r"play(?:s|ed)? (?:it |them )?through", "simulate; roll out"),
+    (r"stragglers?|straggling", "late samples; late"),
+    (r"strangers?", "unknown nodes"),
+    (r"life lines?", "exit notifier"),
+    (r"farewells?", "announcement of departure"),
+    (r"composite plans?", "coupled plan"),
+    (r"mandates?", "arm lease"),
+    (r"referees?", "contact monitor"),
+    (r"rest regions?", "reachable stop set"),
+    (r"stands? back", "give way; lower the thread priority"),
+    (r"urgency", "thread priority; priority"),
+    (r"(?<!dead-)reckoned", "dead-reckoned"),
+]]
+# Names that were replaced: also in backquotes, exactly as they stand here.
 NAMES = {
     "CellWatch": "FaultDetector", "HostWatch": "HostMonitor", "PunctualClock": "StallCompensatedClock",
     "TakeoverPatience": "FailoverBackoff", "PlannerSigns": "PlannerHealth", "PlannerFitness": "PlannerHealth",
@@ -61,16 +59,15 @@ NAMES = {
     "kNodeTwice": "duplicate_node", "node_twice": "duplicate_node", "kForgetful": "persistence_failed",
     "put_down_to_us": "local_partition_suspected", "meets_anew": "awaiting_rediscovery",
     "detected_within": "detection_latency_bound", "NewestMandate": "NewestArmLease", "life_line": "exit notifier",
-    "kept_file": "atomic file", "turn_watch": "ProgressWatchdog", "gate_transport": "FilteringTransport",
-    "GoalDesk": "GoalManager", "GoalAccount": "GoalSnapshot", "UnsaidStatuses": "a part of failover",
-    "by_sight": "sensor_only", "old_news": "latency compensation", "OwnNews": "OwnArmFeedback",
-    "CellNews": "DelayedObservations", "rest_region": "reachable stop set", "PlayedCell": "RolloutSimulation",
-    "take_aim": "select_target", "held_for": "blocked_duration", "--anew": "--clean", "together_after": "coordination.stall_timeout",
-    "route.after": "replanning.stall_timeout", "tasks.route": "tasks.pose_sequence", "redraw_after": "resample_after",
+    "kept_file": "atomic_file", "turn_watch": "ProgressWatchdog", "gate_transport": "FilteringTransport",
+    "GoalDesk": "GoalManager", "GoalAccount": "GoalSnapshot", "UnsaidStatuses": "UnpublishedResults",
+    "by_sight": "sensor_only", "old_news": "latency_compensation", "OwnNews": "OwnArmFeedback",
+    "CellNews": "DelayedObservations", "rest_region": "reachable_stop_set", "PlayedCell": "RolloutSimulation",
+    "take_aim": "select_target", "held_for": "blocked_duration", "--anew": "--clean",
+    "together_after": "coordination.stall_timeout", "route.after": "replanning.stall_timeout",
+    "tasks.route": "tasks.pose_sequence", "redraw_after": "resample_after",
     "yielding.patience": "yielding.yield_request_delay",
 }
-WHO = re.compile(rf"(?:\b{PEOPLE},?\s+)?\bwho\b(?!\w)", re.I)
-RULES = [(re.compile(pattern, re.I), instead) for pattern, instead in WORDS[1:]]
 NAME = re.compile("|".join(rf"(?<![\w-]){re.escape(name)}(?!\w)" for name in NAMES))
 
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|etc|vs|cf|al|eq|eqs|fig|figs|no|sec|p|pp|St|approx)\.(?=\s)", re.I)
@@ -155,61 +152,50 @@ def runs_of_prose(lines, first=1):
 def comment_lines(text, suffix):
     """Comments of a source as blocks: (number of the first line, lines without their signs)."""
     if suffix == ".py":
-        yield from python_comments(text)
-        return
+        return python_comments(text)
     mark = "#" if suffix in HASHED else "//"
-    block, last = [], None
-    in_block = False
+    if mark == "//":
+        # Raw strings are no code: their lines stay, empty.
+        text = re.sub(r'R"(\w*)\(.*?\)\1"', lambda found: '""' + "\n" * found[0].count("\n"), text, flags=re.S)
+    blocks, previous, in_block = [], None, False
     for number, line in enumerate(text.splitlines(), 1):
         if mark == "//" and (in_block or line.lstrip().startswith("/*")):
-            body = re.sub(r"^\s*(?:/\*+|\*(?!/))?\s?", "", line)
+            body = re.sub(r"^\s*(?:/\*+|\*(?!/))?\s?", "", line).split("*/")[0]
+            found = 0, not line.lstrip().startswith("/*"), body
             in_block = "*/" not in line
-            found = (0, body.split("*/")[0])
         else:
             found = comment_of(line, mark)
-        if found and block and last == number - 1 and found[0] == column:
-            block.append(found[1])
-        else:
-            if block:
-                yield last - len(block) + 1, block
-            block = [found[1]] if found else []
-        column, last = (found[0] if found else None), number
-        if not found:
-            block = []
-    if block:
-        yield last - len(block) + 1, block
+        if found:
+            column, continues, body = found
+            if not (continues and previous == (number - 1, column)):
+                blocks.append((number, []))
+            blocks[-1][1].append(body)
+            previous = number, column
+    return blocks
 
 
 def comment_of(line, mark):
-    """(column, text) of the comment in a line of code, or None. A mark inside of a string is none."""
-    position = -1
-    for found in re.finditer(r'"(?:\\.|[^"\\])*"|' + re.escape(mark) + "+[!<]*", line):
-        if not found[0].startswith('"'):
-            position, end = found.start(), found.end()
-            break
-    if position < 0:
-        return None
-    alone = not line[:position].strip()
-    return (position if alone else position + 1000), re.sub(r"^ ", "", line[end:])
+    """(column, whether nothing stands before it, text) of the comment in a line of code, or None.
+
+    A mark inside of a string is none. A comment behind code begins a block of its own."""
+    for found in re.finditer(r""""(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])'|""" + re.escape(mark) + "+[!<]*", line):
+        if found[0][0] not in "\"'":
+            return found.start(), not line[:found.start()].strip(), re.sub(r"^ ", "", line[found.end():])
+    return None
 
 
 def python_comments(text):
-    lines = {}
+    blocks = [(node.body[0].lineno, ast.get_docstring(node).splitlines()) for node in ast.walk(ast.parse(text))
+              if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(node, False)]
+    previous = None
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT:
-            lines[token.start[0]] = (token.start[1], token.string.lstrip("#")[1:])
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(node, False):
-            yield node.body[0].lineno, ast.get_docstring(node).splitlines()
-    block, previous = [], None
-    for number, (column, body) in sorted(lines.items()):
-        if block and (number, column) != (previous[0] + 1, previous[1]):
-            yield previous[0] - len(block) + 1, block
-            block = []
-        block.append(body)
-        previous = number, column
-    if block:
-        yield previous[0] - len(block) + 1, block
+            number, column = token.start
+            if not (previous == (number - 1, column) and not token.line[:column].strip()):
+                blocks.append((number, []))
+            blocks[-1][1].append(token.string.lstrip("#")[1:])
+            previous = number, column
+    return blocks
 
 
 def texts_of(text, suffix):
@@ -254,12 +240,10 @@ class Judged:
         self.findings.append(Finding(line, rule, text))
 
     def _check_words(self, run, prose):
-        for found in WHO.finditer(prose):
-            if not re.match(PEOPLE, found[0], re.I):
-                self._word(run, prose, found, NAMED)
-        for rule, instead in RULES:
+        for rule, instead in WORDS:
             for found in rule.finditer(prose):
-                self._word(run, prose, found, instead)
+                if not found.groupdict().get("person"):
+                    self._word(run, prose, found, instead)
         for found in NAME.finditer(run.text):
             self._word(run, run.text, found, NAMES[found[0]])
 
