@@ -1,12 +1,13 @@
-"""Compares the reference pages (docs/reference) with what the programs and the sources say.
+"""Compares the reference pages (docs/reference, and the index in docs/README.md) with the programs and the sources.
 
 usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs; --write: renews the generated parts
 
 | page | the source of the comparison |
 |---|---|
-| cli.md | `hecaton --help`, `hecaton man`, `hecaton-strategies man`: generated |
+| cli.md | `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
+| docs/README.md | docs/: it lists every page; the list of design notes is generated |
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
 """
 import argparse
@@ -55,7 +56,10 @@ def commands(man):
             parts.append("")
             table = False
         else:
-            parts.append(re.sub(r"^  ", "- ", plain(line)))
+            entry = line.startswith("  ")
+            if parts and parts[-1] and entry != parts[-1].startswith("- "):
+                parts.append("")  # a list begins or ends
+            parts.append(("- " if entry else "") + plain(line).strip())
     return "\n".join(parts).strip() + "\n"
 
 
@@ -65,14 +69,16 @@ def codes_in_cells(text):
 
 
 def exit_codes(program):
-    footer = re.search(r"^Exit codes: (.*?)\.?$", output(program, "--help"), re.M)[1]
-    rows = re.findall(r"(?:^|; )(\d+) (.*?)(?=; \d+ |$)", footer)
+    """The table of what its --help ends with: "Exit codes: 0 done; 1 …"."""
+    codes = " ".join(output(program, "--help").split()).rsplit("Exit codes: ", 1)[1].rstrip(".")
+    rows = [entry.split(" ", 1) for entry in re.split(r"; (?=\d+ )", codes)]
     return "| code | meaning |\n|---|---|\n" + "".join(f"| {code} | {escaped(text)} |\n" for code, text in rows)
 
 
 def cli_parts(binaries):
     return {
         "exit_codes": exit_codes(binaries / "hecaton"),
+        "chaos_codes": exit_codes(binaries / "hecaton-chaos"),
         "commands": codes_in_cells(commands(output(binaries / "hecaton", "man"))),
         "strategies": codes_in_cells(commands(output(binaries / "hecaton-strategies", "man"))),
     }
@@ -161,6 +167,24 @@ def fault_findings(root, page):
     for kind in sections:
         if kind not in kinds:
             yield f"faults.md: there is no fault kind `{kind}`"
+
+
+# --- docs/README.md
+
+
+def index_part(root):
+    """A line for each design note, with its heading."""
+    notes = sorted((root / "docs/design").glob("*.md"))
+    headings = [(note.name, note.read_text().split("\n", 1)[0].lstrip("# ")) for note in notes]
+    return {"design": "".join(f"- [{heading}](design/{name})\n" for name, heading in headings)}
+
+
+def index_findings(root):
+    index = (root / "docs/README.md").read_text()
+    for page in sorted((root / "docs").rglob("*.md")):
+        name = page.relative_to(root / "docs").as_posix()
+        if name != "README.md" and f"({name})" not in index:
+            yield f"docs/README.md does not list {name}"
 
 
 # --- cell-file.md
@@ -309,7 +333,7 @@ def main():
     folder = options.root / "docs/reference"
     findings = []
     for name, parts in (("cli.md", cli_parts(options.bin)), ("topics.md", topics_parts(options.root)),
-                        ("faults.md", causes_part(options.root))):
+                        ("faults.md", causes_part(options.root)), ("../README.md", index_part(options.root))):
         page = (folder / name).read_text()
         fresh = renewed(page, parts)
         absent = set(parts) - {match[1] for match in GENERATED.findall(page)}
@@ -319,6 +343,7 @@ def main():
         elif fresh != page:
             findings.append("\n".join([f"{name} is not what the programs and sources say (--write renews it):",
                                        *list(difflib.unified_diff(page.splitlines(), fresh.splitlines(), lineterm="", n=0))[2:22]]))
+    findings += index_findings(options.root)
     findings += fault_findings(options.root, (folder / "faults.md").read_text())
     findings += cell_file_findings(options.root, options.bin, (folder / "cell-file.md").read_text())
     print("\n".join(findings) or "the reference pages say what the programs and sources do")
