@@ -2,9 +2,9 @@
 ///
 /// usage: hecaton-record-episode CELL SEED PERIOD
 ///
-/// Writes one line per PERIOD of virtual time [s]. A line has `time` [s], and for each arm and each obstacle its shapes in
-/// the world frame W [m]. An arm also has the origin of its tool frame, and the goal of that point. All obstacles begin
-/// their scripts at time 0. The same cell and seed give the same lines. Exit code 1: no task could be drawn.
+/// Writes one line per PERIOD of virtual time [s]. A line has `time` [s], and for each arm and each obstacle its shapes
+/// in the world frame W [m]. An arm also has the origin of its tool frame, and the goal of that point. All obstacles
+/// begin their scripts at time 0. The same cell and seed give the same lines. Exit code 1: no task could be drawn.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// docs/reference/cell-file.md documents exactly the keys that the reader knows. (The reader cannot ask for a key that the schema
-// does not list: MapView throws.)
+// docs/reference/cell-file.md documents exactly the keys that the reader knows. (The reader cannot ask for a key that
+// the schema does not list: MapView throws.)
 
 #include "services/config/schema.hpp"
 
