@@ -5,7 +5,7 @@ usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a
 
 S1: the terms of the commands that an arm follows never go back. S2: in each term one planner moves it. S3: from when its
 driver has heard of a lease, no command of an older term moves it. A driver's memory outlives its process and its agent,
-but not its host (0008, "What it does not cover"): an agent that begins without what was remembered begins the account of its
+but not its host (0008, "Consequences"): an agent that begins without what was remembered begins the account of its
 drivers anew, and that is told. No rule needs a clock, for hosts' clocks may differ and be set: a driver tells in order, and a
 supervisor hears it in order."""
 import dataclasses
@@ -17,7 +17,7 @@ import unittest
 TOLD = re.compile(r' node=(driver|agent)/(\S+) event=(?:"([^"]*)"|(\S+))(.*)')
 FIELD = re.compile(r' (\w+)=(?:"((?:[^"\\]|\\.)*)"|(\S*))')
 
-FOLLOWS = ("follows", "goes on with")  # a planner in another's place; the same one under another term or in another process
+FOLLOWS = ("planner changed", "planner continues")  # a planner in another's place; the same one under another term or in another process
 ARM_LEASE = "arm lease"                # in force at the driver
 REFUSED = "command refused"
 
@@ -187,62 +187,62 @@ class LogTest(unittest.TestCase):
 
     def test_a_takeover_and_a_return_are_right(self):
         self.assertEqual(self.complaints(
-            driver("follows", "A", 5), driver("arm lease", "A", 5), driver("arm lease", "B", 8), driver("follows", "B", 8),
-            driver("goes on with", "B", 8), driver("goes on with", "B", 10), driver("follows", "A", 11)), [])
+            driver("planner changed", "A", 5), driver("arm lease", "A", 5), driver("arm lease", "B", 8), driver("planner changed", "B", 8),
+            driver("planner continues", "B", 8), driver("planner continues", "B", 10), driver("planner changed", "A", 11)), [])
 
     def test_an_older_term_is_found(self):
         self.assert_found("followed B in term 8 after it followed term 9 of A",
-                          driver("follows", "A", 9), driver("follows", "B", 8))
+                          driver("planner changed", "A", 9), driver("planner changed", "B", 8))
 
     def test_an_older_term_is_found_after_the_same_planner_went_on_under_a_newer_one(self):
         self.assert_found("followed B in term 8 after it followed term 9 of A",
-                          driver("follows", "A", 5), driver("goes on with", "A", 9), driver("follows", "B", 8))
+                          driver("planner changed", "A", 5), driver("planner continues", "A", 9), driver("planner changed", "B", 8))
 
     def test_an_older_command_than_a_lease_is_found(self):
         self.assert_found("followed A in term 5 after it went by term 8 of B",
-                          driver("arm lease", "B", 8), driver("goes on with", "A", 5))
+                          driver("arm lease", "B", 8), driver("planner continues", "A", 5))
 
     def test_two_planners_of_one_term_are_found(self):
-        self.assert_found("B in term 5, which is that of A", driver("follows", "A", 5), driver("follows", "B", 5))
-        self.assert_found("B in term 5, which is that of A", driver("arm lease", "A", 5), driver("follows", "B", 5))
+        self.assert_found("B in term 5, which is that of A", driver("planner changed", "A", 5), driver("planner changed", "B", 5))
+        self.assert_found("B in term 5, which is that of A", driver("arm lease", "A", 5), driver("planner changed", "B", 5))
 
     def test_a_lease_of_nobody_is_that_of_the_first(self):
-        self.assertEqual(self.complaints(driver("arm lease", '""', 5), driver("arm lease", "A", 5), driver("follows", "A", 5)), [])
+        self.assertEqual(self.complaints(driver("arm lease", '""', 5), driver("arm lease", "A", 5), driver("planner changed", "A", 5)), [])
 
     def test_a_lease_that_goes_back_is_found(self):
         self.assert_found("goes by term 7 of A after it went by term 8 of B",
                           driver("arm lease", "B", 8), driver("driver started", "", 0), driver("arm lease", "A", 7))
 
     def test_arms_have_terms_of_their_own(self):
-        self.assertEqual(self.complaints(driver("follows", "A", 9), driver("follows", "C", 5, "east")), [])
+        self.assertEqual(self.complaints(driver("planner changed", "A", 9), driver("planner changed", "C", 5, "east")), [])
 
     def test_a_memory_outlives_its_process_and_its_agent(self):
-        lines = (started("driver-west"), driver("follows", "A", 9), started("driver-west", 1))
-        self.assert_found("after", *lines, driver("follows", "B", 8))
+        lines = (started("driver-west"), driver("planner changed", "A", 9), started("driver-west", 1))
+        self.assert_found("after", *lines, driver("planner changed", "B", 8))
         lines += (agent("goes on with what was remembered"), started("driver-west"))
-        self.assert_found("after", *lines, driver("follows", "B", 8))
+        self.assert_found("after", *lines, driver("planner changed", "B", 8))
 
     def test_a_driver_that_tells_something_before_its_agent_does_has_forgotten_nothing(self):
         terms = LogTerms()
-        for line in driver("driver started", "", 0), driver("arm lease", "A", 5), started("driver-west"), driver("follows", "B", 4):
+        for line in driver("driver started", "", 0), driver("arm lease", "A", 5), started("driver-west"), driver("planner changed", "B", 4):
             terms.hear(line)
         self.assertEqual((terms.forgotten, len(terms.complaints)), ([], 1))
 
     def test_a_memory_does_not_outlive_its_host(self):
         terms = LogTerms()
-        for line in (started("driver-west"), driver("follows", "A", 9), started("driver-west"), driver("follows", "B", 8)):
+        for line in (started("driver-west"), driver("planner changed", "A", 9), started("driver-west"), driver("planner changed", "B", 8)):
             terms.hear(line)
         self.assertEqual((terms.complaints, terms.forgotten), ([], ["west"]))
 
     def test_an_arm_whose_driver_tells_nothing_shows_nothing(self):
         terms = LogTerms()
-        for line in driver("follows", "A", 9), driver("arm lease", "A", 9), driver("follows", "A", 9, "east"):
+        for line in driver("planner changed", "A", 9), driver("arm lease", "A", 9), driver("planner changed", "A", 9, "east"):
             terms.hear(line)
         self.assertEqual(terms.untold(["west", "east", "north"]), ["east", "north"])
 
     def test_what_was_refused_is_counted_by_who_sent_it(self):
         terms = LogTerms()
-        terms.hear(driver("follows", "B", 9))
+        terms.hear(driver("planner changed", "B", 9))
         for times in (1, 2, 4):
             terms.hear(f'x node=driver/west event="command refused" from=A term=8 refused={times} reason="is older than 9"')
         self.assertEqual(terms.refused, {("west", "A", 8)})
