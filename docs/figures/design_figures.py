@@ -1,6 +1,8 @@
 """Draws the figures of the design notes as SVG files, from the formulas that the notes state.
 
-usage: design_figures.py [FOLDER]     FOLDER: where the files go; without it, beside this script
+usage: design_figures.py [--check] [FOLDER]     FOLDER: where the files are; without it, beside this script
+
+With --check it writes nothing and exits with 1 when a file differs.
 """
 import math
 import pathlib
@@ -241,8 +243,21 @@ def cspace_interval():
 
 FIGURES = {"damper": damper, "latency": latency, "stop-set": stop_set, "passing": passing, "cspace-interval": cspace_interval}
 
-if __name__ == "__main__":
-    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
+
+def main(arguments):
+    check = "--check" in arguments
+    places = [argument for argument in arguments if argument != "--check"]
+    folder = pathlib.Path(places[0] if places else pathlib.Path(__file__).parent)
+    stale = []
     for name, draw in FIGURES.items():
-        (folder / f"{name}.svg").write_text(draw().svg(), encoding="utf-8")
-        print(folder / f"{name}.svg")
+        file, picture = folder / f"{name}.svg", draw().svg()
+        if not check:
+            file.write_text(picture, encoding="utf-8")
+        elif not file.exists() or file.read_text(encoding="utf-8") != picture:
+            stale.append(f"{file} is not what this script draws: run {__file__}")
+    print("\n".join(stale) or f"{len(FIGURES)} figures {'are as drawn' if check else 'drawn'}")
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
