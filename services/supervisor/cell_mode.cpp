@@ -11,7 +11,7 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-/// The first cause gives the kind; all give text.
+/// Appends a cause: the first one gives the kind, all give text.
 void add_cause(msg::Cause& causes, msg::Cause cause) {
   if (is_none(cause)) return;
   if (is_none(causes)) {
@@ -62,7 +62,7 @@ msg::Cause CellModeState::resume(const std::vector<std::string>& arms) {
   if (orders_.cell != msg::Mode::MODE_RUN) {
     const std::string mode(mode_name(orders_.cell));
     return make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, {},
-                      "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if you wish");
+                      "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if needed");
   }
   for (const std::string& arm : arms) {
     orders_.arms.erase(arm);

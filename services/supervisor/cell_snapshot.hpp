@@ -1,5 +1,5 @@
 #pragma once
-/// The last that was heard of everything, with the time of arrival. Values only: who judges them is FaultDetector.
+/// The newest sample of everything that the supervisor receives, with its arrival. Values only: FaultDetector judges.
 
 #include <chrono>
 #include <map>
@@ -17,13 +17,13 @@
 
 namespace hecaton::services {
 
-/// As the watch counts it.
+/// Time as the detector counts it.
 [[nodiscard]] inline Time since_epoch(bus::Clock::time_point at) {
   return at.time_since_epoch();
 }
 
 template <class T>
-struct Heard {
+struct Received {
   T value;
   bus::Clock::time_point at;
   bus::EndpointId writer;
@@ -33,36 +33,36 @@ struct Heard {
 };
 
 template <class T>
-[[nodiscard]] Heard<T> heard(const bus::Sample<T>& sample) {
+[[nodiscard]] Received<T> received(const bus::Sample<T>& sample) {
   return {sample.value, sample.received, sample.writer};
 }
 
 template <class T>
-using HeardByName = std::map<std::string, Heard<T>, std::less<>>;
+using ReceivedByName = std::map<std::string, Received<T>, std::less<>>;
 
 /// The entry of `name`, or null.
 template <class T>
-[[nodiscard]] const Heard<T>* find(const HeardByName<T>& all, std::string_view name) {
+[[nodiscard]] const Received<T>* find(const ReceivedByName<T>& all, std::string_view name) {
   const auto found = all.find(name);
   return found == all.end() ? nullptr : &found->second;
 }
 
 struct CellSnapshot {
-  HeardByName<msg::Heartbeat> heartbeats;      ///< by node
-  HeardByName<msg::ProcessEvent> processes;    ///< by process, newest
-  HeardByName<msg::ArmState> arms;             ///< by arm
-  HeardByName<msg::GoalStatus> goals;          ///< by arm, newest
-  HeardByName<msg::GoalStatus> lost_goals;     ///< by arm: was not over when the planner that had it was replaced
-  HeardByName<msg::ObstacleShapes> obstacles;  ///< by obstacle
-  std::optional<Heard<msg::ObstacleStates>> states;
-  std::optional<Heard<msg::RefereeReport>> referee;
+  ReceivedByName<msg::Heartbeat> heartbeats;      ///< by node
+  ReceivedByName<msg::ProcessEvent> processes;    ///< by process, newest
+  ReceivedByName<msg::ArmState> arms;             ///< by arm
+  ReceivedByName<msg::GoalStatus> goals;          ///< by arm, newest
+  ReceivedByName<msg::GoalStatus> lost_goals;     ///< by arm: had not ended when its planner's process was replaced
+  ReceivedByName<msg::ObstacleShapes> obstacles;  ///< by obstacle
+  std::optional<Received<msg::ObstacleStates>> states;
+  std::optional<Received<msg::ContactReport>> contact_report;
 
-  /// Keeps the newest goal of the arm: late joiners get several in any order.
-  void take_goal(const bus::Sample<msg::GoalStatus>& sample);
-  /// A planner of another process than before has lost what was under way, unless it tells otherwise.
-  void take_heartbeat(const bus::Sample<msg::Heartbeat>& sample);
-  /// The first of another world end what only its predecessor knew: who dies withdraws nothing.
-  void take_states(const bus::Sample<msg::ObstacleStates>& sample);
+  /// Keeps the newest goal of the arm: a late joiner receives several in any order.
+  void update_goal(const bus::Sample<msg::GoalStatus>& sample);
+  /// A planner whose process was replaced has lost its goal, unless it publishes the goal again.
+  void update_heartbeat(const bus::Sample<msg::Heartbeat>& sample);
+  /// States of a new world process remove obstacles that only its predecessor had: a process that dies disposes none.
+  void update_obstacle_states(const bus::Sample<msg::ObstacleStates>& sample);
 };
 
 }  // namespace hecaton::services

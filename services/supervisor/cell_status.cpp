@@ -6,18 +6,17 @@
 
 #include "planner/trajectory/stop_profile.hpp"
 #include "services/messages/names.hpp"
-#include "services/runtime/goal_state.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/expected_nodes.hpp"
-#include "services/supervisor/messages.hpp"
 
 namespace hecaton::services {
 namespace {
 
-constexpr double kNever = -1.0;            // age of what was never heard [s]
-constexpr std::size_t kClearedShown = 32;  // faults that are over, in a reply
-
-constexpr double kMoving = 1e-3;  // of any joint [rad/s | m/s]
+constexpr double kNever = -1.0;            // age of what was never received [s]
+constexpr std::size_t kClearedShown = 32;  // cleared faults in a reply
+constexpr double kMoving = 1e-3;           // velocity of any joint [rad/s | m/s]
 
 bool moves(const msg::ArmState& state) {
   return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
@@ -38,7 +37,7 @@ std::string held_text(const msg::GoalStatus& goal) {
   return ", for " + std::to_string(std::lround(goal.blocked_duration())) + " s";
 }
 
-/// What the drive says of itself; empty while it follows commands.
+/// State of the drive; empty while it follows commands.
 std::string drive_text(const msg::ArmState& state) {
   switch (state.mode()) {
     case msg::ArmMode::ARM_STARTING:
@@ -55,7 +54,7 @@ std::string drive_text(const msg::ArmState& state) {
   return {};
 }
 
-/// Why the drive does not follow commands, with the kind that its driver gives.
+/// Why the drive does not follow commands, with the kind of its driver's cause.
 msg::Cause drive_cause(const msg::ArmState& state) {
   msg::Cause cause = state.cause();
   if (is_none(cause)) cause = make_cause(msg::CauseKind::CAUSE_STARTING, state.arm(), {});
@@ -63,26 +62,27 @@ msg::Cause drive_cause(const msg::ArmState& state) {
   return cause;
 }
 
-/// Why an arm that stands is not at its goal, with the kind that its planner gives. CAUSE_NONE: it is about to move.
+/// Why an arm that stands still is not at its goal, with the kind of its planner's cause. CAUSE_NONE: it is about to
+/// move.
 msg::Cause goal_cause(const msg::GoalStatus& goal) {
   msg::Cause cause = goal.cause();
-  if (is_over(goal.state())) {
+  if (is_final(goal.state())) {
     cause = make_cause(msg::CauseKind::CAUSE_NO_GOAL, {}, {});
   } else if (is_none(cause)) {
     const bool is_active = goal.state() == msg::GoalState::GOAL_ACTIVE;
     if (is_active && !goal.has_binding() && goal.recovery_action().empty()) return {};
     const bool is_blocked =
         goal.state() == msg::GoalState::GOAL_BLOCKED || goal.has_binding() || goal.blocked_duration() > 0.0;
-    cause = make_cause(is_blocked ? msg::CauseKind::CAUSE_WAY_BLOCKED : msg::CauseKind::CAUSE_STARTING,
+    cause = make_cause(is_blocked ? msg::CauseKind::CAUSE_PATH_BLOCKED : msg::CauseKind::CAUSE_STARTING,
                        goal.binding_other(), {});
   }
   cause.text(goal_text(goal));
   return cause;
 }
 
-msg::Cause first_awaited(const std::string& arm, const FaultDetector& watch) {
-  for (const std::string& node : {driver_node(arm), watch.in_charge(arm), world_node()}) {
-    if (msg::Cause awaited = watch.awaited(node); !is_none(awaited)) return awaited;
+msg::Cause first_awaited(const std::string& arm, const FaultDetector& detector) {
+  for (const std::string& node : {driver_node(arm), detector.in_charge(arm), world_node()}) {
+    if (msg::Cause awaited = detector.awaited(node); !is_none(awaited)) return awaited;
   }
   return {};
 }
@@ -96,32 +96,32 @@ class StatusBuilder {
     status_.cell(source_.file.cell.name);
     status_.mode(source_.mode);
     status_.supervisor(source_.mode.node());
-    for (const ExpectedNode& node : source_.watch.nodes()) {
+    for (const ExpectedNode& node : source_.detector.nodes()) {
       if (node.role == msg::NodeKind::NODE_SUPERVISOR && stands_by(node.name)) status_.standby(node.name);
     }
     for (const std::string& arm : arm_names(source_.file)) add_arm(arm);
     add_nodes();
     for (const config::Host& host : source_.file.hosts) add_host(host.name);
     add_faults();
-    add_referee();
+    add_contact_report();
     add_obstacles();
     return status_;
   }
 
  private:
   template <class T>
-  [[nodiscard]] double age(const Heard<T>& heard) const {
-    return std::max(0.0, heard.age(now_));
+  [[nodiscard]] double age(const Received<T>& sample) const {
+    return std::max(0.0, sample.age(now_));
   }
 
   void add_arm(const std::string& name) {
-    const FaultDetector& watch = source_.watch;
+    const FaultDetector& detector = source_.detector;
     msg::ArmStatus arm;
     arm.arm(name);
-    arm.mode(watch.mode().mode_of(name));
-    arm.driver_alive(watch.alive(driver_node(name)));
-    const std::string planner = watch.in_charge(name);
-    arm.planner_alive(watch.alive(planner));
+    arm.mode(detector.mode().mode_of(name));
+    arm.driver_alive(detector.alive(driver_node(name)));
+    const std::string planner = detector.in_charge(name);
+    arm.planner_alive(detector.alive(planner));
     if (find(source_.snapshot.heartbeats, planner)) arm.planner(planner);
     arm.term(source_.mode.term());
     if (const ArmPlanners* planners = source_.failover.planners_of(name)) {
@@ -142,18 +142,18 @@ class StatusBuilder {
       arm.goal(goal->value);
       arm.goal_age(age(*goal));
     }
-    arm.waiting_for(waiting_for(name, watch, source_.snapshot));
+    arm.waiting_for(waiting_for(name, detector, source_.snapshot));
     status_.arms().push_back(std::move(arm));
   }
 
   [[nodiscard]] bool stands_by(const std::string& node) const {
     const auto* heartbeat = find(source_.snapshot.heartbeats, node);
-    return heartbeat && heartbeat->value.state() == msg::NodeState::NODE_STANDBY && source_.watch.alive(node);
+    return heartbeat && heartbeat->value.state() == msg::NodeState::NODE_STANDBY && source_.detector.alive(node);
   }
 
-  [[nodiscard]] bool alive(const Heard<msg::Heartbeat>& heartbeat) const {
+  [[nodiscard]] bool alive(const Received<msg::Heartbeat>& heartbeat) const {
     const std::string& node = heartbeat.value.node();
-    if (source_.watch.expects(node)) return source_.watch.alive(node);
+    if (source_.detector.expects(node)) return source_.detector.alive(node);
     return age(heartbeat) <= std::chrono::duration<double>(source_.file.supervision.host_lease).count();
   }
 
@@ -165,14 +165,14 @@ class StatusBuilder {
       node.alive(alive(heartbeat));
       status_.nodes().push_back(std::move(node));
     }
-    for (const ExpectedNode& expected : source_.watch.nodes()) {
+    for (const ExpectedNode& expected : source_.detector.nodes()) {
       if (find(source_.snapshot.heartbeats, expected.name)) continue;
       msg::NodeStatus node;
       node.heartbeat().node(expected.name);
       node.heartbeat().kind(expected.role);
       node.heartbeat().subject(expected.arm);
       node.heartbeat().host(expected.host);
-      node.heartbeat().cause(source_.watch.awaited(expected.name));
+      node.heartbeat().cause(source_.detector.awaited(expected.name));
       node.age(kNever);
       status_.nodes().push_back(std::move(node));
     }
@@ -181,7 +181,7 @@ class StatusBuilder {
   void add_host(const std::string& name) {
     msg::HostStatus host;
     host.host(name);
-    host.agent_alive(source_.watch.alive(agent_node(name)));
+    host.agent_alive(source_.detector.alive(agent_node(name)));
     host.age(kNever);
     for (const auto& [node, heartbeat] : source_.snapshot.heartbeats) {
       if (heartbeat.value.host() != name) continue;
@@ -194,22 +194,22 @@ class StatusBuilder {
   }
 
   void add_faults() {
-    const auto& faults = source_.watch.faults();
+    const auto& faults = source_.detector.faults();
     const auto add = [&](const FaultRecord& record) {
       status_.faults().push_back(fault_message(record, clocks_));
       status_.faults().back().term(source_.mode.term());
     };
     for (const FaultRecord& record : faults.open()) add(record);
-    const auto& over = faults.over();
-    std::for_each(over.begin(), over.begin() + static_cast<long>(std::min(over.size(), kClearedShown)), add);
+    const auto& cleared = faults.cleared();
+    std::for_each(cleared.begin(), cleared.begin() + static_cast<long>(std::min(cleared.size(), kClearedShown)), add);
   }
 
-  void add_referee() {
-    status_.referee_age(kNever);
-    if (!source_.snapshot.referee) return;
-    status_.has_referee(true);
-    status_.referee(source_.snapshot.referee->value);
-    status_.referee_age(age(*source_.snapshot.referee));
+  void add_contact_report() {
+    status_.contact_report_age(kNever);
+    if (!source_.snapshot.contact_report) return;
+    status_.has_contact_report(true);
+    status_.contact_report(source_.snapshot.contact_report->value);
+    status_.contact_report_age(age(*source_.snapshot.contact_report));
   }
 
   void add_obstacles() {
@@ -274,14 +274,14 @@ std::string goal_text(const msg::GoalStatus& goal) {
   return {};
 }
 
-msg::Cause waiting_for(const std::string& arm, const FaultDetector& watch, const CellSnapshot& snapshot) {
-  if (msg::Cause held = watch.mode().cause_of(arm); !is_none(held)) return held;
-  if (msg::Cause awaited = first_awaited(arm, watch); !is_none(awaited)) return awaited;
+msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector, const CellSnapshot& snapshot) {
+  if (msg::Cause held = detector.mode().cause_of(arm); !is_none(held)) return held;
+  if (msg::Cause awaited = first_awaited(arm, detector); !is_none(awaited)) return awaited;
   const auto* state = find(snapshot.arms, arm);
   const auto* goal = find(snapshot.goals, arm);
-  // What comes to rest after its goal has ended waits for the next one already.
-  if (state && moves(state->value) && !(goal && is_over(goal->value.state()))) return {};
-  const auto* planner = find(snapshot.heartbeats, watch.in_charge(arm));
+  // An arm that still brakes after its goal has ended waits for the next goal already.
+  if (state && moves(state->value) && !(goal && is_final(goal->value.state()))) return {};
+  const auto* planner = find(snapshot.heartbeats, detector.in_charge(arm));
   if (planner && planner->value.state() == msg::NodeState::NODE_DEGRADED && !is_none(planner->value.cause())) {
     msg::Cause cause = planner->value.cause();
     cause.text(planner->value.node() + ": " + cause.text());
@@ -295,22 +295,22 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& watch, const
       lost ? "a goal; " + lost->value.goal() + " was lost with the process of " + lost->value.node() : "a goal");
 }
 
-// Only arms at rest, so that no reader has to count how long ago they were lost.
-std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& watch,
+std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& detector,
                                     const CellSnapshot& snapshot, bus::Clock::time_point now) {
   std::vector<msg::LostArm> lost;
   for (const planner::PlannedArm& planned : file.cell.arms) {
-    const Loss loss = watch.loss_of(planned.arm.name);
+    const DriverLoss loss = detector.loss_of_driver(planned.arm.name);
     const auto* last = find(snapshot.arms, planned.arm.name);
-    if (loss == Loss::kNone || !last) continue;
-    const double moved_for = loss == Loss::kEnded ? longest_motion_of_dead(file) : longest_motion_of_cut_off(file);
-    if (last->age(now) < moved_for + planner::longest_stop_time(planned.arm.limits)) continue;
+    if (loss == DriverLoss::kNone || !last) continue;
+    const double braking_delay =
+        loss == DriverLoss::kEnded ? braking_delay_of_dead(file) : braking_delay_of_cut_off(file);
+    if (last->age(now) < braking_delay + planner::longest_stop_time(planned.arm.limits)) continue;
     msg::LostArm& arm = lost.emplace_back();
     arm.arm(planned.arm.name);
     arm.stamp_ns(last->value.stamp_ns());
     arm.q(last->value.q());
     arm.qd(last->value.qd());
-    arm.moved_for(moved_for);
+    arm.braking_delay_bound(braking_delay);
   }
   return lost;
 }

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <set>
 
-#include "services/bus/reunion.hpp"
+#include "services/bus/rediscovery.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/node_name.hpp"
 
@@ -16,11 +16,10 @@ using namespace std::chrono_literals;
 /// Loading a cell with large meshes takes seconds on a busy machine.
 constexpr Time kGrace = 10s;
 constexpr Time kRecovery = 100ms;
-/// By so much a busy machine, or neighbours that the kernel must resolve again, may be late with a reunion of
-/// participants: chaos saw 5.5 s.
-constexpr Time kLateReunion = 1700ms;
-/// The last states of an arm may be lost on their way, the last orders come late [s].
-constexpr double kUnheard = 0.02;
+/// Margin of rediscovery on a busy machine, or when the kernel must resolve addresses again (5.5 s measured in all).
+constexpr Time kLateRediscovery = 1700ms;
+/// Margin for last states that are lost and last commands that come late [s].
+constexpr double kLossMargin = 0.02;
 /// A stream is silent when this many of its samples are missing.
 constexpr int kMissingSamples = 5;
 
@@ -71,18 +70,18 @@ std::vector<ArmPlanners> arms_with_standby(const config::CellFile& file) {
   return arms;
 }
 
-// A drive follows its last command until it times out.
-double longest_motion_of_dead(const config::CellFile& file) {
-  return kUnheard + file.cell.timing.command_timeout;
+// A driver follows its last command until the command timeout.
+double braking_delay_of_dead(const config::CellFile& file) {
+  return kLossMargin + file.cell.timing.command_timeout;
 }
 
-// Its planner holds in the period after it knows: it hears the others no more, or the supervisor's order reaches it.
-double longest_motion_of_cut_off(const config::CellFile& file) {
-  double known_after = std::chrono::duration<double>(file.supervision.heartbeat_deadline).count();
+// The planner holds in the period after it notices: it receives no other arm, or the supervisor's hold reaches it.
+double braking_delay_of_cut_off(const config::CellFile& file) {
+  double noticed_after = std::chrono::duration<double>(file.supervision.heartbeat_deadline).count();
   for (const planner::PlannedArm& planned : file.cell.arms) {
-    known_after = std::max(known_after, planned.parameters.state_age_limit);
+    noticed_after = std::max(noticed_after, planned.parameters.state_age_limit);
   }
-  return known_after + 2.0 * file.cell.timing.control_period + longest_motion_of_dead(file);
+  return noticed_after + 2.0 * file.cell.timing.control_period + braking_delay_of_dead(file);
 }
 
 DetectionLimits detection_limits(const config::CellFile& file, Time loop_period) {
@@ -93,8 +92,8 @@ DetectionLimits detection_limits(const config::CellFile& file, Time loop_period)
   limits.heartbeat_period = supervision.heartbeat_period;
   limits.node = {supervision.heartbeat_deadline, supervision.host_lease, kGrace, kRecovery};
   limits.host_lease = supervision.host_lease;
-  limits.rediscovery = bus::longest_reunion(bus::kParticipantLease) + kLateReunion;
-  limits.sure_return = bus::sure_meeting(bus::kParticipantLease);
+  limits.rediscovery = bus::longest_rediscovery(bus::kParticipantLease) + kLateRediscovery;
+  limits.sure_return = bus::stable_contact(bus::kParticipantLease);
   limits.arm_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.driver_period, kMissingSamples));
   limits.world_stream =

@@ -4,127 +4,170 @@
 #include <tuple>
 #include <utility>
 
-namespace hecaton::services {
+#include "services/runtime/node_name.hpp"
 
-void FaultList::begin_life(std::uint64_t life) {
-  life_ = life;
-  const auto enter = [life](FaultRecord& record) { record.life = record.life == 0 ? life : record.life; };
-  for (auto& [cause, record] : open_) enter(record);
-  for (FaultRecord& record : over_) enter(record);
-  for (FaultRecord& record : recalled_) enter(record);
+namespace hecaton::services {
+namespace {
+
+/// Separates a node from the kind of a fault that the node may have beside its other one.
+constexpr char kKindSeparator = '#';
+
+}  // namespace
+
+std::string node_fault_key(msg::CauseKind kind, const std::string& node) {
+  const bool has_own_key = kind == msg::CauseKind::CAUSE_DUPLICATE_NODE ||
+                           kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED || kind == msg::CauseKind::CAUSE_ARM_FAILED;
+  return has_own_key ? node + kKindSeparator + std::string(cause_name(kind)) : node;
+}
+
+std::string fault_key(msg::CauseKind kind, const std::string& subject) {
+  switch (kind) {
+    case msg::CauseKind::CAUSE_DRIVER_SILENT:
+    case msg::CauseKind::CAUSE_ARM_FAILED:
+      return node_fault_key(kind, driver_node(subject));
+    case msg::CauseKind::CAUSE_HOST_LOST:
+    case msg::CauseKind::CAUSE_HOST_ISOLATED:
+      return agent_node(subject);
+    case msg::CauseKind::CAUSE_LINK_LOST:
+      return "link " + subject;
+    default:
+      return node_fault_key(kind, subject);
+  }
+}
+
+std::string_view node_of_fault_key(std::string_view key) {
+  return key.substr(0, key.find(kKindSeparator));
+}
+
+std::string fault_id(const FaultRecord& record) {
+  return "f" + std::to_string(record.opening_term) + "-" + std::to_string(record.number);
+}
+
+void FaultList::begin_term(std::uint64_t term) {
+  opening_term_ = term;
+  const auto enter = [term](FaultRecord& record) {
+    record.opening_term = record.opening_term == 0 ? term : record.opening_term;
+  };
+  for (auto& [key, record] : open_) enter(record);
+  for (FaultRecord& record : cleared_) enter(record);
+  for (FaultRecord& record : restored_) enter(record);
   for (FaultRecord& record : changes_) enter(record);
 }
 
-void FaultList::recall(FaultHistory history) {
+void FaultList::restore(FaultHistory history) {
   open_ = std::move(history.open);
-  over_ = std::move(history.over);
-  recalled_.assign(over_.rbegin(), over_.rend());
+  cleared_ = std::move(history.cleared);
+  restored_.assign(cleared_.rbegin(), cleared_.rend());
   changes_ = open();
 }
 
-bool FaultList::raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now) {
-  const auto [entry, opened] = open_.try_emplace(cause);
+bool FaultList::raise(const std::string& key, const FaultObservation& observation, std::chrono::nanoseconds now) {
+  const auto [entry, opened] = open_.try_emplace(key);
   FaultRecord& record = entry->second;
   if (opened) {
-    record.life = life_;
+    record.opening_term = opening_term_;
     record.number = ++last_number_;
-    record.since = sight.since.value_or(now);
-    record.detected_within = sight.detected_within;
-  } else if (sight.kind < record.kind || (sight.kind == record.kind && sight.severity <= record.severity)) {
+    record.since = observation.since.value_or(now);
+    record.detection_latency_bound = observation.detection_latency_bound;
+  } else if (observation.kind < record.kind ||
+             (observation.kind == record.kind && observation.severity <= record.severity)) {
     return false;
   }
-  const bool is_new = opened || sight.kind != record.kind;
-  record.kind = sight.kind;
-  record.severity = opened ? sight.severity : std::max(record.severity, sight.severity);
-  record.subject = sight.subject;
-  record.seen = sight.seen;
+  const bool is_new = opened || observation.kind != record.kind;
+  record.kind = observation.kind;
+  record.severity = opened ? observation.severity : std::max(record.severity, observation.severity);
+  record.subject = observation.subject;
+  record.description = observation.description;
   changes_.push_back(record);
   return is_new;
 }
 
 FaultRecord* FaultList::find(const FaultRecord& same) {
-  const auto is_it = [&](const FaultRecord& one) { return one.life == same.life && one.number == same.number; };
+  const auto is_it = [&](const FaultRecord& one) {
+    return one.opening_term == same.opening_term && one.number == same.number;
+  };
   const auto open = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return is_it(entry.second); });
   if (open != open_.end()) return &open->second;
-  const auto over = std::find_if(over_.begin(), over_.end(), is_it);
-  return over == over_.end() ? nullptr : &*over;
+  const auto cleared = std::find_if(cleared_.begin(), cleared_.end(), is_it);
+  return cleared == cleared_.end() ? nullptr : &*cleared;
 }
 
-void FaultList::explain(FaultRecord& ours, const FaultRecord& better) {
+void FaultList::refine(FaultRecord& ours, const FaultRecord& better) {
   if (better.kind < ours.kind || (better.kind == ours.kind && better.severity <= ours.severity)) return;
   ours.kind = better.kind;
   ours.severity = std::max(ours.severity, better.severity);
   ours.subject = better.subject;
-  ours.seen = better.seen;
+  ours.description = better.description;
   changes_.push_back(ours);
 }
 
-void FaultList::adopt(const std::string& cause, FaultRecord record, std::chrono::nanoseconds now) {
-  if (FaultRecord* ours = find(record)) return explain(*ours, record);
-  // Told and forgotten at once, it would be news to another leader, which would tell it in turn, and so on.
-  const bool too_old = record.cleared && over_.size() >= kRemembered && *record.cleared <= *over_.back().cleared;
+void FaultList::adopt(const std::string& key, FaultRecord record, std::chrono::nanoseconds now) {
+  if (FaultRecord* ours = find(record)) return refine(*ours, record);
+  // If this list published the record and dropped it at once, two leaders would adopt it from each other for ever.
+  const bool too_old =
+      record.cleared_at && cleared_.size() >= kClearedKept && *record.cleared_at <= *cleared_.back().cleared_at;
   if (too_old) return;
-  const auto open = open_.find(cause);
-  if (!record.cleared && open == open_.end()) {
-    changes_.push_back(open_.emplace(cause, std::move(record)).first->second);
+  const auto open = open_.find(key);
+  if (!record.cleared_at && open == open_.end()) {
+    changes_.push_back(open_.emplace(key, std::move(record)).first->second);
     return;
   }
-  if (!record.cleared) {  // both saw the same thing, and one record of it is enough from now on
-    explain(open->second, record);
-    record.cleared = now;
+  if (!record.cleared_at) {  // both supervisors observed the same failure: one record remains open
+    refine(open->second, record);
+    record.cleared_at = now;
   }
   changes_.push_back(record);
-  const auto older = [&](const FaultRecord& one) { return one.cleared <= record.cleared; };
-  const auto place = std::find_if(over_.begin(), over_.end(), older);
-  over_.insert(place, std::move(record));
+  const auto older = [&](const FaultRecord& one) { return one.cleared_at <= record.cleared_at; };
+  const auto place = std::find_if(cleared_.begin(), cleared_.end(), older);
+  cleared_.insert(place, std::move(record));
   trim();
 }
 
 void FaultList::trim() {
-  if (over_.size() > kRemembered) over_.pop_back();
+  if (cleared_.size() > kClearedKept) cleared_.pop_back();
 }
 
-bool FaultList::knows(msg::CauseKind kind) const {
+bool FaultList::remembers(msg::CauseKind kind) const {
   const auto same = [kind](const FaultRecord& record) { return record.kind == kind; };
-  return std::any_of(over_.begin(), over_.end(), same) ||
+  return std::any_of(cleared_.begin(), cleared_.end(), same) ||
          std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });
 }
 
-bool FaultList::knows(const FaultSight& sight, std::chrono::nanoseconds since) const {
+bool FaultList::remembers(const FaultObservation& observation, std::chrono::nanoseconds since) const {
   const auto same = [&](const FaultRecord& record) {
-    return record.kind == sight.kind && record.seen == sight.seen && record.since >= since;
+    return record.kind == observation.kind && record.description == observation.description && record.since >= since;
   };
-  return std::any_of(over_.begin(), over_.end(), same) ||
+  return std::any_of(cleared_.begin(), cleared_.end(), same) ||
          std::any_of(open_.begin(), open_.end(), [&](const auto& entry) { return same(entry.second); });
 }
 
-void FaultList::clear(std::string_view cause, std::chrono::nanoseconds now) {
-  const auto entry = open_.find(cause);
+void FaultList::clear(std::string_view key, std::chrono::nanoseconds now) {
+  const auto entry = open_.find(key);
   if (entry == open_.end()) return;
   FaultRecord record = std::move(entry->second);
   open_.erase(entry);
-  record.cleared = now;
+  record.cleared_at = now;
   changes_.push_back(record);
-  over_.push_front(std::move(record));
+  cleared_.push_front(std::move(record));
   trim();
 }
 
-const FaultRecord* FaultList::open(std::string_view cause) const {
-  const auto entry = open_.find(cause);
+const FaultRecord* FaultList::open(std::string_view key) const {
+  const auto entry = open_.find(key);
   return entry == open_.end() ? nullptr : &entry->second;
 }
 
 std::vector<FaultRecord> FaultList::open() const {
   std::vector<FaultRecord> records;
-  for (const auto& [cause, record] : open_) records.push_back(record);
+  for (const auto& [key, record] : open_) records.push_back(record);
   std::sort(records.begin(), records.end(), [](const FaultRecord& a, const FaultRecord& b) {
-    return std::tie(a.life, a.number) < std::tie(b.life, b.number);
+    return std::tie(a.opening_term, a.number) < std::tie(b.opening_term, b.number);
   });
   return records;
 }
 
-std::vector<FaultRecord> FaultList::take_recalled() {
-  return std::exchange(recalled_, {});
+std::vector<FaultRecord> FaultList::take_restored() {
+  return std::exchange(restored_, {});
 }
 
 std::vector<FaultRecord> FaultList::take_changes() {

@@ -17,90 +17,109 @@
 
 namespace hecaton::services {
 
-/// Fault kinds are those of msg::CauseKind's section Faults, from the weakest explanation to the strongest: when a
-/// stronger one turns up for the same cause, the record is corrected instead of a second one opened.
+/// One occurrence of a fault. Kinds are those of msg::CauseKind's section Faults, ordered from the weakest explanation
+/// to the strongest: a stronger explanation of the same cause corrects the record and opens no second one.
 struct FaultRecord {
-  std::uint64_t life = 0;    ///< of the supervisor that opened it
-  std::uint64_t number = 0;  ///< unique in that life, from 1
+  std::uint64_t opening_term = 0;  ///< term of the supervisor that opened it; 0: it has not led yet
+  std::uint64_t number = 0;        ///< unique within that term, from 1
   msg::CauseKind kind{};
   msg::Severity severity{};
-  std::string subject;  ///< node, host or arm
-  std::string seen;     ///< a sentence
+  std::string subject;      ///< node, host or arm
+  std::string description;  ///< a sentence
   std::chrono::nanoseconds since{0};
-  std::optional<std::chrono::nanoseconds> detected_within{};  ///< as first seen, see FaultSight
-  std::optional<std::chrono::nanoseconds> cleared;
+  std::optional<std::chrono::nanoseconds> detection_latency_bound{};  ///< at its opening, see FaultObservation
+  std::optional<std::chrono::nanoseconds> cleared_at{};               ///< empty: it is open
   bool operator==(const FaultRecord&) const = default;
 };
 
-/// Why the arms stand still that depend on what is faulty.
+/// Why arms stand still that depend on the faulty node.
 [[nodiscard]] inline msg::Cause held_by(const FaultRecord& fault) {
-  return make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, fault.subject, fault.seen);
+  return make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, fault.subject, fault.description);
 }
 
-/// Faults as they outlive their supervisor.
+/// Faults as one supervisor hands them to the next.
 struct FaultHistory {
-  std::map<std::string, FaultRecord, std::less<>> open;  ///< by cause
-  std::deque<FaultRecord> over;                          ///< newest first
+  std::map<std::string, FaultRecord, std::less<>> open;  ///< by key
+  std::deque<FaultRecord> cleared;                       ///< newest first
   bool operator==(const FaultHistory&) const = default;
 };
 
-/// What is wrong, as somebody sees it now.
-struct FaultSight {
+/// A failure as the detector observes it now.
+struct FaultObservation {
   msg::CauseKind kind{};
   msg::Severity severity{};
   std::string subject;
-  std::string seen;
-  /// It was seen no later than this after it happened: the time since the last sign that all was well. Empty: unknown.
-  std::optional<std::chrono::nanoseconds> detected_within{};
-  /// When it happened, if that is known to be earlier.
+  std::string description;
+  /// Upper bound of the time from the failure to this observation: the time since the last sign that all was well.
+  /// Empty: unknown.
+  std::optional<std::chrono::nanoseconds> detection_latency_bound{};
+  /// Time of the failure, if it is known to be earlier than the observation.
   std::optional<std::chrono::nanoseconds> since{};
 };
 
+/// Key in the FaultList of a fault of this node. The kinds that explain each other share the key of the node;
+/// CAUSE_DUPLICATE_NODE, CAUSE_PERSISTENCE_FAILED and CAUSE_ARM_FAILED have keys of their own.
+[[nodiscard]] std::string node_fault_key(msg::CauseKind kind, const std::string& node);
+/// Key of a fault of this kind and subject (node, arm, host or link).
+[[nodiscard]] std::string fault_key(msg::CauseKind kind, const std::string& subject);
+/// The node of a key that node_fault_key() made; other keys are returned unchanged.
+[[nodiscard]] std::string_view node_of_fault_key(std::string_view key);
+
+/// Id of the occurrence in msg::Fault: "f7-12".
+[[nodiscard]] std::string fault_id(const FaultRecord& record);
+
+struct KeyedFaultRecord {
+  std::string key;
+  FaultRecord record;
+};
+
+/// Open and cleared faults. A key has at most one open fault.
 class FaultList {
  public:
-  static constexpr std::size_t kRemembered = 64;  ///< faults that are over
+  static constexpr std::size_t kClearedKept = 64;
 
-  /// From now on faults are opened in this life, see FaultRecord; those that were opened in none, by nobody who led,
-  /// are of this one, too.
-  void begin_life(std::uint64_t life);
-  /// Goes on with the faults of an earlier supervisor. All are to be told again; only the open ones are news.
-  void recall(FaultHistory history);
-  [[nodiscard]] FaultHistory history() const { return {open_, over_}; }
+  /// The supervisor leads under `term`: new records carry it, and so do records that were opened under none.
+  void begin_term(std::uint64_t term);
+  /// Replaces the list by the faults of an earlier leader. All are published again; take_changes() returns the open
+  /// ones, take_restored() the cleared ones.
+  void restore(FaultHistory history);
+  [[nodiscard]] FaultHistory history() const { return {open_, cleared_}; }
 
-  /// Opens a fault for `cause`, or corrects the open one where `sight` explains it better or makes it more severe.
-  /// True: the cause has a fault of this kind only now.
-  bool raise(const std::string& cause, const FaultSight& sight, std::chrono::nanoseconds now);
-  /// Takes over what another supervisor told of `cause`, as it is: its life, its number, its times. Of a record that is
-  /// known only a better explanation is news. Where `cause` has an open fault of ours already, the other is over.
-  void adopt(const std::string& cause, FaultRecord record, std::chrono::nanoseconds now);
-  /// Ends the open fault of `cause`; nothing happens without.
-  void clear(std::string_view cause, std::chrono::nanoseconds now);
+  /// Opens a fault for `key`, or corrects the open one if `observation` is of a stronger kind or more severe.
+  /// Returns true when the key has a fault of this kind only now.
+  bool raise(const std::string& key, const FaultObservation& observation, std::chrono::nanoseconds now);
+  /// Adds a record that another supervisor published, with its identity and times. A record that the list
+  /// has already is corrected by a stronger explanation only. If `key` has another open fault, the adopted record is
+  /// cleared at `now`.
+  void adopt(const std::string& key, FaultRecord record, std::chrono::nanoseconds now);
+  /// Clears the open fault of `key`, if there is one.
+  void clear(std::string_view key, std::chrono::nanoseconds now);
 
-  /// One of this kind is remembered.
-  [[nodiscard]] bool knows(msg::CauseKind kind) const;
-  /// The same was seen before, and is remembered; `since`: not earlier than this.
-  [[nodiscard]] bool knows(const FaultSight& sight,
-                           std::chrono::nanoseconds since = std::chrono::nanoseconds::min()) const;
-  /// The open fault of `cause`, or null.
-  [[nodiscard]] const FaultRecord* open(std::string_view cause) const;
+  /// The list has a fault of this kind.
+  [[nodiscard]] bool remembers(msg::CauseKind kind) const;
+  /// The list has this observation, as a fault that began at or after `since`.
+  [[nodiscard]] bool remembers(const FaultObservation& observation,
+                               std::chrono::nanoseconds since = std::chrono::nanoseconds::min()) const;
+  /// The open fault of `key`, or null. Valid until the next change.
+  [[nodiscard]] const FaultRecord* open(std::string_view key) const;
   [[nodiscard]] std::vector<FaultRecord> open() const;  ///< oldest first
-  /// The last kRemembered that are over, newest first.
-  [[nodiscard]] const std::deque<FaultRecord>& over() const { return over_; }
-  /// Those that were over already when they were recalled, oldest first; empty from the second call on.
-  [[nodiscard]] std::vector<FaultRecord> take_recalled();
-  /// Every other state of every record since the last call, in order.
+  /// The last kClearedKept cleared faults, newest first.
+  [[nodiscard]] const std::deque<FaultRecord>& cleared() const { return cleared_; }
+  /// The faults that were cleared before restore(), oldest first; empty from the second call on.
+  [[nodiscard]] std::vector<FaultRecord> take_restored();
+  /// Every new state of every record since the last call, in order.
   [[nodiscard]] std::vector<FaultRecord> take_changes();
 
  private:
   [[nodiscard]] FaultRecord* find(const FaultRecord& same);
-  void explain(FaultRecord& ours, const FaultRecord& better);
+  void refine(FaultRecord& ours, const FaultRecord& better);
   void trim();
 
-  std::map<std::string, FaultRecord, std::less<>> open_;  // by cause
-  std::deque<FaultRecord> over_;
-  std::vector<FaultRecord> recalled_;
+  std::map<std::string, FaultRecord, std::less<>> open_;  // by key
+  std::deque<FaultRecord> cleared_;
+  std::vector<FaultRecord> restored_;
   std::vector<FaultRecord> changes_;
-  std::uint64_t life_ = 0;
+  std::uint64_t opening_term_ = 0;
   std::uint64_t last_number_ = 0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The planners of the arms that have a standby: observes them, lets PlannerFailover decide, and tells the detector
-/// which of them is in charge.
+/// The planners of arms that have a standby: observes them, lets PlannerFailover decide, and tells the detector which
+/// planner is in charge.
 
 #include <map>
 #include <string>
@@ -15,30 +15,30 @@ namespace hecaton::services {
 class PlannerAssignment {
  public:
   struct Limits {
-    Time takeover_lease{0};  ///< a planner in charge may hang so long
-    Time host_lease{0};      ///< and be unheard by its driver so long; the takeover lease grows up to it
+    Time failover_timeout{0};  ///< silence of the planner in charge
+    Time host_lease{0};        ///< its silence at the driver; FailoverBackoff extends the failover timeout up to it
   };
   PlannerAssignment(std::vector<ArmPlanners> arms, const Limits& limits, bus::Clock::time_point began);
 
-  /// What it works on, in one turn.
+  /// What it works on in one turn.
   struct Cell {
     const CellSnapshot& snapshot;
     FaultDetector& detector;
     Leadership& leadership;
     bus::Clock::time_point now;  ///< when the turn began
   };
-  /// Once in each turn. True when it granted a new lease, as only a leader does: to be published at once.
+  /// Call it once in each turn. Returns true when it granted a lease, as only a leader does: publish the mode at once.
   bool update(const Cell& cell);
-  /// When a planner in charge will have been silent for too long, unless it is heard before; never: time_point::max().
-  [[nodiscard]] bus::Clock::time_point takeover_due(const Cell& cell) const;
+  /// When the silence of a planner in charge will exceed its limit if nothing arrives; never: time_point::max().
+  [[nodiscard]] bus::Clock::time_point failover_due(const Cell& cell) const;
 
   [[nodiscard]] const PlannerFailover& failover() const { return failover_; }
   [[nodiscard]] PlannerFailover& failover() { return failover_; }
 
  private:
   [[nodiscard]] PlannerObservations observe(const Cell& cell, const std::string& arm, const std::string& planner) const;
-  /// How long the planner in charge may hang now.
-  [[nodiscard]] Time takeover_lease(const Cell& cell, const std::string& arm) const;
+  /// Failover timeout of the arm with its backoff.
+  [[nodiscard]] Time failover_timeout(const Cell& cell, const std::string& arm) const;
 
   PlannerFailover failover_;
   Limits limits_;

@@ -1,5 +1,6 @@
 #pragma once
-/// Everything that the supervisor receives, brought from the bus to the parts that it concerns.
+/// What the supervisor receives: the readers of all topics, and the distribution of their samples to the snapshot, the
+/// detector, leadership and failover.
 
 #include <cstdint>
 #include <map>
@@ -12,18 +13,19 @@
 #include <idl/supervisor.h>
 
 #include "services/bus/endpoint.hpp"
-#include "services/runtime/told_faults.hpp"
+#include "services/runtime/latest_faults.hpp"
+#include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/cell_snapshot.hpp"
 #include "services/supervisor/detection/fault_detector.hpp"
 #include "services/supervisor/failover/leadership.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"
-#include "services/supervisor/messages.hpp"
 
 namespace hecaton::services {
 
+/// One thread: that of the supervisor's loop.
 class SupervisorSubscriptions {
  public:
-  struct Listeners {
+  struct Consumers {
     CellSnapshot& snapshot;
     FaultDetector& detector;
     Leadership& leadership;
@@ -33,58 +35,62 @@ class SupervisorSubscriptions {
   struct Self {
     std::string node;
     std::string host;
-    bool remembers = false;  ///< what was told of the past
+    bool has_checkpoint = false;  ///< it knows which faults were published in the past
   };
 
-  /// Requests and process events are announced in `urgent`, all the rest in `quiet`.
+  /// Requests and process events notify `urgent`, other topics `quiet`. `participant` and the mailboxes must outlive
+  /// the subscriptions. Throws as bus::Reader does.
   SupervisorSubscriptions(bus::Participant& participant, Self self, bus::Mailbox& urgent, bus::Mailbox& quiet);
 
-  /// Brings in what has arrived. `self`: any endpoint of ours.
-  void listen(const bus::EndpointId& self, const Listeners& to);
-  /// When the newest cell mode or heartbeat of another host arrived. What is heard of our own host counts only when
-  /// nothing else has been heard for a while: before, we have rather been cut off ourselves.
-  [[nodiscard]] Time newest_arrival() const;
+  /// Takes all samples that have arrived. `self`: any endpoint of this supervisor.
+  void receive(const bus::EndpointId& self, const Consumers& to);
   [[nodiscard]] std::vector<bus::Sample<msg::SupervisorRequest>> requests() { return readers_.requests.take(); }
 
-  /// How our own predecessor ended, once our agent has told that it started us in its place.
-  [[nodiscard]] std::optional<ProcessExit> take_predecessor();
-  /// The newest cell mode of another supervisor that led since take_other_mode().
-  [[nodiscard]] const std::optional<msg::CellMode>& other_mode() const { return leader_.mode; }
-  /// When the last one of any arrived.
-  [[nodiscard]] Time other_mode_at() const { return leader_.at; }
-  /// Grows with everything that others tell of faults.
-  [[nodiscard]] std::uint64_t fault_news() const { return faults_.news; }
-  /// The newest cell mode of another supervisor that led since the last call.
-  [[nodiscard]] std::optional<msg::CellMode> take_other_mode() { return std::exchange(leader_.mode, std::nullopt); }
-  [[nodiscard]] msg::ModeNumber newest_mode_of_others() const;
-  /// The node that sent the newest of them; empty: none did.
+  /// Arrival of the newest cell mode or heartbeat from another host. Packets of the own host count only after 1 s
+  /// without any from others: before that this supervisor is more likely cut off itself.
+  [[nodiscard]] Time newest_arrival() const;
+
+  /// How the previous process of this supervisor ended, once the agent has reported that it started this one instead.
+  [[nodiscard]] std::optional<ProcessExit> take_own_predecessor_exit();
+
+  /// The newest cell mode of another supervisor since take_leader_mode().
+  [[nodiscard]] const std::optional<msg::CellMode>& leader_mode() const { return leader_.mode; }
+  [[nodiscard]] std::optional<msg::CellMode> take_leader_mode() { return std::exchange(leader_.mode, std::nullopt); }
+  /// Arrival of the last cell mode of another supervisor.
+  [[nodiscard]] Time leader_heard_at() const { return leader_.at; }
+  /// The node that sent it; empty: none did.
   [[nodiscard]] const std::string& leader() const { return leader_.node; }
-  /// Whoever leads answers for what others told while they led, also on another side of a partition: adopts what was
-  /// heard since the last call. While we lead, listen() does it.
-  void adopt_faults(FaultDetector& watch, const Clocks& clocks);
-  /// What others told of faults, by id.
-  [[nodiscard]] const std::map<std::string, msg::Fault>& faults_of_others() const { return faults_.told.all(); }
+  /// Number of leader_mode(), for the heartbeat; zeros: there is none.
+  [[nodiscard]] msg::ModeNumber acknowledged_mode() const;
+
+  /// Newest reports of faults by other supervisors, by id.
+  [[nodiscard]] const std::map<std::string, msg::Fault>& published_by_others() const { return faults_.latest.all(); }
+  /// Grows with every change of published_by_others().
+  [[nodiscard]] std::uint64_t fault_revision() const { return faults_.revision; }
+  /// Gives the detector what others have published of faults since the last call. A leader is responsible for faults of
+  /// all earlier leaders, also on another side of a partition; while this supervisor leads, receive() calls it.
+  void adopt_faults(FaultDetector& detector, const Clocks& clocks);
 
  private:
-  void hear_leaders(const bus::EndpointId& self, const Listeners& to);
-  void hear_faults(const bus::EndpointId& self);
-  void hear_nodes(const Listeners& to);
-  void hear_rows(const Listeners& to);
-  void hear_drivers(const Listeners& to);
-  void hear_processes(const Listeners& to);
-  void hear_process(const bus::Sample<msg::ProcessEvent>& sample, const Listeners& to);
-  void hear_world(const Listeners& to);
+  void receive_modes(const bus::EndpointId& self, const Consumers& to);
+  void receive_faults(const bus::EndpointId& self);
+  void receive_heartbeats(const Consumers& to);
+  void receive_rows(const Consumers& to);
+  void receive_arm_states(const Consumers& to);
+  void receive_process_events(const Consumers& to);
+  void apply_process_event(const bus::Sample<msg::ProcessEvent>& sample, const Consumers& to);
+  void receive_world(const Consumers& to);
 
-  /// An agent, as we first heard it.
-  struct Acquaintance {
+  /// An agent at its first heartbeat.
+  struct KnownAgent {
     bus::EndpointId heartbeats;
-    std::uint64_t past_events = 0;  ///< it had told so many by then
-    Time at{0};                     ///< when that was
-    std::int64_t stamp_ns = 0;      ///< the same on its own clock
+    std::uint64_t past_events = 0;  ///< number of its last event before that
+    Time at{0};                     ///< arrival of that heartbeat
+    std::int64_t stamp_ns = 0;      ///< the same instant on the agent's clock
   };
-  void meet_agent(const bus::Sample<msg::Heartbeat>& sample);
-  /// Of the agent that told of this event; null: it has not beaten yet.
-  [[nodiscard]] const Acquaintance* acquaintance(const bus::Sample<msg::ProcessEvent>& sample) const;
+  void note_agent(const bus::Sample<msg::Heartbeat>& sample);
+  /// The agent that sent this event; null: it has sent no heartbeat yet.
+  [[nodiscard]] const KnownAgent* known_agent(const bus::Sample<msg::ProcessEvent>& sample) const;
 
   struct Readers {
     Readers(bus::Participant& participant, bus::Mailbox& urgent, bus::Mailbox& quiet);
@@ -96,31 +102,31 @@ class SupervisorSubscriptions {
     bus::Reader<msg::GoalStatus> goals;
     bus::Reader<msg::ObstacleShapes> shapes;
     bus::Reader<msg::ObstacleStates> states;
-    bus::Reader<msg::RefereeReport> contacts;
+    bus::Reader<msg::ContactReport> contacts;
     bus::Reader<msg::CellMode> modes;
     bus::Reader<msg::Fault> faults;
   };
-  /// The newest arrivals from our own host and from others.
+  /// Newest arrivals.
   struct Arrivals {
-    Time near{0};
-    Time far{0};
+    Time own_host{0};
+    Time other_hosts{0};
   };
   /// Another supervisor that led.
   struct Leader {
-    std::optional<msg::CellMode> mode{};  // its newest
-    Time at{0};                           // when it arrived
+    std::optional<msg::CellMode> mode{};  // newest
+    Time at{0};                           // its arrival
     std::string node{};
   };
   struct FaultsOfOthers {
-    ToldFaults told{};
-    std::uint64_t news = 0;
-    std::set<std::string> unadopted{};  // ids of those that we have not made ours yet
+    LatestFaults latest{};
+    std::uint64_t revision = 0;
+    std::set<std::string> unadopted{};  // ids
   };
   struct Processes {
     std::optional<ProcessExit> own_exit{};
     std::optional<ProcessExit> predecessor{};
-    std::map<std::string, Acquaintance, std::less<>> agents{};  // by node
-    std::vector<bus::Sample<msg::ProcessEvent>> early{};        // of agents that have not sent a heartbeat yet
+    std::map<std::string, KnownAgent, std::less<>> agents{};  // by node
+    std::vector<bus::Sample<msg::ProcessEvent>> waiting{};    // of agents that have sent no heartbeat yet
   };
 
   Self self_;

@@ -5,7 +5,7 @@
 namespace hecaton::services {
 namespace {
 
-/// Keeps the beginning of a condition that holds without a gap.
+/// Maintains since when a condition holds without a gap.
 void keep_since(std::optional<Time>& since, bool holds, Time now) {
   if (!holds) {
     since.reset();
@@ -15,6 +15,58 @@ void keep_since(std::optional<Time>& since, bool holds, Time now) {
 }
 
 }  // namespace
+
+ReachabilityMatrix::ReachabilityMatrix(std::vector<std::string> hosts, Time link_deadline, Time absence)
+    : link_deadline_(link_deadline), absence_(absence) {
+  for (std::string& host : hosts) {
+    rows_.push_back({std::move(host)});
+    rows_.back().ages.resize(hosts.size());
+    rows_.back().found.resize(hosts.size());
+  }
+}
+
+std::optional<HostIndex> ReachabilityMatrix::index(std::string_view host) const {
+  const auto found = std::find_if(rows_.begin(), rows_.end(), [&](const Row& row) { return row.host == host; });
+  if (found == rows_.end()) return std::nullopt;
+  return static_cast<HostIndex>(found - rows_.begin());
+}
+
+void ReachabilityMatrix::update(HostIndex observer, const std::vector<HostAge>& ages, Time at) {
+  Row& row = rows_[observer];
+  if (row.at && at < *row.at) return;
+  if (!row.at || at - *row.at >= link_deadline_) row.steady_since = at;
+  if (!row.at || at - *row.at >= absence_) {
+    row.returned = at;
+    row.found.assign(rows_.size(), false);
+  }
+  row.at = at;
+  row.ages.assign(rows_.size(), std::nullopt);
+  for (const HostAge& heard : ages) {
+    const auto subject = index(heard.host);
+    if (!subject) continue;
+    if (heard.age < link_deadline_) row.found[*subject] = true;
+    if (row.found[*subject]) row.ages[*subject] = heard.age;
+  }
+}
+
+bool ReachabilityMatrix::fresh(HostIndex observer, Time now) const {
+  const Row& row = rows_[observer];
+  return row.at && now - *row.at < link_deadline_;
+}
+
+bool ReachabilityMatrix::steady(HostIndex observer, Time now) const {
+  return fresh(observer, now) && now - rows_[observer].steady_since >= link_deadline_;
+}
+
+std::optional<Time> ReachabilityMatrix::age(HostIndex observer, HostIndex subject, Time now) const {
+  if (!fresh(observer, now) || !rows_[observer].ages[subject]) return std::nullopt;
+  return *rows_[observer].ages[subject] + (now - *rows_[observer].at);
+}
+
+bool ReachabilityMatrix::hears(HostIndex observer, HostIndex subject, Time now) const {
+  const auto age = this->age(observer, subject, now);
+  return age && *age < link_deadline_;
+}
 
 HostMonitor::HostMonitor(std::vector<std::string> hosts, const std::string& own, const HostLimits& limits,
                          const StallCompensatedClock& clock)
@@ -34,7 +86,7 @@ void HostMonitor::heard(HostIndex host, Time at, bool from_agent) {
 }
 
 void HostMonitor::row(HostIndex host, const std::vector<HostAge>& ages, Time at) {
-  matrix_.take(host, ages, at);
+  matrix_.update(host, ages, at);
   heard(host, at, true);
 }
 
@@ -43,7 +95,7 @@ void HostMonitor::judge(Time stall) {
   note_directions();
   judge_own();
   for (HostIndex host = 0; host < hosts_.size(); ++host) {
-    if (!others(host) || isolated()) continue;
+    if (!is_other(host) || isolated()) continue;
     judge_deaf(host);
     judge_silent(host);
   }
@@ -51,8 +103,8 @@ void HostMonitor::judge(Time stall) {
   note_absences();
 }
 
-// An observer that stood still for long has to hear every host again first. When it stood still for longer than a sure
-// return takes, others may have dropped it.
+// After a long stall the supervisor has to hear every host again first. After a stall longer than a sure return its
+// peers may have dropped it.
 void HostMonitor::note_stall(Time stall) {
   if (stall <= StallCompensatedClock::kLongStall) return;
   unsettled_ = now();
@@ -72,17 +124,17 @@ void HostMonitor::note_directions() {
   for (HostIndex host = 0; host < hosts_.size(); ++host) {
     Host& known = hosts_[host];
     keep_since(known.hearing_since, hears_any(host), now());
-    // Rows tell of agents. Without both agents only a steady arrival since then proves the return.
-    const bool told = own_ && host != own_ && matrix_.fresh(*own_, now()) && matrix_.fresh(host, now());
+    // Rows are evidence about agents. Without both agents only steady packets since the isolation prove the return.
+    const bool has_rows = own_ && host != own_ && matrix_.fresh(*own_, now()) && matrix_.fresh(host, now());
     const bool steady = known.heard && known.steady_since >= isolated_at_.value_or(Time(0)) &&
                         *known.heard - known.steady_since >= limits_.sure_return;
-    keep_since(known.mutual_since, is_live(host) && (told ? matrix_.hears(host, *own_, now()) : !own_ || steady),
+    keep_since(known.mutual_since, is_live(host) && (has_rows ? matrix_.hears(host, *own_, now()) : !own_ || steady),
                now());
   }
 }
 
-// Rule 5, self. The observer's host hears no other host, where several fell silent together; or several other hosts
-// send rows, and none of them has heard this host for a lease. Then the observer judges no other host.
+// Rule 5, self. The supervisor's host hears no other host, and several fell silent together. Or several other hosts
+// send rows, and none of them has heard this host for a lease. Then the supervisor judges no other host.
 void HostMonitor::judge_own() {
   if (!own_) return;
   const auto [together, silence] = silent_together();
@@ -90,7 +142,7 @@ void HostMonitor::judge_own() {
   int observers = 0;
   bool is_heard = false;
   for (HostIndex host = 0; host < hosts_.size(); ++host) {
-    const auto age = others(host) ? unheard_for(*own_, host) : std::nullopt;
+    const auto age = is_other(host) ? unheard_for(*own_, host) : std::nullopt;
     if (!age || now() - *matrix_.arrival(host) > limits_.recent_row) continue;
     ++observers;
     is_heard = is_heard || *age <= limits_.lease;
@@ -103,14 +155,14 @@ void HostMonitor::judge_own() {
   } else if (state == HostState::kIsolated) {
     for (HostIndex host = 0; host < hosts_.size(); ++host) {
       const auto& mutual = hosts_[host].mutual_since;
-      if (others(host) && mutual && now() - *mutual >= limits_.recovery) state = HostState::kHeard;
+      if (is_other(host) && mutual && now() - *mutual >= limits_.recovery) state = HostState::kHeard;
     }
   }
   if (state == HostState::kIsolated) unsettled_ = now();
 }
 
-// Rule 4, deaf. A host is heard, but its own row has heard no other host for a lease, though several send. A host that
-// has just returned has to find the others first.
+// Rule 4, deaf. A host is heard, but its own row has heard no other host for a lease, although several send. A host
+// that has just returned has to discover its peers first.
 void HostMonitor::judge_deaf(HostIndex host) {
   Host& known = hosts_[host];
   if (known.state == HostState::kIsolated) {
@@ -131,8 +183,8 @@ void HostMonitor::judge_deaf(HostIndex host) {
   if (senders >= 2) known.state = HostState::kIsolated;
 }
 
-// Rule 3, host. The observer has not heard a host for a lease, other hosts send rows, and no row has heard it: the host
-// is lost. Rule 7, return: it is back after `recovery` of hearing in both directions.
+// Rule 3, host. The supervisor has not heard a host for a lease, other hosts send rows, and no row has heard it: the
+// host is lost. Rule 7, return: it has returned after `recovery` of hearing in both directions.
 void HostMonitor::judge_silent(HostIndex host) {
   Host& known = hosts_[host];
   if (known.state == HostState::kLost) {
@@ -141,10 +193,10 @@ void HostMonitor::judge_silent(HostIndex host) {
   }
   if (!is_silent(host) || settles() || is_heard_by_others(host, {})) return;
   if (!has_witness(host)) return;  // rules 5 and 6
-  bool is_proven = false;          // by a row that has heard it before
+  bool is_proven = false;          // by a row of an agent that has heard it before
   for (HostIndex other = 0; other < hosts_.size(); ++other) {
-    const auto age = other == host || !others(other) ? std::nullopt : matrix_.age(other, host, now());
-    if (age && *age <= limits_.lease) return;  // just before its loss
+    const auto age = other == host || !is_other(other) ? std::nullopt : matrix_.age(other, host, now());
+    if (age && *age <= limits_.lease) return;  // heard within the lease
     is_proven = is_proven || age;
   }
   if (is_proven || !is_rediscovering(host)) known.state = HostState::kLost;
@@ -159,9 +211,9 @@ void HostMonitor::judge_links() {
   }
 }
 
-// Rule 2, link. `observer` has not heard `subject` for a lease, though another host hears `subject` and `observer`
-// hears another host; the evidence has lasted for a link deadline. Rule 6: where no third host sends rows, a lost host,
-// an isolated one and a lost link look the same, and the fault is the link between the two.
+// Rule 2, link. `observer` has not heard `subject` for a lease, although another host hears `subject`. `observer` hears
+// another host, and the evidence has lasted for a link deadline. Rule 6: without rows of a third host, a lost host, an
+// isolated one and a lost link cannot be distinguished. The fault is the link between the two.
 void HostMonitor::judge_link(HostIndex subject, HostIndex observer) {
   const auto key = std::minmax(subject, observer);
   const auto found = pairs_.find(key);
@@ -194,7 +246,7 @@ bool HostMonitor::is_not_heard(HostIndex subject, HostIndex observer) const {
   const HostIndex far = subject == own_ ? observer : subject;
   const bool only_two = (subject == own_ || observer == own_) && !has_witness(far);
   if (observer == own_ && is_silent(subject)) {
-    // What the agent of this host hears, this process has only lost by itself, and finds again.
+    // The agent of this host hears the subject: only this process has lost it, and discovery will match them again.
     const bool by_itself = matrix_.hears(observer, subject, now()) && *silence(subject) <= limits_.rediscovery;
     return !by_itself && (only_two ? !may_be_isolated() : is_heard_by_others(subject, observer));
   }
@@ -207,20 +259,20 @@ bool HostMonitor::is_not_heard(HostIndex subject, HostIndex observer) const {
     }
     return false;
   };
-  // The observer itself hears every other host that sends rows to it.
+  // The observer hears every other host whose rows it receives.
   return hears_another() && (subject != own_ || is_heard_by_others(subject, observer));
 }
 
 bool HostMonitor::hears_again(HostIndex subject, HostIndex observer) const {
   if (observer == own_) return is_live(subject);
-  if (subject == own_ && !matrix_.fresh(subject, now())) return is_live(observer);  // without an agent nothing is told
+  if (subject == own_ && !matrix_.fresh(subject, now())) return is_live(observer);  // its agent sends no rows
   return matrix_.hears(observer, subject, now());
 }
 
-// Rule 7, return. After an absence of a lease the middleware finds the processes of a host again one by one.
+// Rule 7, return. After an absence of a lease discovery matches the processes of a host again one by one.
 void HostMonitor::note_absences() {
   for (HostIndex host = 0; host < hosts_.size(); ++host) {
-    if (!others(host)) continue;
+    if (!is_other(host)) continue;
     const bool lost = isolated() || hosts_[host].state != HostState::kHeard || link_is_lost(host);
     const bool is_examined = own_ && pairs_.contains(std::minmax(host, *own_));
     if (lost || (is_silent(host) && !is_rediscovering(host) && !is_examined)) hosts_[host].away = now();
@@ -280,16 +332,16 @@ std::optional<Time> HostMonitor::unheard_for(HostIndex subject, HostIndex observ
   return was_heard ? age : std::nullopt;
 }
 
-bool HostMonitor::is_heard_by_others(HostIndex host, std::optional<HostIndex> but) const {
+bool HostMonitor::is_heard_by_others(HostIndex host, std::optional<HostIndex> except) const {
   for (HostIndex other = 0; other < hosts_.size(); ++other) {
-    if (other != host && other != but && matrix_.hears(other, host, now())) return true;
+    if (other != host && other != except && matrix_.hears(other, host, now())) return true;
   }
   return false;
 }
 
 bool HostMonitor::has_witness(HostIndex host) const {
   for (HostIndex other = 0; other < hosts_.size(); ++other) {
-    if (other != host && others(other) && matrix_.fresh(other, now())) return true;
+    if (other != host && is_other(other) && matrix_.fresh(other, now())) return true;
   }
   return false;
 }
@@ -313,7 +365,7 @@ bool HostMonitor::settles() const {
 std::pair<int, Time> HostMonitor::silent_together() const {
   std::vector<Time> silences;
   for (HostIndex host = 0; host < hosts_.size(); ++host) {
-    if (others(host)) silences.push_back(*silence(host));
+    if (is_other(host)) silences.push_back(*silence(host));
   }
   if (silences.empty()) return {0, Time(0)};
   const Time shortest = *std::min_element(silences.begin(), silences.end());

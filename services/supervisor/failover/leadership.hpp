@@ -1,11 +1,16 @@
 #pragma once
 /// Which supervisor leads, and under which term. Pure: time is an argument. Model-checked (tests/model,
-/// docs/design/0008-terms.md).
+/// docs/design/0008-arm-leases.md).
 ///
-/// A supervisor begins by listening. When it hears no leader it takes a term above every term that it has heard or
-/// remembers. When it hears one it stands by, and takes over when the leader has died or been silent for `silence`. A
-/// leader that hears a leader of a higher term stands back at once. A supervisor that was absent, or hears that the
-/// cell has followed a higher term, begins anew, with a new term of its own.
+///                       no leader for `listen` (`search`): takes a term
+///                ┌───────────────────────────────────────────────────────┐
+///   restart      │                                                       ▼
+///   ───────▶ listening ──▶ standing by ───────────────────────────▶ leading
+///                ▲   hears   │         leader died or silent            │
+///                │  a leader │  restart_listening()                     │ hears a higher term in force
+///                └───────────┴──────────────────────────────────────────┘
+///
+/// A leader that hears a leader of a higher term stands by at once.
 
 #include <algorithm>
 #include <chrono>
@@ -19,51 +24,52 @@ class Leadership {
   enum class Role : std::uint8_t { kListening, kLeading, kStandingBy };
 
   struct Limits {
-    Time listen{std::chrono::milliseconds(200)};  ///< before the first decision
-    Time search{
-        std::chrono::milliseconds(200)};  ///< for a leader, by who led or stood by before: somebody else may lead
-    Time silence{std::chrono::milliseconds(300)};  ///< of a leader while others are heard, before another takes over
-    Time pause{std::chrono::milliseconds(100)};    ///< between two signs of others: whoever hears less was cut off
+    Time listen{std::chrono::milliseconds(200)};   ///< before the first decision
+    Time search{std::chrono::milliseconds(200)};   ///< for a leader, if there may be one that is not heard yet
+    Time silence{std::chrono::milliseconds(300)};  ///< of the leader while others are heard, until failover
+    /// Upper bound of what one gap between packets of others adds to the leader's silence: in a longer gap this
+    /// supervisor was cut off.
+    Time pause{std::chrono::milliseconds(100)};
   };
 
-  /// The supervisors of a cell share the terms out: each takes only those that leave `index` when divided by `of`, so
-  /// that two never take the same one.
-  struct Seat {
+  /// Supervisors of a cell never take the same term: each takes terms t with t mod `count` = `index`.
+  struct TermShare {
     std::uint64_t index = 0;
-    std::uint64_t of = 1;
+    std::uint64_t count = 1;
   };
 
-  Leadership(const Limits& limits, std::uint64_t remembered, Time now, Seat seat = {0, 1})
-      : limits_(limits), seat_(seat), highest_(remembered), began_(now), searches_(remembered > 0) {}
+  /// `remembered`: highest term in the checkpoint; 0: there is no checkpoint.
+  Leadership(const Limits& limits, std::uint64_t remembered, Time now, TermShare share = {0, 1})
+      : limits_(limits), share_(share), highest_(remembered), began_(now), searches_(remembered > 0) {}
 
-  /// A cell mode of this term was heard by somebody. Above ours: another supervisor led without our hearing it.
-  void heard_term(std::uint64_t term, Time at) {
+  /// A node follows cell modes of this term. A higher term than the own one: another supervisor led unheard.
+  void observe_term(std::uint64_t term, Time at) {
     highest_ = std::max(highest_, term);
-    if (role_ == Role::kLeading && term > term_) absent(at);
+    if (role_ == Role::kLeading && term > term_) restart_listening(at);
   }
-  /// A planner's lease of this term exists.
-  void heard_lease(std::uint64_t term) { highest_ = std::max(highest_, term); }
-  /// A cell mode of another supervisor.
-  void heard_leader(std::uint64_t term, Time at) {
-    if (role_ == Role::kLeading && term < term_) return;  // it will hear of us
+  /// An arm lease of this term exists.
+  void observe_lease(std::uint64_t term) { highest_ = std::max(highest_, term); }
+  /// A cell mode of another supervisor arrived at `at`.
+  void observe_leader(std::uint64_t term, Time at) {
+    if (role_ == Role::kLeading && term < term_) return;  // the other will stand by
     highest_ = std::max(highest_, term);
     heard_at_ = at;
     leader_silence_ = Time(0);
     leader_heard_ = true;
     role_ = role_ == Role::kListening ? role_ : Role::kStandingBy;
   }
-  /// The process of the supervisor that we hear has ended.
+  /// The process of the leader has ended.
   void leader_died() { leader_heard_ = false; }
-  /// We were asleep or cut off until now: somebody else may lead.
-  void absent(Time now) {
+  /// This supervisor was stopped or cut off until now: another one may lead.
+  void restart_listening(Time now) {
     role_ = Role::kListening;
     began_ = now;
     leader_heard_ = false;
     searches_ = true;
   }
-  /// Once in each turn, after what was heard. `heard`: when the newest sign of others arrived. The leader is silent
-  /// only while others are heard, without longer pauses: what it said may still lie in our socket, and who was cut off
-  /// does not hear everybody again in the same instant. True when we have just begun to lead.
+  /// Call it once in each turn, after the observations. `heard`: arrival of the newest packet of others. The leader
+  /// counts as silent only while others are heard without long gaps: its packets may still wait in the socket, and
+  /// after a partition hosts are not heard again all at once. Returns true when this supervisor has just become leader.
   bool decide(Time now, Time heard) {
     if (role_ == Role::kLeading) return false;
     if (heard > heard_at_) {
@@ -80,25 +86,25 @@ class Leadership {
     leader_heard_ = false;
     return true;
   }
-  /// A term of ours above every one that was ever heard of.
+  /// Takes a term of this supervisor's share above every observed one, for its leadership or an arm lease.
   [[nodiscard]] std::uint64_t take_term() {
     do {
       ++highest_;
-    } while (highest_ % seat_.of != seat_.index);
+    } while (highest_ % share_.count != share_.index);
     return highest_;
   }
 
   [[nodiscard]] Role role() const { return role_; }
-  [[nodiscard]] std::uint64_t term() const { return term_; }         ///< 0 before we ever led
-  [[nodiscard]] std::uint64_t highest() const { return highest_; }   ///< heard of or taken
-  [[nodiscard]] bool hears_leader() const { return leader_heard_; }  ///< has heard one since it last began
+  [[nodiscard]] std::uint64_t term() const { return term_; }         ///< of its last leadership; 0: none yet
+  [[nodiscard]] std::uint64_t highest() const { return highest_; }   ///< observed or taken
+  [[nodiscard]] bool hears_leader() const { return leader_heard_; }  ///< since it last began to listen
 
  private:
   Limits limits_;
-  Seat seat_;
+  TermShare share_;
   std::uint64_t highest_;
-  Time began_;
-  Time heard_at_{0};        // anybody, as far as it counts in the next
+  Time began_;              // to listen
+  Time heard_at_{0};        // newest packet of others that leader_silence_ counts
   Time leader_silence_{0};  // while others were heard
   bool leader_heard_ = false;
   bool searches_;

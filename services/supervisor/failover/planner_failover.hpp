@@ -1,10 +1,9 @@
 #pragma once
-/// Which planner commands each arm that has a standby, and when the standby takes over. Pure: time is an argument.
-/// Model-checked (tests/model, docs/design/0008-terms.md).
+/// Which planner commands each arm that has a standby planner, and when the standby replaces it. Pure: time is an
+/// argument. Model-checked (tests/model, docs/design/0008-arm-leases.md).
 ///
-/// Only a leading supervisor grants leases. Leases that other supervisors granted, and those that drivers obey, are
-/// adopted as they are: a change of leader changes no lease, and both sides of a healed partition agree with what the
-/// arm really follows.
+/// Only the leading supervisor grants leases. It adopts leases that other supervisors granted and those that drivers
+/// obey: a change of leader changes no lease, and after a partition both sides agree with what the arm follows.
 
 #include <algorithm>
 #include <functional>
@@ -23,44 +22,46 @@ namespace hecaton::services {
 
 /// What the supervisor observes of one planner.
 struct PlannerObservations {
-  bool ended = false;               ///< its process has ended, or it never appeared
-  std::optional<Time> silence{};    ///< of its loop, in stall-compensated time; empty: not heard yet
-  bool stands_by = false;           ///< as it reports itself: with every input that it needs
-  std::optional<Time> in_charge{};  ///< for how long; empty: it is not
-  /// Since the driver accepted a command, as its newest state says; empty: it never did, or the driver is silent.
-  std::optional<Time> uncommanded{};
+  bool ended = false;                    ///< its process has ended, or it never appeared
+  std::optional<Time> silence{};         ///< of its loop, in stall-compensated time; empty: not heard yet
+  bool stands_by = false;                ///< it reports that it is ready, with every input that it needs
+  std::optional<Time> time_in_charge{};  ///< empty: it is not in charge
+  /// Since the driver accepted a command, by its newest state; empty: it never did, or the driver is silent.
+  std::optional<Time> command_silence{};
 };
 
 struct PlannerHealthLimits {
-  Time silence = std::chrono::milliseconds(20);       ///< of a planner whose loop hangs
-  Time uncommanded = std::chrono::milliseconds(100);  ///< of a planner that the driver does not hear
+  Time silence = std::chrono::milliseconds(20);           ///< of a planner whose loop hangs
+  Time command_silence = std::chrono::milliseconds(100);  ///< of a planner that the driver does not hear
 };
 
 struct PlannerHealth {
-  bool out = false;    ///< must be replaced
-  bool ready = false;  ///< stands by with all that it needs
+  bool failed = false;  ///< must be replaced
+  bool ready = false;   ///< can replace the planner in charge
 };
 
-/// Commands that arrive are a sign of life, too: lost heartbeats alone replace no planner.
-[[nodiscard]] inline PlannerHealth health_of(const PlannerObservations& seen, const PlannerHealthLimits& limits) {
-  const bool commands = seen.in_charge && seen.uncommanded && *seen.uncommanded < limits.silence;
-  const bool silent = seen.silence && *seen.silence >= limits.silence && !commands;
-  const bool unheard = seen.in_charge && *seen.in_charge >= limits.uncommanded && seen.uncommanded &&
-                       *seen.uncommanded >= limits.uncommanded;
-  const bool out = seen.ended || silent || unheard;
-  return {out, !out && seen.stands_by && seen.silence.has_value()};  // a report of its predecessor does not count
+/// Commands count like heartbeats: lost heartbeats alone replace no planner.
+[[nodiscard]] inline PlannerHealth health_of(const PlannerObservations& observed, const PlannerHealthLimits& limits) {
+  const auto& in_charge = observed.time_in_charge;
+  const auto& command_silence = observed.command_silence;
+  const bool commands = in_charge && command_silence && *command_silence < limits.silence;
+  const bool silent = observed.silence && *observed.silence >= limits.silence && !commands;
+  const bool unheard = in_charge && *in_charge >= limits.command_silence && command_silence &&
+                       *command_silence >= limits.command_silence;
+  const bool failed = observed.ended || silent || unheard;
+  return {failed, !failed && observed.stands_by && observed.silence.has_value()};  // not a report of its predecessor
 }
 
-/// How long the planner in charge of an arm may hang before its standby takes over.
+/// For how long the planner in charge of an arm may be silent before its standby replaces it.
 ///
-/// Two planners on busy machines could take an arm from each other for ever: each is silent for the takeover lease now
-/// and then, and neither has died. So a planner that replaces a living one gets twice the time. The added time is
-/// halved after each kCalm without a replacement.
+/// On busy machines two planners could replace each other for ever: each is silent for the failover timeout now and
+/// then, and neither has died. So a planner that replaces a living one gets twice the time. The added time is halved
+/// after each kQuietPeriod without a replacement.
 class FailoverBackoff {
  public:
-  static constexpr Time kCalm = std::chrono::seconds(10);
+  static constexpr Time kQuietPeriod = std::chrono::seconds(10);
 
-  /// `least`: as the cell file says; `most` ≥ least.
+  /// `least`: the failover timeout of the cell file; `most` ≥ least.
   FailoverBackoff(Time least, Time most) : least_(least), most_(std::max(least, most)), limit_(least) {}
 
   /// A planner whose process has not ended was replaced.
@@ -68,10 +69,10 @@ class FailoverBackoff {
     limit_ = std::min(most_, 2 * at(now));
     since_ = now;
   }
-  /// The limit now.
+  /// The limit at `now`.
   [[nodiscard]] Time at(Time now) const {
     Time limit = limit_;
-    for (Time calm = now - since_; calm >= kCalm && limit > least_; calm -= kCalm) limit /= 2;
+    for (Time quiet = now - since_; quiet >= kQuietPeriod && limit > least_; quiet -= kQuietPeriod) limit /= 2;
     return std::max(least_, limit);
   }
 
@@ -83,29 +84,32 @@ class FailoverBackoff {
 
 struct ArmPlanners {
   std::string arm;
-  std::vector<std::string> planners;  ///< nodes; the first is to be in charge at the beginning
+  std::vector<std::string> planners;  ///< nodes; the first gets the first lease
 };
 
 class PlannerFailover {
  public:
-  /// `arms`: those with more than one planner. The planner of any other arm needs no lease but the cell's term.
+  /// `arms`: those with more than one planner; all calls ignore other arms. The only planner of another arm commands it
+  /// under the term of the cell mode.
   explicit PlannerFailover(std::vector<ArmPlanners> arms) : arms_(std::move(arms)) {}
 
-  /// A lease in another supervisor's cell mode or a planner's heartbeat. Other arms are ignored, here and below.
-  void hear(std::string_view arm, const ArmLease& lease) { change(arm, &NewestArmLease::hear, lease); }
-  /// The lease in the state of the arm's driver.
-  void hear_driver(std::string_view arm, const ArmLease& lease) { change(arm, &NewestArmLease::hear_driver, lease); }
+  /// A lease from another supervisor's cell mode or a planner's heartbeat.
+  void update(std::string_view arm, const ArmLease& lease) { change(arm, &NewestArmLease::update, lease); }
+  /// The lease from the state of the arm's driver.
+  void update_from_driver(std::string_view arm, const ArmLease& lease) {
+    change(arm, &NewestArmLease::update_from_driver, lease);
+  }
 
   using Health = std::function<PlannerHealth(const std::string& arm, const std::string& planner)>;
-  /// For a leader: grants a lease for each arm that has none, and replaces a planner that is out by one that is ready.
-  /// New leases are of terms that `leadership` takes. True when it granted any.
+  /// For a leader: grants a lease for each arm that has none, and replaces a failed planner by one that is ready. New
+  /// leases have terms that `leadership` takes. Returns true when it granted any.
   bool decide(const Health& health, Leadership& leadership) {
     bool granted = false;
     for (const ArmPlanners& arm : arms_) {
       const std::string* next = next_of(arm, health);
       if (!next) continue;
-      leadership.heard_lease(lease(arm.arm).term);
-      granted = leases_[arm.arm].hear({*next, leadership.take_term()}) || granted;
+      leadership.observe_lease(lease(arm.arm).term);
+      granted = leases_[arm.arm].update({*next, leadership.take_term()}) || granted;
     }
     return granted;
   }
@@ -117,7 +121,7 @@ class PlannerFailover {
     }
     return nullptr;
   }
-  /// Of an arm that has a standby; term 0: no planner is in charge yet.
+  /// The lease in force; term 0: no planner is in charge yet.
   [[nodiscard]] ArmLease lease(std::string_view arm) const {
     const auto found = leases_.find(arm);
     return found == leases_.end() ? ArmLease{} : found->second.newest();
@@ -129,12 +133,12 @@ class PlannerFailover {
     if (planners_of(arm)) (leases_[std::string(arm)].*how)(lease);
   }
 
-  /// The planner to be put in charge now; null: nothing is to change.
+  /// The planner to be put in charge now; null: no change.
   [[nodiscard]] const std::string* next_of(const ArmPlanners& arm, const Health& health) const {
     const std::string incumbent = lease(arm.arm).planner;
     const auto known = std::find(arm.planners.begin(), arm.planners.end(), incumbent);
     if (known == arm.planners.end()) return &arm.planners.front();
-    if (!health(arm.arm, incumbent).out) return nullptr;
+    if (!health(arm.arm, incumbent).failed) return nullptr;
     for (const std::string& planner : arm.planners) {
       if (planner != incumbent && health(arm.arm, planner).ready) return &planner;
     }

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "services/runtime/kept_file.hpp"
+#include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -19,46 +19,46 @@ std::optional<msg::Mode> parse_mode(const std::string& name) {
 }
 
 constexpr std::chrono::nanoseconds kUnknown{-1};
-const std::string kCell = "/";  // no arm's name
+const std::string kCell = "/";  // not allowed as an arm's name
 
-/// As one word of a line, whatever somebody told: another supervisor's faults are remembered, too.
+/// `text` as one word of a line. Texts of other supervisors' faults may contain anything.
 std::string word(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return std::isspace(c) != 0; }, '_');
   return text.empty() ? "?" : text;
 }
 
-/// As the rest of a line.
+/// `text` as the rest of a line.
 std::string sentence(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return std::isspace(c) != 0; }, ' ');
   return text.find_first_not_of(' ') == std::string::npos ? "?" : text;
 }
 
-/// `cause`: of an open fault.
-void append_fault(std::ostream& text, const FaultRecord& record, const std::string& cause) {
-  text << "fault " << record.life << ' ' << record.number << ' ' << cause_name(record.kind) << ' '
+/// `key`: of an open fault.
+void append_fault(std::ostream& text, const FaultRecord& record, const std::string& key) {
+  text << "fault " << record.opening_term << ' ' << record.number << ' ' << cause_name(record.kind) << ' '
        << static_cast<int>(record.severity) << ' ' << record.since.count() << ' '
-       << record.detected_within.value_or(kUnknown).count() << ' ';
-  if (record.cleared) {
-    text << record.cleared->count() << " - ";
+       << record.detection_latency_bound.value_or(kUnknown).count() << ' ';
+  if (record.cleared_at) {
+    text << record.cleared_at->count() << " - ";
   } else {
-    text << "open " << word(cause) << ' ';
+    text << "open " << word(key) << ' ';
   }
-  text << word(record.subject) << ' ' << sentence(record.seen) << '\n';
+  text << word(record.subject) << ' ' << sentence(record.description) << '\n';
 }
 
 bool parse_fault(std::istream& words, FaultHistory& faults) {
   FaultRecord record;
   std::string kind;
   std::string cleared;
-  std::string cause;
+  std::string key;
   int severity = -1;
   std::chrono::nanoseconds::rep since = 0;
-  std::chrono::nanoseconds::rep within = 0;
-  words >> record.life >> record.number >> kind >> severity >> since >> within >> cleared >> cause >> record.subject >>
-      std::ws;
-  std::getline(words, record.seen);
+  std::chrono::nanoseconds::rep latency_bound = 0;
+  words >> record.opening_term >> record.number >> kind >> severity >> since >> latency_bound >> cleared >> key >>
+      record.subject >> std::ws;
+  std::getline(words, record.description);
   const auto known = cause_kind(kind);
   if (!words || !known || !is_fault(*known) || severity < 0 ||
       severity > static_cast<int>(msg::Severity::SEVERITY_CRITICAL))
@@ -66,15 +66,15 @@ bool parse_fault(std::istream& words, FaultHistory& faults) {
   record.kind = *known;
   record.severity = static_cast<msg::Severity>(severity);
   record.since = std::chrono::nanoseconds(since);
-  if (within >= 0) record.detected_within = std::chrono::nanoseconds(within);
+  if (latency_bound >= 0) record.detection_latency_bound = std::chrono::nanoseconds(latency_bound);
   if (cleared == "open") {
-    faults.open[cause] = record;
+    faults.open[key] = record;
     return true;
   }
   std::chrono::nanoseconds::rep end = 0;
   if (!(std::istringstream(cleared) >> end)) return false;
-  record.cleared = std::chrono::nanoseconds(end);
-  faults.over.push_back(record);
+  record.cleared_at = std::chrono::nanoseconds(end);
+  faults.cleared.push_back(record);
   return true;
 }
 
@@ -133,8 +133,8 @@ std::string checkpoint_text(const Checkpoint& checkpoint) {
     text << "unreplicated " << kCell << ' ' << mode_name(checkpoint.unreplicated.cell) << '\n';
   for (const auto& [arm, mode] : checkpoint.unreplicated.arms)
     text << "unreplicated " << arm << ' ' << mode_name(mode) << '\n';
-  for (const auto& [cause, record] : checkpoint.faults.open) append_fault(text, record, cause);
-  for (const FaultRecord& record : checkpoint.faults.over) append_fault(text, record, {});
+  for (const auto& [key, record] : checkpoint.faults.open) append_fault(text, record, key);
+  for (const FaultRecord& record : checkpoint.faults.cleared) append_fault(text, record, {});
   return text.str();
 }
 
@@ -155,16 +155,12 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   text << file.rdbuf();
   auto checkpoint = parse_checkpoint(text.str());
   if (!checkpoint)
-    throw std::runtime_error("--memory " + path + " is not what a supervisor wrote: remove or repair it");
+    throw std::runtime_error("--checkpoint " + path + " is no checkpoint of a supervisor: remove or repair it");
   return checkpoint;
 }
 
-std::string other_checkpoint(const std::string& path) {
-  return other_file_of(path);
-}
-
 std::string write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
-  return keep_in_file(path, checkpoint_text(checkpoint), '\n');
+  return write_atomically(path, checkpoint_text(checkpoint), '\n');
 }
 
 }  // namespace hecaton::services

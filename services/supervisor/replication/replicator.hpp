@@ -1,6 +1,6 @@
 #pragma once
-/// What a supervisor keeps for its successor, and takes over from its predecessor: the term, people's orders and the
-/// faults. On disk (CheckpointFile), on the bus, and through the leader (docs/design/0003 and 0008).
+/// Replication of a supervisor's term, orders and faults: to its checkpoint, through the bus, and by requests to the
+/// leader (docs/design/0003-fault-detection.md, docs/design/0008-arm-leases.md).
 
 #include <cstdint>
 #include <string>
@@ -15,58 +15,58 @@ namespace hecaton::services {
 
 class Replicator {
  public:
-  /// What it works on, in one turn.
+  /// What the replicator works on in one turn.
   struct Cell {
     FaultDetector& detector;
     SupervisorSubscriptions& subscriptions;
     CellPublisher& publisher;
-    std::uint64_t term;          ///< our last
+    std::uint64_t term;          ///< this supervisor's last
     bus::Clock::time_point now;  ///< when the turn began
   };
 
-  /// `alone`: the cell has no other supervisor. Throws std::runtime_error with a sentence when the checkpoint cannot be
-  /// used.
+  /// `alone`: the cell has no other supervisor. Throws std::runtime_error with a sentence when the checkpoint exists
+  /// and cannot be used.
   Replicator(std::string node, const std::string& checkpoint_path, bool alone);
 
-  /// Gives the detector the orders and faults of an earlier life. Before the first turn.
+  /// Gives the detector the orders and faults of the checkpoint. Call it before the first turn.
   void restore(FaultDetector& detector);
 
-  /// A standby: publishes once more what an earlier life left unreplicated, hands its orders to the leader, and writes
-  /// the leader's orders and faults into its own checkpoint. To be called before the heartbeat that acknowledges them.
-  void follow(const Cell& cell);
-  /// Takes over the orders and faults of the leader before, or of our own earlier life; adopts unreplicated ones.
-  void begin_to_lead(const Cell& cell);
-  /// We lead no more: what the next leader may not have is left to it.
-  void stand_back(const Cell& cell);
+  /// In each turn of a standby: publishes unreplicated faults again, requests unreplicated orders from the leader, and
+  /// writes the leader's orders and faults to the own checkpoint. Call it before the heartbeat that acknowledges them.
+  void follow_leader(const Cell& cell);
+  /// Takes over the orders and faults of the previous leader, or of the own checkpoint, and adopts unreplicated ones.
+  void become_leader(const Cell& cell);
+  /// This supervisor no longer leads: keeps what the next leader may not have.
+  void step_down(const Cell& cell);
 
   /// A person gave this order.
   void ordered(const msg::SupervisorRequest& request) { orders_.given(request.arms()); }
-  /// This cell mode is about to be published. Writes the checkpoint before: a published order is never forgotten.
-  void about_to_publish(const Cell& cell, const msg::CellMode& mode);
-  /// The standby has received the cell mode of this number. Writes the checkpoint before the order is acknowledged: a
-  /// next life would otherwise order once more what a person has resumed since.
-  void standby_received(const Cell& cell, std::uint64_t mode);
-  /// Writes the term, the orders and the faults by which we lead.
+  /// The publisher is about to publish `mode`. Writes the checkpoint first, so that a published order is never lost.
+  void before_publish(const Cell& cell, const msg::CellMode& mode);
+  /// The standby has acknowledged the cell mode with this sequence number. Writes the checkpoint before the supervisor
+  /// replies to the order. Otherwise a restarted process would give an order again that a person has resumed since.
+  void standby_acknowledged(const Cell& cell, std::uint64_t mode);
+  /// Writes the term, the orders and the faults of this leader to the checkpoint.
   void remember(const Cell& cell);
 
-  /// As last written, or as an earlier life left it.
-  [[nodiscard]] const Checkpoint& checkpoint() const { return file_.kept(); }
-  /// The newest checkpoint could not be written: orders would be lost with this process.
+  /// As last written, or as the previous process left it.
+  [[nodiscard]] const Checkpoint& checkpoint() const { return file_.stored(); }
+  /// The newest checkpoint could not be written: its orders would be lost with this process.
   [[nodiscard]] bool persistence_failed() const { return file_.failed(); }
-  /// The same as a cause: of a reply (CAUSE_NOT_PERSISTED) or a state; CAUSE_NONE while checkpoints are written.
+  /// The same as a cause of this kind; CAUSE_NONE while checkpoints are written.
   [[nodiscard]] msg::Cause persistence_cause(msg::CauseKind kind) const;
 
  private:
-  void publish_left_faults(const Cell& cell);
-  void hand_over_orders(const Cell& cell);
+  void republish_faults(const Cell& cell);
+  void forward_orders(const Cell& cell);
   void remember_leader(const Cell& cell);
-  /// Tried again with every mode that is published, until there is room again. Raises and clears the fault.
+  /// Raises or clears the fault persistence_failed. A failed write is tried again with every published mode.
   void write(Checkpoint checkpoint, FaultList& faults);
 
-  /// What of the leader was written last.
+  /// What of the leader the checkpoint contains.
   struct Written {
-    std::uint64_t fault_news = 0;
-    std::uint64_t mode = 0;
+    std::uint64_t fault_revision = 0;
+    std::uint64_t mode = 0;  // sequence number
     bus::Clock::time_point at{};
   };
 
@@ -75,12 +75,12 @@ class Replicator {
   CheckpointFile file_;
   UnreplicatedOrders orders_;
   UnreplicatedFaults faults_;
-  /// The last term under which we led, in this life or an earlier one, or whose leader we remember. Of an equal one it
-  /// is the other that knows better: the two supervisors never take each other's terms.
-  std::uint64_t led_under_;
-  bool leads_ = false;                       ///< began to, and has not stood back since
-  bool faults_published_ = false;            ///< those that were left, in this life
-  bus::Clock::time_point handed_over_at_{};  ///< orders to the leader, last
+  /// The last term under which this supervisor led, also in an earlier process, or that of the leader in its
+  /// checkpoint.
+  std::uint64_t last_term_;
+  bool leads_ = false;                     ///< became leader and has not stepped down since
+  bool faults_published_ = false;          ///< the unreplicated ones, by this process
+  bus::Clock::time_point forwarded_at_{};  ///< last request of orders from the leader
   Written written_;
 };
 

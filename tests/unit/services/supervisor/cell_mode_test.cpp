@@ -29,7 +29,7 @@ TEST_F(CellModeStateTest, StopIsLatched) {
   EXPECT_TRUE(is_none(mode_.hold({})));
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
   EXPECT_EQ(mode_.resume({"arm1"}).text(),
-            "the whole cell is on stop: resume the cell, then stop single arms if you wish");
+            "the whole cell is on stop: resume the cell, then stop single arms if needed");
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
   EXPECT_TRUE(is_none(mode_.resume({})));
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_RUN);

@@ -8,7 +8,6 @@
 
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
-#include "services/supervisor/cell_status.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 #include "services/supervisor/replication/unreplicated.hpp"
 
@@ -22,9 +21,9 @@ const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/tests/cell/supervi
 class CellStatusTest : public ::testing::Test {
  protected:
   CellStatusTest() {
-    watch_.faults().begin_life(3);
+    watch_.faults().begin_term(3);
     turn(10ms);
-    for (const ExpectedNode& node : watch_.nodes()) beat(node.name, msg::NodeState::NODE_RUNNING, {});
+    for (const ExpectedNode& node : watch_.nodes()) heartbeat(node.name, msg::NodeState::NODE_RUNNING, {});
     for (const auto* arm : {"left", "right"}) state(arm, msg::ArmMode::ARM_RUNNING, 0.0, {});
     watch_.stream_heard("world", now_);
     watch_.judge(now_);
@@ -35,14 +34,14 @@ class CellStatusTest : public ::testing::Test {
     watch_.advance(now_);
   }
   [[nodiscard]] bus::Clock::time_point at() const { return bus::Clock::time_point(now_); }
-  void beat(const std::string& node, msg::NodeState node_state, const std::string& detail) {
+  void heartbeat(const std::string& node, msg::NodeState node_state, const std::string& detail) {
     msg::Heartbeat heartbeat;
     heartbeat.node(node);
     heartbeat.host("localhost");
     heartbeat.pid(1);
     heartbeat.state(node_state);
     if (!detail.empty()) heartbeat.cause(make_cause(msg::CauseKind::CAUSE_ARM_STATE_OLD, {}, detail));
-    snapshot_.heartbeats.insert_or_assign(node, Heard<msg::Heartbeat>{heartbeat, at(), {}});
+    snapshot_.heartbeats.insert_or_assign(node, Received<msg::Heartbeat>{heartbeat, at(), {}});
     watch_.heard(node, {1, now_});
   }
   void state(const std::string& arm, msg::ArmMode mode, double speed, const std::string& reason) {
@@ -53,7 +52,7 @@ class CellStatusTest : public ::testing::Test {
       message.cause(make_cause(msg::CauseKind::CAUSE_COMMANDS_CEASED, arm, reason));
     }
     message.qd({0.0, speed});
-    snapshot_.arms.insert_or_assign(arm, Heard<msg::ArmState>{message, at(), {}});
+    snapshot_.arms.insert_or_assign(arm, Received<msg::ArmState>{message, at(), {}});
     watch_.stream_heard(driver_node(arm), now_);
   }
   bus::Sample<msg::GoalStatus> goal(std::uint64_t sequence, const std::string& name, msg::GoalState goal_state) {
@@ -106,7 +105,7 @@ TEST_F(CellStatusTest, MovingArmWaitsForNothing) {
 }
 
 TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
-  snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
+  snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
   state("left", msg::ArmMode::ARM_RUNNING, 0.2, {});
   EXPECT_EQ(waits(), "a goal; the last was reached");
   state("left", msg::ArmMode::ARM_RUNNING, 0.0, {});
@@ -115,22 +114,22 @@ TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
 
 TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   auto blocked = goal(1, "g1", msg::GoalState::GOAL_BLOCKED);
-  blocked.value.cause(make_cause(msg::CauseKind::CAUSE_WAY_BLOCKED, "pallet", "no way for now"));
+  blocked.value.cause(make_cause(msg::CauseKind::CAUSE_PATH_BLOCKED, "pallet", "no way for now"));
   blocked.value.has_binding(true);
   blocked.value.binding_own("left/forearm");
   blocked.value.binding_other("pallet");
   blocked.value.binding_distance(0.0184);
-  snapshot_.take_goal(blocked);
+  snapshot_.update_goal(blocked);
   EXPECT_EQ(waits(), "blocked: no way for now (left/forearm – pallet, 18 mm)");
 }
 
 TEST_F(CellStatusTest, GivesTheKindsOfThePlannerAndTheDriver) {
   auto yielding = goal(1, "g1", msg::GoalState::GOAL_ACTIVE);
-  snapshot_.take_goal(yielding);
+  snapshot_.update_goal(yielding);
   EXPECT_TRUE(is_none(waiting_for("left", watch_, snapshot_))) << "it is about to move";
   yielding = goal(2, "g1", msg::GoalState::GOAL_ACTIVE);
   yielding.value.cause(make_cause(msg::CauseKind::CAUSE_GIVING_WAY, "right", "gives way to right"));
-  snapshot_.take_goal(yielding);
+  snapshot_.update_goal(yielding);
   EXPECT_EQ(waiting_for("left", watch_, snapshot_).kind(), msg::CauseKind::CAUSE_GIVING_WAY);
   EXPECT_EQ(waiting_for("left", watch_, snapshot_).subject(), "right");
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
@@ -138,14 +137,14 @@ TEST_F(CellStatusTest, GivesTheKindsOfThePlannerAndTheDriver) {
 }
 
 TEST_F(CellStatusTest, DriversReasonComesBeforeTheGoal) {
-  snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
   EXPECT_EQ(waits(), "driver has stopped: no command for 60 ms");
 }
 
 TEST_F(CellStatusTest, DegradedPlannersDetailComesBeforeTheDriver) {
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
-  beat("planner/left", msg::NodeState::NODE_DEGRADED, "no state of right for 0.2 s");
+  heartbeat("planner/left", msg::NodeState::NODE_DEGRADED, "no state of right for 0.2 s");
   EXPECT_EQ(waits(), "planner/left: no state of right for 0.2 s");
 }
 
@@ -158,50 +157,50 @@ TEST_F(CellStatusTest, OrdersComeFirst) {
 }
 
 TEST_F(CellStatusTest, NewestGoalCountsInWhateverOrderTheyArrive) {
-  snapshot_.take_goal(goal(8, "g2", msg::GoalState::GOAL_ACTIVE));
-  snapshot_.take_goal(goal(5, "g1", msg::GoalState::GOAL_REACHED));
+  snapshot_.update_goal(goal(8, "g2", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.update_goal(goal(5, "g1", msg::GoalState::GOAL_REACHED));
   EXPECT_EQ(snapshot_.goals.at("left").value.goal(), "g2");
   EXPECT_EQ(status().arms()[0].goal().goal(), "g2");
   EXPECT_FALSE(status().arms()[1].has_goal());
 }
 
 TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
-  snapshot_.take_goal(goal(800, "g1", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.update_goal(goal(800, "g1", msg::GoalState::GOAL_ACTIVE));
   auto next = goal(1, "g2", msg::GoalState::GOAL_ACCEPTED);
   next.writer.bytes[0] = 1;
-  snapshot_.take_goal(next);
+  snapshot_.update_goal(next);
   EXPECT_EQ(snapshot_.goals.at("left").value.goal(), "g2");
 }
 
 TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) {
-  auto beat = beat_of_left(800);
-  snapshot_.take_heartbeat(beat);
+  auto heartbeat = beat_of_left(800);
+  snapshot_.update_heartbeat(heartbeat);
   auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
-  snapshot_.take_goal(active);
-  snapshot_.take_heartbeat(beat_of_left(801));
+  snapshot_.update_goal(active);
+  snapshot_.update_heartbeat(beat_of_left(801));
   EXPECT_TRUE(status().arms()[0].has_goal());
   // Its successor has its process id, as in a container, and has lived longer before it is heard.
-  beat = beat_of_left(900);
-  beat.writer.bytes[0] = 1;
-  snapshot_.take_heartbeat(beat);
+  heartbeat = beat_of_left(900);
+  heartbeat.writer.bytes[0] = 1;
+  snapshot_.update_heartbeat(heartbeat);
   EXPECT_FALSE(status().arms()[0].has_goal());
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
-  snapshot_.take_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
+  snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   EXPECT_TRUE(status().arms()[0].has_goal());
   // What is over stays true.
-  snapshot_.take_goal(goal(2, "g1", msg::GoalState::GOAL_REACHED));
-  beat.writer.bytes[0] = 2;
-  snapshot_.take_heartbeat(beat);
+  snapshot_.update_goal(goal(2, "g1", msg::GoalState::GOAL_REACHED));
+  heartbeat.writer.bytes[0] = 2;
+  snapshot_.update_heartbeat(heartbeat);
   EXPECT_EQ(waits(), "a goal; the last was reached");
 }
 
 TEST_F(CellStatusTest, APlannerThatCountsItsHeartbeatsAnewIsAnotherProcess) {
-  snapshot_.take_heartbeat(beat_of_left(800));
+  snapshot_.update_heartbeat(beat_of_left(800));
   auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
-  snapshot_.take_goal(active);
-  snapshot_.take_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
+  snapshot_.update_goal(active);
+  snapshot_.update_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
 }
 
@@ -213,7 +212,7 @@ TEST_F(CellStatusTest, AgesAreSinceArrival) {
   EXPECT_LT(told.arms()[0].goal_age(), 0.0);
   EXPECT_NEAR(told.nodes()[0].age(), 0.040, 1e-9);
   EXPECT_NEAR(told.hosts()[0].age(), 0.040, 1e-9);
-  EXPECT_LT(told.referee_age(), 0.0);
+  EXPECT_LT(told.contact_report_age(), 0.0);
 }
 
 TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
@@ -271,7 +270,7 @@ TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   turn(500ms);
-  beat("planner/left", msg::NodeState::NODE_RUNNING, {});
+  heartbeat("planner/left", msg::NodeState::NODE_RUNNING, {});
   watch_.process_exited("driver/right", {1, -1, 9, false});
   watch_.judge(now_);
   const FaultHistory before = watch_.faults().history();
@@ -283,7 +282,7 @@ TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
     told[fault.id()] = fault;
   }
   // On a host whose steady clock began 50 s later.
-  FaultHistory after = faults_in(told, 7, {now_ - 50s, 1'000'000});
+  FaultHistory after = fault_history_of(told, 7, {now_ - 50s, 1'000'000});
   ASSERT_EQ(after.open.size(), before.open.size());
   for (auto& [cause, record] : after.open) {
     ASSERT_TRUE(before.open.contains(cause)) << cause;
@@ -298,28 +297,28 @@ TEST_F(CellStatusTest, FaultsThatTheLastLeaderDidNotTellAreOver) {
   watch_.judge(now_);
   msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
   fault.term(7);
-  const FaultHistory after = faults_in({{fault.id(), fault}}, 8, {now_ + 1s, 1'001'000});
+  const FaultHistory after = fault_history_of({{fault.id(), fault}}, 8, {now_ + 1s, 1'001'000});
   EXPECT_TRUE(after.open.empty());
-  ASSERT_EQ(after.over.size(), 1U);
-  EXPECT_EQ(after.over.front().cleared, now_ + 1s);
+  ASSERT_EQ(after.cleared.size(), 1U);
+  EXPECT_EQ(after.cleared.front().cleared_at, now_ + 1s);
 }
 
 TEST_F(CellStatusTest, WhatALeaderLeftIsStruckOutOnceALaterOneToldIt) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
-  UnreplicatedFaults legacy;
-  EXPECT_FALSE(legacy.strike_out({})) << "there was nothing";
-  legacy.leave(watch_.faults().history(), 7);
-  ASSERT_EQ(legacy.left().size(), 1U);
+  UnreplicatedFaults unreplicated;
+  EXPECT_FALSE(unreplicated.remove_published({})) << "there was nothing";
+  unreplicated.step_down(watch_.faults().history(), 7);
+  ASSERT_EQ(unreplicated.pending().size(), 1U);
   msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
-  EXPECT_EQ(legacy.left().begin()->first, fault.id());
-  EXPECT_EQ(legacy.left().begin()->second.cause, "planner/left");
+  EXPECT_EQ(unreplicated.pending().begin()->first, fault.id());
+  EXPECT_EQ(unreplicated.pending().begin()->second.key, "planner/left");
   fault.term(6);
-  EXPECT_FALSE(legacy.strike_out({{fault.id(), fault}}));
+  EXPECT_FALSE(unreplicated.remove_published({{fault.id(), fault}}));
   fault.term(8);
-  EXPECT_TRUE(legacy.strike_out({{fault.id(), fault}}));
-  EXPECT_TRUE(legacy.left().empty());
-  EXPECT_FALSE(legacy.strike_out({{fault.id(), fault}})) << "only once";
+  EXPECT_TRUE(unreplicated.remove_published({{fault.id(), fault}}));
+  EXPECT_TRUE(unreplicated.pending().empty());
+  EXPECT_FALSE(unreplicated.remove_published({{fault.id(), fault}})) << "only once";
 }
 
 class StandbyStatus : public CellStatusTest {
@@ -328,10 +327,10 @@ class StandbyStatus : public CellStatusTest {
 };
 
 TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
-  failover_.hear("left", {"planner/left@beta", 6});
+  failover_.update("left", {"planner/left@beta", 6});
   watch_.put_in_charge("left", "planner/left@beta");
-  beat("planner/left", msg::NodeState::NODE_STANDBY, {});
-  beat("planner/left@beta", msg::NodeState::NODE_RUNNING, {});
+  heartbeat("planner/left", msg::NodeState::NODE_STANDBY, {});
+  heartbeat("planner/left@beta", msg::NodeState::NODE_RUNNING, {});
   const msg::ArmStatus arm = status().arms()[0];
   EXPECT_EQ(arm.planner(), "planner/left@beta");
   EXPECT_EQ(arm.standby(), "planner/left");

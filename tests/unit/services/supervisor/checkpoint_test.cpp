@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "services/runtime/atomic_file.hpp"
 #include "tests/support/full_disk.hpp"
 
 namespace hecaton::services {
@@ -30,7 +31,7 @@ Checkpoint some_checkpoint() {
                                         std::chrono::nanoseconds(50),
                                         std::chrono::nanoseconds(4),
                                         {}};
-  memory.faults.over.push_back({6, 9, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "world",
+  memory.faults.cleared.push_back({6, 9, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "world",
                                 "world: no beat", std::chrono::nanoseconds(10), std::nullopt,
                                 std::chrono::nanoseconds(30)});
   memory.unreplicated.cell = msg::Mode::MODE_HOLD;
@@ -42,7 +43,7 @@ class CheckpointFileTest : public ::testing::Test {
  protected:
   ~CheckpointFileTest() override {
     std::filesystem::remove(path_);
-    std::filesystem::remove(other_checkpoint(path_));
+    std::filesystem::remove(spare_file_of(path_));
   }
   std::string path_ = (std::filesystem::temp_directory_path() / ("memory_test-" + std::to_string(getpid()))).string();
 };
@@ -63,13 +64,13 @@ TEST(CheckpointText, SaysWhatIsRemembered) {
 TEST(CheckpointText, CanBeReadAgainWhateverWasTold) {
   Checkpoint memory = some_checkpoint();
   for (const auto* text : {"", " ", "two\nlines", "tab\tin it", "\n"}) {
-    memory.faults.over.front().subject = text;
-    memory.faults.over.front().seen = text;
+    memory.faults.cleared.front().subject = text;
+    memory.faults.cleared.front().description = text;
     memory.causes[""] = make_cause(msg::CauseKind::CAUSE_CONTACT, text, text);
     const auto read = parse_checkpoint(checkpoint_text(memory));
     ASSERT_TRUE(read) << "'" << text << "'";
     EXPECT_EQ(read->orders, memory.orders);
-    EXPECT_EQ(read->faults.over.front().since, memory.faults.over.front().since);
+    EXPECT_EQ(read->faults.cleared.front().since, memory.faults.cleared.front().since);
   }
 }
 
@@ -106,7 +107,7 @@ TEST_F(CheckpointFileTest, UnwritablePlaceIsTold) {
 
 TEST_F(CheckpointFileTest, TakesItsRoomBeforehand) {
   ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
-  for (const std::string& file : {path_, other_checkpoint(path_)}) {
+  for (const std::string& file : {path_, spare_file_of(path_)}) {
     struct stat room {};
     ASSERT_EQ(stat(file.c_str(), &room), 0);
     EXPECT_GE(room.st_size, 1 << 16) << file;

@@ -11,33 +11,33 @@ using namespace std::chrono_literals;
 using Replies = std::vector<std::string>;
 
 TEST(DeferredReplies, WaitUntilTheStandbyHasHeardTheOrder) {
-  DeferredReplies<std::string> owed;
-  owed.owe("hold", 7, 0s);
-  owed.owe("stop", 9, 0s);
-  EXPECT_EQ(owed.take(6, 1ms), Replies{});
-  EXPECT_EQ(owed.take(7, 2ms), Replies{"hold"});
-  EXPECT_EQ(owed.take(7, 3ms), Replies{}) << "each is given once";
-  EXPECT_EQ(owed.take(12, 4ms), Replies{"stop"});
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 0s);
+  deferred.add("stop", 9, 0s);
+  EXPECT_EQ(deferred.take(6, 1ms), Replies{});
+  EXPECT_EQ(deferred.take(7, 2ms), Replies{"hold"});
+  EXPECT_EQ(deferred.take(7, 3ms), Replies{}) << "each is given once";
+  EXPECT_EQ(deferred.take(12, 4ms), Replies{"stop"});
 }
 
 TEST(DeferredReplies, WaitForNobodyWhenNobodyStandsBy) {
-  DeferredReplies<std::string> owed;
-  owed.owe("hold", 7, 0s);
-  EXPECT_EQ(owed.take(std::nullopt, 0s), Replies{"hold"});
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 0s);
+  EXPECT_EQ(deferred.take(std::nullopt, 0s), Replies{"hold"});
 }
 
 TEST(DeferredReplies, AreGivenWhenTheStandbyIsDeaf) {
-  DeferredReplies<std::string> owed;
-  owed.owe("hold", 7, 1s);
-  EXPECT_EQ(owed.take(0, 1s + DeferredReplies<std::string>::kPatience - 1ns), Replies{});
-  EXPECT_EQ(owed.take(0, 1s + DeferredReplies<std::string>::kPatience), Replies{"hold"});
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 1s);
+  EXPECT_EQ(deferred.take(0, 1s + DeferredReplies<std::string>::kTimeout - 1ns), Replies{});
+  EXPECT_EQ(deferred.take(0, 1s + DeferredReplies<std::string>::kTimeout), Replies{"hold"});
 }
 
 TEST(DeferredReplies, AreNotGivenByWhoNoLongerLeads) {
-  DeferredReplies<std::string> owed;
-  owed.owe("hold", 7, 0s);
-  owed.drop();
-  EXPECT_EQ(owed.take(std::nullopt, 1h), Replies{});
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 0s);
+  deferred.clear();
+  EXPECT_EQ(deferred.take(std::nullopt, 1h), Replies{});
 }
 
 }  // namespace

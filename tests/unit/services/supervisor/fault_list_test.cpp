@@ -7,10 +7,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const FaultSight kSilent{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "planner/a", "silent"};
-const FaultSight kSilentLong{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/a",
+const FaultObservation kSilent{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "planner/a", "silent"};
+const FaultObservation kSilentLong{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/a",
                              "silent for long"};
-const FaultSight kDied{msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_ERROR, "planner/a", "signal 9"};
+const FaultObservation kDied{msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_ERROR, "planner/a", "signal 9"};
 
 TEST(FaultList, OneRecordForOneOccurrence) {
   FaultList faults;
@@ -22,27 +22,27 @@ TEST(FaultList, OneRecordForOneOccurrence) {
 
 TEST(FaultList, GoesOnWithTheFaultsOfAnEarlierLife) {
   FaultList first;
-  first.begin_life(3);
+  first.begin_term(3);
   first.raise("planner/a", kSilent, 10ms);
   first.clear("planner/a", 20ms);
   first.raise("planner/a", kDied, 30ms);
 
   FaultList second;
-  second.recall(first.history());
-  second.begin_life(4);
-  EXPECT_EQ(second.take_recalled(), (std::vector<FaultRecord>{first.over().front()})) << "told again";
+  second.restore(first.history());
+  second.begin_term(4);
+  EXPECT_EQ(second.take_restored(), (std::vector<FaultRecord>{first.cleared().front()})) << "told again";
   EXPECT_EQ(second.take_changes(), first.open()) << "news: they are not over";
-  EXPECT_TRUE(second.take_recalled().empty());
+  EXPECT_TRUE(second.take_restored().empty());
   second.raise("planner/a", kSilentLong, 40ms);
   ASSERT_EQ(second.open().size(), 1U) << "the same occurrence";
   EXPECT_EQ(second.open().front().since, 30ms);
   second.clear("planner/a", 50ms);
   second.raise("planner/a", kSilent, 60ms);
-  EXPECT_EQ(second.open().front().life, 4U);
-  ASSERT_EQ(second.over().size(), 2U);
-  EXPECT_EQ(second.over().front().life, 3U);
-  EXPECT_EQ(second.over().front().number, 2U);
-  EXPECT_EQ(second.over().front().cleared, 50ms);
+  EXPECT_EQ(second.open().front().opening_term, 4U);
+  ASSERT_EQ(second.cleared().size(), 2U);
+  EXPECT_EQ(second.cleared().front().opening_term, 3U);
+  EXPECT_EQ(second.cleared().front().number, 2U);
+  EXPECT_EQ(second.cleared().front().cleared_at, 50ms);
 }
 
 TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
@@ -50,12 +50,12 @@ TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
   faults.raise("planner/a", kDied, 10ms);
   faults.clear("planner/a", 20ms);
   faults.raise("planner/a", kSilent, 30ms);
-  faults.begin_life(4);
-  for (const FaultRecord& record : faults.take_changes()) EXPECT_EQ(record.life, 4U);
-  EXPECT_EQ(faults.open().front().life, 4U);
-  EXPECT_EQ(faults.over().front().life, 4U);
-  faults.begin_life(6);
-  EXPECT_EQ(faults.open().front().life, 4U);
+  faults.begin_term(4);
+  for (const FaultRecord& record : faults.take_changes()) EXPECT_EQ(record.opening_term, 4U);
+  EXPECT_EQ(faults.open().front().opening_term, 4U);
+  EXPECT_EQ(faults.cleared().front().opening_term, 4U);
+  faults.begin_term(6);
+  EXPECT_EQ(faults.open().front().opening_term, 4U);
 }
 
 TEST(FaultList, EveryKindHasANameOfItsOwn) {
@@ -73,7 +73,7 @@ TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
   ASSERT_EQ(faults.open().size(), 1U);
   const FaultRecord& record = *faults.open("planner/a");
   EXPECT_EQ(record.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
-  EXPECT_EQ(record.seen, "signal 9");
+  EXPECT_EQ(record.description, "signal 9");
   EXPECT_EQ(record.since, 10ms);
   EXPECT_EQ(record.number, 1U);
 }
@@ -103,8 +103,8 @@ TEST(FaultList, ClearedIsRememberedAndTheNextIsAnother) {
   faults.clear("planner/a", 30ms);
   faults.clear("planner/a", 40ms);
   EXPECT_TRUE(faults.open().empty());
-  ASSERT_EQ(faults.over().size(), 1U);
-  EXPECT_EQ(faults.over().front().cleared, 30ms);
+  ASSERT_EQ(faults.cleared().size(), 1U);
+  EXPECT_EQ(faults.cleared().front().cleared_at, 30ms);
   faults.raise("planner/a", kSilent, 50ms);
   EXPECT_EQ(faults.open("planner/a")->number, 2U);
   EXPECT_EQ(faults.open("planner/a")->since, 50ms);
@@ -121,13 +121,13 @@ TEST(FaultList, CausesAreIndependent) {
 
 TEST(FaultList, RemembersTheLatest) {
   FaultList faults;
-  const auto more = FaultList::kRemembered + 3;
+  const auto more = FaultList::kClearedKept + 3;
   for (std::size_t i = 0; i < more; ++i) {
     faults.raise("planner/a", kSilent, 10ms);
     faults.clear("planner/a", 20ms);
   }
-  EXPECT_EQ(faults.over().size(), FaultList::kRemembered);
-  EXPECT_EQ(faults.over().front().number, more);
+  EXPECT_EQ(faults.cleared().size(), FaultList::kClearedKept);
+  EXPECT_EQ(faults.cleared().front().number, more);
 }
 
 FaultRecord of_another(std::uint64_t number, std::optional<std::chrono::nanoseconds> cleared) {
@@ -137,7 +137,7 @@ FaultRecord of_another(std::uint64_t number, std::optional<std::chrono::nanoseco
 
 TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
   FaultList faults;
-  faults.begin_life(10);
+  faults.begin_term(10);
   faults.raise("planner/b", kSilent, 15ms);
   faults.clear("planner/b", 25ms);
   static_cast<void>(faults.take_changes());
@@ -145,8 +145,8 @@ TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
   const FaultRecord lasting = of_another(2, std::nullopt);
   faults.adopt("planner/a", over, 40ms);
   faults.adopt("planner/a", lasting, 40ms);
-  ASSERT_EQ(faults.over().size(), 2U);
-  EXPECT_EQ(faults.over().back(), over) << "after what ended later";
+  ASSERT_EQ(faults.cleared().size(), 2U);
+  EXPECT_EQ(faults.cleared().back(), over) << "after what ended later";
   ASSERT_NE(faults.open("planner/a"), nullptr);
   EXPECT_EQ(*faults.open("planner/a"), lasting);
   EXPECT_EQ(faults.take_changes(), (std::vector{over, lasting})) << "told under our own term";
@@ -154,8 +154,8 @@ TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
   faults.adopt("planner/a", lasting, 50ms);
   EXPECT_TRUE(faults.take_changes().empty()) << "known";
   faults.clear("planner/a", 60ms);
-  EXPECT_EQ(faults.over().front().life, 9U);
-  EXPECT_EQ(faults.over().front().cleared, 60ms);
+  EXPECT_EQ(faults.cleared().front().opening_term, 9U);
+  EXPECT_EQ(faults.cleared().front().cleared_at, 60ms);
 }
 
 TEST(FaultList, AdoptsABetterExplanationOfWhatItKnows) {
@@ -165,34 +165,34 @@ TEST(FaultList, AdoptsABetterExplanationOfWhatItKnows) {
   for (const std::uint64_t number : {1, 2}) {
     FaultRecord better = of_another(number, 30ms);
     better.kind = msg::CauseKind::CAUSE_PROCESS_DIED;
-    better.seen = "signal 9";
+    better.description = "signal 9";
     faults.adopt("planner/a", better, 50ms);
   }
-  EXPECT_EQ(faults.over().front().seen, "signal 9");
-  EXPECT_EQ(faults.over().front().cleared, 20ms);
+  EXPECT_EQ(faults.cleared().front().description, "signal 9");
+  EXPECT_EQ(faults.cleared().front().cleared_at, 20ms);
   ASSERT_NE(faults.open("planner/a"), nullptr) << "whoever leads judges when it is over";
   EXPECT_EQ(faults.open("planner/a")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
   FaultList faults;
-  faults.begin_life(10);
+  faults.begin_term(10);
   faults.raise("planner/a", kSilent, 15ms);
   FaultRecord theirs = of_another(1, std::nullopt);
   theirs.kind = msg::CauseKind::CAUSE_PROCESS_DIED;
-  theirs.seen = "signal 9";
+  theirs.description = "signal 9";
   faults.adopt("planner/a", theirs, 40ms);
   ASSERT_EQ(faults.open().size(), 1U);
-  EXPECT_EQ(faults.open().front().life, 10U);
-  EXPECT_EQ(faults.open().front().seen, "signal 9");
-  ASSERT_EQ(faults.over().size(), 1U);
-  EXPECT_EQ(faults.over().front().life, 9U);
-  EXPECT_EQ(faults.over().front().cleared, 40ms);
+  EXPECT_EQ(faults.open().front().opening_term, 10U);
+  EXPECT_EQ(faults.open().front().description, "signal 9");
+  ASSERT_EQ(faults.cleared().size(), 1U);
+  EXPECT_EQ(faults.cleared().front().opening_term, 9U);
+  EXPECT_EQ(faults.cleared().front().cleared_at, 40ms);
 }
 
 // Chaos saw two leaders that did so for the second until one heard of the other, some thousand times.
 TEST(FaultList, TwoThatAdoptWhatTheOtherTellsComeToAnEnd) {
-  constexpr std::uint64_t kEach = FaultList::kRemembered;
+  constexpr std::uint64_t kEach = FaultList::kClearedKept;
   FaultList one;
   FaultList other;
   for (std::uint64_t i = 1; i <= kEach; ++i) {
@@ -210,18 +210,18 @@ TEST(FaultList, TwoThatAdoptWhatTheOtherTellsComeToAnEnd) {
     }
   }
   EXPECT_LT(rounds, 10);
-  EXPECT_EQ(one.over(), other.over()) << "the latest of both";
-  EXPECT_EQ(one.over().back().number, kEach + 2);
+  EXPECT_EQ(one.cleared(), other.cleared()) << "the latest of both";
+  EXPECT_EQ(one.cleared().back().number, kEach + 2);
 }
 
 TEST(FaultList, AdoptsNoMoreThanItRemembers) {
   FaultList faults;
-  for (std::uint64_t i = 1; i <= FaultList::kRemembered + 3; ++i) {
+  for (std::uint64_t i = 1; i <= FaultList::kClearedKept + 3; ++i) {
     faults.adopt("planner/a", of_another(i, std::chrono::milliseconds(i)), 1s);
   }
-  EXPECT_EQ(faults.over().size(), FaultList::kRemembered);
-  EXPECT_EQ(faults.over().front().number, FaultList::kRemembered + 3);
-  EXPECT_EQ(faults.over().back().number, 4U);
+  EXPECT_EQ(faults.cleared().size(), FaultList::kClearedKept);
+  EXPECT_EQ(faults.cleared().front().number, FaultList::kClearedKept + 3);
+  EXPECT_EQ(faults.cleared().back().number, 4U);
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence 
 
 TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
   Leadership own(kLimits, 0, 0ms);
-  own.heard_term(7, 0ms);
-  own.heard_lease(3);
+  own.observe_term(7, 0ms);
+  own.observe_lease(3);
   EXPECT_FALSE(own.decide(199ms, 199ms));
   EXPECT_EQ(own.role(), Role::kListening);
   EXPECT_TRUE(own.decide(200ms, 200ms));
@@ -35,7 +35,7 @@ TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
   constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms, .pause = 1h};
   Leadership fresh(kSearches, 0, 0ms);
   EXPECT_TRUE(fresh.decide(200ms, 200ms)) << "nobody was before it";
-  fresh.absent(5s);
+  fresh.restart_listening(5s);
   EXPECT_FALSE(fresh.decide(6999ms, 6999ms));
   EXPECT_TRUE(fresh.decide(7s, 7s));
 
@@ -44,7 +44,7 @@ TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
   EXPECT_TRUE(restarted.decide(2s, 2s));
 
   Leadership replaced(kSearches, 41, 0ms);
-  replaced.heard_leader(43, 100ms);
+  replaced.observe_leader(43, 100ms);
   EXPECT_FALSE(replaced.decide(200ms, 200ms));
   EXPECT_EQ(replaced.role(), Role::kStandingBy) << "found";
   EXPECT_TRUE(replaced.decide(401ms, 401ms)) << "it has fallen silent: whoever stands by does not search";
@@ -53,7 +53,7 @@ TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
 TEST(Leadership, ListensAgainAfterAnAbsenceAndLeadsWithANewTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.absent(5s);
+  own.restart_listening(5s);
   EXPECT_EQ(own.role(), Role::kListening);
   EXPECT_FALSE(own.decide(5199ms, 5199ms));
   EXPECT_TRUE(own.decide(5200ms, 5200ms));
@@ -63,8 +63,8 @@ TEST(Leadership, ListensAgainAfterAnAbsenceAndLeadsWithANewTerm) {
 TEST(Leadership, StandsByAfterAnAbsenceInWhichAnotherTookOver) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.absent(5s);
-  own.heard_leader(2, 5190ms);
+  own.restart_listening(5s);
+  own.observe_leader(2, 5190ms);
   EXPECT_FALSE(own.decide(5200ms, 5200ms));
   EXPECT_EQ(own.role(), Role::kStandingBy);
 }
@@ -72,19 +72,19 @@ TEST(Leadership, StandsByAfterAnAbsenceInWhichAnotherTookOver) {
 TEST(Leadership, ListensAnewWhenTheCellHasFollowedAHigherTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.heard_term(1, 210ms);
+  own.observe_term(1, 210ms);
   EXPECT_EQ(own.role(), Role::kLeading) << "its own";
-  own.heard_term(5, 220ms);
+  own.observe_term(5, 220ms);
   EXPECT_EQ(own.role(), Role::kListening);
   EXPECT_FALSE(own.decide(419ms, 419ms));
   EXPECT_TRUE(own.decide(420ms, 420ms));
   EXPECT_EQ(own.term(), 6U);
 }
 
-TEST(Leadership, AMandatesTermIsNoReasonToListenAnew) {
+TEST(Leadership, DoesNotListenAgainForTheTermOfALease) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.heard_lease(9);
+  own.observe_lease(9);
   EXPECT_EQ(own.role(), Role::kLeading);
   EXPECT_EQ(own.term(), 1U);
   EXPECT_EQ(own.take_term(), 10U);
@@ -97,7 +97,7 @@ TEST(Leadership, TwoNeverTakeTheSameTerm) {
   EXPECT_TRUE(second.decide(200ms, 200ms));
   EXPECT_EQ(first.term(), 2U);
   EXPECT_EQ(second.term(), 1U);
-  second.heard_lease(4);
+  second.observe_lease(4);
   EXPECT_EQ(second.take_term(), 5U);
   EXPECT_EQ(second.take_term(), 7U);
   EXPECT_EQ(first.take_term(), 4U);
@@ -105,7 +105,7 @@ TEST(Leadership, TwoNeverTakeTheSameTerm) {
 
 TEST(Leadership, TakesOverAtOnceFromALeaderWhoseProcessEnded) {
   Leadership own(kLimits, 0, 0ms);
-  own.heard_leader(3, 190ms);
+  own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
   own.leader_died();
   EXPECT_TRUE(own.decide(201ms, 201ms));
@@ -115,7 +115,7 @@ TEST(Leadership, TakesOverAtOnceFromALeaderWhoseProcessEnded) {
 TEST(Leadership, StandsByWhileAnotherLeads) {
   Leadership own(kLimits, 0, 0ms);
   for (auto now = 0ms; now <= 2s; now += 25ms) {
-    own.heard_leader(3, now);
+    own.observe_leader(3, now);
     EXPECT_FALSE(own.decide(now, now));
   }
   EXPECT_EQ(own.role(), Role::kStandingBy);
@@ -123,7 +123,7 @@ TEST(Leadership, StandsByWhileAnotherLeads) {
 
 TEST(Leadership, TakesOverFromASilentLeader) {
   Leadership own(kLimits, 0, 0ms);
-  own.heard_leader(3, 150ms);
+  own.observe_leader(3, 150ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
   EXPECT_FALSE(own.decide(450ms, 450ms));
   EXPECT_TRUE(own.decide(451ms, 451ms));
@@ -133,11 +133,11 @@ TEST(Leadership, TakesOverFromASilentLeader) {
 // What the leader said meanwhile may lie in our socket.
 TEST(Leadership, DoesNotTakeOverWhileItHearsNobody) {
   Leadership own(kLimits, 0, 0ms);
-  own.heard_leader(3, 190ms);
+  own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 195ms));
   EXPECT_FALSE(own.decide(5s, 195ms));
   EXPECT_FALSE(own.decide(5005ms, 490ms)) << "as it arrives, in its order";
-  own.heard_leader(3, 4990ms);
+  own.observe_leader(3, 4990ms);
   EXPECT_FALSE(own.decide(5010ms, 5005ms));
   EXPECT_TRUE(own.decide(5300ms, 5291ms)) << "others are heard, and the leader is not";
 }
@@ -145,11 +145,11 @@ TEST(Leadership, DoesNotTakeOverWhileItHearsNobody) {
 // Who was cut off does not hear everybody again in the same instant.
 TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
   Leadership own({.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 100ms}, 0, 0ms);
-  own.heard_leader(3, 190ms);
+  own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
   for (auto now = 5000ms; now <= 5180ms; now += 20ms)
     EXPECT_FALSE(own.decide(now, now)) << "cut off, now others are heard";
-  own.heard_leader(3, 5190ms);
+  own.observe_leader(3, 5190ms);
   for (auto now = 5200ms; now <= 5480ms; now += 20ms) EXPECT_FALSE(own.decide(now, now)) << "so is the leader";
   EXPECT_TRUE(own.decide(5500ms, 5500ms));
 }
@@ -157,7 +157,7 @@ TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
 TEST(Leadership, StandsBackFromAHigherTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.heard_leader(9, 210ms);
+  own.observe_leader(9, 210ms);
   EXPECT_EQ(own.role(), Role::kStandingBy);
   EXPECT_FALSE(own.decide(215ms, 215ms));
   EXPECT_TRUE(own.decide(600ms, 600ms));
@@ -167,7 +167,7 @@ TEST(Leadership, StandsBackFromAHigherTerm) {
 TEST(Leadership, IgnoresAnOldLeader) {
   Leadership own(kLimits, 4, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.heard_leader(4, 210ms);
+  own.observe_leader(4, 210ms);
   EXPECT_EQ(own.role(), Role::kLeading);
   EXPECT_EQ(own.term(), 5U);
 }
@@ -176,7 +176,7 @@ TEST(Leadership, IgnoresAnOldLeader) {
 TEST(Leadership, StandsBackFromItsOwnTermInAnothersHands) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.heard_leader(1, 210ms);
+  own.observe_leader(1, 210ms);
   EXPECT_EQ(own.role(), Role::kStandingBy);
 }
 

@@ -39,14 +39,14 @@ class Past : public bus::BusTest {
     ASSERT_TRUE(events_.write(event));
   }
 
-  void beat() {
-    msg::Heartbeat beat;
-    beat.node(agent_node("h1"));
-    beat.kind(msg::NodeKind::NODE_AGENT);
-    beat.host("h1");
-    beat.newest_event(told_);
-    beat.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(60)).count());
-    ASSERT_TRUE(beats_.write(beat));
+  void heartbeat() {
+    msg::Heartbeat heartbeat;
+    heartbeat.node(agent_node("h1"));
+    heartbeat.kind(msg::NodeKind::NODE_AGENT);
+    heartbeat.host("h1");
+    heartbeat.newest_event(told_);
+    heartbeat.stamp_ns(std::chrono::nanoseconds(std::chrono::seconds(60)).count());
+    ASSERT_TRUE(beats_.write(heartbeat));
   }
 
   bus::Writer<msg::ProcessEvent> events_{here_};
@@ -62,10 +62,10 @@ struct Listener {
         ears(participant, {"supervisor", "h1", remembers}, mailbox, mailbox),
         own(participant) {}
 
-  void listen() {
+  void receive() {
     watch.advance(bus::Clock::now().time_since_epoch());
     static_cast<void>(mailbox.take_events());
-    ears.listen(own.id(), {snapshot, watch, leadership, succession});
+    ears.receive(own.id(), {snapshot, watch, leadership, succession});
   }
   /// Until the event of this number has been taken in; `meanwhile` is called again and again.
   template <class Act>
@@ -74,7 +74,7 @@ struct Listener {
       return std::any_of(snapshot.processes.begin(), snapshot.processes.end(),
                          [&](const auto& entry) { return entry.second.value.sequence_number() == number; });
     };
-    for (const auto until = bus::Clock::now() + bus::kPatience; !heard() && bus::Clock::now() < until; listen()) {
+    for (const auto until = bus::Clock::now() + bus::kPatience; !heard() && bus::Clock::now() < until; receive()) {
       meanwhile();
       static_cast<void>(mailbox.wait(bus::kOnceMore));
     }
@@ -83,17 +83,17 @@ struct Listener {
   /// Sends again and again until the only open fault is this one, or, without a subject, there is none.
   template <class Send>
   [[nodiscard]] bool accuses(const std::string& subject, msg::CauseKind kind, Send send) {
-    for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; listen()) {
+    for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; receive()) {
       if (!send()) return false;
       static_cast<void>(mailbox.wait(cell_limits().loop_period));
-      const auto names = accused();
+      const auto names = suspected();
       if (subject.empty() ? names.empty() : names == std::vector<std::string>{subject}) {
         return subject.empty() || watch.faults().open().front().kind == kind;
       }
     }
     return false;
   }
-  [[nodiscard]] std::vector<std::string> accused() {
+  [[nodiscard]] std::vector<std::string> suspected() {
     watch.judge(bus::Clock::now().time_since_epoch());
     std::vector<std::string> subjects;
     for (const FaultRecord& fault : watch.faults().open()) subjects.push_back(fault.subject);
@@ -113,12 +113,12 @@ using Accused = std::vector<std::string>;
 
 TEST_F(Past, IsHistoryForWhoHasNoAccountOfItExceptWhatStillHolds) {
   Listener newcomer(there_, false);
-  ASSERT_TRUE(newcomer.hears(3, [&] { beat(); }));
-  EXPECT_EQ(newcomer.accused(), Accused{"driver/arm2"});
+  ASSERT_TRUE(newcomer.hears(3, [&] { heartbeat(); }));
+  EXPECT_EQ(newcomer.suspected(), Accused{"driver/arm2"});
   die("driver/arm1", 12);
   start("driver/arm1", 13);
   ASSERT_TRUE(newcomer.hears(5, [] {}));
-  EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm1"})) << "news, though its successor is there";
+  EXPECT_EQ(newcomer.suspected(), (Accused{"driver/arm2", "driver/arm1"})) << "news, though its successor is there";
 }
 
 // Of two beats within a turn each counts.
@@ -132,7 +132,7 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
     return std::any_of(open.begin(), open.end(),
                        [](const auto& one) { return one.kind == msg::CauseKind::CAUSE_DUPLICATE_NODE; });
   };
-  const auto beat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
+  const auto heartbeat = [](bus::Writer<msg::Heartbeat>& by, const std::string& node, int pid, std::uint64_t number) {
     msg::Heartbeat sample;
     sample.node(node);
     sample.kind(msg::NodeKind::NODE_PLANNER);
@@ -151,13 +151,13 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
     }
   };
   for (std::uint64_t turn = 1; turn <= 100 && !is_told(); ++turn) {
-    ASSERT_TRUE(beat(beats_, "planner/arm1", 1, turn));
-    ASSERT_TRUE(beat(twin, "planner/arm1", 2, turn));
+    ASSERT_TRUE(heartbeat(beats_, "planner/arm1", 1, turn));
+    ASSERT_TRUE(heartbeat(twin, "planner/arm1", 2, turn));
     // Whatever was sent before is with every reader.
-    ASSERT_TRUE(beat(twin, "planner/arm2", 3, turn));
+    ASSERT_TRUE(heartbeat(twin, "planner/arm2", 3, turn));
     arrives("planner/arm2", turn);
-    listener.listen();
-    static_cast<void>(listener.accused());
+    listener.receive();
+    static_cast<void>(listener.suspected());
   }
   EXPECT_TRUE(is_told());
 }
@@ -206,7 +206,7 @@ TEST_F(Past, RowsOfAgentsTellThatTheHostIsNotHeard) {
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(write(0.005F));
     static_cast<void>(listener.mailbox.wait(cell_limits().loop_period));
-    listener.listen();
+    listener.receive();
   }
   EXPECT_TRUE(listener.accuses("h3", msg::CauseKind::CAUSE_HOST_ISOLATED, [&] { return write(0.2F); }));
 }
@@ -219,30 +219,30 @@ TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
     static_cast<void>(probe.take());
     return probe.latest().size() == 2;
   }));
-  newcomer.listen();
-  EXPECT_EQ(newcomer.accused(), Accused{});
-  EXPECT_TRUE(newcomer.hears(3, [&] { beat(); }));
+  newcomer.receive();
+  EXPECT_EQ(newcomer.suspected(), Accused{});
+  EXPECT_TRUE(newcomer.hears(3, [&] { heartbeat(); }));
 }
 
 TEST_F(Past, IsToldByWhoRemembersWhatWasToldAsOfWhenItWas) {
   Listener successor(there_, true);
-  ASSERT_TRUE(successor.hears(3, [&] { beat(); }));
+  ASSERT_TRUE(successor.hears(3, [&] { heartbeat(); }));
   const Time now = bus::Clock::now().time_since_epoch();
-  EXPECT_EQ(successor.accused(), (Accused{"driver/arm1", "driver/arm2"}));
+  EXPECT_EQ(successor.suspected(), (Accused{"driver/arm1", "driver/arm2"}));
   for (const FaultRecord& fault : successor.watch.faults().open()) {
     EXPECT_LT(fault.since, now - std::chrono::seconds(56))
         << "the agent's clock said 1 and 3 s, and 60 s when it was met";
-    EXPECT_FALSE(fault.detected_within);
+    EXPECT_FALSE(fault.detection_latency_bound);
   }
 }
 
 TEST_F(Past, SaysWhoEndedAProcessAndWhy) {
   die("driver/arm3", 31, "its loop was silent for 10012 ms");
   Listener newcomer(there_, false);
-  ASSERT_TRUE(newcomer.hears(4, [&] { beat(); }));
-  EXPECT_EQ(newcomer.accused(), (Accused{"driver/arm2", "driver/arm3"}));
+  ASSERT_TRUE(newcomer.hears(4, [&] { heartbeat(); }));
+  EXPECT_EQ(newcomer.suspected(), (Accused{"driver/arm2", "driver/arm3"}));
   std::vector<std::string> seen;
-  for (const FaultRecord& fault : newcomer.watch.faults().open()) seen.push_back(fault.seen);
+  for (const FaultRecord& fault : newcomer.watch.faults().open()) seen.push_back(fault.description);
   EXPECT_EQ(seen,
             (std::vector<std::string>{"driver/arm2: process 21 was ended by signal 9 (Killed)",
                                       "driver/arm3: its agent ended process 31: its loop was silent for 10012 ms"}));

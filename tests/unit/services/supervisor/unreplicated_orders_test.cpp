@@ -26,73 +26,73 @@ TEST(Orders, BeyondWhatIsKnown) {
 }
 
 TEST(UnreplicatedOrders, OfWhatTheOtherHeardNothingIsLeft) {
-  UnreplicatedOrders legacy;
-  legacy.begin_to_lead();
-  legacy.published({}, 1);
-  legacy.given({"left"});
-  legacy.published(kStopLeft, 2);
-  legacy.published(kStopLeft, 3);
-  EXPECT_FALSE(legacy.heard(1));
-  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
-  EXPECT_TRUE(legacy.heard(2));
-  EXPECT_FALSE(legacy.heard(3)) << "no news";
-  EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
-  legacy.stand_back(kStopLeft);
-  EXPECT_TRUE(legacy.left().empty());
+  UnreplicatedOrders unreplicated;
+  unreplicated.become_leader();
+  unreplicated.published({}, 1);
+  unreplicated.given({"left"});
+  unreplicated.published(kStopLeft, 2);
+  unreplicated.published(kStopLeft, 3);
+  EXPECT_FALSE(unreplicated.acknowledged(1));
+  EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft);
+  EXPECT_TRUE(unreplicated.acknowledged(2));
+  EXPECT_FALSE(unreplicated.acknowledged(3)) << "no news";
+  EXPECT_TRUE(unreplicated.unacknowledged(kStopLeft).empty());
+  unreplicated.step_down(kStopLeft);
+  EXPECT_TRUE(unreplicated.pending().empty());
 }
 
 TEST(UnreplicatedOrders, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
-  UnreplicatedOrders legacy;
-  legacy.begin_to_lead();
-  legacy.published({}, 1);
-  legacy.heard(1);
+  UnreplicatedOrders unreplicated;
+  unreplicated.become_leader();
+  unreplicated.published({}, 1);
+  unreplicated.acknowledged(1);
   Orders orders = kStopLeft;
   orders.cell = msg::Mode::MODE_HOLD;
-  legacy.given({"left"});
-  legacy.given({});
-  legacy.published(orders, 2);
-  legacy.stand_back(orders);
-  EXPECT_EQ(legacy.left(), orders);
-  EXPECT_FALSE(legacy.strike_out(arm_order("left", msg::Mode::MODE_HOLD)));
-  EXPECT_EQ(legacy.left(), orders) << "a hold is no stop";
-  EXPECT_FALSE(legacy.strike_out(kStopLeft));
-  EXPECT_TRUE(legacy.left().arms.empty());
-  EXPECT_TRUE(legacy.strike_out(orders));
-  EXPECT_FALSE(legacy.strike_out(orders)) << "nothing was left any more";
+  unreplicated.given({"left"});
+  unreplicated.given({});
+  unreplicated.published(orders, 2);
+  unreplicated.step_down(orders);
+  EXPECT_EQ(unreplicated.pending(), orders);
+  EXPECT_FALSE(unreplicated.remove_published(arm_order("left", msg::Mode::MODE_HOLD)));
+  EXPECT_EQ(unreplicated.pending(), orders) << "a hold is no stop";
+  EXPECT_FALSE(unreplicated.remove_published(kStopLeft));
+  EXPECT_TRUE(unreplicated.pending().arms.empty());
+  EXPECT_TRUE(unreplicated.remove_published(orders));
+  EXPECT_FALSE(unreplicated.remove_published(orders)) << "nothing was left any more";
 }
 
 TEST(UnreplicatedOrders, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
-  UnreplicatedOrders legacy;
-  legacy.begin_to_lead();
-  legacy.published(kStopLeft, 1);
-  legacy.heard(1);
-  legacy.given({"left"});
-  legacy.heard(1);
-  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft) << "people may have resumed it on the other side of a partition";
-  legacy.published(kStopLeft, 2);
-  legacy.heard(1);
-  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
-  legacy.heard(2);
-  EXPECT_TRUE(legacy.unheard(kStopLeft).empty());
+  UnreplicatedOrders unreplicated;
+  unreplicated.become_leader();
+  unreplicated.published(kStopLeft, 1);
+  unreplicated.acknowledged(1);
+  unreplicated.given({"left"});
+  unreplicated.acknowledged(1);
+  EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft) << "people may have resumed it on the other side of a partition";
+  unreplicated.published(kStopLeft, 2);
+  unreplicated.acknowledged(1);
+  EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft);
+  unreplicated.acknowledged(2);
+  EXPECT_TRUE(unreplicated.unacknowledged(kStopLeft).empty());
 }
 
 TEST(UnreplicatedOrders, OfANewTermNothingIsKnownToHaveBeenHeard) {
-  UnreplicatedOrders legacy(kStopLeft);
-  EXPECT_EQ(legacy.left(), kStopLeft) << "by an earlier life";
-  legacy.begin_to_lead();
-  EXPECT_TRUE(legacy.left().empty());
-  legacy.heard(7);
-  EXPECT_EQ(legacy.unheard(kStopLeft), kStopLeft);
+  UnreplicatedOrders unreplicated(kStopLeft);
+  EXPECT_EQ(unreplicated.pending(), kStopLeft) << "by an earlier life";
+  unreplicated.become_leader();
+  EXPECT_TRUE(unreplicated.pending().empty());
+  unreplicated.acknowledged(7);
+  EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft);
 }
 
 TEST(UnreplicatedOrders, WhatWasResumedIsNotLeft) {
-  UnreplicatedOrders legacy;
-  legacy.begin_to_lead();
-  legacy.given({"left"});
-  legacy.published(kStopLeft, 1);
-  legacy.published({}, 2);
-  legacy.stand_back({});
-  EXPECT_TRUE(legacy.left().empty());
+  UnreplicatedOrders unreplicated;
+  unreplicated.become_leader();
+  unreplicated.given({"left"});
+  unreplicated.published(kStopLeft, 1);
+  unreplicated.published({}, 2);
+  unreplicated.step_down({});
+  EXPECT_TRUE(unreplicated.pending().empty());
 }
 
 }  // namespace

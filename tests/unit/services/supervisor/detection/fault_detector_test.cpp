@@ -10,7 +10,7 @@ namespace {
 TEST_F(FaultDetectorTest, HealthyCellRuns) {
   run_for(10s);
   EXPECT_TRUE(detector.faults().open().empty());
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_TRUE(detector.faults().cleared().empty());
   EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
   for (const auto& node : detector.nodes()) EXPECT_TRUE(detector.alive(node.name)) << node.name;
 }
@@ -21,11 +21,11 @@ TEST_F(FaultDetectorTest, DeathIsToldAtOnceAndHoldsTheArm) {
   const FaultRecord fault = the_fault();
   EXPECT_EQ(fault.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(fault.subject, "planner/arm2");
-  EXPECT_EQ(fault.seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
-  ASSERT_TRUE(fault.detected_within) << "it was heard";
-  EXPECT_LE(*fault.detected_within, 10ms) << "a beat";
+  EXPECT_EQ(fault.description, "planner/arm2: process 107 was ended by signal 9 (Killed)");
+  ASSERT_TRUE(fault.detection_latency_bound) << "it was heard";
+  EXPECT_LE(*fault.detection_latency_bound, 10ms) << "a beat";
   EXPECT_EQ(held(), Names{"arm2"});
-  EXPECT_EQ(detector.mode().cause_of("arm2").text(), "held: " + fault.seen);
+  EXPECT_EQ(detector.mode().cause_of("arm2").text(), "held: " + fault.description);
   EXPECT_FALSE(detector.alive("planner/arm2"));
 }
 
@@ -39,7 +39,7 @@ TEST_F(FaultDetectorTest, NodeThatReportsAFailureIsFailedInItsOwnWords) {
       "world", {pids["world"], now, 0, make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "world", "cannot be recovered")});
   detector.judge(now);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
-  EXPECT_EQ(the_fault().seen, "world: cannot be recovered");
+  EXPECT_EQ(the_fault().description, "world: cannot be recovered");
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   EXPECT_EQ(causes_text(detector.mode().decide()), "world: cannot be recovered");
   mute.clear();
@@ -54,7 +54,7 @@ TEST_F(FaultDetectorTest, NodeThatReportsAFailureWithoutWordsIsFailed) {
   detector.heard("world", {pids["world"], now, 0, msg::Cause()});
   detector.judge(now);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
-  EXPECT_EQ(the_fault().seen, "world: it reports that it cannot do its work");
+  EXPECT_EQ(the_fault().description, "world: it reports that it cannot do its work");
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
@@ -63,7 +63,7 @@ TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
   turn();
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED);
   EXPECT_EQ(the_fault().subject, "arm3");
-  EXPECT_EQ(the_fault().seen, "arm arm3: its device reports a failure: joint 2: following error");
+  EXPECT_EQ(the_fault().description, "arm arm3: its device reports a failure: joint 2: following error");
   EXPECT_EQ(held(), Names{"arm3"});
   kill("driver/arm3", 9);
   turn();
@@ -81,7 +81,7 @@ TEST_F(FaultDetectorTest, DeathIsOneFaultHoweverLongItLasts) {
   kill("driver/arm1", 11);
   run_for(5s);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
 TEST_F(FaultDetectorTest, RestartReleasesTheArmOnceItIsSteady) {
@@ -92,8 +92,8 @@ TEST_F(FaultDetectorTest, RestartReleasesTheArmOnceItIsSteady) {
   EXPECT_EQ(held(), Names{"arm1"});
   run_for(50ms);
   EXPECT_TRUE(held().empty());
-  ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_EQ(detector.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  ASSERT_EQ(detector.faults().cleared().size(), 1U);
+  EXPECT_EQ(detector.faults().cleared().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 TEST_F(FaultDetectorTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
@@ -117,7 +117,7 @@ TEST_F(FaultDetectorTest, OldNewsOfAPredecessorIsNoFault) {
   detector.process_exited("planner/arm1", {99, -1, 9, false});
   run_for(100ms);
   EXPECT_TRUE(detector.faults().open().empty());
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
 // A supervisor that was kept from running for a moment hears of both at once.
@@ -129,8 +129,8 @@ TEST_F(FaultDetectorTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   run_for(5s);
   EXPECT_TRUE(detector.faults().open().empty());
-  ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_EQ(detector.faults().over().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+  ASSERT_EQ(detector.faults().cleared().size(), 1U);
+  EXPECT_EQ(detector.faults().cleared().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
 // Its agent could not be heard when it ended, and when it can be again the successor's beats come first.
@@ -139,20 +139,20 @@ TEST_F(FaultDetectorTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndH
   pids["planner/arm1"] += 1000;
   run_for(1s);
   ASSERT_TRUE(detector.alive("planner/arm1"));
-  ASSERT_TRUE(detector.faults().over().empty());
+  ASSERT_TRUE(detector.faults().cleared().empty());
   ProcessExit exit{killed, -1, 9, false};
   exit.at = now - 3s;
   detector.process_exited("planner/arm1", exit);
   detector.process_started("planner/arm1", pids["planner/arm1"]);
   detector.judge(now);
-  ASSERT_EQ(detector.faults().over().size(), 1U);
-  const FaultRecord& told = detector.faults().over().front();
+  ASSERT_EQ(detector.faults().cleared().size(), 1U);
+  const FaultRecord& told = detector.faults().cleared().front();
   EXPECT_EQ(told.kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_EQ(told.since, now - 3s);
   EXPECT_TRUE(arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD).empty());
   detector.process_exited("planner/arm1", exit);
   run_for(1s);
-  EXPECT_EQ(detector.faults().over().size(), 1U) << "told once";
+  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "told once";
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
@@ -162,14 +162,14 @@ TEST_F(FaultDetectorTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
   start("driver/arm1");
   run_for(1s);
   FaultDetector successor(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
-  successor.faults().recall(detector.faults().history());
+  successor.faults().restore(detector.faults().history());
   const std::int64_t killed = pids["driver/arm1"] - 1000;
   successor.process_exited("driver/arm1", {killed, -1, 9, false});
   successor.process_started("driver/arm1", pids["driver/arm1"]);
   successor.heard("driver/arm1", {pids["driver/arm1"], now});
   successor.judge(now);
   EXPECT_TRUE(successor.faults().open().empty());
-  EXPECT_EQ(successor.faults().over().size(), 1U);
+  EXPECT_EQ(successor.faults().cleared().size(), 1U);
   // What nobody has told is told.
   successor.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false});
   successor.process_started("driver/arm2", pids["driver/arm2"] + 1000);
@@ -190,8 +190,8 @@ TEST_F(FaultDetectorTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
     late.stream_heard("driver/arm1", now + 5ms * k);
   }
   late.judge(now + 200ms);
-  ASSERT_EQ(late.faults().over().size(), 1U) << "at once: nobody waits for what is over";
-  EXPECT_EQ(late.faults().over().front().since, now - 30s);
+  ASSERT_EQ(late.faults().cleared().size(), 1U) << "at once: nobody waits for what is over";
+  EXPECT_EQ(late.faults().cleared().front().since, now - 30s);
   EXPECT_TRUE(arms_on(late.mode().decide(), msg::Mode::MODE_HOLD).empty());
 }
 
@@ -234,7 +234,7 @@ TEST_F(FaultDetectorTest, HungDriverIsOneFaultOfTheNode) {
   hung.insert("driver/arm1");
   run_for(5s);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
 TEST_F(FaultDetectorTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
@@ -275,20 +275,20 @@ TEST_F(FaultDetectorTest, SilentWorldHoldsTheCell) {
 }
 
 TEST_F(FaultDetectorTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHeard) {
-  EXPECT_EQ(detector.loss_of("arm1"), Loss::kNone);
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone);
   kill("planner/arm1", 9);
   turn();
-  EXPECT_EQ(detector.loss_of("arm1"), Loss::kNone) << "its driver tells where it is";
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone) << "its driver tells where it is";
   kill("driver/arm1", 9);
   turn();
-  EXPECT_EQ(detector.loss_of("arm1"), Loss::kEnded);
-  EXPECT_EQ(detector.loss_of("arm2"), Loss::kNone);
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kEnded);
+  EXPECT_EQ(detector.loss_of_driver("arm2"), DriverLoss::kNone);
   start("driver/arm1");
   turn(10ms);
-  EXPECT_EQ(detector.loss_of("arm1"), Loss::kNone);
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone);
   hung.insert("driver/arm2");
   run_for(200ms);
-  EXPECT_EQ(detector.loss_of("arm2"), Loss::kNone) << "who hangs may go on at any moment";
+  EXPECT_EQ(detector.loss_of_driver("arm2"), DriverLoss::kNone) << "who hangs may go on at any moment";
 }
 
 TEST_F(FaultDetectorTest, SimultaneousFaultsAreAllTold) {
@@ -314,7 +314,7 @@ TEST_F(FaultDetectorTest, FlappingIsOneFault) {
     EXPECT_EQ(held(), Names{"arm1"});
   }
   EXPECT_EQ(the_fault().number, 1U);
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
 TEST_F(FaultDetectorTest, OwnStallsAccuseNobody) {
@@ -325,7 +325,7 @@ TEST_F(FaultDetectorTest, OwnStallsAccuseNobody) {
     run_for(100ms);
   }
   EXPECT_TRUE(detector.faults().open().empty());
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
 TEST_F(FaultDetectorTest, HangDuringOwnStallIsFoundAfterwards) {
@@ -353,7 +353,7 @@ TEST(FaultDetectorStart, StartUpIsNoFaultUntilTheGraceIsOver) {
   const auto open = cell.detector.faults().open();
   ASSERT_EQ(open.size(), 1U);
   EXPECT_EQ(open.front().kind, msg::CauseKind::CAUSE_NODE_MISSING);
-  EXPECT_EQ(open.front().seen, "planner/arm1 did not appear within 1000 ms");
+  EXPECT_EQ(open.front().description, "planner/arm1 did not appear within 1000 ms");
   cell.dead.clear();
   cell.run_for(200ms);
   EXPECT_TRUE(cell.detector.faults().open().empty());
@@ -399,9 +399,9 @@ TEST_F(FaultDetectorTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
   EXPECT_EQ(the_fault().subject, "planner/arm1") << "nobody judges itself";
   turn();
   EXPECT_TRUE(detector.faults().open().empty());
-  ASSERT_EQ(detector.faults().over().size(), 2U);
-  EXPECT_EQ(detector.faults().over().front().number, 4U);
-  EXPECT_EQ(detector.faults().over().front().cleared, now);
+  ASSERT_EQ(detector.faults().cleared().size(), 2U);
+  EXPECT_EQ(detector.faults().cleared().front().number, 4U);
+  EXPECT_EQ(detector.faults().cleared().front().cleared_at, now);
 }
 
 TEST_F(FaultDetectorTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
@@ -409,11 +409,11 @@ TEST_F(FaultDetectorTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
   run_for(100ms);
   const FaultRecord ours = the_fault();
   FaultRecord theirs = ours;
-  theirs.life = 9;
+  theirs.opening_term = 9;
   detector.faults().clear("planner/arm1", now);
   detector.adopt("planner/arm1", theirs, now);
   run_for(100ms);
-  EXPECT_EQ(the_fault().life, 9U) << "no second one for the same cause";
+  EXPECT_EQ(the_fault().opening_term, 9U) << "no second one for the same cause";
   hung.clear();
   run_for(200ms);
   EXPECT_TRUE(detector.faults().open().empty());
@@ -432,7 +432,7 @@ TEST_F(FaultDetectorTest, TwoProcessesOfOneNodeAreTold) {
   beat_of_another(10);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_DUPLICATE_NODE);
   EXPECT_EQ(the_fault().subject, "planner/arm1");
-  EXPECT_EQ(the_fault().seen, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
+  EXPECT_EQ(the_fault().description, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
                                   " are this node at one time: end one of them");
   EXPECT_TRUE(held().empty());
   run_for(2s);
@@ -440,7 +440,7 @@ TEST_F(FaultDetectorTest, TwoProcessesOfOneNodeAreTold) {
   kill("planner/arm1", 9);
   start("planner/arm1");
   run_for(2s);
-  EXPECT_EQ(detector.faults().over().size(), 2U) << "a successor is no twin";
+  EXPECT_EQ(detector.faults().cleared().size(), 2U) << "a successor is no twin";
 }
 
 }  // namespace

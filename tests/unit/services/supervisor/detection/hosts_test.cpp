@@ -24,7 +24,7 @@ TEST_F(FaultDetectorTest, LostHostIsOneFaultAndHoldsItsArms) {
   run_for(150ms);
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_TRUE(held().empty());
-  EXPECT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(detector.faults().cleared().size(), 1U);
 }
 
 // Without a majority each half of a cell that is cut in two would work around the other, which goes on.
@@ -35,13 +35,13 @@ TEST(Hosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
     for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
     if (!third_host_is_heard) cell.hung.insert("agent/h3");
     cell.run_for(60ms);
-    EXPECT_EQ(cell.detector.loss_of("arm3"), Loss::kNone) << "it may be a stall";
+    EXPECT_EQ(cell.detector.loss_of_driver("arm3"), DriverLoss::kNone) << "it may be a stall";
     cell.run_for(140ms);
-    EXPECT_EQ(cell.detector.loss_of("arm3"), third_host_is_heard ? Loss::kHostSilent : Loss::kNone);
-    EXPECT_EQ(cell.detector.loss_of("arm1"), Loss::kNone);
+    EXPECT_EQ(cell.detector.loss_of_driver("arm3"), third_host_is_heard ? DriverLoss::kHostSilent : DriverLoss::kNone);
+    EXPECT_EQ(cell.detector.loss_of_driver("arm1"), DriverLoss::kNone);
     cell.hung.clear();
     cell.run_for(10ms);
-    EXPECT_EQ(cell.detector.loss_of("arm3"), Loss::kNone);
+    EXPECT_EQ(cell.detector.loss_of_driver("arm3"), DriverLoss::kNone);
   }
 }
 
@@ -50,12 +50,12 @@ TEST(Hosts, OfTwoHostsTheirLinkIsLost) {
   cell.run_for(200ms);
   cell.fall_silent("h2");
   cell.run_for(110ms);
-  EXPECT_EQ(cell.accused(), Names{"h1<->h2"});
+  EXPECT_EQ(cell.faulty(), Names{"h1<->h2"});
   EXPECT_EQ(cell.detector.faults().open().front().kind, msg::CauseKind::CAUSE_LINK_LOST);
   EXPECT_EQ(cell.held(), Names{"arm3"});
   cell.hung.clear();
   cell.run_for(300ms);
-  EXPECT_EQ(cell.accused(), Names{});
+  EXPECT_EQ(cell.faulty(), Names{});
   EXPECT_EQ(cell.held(), Names{});
 }
 
@@ -71,7 +71,7 @@ TEST_F(FaultDetectorTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
   hung.clear();
   run_for(150ms);
   EXPECT_TRUE(detector.faults().open().empty());
-  EXPECT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(detector.faults().cleared().size(), 1U);
 }
 
 TEST(Hosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep) {
@@ -121,7 +121,7 @@ TEST_F(FaultDetectorTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeA
   run_for(50ms);
   hung.clear();
   run_for(200ms);
-  EXPECT_EQ(detector.faults().over().size(), 1U) << "a reunion";
+  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "a reunion";
   run_for(900ms);
   hung = {"driver/arm3"};
   run_for(30ms);

@@ -32,24 +32,24 @@ class Isolation : public ::testing::Test, protected VirtualCell {
 TEST_F(Isolation, HostThatHearsNoOtherIsIsolatedItselfAndBlamesNone) {
   cut_off();
   run_for(2s);
-  ASSERT_EQ(accused(), Names{"h3"});
+  ASSERT_EQ(faulty(), Names{"h3"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   cut.clear();
   fall_silent("h2");
   run_for(150ms);
-  EXPECT_EQ(accused(), Names{}) << "it has just returned";
+  EXPECT_EQ(faulty(), Names{}) << "it has just returned";
   EXPECT_EQ(held(), Names{"arm3"});
   run_for(150ms);
-  EXPECT_EQ(accused(), Names{"h2"}) << "h1 has heard it and does not any more";
+  EXPECT_EQ(faulty(), Names{"h2"}) << "h1 has heard it and does not any more";
   hung.insert("driver/arm1");
   run_for(50ms);
-  EXPECT_EQ(accused(), Names{"h2"}) << "the middleware may still find it";
+  EXPECT_EQ(faulty(), Names{"h2"}) << "the middleware may still find it";
   hung.erase("driver/arm1");
   run_for(1100ms);
   hung.insert("driver/arm1");
   run_for(50ms);
-  EXPECT_EQ(accused(), (Names{"h2", "driver/arm1"})) << "it had returned";
+  EXPECT_EQ(faulty(), (Names{"h2", "driver/arm1"})) << "it had returned";
 }
 
 // Heartbeats are not in phase, and some are later than others.
@@ -60,11 +60,11 @@ TEST_F(Isolation, NoHostIsLostThatFellSilentALittleBeforeTheOthers) {
     run_for(before);
     cut_off();
     run_for(1s);
-    EXPECT_EQ(accused(), Names{"h3"}) << before.count();
-    EXPECT_EQ(detector.faults().over().size(), over) << "none was told before";
+    EXPECT_EQ(faulty(), Names{"h3"}) << before.count();
+    EXPECT_EQ(detector.faults().cleared().size(), over) << "none was told before";
     cut.clear();
     run_for(10s);
-    over = detector.faults().over().size();
+    over = detector.faults().cleared().size();
   }
 }
 
@@ -77,8 +77,8 @@ TEST_F(Isolation, OneHeartbeatNowAndThenIsNoReturn) {
     cut_link("h1", "h3");
     run_for(i < 4 ? 140ms : 20s);
   }
-  EXPECT_EQ(accused(), Names{"h3"});
-  EXPECT_TRUE(detector.faults().over().empty()) << "one long fault";
+  EXPECT_EQ(faulty(), Names{"h3"});
+  EXPECT_TRUE(detector.faults().cleared().empty()) << "one long fault";
 }
 
 TEST_F(Isolation, HostThatWasLostBeforeLeavesTwoAndTheirLinkIsLost) {
@@ -86,7 +86,7 @@ TEST_F(Isolation, HostThatWasLostBeforeLeavesTwoAndTheirLinkIsLost) {
   run_for(300ms);
   fall_silent("h1");
   run_for(300ms);
-  EXPECT_EQ(accused(), (Names{"h2", "h1<->h3"}));
+  EXPECT_EQ(faulty(), (Names{"h2", "h1<->h3"}));
 }
 
 TEST_F(Isolation, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
@@ -94,10 +94,10 @@ TEST_F(Isolation, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
   run_for(200ms);
   cut.clear();
   run_for(200ms);
-  ASSERT_EQ(accused(), Names{});
+  ASSERT_EQ(faulty(), Names{});
   hung = {"agent/h3"};
   run_for(200ms);
-  ASSERT_EQ(accused(), Names{"agent/h3"});
+  ASSERT_EQ(faulty(), Names{"agent/h3"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_NODE_SILENT);
 }
 
@@ -107,7 +107,7 @@ TEST_F(Isolation, DriversThatSendNoStatesAreNotBackYet) {
   cut.clear();
   mute = {"driver/arm3", "world"};
   run_for(300ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   EXPECT_EQ(held(), Names{"arm3"});
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   mute.clear();
@@ -124,7 +124,7 @@ TEST_F(Isolation, NodeThatStaysAwayIsHeldUntilItIsTold) {
     const Names names = held();
     ASSERT_TRUE(std::count(names.begin(), names.end(), "arm3")) << "at " << now.count();
   }
-  EXPECT_EQ(accused(), Names{"driver/arm3"});
+  EXPECT_EQ(faulty(), Names{"driver/arm3"});
 }
 
 TEST_F(Isolation, NodeThatHasReturnedIsJudgedLikeAnyOther) {
@@ -136,23 +136,23 @@ TEST_F(Isolation, NodeThatHasReturnedIsJudgedLikeAnyOther) {
   run_for(50ms);
   hung.clear();
   run_for(300ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   hung = {"driver/arm3"};
   run_for(50ms);
-  EXPECT_EQ(accused(), Names{"driver/arm3"}) << "also when it hangs again before it has been well for long";
+  EXPECT_EQ(faulty(), Names{"driver/arm3"}) << "also when it hangs again before it has been well for long";
 }
 
 TEST_F(Isolation, MuteHostTellsItselfWithinALease) {
   mute_own();
   run_for(90ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   run_for(50ms);
-  ASSERT_EQ(accused(), Names{"h3"});
+  ASSERT_EQ(faulty(), Names{"h3"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
   EXPECT_TRUE(held().empty()) << "all drivers are heard";
   cut.clear();
   run_for(150ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
 }
 
 // The middleware of the others drops a mute host, process by process, and the silence lasts 2.5 s longer.
@@ -165,21 +165,21 @@ TEST_F(Isolation, MuteHostBlamesNoneOfThoseThatDropIt) {
   }
   fall_silent("h1");
   run_for(300ms);
-  EXPECT_EQ(accused(), Names{"h3"});
+  EXPECT_EQ(faulty(), Names{"h3"});
   fall_silent("h2");
   run_for(300ms);
   cut.clear();
   hung = {"agent/h1", "planner/arm1"};
   run_for(1s);
-  EXPECT_EQ(accused(), Names{}) << "h2 has found it again, and h1 hears h2";
+  EXPECT_EQ(faulty(), Names{}) << "h2 has found it again, and h1 hears h2";
   hung.clear();
   run_for(6s);
-  EXPECT_EQ(accused(), Names{});
-  ASSERT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(faulty(), Names{});
+  ASSERT_EQ(detector.faults().cleared().size(), 1U);
   EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
   fall_silent("h2");
   run_for(110ms);
-  EXPECT_EQ(accused(), Names{"h2"}) << "it had returned";
+  EXPECT_EQ(faulty(), Names{"h2"}) << "it had returned";
 }
 
 TEST_F(Isolation, DeathsAreToldWhateverHostIsHeard) {
@@ -188,68 +188,68 @@ TEST_F(Isolation, DeathsAreToldWhateverHostIsHeard) {
     if (node.role != msg::NodeKind::NODE_AGENT && node.host != "h3") kill(node.name, 9);
   }
   run_for(1s);
-  EXPECT_EQ(accused().size(), 8U) << "seven, and its own host";
+  EXPECT_EQ(faulty().size(), 8U) << "seven, and its own host";
 }
 
 TEST_F(Isolation, HungAgentOfItsOwnHostIsolatesNothing) {
   hung.insert("agent/h3");
   run_for(5s);
-  EXPECT_EQ(accused(), Names{"agent/h3"});
+  EXPECT_EQ(faulty(), Names{"agent/h3"});
   hung.clear();
   run_for(1s);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
 }
 
 TEST_F(Isolation, DeafHostIsIsolatedAndItsNodesAreNotBlamed) {
   deafen_host("h2");
   cut.erase({"h2", "h2"});
   run_for(150ms);
-  ASSERT_EQ(accused(), Names{"h2"});
+  ASSERT_EQ(faulty(), Names{"h2"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
   EXPECT_TRUE(detector.is_isolated("planner/arm3"));
   hung.insert("planner/arm3");  // the middleware drops one process after the other
   run_for(100ms);
-  EXPECT_EQ(accused(), Names{"h2"});
+  EXPECT_EQ(faulty(), Names{"h2"});
   fall_silent("h2");
   run_for(1s);
-  EXPECT_EQ(accused(), Names{"h2"});
+  EXPECT_EQ(faulty(), Names{"h2"});
   cut.clear();
   hung.clear();
   run_for(200ms);
-  EXPECT_EQ(accused(), Names{});
-  EXPECT_EQ(detector.faults().over().size(), 1U) << "one long fault";
+  EXPECT_EQ(faulty(), Names{});
+  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "one long fault";
 }
 
 TEST_F(Isolation, LinkToTheSupervisorIsLostWhereAnotherHostHearsTheSender) {
   cut_link("h2", "h3");
   run_for(180ms);
-  ASSERT_EQ(accused(), Names{"h2<->h3"});
+  ASSERT_EQ(faulty(), Names{"h2<->h3"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_LINK_LOST);
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_EQ(detector.loss_of("arm3"), Loss::kNone) << "others hear where it is";
+  EXPECT_EQ(detector.loss_of_driver("arm3"), DriverLoss::kNone) << "others hear where it is";
   cut.clear();
   hung.insert("planner/arm3");
   run_for(200ms);
-  EXPECT_EQ(accused(), Names{}) << "the middleware may still find it";
+  EXPECT_EQ(faulty(), Names{}) << "the middleware may still find it";
   EXPECT_EQ(held(), Names{"arm3"});
 }
 
 TEST_F(Isolation, LinkFromTheSupervisorIsLostWhereAnotherHostHearsIt) {
   cut_link("h3", "h2");
   run_for(180ms);
-  EXPECT_EQ(accused(), Names{"h2<->h3"});
+  EXPECT_EQ(faulty(), Names{"h2<->h3"});
   EXPECT_TRUE(held().empty());
 }
 
 TEST_F(Isolation, LinkBetweenOthersIsAWarningAndHoldsNothing) {
   cut_link("h1", "h2");
   run_for(200ms);
-  ASSERT_EQ(accused(), Names{"h1<->h2"});
+  ASSERT_EQ(faulty(), Names{"h1<->h2"});
   EXPECT_EQ(detector.faults().open().front().severity, msg::Severity::SEVERITY_WARNING);
   EXPECT_TRUE(held().empty());
   cut.clear();
   run_for(200ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
 }
 
 struct IsolationOnASharedMachine : Isolation {
@@ -261,11 +261,11 @@ TEST_F(IsolationOnASharedMachine, HostThatIsHeardByOneNewProcessIsIsolatedAllThe
   run_for(2s);
   detector.heard("planner/arm3", {pids["planner/arm3"], now});
   run_for(2s);
-  EXPECT_EQ(accused(), Names{"h3"});
-  EXPECT_TRUE(detector.faults().over().empty());
+  EXPECT_EQ(faulty(), Names{"h3"});
+  EXPECT_TRUE(detector.faults().cleared().empty());
   cut.clear();
   run_for(500ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
 }
 
@@ -273,19 +273,19 @@ TEST_F(IsolationOnASharedMachine, HostThatIsHeardByOneNewProcessIsIsolatedAllThe
 TEST_F(IsolationOnASharedMachine, AgentThatDropsTheHostAsTheMuteEndsIsNotLost) {
   mute_own();
   run_for(1540ms);
-  EXPECT_EQ(accused(), Names{"h3"});
+  EXPECT_EQ(faulty(), Names{"h3"});
   cut.clear();
   run_for(50ms);
   hung.insert("agent/h2");
   run_for(4300ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   hung.clear();
   run_for(10s);
-  EXPECT_EQ(accused(), Names{});
-  EXPECT_EQ(detector.faults().over().size(), 1U);
+  EXPECT_EQ(faulty(), Names{});
+  EXPECT_EQ(detector.faults().cleared().size(), 1U);
   fall_silent("h2");
   run_for(1100ms);
-  EXPECT_EQ(accused(), Names{"h2"}) << "it had returned";
+  EXPECT_EQ(faulty(), Names{"h2"}) << "it had returned";
 }
 
 struct IsolationThatWaits : Isolation {
@@ -302,7 +302,7 @@ TEST_F(IsolationThatWaits, ArmsThatItDidNotHearWaitForResume) {
   run_for(200ms);
   cut.clear();
   run_for(500ms);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   EXPECT_NE(detector.mode().decide(), msg::CellMode{});
 }
 
@@ -310,7 +310,7 @@ TEST_F(IsolationThatWaits, ArmOfADeafHostWaitsForResumeOnceTheHostIsNotHeard) {
   deafen_host("h2");
   cut.erase({"h2", "h2"});
   run_for(150ms);
-  ASSERT_EQ(accused(), Names{"h2"});
+  ASSERT_EQ(faulty(), Names{"h2"});
   EXPECT_TRUE(held().empty()) << "its nodes are heard";
   fall_silent("h2");  // the middleware of h2 has dropped the others
   run_for(1s);
@@ -319,7 +319,7 @@ TEST_F(IsolationThatWaits, ArmOfADeafHostWaitsForResumeOnceTheHostIsNotHeard) {
   cut.clear();
   hung.clear();
   run_for(10s);
-  EXPECT_EQ(accused(), Names{});
+  EXPECT_EQ(faulty(), Names{});
   EXPECT_EQ(held(), Names{"arm3"}) << "until resumed";
 }
 

@@ -102,7 +102,7 @@ TEST_F(LivenessTest, AfterALongStallThereIsMoreToHear) {
   EXPECT_EQ(presence(), Presence::kSuspected);
 }
 
-// Ten turns of 20 ms each are ten stalls: each counts 5 ms, and only the first is pardoned within 2 × 20 ms.
+// Ten turns of 20 ms each are ten stalls: each counts 5 ms, and only the first is excused within 2 × 20 ms.
 TEST_F(LivenessTest, StallsInARowDoNotHideASilenceForEver) {
   run_for(100ms, true);
   for (int i = 0; i < 10; ++i) turn(now_ + 20ms, false);

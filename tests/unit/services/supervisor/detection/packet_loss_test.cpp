@@ -31,7 +31,7 @@ class LossyCell {
       detector.judge(now_);
     }
   }
-  [[nodiscard]] bool told() const { return !detector.faults().open().empty() || !detector.faults().over().empty(); }
+  [[nodiscard]] bool told() const { return !detector.faults().open().empty() || !detector.faults().cleared().empty(); }
 
  private:
   struct Sender {
@@ -115,7 +115,7 @@ TEST(PacketLoss, WhoHangsIsToldAllTheSame) {
   ASSERT_EQ(cell.detector.faults().open().size(), 1U);
   const FaultRecord fault = cell.detector.faults().open().front();
   EXPECT_EQ(fault.subject, "planner/arm1");
-  EXPECT_TRUE(fault.seen.ends_with(" ms, while the network loses others")) << fault.seen;
+  EXPECT_TRUE(fault.description.ends_with(" ms, while the network loses others")) << fault.description;
 }
 
 TEST(PacketLoss, OnceNothingIsLostAnyMoreWhoHangsIsToldAsSoonAsBefore) {
@@ -136,7 +136,7 @@ TEST(PacketLoss, AHostThatIsLostIsNoLoss) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);
   cell.run_for(105ms);
   ASSERT_EQ(cell.detector.faults().open().size(), 1U);
-  EXPECT_EQ(cell.detector.faults().open().front().seen, "host h2: no host has heard it for 100 ms");
+  EXPECT_EQ(cell.detector.faults().open().front().description, "host h2: no host has heard it for 100 ms");
   cell.hung.clear();
   cell.run_for(1s);
   cell.hung.insert("planner/arm1");

@@ -41,7 +41,7 @@ struct Setting {
   int hosts = 3;
   int faults = 1;
   double loss = 0.0;
-  /// A process that has not heard another for 1.6 s ignores it for 2.5 s (services/bus/hearing.hpp).
+  /// A process that has not heard another for 1.6 s ignores it for 2.5 s (services/bus/peer_quarantine.hpp).
   bool drops_peers = false;
 };
 
@@ -273,7 +273,7 @@ class History {
     inbox_[static_cast<std::size_t>(judge)].clear();
     detector.judge(now);
     for (const FaultRecord& record : detector.faults().take_changes()) {
-      if (!record.cleared) told.push_back({judge, record.kind, record.subject, now, is_right(judge, record)});
+      if (!record.cleared_at) told.push_back({judge, record.kind, record.subject, now, is_right(judge, record)});
     }
   }
 

@@ -87,10 +87,10 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
       const auto slash = fault.subject.find('/');
       const std::string arm = slash == std::string::npos ? fault.subject : fault.subject.substr(slash + 1);
       if (arm.starts_with("arm")) {
-        EXPECT_NE(cell_.detector.mode().mode_of(arm), msg::Mode::MODE_RUN) << fault.seen;
+        EXPECT_NE(cell_.detector.mode().mode_of(arm), msg::Mode::MODE_RUN) << fault.description;
       }
       if (fault.subject == "world") {
-        EXPECT_NE(decision.mode(), msg::Mode::MODE_RUN) << fault.seen;
+        EXPECT_NE(decision.mode(), msg::Mode::MODE_RUN) << fault.description;
       }
     }
   }
@@ -101,7 +101,7 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
     while (!cell_.dead.empty()) cell_.start(std::string(*cell_.dead.begin()));
     cell_.run_for(1s);
     EXPECT_TRUE(cell_.detector.faults().open().empty());
-    for (const FaultRecord& fault : cell_.detector.faults().over()) EXPECT_TRUE(fault.cleared.has_value());
+    for (const FaultRecord& fault : cell_.detector.faults().cleared()) EXPECT_TRUE(fault.cleared_at.has_value());
     const Orders& orders = cell_.detector.mode().orders();
     EXPECT_EQ(cell_.detector.mode().decide().mode(), orders.cell);
     for (const auto* arm : {"arm1", "arm2", "arm3"}) {

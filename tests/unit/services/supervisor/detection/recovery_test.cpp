@@ -84,9 +84,9 @@ TEST_F(Recovery, OfAContactIsThatOfTheCell) {
   run_for(50ms);
   detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(50ms);
-  ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_EQ(detector.faults().over().front().seen, "arm1/wrist touched pallet");
-  EXPECT_EQ(detector.faults().over().front().severity, msg::Severity::SEVERITY_CRITICAL);
+  ASSERT_EQ(detector.faults().cleared().size(), 1U);
+  EXPECT_EQ(detector.faults().cleared().front().description, "arm1/wrist touched pallet");
+  EXPECT_EQ(detector.faults().cleared().front().severity, msg::Severity::SEVERITY_CRITICAL);
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   EXPECT_EQ(causes_text(detector.mode().decide()), "hold until resumed: arm1/wrist touched pallet");
   EXPECT_TRUE(is_none(detector.mode().resume({})));
@@ -97,9 +97,9 @@ TEST_F(Recovery, OfAContactIsThatOfTheCell) {
 
 TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
   FaultHistory history;
-  history.over.push_back(
+  history.cleared.push_back(
       {1, 1, msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, "a", "a touched b", 1ms, {}, 1ms});
-  detector.faults().recall(history);
+  detector.faults().restore(history);
   detector.contacts(3, "a", "a touched b");
   run_for(50ms);
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
@@ -126,7 +126,7 @@ class Takeover : public Recovery {
  protected:
   void take_over(Time since, FaultHistory told = {}) {
     detector.mode().restore({});
-    detector.faults().recall(std::move(told));
+    detector.faults().restore(std::move(told));
     detector.judge_again(since);
     detector.judge(now);
   }
@@ -141,7 +141,7 @@ TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
   take_over(spoke);
   const auto* fault = detector.faults().open("planner/arm2");
   ASSERT_NE(fault, nullptr);
-  EXPECT_EQ(fault->seen, "planner/arm2: process 107 was ended by signal 9 (Killed)");
+  EXPECT_EQ(fault->description, "planner/arm2: process 107 was ended by signal 9 (Killed)");
   EXPECT_LE(fault->since - died, 10ms);
   EXPECT_EQ(held(), Names{"arm2"});
   turn();
@@ -159,8 +159,8 @@ TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
   detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   run_for(300ms);
   take_over(spoke);
-  ASSERT_EQ(detector.faults().over().size(), 1U);
-  EXPECT_LE(detector.faults().over().front().since - spoke, 10ms);
+  ASSERT_EQ(detector.faults().cleared().size(), 1U);
+  EXPECT_LE(detector.faults().cleared().front().since - spoke, 10ms);
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
@@ -171,12 +171,12 @@ TEST_F(Takeover, TellsNothingAgain) {
   detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
   die_and_return("planner/arm2");
   const FaultHistory told = detector.faults().history();
-  ASSERT_EQ(told.over.size(), 2U);
+  ASSERT_EQ(told.cleared.size(), 2U);
   take_over(before, told);
   EXPECT_EQ(detector.faults().history(), told) << "the leader told it";
   EXPECT_EQ(held(), Names{}) << "and was told to resume";
   take_over(now + 1ms);
-  EXPECT_TRUE(detector.faults().over().empty()) << "of what it must have seen before it fell silent";
+  EXPECT_TRUE(detector.faults().cleared().empty()) << "of what it must have seen before it fell silent";
 }
 
 TEST_F(Recovery, IsWaitedForAcrossLives) {

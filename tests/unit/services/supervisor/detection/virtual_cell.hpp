@@ -106,7 +106,7 @@ class VirtualCell {
   void deafen_host(const std::string& host) {
     for (const std::string& other : hosts()) cut_link(other, host);
   }
-  [[nodiscard]] std::vector<std::string> accused() {
+  [[nodiscard]] std::vector<std::string> faulty() {
     std::vector<std::string> subjects;
     for (const FaultRecord& fault : detector.faults().open()) subjects.push_back(fault.subject);
     return subjects;
