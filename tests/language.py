@@ -23,7 +23,7 @@ import tokenize
 
 LONGEST, LONG, SHARE = 40, 25, 0.05
 SKIPPED = {"build", ".git", "third_party"}
-DOCUMENTS, C_FAMILY, HASHED = {".md"}, {".cpp", ".hpp", ".idl", ".h"}, {".cmake", ".txt"}
+DOCUMENTS, C_FAMILY = {".md"}, {".cpp", ".hpp", ".idl", ".h"}
 
 # "who" may follow these: a relative clause about people is plain English. For a component it hides the subject.
 PEOPLE = r"(?:users?|people|persons?|engineers?|readers?|operators?|integrators?|authors?|developers?|roboticists?|maintainers?|newcomers?)"
@@ -107,12 +107,12 @@ def without_markup(text):
     return re.sub(r"\*\*|__", "", text)
 
 
-LIST_ITEM = re.compile(r"\s*(?:[-*+•]|\d+[.)]|\|)\s+")
-INDENTED = re.compile(r" {4,}\S")
+LIST_ITEM = re.compile(r"\s*(?:[-*+•]|\d+[.)])\s+")
 
 
-def runs_of_prose(lines, first=1):
-    """Texts of Markdown, or of a comment that is written like it. lines: of one document or comment, first: its number."""
+def runs_of_prose(lines, first=1, indented=4):
+    """Texts of Markdown, or of a comment that is written like it. lines: of one document or comment; first: the number
+    of the first line; indented: blanks that make a block of code or a drawing, behind an empty line or a colon."""
     runs, open_run, fenced, in_list, blank = [], None, False, False, True
     for number, line in enumerate(lines, first):
         bare = line.strip()
@@ -124,8 +124,10 @@ def runs_of_prose(lines, first=1):
         if not bare or re.fullmatch(r"[-=*_~|:+ /#]+", bare):
             blank, open_run = True, None
             continue
-        if INDENTED.match(line) and blank and not in_list:
-            continue  # a block of code; blank lines do not end it
+        item = LIST_ITEM.match(line)
+        if line.startswith(" " * indented) and blank and not in_list and not (item and indented < 4):
+            open_run = None  # `blank` stays: the block goes on
+            continue
         if bare.startswith("#"):
             open_run, in_list, blank = None, False, True
             continue
@@ -134,7 +136,6 @@ def runs_of_prose(lines, first=1):
             runs += [Text(number, cell.strip(), cell=True) for cell in cells if cell.strip()]
             open_run = None
             continue
-        item = LIST_ITEM.match(line)
         if item:
             in_list = True
             open_run = Text(number, line[item.end():])
@@ -145,7 +146,7 @@ def runs_of_prose(lines, first=1):
             runs.append(open_run)
         else:
             open_run.text += "\n" + bare
-        blank = False
+        blank = indented < 4 and bare.endswith(":")
     return runs
 
 
@@ -153,7 +154,7 @@ def comment_lines(text, suffix):
     """Comments of a source as blocks: (number of the first line, lines without their signs)."""
     if suffix == ".py":
         return python_comments(text)
-    mark = "#" if suffix in HASHED else "//"
+    mark = "//" if suffix in C_FAMILY else "#"
     if mark == "//":
         # Raw strings are no code: their lines stay, empty.
         text = re.sub(r'R"(\w*)\(.*?\)\1"', lambda found: '""' + "\n" * found[0].count("\n"), text, flags=re.S)
@@ -193,7 +194,7 @@ def python_comments(text):
             number, column = token.start
             if not (previous == (number - 1, column) and not token.line[:column].strip()):
                 blocks.append((number, []))
-            blocks[-1][1].append(token.string.lstrip("#")[1:])
+            blocks[-1][1].append(re.sub(r"^#+ ?", "", token.string))
             previous = number, column
     return blocks
 
@@ -204,7 +205,7 @@ def texts_of(text, suffix):
     runs = []
     for first, lines in comment_lines(text, suffix):
         if not any(re.search(r"NOLINT|clang-format|^!|IWYU|coding:", line) for line in lines):
-            runs += runs_of_prose(lines, first)
+            runs += runs_of_prose(lines, first, indented=2)
     return runs
 
 

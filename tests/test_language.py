@@ -100,6 +100,10 @@ class CommentTest(unittest.TestCase):
         self.assertEqual(lengths('f("// is not one");\nauto t = R"(\n// nor is this)";\n', ".cpp"), [])
         self.assertEqual(lengths("f('\"');  // but this is one\n", ".cpp"), [4])
 
+    def test_skips_drawings_in_comments_but_not_lists(self):
+        self.assertEqual(lengths("/// The rows are:\n///   host  age  of  it\n///   north 3 ms fresh\n", ".hpp"), [3])
+        self.assertEqual(lengths("/// The rows are:\n///  - host and age\n///  - north and west\n", ".hpp"), [3, 3, 3])
+
     def test_reads_block_comments(self):
         self.assertEqual(rules("/* Nobody\n * moves now. */\n", ".idl"), [(1, "word")])
 
