@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "planner/model/reach.hpp"
+#include "planner/model/arm.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -15,11 +15,11 @@ Body make_body(int link, int obstacle, bool moves, const world::Shape& shape, co
   return body;
 }
 
-/// What is carried is cut into pieces no longer than this [m].
+/// Carried shapes are cut into pieces no longer than this [m].
 constexpr double kLongestPiece = 0.12;
 
-/// A long shape has one nearest point, but an arm that turns about it can hit with the far end: cut along its longest
-/// axis, every piece has a point of its own. The pieces together are the shape.
+/// Cuts a shape along its longest axis; the pieces together are the shape. A long shape has one nearest point only, but
+/// when the arm rotates about that point the far end can collide: every piece has a nearest point of its own.
 std::vector<world::PlacedShape> pieces(const world::PlacedShape& whole) {
   int axis = 2;
   double half_length = 0.0;
@@ -64,7 +64,7 @@ world::BoundingSphere reach_of(const Arm& arm, const std::vector<Body>& bodies) 
 }  // namespace
 
 std::vector<int> grasp_links(const RobotModel& model) {
-  // The last link on the way from the tool to the root that a joint moves: everything beyond it is rigid with the tool.
+  // The nearest link from the tool towards the root that a joint moves: all links beyond it are rigid with the tool.
   int moved = model.tool_link;
   while (moved >= 0 && model.links[moved].joint < 0) moved = model.links[moved].parent;
   const auto rigid_root = [&](int link) {

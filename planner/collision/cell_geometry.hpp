@@ -1,6 +1,6 @@
 #pragma once
-/// The collision geometry of a whole cell as one arm's planner uses it: which bodies exist, which pairs matter.
-/// Built and edited outside the tick (it allocates); the tick only reads it.
+/// The collision geometry of a whole cell for the planner of one arm: the bodies, and the pairs to check. Building and
+/// editing allocate and take place outside the tick; the tick only reads.
 
 #include <memory>
 #include <optional>
@@ -20,11 +20,11 @@ namespace hecaton::planner {
 /// One convex body, fixed to a link or to an obstacle's frame ("carrier" frame C).
 struct Body {
   int link = -1;      ///< link of its arm; −1: the body of an obstacle
-  int obstacle = -1;  ///< the obstacle it belongs to, also while that is carried by an arm; −1: part of a link
-  bool moves = true;  ///< some joint of its arm moves it (always true for obstacles)
+  int obstacle = -1;  ///< its obstacle, also while an arm carries that; −1: part of a link
+  bool moves = true;  ///< a joint of its arm moves it (always true for obstacles)
   world::Shape shape;
   Pose X_CS = Pose::Identity();               ///< shape in the carrier's frame
-  std::optional<PlacedCapsule> capsule = {};  ///< stands for the shape, in C, but between bodies of one arm
+  std::optional<PlacedCapsule> capsule = {};  ///< replaces the shape, in C, except between bodies of one arm
   world::BoundingSphere bound = {};           ///< of shape and capsule, in C
 };
 
@@ -37,24 +37,25 @@ class CellGeometry {
   /// Throws std::invalid_argument when an attachment names no arm of the cell.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// The same without what moves of the other arms: of them only parts that no joint moves are left.
+  /// The same without the bodies of other arms that a joint moves.
   [[nodiscard]] CellGeometry without_moving_others() const;
 
   [[nodiscard]] int self() const { return self_; }
   [[nodiscard]] const std::vector<Arm>& arms() const { return arms_; }
   [[nodiscard]] const Arm& own_arm() const { return arms_[self_]; }
 
-  /// Bodies of arm i: its links' geometry in the model's order, then what it carries.
+  /// Bodies of arm i: its links' geometry in the model's order, then carried obstacles.
   [[nodiscard]] const std::vector<Body>& arm_bodies(int arm) const { return arm_bodies_[arm]; }
   [[nodiscard]] const std::vector<Body>& own_bodies() const { return arm_bodies_[self_]; }
   /// Pairs of own bodies that are checked against each other.
   [[nodiscard]] const std::vector<std::pair<int, int>>& self_pairs() const { return self_pairs_; }
 
-  /// No body of arm i ever reaches out of this ball, in W, whatever its joints do (within limits, if they shift it).
+  /// A ball in W that contains all bodies of arm i, for all positions of its revolute joints, and for all positions of
+  /// its prismatic joints within the limits.
   [[nodiscard]] const world::BoundingSphere& arm_reach(int arm) const { return arm_reach_[arm]; }
-  /// The own arm and arm i never come nearer to each other than this [m]; negative: they may touch.
+  /// Lower bound of the distance between the own arm and arm i in all configurations [m]; negative: they may touch.
   [[nodiscard]] double gap_to_arm(int arm) const;
-  /// The own arm and all arms that may come nearer to it than `distance` [m] in some configurations, ascending.
+  /// The own arm and all arms that may come nearer to it than `distance` [m], ascending.
   [[nodiscard]] std::vector<int> neighbourhood(double distance) const;
 
   [[nodiscard]] int obstacle_count() const { return static_cast<int>(obstacle_names_.size()); }
@@ -62,10 +63,10 @@ class CellGeometry {
   [[nodiscard]] const std::vector<Body>& obstacle_bodies(int obstacle) const { return obstacle_bodies_[obstacle]; }
 
   [[nodiscard]] const std::string& obstacle_name(int obstacle) const { return obstacle_names_[obstacle]; }
-  /// "arm2/link4", or "arm2/pallet" for what it carries.
+  /// "arm2/link4", or "arm2/pallet" for a carried obstacle.
   [[nodiscard]] std::string body_name(int arm, const Body& body) const;
 
-  /// "arm2/link4", "pallet" or "arm1/forearm": what a message calls the two sides of a clearance.
+  /// Names of the two bodies of a clearance for messages: "arm2/link4", "pallet" or "arm1/forearm".
   [[nodiscard]] std::string own_name(const Clearance& clearance) const;
   [[nodiscard]] std::string other_name(const Clearance& clearance) const;
 
@@ -80,7 +81,7 @@ class CellGeometry {
 };
 
 /// Links that something held by the tool may touch: those rigidly joined with the tool, and the link that carries the
-/// last joint before them. Planners and referee use the same rule.
+/// last joint before them. Planners and contact monitor use the same rule.
 [[nodiscard]] std::vector<int> grasp_links(const RobotModel& model);
 
 }  // namespace hecaton::planner

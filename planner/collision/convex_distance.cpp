@@ -8,9 +8,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Cores nearer than this [m] are handled as overlapping: the direction between nearest points is too noisy.
+/// Cores nearer than this [m] count as overlapping: the direction between nearest points is too noisy.
 constexpr double kCoreTouching = 1e-6;
-/// How far overlapping cores are pulled apart to look at their deepest points from outside [m].
+/// Overlapping cores are moved apart by this more than their depth, to find their deepest points from outside [m].
 constexpr double kApart = 1e-4;
 /// A direction must be this much better to replace another [m].
 constexpr double kBetter = 1e-8;
@@ -43,21 +43,21 @@ class Difference {
 class SweptDifference {
  public:
   SweptDifference(const Difference& begin, const Vector3d& way, const Sweep& sweep)
-      : begin_(begin), way_(way), stray_first_(sweep.stray_first), stray_last_(sweep.stray_last) {}
+      : begin_(begin), way_(way), radius_begin_(sweep.radius_begin), radius_end_(sweep.radius_end) {}
 
   [[nodiscard]] Vector3d between_centres() const { return begin_.between_centres() + 0.5 * way_; }
   [[nodiscard]] Vector3d support(const Vector3d& n) const {
     const Vector3d at_begin = begin_.support(n);
-    const bool end_is_farther = stray_last_ - n.dot(way_) > stray_first_;
-    return end_is_farther ? Vector3d(at_begin - way_ + stray_last_ * n) : Vector3d(at_begin + stray_first_ * n);
+    const bool end_is_farther = radius_end_ - n.dot(way_) > radius_begin_;
+    return end_is_farther ? Vector3d(at_begin - way_ + radius_end_ * n) : Vector3d(at_begin + radius_begin_ * n);
   }
   [[nodiscard]] Vector3d support_of_a(const Vector3d& n) const { return begin_.support_of_a(n); }
 
  private:
   const Difference& begin_;
   Vector3d way_;
-  double stray_first_;
-  double stray_last_;
+  double radius_begin_;
+  double radius_end_;
 };
 
 /// In the frame of a.
@@ -87,8 +87,8 @@ Answer penetration(const Difference& difference, const Answer& touching) {
     best.depth = -touching.distance;
     best.n = touching.n;
   }
-  // Parted along the best direction so far, the cores show the direction of their nearest points: the same when that
-  // was a minimum, mostly a better one when the polytope was full before it was exact.
+  // The cores, moved apart along the best direction, give the direction of their nearest points. It is the same if that
+  // was a minimum, and mostly a better one if the polytope was full before it was exact.
   Vector3d p_a = difference.support_of_a(best.n);
   for (int round = 0; round < kPolishRounds; ++round) {
     Difference parted = difference;

@@ -1,27 +1,26 @@
 #pragma once
 /// Signed distance of two convex cores by GJK, and by the expanding polytope where they overlap.
 
-#include "planner/collision/shape_distance.hpp"
+#include "planner/collision/clearance.hpp"
 #include "planner/collision/swept_core.hpp"
 
 namespace hecaton::planner {
 
-/// Of the cores alone, without their balls. At least one of them must have a volume. Does not allocate.
-/// Whatever rounding does to the algorithms, the answer is proved by its normal: the distance is what the two support
-/// functions say along n, so it is never larger than the true one.
+/// The distance of the cores without their balls; at least one core must have a volume. The two support functions along
+/// the normal prove the result: the distance never exceeds the true one, whatever the rounding. Does not allocate.
 [[nodiscard]] ShapeDistance convex_distance(const SweptCore& a, const world::Pose& X_WA, const SweptCore& b,
                                             const world::Pose& X_WB);
 
-/// What a thing covers that goes straight on for a while, and strays from that way ever farther: the hull of a ball of
-/// radius `stray_first` around each of its points where it is and one of `stray_last` where it ends.
+/// The volume that a body sweeps on a straight way, with a position uncertainty that grows: the hull of a ball of radius
+/// `radius_begin` around each of its points at the beginning and of `radius_end` at the end of the way.
 struct Sweep {
   Eigen::Vector3d way_W = Eigen::Vector3d::Zero();  ///< [m]
-  double stray_first = 0.0;                         ///< [m], ≥ 0
-  double stray_last = 0.0;                          ///< [m], ≥ stray_first
+  double radius_begin = 0.0;                         ///< [m], ≥ 0
+  double radius_end = 0.0;                          ///< [m], ≥ radius_begin
 };
 
-/// Of core a from all that core b sweeps. Where they overlap, and where they are too near to tell, the distance is 0
-/// and the normal is none.
+/// The distance of core a from the volume that core b sweeps. When they overlap, or are too near to tell, the distance
+/// is 0 and the normal undefined.
 [[nodiscard]] ShapeDistance sweep_distance(const SweptCore& a, const world::Pose& X_WA, const SweptCore& b,
                                            const world::Pose& X_WB, const Sweep& sweep);
 

@@ -4,11 +4,10 @@
 #include <vector>
 
 #include "planner/collision/convex_distance.hpp"
-#include "planner/collision/core_distance.hpp"
 #include "planner/collision/pass_kernels.hpp"
 #include "planner/collision/primitive_distance.hpp"
 #include "planner/collision/swept_core.hpp"
-#include "planner/model/enclosing_capsule.hpp"
+#include "planner/model/capsules.hpp"
 #include "planner/simd/instruction_set.hpp"
 
 namespace hecaton::planner {
@@ -35,7 +34,7 @@ ShapeDistance distance(const SweptCore& a, const Pose& X_WA, const SweptCore& b,
   return swept(core_distance(a, X_WA, b, X_WB), a.radius, b.radius);
 }
 
-/// Room for one more in a full list: drops the farthest clearance if it is farther than `distance`, keeps the order.
+/// Drops the farthest clearance of a full list if it is farther than `distance`; keeps the order.
 bool drop_farthest(std::span<Clearance> full, double distance) {
   const auto farthest = std::max_element(
       full.begin(), full.end(), [](const Clearance& a, const Clearance& b) { return a.distance < b.distance; });
@@ -44,20 +43,20 @@ bool drop_farthest(std::span<Clearance> full, double distance) {
   return true;
 }
 
-/// The core of a shape or of the capsule that stands for it.
+/// The core of a shape or of the capsule that replaces it.
 struct PlacedCore {
   SweptCore core;
   Pose X_CS = Pose::Identity();  ///< in its carrier (link or obstacle) C
 };
 
-/// Who a body of the pass is.
+/// A body of the pass and its owner.
 struct PassBody {
-  Counterpart counterpart = Counterpart::kObstacle;  ///< what the body is to the own arm; kSelf: its own
+  Counterpart counterpart = Counterpart::kObstacle;  ///< kSelf: a body of the own arm
   int owner = 0;                                     ///< arm or obstacle index
   int index = 0;                                     ///< among the owner's bodies
   int link = -1;                                     ///< −1: obstacle
-  PlacedCore placed;                                 ///< what is measured
-  PlacedCore own_shape;                              ///< and between bodies of the own arm
+  PlacedCore placed;                                 ///< for distances from bodies of other owners
+  PlacedCore own_shape;                              ///< for distances between bodies of the own arm
 };
 
 Quad quad(const Eigen::Vector3d& v, double w) {
@@ -204,7 +203,7 @@ struct ExactDistance::Storage {
     return std::span(pairs).first(pass.pair_count);
   }
 
-  /// What lanes left open, one at a time.
+  /// Measures a pair that the kernel left open.
   [[nodiscard]] ShapeDistance measure(const LanePair& pair) const {
     const auto side = [&](int body) -> const PlacedCore& {
       return pair.other < own_count ? bodies[body].own_shape : bodies[body].placed;

@@ -1,10 +1,10 @@
 #pragma once
-/// The shortest translation that parts two convex bodies, from the support function of their Minkowski difference:
+/// The shortest translation that separates two convex bodies, from the support function of their Minkowski difference:
 /// the expanding polytope algorithm [VanDenBergen01], in storage of fixed size on the stack.
 ///
-/// Why not FCL's: its EPA compares a new vertex with each face's distance to the origin where the distance of the
-/// face's plane is meant, which breaks the polytope whenever the origin projects outside a face (docs/design/0002).
-/// Here every face keeps its plane, with a sign, so that bodies that touch or are slightly apart are no special case.
+/// FCL's EPA compares a new vertex with each face's distance from the origin instead of the distance of the face's plane,
+/// which breaks the polytope when the origin projects outside a face (docs/design/0002-distances.md). Here every face
+/// keeps its plane with a sign, so that bodies that touch or are slightly apart are no special case.
 
 #include <array>
 #include <cmath>
@@ -18,14 +18,14 @@ namespace hecaton::planner {
 struct LeastDepth {
   Eigen::Vector3d n = Eigen::Vector3d::UnitZ();            ///< unit, outward
   double depth = std::numeric_limits<double>::infinity();  ///< max n·x over the difference [m]: never below the least
-  double at_least = -std::numeric_limits<double>::infinity();  ///< no direction can have less than this [m]
+  double at_least = -std::numeric_limits<double>::infinity();  ///< lower bound for all directions [m]
 };
 
 /// An inner approximation of a convex set by the convex hull of some of its points.
 class ExpandingPolytope {
  public:
   static constexpr int kVertices = 96;
-  static constexpr double kTolerance = 1e-9;  ///< `depth − at_least` that is good enough [m]
+  static constexpr double kTolerance = 1e-9;  ///< the search ends when `depth − at_least` is smaller [m]
 
   /// `support(n)`: a point of the set that is farthest along unit n. The set must have a volume.
   template <typename Support>
@@ -64,7 +64,7 @@ class ExpandingPolytope {
     std::int16_t to;
   };
 
-  /// A tetrahedron with a volume. False when the set seems to have none.
+  /// Begins with a tetrahedron. False when the set seems to have no volume.
   template <typename Probe>
   bool start(const Probe& probe) {
     vertex_count_ = 0;
@@ -128,7 +128,7 @@ class ExpandingPolytope {
     return true;
   }
 
-  /// A new vertex in line with an edge of the horizon makes a face without area: it lies in the plane beyond that edge.
+  /// A new vertex in line with an edge of the horizon gives a face without area. It takes the plane beyond that edge.
   bool inherit_plane(Face& sliver) const {
     for (int i = 0; i < face_count_; ++i) {
       for (int e = 0; e < 3; ++e) {
@@ -141,7 +141,7 @@ class ExpandingPolytope {
     return false;
   }
 
-  /// Replaces all faces that w can see by faces from their outline to w. False when w adds nothing or there is no room.
+  /// Replaces all faces visible from w by faces from their outline to w. False when w adds nothing or storage is full.
   bool add(const Eigen::Vector3d& w) {
     if (vertex_count_ == kVertices) return false;
     edge_count_ = 0;
@@ -166,7 +166,7 @@ class ExpandingPolytope {
     return face_count_ > 0;
   }
 
-  /// An edge between two visible faces comes twice, once each way; what remains is the outline.
+  /// An edge between two visible faces occurs twice, once each way, and cancels; the outline remains.
   bool toggle(std::int16_t from, std::int16_t to) {
     for (int e = 0; e < edge_count_; ++e) {
       if (edges_[e].from != to || edges_[e].to != from) continue;

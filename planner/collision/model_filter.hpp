@@ -1,6 +1,5 @@
 #pragma once
-/// The complete way from a URDF to a robot model that can plan: what load_urdf reads, and its self pairs filtered with
-/// exact distances.
+/// Loads a complete robot model for planning: load_urdf, then automatic_filter with exact distances.
 
 #include <memory>
 #include <string>
@@ -10,7 +9,7 @@
 
 namespace hecaton::planner {
 
-/// load_urdf, then automatic_filter. Throws ModelError.
+/// Throws ModelError.
 [[nodiscard]] std::shared_ptr<const RobotModel> load_arm_model(const std::string& urdf_path,
                                                                const UrdfOptions& options = {},
                                                                const FilterOptions& filter = {});

@@ -1,10 +1,9 @@
 #pragma once
-/// The point of a convex set that is nearest to the origin, from its support function: GJK [Gilbert88], with a
-/// sub-algorithm that tries every sub-simplex and a result that is worth exactly its lower bound.
+/// The point of a convex set that is nearest to the origin, from its support function: GJK [Gilbert88] with a
+/// sub-algorithm that tries every sub-simplex, and with a proved lower bound of the distance.
 ///
-/// Why not FCL's alone: that one gives up when four support points are coplanar and when a support point returns that
-/// it has just dropped (0.1 % of random pairs of polytopes, by up to centimetres), and its support function for hulls
-/// is several times slower than ours.
+/// FCL's GJK gives up when four support points are coplanar, or when a support point returns that it has just dropped:
+/// 0.1 % of random pairs of polytopes, with errors up to centimetres.
 
 #include <array>
 #include <cmath>
@@ -16,7 +15,7 @@ namespace hecaton::planner {
 struct NearestPoint {
   std::array<Eigen::Vector3d, 4> direction;         ///< unit; the combination of their support points is nearest
   std::array<double, 4> weight{};                   ///< ≥ 0, sum 1
-  int rank = 0;                                     ///< how many; 0: the origin is inside, or too near to tell
+  int rank = 0;                                     ///< number of directions; 0: origin inside, or too near to tell
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< that combination: its norm bounds the distance from above [m]
   Eigen::Vector3d n = Eigen::Vector3d::Zero();      ///< unit, from the point to the origin
   double at_least = 0.0;                            ///< lower bound of the distance, proved by n [m]
@@ -24,11 +23,11 @@ struct NearestPoint {
 
 namespace detail {
 
-/// Weights of the point nearest to the origin in the hull of `old` points w₀ … and the newest one, which the nearest
-/// point is known to need. False when rounding hides any progress below `upper` [m].
+/// Weights of the point nearest to the origin in the hull of `old` points w₀ … and the newest one, which is part of the
+/// solution. False when rounding hides any progress below `upper` [m].
 inline bool nearest_in_simplex(const std::array<Eigen::Vector3d, 4>& w, int old, double upper,
                                std::array<double, 4>& weight) {
-  constexpr double kIndependent = 1e-12;  // of determinants against their Hadamard bound: below, a face does as well
+  constexpr double kIndependent = 1e-12;  // of determinants relative to their Hadamard bound; below, a face suffices
   // With the newest point c as origin and edges eᵢ = wᵢ − c, the nearest point c + Σ λᵢ eᵢ solves Eᵀ E λ = −Eᵀ c.
   const Eigen::Vector3d& c = w[old];
   std::array<Eigen::Vector3d, 3> e;
@@ -87,7 +86,7 @@ inline bool nearest_in_simplex(const std::array<Eigen::Vector3d, 4>& w, int old,
 
 }  // namespace detail
 
-/// `support(n)`: a point of the set that is farthest along unit n. `start`: a direction to look along first.
+/// `support(n)`: a point of the set that is farthest along the unit vector n. `start`: the first direction.
 template <typename Support>
 NearestPoint nearest_point(const Support& support, const Eigen::Vector3d& start) {
   constexpr int kIterations = 100;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a distance pass is asked: where everything is, and how near is near.
+/// The input of a distance pass: poses, and influence distances.
 
 #include <algorithm>
 #include <optional>
@@ -11,22 +11,22 @@
 
 namespace hecaton::planner {
 
-/// Where everything is during one distance pass. Foreign arms by cell index; the entry of the own arm is ignored.
+/// Poses of all bodies during one pass. Refers to the caller's storage.
 struct CellPoses {
   const Kinematics* own = nullptr;
-  std::span<const Kinematics> arms;                 ///< one per arm of the cell
+  std::span<const Kinematics> arms;                 ///< one per arm of the cell; the pass ignores the own entry
   std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the CellGeometry
 };
 
-/// The influence distances of a pass. Without own speeds: `others` and `self`, whatever moves.
+/// The influence distances of a pass. Without own speeds `others` and `self` apply, else the other members.
 struct InfluenceDistances {
   double others = 0.0;                   ///< against obstacles and other arms [m]
   double self = 0.0;                     ///< between bodies of the own arm [m]
-  std::span<const double> own_speed{};   ///< no point of own body i moves faster [m/s]; empty, or one per own body and:
+  std::span<const double> own_speed{};   ///< upper bound for all points of own body i [m/s]; empty, or one per own body
   std::span<const Reach> of_arm{};       ///< one per arm of the cell
   std::span<const Reach> of_obstacle{};  ///< one per obstacle, or one for all of them
   Reach of_self{};                       ///< of the sum of both bodies' speeds
-  std::optional<std::span<const int>> near_arms{};  ///< the only other arms to look at, ascending; else all
+  std::optional<std::span<const int>> near_arms{};  ///< the other arms to test, ascending; empty: all
 
   [[nodiscard]] Reach against_arm(int arm) const {
     return own_speed.empty() ? Reach{others, others, 0.0} : of_arm[arm];

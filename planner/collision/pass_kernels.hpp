@@ -1,12 +1,12 @@
 #pragma once
-/// The part of a distance pass that is done in lanes: placing bodies, culling pairs by bounding volumes, nearest points
-/// of segments and boxes. Plain arrays in and out, because these functions are compiled once for each instruction set.
+/// The part of a distance pass that runs in lanes: placing bodies, culling pairs by bounding volumes, nearest points of
+/// segments and boxes. Plain arrays in and out, because the kernel is compiled once for each instruction set.
 
 #include <cstdint>
 
 namespace hecaton::planner {
 
-/// A vector in space and one more number, as lanes load it.
+/// A vector and one more number, as lanes load them.
 struct alignas(32) Quad {
   double x = 0.0;
   double y = 0.0;
@@ -14,24 +14,24 @@ struct alignas(32) Quad {
   double w = 0.0;
 };
 
-/// How a pair's nearest points are found.
+/// How the pass finds a pair's nearest points.
 enum class BodyKind : std::uint8_t {
   kThin,   ///< a point or segment and a ball swept along it: in lanes
   kBox,    ///< in lanes, against thin ones
-  kOther,  ///< one at a time, if the capsule around it is near
+  kOther,  ///< one pair at a time, if the enclosing capsule is near
 };
 
-/// One body as lanes see it. "Segment": of a thin body itself, or of a capsule that encloses another one.
+/// One body as lanes see it. The segment belongs to a thin body itself, or to the capsule that encloses another body.
 struct LaneBody {
   Quad ball_C;    ///< centre of the bounding ball in the carrier's frame C [m]; w: its radius [m]
   Quad middle_C;  ///< of the segment [m]; w: radius of the capsule [m]
   Quad axis_C;    ///< unit; w: half length of the segment [m]
   Quad box_C[3];  ///< a box' axes, unit; w: half extents [m]
   BodyKind kind = BodyKind::kThin;
-  bool in_place = false;  ///< ball and box need no placing: centred on C, axes along C's
+  bool in_place = false;  ///< ball and box are centred on C, with axes along those of C
 };
 
-/// Where it is in this pass. The w of points are rubbish.
+/// Where a body is in this pass. The w of points is undefined.
 struct LanePlace {
   Quad centre_W;  ///< of a box [m]
   Quad p_W;       ///< one end of the segment [m]
@@ -39,18 +39,18 @@ struct LanePlace {
   Quad box_W[3];  ///< a box' axes, unit
 };
 
-/// How near is near, max(at_rest, moving + per_speed · v) [m], for an own body none of whose points moves faster than
-/// v: what may soon collide matters farther away.
+/// The influence distance max(at_rest, moving + per_speed · v) [m] for an own body whose points move at most at v: it
+/// grows with the speed, because fast bodies may collide sooner.
 struct Reach {
   double at_rest = 0.0;    ///< [m]
   double moving = 0.0;     ///< [m]
   double per_speed = 0.0;  ///< [s]
 };
 
-/// Lengths in floats are stretched by this share: some twenty times what rounding can amount to.
+/// Relative margin on lengths in floats: some twenty times the rounding error.
 inline constexpr float kOutwards = 1e-5F;
 
-/// Eight own bodies in floats, for culling; what fills the last group is far away. Points from the pass' origin on.
+/// Eight own bodies in floats, for culling, relative to the origin of the pass. Padding in the last group is far away.
 struct alignas(32) OwnGroup {
   static constexpr int kBodies = 8;
   float ball_x[kBodies], ball_y[kBodies], ball_z[kBodies];  ///< centres of bounding balls [m]
@@ -60,24 +60,24 @@ struct alignas(32) OwnGroup {
   float per_length2[kBodies];                               ///< 1/|d|², 0 for a point [1/m²]
   float capsule_radius[kBodies];                            ///< [m]
   float speed[kBodies];                                     ///< [m/s]
-  float near[kBodies];                                      ///< of the range that is looked at: influence distance [m]
-  float near_ball[kBodies];                                 ///< that and ball_radius [m]
+  float near[kBodies];                                      ///< influence distance for the current range [m]
+  float near_ball[kBodies];                                 ///< near + ball_radius [m]
   unsigned bodies = 0;                                      ///< bit i: there is a body i
   unsigned moving = 0;                                      ///< bit i: some joint moves body i
 };
 
-/// Other bodies that are looked at.
+/// Other bodies that the pass tests.
 struct LaneRange {
   int first = 0;
   int end = 0;
-  const Reach* reach = nullptr;  ///< how near they must be: of all of them, or
-  bool reach_of_each = false;    ///< one for each
+  const Reach* reach = nullptr;  ///< one for all, or, with reach_of_each, one per body
+  bool reach_of_each = false;
 };
 
 enum class PairState : std::uint8_t {
   kFar,       ///< not nearer than its limit
   kMeasured,  ///< see n_W, p_own_W, p_other_W
-  kOpen,      ///< may be nearer: to be measured otherwise
+  kOpen,      ///< may be nearer: the caller measures it
 };
 
 struct LanePair {
@@ -99,22 +99,22 @@ struct LanePass {
   int own_count = 0;
   OwnGroup* own_groups = nullptr;                  ///< scratch; capsule_radius, ball_radius and moving are given
   const double* own_speed = nullptr;               ///< of each own body [m/s]
-  const std::uint8_t* pairs_with_fixed = nullptr;  ///< per body: matters to own bodies that no joint moves, too
+  const std::uint8_t* pairs_with_fixed = nullptr;  ///< per body: pairs with own bodies that no joint moves count, too
   const float* radius = nullptr;                   ///< of each bounding ball, rounded outwards [m]
-  float* ball = nullptr;                           ///< scratch, four per body: where its bounding ball is
-  const LaneRange* ranges = nullptr;               ///< of the other bodies that are looked at
+  float* ball = nullptr;                           ///< scratch, four per body: centre of its bounding ball
+  const LaneRange* ranges = nullptr;               ///< the other bodies to test
   int range_count = 0;
   int* thin_pairs = nullptr;  ///< scratch, one per possible pair
   int* box_pairs = nullptr;   ///< scratch, one per possible pair
-  LanePair* pairs = nullptr;  ///< room for every possible pair; self pairs are there already
+  LanePair* pairs = nullptr;  ///< capacity for every possible pair; begins with the self pairs
   int pair_count = 0;         ///< in: self pairs; out: all candidates
 };
 
-/// Fills places, pairs and pair_count: every pair nearer than its limit is there and not kFar; the others follow the
-/// self pairs in the order of `ranges`, each with own bodies in order.
+/// Fills places, pairs and pair_count. Every pair nearer than its limit is in `pairs` and not kFar. Other pairs follow
+/// the self pairs in the order of `ranges`, each with own bodies in order.
 using PassKernel = void (*)(LanePass&);
 
-/// The one for this machine.
+/// The kernel for this machine's instruction set.
 [[nodiscard]] PassKernel fastest_pass();
 
 /// Both give the same result to the last bit.

@@ -32,7 +32,7 @@ Vector3d common_normal(const Vector3d& u, const Vector3d& v, const Vector3d& bet
   return n.dot(between) < 0.0 ? Vector3d(-n) : n;
 }
 
-/// Direction n (from the segment towards the box) and length of the shortest translation that parts them, by the
+/// Direction n (from the segment towards the box) and length of the shortest translation that separates them, by the
 /// separating axes of their Minkowski difference: its faces are normal to box axes or to (box edge × segment).
 struct Penetration {
   Vector3d n;
@@ -71,7 +71,7 @@ ShapeDistance segment_segment(const Segment& a, const Segment& b) {
   if (result.distance > kTouching) {
     result.n_W = gap / result.distance;
   } else {
-    // Lines that cross: any common normal parts them, and their sweeps, by the shortest way.
+    // Segments that cross: a common normal separates them, and the volumes swept along them, on the shortest way.
     result.n_W = common_normal(a.q_W - a.p_W, b.q_W - b.p_W, 0.5 * (b.p_W + b.q_W - a.p_W - a.q_W));
     result.distance = 0.0;
   }
@@ -97,7 +97,7 @@ ShapeDistance segment_box(const Segment& a, const Vector3d& half_extents, const 
     const Penetration least = least_penetration(p, q, half_extents);
     n = least.n;
     result.distance = -least.depth;
-    // Pulled apart along n by a little more than the depth, the nearest points are the deepest ones.
+    // After a shift along n by slightly more than the depth, the nearest points are the deepest ones.
     const Vector3d shift = (least.depth + 1e-3) * n;
     x = vector(nearest(shift).p_a) + shift;
   }

@@ -1,8 +1,8 @@
 #pragma once
-/// Signed distances in closed form between segments (points are segments of no length), boxes and cylinders.
-/// All are exact up to rounding, in penetration too. None allocates.
+/// Signed distances in closed form between segments (points are segments of length 0), boxes and cylinders. All are exact
+/// up to rounding, also in penetration. None allocates.
 
-#include "planner/collision/shape_distance.hpp"
+#include "planner/collision/clearance.hpp"
 #include "world/model/pose.hpp"
 
 namespace hecaton::planner {

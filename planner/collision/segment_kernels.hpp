@@ -1,11 +1,11 @@
 #pragma once
-/// Distances in closed form from segments to segments and to boxes, for one pair or for one in each lane.
+/// Distances in closed form from segments to segments and to boxes, for one pair or for one pair per lane.
 
 #include "planner/simd/lanes.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 
-/// Nearest points of two cores: those on the first, and the way from there to the other.
+/// Nearest points of two cores: the one on a, and the vector from there to the one on b.
 template <typename T>
 struct Gap {
   Vector<T> p_a;  ///< nearest point on a [m]
@@ -27,7 +27,7 @@ inline T nearest_parameter(const Vector<T>& p, const Vector<T>& d, const Vector<
   return select(length2 > all<T>(0.0), t, all<T>(0.0));
 }
 
-/// The minimum lies in the inside of both, or at an end of one. Trying every end keeps parallel segments exact.
+/// The minimum lies inside both segments, or at an end of one. Testing every end keeps parallel segments exact.
 template <typename T>
 inline Gap<T> segment_segment(const SegmentOf<T>& a, const SegmentOf<T>& b) {
   const T zero = all<T>(0.0);
@@ -65,15 +65,15 @@ inline Gap<T> segment_segment(const SegmentOf<T>& a, const SegmentOf<T>& b) {
   return {p_a, b.p + best_t * v - p_a};
 }
 
-/// What sticks out of the box: x − clamp(x). Zero inside.
+/// The part of x outside the box: x − clamp(x). Zero inside.
 template <typename T>
 inline Vector<T> excess(const Vector<T>& x, const Vector<T>& h) {
   const Vector<T> zero{};
   return x - max(min(x, h), zero - h);
 }
 
-/// b: box of half extents h around the origin. The squared distance of p + t d to it has a slope that grows with t and
-/// is linear between the parameters where the line crosses a face plane: its zero is enclosed ever closer.
+/// b: box of half extents h around the origin. The slope of the squared distance of p + t d from it grows with t and is
+/// linear between the parameters where the line crosses a face plane. Bisection at these parameters encloses its zero.
 template <typename T>
 inline Gap<T> segment_box(const SegmentOf<T>& a, const Vector<T>& h) {
   const T zero = all<T>(0.0);

@@ -33,6 +33,7 @@ class ParameterVisitor {
   /// A duration [s].
   virtual void seconds(std::string_view name, double& /*value*/, const ParameterRange& /*range*/) { key(name); }
   virtual void integer(std::string_view name, int& /*value*/, int /*low*/, int /*high*/) { key(name); }
+  virtual void boolean(std::string_view name, bool& /*value*/) { key(name); }
   /// A list of up to values.size() numbers; `count`: how many there are.
   virtual void numbers(std::string_view name, std::span<double> /*values*/, int& /*count*/,
                        const ParameterRange& /*range*/) {

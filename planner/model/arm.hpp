@@ -1,20 +1,22 @@
 #pragma once
-/// A robot model placed in a cell.
+/// A robot model placed in a cell, and how far it can reach.
 
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "planner/model/robot_model.hpp"
 
 namespace hecaton::planner {
 
-/// What planners take for an arm's links.
+/// The shapes with which planners measure distances of an arm's links.
 enum class LinkShapes {
-  kFast,   ///< the model's capsules, where it has them; between links of one arm its own shapes
+  kFast,   ///< the model's capsules where it has them; between links of one arm the model's own shapes
   kExact,  ///< the model's own shapes
 };
 
+/// An arm of the cell. Plain value; the model is shared and constant.
 struct Arm {
   std::string name;  ///< unique in the cell
   std::shared_ptr<const RobotModel> model;
@@ -25,5 +27,16 @@ struct Arm {
 
   [[nodiscard]] const JointVector& home() const { return named.at("home"); }
 };
+
+/// Bounds from the lengths between an arm's joints: the origin of link i stays within `links[i]` of `centre` for all
+/// positions of revolute joints, and for all positions of prismatic joints within the limits.
+struct ArmReach {
+  Eigen::Vector3d centre;     ///< the first joint's origin, in W [m]
+  std::vector<double> links;  ///< by index into RobotModel::links [m]
+  double tool = 0.0;          ///< the same for the origin of the tool frame T [m]
+};
+
+/// Depends on the model, the base pose and the limits of prismatic joints only.
+[[nodiscard]] ArmReach arm_reach(const Arm& arm);
 
 }  // namespace hecaton::planner

@@ -10,23 +10,29 @@
 
 namespace hecaton::planner {
 
-/// All pairs of geometry indices (first < second) but those of one rigid body and of two bodies that one joint
-/// connects: those touch by construction, or are kept apart by the joint's limits.
+/// All pairs of geometry indices (first < second) except pairs of one rigid body and of two bodies that one joint
+/// connects: these touch by construction, or the joint's limits keep them apart.
 [[nodiscard]] std::vector<std::pair<int, int>> pairs_of_separate_bodies(const RobotModel& model);
 
-/// Signed distance [m] of two shapes at two poses in a common frame; never above the true one by more than 1e-6 m.
+/// Signed distance [m] of two shapes at two poses in a common frame. It exceeds the true distance by at most 1e-6 m.
 using PairDistance = std::function<double(const world::Shape&, const Pose&, const world::Shape&, const Pose&)>;
 
 struct FilterOptions {
-  int samples = 500;  ///< random configurations a pair must touch in to count as always touching
+  int samples = 500;  ///< a pair that touches in all these random configurations counts as always touching
   std::uint64_t random_seed = 1;
-  double apart = 0.02;      ///< pairs are dropped when they are proven never to come nearer than this [m]
-  int proof_budget = 2000;  ///< distance evaluations a pair; pairs whose proof needs more are kept
+  double apart = 0.02;      ///< the filter drops pairs that provably never come nearer than this [m]
+  int proof_budget = 2000;  ///< distance evaluations per pair; the filter keeps pairs whose proof needs more
 };
 
-/// Removes from model.self_pairs those that touch in every sampled configuration (they overlap by construction) and
-/// those that are proven to stay apart in all configurations within the limits. A pair that is merely not seen to touch
-/// stays. Adds a note of what it removed.
+/// Removes two kinds of pairs from model.self_pairs: those that touch in every sampled configuration, because they
+/// overlap by construction, and those that provably stay apart in all configurations within the limits. A pair without
+/// proof stays, even if no sample touches. Adds a note with the removed pairs. Deterministic for a random_seed.
 void automatic_filter(RobotModel& model, const PairDistance& distance, const FilterOptions& options = {});
+
+/// True when geometry a and b provably stay further apart than `apart` [m] in every configuration within the limits.
+/// Branch and bound over the joints between them, with at most `budget` distance evaluations. False when they come
+/// nearer, or when the budget does not suffice for a proof.
+[[nodiscard]] bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& distance, double apart,
+                                int budget);
 
 }  // namespace hecaton::planner

@@ -1,5 +1,6 @@
 #pragma once
-/// Convex hulls of point sets in three dimensions. Points in metres, any frame; results in the same frame.
+/// Convex hulls of point sets in three dimensions, and smaller polyhedra around them. Points in metres, in any frame;
+/// results in the same frame.
 
 #include <optional>
 #include <span>
@@ -8,19 +9,22 @@
 
 namespace hecaton::planner {
 
-/// The hull of `points`; faces are polygons, all vertices are among the points. Points may lie outside it by no more
-/// than 1e-11 of the set's extent. Nothing when the points are not finite or thinner than 1e-6 of their extent (no
-/// volume).
+/// The hull of `points` [Barber96]: faces are polygons, all vertices are among the points. A point lies outside it by at
+/// most 1e-11 of the set's extent. Empty when a point is not finite, or when the set is thinner than 1e-6 of its extent.
 [[nodiscard]] std::optional<world::ConvexHull> convex_hull(std::span<const Eigen::Vector3d> points);
 
 /// Volume [m³] of a closed polyhedron with outward faces.
 [[nodiscard]] double volume(const world::ConvexHull& hull);
 
-/// The half-space n·p ≤ offset on whose border a face lies.
+/// The half-space n·p ≤ offset whose boundary contains a face.
 struct FacePlane {
   Eigen::Vector3d normal;  ///< unit, outward
   double offset;           ///< [m]
 };
 [[nodiscard]] FacePlane face_plane(const world::ConvexHull& hull, int face);
+
+/// A convex polyhedron of at most `most_vertices` (≥ 8) vertices that encloses `hull`: `hull` itself when it has no
+/// more, else the intersection of half-spaces of some of its faces and of its bounding box.
+[[nodiscard]] world::ConvexHull enclosing_hull(const world::ConvexHull& hull, int most_vertices);
 
 }  // namespace hecaton::planner

@@ -1,5 +1,5 @@
 #pragma once
-/// The FNV-1a hash: the same in every process and on every machine. Not for secrets.
+/// The FNV-1a hash (64 bit): equal in every process and on every machine. Not cryptographic.
 
 #include <cstdint>
 #include <string_view>
@@ -8,7 +8,7 @@ namespace hecaton::planner {
 
 class Fnv1a {
  public:
-  /// One byte; larger values are taken as one symbol.
+  /// One byte; a larger value counts as one symbol.
   constexpr void add(std::uint64_t symbol) { hash_ = (hash_ ^ symbol) * 0x100000001b3U; }
   constexpr void add(std::string_view bytes) {
     for (const char byte : bytes) add(std::uint64_t{static_cast<unsigned char>(byte)});

@@ -44,9 +44,9 @@ class Solver {
     return q;
   }
 
-  /// [Nakamura86, Wampler86] Δq = Jᵀ (J Jᵀ + λ² I)⁻¹ e with λ from Levenberg–Marquardt: smaller after every step that
-  /// lessens ‖e‖, larger, and the step taken back, after one that does not. Joints that a step would push beyond a
-  /// limit stay on it, and the step is solved again without them.
+  /// [Nakamura86, Wampler86] Δq = Jᵀ (J Jᵀ + λ² I)⁻¹ e with λ from Levenberg–Marquardt: a step that reduces ‖e‖ lowers
+  /// λ; any other step is undone and raises λ. A joint that a step would push beyond its limit stays on the limit, and
+  /// the step is solved again without that joint.
   [[nodiscard]] bool converge(JointVector& q) {
     double damping = 0.1;
     q = q.cwiseMax(arm_.limits.lower).cwiseMin(arm_.limits.upper);
@@ -90,14 +90,14 @@ class Solver {
   void task_jacobian() {
     tool_jacobian(*arm_.model, kinematics_, J_);
     if (options_.task == IkTask::kPosition) J_.topRows<3>().setZero();
-    if (options_.task == IkTask::kPositionAndAxis) {  // turning about z itself does not move z
+    if (options_.task == IkTask::kPositionAndAxis) {  // a rotation about z does not move z
       const Eigen::Vector3d z_W = kinematics_.X_WT.linear().col(2);
       for (Eigen::Index j = 0; j < J_.cols(); ++j) J_.col(j).head<3>() -= z_W * z_W.dot(J_.col(j).head<3>());
     }
   }
 
   [[nodiscard]] JointVector limited_step(const JointVector& q, const TaskVector& error, double damping) const {
-    constexpr double kLongest = 0.5;  // of any joint in one step [rad | m]: further, the linearisation means nothing
+    constexpr double kLongest = 0.5;  // of any joint in one step [rad | m]: beyond, the linearisation is invalid
     FrameJacobian J = J_;
     JointVector fixed_step = JointVector::Zero(q.size());
     for (Eigen::Index round = 0; round <= q.size(); ++round) {
@@ -128,7 +128,7 @@ class Solver {
   FrameJacobian J_;
 };
 
-/// The same configuration by whole turns of its revolute joints, as near to `start` as the limits allow.
+/// Adds whole turns to revolute joints, so that they are as near to `start` as the limits allow.
 JointVector unwound(const Arm& arm, JointVector q, const JointVector& start) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   for (const Link& link : arm.model->links) {

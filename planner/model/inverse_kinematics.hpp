@@ -9,11 +9,11 @@
 
 namespace hecaton::planner {
 
-/// What of X_WT a solution must meet.
+/// The part of X_WT that a solution must meet.
 enum class IkTask {
-  kPose,             ///< position and orientation; arms of fewer than 6 joints reach it only by luck
+  kPose,             ///< position and orientation; with fewer than 6 joints most poses have no solution
   kPosition,         ///< position alone
-  kPositionAndAxis,  ///< position and the direction of the tool's z axis; its roll is free (5 joints suffice)
+  kPositionAndAxis,  ///< position and direction of the tool's z axis; the roll is free (5 joints suffice)
 };
 
 struct IkOptions {
@@ -21,14 +21,15 @@ struct IkOptions {
   int seeds = 32;                       ///< random restarts after the given start
   int iterations = 200;                 ///< per seed
   double position_tolerance = 1e-4;     ///< [m]
-  double orientation_tolerance = 1e-3;  ///< [rad]; of the z axis's direction for kPositionAndAxis
+  double orientation_tolerance = 1e-3;  ///< [rad]; for kPositionAndAxis of the z axis
   std::uint64_t random_seed = 1;
-  /// A solution must also satisfy this (collision-free, conflicting, …); empty: any will do.
+  /// A further condition on solutions, such as no collision; empty: none.
   std::function<bool(const JointVector&)> accept;
 };
 
-/// Joint positions within the limits that bring the tool frame T to X_WT, nearest to `start` first tried; nothing when
-/// no seed converges. Deterministic for a random_seed.
+/// Joint positions within the limits that bring the tool frame T to X_WT. The search begins at `start`, then at random
+/// configurations; revolute joints are unwound towards `start`. Empty when no seed converges. Deterministic for a
+/// random_seed.
 [[nodiscard]] std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, const JointVector& start,
                                                             const IkOptions& options = {});
 

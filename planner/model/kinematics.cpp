@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "planner/model/chain_kernel.hpp"
-#include "planner/model/link_poses.hpp"
+#include "planner/model/kinematics_kernels.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "planner/simd/sine_cosine.hpp"
 

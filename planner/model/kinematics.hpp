@@ -19,25 +19,28 @@ struct Kinematics {
   std::array<Eigen::Vector3d, kMaxJoints> origin_W;  ///< a point on each joint axis in W [m]
   std::array<bool, kMaxJoints> prismatic{};
   Pose X_WT = Pose::Identity();  ///< tool frame
-  /// What joint j's rate does to the point that is at p_W: it moves with ω × p_W + v, v that of W's origin. A component
-  /// after the other, so that a Jacobian's row is computed for several joints at once.
+  /// Per unit rate of joint j, the point at p_W moves with ω × p_W + v, where v belongs to W's origin. One component
+  /// after the other, so that a row of a Jacobian is computed for several joints at once.
   std::array<std::array<double, kMaxJoints>, 3> angular_W{};  ///< ω, per joint [1]
   std::array<std::array<double, kMaxJoints>, 3> linear_W{};   ///< v, per joint [m/rad | 1]
 };
 
-/// Fills `out` for the base at X_WB and joints q (size model.joints()). Does not check limits; does not allocate.
+/// Fills `out` for the base at X_WB and joint positions q (size model.joints()). Does not check limits, does not
+/// allocate.
 void forward_kinematics(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out);
 
-/// For each link the number of leading joints that move it: joints 0 … n−1 are its ancestors. −> column count that is
-/// not zero in point_jacobian.
+/// The part of forward_kinematics that fills links, joints and X_WL: for collision geometry without Jacobians.
+void place_links(const RobotModel& model, const Pose& X_WB, const JointVector& q, Kinematics& out);
+
+/// The number of joints that move `link`: joints 0 … n − 1. Columns from n on are zero in point_jacobian.
 [[nodiscard]] int joints_before(const RobotModel& model, int link);
 
-/// J: 3 × n. Velocity in W of the point of `link` that is now at p_W, per joint rate. Columns of joints beyond the link
-/// are zero.
+/// J: 3 × n, the velocity in W of the point of `link` that is now at p_W, per joint rate. Columns of joints beyond the
+/// link are zero.
 void point_jacobian(const RobotModel& model, const Kinematics& kinematics, int link, const Eigen::Vector3d& p_W,
                     PointJacobian& J);
 
-/// n^T J of the above without forming J: how fast the point moves along n_W per joint rate. Size n.
+/// The row nᵀ J of the above without forming J: the point's velocity along n_W per joint rate.
 void directional_jacobian(const RobotModel& model, const Kinematics& kinematics, int link, const Eigen::Vector3d& p_W,
                           const Eigen::Vector3d& n_W, JointVector& row);
 

@@ -11,10 +11,10 @@ inline constexpr int kMaxJoints = 16;
 /// One value per actuated joint, base to tip: [rad] for revolute and continuous joints, [m] for prismatic ones.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
-/// 3 × n: the velocity of a point per joint rate, in W.
+/// 3 × n, in W: the velocity of a point per joint rate [m/rad | 1].
 using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 
-/// 6 × n, rows [ω; v], in W.
+/// 6 × n, rows [ω; v], in W: the velocity of a frame per joint rate.
 using FrameJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 
 /// Limits of the actuated joints, all of the arm's size. A continuous joint has ±infinity as its positions.
@@ -22,7 +22,7 @@ struct JointLimits {
   JointVector lower;         ///< [rad | m]
   JointVector upper;         ///< [rad | m], > lower
   JointVector velocity;      ///< [rad/s | m/s], > 0, either direction
-  JointVector acceleration;  ///< [rad/s² | m/s²], > 0, speeding up or braking
+  JointVector acceleration;  ///< [rad/s² | m/s²], > 0, for acceleration and deceleration
 };
 
 }  // namespace hecaton::planner

@@ -1,5 +1,6 @@
 #pragma once
-/// From a collision mesh to the shape that the planner uses for it.
+/// Collision meshes (.stl, .dae, .obj) and the convex shapes that the planner uses for them. mesh_shape.cpp is the only
+/// source that includes assimp.
 
 #include <string>
 
@@ -9,16 +10,17 @@
 
 namespace hecaton::planner {
 
-/// Hulls of robot links keep no more vertices than this: more cost time in every distance, and buy less than a
-/// millimetre.
+/// Hulls keep at most this many vertices: more vertices cost time in every distance and gain less than a millimetre.
 inline constexpr int kMaxHullVertices = 64;
 
 struct MeshShape {
   LinkGeometry geometry;  ///< link not set; X_LS is the shape in the mesh's frame
-  std::string note;       ///< what was simplified, empty if nothing
+  std::string note;       ///< what the shape simplifies; empty: nothing
 };
 
-/// A convex shape that encloses the mesh in file `path` times `scale`. Throws ModelError that begins with `where`.
+/// A convex shape that encloses the mesh in the file `path`, scaled component by component. Collada files: the unit
+/// applies, the up axis does not, as in ROS tools. Throws ModelError that begins with `where`, the element that names
+/// the mesh.
 [[nodiscard]] MeshShape mesh_shape(const std::string& path, const Eigen::Vector3d& scale, MeshGeometry kind,
                                    const std::string& where, SourceFiles& sources);
 

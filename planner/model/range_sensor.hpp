@@ -14,18 +14,18 @@ struct SensorRay {
   Eigen::Vector3d direction_L = Eigen::Vector3d::UnitX();  ///< unit
 };
 
-/// Beams of one link that are measured together.
+/// The beams of one sensor, all fixed to one link and measured together.
 struct RangeSensor {
   std::string name;             ///< unique on its arm
   int link = 0;                 ///< index into RobotModel::links
   std::vector<SensorRay> rays;  ///< at least one
-  double range = 0.5;           ///< farther things are not seen [m], > 0
-  double noise = 0.0;           ///< standard deviation of a distance [m], ≥ 0; never off by more than three of it
-  double period = 0.010;        ///< between two scans [s], > 0
-  bool simulated = true;        ///< the world measures; else a real one publishes its scans
+  double range = 0.5;           ///< the sensor does not detect anything beyond [m], > 0
+  double noise = 0.0;           ///< standard deviation of a distance [m], ≥ 0; errors are at most three of it
+  double period = 0.010;        ///< of scans [s], > 0
+  bool simulated = true;        ///< the world simulates it; else a real sensor publishes its scans
 };
 
-/// One beam's answer.
+/// The measurement of one beam.
 struct RangeReading {
   SensorRay ray;
   double distance = 0.0;  ///< [m]; the sensor's range when nothing was hit
@@ -36,7 +36,7 @@ struct RangeReading {
 struct RangeScan {
   int sensor = 0;  ///< index on the arm
   int link = 0;
-  JointVector q;  ///< where the arm's joints were then [rad | m]
+  JointVector q;  ///< joint positions of the arm at that instant [rad | m]
   std::vector<RangeReading> readings;
 };
 

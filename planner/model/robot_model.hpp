@@ -1,5 +1,5 @@
 #pragma once
-/// An arm as its URDF describes it, constant after loading and shared between threads.
+/// An arm as its URDF describes it. Constant after loading, therefore safe to share between threads.
 
 #include <map>
 #include <optional>
@@ -9,9 +9,9 @@
 
 #include <Eigen/Geometry>
 
-#include "planner/model/joint_motion.hpp"
+#include "planner/model/capsules.hpp"
+#include "planner/model/kinematics_kernels.hpp"
 #include "planner/model/limits.hpp"
-#include "planner/model/link_capsule.hpp"
 #include "world/model/shape.hpp"
 
 namespace hecaton::planner {
@@ -30,11 +30,11 @@ struct Link {
   Pose X_PJ = Pose::Identity();                     ///< joint frame in the parent link's frame
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint's frame
   int joint = -1;                                   ///< index into joint vectors; −1 when the joint does not move
-  JointMotion motion = JointMotion::kMoves;         ///< the short cut that kinematics may take: see short_cut()
+  JointMotion motion = JointMotion::kMoves;         ///< special case for the kinematics kernel: joint_motion()
 };
 
-/// The short cut for the link's joint: for who builds a model, once it is complete. Without it kinematics are slower.
-[[nodiscard]] inline JointMotion short_cut(const Link& link) {
+/// The special case of the kinematics kernel that fits the link's joint. Builders of models set Link::motion to it.
+[[nodiscard]] inline JointMotion joint_motion(const Link& link) {
   if (link.joint < 0) return JointMotion::kFixed;
   if (link.joint_type == JointType::kPrismatic) return JointMotion::kMoves;
   if (link.axis == Eigen::Vector3d::UnitX()) return JointMotion::kTurnsAboutX;
@@ -49,25 +49,25 @@ struct LinkGeometry {
   world::Shape shape;
   Pose X_LS = Pose::Identity();  ///< shape in the link's frame
   double excess_volume = 0.0;    ///< volume(shape) / volume(mesh) − 1 when the shape was fitted to a mesh, else 0;
-                                 ///< of a mesh that is not closed the hull's volume counts
-  std::optional<LinkCapsule> capsule = {};  ///< what stands for the shape in cells of fast geometry; none: it itself
+                                 ///< for a mesh that is not closed relative to its hull
+  std::optional<LinkCapsule> capsule = {};  ///< replaces the shape in cells of fast geometry; empty: the shape itself
 };
 
-/// A serial chain of actuated joints with whatever is fixed to it. Joints of the URDF outside the chain from the root
-/// to the tool (fingers, mimic joints) are held at their zero position (or the nearest limit).
+/// A serial chain of actuated joints with everything fixed to it. Joints of the URDF outside the chain from the root to
+/// the tool (fingers, mimic joints) are fixed at their zero position, or at the nearest limit.
 struct RobotModel {
   std::string name;
   std::vector<Link> links;               ///< parents before children; links[0] is the root
   std::vector<LinkGeometry> geometry;    ///< ordered by link
   std::vector<std::string> joint_names;  ///< of the actuated joints, base to tip
-  JointLimits limits;                    ///< from the URDF; acceleration as the caller's default
+  JointLimits limits;                    ///< from the URDF; acceleration from UrdfOptions
   int tool_link = 0;                     ///< its frame, times X_LT, is the tool frame T
   Pose X_LT = Pose::Identity();
-  /// Pairs of indices into `geometry` (first < second) that self-collision checks: what the SRDF and the automatic
-  /// filter of adjacent and always-touching links leave.
+  /// Pairs of indices into `geometry` (first < second) that self-collision checks. The SRDF and automatic_filter()
+  /// remove pairs from it.
   std::vector<std::pair<int, int>> self_pairs;
   std::map<std::string, JointVector> named;  ///< the SRDF's group_states that set every joint within its limits
-  std::vector<std::string> notes;  ///< what the loader decided on its own, a sentence each, for `hecaton check`
+  std::vector<std::string> notes;  ///< decisions of the loader, a sentence each, for `hecaton check`
 
   [[nodiscard]] int joints() const { return static_cast<int>(joint_names.size()); }
 };

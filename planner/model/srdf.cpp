@@ -8,7 +8,7 @@
 
 #include <tinyxml2.h>
 
-#include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
 
 namespace hecaton::planner {
@@ -78,7 +78,7 @@ class SrdfReader {
          joint = joint->NextSiblingElement("joint")) {
       const std::string joint_name = text_attribute(*joint, "name", where);
       const auto found = std::find(model_.joint_names.begin(), model_.joint_names.end(), joint_name);
-      if (found == model_.joint_names.end()) continue;  // held joints, such as a gripper's
+      if (found == model_.joint_names.end()) continue;  // joints outside the chain, such as a gripper's
       const auto index = found - model_.joint_names.begin();
       q[index] = number_attribute(*joint, "value", 1, where)[0];
       set[index] = true;

@@ -1,5 +1,5 @@
 #pragma once
-/// MoveIt's semantic description: which link pairs need no check, and named configurations.
+/// SRDF, MoveIt's semantic robot description: link pairs that need no check, and named configurations.
 
 #include <string>
 
@@ -8,9 +8,9 @@
 
 namespace hecaton::planner {
 
-/// Removes from model.self_pairs what the SRDF at `path` disables (disable_collisions; disable_default_collisions
-/// without enable_collisions), and adds its group_states to model.named when they set every joint within its limits.
-/// What names unknown links or joints is skipped, with a note. Throws ModelError when the file is no SRDF.
+/// Removes the pairs that the SRDF at `path` disables from model.self_pairs (disable_collisions, and
+/// disable_default_collisions without enable_collisions). Adds group_states that set every joint within its limits to
+/// model.named. Skips entries with unknown links or joints, with a note. Throws ModelError when the file is no SRDF.
 void apply_srdf(const std::string& path, RobotModel& model, SourceFiles& sources);
 
 }  // namespace hecaton::planner

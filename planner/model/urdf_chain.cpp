@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
 
 namespace hecaton::planner {
@@ -19,7 +19,7 @@ int index_of_joint(const std::vector<TreeLink>& tree, const std::string& name) {
   return found == tree.end() ? -1 : static_cast<int>(found - tree.begin());
 }
 
-/// The link whose joint moves `i`, the nearest on the way to the root; 0 if none does.
+/// The nearest link towards the root (or `i`) whose joint moves; 0: none.
 int moved_link(const std::vector<TreeLink>& tree, int i) {
   while (i > 0 && !moves(tree[i])) i = tree[i].link.parent;
   return i;
@@ -37,8 +37,8 @@ int moving_joints(const std::vector<TreeLink>& tree, int i) {
   return joints;
 }
 
-/// Of the links that move rigidly with `body`: tool0 (ROS-Industrial's name) if it is there, else the furthest along
-/// the fixed joints, the first in the tree's order among equals.
+/// Among the links fixed to `body`: tool0 (ROS-Industrial's name) if it exists, else the one with the most fixed joints
+/// between, the first in the tree's order among equals.
 int tip_of_body(const std::vector<TreeLink>& tree, int body) {
   int tip = body;
   for (int i = body; i < static_cast<int>(tree.size()); ++i) {
@@ -58,7 +58,7 @@ bool carries_collision(const std::vector<TreeLink>& tree, int top) {
   return false;
 }
 
-/// Position at which joint `i`, outside the chain, is held.
+/// The constant position of joint `i`, which is outside the chain.
 double held_position(const std::vector<TreeLink>& tree, int i, int mimic_depth = 0) {
   const TreeLink& entry = tree[i];
   if (entry.mimic && mimic_depth < static_cast<int>(tree.size())) {
@@ -84,7 +84,8 @@ std::string bareness(const TreeLink& entry) {
   throw ModelError(path + ": " + sentence + "; " + rule);
 }
 
-/// A joint outside the chain whose mimicked joint is in it moves whenever the arm moves.
+/// A joint outside the chain that mimics a joint of the chain moves with the arm: refused if it carries collision
+/// geometry, noted otherwise.
 void refuse_if_coupled(const std::vector<TreeLink>& tree, int i, const std::vector<bool>& in_chain,
                        const std::string& path, std::vector<std::string>& notes) {
   int source = i;
@@ -171,7 +172,7 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
     link.joint_type = JointType::kFixed;
   }
   for (int joint = 0; joint < static_cast<int>(chain.size()); ++joint) tree[chain[joint]].link.joint = joint;
-  for (TreeLink& entry : tree) entry.link.motion = short_cut(entry.link);
+  for (TreeLink& entry : tree) entry.link.motion = joint_motion(entry.link);
   return chain;
 }
 
@@ -186,7 +187,7 @@ void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::
     if (!moves(tree[i]) || covered[i]) continue;
     const std::string sentence = bareness(tree[i]);
     if (!allow) refuse(path, sentence, "it must have some" + remedy);
-    notes.push_back(sentence + ": what it really is will not be kept clear of anything");
+    notes.push_back(sentence + ": the planner does not keep it clear of anything");
   }
 }
 

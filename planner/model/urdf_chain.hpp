@@ -1,6 +1,5 @@
 #pragma once
-/// Which joints of a URDF's tree the planner moves: those from the root to the tool. No urdfdom here: works on plain
-/// values.
+/// The chain of joints from a URDF's root to its tool, which the planner moves. Works on plain values, without urdfdom.
 
 #include <optional>
 #include <string>
@@ -25,19 +24,19 @@ struct TreeLink {
   std::optional<Mimic> mimic;
 };
 
-/// Index of the tool link: `wanted` by name, or the tip of the chain with the most joints that move. Throws ModelError
-/// (beginning with `path`) when it does not exist or when several chains qualify. Adds a note when it chose.
+/// Index of the tool link: the link named `wanted`, or, if that is empty, the tip of the chain with the most moving
+/// joints, with a note. Throws ModelError (beginning with `path`) when it does not exist or several chains qualify.
 [[nodiscard]] int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted, const std::string& path,
                                  std::vector<std::string>& notes);
 
-/// Numbers the moving joints from the root to `tool` base to tip (Link::joint), and freezes all others in their zero
-/// position, or the nearest limit, as fixed joints, with a note each. Returns the chain's link indices, base to tip.
-/// Throws ModelError for a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
+/// Numbers the moving joints from the root to `tool` (Link::joint) and turns all other joints into fixed ones at their
+/// zero position, or the nearest limit, with a note each. Returns the chain's link indices, base to tip. Throws
+/// ModelError for a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
 [[nodiscard]] std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::string& path,
                                             std::vector<std::string>& notes);
 
-/// Throws ModelError naming the first body (a link moved by a chain joint, with all that is rigidly attached to it)
-/// that has no collision geometry, and then the `remedy`; with `allow`, adds notes instead.
+/// Throws ModelError for the first body without collision geometry; a body is a link that a chain joint moves, with all
+/// links fixed to it. `remedy` ends the sentence. With `allow`, adds notes instead.
 void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::string& remedy, const std::string& path,
                       std::vector<std::string>& notes);
 

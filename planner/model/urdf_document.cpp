@@ -12,7 +12,7 @@
 
 #include <tinyxml2.h>
 
-#include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
 
 namespace hecaton::planner {
@@ -21,7 +21,7 @@ namespace {
 using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
-constexpr double kFurthest = 1000.0;  // of any part of an arm [m]; what exceeds it is a slip of units
+constexpr double kFurthest = 1000.0;  // of any part of an arm [m]; larger values are in a wrong unit
 
 class UrdfChecker {
  public:
@@ -66,7 +66,7 @@ class UrdfChecker {
     }
   }
 
-  /// Deletes all children but the elements named: comments, colours, inertias, extensions of other programs.
+  /// Deletes all children except the named elements.
   static void keep(XMLElement& element, const std::set<std::string_view>& names) {
     for (XMLNode* node = element.FirstChild(); node != nullptr;) {
       XMLNode* next = node->NextSibling();
@@ -75,7 +75,7 @@ class UrdfChecker {
     }
   }
 
-  /// Numbers that the planner itself does not use must be numbers too: a NaN inertia says that the file is broken.
+  /// Numbers that the planner does not use must be finite too: a NaN inertia shows that the file is broken.
   static void check_numbers(const XMLElement& element, const std::string& where) {
     constexpr std::array kTriples{"xyz", "rpy", "size", "scale"};
     constexpr std::array kScalars{"radius", "length", "lower", "upper", "velocity", "effort", "multiplier",
@@ -199,7 +199,7 @@ class UrdfChecker {
     }
   }
 
-  /// A drive with a safety controller does not go beyond its soft limits: neither may a plan.
+  /// A drive with a safety controller stays within its soft limits, therefore plans must, too.
   static void apply_soft_limits(XMLElement& joint, const std::string& where) {
     const XMLElement* safety = joint.FirstChildElement("safety_controller");
     XMLElement* limit = joint.FirstChildElement("limit");

@@ -8,11 +8,11 @@
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include "planner/model/capsule_merge.hpp"
+#include "planner/model/capsules.hpp"
 #include "planner/model/collision_filter.hpp"
 #include "planner/model/kinematics.hpp"
 #include "planner/model/mesh_shape.hpp"
-#include "planner/model/resource_path.hpp"
+#include "planner/model/source_file.hpp"
 #include "planner/model/srdf.hpp"
 #include "planner/model/urdf_chain.hpp"
 #include "planner/model/urdf_document.hpp"
@@ -21,7 +21,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// Keeps what urdfdom would print to stderr. Its channel is global to the process: one capture at a time.
+/// Captures what urdfdom prints to stderr. Its channel is global to the process: one capture at a time, under a lock.
 class UrdfdomMessages : console_bridge::OutputHandler {
  public:
   UrdfdomMessages() : lock_(mutex()), previous_(console_bridge::getOutputHandler()) {
@@ -106,7 +106,7 @@ TreeLink to_tree_link(const urdf::Link& link, int parent) {
   return entry;
 }
 
-/// Parents before children. Also the urdfdom link of each entry, for its collision elements.
+/// Parents before children, and the urdfdom link of each entry with its collision elements.
 using Tree = std::pair<std::vector<TreeLink>, std::vector<urdf::LinkConstSharedPtr>>;
 
 Tree flatten(const urdf::ModelInterface& model) {

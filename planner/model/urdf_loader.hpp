@@ -1,5 +1,5 @@
 #pragma once
-/// Any serial arm from its URDF, at run time. The only header-pair that includes urdfdom.
+/// Loads a serial arm from its URDF at run time. urdf_loader.cpp is the only source that includes urdfdom.
 
 #include <map>
 #include <memory>
@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "planner/model/model_error.hpp"
 #include "planner/model/robot_model.hpp"
 #include "planner/model/source_file.hpp"
 
@@ -16,27 +15,26 @@ namespace hecaton::planner {
 /// How collision meshes become shapes.
 enum class MeshGeometry {
   kConvexHull,  ///< the hull of all vertices
-  kCapsule,     ///< a capsule that encloses the hull; its excess volume is reported
+  kCapsule,     ///< a capsule that encloses the hull; a note reports its excess volume
 };
 
 struct UrdfOptions {
   std::string tool_link;         ///< empty: the last link of the only (or longest) chain
   Pose X_LT = Pose::Identity();  ///< tool frame in the tool link's frame
   std::string srdf_path;         ///< empty: no SRDF
-  std::map<std::string, std::string>
-      packages;  ///< package:// name → folder; else the URDF's ancestors, ROS_PACKAGE_PATH
+  std::map<std::string, std::string> packages;  ///< package:// name → folder, searched first: resolve_resource()
   MeshGeometry meshes = MeshGeometry::kConvexHull;
-  double default_acceleration = 10.0;      ///< URDF knows none [rad/s² | m/s²]
-  std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; without it they are an error
-  SourceFiles* sources = nullptr;          ///< where its files are read from; null: from where they are
-  bool allow_bare_links = false;           ///< accept bodies that a joint moves but that have no collision geometry
+  double default_acceleration = 10.0;      ///< for all joints: URDF has none [rad/s² | m/s²]
+  std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; empty: these are an error
+  SourceFiles* sources = nullptr;          ///< opens the files; null: in place
+  bool allow_bare_links = false;           ///< accepts moving bodies without collision geometry
 
-  /// What whoever reads the messages calls the two options above ("arms[0].limits.velocity"); empty: not offered.
+  /// How messages name these two options to the user ("arms[0].limits.velocity"); empty: the user has no such option.
   std::string name_of_default_velocity;
   std::string name_of_allow_bare_links;
 };
 
-/// Loads `urdf_path`. Throws ModelError.
+/// Loads the arm and applies its SRDF. Self pairs are not filtered yet: automatic_filter(). Throws ModelError.
 [[nodiscard]] std::shared_ptr<const RobotModel> load_urdf(const std::string& urdf_path,
                                                           const UrdfOptions& options = {});
 

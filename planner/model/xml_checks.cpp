@@ -10,12 +10,12 @@
 
 #include <tinyxml2.h>
 
-#include "planner/model/model_error.hpp"
+#include "planner/model/source_file.hpp"
 
 namespace hecaton::planner {
 namespace {
 
-/// Independent of the locale, unlike strtod: 1.5 is one and a half everywhere.
+/// Unlike strtod independent of the locale.
 std::optional<double> number(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
   double value = 0.0;

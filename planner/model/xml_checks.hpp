@@ -1,5 +1,5 @@
 #pragma once
-/// What reading URDF and SRDF files has in common: loading XML and checking its attributes, one sentence an error.
+/// Loading XML files (URDF, SRDF) and checking attributes. All functions throw ModelError.
 
 #include <string>
 #include <vector>
@@ -13,19 +13,19 @@ class XMLElement;
 
 namespace hecaton::planner {
 
-/// Parses the file into `document`. Throws ModelError when it is missing, unreadable, larger than 64 MB or not
-/// well-formed. `kind` names it in the sentence: "URDF", "SRDF".
+/// Parses the file into `document`. Throws when it is missing, unreadable, larger than 64 MB or not well-formed. `kind`
+/// names it in the sentence: "URDF", "SRDF".
 void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document, SourceFiles& sources);
 
-/// 'text' for a sentence: without control characters, cut when long.
+/// 'text' in quotes for a sentence, without control characters, cut after 120 bytes.
 [[nodiscard]] std::string in_quotes(const std::string& text);
 
 /// The attribute's text; throws when it is missing or empty.
 [[nodiscard]] std::string text_attribute(const tinyxml2::XMLElement& element, const char* name,
                                          const std::string& where);
 
-/// The attribute's `count` numbers, separated by blanks; throws when it is missing, has another count, or holds what is
-/// no finite number.
+/// The attribute's `count` numbers, separated by blanks; throws when it is missing, has another count, or holds anything
+/// but finite numbers.
 [[nodiscard]] std::vector<double> number_attribute(const tinyxml2::XMLElement& element, const char* name, int count,
                                                    const std::string& where);
 

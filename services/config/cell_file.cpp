@@ -1,19 +1,119 @@
 #include "services/config/cell_file.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "planner/methods/strategy/strategy.hpp"
-#include "services/config/check_start.hpp"
-#include "services/config/read_arm.hpp"
-#include "services/config/read_network.hpp"
-#include "services/config/read_obstacle.hpp"
-#include "services/config/read_timing.hpp"
+#include "services/config/overlaps.hpp"
+#include "services/config/readers.hpp"
 #include "services/config/text.hpp"
 #include "services/config/yaml_tree.hpp"
 #include "services/config/yaml_view.hpp"
 
 namespace hecaton::config {
 namespace {
+
+constexpr Bounds kLoopPeriod{0.0005, 1.0, "s"};
+constexpr std::array<std::string_view, 2> kConflicting = {"some", "all"};
+constexpr std::array<std::string_view, 2> kFrame = {"world", "base"};
+
+std::string milliseconds_text(double seconds) {
+  return number_text(seconds * 1e3) + "ms";
+}
+
+void read_clutter(const MapView& map, planner::Clutter& clutter) {
+  constexpr Bounds kSize{0.001, kFarthest, "m"};
+  clutter.count = map.at("count").integer(1, 64);
+  read_number(map, "smallest", kSize, clutter.smallest);
+  read_number(map, "largest", kSize, clutter.largest);
+  read_number(map, "inner", {0.0, kFarthest, "m"}, clutter.inner);
+  read_number(map, "outer", kLength, clutter.outer);
+  read_number(map, "lowest", kCoordinate, clutter.lowest);
+  read_number(map, "highest", kCoordinate, clutter.highest);
+  const auto in_order = [&](const char* low, double least, const char* high, double most) {
+    if (least > most) map.fail(high, number_text(most), std::string("at least ") + low + " = " + number_text(least));
+  };
+  in_order("smallest", clutter.smallest, "largest", clutter.largest);
+  in_order("inner", clutter.inner, "outer", clutter.outer);
+  in_order("lowest", clutter.lowest, "highest", clutter.highest);
+}
+
+/// check_areas() checks the names of arms and poses later.
+void read_problem(const MapView& map, const YamlView& areas, planner::MotionProblem& problem) {
+  for (const auto& [arm, poses] : areas.named_items(128)) {
+    for (const YamlView& pose : poses.items(2, 16, "pose names")) problem.areas[arm].push_back(pose.name());
+  }
+  if (problem.areas.empty()) areas.fail("a map with the name of one arm at least");
+  read_number(map, "spread", {0.0, 3.0, "rad"}, problem.spread);
+  read_number(map, "mean_wait", {0.0, 1e6, "steps"}, problem.mean_wait);
+}
+
+void leave_out(const MapView& map, std::string_view key, const char* why) {
+  if (const auto given = map.find(key)) given->fail(std::string("left out, because ") + why);
+}
+
+planner::Timing read_timing(const MapView& root) {
+  planner::Timing timing;
+  const auto view = root.find("timing");
+  if (!view) return timing;
+  const MapView map = view->map(section::kTiming);
+  read_seconds(map, "control_period", kLoopPeriod, timing.control_period);
+  read_seconds(map, "driver_period", kLoopPeriod, timing.driver_period);
+  read_seconds(map, "world_period", kLoopPeriod, timing.world_period);
+  read_seconds(map, "command_timeout", {0.001, 10.0, "s"}, timing.command_timeout);
+  if (timing.driver_period > timing.control_period) {
+    map.fail("driver_period", milliseconds_text(timing.driver_period),
+             "at most control_period = " + milliseconds_text(timing.control_period));
+  }
+  // A single late command must not stop the arm.
+  if (timing.command_timeout < 2.0 * timing.control_period) {
+    map.fail("command_timeout", milliseconds_text(timing.command_timeout),
+             "at least twice control_period = " + milliseconds_text(timing.control_period));
+  }
+  return timing;
+}
+
+bool read_real_time(const MapView& root) {
+  bool real_time = false;
+  if (const auto view = root.find("timing")) read_boolean(view->map(section::kTiming), "real_time", real_time);
+  return real_time;
+}
+
+planner::TaskArea read_tasks(const MapView& root) {
+  planner::TaskArea tasks;
+  const auto view = root.find("tasks");
+  if (!view) {
+    tasks.radius = 0.0;
+    return tasks;
+  }
+  const MapView map = view->map(section::kTasks);
+  if (const auto sequence = map.find("pose_sequence")) {
+    for (const char* key : {"areas", "frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
+      leave_out(map, key, "tasks.pose_sequence defines the goals");
+    }
+    for (const YamlView& pose : sequence->items(2, 64, "pose names")) tasks.pose_sequence.push_back(pose.name());
+    read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
+    return tasks;
+  }
+  if (const auto areas = map.find("areas")) {
+    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
+      leave_out(map, key, "tasks.areas defines the goals");
+    }
+    read_problem(map, *areas, tasks.problem);
+    read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
+    return tasks;
+  }
+  for (const char* key : {"spread", "mean_wait"}) leave_out(map, key, "it belongs to tasks.areas");
+  if (const auto frame = map.find("frame")) tasks.of_each_arm = frame->choice(kFrame) == 1;
+  tasks.centre = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
+  read_number(map, "radius", kLength, tasks.radius);
+  read_number(map, "half_height", {0.0, kFarthest, "m"}, tasks.half_height);
+  if (const auto posture = map.find("posture")) tasks.posture = posture->name();
+  if (const auto arms = map.find("conflicting")) tasks.all_conflict = arms->choice(kConflicting) == 1;
+  if (const auto clutter = map.find("clutter")) read_clutter(clutter->map(section::kClutter), tasks.clutter);
+  read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
+  return tasks;
+}
 
 std::string read_world_host(const MapView& root, const std::vector<Host>& hosts) {
   if (const auto view = root.find("world")) return read_host(view->map(section::kWorld), "host", hosts);
@@ -30,8 +130,8 @@ void require_of_every_arm(const MapView& root, const planner::Cell& cell, const 
   }
 }
 
-// Where two areas in a row overlap, a task may have no way, and a strategy's plane no direction; nor would it be clear
-// which of them an arm has come from.
+// Between overlapping areas a task may have length 0, and a strategy's plane no direction; the area that an arm comes
+// from would be ambiguous.
 void check_overlap(const MapView& tasks, const planner::PlannedArm& planned, const std::vector<std::string>& poses,
                    double spread) {
   const planner::Arm& arm = planned.arm;
@@ -44,11 +144,11 @@ void check_overlap(const MapView& tasks, const planner::PlannedArm& planned, con
     if (way > 2.0 * spread) continue;
     tasks.fail("areas." + arm.name, poses[k] + ", " + next,
                "poses more than twice tasks.spread apart in the joints that avoid, " + number_text(2.0 * spread) +
-                   " rad, for their areas must not overlap; it is " + number_text(way));
+                   " rad, because areas must not overlap; they are " + number_text(way) + " rad apart");
   }
 }
 
-// Areas are poses of arms that there are, and lie apart.
+// Areas name poses of existing arms, and do not overlap.
 void check_areas(const MapView& root, const planner::Cell& cell) {
   for (const auto& [name, poses] : cell.tasks.problem.areas) {
     const MapView tasks = root.at("tasks").map(section::kTasks);
@@ -69,12 +169,12 @@ void check_task_poses(const MapView& root, const planner::Cell& cell) {
   if (!cell.tasks.posture.empty()) require_of_every_arm(root, cell, "posture", cell.tasks.posture);
 }
 
-// Relations between sections, which no section's reader can check alone.
+// Relations between sections.
 void check_relations(const MapView& root, const CellFile& file) {
   if (file.network.transport == Transport::kSharedMemory && file.hosts.size() > 1) {
     root.at("network").map(section::kNetwork).at("transport").fail("udp in a cell of several hosts");
   }
-  // The heartbeat is written by the working loop itself, so it cannot come more often than the loop runs.
+  // The working loop itself sends the heartbeat, at most once per period.
   const std::chrono::duration<double> deadline = file.supervision.heartbeat_deadline;
   const auto require_below = [&](const char* key, double period) {
     if (period < deadline.count()) return;

@@ -1,5 +1,5 @@
 #pragma once
-/// A cell file (YAML): the cell itself, and where on the network its services run. docs/reference/cell-file.md lists every key.
+/// A cell file (YAML): the cell, and the hosts of its services. docs/reference/cell-file.md lists every key.
 
 #include <chrono>
 #include <filesystem>
@@ -11,7 +11,7 @@
 #include "planner/cell.hpp"
 #include "planner/methods/registry.hpp"
 #include "planner/model/source_file.hpp"
-#include "services/config/config_error.hpp"
+#include "services/config/yaml_tree.hpp"
 
 namespace hecaton::config {
 
@@ -23,7 +23,7 @@ enum class Transport {
 /// How processes find each other.
 enum class Discovery {
   kMulticast,
-  kUnicast,  ///< each announces itself to the hosts' addresses and to `peers`
+  kUnicast,  ///< each process announces itself to the hosts' addresses and to `peers`
 };
 
 struct Network {
@@ -39,33 +39,35 @@ struct Host {
   std::string address;  ///< IP address or DNS name
 };
 
-/// Where the services of one arm run. Names of declared hosts.
+/// The hosts of one arm's services, by name.
 struct ArmHosts {
   std::string host;          ///< of the planner and the driver
   std::string standby_host;  ///< of the standby planner; empty: none
 };
 
-/// What moves an arm: `device:` of the cell file. Which types and keys there are, services/arm_driver/devices says.
+/// The device that moves an arm: `device` of the cell file. services/arm_driver/devices defines its types and keys.
 struct DeviceOptions {
   std::string type = "simulated";
   std::map<std::string, std::string, std::less<>> values;  ///< its other keys
-  std::string where;                                       ///< "FILE: arms[0].device", with which messages begin
+  std::string where;                                       ///< "FILE: arms[0].device", the beginning of messages
 };
 
-/// Who watches, and after how long a silence is a fault.
+/// The supervisor's hosts, and the time limits of fault detection.
 struct Supervision {
   std::string host;
   std::string standby_host;  ///< of the standby supervisor; empty: none
   std::chrono::nanoseconds heartbeat_period = std::chrono::milliseconds(10);  ///< of every service's working loop
-  /// No heartbeat for this long: the loop hangs. Whole milliseconds, as DDS deadlines are; > heartbeat_period.
+  /// After this time without heartbeat a loop counts as hanging. Whole milliseconds, as DDS deadlines; >
+  /// heartbeat_period.
   std::chrono::nanoseconds heartbeat_deadline = std::chrono::milliseconds(20);
-  /// Liveliness lease: nothing for this long: host or link is lost; > heartbeat_deadline.
+  /// Liveliness lease: after this time without any sample a host or its link counts as lost; > heartbeat_deadline.
   std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
   /// Liveliness lease between an active service and its standby; > heartbeat_period.
   std::chrono::nanoseconds failover_timeout = std::chrono::milliseconds(20);
-  /// A process whose loop is silent for this long (before it begins: six times that) is killed and restarted; 0: never.
+  /// The agent restarts a process whose loop has sent no heartbeat for this time (six times that before the first one);
+  /// 0: never.
   std::chrono::nanoseconds watchdog = std::chrono::seconds(10);
-  /// Kinds of faults, as in messages: what such a fault holds stays held until people resume it. Others' end by itself.
+  /// Kinds of faults whose hold lasts until a person resumes the arms. The hold of other kinds ends with the fault.
   std::set<std::string, std::less<>> waits_for_resume = {"contact"};
 };
 
@@ -78,16 +80,16 @@ struct CellFile {
   std::vector<DeviceOptions> devices;  ///< one per arm of the cell
   std::string world_host;
   Supervision supervision;
-  planner::SourceFiles sources;  ///< which files it was read from
-  bool real_time = false;        ///< services' loops have real-time priority where the machine allows it
+  planner::SourceFiles sources;  ///< the files that it was read from
+  bool real_time = false;        ///< loops of services get real-time priority where the machine allows it
 };
 
-/// Reads, and checks that the cell can start: see check_start. `snapshot`: the folder of copies to read instead (see
-/// planner::SourceFiles). `methods`: what the key `method` may name. Throws ConfigError.
+/// Reads a cell file and checks that the cell can start: check_start(). `snapshot`: a folder of copies to read instead
+/// (planner::SourceFiles). `methods`: the allowed values of the key `method`. Throws ConfigError.
 [[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {},
                                       const planner::MethodRegistry& methods = planner::built_in_methods());
 
-/// The same for a text, as if it stood in `path` (which names files relative to it, and messages).
+/// The same for a text, as if the file `path` contained it: other files are relative to it, and messages name it.
 [[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path,
                                        const planner::MethodRegistry& methods = planner::built_in_methods());
 

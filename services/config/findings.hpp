@@ -1,26 +1,26 @@
 #pragma once
-/// The single checks of validate(); each appends its findings.
+/// The geometric checks of validate(), in check_geometry.cpp. Each appends its findings.
 
 #include <vector>
 
+#include "planner/model/arm.hpp"
 #include "services/config/validate.hpp"
 
 namespace hecaton::config {
 
 using Findings = std::vector<Finding>;
 
-/// Dampers against latency and against what braking can follow.
-void check_dampers(const planner::Cell& cell, Findings& findings);
-/// Named poses, starts and stops of the route that the dampers do not let the arm keep.
+/// Named poses, starts and stops of the pose sequence at which dampers keep an arm away.
 void check_clearances(const planner::Cell& cell, Findings& findings);
-/// Obstacles that run through an arm's base or faster than an arm can flee.
+/// Scripted obstacles that pass through an arm's base, are faster than an arm, accelerate more than arms assume, or
+/// jump within reach.
 void check_obstacles(const planner::Cell& cell, Findings& findings);
-/// Margins of arms that sense against what is between beams, and their noise.
-void check_sensors(const planner::Cell& cell, Findings& findings);
-/// How much of the task area each arm reaches.
-void check_reach(const planner::Cell& cell, Findings& findings);
 
 /// "arms[2]"
 [[nodiscard]] std::string arm_key(int arm);
+
+/// The largest speed [m/s] of the tool frame's origin over random configurations and all joint velocities within the
+/// limits: a tight lower bound of the maximum. Deterministic.
+[[nodiscard]] double top_tool_speed(const planner::Arm& arm);
 
 }  // namespace hecaton::config

@@ -14,7 +14,7 @@ namespace {
 
 using Answer = std::optional<Complaint>;
 
-// Nothing thinner than a sheet of paper: distances to flatter shapes are no longer well conditioned.
+// As thin as a sheet of paper: distances to flatter shapes are ill-conditioned.
 constexpr Bounds kExtent{1e-4, kFarthest, "m"};
 constexpr Bounds kOptionalLength{0.0, kFarthest, "m"};
 constexpr Bounds kSpeed{0.0, 100.0, "m/s", true};
@@ -100,7 +100,7 @@ struct MotionRules {
       return Complaint{"motion.poses", count + " in one place", "poses of which at least two differ in position"};
     }
     if (auto answer = unless(kSpeed, "motion.speed", motion.speed)) return answer;
-    // What remains is a turn on the spot, which the world's own check words.
+    // The remaining error is a rotation in place, which world::why_invalid() describes.
     world::Obstacle moved;
     moved.name = obstacle.name;
     moved.shapes = obstacle.shapes;
@@ -144,7 +144,7 @@ struct MotionRules {
   }
 };
 
-/// Of the carried object's nearest point from the tool frame's origin [m].
+/// Distance of the carried obstacle's nearest point from the tool frame's origin [m].
 double distance_from_tool(const world::Obstacle& obstacle) {
   constexpr world::Sphere kPoint{1e-6};
   double nearest = std::numeric_limits<double>::infinity();

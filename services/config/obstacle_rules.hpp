@@ -1,13 +1,13 @@
 #pragma once
-/// What an obstacle may be: one set of rules for those of the cell file and for those that are added while the cell
-/// runs. Where it may be, among the arms, is obstacle_place.hpp's question.
+/// The rules for obstacles, both of the cell file and added while the cell runs. overlaps.hpp checks their poses
+/// against the arms.
 
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "services/config/bounds.hpp"
+#include "services/config/text.hpp"
 #include "world/model/scene.hpp"
 
 namespace hecaton::config {
@@ -15,26 +15,26 @@ namespace hecaton::config {
 inline constexpr std::size_t kMostShapes = 64;  ///< of one obstacle
 inline constexpr std::size_t kMostObstacles = 256;
 
-/// What an arm carries is at most this far from its tool frame's origin [m]: a gripper's fingers, no second arm.
+/// A carried obstacle is at most this far from the tool frame's origin [m]: the length of a gripper's fingers.
 inline constexpr double kGrasp = 0.1;
 
-/// What is wrong, in the words of the cell file.
+/// A violated rule, in the words of the cell file.
 struct Complaint {
   std::string key;      ///< below the obstacle: "shapes[0].radius"
-  std::string value;    ///< what stands there: "-1 m"
+  std::string value;    ///< "-1 m"
   std::string must_be;  ///< "between 0.0001 and 100 m"
 
   /// "shapes[0].radius = -1 m must be between 0.0001 and 100 m"
   [[nodiscard]] std::string sentence() const { return key + " = " + value + " must be " + must_be; }
 };
 
-/// Nothing when the obstacle may exist, wherever it is and whoever else is there.
+/// Checks an obstacle alone, without the rest of the cell. Empty when it is allowed.
 [[nodiscard]] std::optional<Complaint> complain(const world::Obstacle& obstacle);
 
-/// Of a place in the world: every coordinate finite and near enough, the rotation rigid.
+/// Checks a pose in the world: finite, at most kFarthest from the origin, rigid. Empty when it is allowed.
 [[nodiscard]] std::optional<Complaint> complain(const world::Pose& pose, const std::string& key);
 
-/// Nothing when neither an arm nor another obstacle has this name.
+/// Empty when neither an arm nor another obstacle has this name.
 [[nodiscard]] std::optional<Complaint> complain_about_name(const std::string& name, std::span<const std::string> arms,
                                                            std::span<const std::string> obstacles);
 

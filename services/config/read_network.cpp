@@ -1,5 +1,3 @@
-#include "services/config/read_network.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,8 +6,9 @@
 
 #include <arpa/inet.h>
 
-#include "services/config/fields.hpp"
+#include "services/config/readers.hpp"
 #include "services/config/text.hpp"
+#include "services/config/yaml_view.hpp"
 
 namespace hecaton::config {
 namespace {
@@ -37,13 +36,13 @@ std::optional<std::uint32_t> ipv4(const std::string& text) {
   return ntohl(parsed.s_addr);
 }
 
-/// That one machine can have: not of "this network", a group's, reserved or everybody's (RFC 1122, 1112).
-bool is_of_one_machine(std::uint32_t address) {
+/// A unicast address: not of "this network", a group, reserved or broadcast (RFC 1122, RFC 1112).
+bool is_unicast(std::uint32_t address) {
   return address >> 24U != 0 && address >> 24U < 224;
 }
 
-/// RFC 1123, and the underscores that container names have. A last label of digits alone would be a mistyped address:
-/// resolvers take "10.0.7" for 10.0.0.7.
+/// A host name by RFC 1123, with the underscores of container names. A last label of digits alone is a mistyped
+/// address: resolvers read "10.0.7" as 10.0.0.7.
 bool is_host_name(std::string_view text) {
   if (text.size() > kLongestHostName) return false;
   bool only_digits = true;
@@ -63,7 +62,7 @@ bool is_host_name(std::string_view text) {
 std::string read_address(const YamlView& view) {
   std::string address = view.text();
   const auto number = ipv4(address);
-  if (number ? !is_of_one_machine(*number) : !is_host_name(address)) {
+  if (number ? !is_unicast(*number) : !is_host_name(address)) {
     view.fail("the IPv4 address of one machine, such as 10.0.0.2, or a host name, both without a port");
   }
   return address;
@@ -72,13 +71,13 @@ std::string read_address(const YamlView& view) {
 std::string read_ipv4(const YamlView& view) {
   std::string address = view.text();
   const auto number = ipv4(address);
-  if (!number || !is_of_one_machine(*number)) {
+  if (!number || !is_unicast(*number)) {
     view.fail("an IPv4 address of one machine, such as 10.0.0.2, without a port");
   }
   return address;
 }
 
-// It reaches messages: let nothing through that no interface is called.
+// Messages contain the name: only characters of interface names are allowed.
 std::string read_interface(const YamlView& view) {
   constexpr std::size_t kLongest = 15;  // of names (IFNAMSIZ) and of IPv4 addresses
   std::string name = view.text();
@@ -116,7 +115,7 @@ void read_watchdog(const MapView& map, Supervision& supervision) {
   const auto view = map.find("watchdog");
   if (!view) return;
   const double seconds = view->seconds({0.0, 3600.0, "s"});
-  if (seconds > 0.0 && seconds < 1.0) view->fail("0 or at least 1s: loops tell four times a second that they turn");
+  if (seconds > 0.0 && seconds < 1.0) view->fail("0 or at least 1s: loops report progress four times a second");
   supervision.watchdog = std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
@@ -124,7 +123,7 @@ std::string milliseconds_text(std::chrono::nanoseconds time) {
   return number_text(std::chrono::duration<double, std::milli>(time).count()) + "ms";
 }
 
-// One sentence about two durations of a section, each given or by default.
+// Either duration may be a default.
 void require_above(const MapView& map, std::string_view key, std::chrono::nanoseconds value, std::string_view other_key,
                    std::chrono::nanoseconds other) {
   if (value > other) return;
@@ -210,7 +209,7 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   supervision.heartbeat_period = read_silence(map, "heartbeat_period", supervision.heartbeat_period);
   supervision.heartbeat_deadline = read_silence(map, "heartbeat_deadline", supervision.heartbeat_deadline);
   supervision.host_lease = read_silence(map, "host_lease", supervision.host_lease);
-  supervision.takeover_lease = read_silence(map, "takeover_lease", supervision.takeover_lease);
+  supervision.failover_timeout = read_silence(map, "failover_timeout", supervision.failover_timeout);
   read_watchdog(map, supervision);
   read_recovery(map, supervision);
   if (supervision.heartbeat_deadline % std::chrono::milliseconds(1) != std::chrono::nanoseconds(0)) {
@@ -219,7 +218,8 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   require_above(map, "heartbeat_deadline", supervision.heartbeat_deadline, "heartbeat_period",
                 supervision.heartbeat_period);
   require_above(map, "host_lease", supervision.host_lease, "heartbeat_deadline", supervision.heartbeat_deadline);
-  require_above(map, "takeover_lease", supervision.takeover_lease, "heartbeat_period", supervision.heartbeat_period);
+  require_above(map, "failover_timeout", supervision.failover_timeout, "heartbeat_period",
+                supervision.heartbeat_period);
   return supervision;
 }
 

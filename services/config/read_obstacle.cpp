@@ -1,15 +1,143 @@
-#include "services/config/read_obstacle.hpp"
-
 #include <algorithm>
+#include <array>
 
-#include "services/config/fields.hpp"
+#include "planner/model/mesh_shape.hpp"
 #include "services/config/obstacle_rules.hpp"
-#include "services/config/read_motion.hpp"
-#include "services/config/read_shape.hpp"
+#include "services/config/readers.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
 namespace {
+
+// obstacle_rules checks all numbers of shapes and motions.
+world::PlacedShape read_box(const MapView& map) {
+  const Eigen::Vector3d size = read_vector(map.at("size"), "numbers [x, y, z] in m");
+  return {world::Box{size / 2.0}, read_pose(map, "pose")};
+}
+
+world::PlacedShape read_sphere(const MapView& map) {
+  return {world::Sphere{map.at("radius").number()}, read_pose(map, "pose")};
+}
+
+world::PlacedShape read_capsule(const MapView& map) {
+  const double length = map.at("length").number();
+  return {world::Capsule{map.at("radius").number(), length / 2.0}, read_pose(map, "pose")};
+}
+
+world::PlacedShape read_cylinder(const MapView& map) {
+  const double height = map.at("height").number();
+  return {world::Cylinder{map.at("radius").number(), height / 2.0}, read_pose(map, "pose")};
+}
+
+world::PlacedShape read_mesh(const MapView& map) {
+  const YamlView file = map.at("file");
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+  if (const auto view = map.find("scale")) {
+    constexpr Bounds kScale{1e-6, 1e6, ""};
+    scale = view->is_sequence() ? read_vector(*view, kScale, "factors [x, y, z]")
+                                : Eigen::Vector3d::Constant(view->number(kScale));
+  }
+  const std::string where = file.file() + ": " + file.path();
+  try {
+    const planner::LinkGeometry geometry =
+        planner::mesh_shape(beside(file.file(), file.text()), scale, planner::MeshGeometry::kConvexHull, where,
+                            file.sources())
+            .geometry;
+    return {geometry.shape, read_pose(map, "pose") * geometry.X_LS};
+  } catch (const planner::ModelError& error) {
+    throw ConfigError(error.what());
+  }
+}
+
+/// What the value of `type` selects: the keys of the map, and their reader.
+template <class Value>
+struct Type {
+  const Section& section;
+  Value (*read)(const MapView&);
+};
+
+constexpr std::array<std::string_view, 5> kShapeNames = {"box", "sphere", "capsule", "cylinder", "mesh"};
+const std::array<Type<world::PlacedShape>, 5> kShapeTypes = {{{section::kBox, read_box},
+                                                              {section::kSphere, read_sphere},
+                                                              {section::kCapsule, read_capsule},
+                                                              {section::kCylinder, read_cylinder},
+                                                              {section::kMesh, read_mesh}}};
+
+world::PlacedShape read_shape(const YamlView& view) {
+  const auto& type = kShapeTypes[view.type(kShapeNames)];
+  return type.read(view.map(type.section));
+}
+
+constexpr std::size_t kMostWaypoints = 1000;
+
+world::Motion read_static(const MapView& /*map*/) {
+  return world::StaticMotion{};
+}
+
+world::Motion read_waypoints(const MapView& map) {
+  world::WaypointMotion motion;
+  for (const YamlView& pose : map.at("poses").items(2, kMostWaypoints, "poses")) {
+    motion.poses_W.push_back(read_pose(pose));
+  }
+  motion.speed = map.at("speed").number();
+  read_boolean(map, "loop", motion.loop);
+  return motion;
+}
+
+world::Motion read_circle(const MapView& map) {
+  world::CircleMotion motion;
+  motion.centre_W = read_vector(map.at("centre"), "numbers [x, y, z] in m");
+  if (const auto axis = map.find("axis")) motion.axis_W = read_direction(*axis);
+  motion.angular_speed = map.at("angular_speed").number();
+  read_boolean(map, "turn_with_motion", motion.turn_with_motion);
+  return motion;
+}
+
+world::Motion read_sine(const MapView& map) {
+  world::SineMotion motion;
+  motion.direction_W = read_direction(map.at("direction"));
+  motion.amplitude = map.at("amplitude").number();
+  motion.period = map.at("period").seconds();
+  read_number(map, "phase", motion.phase);
+  return motion;
+}
+
+world::Motion read_conveyor(const MapView& map) {
+  world::ConveyorMotion motion;
+  motion.direction_W = read_direction(map.at("direction"));
+  motion.speed = map.at("speed").number();
+  motion.length = map.at("length").number();
+  return motion;
+}
+
+world::Motion read_dynamic(const MapView& map) {
+  world::DynamicMotion motion;
+  motion.mass = map.at("mass").number();
+  read_number(map, "friction", motion.friction);
+  read_number(map, "rolling_friction", motion.rolling_friction);
+  read_number(map, "restitution", motion.restitution);
+  if (const auto view = map.find("linear_velocity")) {
+    motion.initial_velocity.linear = read_vector(*view, "numbers [x, y, z] in m/s");
+  }
+  if (const auto view = map.find("angular_velocity")) {
+    motion.initial_velocity.angular = read_vector(*view, "numbers [x, y, z] in rad/s");
+  }
+  return motion;
+}
+
+constexpr std::array<std::string_view, 6> kMotionNames = {"static", "waypoints", "circle",
+                                                          "sine",   "conveyor",  "dynamic"};
+const std::array<Type<world::Motion>, 6> kMotionTypes = {{{section::kStatic, read_static},
+                                                          {section::kWaypoints, read_waypoints},
+                                                          {section::kCircle, read_circle},
+                                                          {section::kSine, read_sine},
+                                                          {section::kConveyor, read_conveyor},
+                                                          {section::kDynamic, read_dynamic}}};
+
+world::Motion read_motion(const YamlView& view) {
+  const auto& type = kMotionTypes[view.type(kMotionNames)];
+  return type.read(view.map(type.section));
+}
 
 world::Attachment read_attachment(const YamlView& view, std::span<const planner::PlannedArm> arms) {
   const MapView map = view.map(section::kAttachment);
@@ -23,7 +151,7 @@ world::Attachment read_attachment(const YamlView& view, std::span<const planner:
   return attachment;
 }
 
-// Where a moving obstacle is at t = 0 follows from its motion for some motions; two answers would contradict.
+// For waypoints, the motion defines the pose at t = 0: a second definition is an error.
 void read_place(const MapView& map, world::Obstacle& obstacle) {
   const auto pose = map.find("pose");
   const auto motion = map.find("motion");

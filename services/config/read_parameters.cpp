@@ -1,57 +1,22 @@
-#include "services/config/read_parameters.hpp"
-
 #include <algorithm>
 
 #include "planner/methods/registry.hpp"
-#include "services/config/config_error.hpp"
-#include "services/config/fields.hpp"
-#include "services/config/yaml_tree.hpp"
+#include "services/config/readers.hpp"
+#include "services/config/text.hpp"
 
 namespace hecaton::config {
 namespace {
-
-constexpr Bounds kDistance{0.0, 10.0, "m", true};
-
-void read_damper(const MapView& map, planner::DamperParameters& damper) {
-  read_number(map, "influence_distance", kDistance, damper.influence_distance);
-  read_number(map, "security_distance", kDistance, damper.security_distance);
-  read_number(map, "convergence_speed", {0.0, 100.0, "m/s", true}, damper.convergence_speed);
-  read_number(map, "self_influence_distance", kDistance, damper.self_influence_distance);
-  read_number(map, "self_security_distance", kDistance, damper.self_security_distance);
-}
-
-void read_yielding(const MapView& map, planner::YieldingParameters& yielding) {
-  read_seconds(map, "yield_request_delay", {0.0, 3600.0, "s"}, yielding.yield_request_delay);
-  read_boolean(map, "at_rest", yielding.at_rest);
-}
-
-void read_rollout(const MapView& map, planner::RolloutParameters& rollout) {
-  if (const auto count = map.find("candidates")) rollout.candidates = count->integer(0, 1000);
-  read_seconds(map, "horizon", {0.0, 60.0, "s", true}, rollout.horizon);
-  read_number(map, "horizon_growth", {1.0, 100.0, ""}, rollout.horizon_growth);
-  read_seconds(map, "longest_horizon", {0.0, 60.0, "s", true}, rollout.longest_horizon);
-  read_seconds(map, "interval", {0.0, 60.0, "s", true}, rollout.interval);
-  if (const auto ticks = map.find("ticks_per_period")) rollout.ticks_per_period = ticks->integer(1, 1'000'000);
-}
-
-void read_replanning(const MapView& map, planner::ReplanningParameters& replanning) {
-  read_seconds(map, "stall_timeout", {0.0, 3600.0, "s"}, replanning.stall_timeout);
-}
-
-void read_coordination(const MapView& map, planner::CoordinationParameters& coordination) {
-  read_seconds(map, "stall_timeout", {0.0, 3600.0, "s"}, coordination.stall_timeout);
-}
 
 Bounds bounds(const planner::ParameterRange& range) {
   return {range.low, range.high, range.unit, range.low_open};
 }
 
-/// Sets what one map of the cell file says: an arm's, `defaults`, or an arm's section of a file of its own.
+/// Sets parameters from one map of the cell file (an arm or `defaults`), or from an arm's section in a separate file.
 class ParameterReader final : public planner::ParameterVisitor {
  public:
-  /// Of the sections in `arm`.
+  /// Reads the sections in `arm`.
   ParameterReader(const MapView& arm, const ArmSections& sections) : arm_(&arm), sections_(&sections) {}
-  /// Of the section `name` alone, which is `keys`.
+  /// Reads the section `name` only, whose map is `keys`.
   ParameterReader(std::string_view name, const MapView& keys) : only_(name), only_keys_(keys) {}
 
   void section(std::string_view name) override {
@@ -60,7 +25,7 @@ class ParameterReader final : public planner::ParameterVisitor {
     if (only_keys_) {
       if (name == only_) keys_ = only_keys_;
     } else if (const auto view = arm_->find(name)) {
-      keys_ = view->map(sections_->of_method(name));
+      keys_ = view->map(sections_->parameters(name));
     }
   }
   void number(std::string_view name, double& value, const planner::ParameterRange& range) override {
@@ -71,6 +36,9 @@ class ParameterReader final : public planner::ParameterVisitor {
   }
   void integer(std::string_view name, int& value, int low, int high) override {
     if (const auto view = find(name)) value = view->integer(low, high);
+  }
+  void boolean(std::string_view name, bool& value) override {
+    if (keys_) read_boolean(*keys_, name, value);
   }
   void word(std::string_view name, std::span<const std::string_view> words, std::size_t& index) override {
     if (const auto view = find(name)) index = view->choice(words);
@@ -107,8 +75,8 @@ class ParameterReader final : public planner::ParameterVisitor {
   std::optional<MapView> keys_;  ///< of the open section, if the file has it
 };
 
-/// Reads the files that sections name: the arm's own file, or else the default one, unless the arm itself says what is
-/// in it.
+/// Reads the files that sections name: the arm's own file, else the default one, unless the arm gives their keys
+/// itself.
 class FileReader final : public planner::ParameterVisitor {
  public:
   FileReader(const ArmView& view, const ArmSections& sections, planner::MotionMethod& method)
@@ -123,7 +91,7 @@ class FileReader final : public planner::ParameterVisitor {
   bool read_of(const MapView& arm, std::string_view name, std::initializer_list<std::string_view> said_there) {
     const auto section = arm.find(section_);
     if (!section) return false;
-    const MapView keys = section->map(sections_.of_method(section_));
+    const MapView keys = section->map(sections_.parameters(section_));
     if (const auto given = keys.find(name)) {
       read_file(*given, *said_there.begin());
       return true;
@@ -139,7 +107,7 @@ class FileReader final : public planner::ParameterVisitor {
     const std::string arm = view_.own.at("name").name();
     for (const auto& [name, view] : root.named_items(128)) {
       if (name != arm) continue;
-      const MapView keys = view.map(sections_.of_method(section_));
+      const MapView keys = view.map(sections_.parameters(section_));
       static_cast<void>(keys.at(needed));
       ParameterReader reader(section_, keys);
       method_.visit_parameters(reader);
@@ -181,19 +149,29 @@ std::string_view read_method_name(const ArmView& view, const ArmSections& sectio
   return names[given->choice(names)];
 }
 
-void read_parameters(const MapView& map, planner::LocalParameters& parameters) {
-  if (const auto damper = map.find("damper")) read_damper(damper->map(section::kDamper), parameters.damper);
-  if (const auto yielding = map.find("yielding")) read_yielding(yielding->map(section::kYielding), parameters.yielding);
-  if (const auto rollout = map.find("rollout")) read_rollout(rollout->map(section::kRollout), parameters.rollout);
-  if (const auto replanning = map.find("replanning")) {
-    read_replanning(replanning->map(section::kReplanning), parameters.replanning);
+planner::LocalParameters read_parameters(const ArmView& view, const ArmSections& sections,
+                                         const planner::Timing& timing) {
+  planner::LocalParameters parameters;
+  for (const MapView* map : {view.defaults ? &*view.defaults : nullptr, &view.own}) {
+    if (map == nullptr) continue;
+    ParameterReader reader(*map, sections);
+    visit_parameters(parameters, reader);
+    read_number(*map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
+    read_number(*map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
+    read_seconds(*map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);
   }
-  if (const auto coordination = map.find("coordination")) {
-    read_coordination(coordination->map(section::kCoordination), parameters.coordination);
+  const std::string complaint = parameters.validate();
+  if (!complaint.empty()) {
+    throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);
   }
-  read_number(map, "goal_tolerance", {0.0, 0.1, "rad (m for a prismatic joint)", true}, parameters.goal_tolerance);
-  read_number(map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
-  read_seconds(map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);
+  const auto require = [&](const char* key, double period) {
+    if (parameters.state_age_limit >= 2.0 * period) return;
+    view.own.fail("state_age_limit", number_text(parameters.state_age_limit * 1e3) + "ms",
+                  std::string("at least twice timing.") + key + " = " + number_text(period * 1e3) + "ms");
+  };
+  require("control_period", timing.control_period);
+  require("world_period", timing.world_period);
+  return parameters;
 }
 
 }  // namespace hecaton::config

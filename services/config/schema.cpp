@@ -1,182 +1,87 @@
 #include "services/config/schema.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "planner/methods/registry.hpp"
 
 namespace hecaton::config {
-namespace {
 
-using Words = std::string_view;
-
-constexpr std::array kRootKeys = {Words("name"),     Words("network"),     Words("hosts"),    Words("world"),
-                                  Words("geometry"), Words("supervision"), Words("timing"),   Words("tasks"),
-                                  Words("defaults"), Words("arms"),        Words("obstacles")};
-constexpr std::array kNetworkKeys = {Words("domain"), Words("transport"), Words("interface"), Words("discovery"),
-                                     Words("peers")};
-constexpr std::array kWorldKeys = {Words("host"), Words("floor_z"), Words("gravity")};
-constexpr std::array kSupervisionKeys = {
-    Words("host"),       Words("standby_host"),   Words("heartbeat_period"), Words("heartbeat_deadline"),
-    Words("host_lease"), Words("takeover_lease"), Words("watchdog"),         Words("recovery")};
-constexpr std::array kRecoveryKeys = {Words("driver_silent"), Words("world_silent"), Words("node_missing"),
-                                      Words("node_silent"),   Words("process_died"), Words("node_failed"),
-                                      Words("host_lost"),     Words("contact"),      Words("arm_failed")};
-constexpr std::array kTimingKeys = {Words("control_period"), Words("driver_period"), Words("world_period"),
-                                    Words("command_timeout"), Words("real_time")};
-constexpr std::array kTaskKeys = {Words("pose_sequence"), Words("frame"),   Words("centre"),      Words("radius"),
-                                  Words("half_height"),   Words("posture"), Words("conflicting"), Words("time_limit"),
-                                  Words("clutter"),       Words("areas"),   Words("spread"),      Words("mean_wait")};
-constexpr std::array kClutterKeys = {Words("count"), Words("smallest"), Words("largest"), Words("inner"),
-                                     Words("outer"), Words("lowest"),   Words("highest")};
-constexpr std::array kPoseKeys = {Words("xyz"), Words("rpy")};
-constexpr std::array kArmKeys = {
-    // What one arm alone can have first, then what `defaults` may say for all of them.
-    Words("name"),
-    Words("base"),
-    Words("host"),
-    Words("standby_host"),
-    Words("urdf"),
-    Words("srdf"),
-    Words("packages"),
-    Words("meshes"),
-    Words("tool_link"),
-    Words("tool"),
-    Words("limits"),
-    Words("poses"),
-    Words("start"),
-    Words("device"),
-    Words("method"),
-    Words("damper"),
-    Words("yielding"),
-    Words("rollout"),
-    Words("replanning"),
-    Words("coordination"),
-    Words("goal_tolerance"),
-    Words("acceleration_of_obstacles"),
-    Words("state_age_limit"),
-    Words("sensors")};
-constexpr std::size_t kOwnArmKeys = 4;
-constexpr std::array kArmLimitKeys = {Words("lower"), Words("upper"), Words("velocity"), Words("acceleration")};
-constexpr std::array kDamperKeys = {Words("influence_distance"), Words("security_distance"), Words("convergence_speed"),
-                                    Words("self_influence_distance"), Words("self_security_distance")};
-constexpr std::array kYieldingKeys = {Words("yield_request_delay"), Words("at_rest")};
-constexpr std::array kRolloutKeys = {Words("candidates"),      Words("horizon"),  Words("horizon_growth"),
-                                     Words("longest_horizon"), Words("interval"), Words("ticks_per_period")};
-constexpr std::array kReplanningKeys = {Words("stall_timeout")};
-constexpr std::array kCoordinationKeys = {Words("stall_timeout")};
-constexpr std::array kSensorKeys = {Words("name"),        Words("link"),         Words("position"), Words("direction"),
-                                    Words("to_position"), Words("to_direction"), Words("rays"),     Words("range"),
-                                    Words("noise"),       Words("period"),       Words("simulated")};
-constexpr std::array kObstacleKeys = {Words("name"), Words("shapes"), Words("pose"), Words("motion"),
-                                      Words("attached_to")};
-constexpr std::array kAttachmentKeys = {Words("arm"), Words("pose")};
-constexpr std::array kBoxKeys = {Words("type"), Words("pose"), Words("size")};
-constexpr std::array kSphereKeys = {Words("type"), Words("pose"), Words("radius")};
-constexpr std::array kCapsuleKeys = {Words("type"), Words("pose"), Words("radius"), Words("length")};
-constexpr std::array kCylinderKeys = {Words("type"), Words("pose"), Words("radius"), Words("height")};
-constexpr std::array kMeshKeys = {Words("type"), Words("pose"), Words("file"), Words("scale")};
-constexpr std::array kStaticKeys = {Words("type")};
-constexpr std::array kWaypointsKeys = {Words("type"), Words("poses"), Words("speed"), Words("loop")};
-constexpr std::array kCircleKeys = {Words("type"), Words("centre"), Words("axis"), Words("angular_speed"),
-                                    Words("turn_with_motion")};
-constexpr std::array kSineKeys = {Words("type"), Words("direction"), Words("amplitude"), Words("period"),
-                                  Words("phase")};
-constexpr std::array kConveyorKeys = {Words("type"), Words("direction"), Words("speed"), Words("length")};
-constexpr std::array kDynamicKeys = {Words("type"),
-                                     Words("mass"),
-                                     Words("friction"),
-                                     Words("rolling_friction"),
-                                     Words("restitution"),
-                                     Words("linear_velocity"),
-                                     Words("angular_velocity")};
-
-}  // namespace
-
-namespace section {
-constexpr Section kRoot{"cell file", kRootKeys};
-constexpr Section kNetwork{"network", kNetworkKeys};
-constexpr Section kHosts{"hosts", {}, true};
-constexpr Section kWorld{"world", kWorldKeys};
-constexpr Section kSupervision{"supervision", kSupervisionKeys};
-constexpr Section kRecovery{"supervision.recovery", kRecoveryKeys};
-constexpr Section kTiming{"timing", kTimingKeys};
-constexpr Section kTasks{"tasks", kTaskKeys};
-constexpr Section kTaskAreas{"tasks.areas", {}, true};
-constexpr Section kClutter{"tasks.clutter", kClutterKeys};
-constexpr Section kPose{"pose", kPoseKeys};
-constexpr Section kArmLimits{"arms[].limits", kArmLimitKeys};
-constexpr Section kArmPoses{"arms[].poses", {}, true};
-constexpr Section kPackages{"arms[].packages", {}, true};
-constexpr Section kDevice{"arms[].device", {}, true};
-constexpr Section kDamper{"arms[].damper", kDamperKeys};
-constexpr Section kYielding{"arms[].yielding", kYieldingKeys};
-constexpr Section kRollout{"arms[].rollout", kRolloutKeys};
-constexpr Section kReplanning{"arms[].replanning", kReplanningKeys};
-constexpr Section kCoordination{"arms[].coordination", kCoordinationKeys};
-constexpr Section kSensor{"arms[].sensors[]", kSensorKeys};
-constexpr Section kObstacle{"obstacles[]", kObstacleKeys};
-constexpr Section kAttachment{"obstacles[].attached_to", kAttachmentKeys};
-constexpr Section kBox{"obstacles[].shapes[] of type box", kBoxKeys};
-constexpr Section kSphere{"obstacles[].shapes[] of type sphere", kSphereKeys};
-constexpr Section kCapsule{"obstacles[].shapes[] of type capsule", kCapsuleKeys};
-constexpr Section kCylinder{"obstacles[].shapes[] of type cylinder", kCylinderKeys};
-constexpr Section kMesh{"obstacles[].shapes[] of type mesh", kMeshKeys};
-constexpr Section kStatic{"obstacles[].motion of type static", kStaticKeys};
-constexpr Section kWaypoints{"obstacles[].motion of type waypoints", kWaypointsKeys};
-constexpr Section kCircle{"obstacles[].motion of type circle", kCircleKeys};
-constexpr Section kSine{"obstacles[].motion of type sine", kSineKeys};
-constexpr Section kConveyor{"obstacles[].motion of type conveyor", kConveyorKeys};
-constexpr Section kDynamic{"obstacles[].motion of type dynamic", kDynamicKeys};
-}  // namespace section
+void visit_parameters(planner::LocalParameters& parameters, planner::ParameterVisitor& visitor) {
+  const planner::ParameterRange distance{0.0, 10.0, "m", true};
+  const planner::ParameterRange delay{0.0, 3600.0, "s"};
+  const planner::ParameterRange minute{0.0, 60.0, "s", true};
+  visitor.section("damper");
+  visitor.number("influence_distance", parameters.damper.influence_distance, distance);
+  visitor.number("security_distance", parameters.damper.security_distance, distance);
+  visitor.number("convergence_speed", parameters.damper.convergence_speed, {0.0, 100.0, "m/s", true});
+  visitor.number("self_influence_distance", parameters.damper.self_influence_distance, distance);
+  visitor.number("self_security_distance", parameters.damper.self_security_distance, distance);
+  visitor.section("yielding");
+  visitor.seconds("yield_request_delay", parameters.yielding.yield_request_delay, delay);
+  visitor.boolean("at_rest", parameters.yielding.at_rest);
+  visitor.section("rollout");
+  visitor.integer("candidates", parameters.rollout.candidates, 0, 1000);
+  visitor.seconds("horizon", parameters.rollout.horizon, minute);
+  visitor.number("horizon_growth", parameters.rollout.horizon_growth, {1.0, 100.0, ""});
+  visitor.seconds("longest_horizon", parameters.rollout.longest_horizon, minute);
+  visitor.seconds("interval", parameters.rollout.interval, minute);
+  visitor.integer("ticks_per_period", parameters.rollout.ticks_per_period, 1, 1'000'000);
+  visitor.section("replanning");
+  visitor.seconds("stall_timeout", parameters.replanning.stall_timeout, delay);
+  visitor.section("coordination");
+  visitor.seconds("stall_timeout", parameters.coordination.stall_timeout, delay);
+}
 
 ArmSections::ArmSections(const planner::MethodRegistry& registry) : registry_(registry) {
   struct Collector : planner::ParameterVisitor {
-    std::deque<Keys>* found;
-    Keys* open = nullptr;
+    std::vector<std::pair<std::string_view, Section>> found;
+    std::size_t open = 0;
 
     void section(std::string_view name) override {
-      const auto same = [&](const Keys& keys) { return keys.name == name; };
-      const auto known = std::find_if(found->begin(), found->end(), same);
-      open = known == found->end() ? &found->emplace_back(std::string(name)) : &*known;
+      const auto known =
+          std::find_if(found.begin(), found.end(), [&](const auto& entry) { return entry.first == name; });
+      open = static_cast<std::size_t>(known - found.begin());
+      if (known == found.end()) found.push_back({name, {"arms[]." + std::string(name), {}}});
     }
     void key(std::string_view name) override {
-      if (std::find(open->keys.begin(), open->keys.end(), name) == open->keys.end()) open->keys.push_back(name);
+      auto& keys = found[open].second.keys;
+      if (std::find(keys.begin(), keys.end(), name) == keys.end()) keys.push_back(name);
     }
   } collector;
-  collector.found = &of_methods_;
+  planner::LocalParameters local;
+  visit_parameters(local, collector);
   for (const auto& method : registry.make_all()) method->visit_parameters(collector);
-  keys_.assign(kArmKeys.begin(), kArmKeys.end());
-  for (Keys& keys : of_methods_) {
-    keys.section = {keys.where, keys.keys};
-    keys_.push_back(keys.name);
-  }
-  arm_ = {"arms[]", keys_};
-  defaults_ = {"defaults", std::span<const std::string_view>(keys_).subspan(kOwnArmKeys)};
+  parameters_ = std::move(collector.found);
+
+  arm_ = {"arms[]", {"name", "base", "host", "standby_host"}};
+  defaults_ = {"defaults",
+               {"urdf", "srdf", "packages", "meshes", "tool_link", "tool", "limits", "poses", "start", "device",
+                "method", "goal_tolerance", "acceleration_of_obstacles", "state_age_limit", "sensors"}};
+  for (const auto& [name, section] : parameters_) defaults_.keys.push_back(name);
+  arm_.keys.insert(arm_.keys.end(), defaults_.keys.begin(), defaults_.keys.end());
 }
 
-const Section& ArmSections::of_method(std::string_view name) const {
-  return std::find_if(of_methods_.begin(), of_methods_.end(), [&](const Keys& keys) { return keys.name == name; })
-      ->section;
+const Section& ArmSections::parameters(std::string_view name) const {
+  return std::find_if(parameters_.begin(), parameters_.end(), [&](const auto& entry) { return entry.first == name; })
+      ->second;
 }
 
 std::vector<const Section*> ArmSections::all() const {
   std::vector<const Section*> sections{&arm_, &defaults_};
-  for (const Keys& keys : of_methods_) sections.push_back(&keys.section);
+  for (const auto& [name, section] : parameters_) sections.push_back(&section);
   return sections;
 }
 
 std::vector<const Section*> all_sections() {
   using namespace section;
   static const ArmSections of_arms(planner::built_in_methods());
-  std::vector<const Section*> all = {&kRoot,       &kNetwork,      &kHosts,     &kWorld,    &kSupervision, &kRecovery,
-                                     &kTiming,     &kTasks,        &kTaskAreas, &kClutter,  &kPose,        &kArmLimits,
-                                     &kArmPoses,   &kPackages,     &kDevice,    &kDamper,   &kYielding,    &kRollout,
-                                     &kReplanning, &kCoordination, &kSensor,    &kObstacle, &kAttachment,  &kBox,
-                                     &kSphere,     &kCapsule,      &kCylinder,  &kMesh,     &kStatic,      &kWaypoints,
-                                     &kCircle,     &kSine,         &kConveyor,  &kDynamic};
-  const auto of_methods = of_arms.all();
-  all.insert(all.end(), of_methods.begin(), of_methods.end());
+  std::vector<const Section*> all = {&kRoot,      &kNetwork,  &kHosts,     &kWorld,    &kSupervision, &kRecovery,
+                                     &kTiming,    &kTasks,    &kTaskAreas, &kClutter,  &kPose,        &kArmLimits,
+                                     &kArmPoses,  &kPackages, &kDevice,    &kSensor,   &kObstacle,    &kAttachment,
+                                     &kBox,       &kSphere,   &kCapsule,   &kCylinder, &kMesh,        &kStatic,
+                                     &kWaypoints, &kCircle,   &kSine,      &kConveyor, &kDynamic};
+  const auto arms = of_arms.all();
+  all.insert(all.end(), arms.begin(), arms.end());
   return all;
 }
 

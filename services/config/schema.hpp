@@ -2,94 +2,98 @@
 /// Every key that a cell file may have, section by section. Readers can only ask for keys that are listed here, and
 /// docs/reference/cell-file.md documents each of them.
 
-#include <deque>
-#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace hecaton::planner {
 class MethodRegistry;
+class ParameterVisitor;
+struct LocalParameters;
 }  // namespace hecaton::planner
 
 namespace hecaton::config {
 
 /// One kind of map in a cell file.
 struct Section {
-  std::string_view where;  ///< its key path, "[]" for any item of a list
-  std::span<const std::string_view> keys;
-  bool free_names = false;  ///< the file's author chooses the keys; `keys` is empty
+  std::string where;  ///< its key path, with "[]" for any item of a list
+  std::vector<std::string_view> keys;
+  bool free_names = false;  ///< the user chooses the keys; `keys` is empty
 };
 
 namespace section {
-extern const Section kRoot;
-extern const Section kNetwork;
-extern const Section kHosts;
-extern const Section kWorld;
-extern const Section kSupervision;
-extern const Section kRecovery;
-extern const Section kTiming;
-extern const Section kTasks;
-extern const Section kTaskAreas;
-extern const Section kClutter;
-extern const Section kPose;
-extern const Section kArmLimits;
-extern const Section kArmPoses;
-extern const Section kPackages;
-extern const Section kDevice;
-extern const Section kDamper;
-extern const Section kYielding;
-extern const Section kRollout;
-extern const Section kReplanning;
-extern const Section kCoordination;
-extern const Section kSensor;
-extern const Section kObstacle;
-extern const Section kAttachment;
-extern const Section kBox;
-extern const Section kSphere;
-extern const Section kCapsule;
-extern const Section kCylinder;
-extern const Section kMesh;
-extern const Section kStatic;
-extern const Section kWaypoints;
-extern const Section kCircle;
-extern const Section kSine;
-extern const Section kConveyor;
-extern const Section kDynamic;
+inline const Section kRoot{"cell file",
+                           {"name", "network", "hosts", "world", "geometry", "supervision", "timing", "tasks",
+                            "defaults", "arms", "obstacles"}};
+inline const Section kNetwork{"network", {"domain", "transport", "interface", "discovery", "peers"}};
+inline const Section kHosts{"hosts", {}, true};
+inline const Section kWorld{"world", {"host", "floor_z", "gravity"}};
+inline const Section kSupervision{"supervision",
+                                  {"host", "standby_host", "heartbeat_period", "heartbeat_deadline", "host_lease",
+                                   "failover_timeout", "watchdog", "recovery"}};
+inline const Section kRecovery{"supervision.recovery",
+                               {"driver_silent", "world_silent", "node_missing", "node_silent", "process_died",
+                                "node_failed", "host_lost", "contact", "arm_failed"}};
+inline const Section kTiming{"timing",
+                             {"control_period", "driver_period", "world_period", "command_timeout", "real_time"}};
+inline const Section kTasks{"tasks",
+                            {"pose_sequence", "frame", "centre", "radius", "half_height", "posture", "conflicting",
+                             "time_limit", "clutter", "areas", "spread", "mean_wait"}};
+inline const Section kTaskAreas{"tasks.areas", {}, true};
+inline const Section kClutter{"tasks.clutter", {"count", "smallest", "largest", "inner", "outer", "lowest", "highest"}};
+inline const Section kPose{"pose", {"xyz", "rpy"}};
+inline const Section kArmLimits{"arms[].limits", {"lower", "upper", "velocity", "acceleration"}};
+inline const Section kArmPoses{"arms[].poses", {}, true};
+inline const Section kPackages{"arms[].packages", {}, true};
+inline const Section kDevice{"arms[].device", {}, true};
+inline const Section kSensor{"arms[].sensors[]",
+                             {"name", "link", "position", "direction", "to_position", "to_direction", "rays", "range",
+                              "noise", "period", "simulated"}};
+inline const Section kObstacle{"obstacles[]", {"name", "shapes", "pose", "motion", "attached_to"}};
+inline const Section kAttachment{"obstacles[].attached_to", {"arm", "pose"}};
+inline const Section kBox{"obstacles[].shapes[] of type box", {"type", "pose", "size"}};
+inline const Section kSphere{"obstacles[].shapes[] of type sphere", {"type", "pose", "radius"}};
+inline const Section kCapsule{"obstacles[].shapes[] of type capsule", {"type", "pose", "radius", "length"}};
+inline const Section kCylinder{"obstacles[].shapes[] of type cylinder", {"type", "pose", "radius", "height"}};
+inline const Section kMesh{"obstacles[].shapes[] of type mesh", {"type", "pose", "file", "scale"}};
+inline const Section kStatic{"obstacles[].motion of type static", {"type"}};
+inline const Section kWaypoints{"obstacles[].motion of type waypoints", {"type", "poses", "speed", "loop"}};
+inline const Section kCircle{"obstacles[].motion of type circle",
+                             {"type", "centre", "axis", "angular_speed", "turn_with_motion"}};
+inline const Section kSine{"obstacles[].motion of type sine", {"type", "direction", "amplitude", "period", "phase"}};
+inline const Section kConveyor{"obstacles[].motion of type conveyor", {"type", "direction", "speed", "length"}};
+inline const Section kDynamic{
+    "obstacles[].motion of type dynamic",
+    {"type", "mass", "friction", "rolling_friction", "restitution", "linear_velocity", "angular_velocity"}};
 }  // namespace section
 
-/// The sections of arms and defaults, whose keys depend on which motion methods there are.
+/// Shows `visitor` the sections and keys of an arm's local planner, as MotionMethod::visit_parameters does for a
+/// method.
+void visit_parameters(planner::LocalParameters& parameters, planner::ParameterVisitor& visitor);
+
+/// The sections `arms[]` and `defaults`, and those below them that parameter visitors define: of the local planner and
+/// of the registry's motion methods.
 class ArmSections {
  public:
   /// The registry must outlive this.
   explicit ArmSections(const planner::MethodRegistry& registry);
-  ArmSections(const ArmSections&) = delete;
-  ArmSections& operator=(const ArmSections&) = delete;
 
   [[nodiscard]] const planner::MethodRegistry& registry() const { return registry_; }
   [[nodiscard]] const Section& arm() const { return arm_; }
   [[nodiscard]] const Section& defaults() const { return defaults_; }
-  /// The parameters that methods have in the arm's map `name`, which one of them must have.
-  [[nodiscard]] const Section& of_method(std::string_view name) const;
+  /// The section at the key `name` of an arm, which must exist.
+  [[nodiscard]] const Section& parameters(std::string_view name) const;
   [[nodiscard]] std::vector<const Section*> all() const;
 
  private:
-  struct Keys {
-    explicit Keys(std::string n) : name(std::move(n)), where("arms[]." + name) {}
-    std::string name;
-    std::string where;
-    std::vector<std::string_view> keys;
-    Section section{};
-  };
-
   const planner::MethodRegistry& registry_;
-  std::deque<Keys> of_methods_;  ///< sections refer to it
-  std::vector<std::string_view> keys_;
+  std::vector<std::pair<std::string_view, Section>> parameters_;  ///< by key of the arm
   Section arm_;
   Section defaults_;
 };
 
-/// All of the above, with Hecaton's own methods.
+/// All sections, with the parameters of Hecaton's own motion methods.
 [[nodiscard]] std::vector<const Section*> all_sections();
 
 }  // namespace hecaton::config

@@ -1,6 +1,7 @@
 #include "services/config/text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdio>
 #include <limits>
@@ -9,9 +10,9 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::size_t kLongestText = 80;  // [bytes]; enough for a value, short enough for a sentence
+constexpr std::size_t kLongestText = 80;  // [bytes] of a value in a sentence
 
-// Levenshtein's distance, two rows at a time.
+// The Levenshtein distance, with two rows of its table.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> previous(b.size() + 1);
   std::vector<std::size_t> current(b.size() + 1);
@@ -99,7 +100,7 @@ std::string printable(std::string_view text) {
   std::string line;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (line.size() >= kLongestText) {
-      // Never half a UTF-8 sequence: go back to where a character starts.
+      // Do not cut a UTF-8 sequence: go back to the beginning of the character.
       while (!line.empty() && (static_cast<unsigned char>(line.back()) & 0xC0U) == 0x80U) line.pop_back();
       if (!line.empty() && static_cast<unsigned char>(line.back()) >= 0xC0U) line.pop_back();
       return line + "…";
@@ -120,19 +121,50 @@ std::optional<double> parse_number(std::string_view text) {
   if (const auto special = special_number(text)) return special;
   std::string_view digits = text;
   if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
-  // from_chars takes "-1" and ".5" as people write them, but no second sign after ours.
+  // from_chars accepts "-1" and ".5". A sign after the removed "+" is an error.
   if (digits.empty() || (digits.size() < text.size() && digits.front() == '-')) return std::nullopt;
   double value = 0.0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (end != digits.data() + digits.size()) return std::nullopt;
   if (error == std::errc::result_out_of_range) {
-    // Too small is as good as zero; too large is told from it by the exponent's sign.
+    // The sign of the exponent distinguishes underflow (0) from overflow.
     const std::size_t exponent = digits.find_first_of("eE");
     const bool tiny = exponent != std::string_view::npos && digits.substr(exponent).find('-') != std::string_view::npos;
     return tiny ? 0.0 : std::numeric_limits<double>::infinity();
   }
   if (error != std::errc()) return std::nullopt;
   return value;
+}
+
+std::string Bounds::text() const {
+  std::string suffix;
+  if (!unit.empty()) suffix.append(" ").append(unit);
+  if (low_open) return "above " + number_text(low) + " and at most " + number_text(high) + suffix;
+  return "between " + number_text(low) + " and " + number_text(high) + suffix;
+}
+
+namespace {
+
+struct Unit {
+  std::string_view name;
+  double per_second;  // units per second: a division gives 10ms = 0.01 exactly
+};
+// Longer names first: "ms" also ends in "s".
+constexpr std::array<Unit, 6> kUnits = {
+    {{"min", 1.0 / 60.0}, {"ns", 1e9}, {"us", 1e6}, {"µs", 1e6}, {"ms", 1e3}, {"s", 1.0}}};
+
+}  // namespace
+
+std::optional<double> parse_duration(std::string_view text) {
+  for (const Unit& unit : kUnits) {
+    if (!text.ends_with(unit.name)) continue;
+    std::string_view number = text.substr(0, text.size() - unit.name.size());
+    while (!number.empty() && number.back() == ' ') number.remove_suffix(1);
+    const auto value = parse_number(number);
+    if (!value) return std::nullopt;
+    return *value / unit.per_second;
+  }
+  return std::nullopt;
 }
 
 }  // namespace hecaton::config

@@ -1,6 +1,7 @@
 #pragma once
-/// Words and numbers as they appear in messages.
+/// Words, numbers, durations and bounds as they appear in cell files, options and messages.
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -8,7 +9,7 @@
 
 namespace hecaton::config {
 
-/// The candidate with the smallest edit distance to `word` (the first of several); empty without candidates.
+/// The candidate with the smallest edit distance to `word`, the first among equals; empty without candidates.
 [[nodiscard]] std::string_view nearest_word(std::string_view word, std::span<const std::string_view> candidates);
 
 /// "a, b or c"
@@ -20,7 +21,7 @@ namespace hecaton::config {
 /// "did you mean 'status'?" when `word` looks like one of the candidates mistyped, otherwise "allowed are a, b, c".
 [[nodiscard]] std::string suggestion(std::string_view word, std::span<const std::string_view> candidates);
 
-/// What the names of cells, hosts, arms, poses and obstacles are made of: they go into topics and messages.
+/// The rule for names of cells, hosts, arms, poses and obstacles, which become parts of topics and messages.
 inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits, '_', '-' or '.'";
 [[nodiscard]] bool is_name(std::string_view text);
 
@@ -30,8 +31,34 @@ inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits
 /// `text` on one line: control characters escaped, long texts cut with "…".
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// A whole decimal number ("1", "-0.5", "1e-3"), "inf" and "nan" in YAML's or C's spelling included; nothing for any
-/// other text. Independent of the locale. Too large ones become ±infinity.
+/// The value of a text that is one decimal number ("1", "-0.5", "1e-3"), or "inf" or "nan" in the spelling of YAML or
+/// C; empty for any other text. Too large numbers become ±infinity. Independent of the locale.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
+
+/// The allowed range of a number.
+struct Bounds {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  std::string_view unit = "";  ///< for messages
+  bool low_open = false;       ///< low itself is not allowed
+
+  /// False for NaN.
+  [[nodiscard]] bool allow(double value) const { return (low_open ? value > low : value >= low) && value <= high; }
+  /// "above 0 and at most 10 m"
+  [[nodiscard]] std::string text() const;
+};
+
+inline constexpr double kFarthest = 100.0;  ///< of anything in a cell from its origin [m]
+
+inline constexpr Bounds kCoordinate{-kFarthest, kFarthest, "m"};
+inline constexpr Bounds kLength{0.0, kFarthest, "m", true};
+inline constexpr Bounds kAngle{-100.0, 100.0, "rad"};
+
+/// The units of durations.
+inline constexpr std::string_view kDurationUnits = "ns, us, ms, s or min";
+
+/// The value [s] of a duration such as "20ms" or "1.5 s"; negative or not finite when its number is. Empty when number
+/// or unit is missing or unknown.
+[[nodiscard]] std::optional<double> parse_duration(std::string_view text);
 
 }  // namespace hecaton::config

@@ -1,5 +1,5 @@
 #pragma once
-/// What is doubtful about a cell that can start: the checks behind `hecaton check`.
+/// The checks of `hecaton check`: weaknesses of a cell that can start.
 
 #include <string>
 #include <vector>
@@ -9,11 +9,12 @@
 namespace hecaton::config {
 
 enum class Severity {
-  kNote,     ///< worth knowing
-  kWarning,  ///< runs, but not as well or not as safely as the file may make believe
-  kError,    ///< will not work: no task can be done
+  kNote,     ///< information
+  kWarning,  ///< the cell runs, but with lower performance or safety than the file suggests
+  kError,    ///< the cell cannot do any task
 };
 
+/// One finding about a cell.
 struct Finding {
   Severity severity = Severity::kNote;
   std::string sentence;  ///< begins with the key path: "arms[0].damper.security_distance = 0.005 should be …"

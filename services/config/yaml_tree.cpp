@@ -10,7 +10,6 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
-#include "services/config/config_error.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
@@ -32,7 +31,7 @@ std::size_t depth_of(const YamlNode& node) {
   return deepest + 1;
 }
 
-// Builds the tree from the parser's events: unlike YAML::Load this sees a key's second appearance.
+// Builds the tree from the parser's events. Unlike YAML::Load, this detects keys that appear twice.
 class TreeBuilder : public YAML::EventHandler {
  public:
   explicit TreeBuilder(const std::string& path) : path_(path) {}

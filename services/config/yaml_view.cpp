@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 
-#include "services/config/config_error.hpp"
-#include "services/config/duration.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
 namespace {
 
-// One line of flow style, cut off soon after it is longer than any message shows.
+// One line of flow style, cut once it is longer than messages show.
 void append_flow(const YamlNode& node, std::string& text) {
   constexpr std::size_t kEnough = 200;
   const bool map = node.kind == YamlNode::Kind::kMap;
@@ -145,17 +144,17 @@ std::vector<YamlView> YamlView::items(std::size_t least, std::size_t most, std::
 
 std::size_t YamlView::type(std::span<const std::string_view> choices) const {
   if (!is_map()) fail("a map with the key type (" + alternatives(choices) + ")");
-  const auto found = std::find(node_->keys.begin(), node_->keys.end(), "type");
-  if (found == node_->keys.end()) {
-    throw ConfigError(file_->path + ": " + child_path(path_, "type") + " is missing, but must be " +
-                      alternatives(choices));
-  }
-  const YamlNode& item = node_->items[static_cast<std::size_t>(found - node_->keys.begin())];
-  return YamlView(item, *file_, child_path(path_, "type")).choice(choices);
+  if (const auto type = child("type")) return type->choice(choices);
+  throw ConfigError(file_->path + ": " + child_path(path_, "type") + " is missing, but must be " +
+                    alternatives(choices));
 }
 
 std::optional<YamlView> YamlView::entry(std::string_view key) const {
   if (!is_map()) fail("a map with the key " + std::string(key));
+  return child(key);
+}
+
+std::optional<YamlView> YamlView::child(std::string_view key) const {
   const auto found = std::find(node_->keys.begin(), node_->keys.end(), key);
   if (found == node_->keys.end()) return std::nullopt;
   return YamlView(node_->items[static_cast<std::size_t>(found - node_->keys.begin())], *file_, child_path(path_, key));
@@ -217,15 +216,11 @@ std::optional<YamlView> MapView::find(std::string_view key) const {
     throw std::logic_error("key '" + std::string(key) + "' is missing in the schema's section " +
                            std::string(section_->where));
   }
-  const YamlNode& node = *view_.node_;
-  const auto found = std::find(node.keys.begin(), node.keys.end(), key);
-  if (found == node.keys.end()) return std::nullopt;
-  return YamlView(node.items[static_cast<std::size_t>(found - node.keys.begin())], *view_.file_,
-                  child_path(view_.path(), key));
+  return view_.child(key);
 }
 
 YamlView MapView::at(std::string_view key) const {
-  if (auto found = find(key)) return *found;
+  if (const auto found = find(key)) return *found;
   fail_missing(key, "given");
 }
 
@@ -235,6 +230,60 @@ void MapView::fail(std::string_view key, const std::string& value, const std::st
 
 void MapView::fail_missing(std::string_view key, const std::string& must_be) const {
   throw ConfigError(view_.file() + ": " + child_path(view_.path(), key) + " is missing, but must be " + must_be);
+}
+
+void read_number(const MapView& map, std::string_view key, double& out) {
+  if (const auto view = map.find(key)) out = view->number();
+}
+
+void read_number(const MapView& map, std::string_view key, const Bounds& bounds, double& out) {
+  if (const auto view = map.find(key)) out = view->number(bounds);
+}
+
+void read_seconds(const MapView& map, std::string_view key, const Bounds& bounds, double& out) {
+  if (const auto view = map.find(key)) out = view->seconds(bounds);
+}
+
+void read_boolean(const MapView& map, std::string_view key, bool& out) {
+  if (const auto view = map.find(key)) out = view->boolean();
+}
+
+Eigen::Vector3d read_vector(const YamlView& view, const Bounds& bounds, std::string_view of) {
+  Eigen::Vector3d vector;
+  int i = 0;
+  for (const YamlView& item : view.items(3, 3, of)) vector[i++] = item.number(bounds);
+  return vector;
+}
+
+Eigen::Vector3d read_vector(const YamlView& view, std::string_view of) {
+  Eigen::Vector3d vector;
+  int i = 0;
+  for (const YamlView& item : view.items(3, 3, of)) vector[i++] = item.number();
+  return vector;
+}
+
+Eigen::Vector3d read_direction(const YamlView& view) {
+  const Eigen::Vector3d vector = read_vector(view, {-1e3, 1e3}, "numbers [x, y, z]");
+  if (vector.norm() < 1e-6) view.fail("a direction, which the zero vector is not");
+  return vector.normalized();
+}
+
+world::Pose read_pose(const YamlView& view) {
+  const MapView map = view.map(section::kPose);
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rpy = Eigen::Vector3d::Zero();
+  if (const auto value = map.find("xyz")) xyz = read_vector(*value, kCoordinate, "numbers [x, y, z] in m");
+  if (const auto value = map.find("rpy")) rpy = read_vector(*value, kAngle, "numbers [roll, pitch, yaw] in rad");
+  return world::pose_from_xyz_rpy(xyz, rpy);
+}
+
+world::Pose read_pose(const MapView& map, std::string_view key) {
+  const auto view = map.find(key);
+  return view ? read_pose(*view) : world::Pose::Identity();
+}
+
+std::string beside(const std::string& cell_file, const std::string& relative) {
+  return (std::filesystem::path(cell_file).parent_path() / relative).lexically_normal().string();
 }
 
 }  // namespace hecaton::config

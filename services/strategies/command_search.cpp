@@ -9,11 +9,10 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/strategy_search/flat_arm.hpp"
-#include "services/command_line/choice_option.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
-#include "services/config/read_parameters.hpp"
 #include "services/config/text.hpp"
 #include "services/strategies/commands.hpp"
 #include "services/strategies/progress.hpp"
@@ -196,9 +195,9 @@ void add_search(CLI::App& parent, Session& session) {
       *command, "--refine", [&plan](std::uint64_t n) { plan.refine = static_cast<int>(n); },
       "so many of the best are refined by the simplex method before they are confirmed (0)", 0, 1000);
   add_numbers(*command, "--alpha", options->alpha, 0, "the grid's values of each arm's first coefficient (-2 0 2)",
-              config::kCoefficient);
+              kCoefficient);
   add_numbers(*command, "--beta", options->beta, 0, "… and of each arm's further ones, if it has any (-2.5 -1 1 2.5)",
-              config::kCoefficient);
+              kCoefficient);
   command
       ->add_option("--combine", options->combine,
                    "instead of a grid: all combinations of which every two neighbours had no fault in these results "

@@ -8,10 +8,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
-#include "services/command_line/table.hpp"
-#include "services/config/read_parameters.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -233,8 +232,8 @@ StrategyResults read_strategy_csv(const std::string& path) {
         if (std::abs(value) != 1.0) fail("a direction must be 1 or -1");
         strategy.direction = value;
       } else {
-        if (!config::kCoefficient.allow(value)) {
-          fail("a coefficient must be a number " + config::kCoefficient.text());
+        if (!kCoefficient.allow(value)) {
+          fail("a coefficient must be a number " + kCoefficient.text());
         }
         strategy.coefficients[columns[i].coefficient] = value;
         row.coefficients[columns[i].arm] = columns[i].coefficient + 1;
@@ -264,7 +263,7 @@ std::string strategy_yaml(const StrategyResults& results, const std::string& cel
 }
 
 void add_from(CLI::App& app, std::vector<double>& from, const std::string& description) {
-  add_numbers(app, "--from", from, 0, description, config::kCoefficient);
+  add_numbers(app, "--from", from, 0, description, kCoefficient);
 }
 
 planner::SystemStrategy strategy_from(const std::vector<double>& from, const config::CellFile& file,

@@ -10,12 +10,16 @@
 #include "services/command_line/document.hpp"
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/text.hpp"
 
 namespace CLI {
 class App;
 }  // namespace CLI
 
 namespace hecaton::services::cli {
+
+/// The allowed coefficients α, β, … of a strategy.
+inline constexpr config::Bounds kCoefficient{-planner::kMostCoefficient, planner::kMostCoefficient, ""};
 
 /// One line of a results file.
 struct StrategyRow {

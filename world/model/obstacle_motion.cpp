@@ -6,7 +6,7 @@
 namespace hecaton::world {
 namespace {
 
-/// A velocity that changes by less than this share of itself goes straight on.
+/// A relative change of velocity below this is no corner.
 constexpr double kStraightOn = 1e-6;
 
 /// Remainder of time / period in [0, period).
@@ -49,7 +49,7 @@ double length_of(const WaypointMotion& motion, const Line& line) {
   return (motion.poses_W[line.to].translation() - motion.poses_W[line.from].translation()).norm();
 }
 
-/// [m/s]; none where two waypoints differ in orientation only, for then no time passes between them.
+/// [m/s]; zero between waypoints that differ in orientation only, because no time passes between them.
 Eigen::Vector3d velocity_on(const WaypointMotion& motion, const Line& line) {
   const Eigen::Vector3d way = motion.poses_W[line.to].translation() - motion.poses_W[line.from].translation();
   return way.norm() > 0.0 ? Eigen::Vector3d(motion.speed * way.normalized()) : Eigen::Vector3d::Zero();
@@ -74,7 +74,7 @@ MotionState at(const WaypointMotion& motion, double time) {
     if (left < length) {
       return on_line(motion.poses_W[line.from], motion.poses_W[line.to], left, length, motion.speed);
     }
-    // Rounding can leave a hair over at the end of the round: the next round begins.
+    // Rounding can leave a remainder at the end of the round: the next round begins.
     left = i + 1 == lines ? 0.0 : left - length;
   }
 }
@@ -110,7 +110,7 @@ MotionState at(const ConveyorMotion& motion, const Pose& X_WO, double time) {
   return state;
 }
 
-/// Of a way of this length at this speed [s].
+/// Time for a way of this length at this speed [s]; 0 without way or speed.
 double time_for(double length, double speed) {
   return length > 0.0 && speed != 0.0 ? length / std::abs(speed) : 0.0;
 }

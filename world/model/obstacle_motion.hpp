@@ -1,6 +1,6 @@
 #pragma once
-/// Where a scripted obstacle is at an instant of its script: a pure function of (obstacle, time), so that every process
-/// that knows the scene and the world's time knows the obstacle's place.
+/// The pose of a scripted obstacle at an instant of its script: a pure function of obstacle and time. Every process that
+/// knows the scene and the world's time therefore knows the obstacle's pose.
 
 #include <vector>
 
@@ -23,26 +23,25 @@ struct MotionState {
 /// - waypoints: at poses_W.front() at time 0; the obstacle's own pose plays no part.
 /// - circle, conveyor: at the obstacle's own pose at time 0. Sine: around the obstacle's own pose.
 ///
-/// The velocity is the derivative of the pose wherever that exists. At a waypoint, where it does not, it is the
-/// velocity with which the next stretch begins. A conveyor's restart is a jump, never a velocity: its twist is always
-/// direction · speed.
+/// The velocity is the derivative of the pose where that exists. At a waypoint it is the velocity at the beginning of the
+/// next line. A conveyor's restart is a jump without velocity: its twist is always direction · speed.
 [[nodiscard]] MotionState motion_at(const Obstacle& obstacle, double time);
 
-/// After how long the script begins anew [s]; 0 when the obstacle stands or is not scripted.
+/// The period of the script [s]; 0 when the obstacle stands or is not scripted.
 [[nodiscard]] double script_period(const Obstacle& obstacle);
 
-/// No point of the script's way is left with a greater acceleration of the obstacle's origin [m/s²]. The corners of
-/// waypoints, where the velocity changes at once, do not count; what is not scripted has none.
+/// The greatest acceleration of the obstacle's origin during the script [m/s²]; 0 without script. Corners at waypoints,
+/// where the velocity jumps, do not count: script_breaks().
 [[nodiscard]] double greatest_acceleration(const Obstacle& obstacle);
 
-/// An instant of a script at which no acceleration leads from what was to what comes.
+/// An instant of a script at which pose or velocity jumps.
 struct ScriptBreak {
-  Pose X_WO = Pose::Identity();  ///< from where it goes on
-  double velocity_change = 0.0;  ///< of the origin, at once [m/s]
-  double jump = 0.0;             ///< of the origin, at once [m]
+  Pose X_WO = Pose::Identity();  ///< pose after the jump
+  double velocity_change = 0.0;  ///< jump of the origin's velocity [m/s]
+  double jump = 0.0;             ///< jump of the origin [m]
 };
 
-/// Of one round: the corners of waypoints at which the direction changes, a conveyor's restart.
+/// The jumps of one period: corners at waypoints where the direction changes, and a conveyor's restart.
 [[nodiscard]] std::vector<ScriptBreak> script_breaks(const Obstacle& obstacle);
 
 }  // namespace hecaton::world

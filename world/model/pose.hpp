@@ -9,7 +9,7 @@ namespace hecaton::world {
 
 using Pose = Eigen::Isometry3d;
 
-/// Velocity of a rigid body, of its frame's origin, expressed in W.
+/// Velocity of a rigid body: of its frame's origin, expressed in W.
 struct Twist {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< [m/s]
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< [rad/s]
@@ -43,8 +43,8 @@ inline Pose extrapolate(const Pose& pose, const Twist& twist, double seconds) {
   return next;
 }
 
-/// The constant velocity that leads from one pose to another in `seconds` > 0: extrapolate()'s inverse. Of the two ways
-/// to turn, the shorter.
+/// The constant velocity that leads from one pose to another in `seconds` > 0, by the shorter rotation: the inverse of
+/// extrapolate().
 inline Twist twist_between(const Pose& from, const Pose& to, double seconds) {
   const Eigen::AngleAxisd turn(Eigen::Matrix3d(to.linear() * from.linear().transpose()));
   return {(to.translation() - from.translation()) / seconds, turn.axis() * (turn.angle() / seconds)};

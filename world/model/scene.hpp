@@ -1,5 +1,5 @@
 #pragma once
-/// What a cell's obstacles are and how they move, before anything runs.
+/// The obstacles of a cell and their motions, as the cell file defines them.
 
 #include <optional>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-/// Whether an obstacle can exist at all, before physics sees it. Each answer is empty (yes) or one sentence that says
-/// what is wrong and what is allowed.
+/// Checks of obstacles before the physics simulation takes them. why_invalid() returns an empty text for valid input, else
+/// one sentence: what is wrong and what is allowed.
 
 #include <string>
 
@@ -11,13 +11,13 @@ namespace hecaton::world {
 /// Sizes finite and > 0 (a capsule's half length may be 0), a hull with volume and with faces on its own vertices.
 [[nodiscard]] std::string why_invalid(const Shape& shape);
 
-/// Finite, and its rotation orthonormal and right-handed within 1e-6.
+/// True when the pose is finite and its rotation orthonormal and right-handed within 1e-6.
 [[nodiscard]] bool is_rigid(const Pose& pose);
 
-/// Name, shapes, poses, and the motion's own parameters. Names are not compared with others.
+/// Checks name, shapes, poses and the motion's parameters, but not whether the name is unique.
 [[nodiscard]] std::string why_invalid(const Obstacle& obstacle);
 
-/// [m³], > 0 for every valid shape; a hull's from its faces.
+/// Volume [m³], > 0 for every valid shape; of a hull by its faces.
 [[nodiscard]] double volume(const Shape& shape);
 
 }  // namespace hecaton::world

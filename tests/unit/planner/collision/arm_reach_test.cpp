@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/collision/exact_distance.hpp"
-#include "planner/model/reach.hpp"
+#include "planner/model/arm.hpp"
 #include "random_cell.hpp"
 
 namespace hecaton::planner {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "planner/collision/shape_distance.hpp"
+#include "planner/collision/clearance.hpp"
 #include "world/model/shape.hpp"
 
 namespace hecaton::test {

@@ -12,8 +12,8 @@
 #include <unistd.h>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/model/capsules.hpp"
 #include "planner/model/convex_hull.hpp"
-#include "planner/model/link_capsule.hpp"
 #include "planner/model/mesh_shape.hpp"
 #include "random_shapes.hpp"
 #include "tests/support/fcl_shape.hpp"

@@ -77,7 +77,7 @@ TEST(SweepDistance, IsTheLeastOnTheWay) {
   EXPECT_GT(apart, 500);
 }
 
-// The claim of docs/design/0010-passing.md: whatever it does within its acceleration.
+// The claim of docs/design/0010-passing-obstacles.md: whatever it does within its acceleration.
 TEST(SweepDistance, NothingComesNearerWithinItsAcceleration) {
   test::Random random(4);
   int apart = 0;

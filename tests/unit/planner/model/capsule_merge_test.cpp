@@ -1,4 +1,4 @@
-#include "planner/model/capsule_merge.hpp"
+#include "planner/model/capsules.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/model/capsules.hpp"
 #include "planner/model/convex_hull.hpp"
-#include "planner/model/enclosing_capsule.hpp"
-#include "planner/model/enclosing_hull.hpp"
 
 namespace hecaton::planner {
 namespace {

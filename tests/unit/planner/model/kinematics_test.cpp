@@ -199,7 +199,7 @@ TEST_P(Axes, AreTurnedAboutAndShiftedAlong) {
   EXPECT_TRUE(kinematics.origin_W[0].isApprox(X_WJ.translation(), 1e-14));
 
   // The short cut, if there is one, changes nothing.
-  for (Link& link : model.links) link.motion = short_cut(link);
+  for (Link& link : model.links) link.motion = joint_motion(link);
   Kinematics shorter;
   forward_kinematics(model, X_WB, q, shorter);
   EXPECT_EQ(shorter.X_WL[1].matrix(), kinematics.X_WL[1].matrix());

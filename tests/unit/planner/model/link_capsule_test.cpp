@@ -1,6 +1,6 @@
 /// Capsules that stand for links: hand-worked sizes, and nothing sticks out.
 
-#include "planner/model/link_capsule.hpp"
+#include "planner/model/capsules.hpp"
 
 #include <random>
 

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "planner/model/capsules.hpp"
 #include "planner/model/convex_hull.hpp"
-#include "planner/model/enclosing_capsule.hpp"
 #include "planner/model/mesh_shape.hpp"
 #include "tests/unit/planner/model/support.hpp"
 

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/model/collision_filter.hpp"
 #include "planner/model/kinematics.hpp"
-#include "planner/model/separation_proof.hpp"
 #include "tests/unit/planner/model/support.hpp"
 
 namespace hecaton::planner {

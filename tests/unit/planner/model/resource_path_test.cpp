@@ -1,6 +1,5 @@
-#include "planner/model/resource_path.hpp"
+#include "planner/model/source_file.hpp"
 
-#include "planner/model/model_error.hpp"
 #include "tests/unit/planner/model/support.hpp"
 
 namespace hecaton::planner {

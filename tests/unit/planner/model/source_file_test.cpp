@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "planner/model/model_error.hpp"
-#include "planner/model/resource_path.hpp"
 
 namespace hecaton::planner {
 namespace {

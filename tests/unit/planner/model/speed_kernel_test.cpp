@@ -1,5 +1,5 @@
 // Bounds on speeds against the speeds of points, and one instruction set against the other.
-#include "planner/model/speed_kernel.hpp"
+#include "planner/model/kinematics_kernels.hpp"
 
 #include "planner/model/kinematics.hpp"
 #include "planner/simd/instruction_set.hpp"

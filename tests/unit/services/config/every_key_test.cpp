@@ -28,7 +28,7 @@ network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers:
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
-              takeover_lease: 30000us,
+              failover_timeout: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
                          process_died: resume, node_failed: automatic, host_lost: automatic, contact: automatic,
                          arm_failed: automatic}}
@@ -167,7 +167,7 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_EQ(supervision.host_lease, 200ms);
   EXPECT_EQ(supervision.watchdog, 3s);
   EXPECT_TRUE(file_.real_time);
-  EXPECT_EQ(supervision.takeover_lease, 30ms);
+  EXPECT_EQ(supervision.failover_timeout, 30ms);
   EXPECT_EQ(supervision.waits_for_resume, (std::set<std::string, std::less<>>{"process_died", "world_silent"}));
   const planner::Cell& cell = file_.cell;
   EXPECT_DOUBLE_EQ(cell.timing.control_period, 0.008);

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/config/config_error.hpp"
+#include "services/config/yaml_tree.hpp"
 
 namespace hecaton::config {
 namespace {
@@ -164,7 +164,7 @@ TEST(MoveItRequest, RefusesWhatItDoesNotUnderstand) {
           "has attached_collision_objects");
   refused(request_with(kJoint, "", "is_diff: false"), "has no key 'joint_state'");
   refused(request_with(kJoint, "", "is_diff: true, joint_state: {name: [j], position: [0]}"),
-          "start_state.is_diff = true must be false: what this state is different from is not known");
+          "start_state.is_diff = true must be false: the state that it differs from is not known");
   refused(request_with(kJoint, "group_name: [arm]\n"), "group_name = [arm] must be");
 }
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "services/config/cell_file.hpp"
-#include "services/config/obstacle_place.hpp"
+#include "services/config/overlaps.hpp"
 
 namespace hecaton::config {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/config/top_speed.hpp"
+#include "services/config/findings.hpp"
 
 namespace hecaton::config {
 namespace {

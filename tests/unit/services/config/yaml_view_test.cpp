@@ -9,9 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "services/config/config_error.hpp"
-#include "services/config/duration.hpp"
 #include "services/config/text.hpp"
+#include "services/config/yaml_tree.hpp"
 
 namespace hecaton::config {
 namespace {

@@ -1,16 +1,110 @@
-#include "services/config/check_start.hpp"
+#include "services/config/overlaps.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <variant>
 
-#include "services/config/config_error.hpp"
-#include "services/config/placed_bodies.hpp"
+#include "planner/collision/exact_distance.hpp"
+#include "services/config/text.hpp"
+#include "services/config/yaml_tree.hpp"
 
 namespace hecaton::config {
 namespace {
 
-using Bodies = std::vector<PlacedBody>;
+using Bodies = std::vector<PosedBody>;
+
+void consider(const PosedBody& a, const PosedBody& b, NearestPair& nearest, double& within) {
+  const auto bound_a = world::bounding_sphere(a.body.shape);
+  const auto bound_b = world::bounding_sphere(b.body.shape);
+  const double apart = (a.X_WS * bound_a.centre - b.X_WS * bound_b.centre).norm() - bound_a.radius - bound_b.radius;
+  if (apart >= within) return;
+  const double distance = planner::shape_distance(a.body.shape, a.X_WS, b.body.shape, b.X_WS).distance;
+  if (distance >= within) return;
+  nearest = {true, a.name, b.name, distance};
+  within = distance;
+}
+
+}  // namespace
+
+std::vector<PosedBody> place_arm(std::span<const world::Obstacle> obstacles, const planner::CellGeometry& geometry,
+                                 int arm, const planner::JointVector& q) {
+  const planner::Arm& placed = geometry.arms()[arm];
+  planner::Kinematics kinematics;
+  planner::forward_kinematics(*placed.model, placed.X_WB, q, kinematics);
+  std::vector<PosedBody> bodies;
+  for (const planner::Body& body : geometry.arm_bodies(arm)) {
+    const std::string& part = body.obstacle >= 0 ? obstacles[body.obstacle].name : placed.model->links[body.link].name;
+    bodies.push_back({body, kinematics.X_WL[body.link] * body.X_CS, placed.name + "/" + part});
+  }
+  return bodies;
+}
+
+std::vector<PosedBody> place_obstacle(const planner::CellGeometry& geometry, const std::string& name,
+                                      const world::Pose& X_WO, int index) {
+  std::vector<PosedBody> bodies;
+  for (const planner::Body& body : geometry.obstacle_bodies(index)) {
+    bodies.push_back({body, X_WO * body.X_CS, name});
+  }
+  return bodies;
+}
+
+std::vector<PosedBody> place_obstacle(const planner::CellGeometry& geometry, const world::Obstacle& obstacle,
+                                      int index) {
+  return place_obstacle(geometry, obstacle.name, initial_pose(obstacle), index);
+}
+
+NearestPair nearest_pair(const std::vector<PosedBody>& a, const std::vector<PosedBody>& b, double within,
+                         bool moving_a_only) {
+  NearestPair nearest;
+  for (const PosedBody& body_a : a) {
+    if (moving_a_only && !body_a.body.moves) continue;
+    for (const PosedBody& body_b : b) consider(body_a, body_b, nearest, within);
+  }
+  return nearest;
+}
+
+NearestPair overlap_of_moving(const std::vector<PosedBody>& arm, const std::vector<PosedBody>& obstacle) {
+  return nearest_pair(arm, obstacle, 0.0, true);
+}
+
+NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies, const std::vector<std::pair<int, int>>& pairs,
+                              double within) {
+  NearestPair nearest;
+  for (const auto& [first, second] : pairs) consider(bodies[first], bodies[second], nearest, within);
+  return nearest;
+}
+
+std::string overlap_text(const NearestPair& pair) {
+  return pair.a + " and " + pair.b + " overlap by " + number_text(-pair.distance * 1e3) + " mm";
+}
+
+std::string overlap_with_arms(std::span<const planner::PlannedArm> arms, MeasuredJoints q,
+                              std::span<const world::Obstacle> others, const world::Obstacle& obstacle,
+                              const world::Pose& X_WO) {
+  if (arms.empty()) return {};
+  std::vector<planner::Arm> models;
+  for (const planner::PlannedArm& planned : arms) models.push_back(planned.arm);
+  std::vector<world::Obstacle> obstacles;
+  for (const world::Obstacle& other : others) {
+    if (other.attachment && other.name != obstacle.name) obstacles.push_back(other);
+  }
+  const int last = static_cast<int>(obstacles.size());
+  obstacles.push_back(obstacle);
+  planner::CellGeometry geometry(std::move(models), 0);
+  geometry.set_obstacles(obstacles);
+  const std::vector<PosedBody> bodies = place_obstacle(geometry, obstacle.name, X_WO, last);
+  // A static obstacle may overlap a fixed base.
+  const bool stands = std::holds_alternative<world::StaticMotion>(obstacle.motion);
+  for (int arm = 0; arm < static_cast<int>(arms.size()); ++arm) {
+    if (!q[static_cast<std::size_t>(arm)]) continue;
+    const NearestPair pair =
+        nearest_pair(place_arm(obstacles, geometry, arm, *q[static_cast<std::size_t>(arm)]), bodies, 0.0, stands);
+    if (pair.found) return overlap_text(pair);
+  }
+  return {};
+}
+
+namespace {
 
 std::string arm_key(const std::string& file, int arm) {
   return file + ": arms[" + std::to_string(arm) + "]";
@@ -18,7 +112,7 @@ std::string arm_key(const std::string& file, int arm) {
 
 Bodies fixed_part(const Bodies& bodies) {
   Bodies fixed;
-  for (const PlacedBody& body : bodies) {
+  for (const PosedBody& body : bodies) {
     if (!body.body.moves) fixed.push_back(body);
   }
   return fixed;
@@ -65,7 +159,7 @@ void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, co
   }
 }
 
-/// All arms stand there at once; obstacles that move may be elsewhere by then.
+/// All arms are at the stop at the same time. Obstacles that move may be elsewhere by then.
 void check_stop(const planner::Cell& cell, const planner::CellGeometry& geometry, const std::vector<Bodies>& obstacles,
                 int stop, const std::string& file) {
   const std::string& pose = cell.tasks.pose_sequence[stop];

@@ -1,5 +1,4 @@
-#include "services/config/joint_values.hpp"
-
+#include "services/config/readers.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
@@ -27,7 +26,7 @@ std::vector<YamlView> one_per_joint(const YamlView& view, const RobotModel& mode
   return view.items(joints, joints, "numbers, one for each joint (" + names + ")");
 }
 
-// A list gives every joint its own position limit, which must be no wider than the URDF's; a single number serves for
+// A list gives every joint its own position limit, which must not be wider than the URDF's. A single number applies to
 // all joints.
 void tighten_positions(const YamlView& view, const RobotModel& model, bool upper, JointLimits& limits) {
   JointVector& bound = upper ? limits.upper : limits.lower;
@@ -49,7 +48,7 @@ void tighten_positions(const YamlView& view, const RobotModel& model, bool upper
   }
 }
 
-// A list gives every joint its own velocity, which the URDF must allow; a single number caps all of them.
+// A list gives every joint its own velocity limit, at most the URDF's. A single number caps all joints.
 void tighten_velocities(const YamlView& view, const RobotModel& model, JointLimits& limits) {
   if (!view.is_sequence()) {
     const double cap = view.number({0.0, kFastest, "rad/s (m/s for a prismatic joint)", true});
@@ -89,7 +88,7 @@ JointLimits read_limits(const ArmView& arm, const RobotModel& model) {
   if (upper) tighten_positions(*upper, model, true, limits);
   for (int joint = 0; joint < model.joints(); ++joint) {
     if (limits.lower[joint] < limits.upper[joint]) continue;
-    // One of both is given: a URDF whose own limits are reversed has been refused by its loader.
+    // The cell file gives one of them: the loader refuses a URDF with reversed limits.
     const YamlView& given = lower ? *lower : *upper;
     const double other = lower ? limits.upper[joint] : limits.lower[joint];
     (given.is_sequence() ? one_per_joint(given, model)[joint] : given)

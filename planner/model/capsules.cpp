@@ -1,4 +1,4 @@
-#include "planner/model/enclosing_capsule.hpp"
+#include "planner/model/capsules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,8 @@
 #include <vector>
 
 #include <Eigen/Eigenvalues>
+
+#include "planner/model/convex_hull.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -79,7 +81,7 @@ PlacedCapsule capsule_along(const Eigen::Vector3d& axis, std::span<const Eigen::
     top = std::max(top, t - cap);
     bottom = std::min(bottom, t + cap);
   }
-  if (top < bottom) top = bottom = (top + bottom) / 2.0;  // a ball is enough, its centre anywhere between
+  if (top < bottom) top = bottom = (top + bottom) / 2.0;  // a ball suffices, its centre anywhere between
   PlacedCapsule result{{radius, (top - bottom) / 2.0}, world::Pose::Identity()};
   result.X_FS.linear().col(0) = x;
   result.X_FS.linear().col(1) = y;
@@ -97,15 +99,15 @@ Eigen::Matrix3d principal_axes(std::span<const Eigen::Vector3d> points) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors();
 }
 
-/// The smallest capsule along z around two rims of `radius` at z = ±half_length: its caps bulge over the rims by
-/// √(R² − radius²), so that a wider one is shorter.
+/// The smallest capsule of radius R along z around two rims of `radius` at z = ±half_length. Its caps bulge over the
+/// rims by √(R² − radius²): a wider capsule is shorter.
 world::Capsule capsule_around_rims(double radius, double half_length) {
   const auto bulging = [&](double bulge) {
     return world::Capsule{std::hypot(radius, bulge), std::max(0.0, half_length - bulge)};
   };
   double low = 0.0;
   double high = half_length;
-  constexpr int kRounds = 60;  // of thirds: down to 3·10⁻¹¹ of the length
+  constexpr int kRounds = 60;  // of ternary search: down to 3·10⁻¹¹ of the length
   for (int round = 0; round < kRounds; ++round) {
     const double third = (high - low) / 3.0;
     if (volume(bulging(low + third)) < volume(bulging(high - third))) {
@@ -117,7 +119,7 @@ world::Capsule capsule_around_rims(double radius, double half_length) {
   return bulging(low);
 }
 
-/// The capsule's axis along coordinate axis `k`.
+/// `capsule` with its axis along coordinate axis `k`.
 PlacedCapsule along_axis(const world::Capsule& capsule, int k) {
   PlacedCapsule placed{capsule, world::Pose::Identity()};
   for (int i = 0; i < 3; ++i) placed.X_FS.linear().col(i) = Eigen::Vector3d::Unit((k + 1 + i) % 3);
@@ -179,6 +181,67 @@ PlacedCapsule enclosing_capsule(std::span<const Eigen::Vector3d> given) {
     if (!improved) step *= 0.5;
   }
   return best;
+}
+
+double volume(const world::Shape& shape) {
+  struct Visitor {
+    double operator()(const world::Box& box) const { return 8.0 * box.half_extents.prod(); }
+    double operator()(const world::Sphere& sphere) const { return volume(world::Capsule{sphere.radius, 0.0}); }
+    double operator()(const world::Capsule& capsule) const { return volume(capsule); }
+    double operator()(const world::Cylinder& cylinder) const {
+      return 2.0 * std::numbers::pi * cylinder.radius * cylinder.radius * cylinder.half_length;
+    }
+    double operator()(const world::Convex& convex) const { return volume(*convex.hull); }
+  };
+  return std::visit(Visitor{}, shape);
+}
+
+std::optional<LinkCapsule> link_capsule(const world::Shape& shape) {
+  if (std::holds_alternative<world::Sphere>(shape) || std::holds_alternative<world::Capsule>(shape)) return {};
+  const auto* convex = std::get_if<world::Convex>(&shape);
+  const PlacedCapsule placed = convex != nullptr ? enclosing_capsule(convex->hull->vertices) : bounding_capsule(shape);
+  const double times = volume(placed.capsule) / volume(shape);
+  if (times > kMostCapsuleVolume) return {};
+  return LinkCapsule{placed, times - 1.0};
+}
+
+namespace {
+
+constexpr double kSame = 1e-5;  // [m], the rounding error of decimals in a URDF
+
+/// Index of an unused sphere of `radius` at `centre`; −1: none.
+int sphere_at(const std::vector<world::PlacedShape>& shapes, const std::vector<bool>& used,
+              const Eigen::Vector3d& centre, double radius) {
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const auto* sphere = std::get_if<world::Sphere>(&shapes[i].shape);
+    if (sphere != nullptr && !used[i] && std::abs(sphere->radius - radius) < kSame &&
+        (shapes[i].X_BS.translation() - centre).norm() < kSame) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+}  // namespace
+
+std::vector<world::PlacedShape> merge_capsules(const std::vector<world::PlacedShape>& shapes) {
+  std::vector<world::PlacedShape> merged = shapes;
+  std::vector<bool> used(shapes.size(), false);  // spheres that became caps
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const auto* cylinder = std::get_if<world::Cylinder>(&shapes[i].shape);
+    if (cylinder == nullptr || cylinder->half_length < kSame) continue;
+    const Eigen::Vector3d to_top(0.0, 0.0, cylinder->half_length);
+    const int top = sphere_at(shapes, used, shapes[i].X_BS * to_top, cylinder->radius);
+    const int bottom = sphere_at(shapes, used, shapes[i].X_BS * -to_top, cylinder->radius);
+    if (top < 0 || bottom < 0) continue;
+    used[top] = used[bottom] = true;
+    merged[i].shape = world::Capsule{cylinder->radius, cylinder->half_length};
+  }
+  std::vector<world::PlacedShape> result;
+  for (std::size_t i = 0; i < merged.size(); ++i) {
+    if (!used[i]) result.push_back(merged[i]);
+  }
+  return result;
 }
 
 }  // namespace hecaton::planner

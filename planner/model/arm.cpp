@@ -1,4 +1,4 @@
-#include "planner/model/reach.hpp"
+#include "planner/model/arm.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace hecaton::planner {
 
-// Around the first joint's origin, which never moves: every joint turned so that the links' lengths add up.
+// The first joint's origin never moves. Around it, the longest arm is the stretched one: the links' lengths add up.
 ArmReach arm_reach(const Arm& arm) {
   const RobotModel& model = *arm.model;
   Kinematics at_zero;

@@ -1,11 +1,10 @@
-#include "planner/model/chain_kernel.hpp"
+#include "planner/model/kinematics_kernels.hpp"
 
 #include <cstddef>
 
 #include "planner/simd/lanes.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
-
 namespace {
 
 /// The columns of a frame's rotation in W.
@@ -13,7 +12,7 @@ struct Frame {
   Lanes column[3];
 };
 
-// With J = X_WP X_PJ and a the axis, Rodrigues' formula turns J's columns:
+// Rodrigues' formula for the columns of J = X_WP X_PJ and the axis a:
 //   J R = c J + s J [a]× + (1 − c) (J a) aᵀ
 Lanes turn(const ChainStep& step, Frame& frame) {
   auto& [x, y, z] = frame.column;
@@ -29,7 +28,7 @@ Lanes turn(const ChainStep& step, Frame& frame) {
   return axis;
 }
 
-/// The same where a is the k-th unit vector: without what it multiplies by zero or one, but rounded alike.
+/// The same for the k-th unit vector as a, without products with zero and one, and with the same rounding.
 template <int k>
 Lanes turn_about(const ChainStep& step, Frame& frame) {
   Lanes& u = frame.column[k];
@@ -43,7 +42,7 @@ Lanes turn_about(const ChainStep& step, Frame& frame) {
   return axis;
 }
 
-/// Turns the frame; its joint's axis in W.
+/// Rotates the frame. Returns the joint's axis in W.
 Lanes move(const ChainStep& step, Frame& frame) {
   switch (step.motion) {
     case JointMotion::kTurnsAboutX:
@@ -78,6 +77,32 @@ void place_chain(ChainStep* steps, int count) {
     store(step.X_WL + 12, origin + axis * step.shift);
     store(step.axis_W, axis);
     store(step.origin_W, origin);
+  }
+}
+
+// Per unit rate of joint j the ball's centre c moves with ω × c + v, and other points at most |ω| r faster. The bound is
+// Σⱼ |q̇ⱼ| (|ω × c + v| + |ω| r).
+void bound_speeds(const JointMotions& motions, const double* speed, CarriedBall* balls, int count) {
+  const double* const* const w = motions.angular_W;
+  const double* const* const v = motions.linear_W;
+  const Lanes counting{0.0, 1.0, 2.0, 3.0};
+  for (int i = 0; i < count; ++i) {
+    CarriedBall& ball = balls[i];
+    const double* X = ball.X_WL;
+    const double* c = ball.centre_L;
+    store(ball.centre_W, load(X) * c[0] + load(X + 4) * c[1] + load(X + 8) * c[2] + load(X + 12));
+    const double* p = ball.centre_W;
+    Lanes sum{};
+    for (int j = 0; j < ball.joints; j += kLanes) {
+      const Vector<Lanes> angular{load(w[0] + j), load(w[1] + j), load(w[2] + j)};
+      const Vector<Lanes> centre{angular.y * p[2] - angular.z * p[1] + load(v[0] + j),
+                                 angular.z * p[0] - angular.x * p[2] + load(v[1] + j),
+                                 angular.x * p[1] - angular.y * p[0] + load(v[2] + j)};
+      // ω is a unit vector or zero, so that |ω| = ω · ω.
+      const Lanes fastest = load(speed + j) * (sqrt(dot(centre, centre)) + dot(angular, angular) * ball.radius);
+      sum += select(counting + j < all<Lanes>(ball.joints), fastest, Lanes{});
+    }
+    ball.fastest = (sum[0] + sum[2]) + (sum[1] + sum[3]);
   }
 }
 
