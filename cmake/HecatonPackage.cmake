@@ -9,7 +9,7 @@ install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton 
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
 # As they are here, for they refer to each other; `doc_links` looks that they refer to nothing else.
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton PATTERN "*.py" EXCLUDE)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
 
 # Each program of several commands writes its own man page and completion. COMPONENT: the package, if not the main one.
