@@ -122,7 +122,7 @@ def cross(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-# The damper of note 1: ξ [m/s], dᵢ, dₛ [m].
+# The damper of deploy/cells/three_puma.yaml: ξ [m/s], dᵢ, dₛ [m].
 SPEED, INFLUENCE, SECURITY = 0.55, 0.12, 0.03
 
 
