@@ -9,7 +9,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// A measured position farther than this from the reference means that the arm does not follow [rad | m].
+/// Beyond this tracking error the drive does not follow its set-points [rad | m].
 constexpr double kLostTrack = 0.05;
 
 }  // namespace
@@ -34,7 +34,7 @@ void ArmController::set_goal(const JointVector& q_goal) {
   goal_ = q_goal;
   follow({});
   goal_progress_.restart();
-  // The same goal again, after the arm had been there and stepped aside, is a new one.
+  // The same goal counts as new if the arm has reached it before and then gave way.
   if (!under_way()) memory_.local.q_goal = {};
 }
 
@@ -49,7 +49,7 @@ void ArmController::begin(const Manoeuvre& manoeuvre) {
 }
 
 void ArmController::follow(std::vector<JointVector> points) {
-  // The way to come is measured along the route, which may lead away from the goal at first.
+  // Progress is measured along the route, which may lead away from the goal at first.
   if (!route_.under_way() && points.size() > 1) goal_progress_.restart();
   route_.take(std::move(points));
   if (!route_.under_way() && memory_.local.detour.of_route) memory_.local.detour = {};
@@ -66,8 +66,7 @@ void ArmController::leave_coupled_plan() {
   memory_.local.detour = {};
 }
 
-/// What all arms go to together, or the next point of the route, is the local planner's aim, unless it evades
-/// something.
+/// The point of a coupled plan comes first, then an evasion, then the next point of the route, then the goal.
 void ArmController::select_target(const JointVector& q) {
   Detour& detour = memory_.local.detour;
   if (aim_) {
@@ -89,13 +88,13 @@ void ArmController::skip(double time) {
   if (setpoint_) stop_for(geometry_.own_arm().limits, time, setpoint_->q, setpoint_->qd);
 }
 
-TickResult ArmController::step(const OwnArmFeedback& news, std::span<const ArmObservation> arms,
+TickResult ArmController::step(const OwnArmFeedback& feedback, std::span<const ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, bool hold) {
-  if (!news.follows) forget_setpoint();
+  if (!feedback.follows) forget_setpoint();
   std::optional<JointVector> tracking_error;
-  const auto reference = sent_.reference(news.setpoint, news.setpoint_age);
-  if (reference) tracking_error = news.state.q - reference->q;
-  return step_from(dead_reckoned(geometry_.own_arm().limits, news, dt_), tracking_error, arms, obstacles, hold);
+  const auto reference = sent_.reference(feedback.setpoint, feedback.setpoint_age);
+  if (reference) tracking_error = feedback.state.q - reference->q;
+  return step_from(dead_reckoned(geometry_.own_arm().limits, feedback, dt_), tracking_error, arms, obstacles, hold);
 }
 
 TickResult ArmController::step(const MeasuredState& measured, std::span<const ArmObservation> arms,
@@ -138,8 +137,8 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   return result;
 }
 
-/// The local planner goes to where the guide sends it, and gives way to other arms as ever; where that would leave what
-/// the guide knows to be free, the arm brakes.
+/// The local planner moves to the guide's aim and gives way to other arms. The arm brakes where that motion would leave
+/// the space that the guide allows.
 TickResult ArmController::tick_by_guide(TickInput& input) {
   input.obstacles = {};
   GuidedPath path = GuidedPath::kStraight;
@@ -160,7 +159,7 @@ TickResult ArmController::tick_by_guide(TickInput& input) {
   return result;
 }
 
-/// Everything between the wanted velocity and braking satisfies the rows and limits as these two do: they are convex.
+/// Velocities between the wanted one and braking satisfy the rows and limits, too, because both sets are convex.
 void ArmController::stay_where_guided(const TickInput& input, TickResult& result) const {
   if (guide_->may_go(input.q, result.q, result.qd)) return;
   const JointVector wanted = result.qd;

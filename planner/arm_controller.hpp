@@ -1,5 +1,5 @@
 #pragma once
-/// One arm's planner between ticks: its goal, its set-point, its memory. The service and the simulation both run this.
+/// The reactive planner of one arm between ticks: its goal, its last set-point and its memory.
 
 #include <cstdint>
 #include <memory>
@@ -13,66 +13,68 @@
 
 namespace hecaton::planner {
 
+/// Calls tick() once a period and selects its target: goal, route point or coupled plan. The planner service and the
+/// simulation run the same code. Not thread-safe.
 class ArmController {
  public:
-  /// `seed` makes the arm's random choices (subspaces) its own and repeatable.
+  /// `control_period` [s]. `seed`: of the arm's random choices (subspaces), so that they are repeatable.
   ArmController(CellGeometry geometry, LocalParameters parameters, double control_period, std::uint64_t seed);
 
-  /// Takes over the cell's obstacles (added, removed, attached, …). Allocates. An arm with a guide hands them to it.
+  /// Replaces the cell's obstacles. Allocates. An arm with a guide passes them to the guide.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// What one of the arm's sensors has measured; only a guide listens.
+  /// Passes a scan of one of the arm's sensors to the guide; ignored without one.
   void sense(const RangeScan& scan) {
     if (guide_) guide_->sense(scan);
   }
-  /// What the arm gathers beside its ticks; null for methods without.
+  /// The guide of the arm's method; null for methods without one.
   [[nodiscard]] const MotionGuide* guide() const { return guide_.get(); }
 
   void set_goal(const JointVector& q_goal);
-  /// Forgets the goal: brakes, stays where it comes to rest, gives way.
+  /// Removes the goal: the arm brakes, stays where it comes to rest, and gives way.
   void cancel_goal();
   [[nodiscard]] bool has_goal() const { return goal_.has_value(); }
 
-  /// The next set-point begins from the measured state: the drive has not followed the last one (held, stopped, new).
+  /// Starts the next set-point from the measured state. Call when the drive has not followed the last one.
   void forget_setpoint() { setpoint_.reset(); }
-  /// The drive had no successor of the last set-point for `time` [s] after that was due: it has begun to stop, and the
-  /// next set-point goes on from there.
+  /// Accounts for skipped periods: the drive had no set-point for `time` [s] and has begun to stop. The next set-point
+  /// continues from that stop.
   void skip(double time);
 
-  /// One control period. The set-point continues from the last one, unless the arm is not where it was told to be (a
-  /// stop, a limit, a driver that just started): then it begins again from where the arm is. The drive is measured
-  /// against the set-point that it had (docs/design/0006-latency-compensation.md, "The own arm").
-  TickResult step(const OwnArmFeedback& news, std::span<const ArmObservation> arms,
+  /// Plans one control period. The set-point continues from the last one. If the measured position deviates from its
+  /// reference by more than 0.05 rad or m, the set-point starts again from the measured state. The reference is the
+  /// set-point that the drive had at that time (docs/design/0006-latency-compensation.md, "The own arm"). No allocation.
+  TickResult step(const OwnArmFeedback& feedback, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
-  /// The last period's set-point went to the drive under this number. Numbers grow.
+  /// Records that the last period's set-point was sent under this number. Numbers grow.
   void sent(std::uint64_t number) { sent_.sent(number, *setpoint_); }
 
-  /// The same for a drive that got the last period's set-point at once and was measured just now.
+  /// The same without delays: the drive got the last set-point at once, and `measured` is the present state.
   TickResult step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
 
-  /// An arm that finds its way blocked waits up to `time` [s] for a manoeuvre before it turns aside by itself.
+  /// Lets a blocked arm wait up to `time` [s] for a rollout before its method deviates.
   void wait_for_rollout(double time) { memory_.local.rollout_wait = time; }
-  /// From the next period on the arm tries this; an arm on a route only evades what comes.
+  /// Begins the manoeuvre in the next period. An arm on a route accepts only ManoeuvreKind::kEvade.
   void begin(const Manoeuvre& manoeuvre);
-  /// From the next period on the arm goes by these points, the last of which is its goal; empty: it finds its own way.
+  /// Follows these points from the next period on; the last one is the goal. Empty: leaves the route.
   void follow(std::vector<JointVector> points);
   [[nodiscard]] const Route& route() const { return route_; }
-  /// From the next period on the arm goes to q_aim, and stays there, with or without a goal of its own; it makes room
-  /// for nobody, and leaves its route.
+  /// From the next period on the arm moves to `q_aim` and stays there, with or without a goal. It leaves its route and
+  /// yields to no arm.
   void follow_coupled_plan(const JointVector& q_aim);
-  /// It finds its own way again.
+  /// Ends follow_coupled_plan().
   void leave_coupled_plan();
 
-  /// Has a goal and has not been there yet; as of the last period.
+  /// The arm has a goal and has not reached it yet, as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
-  /// How it has come nearer to its goal, or not; periods in which it was held or knew too little do not count.
+  /// Progress towards the goal. Periods with status kHolding or kStaleInput do not count.
   [[nodiscard]] const ProgressMonitor& goal_progress() const { return goal_progress_; }
-  /// The arm's priority in the right of way, to be published.
+  /// The arm's number in the right of way, to be published.
   [[nodiscard]] std::uint32_t priority() const { return memory_.local.right_of_way.priority; }
 
   [[nodiscard]] const std::optional<JointVector>& goal() const { return goal_; }
-  /// Where the last period's command leads; after the first step.
+  /// The last set-point. Precondition: step() was called.
   [[nodiscard]] const MeasuredState& setpoint() const { return *setpoint_; }
   [[nodiscard]] const LocalMemory& memory() const { return memory_.local; }
   [[nodiscard]] const CellGeometry& geometry() const { return geometry_; }
@@ -80,7 +82,7 @@ class ArmController {
   [[nodiscard]] double control_period() const { return dt_; }
 
  private:
-  /// `tracking_error`: measured minus reference position [rad | m]; empty: the drive follows none of our set-points.
+  /// `tracking_error`: measured minus reference position [rad | m]; empty: the drive follows none of the set-points.
   TickResult step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
                        std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
                        bool hold);

@@ -1,6 +1,5 @@
 #pragma once
-/// A whole cell as values: what the cell file says once its URDFs are loaded. No hosts, no network: those are the
-/// services' business.
+/// A cell as values: the content of the cell file with its URDFs loaded. Hosts and network are not part of it.
 
 #include <map>
 #include <string>
@@ -17,18 +16,18 @@ namespace hecaton::planner {
 struct PlannedArm {
   Arm arm;
   LocalParameters parameters;
-  JointVector start = {};  ///< where it stands when the cell comes up, at rest [rad | m]; empty: home
+  JointVector start = {};  ///< initial position, at rest [rad | m]; empty: home
   std::vector<RangeSensor> sensors = {};
-  MethodSet methods = {};  ///< with this arm's parameters; parameters.method is one of them once a cell is loaded
+  MethodSet methods = {};  ///< with this arm's parameters; a loaded cell's parameters.method is one of them
 
-  /// Plans the arm by its method of that name. False when it has none.
+  /// Selects the method of that name. False: there is none.
   bool select_method(std::string_view name) {
     auto found = find_method(methods, name);
     if (!found) return false;
     parameters.method = std::move(found);
     return true;
   }
-  /// Nothing when the method suits the arm; otherwise one sentence that begins with the method's name.
+  /// Nothing if the method suits the arm; otherwise one sentence that begins with the method's name.
   [[nodiscard]] std::optional<std::string> objection() const {
     auto reason = parameters.method->objection(arm, sensors);
     if (reason) reason = std::string(parameters.method->traits().name) + " " + *reason;
@@ -36,28 +35,27 @@ struct PlannedArm {
   }
 };
 
-/// Obstacles that are drawn anew for every episode of a simulation: boxes, balls and upright cylinders that stand
-/// still.
+/// Random static obstacles of each simulated episode: boxes, balls and upright cylinders.
 struct Clutter {
   int count = 0;
   double smallest = 0.05;  ///< edges and diameters [m]
   double largest = 0.3;
-  double inner = 0.3;  ///< centres are between these distances from the z axis of W [m]
-  double outer = 1.0;
-  double lowest = 0.0;  ///< and between these heights [m]
+  double inner = 0.3;  ///< least distance of a centre from the z axis of W [m]
+  double outer = 1.0;  ///< largest distance [m]
+  double lowest = 0.0;  ///< least height of a centre [m]
   double highest = 0.0;
 };
 
-/// A motion problem [Mediavilla02]: each arm goes back and forth between areas, which are balls in joint space round
-/// named poses, and rests there for a while.
+/// A motion problem [Mediavilla02]: each arm moves back and forth between areas and rests in each for a while. An area is
+/// a ball in joint space around a named pose.
 struct MotionProblem {
-  std::map<std::string, std::vector<std::string>> areas;  ///< per arm, in turn; it starts in the first; empty: none
+  std::map<std::string, std::vector<std::string>> areas;  ///< of each arm, in order of visit; empty: no problem
   double spread = 0.1;                                    ///< radius of the balls (ε_alea as joints move it) [rad]
   double mean_wait = 10.0;                                ///< between two tasks, exponential (μ_exp) [steps]
 };
 
-/// Where goals come from: named poses that all arms visit together, the areas of a motion problem, or else tool
-/// positions drawn from a cylinder along z, of the cell or of each arm.
+/// The source of goals: named poses that all arms visit together, the areas of a motion problem, or random tool positions
+/// in a cylinder along z, one for the cell or one for each arm.
 struct TaskArea {
   std::vector<std::string> pose_sequence;            ///< every arm has poses of these names; empty: drawn
   MotionProblem problem;                             ///< its areas empty: drawn
@@ -66,9 +64,9 @@ struct TaskArea {
   double radius = 0.35;                              ///< of the disc across the axis [m]
   double half_height = 0.1;                          ///< above and below the centre [m]
   std::string posture;                               ///< named pose near which arms stay; empty: any posture
-  bool all_conflict = false;                         ///< every arm is in another's straight way, not just two
+  bool all_conflict = false;                         ///< every arm blocks another's straight line, not just two
   double time_limit = 30.0;                          ///< for one task [s]
-  Clutter clutter = {};                              ///< in the way, besides the cell's obstacles
+  Clutter clutter = {};                              ///< besides the cell's obstacles
 
   /// The frame in which the cylinder stands for an arm with its base at X_WB.
   [[nodiscard]] Pose frame(const Pose& X_WB) const { return of_each_arm ? X_WB : Pose::Identity(); }

@@ -10,7 +10,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// Of joints without limits: beyond, an angle says less and less of where in its turn the joint is [rad].
+/// Limit for joints without limits [rad]: larger angles lose precision within one turn.
 constexpr double kFarthest = 1e4;
 
 std::optional<Rejection> outside_limits(const Arm& arm, const JointVector& q) {
@@ -44,7 +44,7 @@ std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVe
   }
   if (auto rejection = outside_limits(arm, q_goal)) return rejection;
 
-  // Other arms may be anywhere by then, but their bases stay.
+  // Other arms will move, but their bases stay.
   const CellGeometry lasting = geometry.without_moving_others();
   ExactDistance distance(lasting);
   std::vector<Kinematics> arms(lasting.arms().size());

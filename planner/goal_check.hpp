@@ -1,5 +1,5 @@
 #pragma once
-/// Whether a configuration may be a goal.
+/// Checks of a configuration before it becomes a goal.
 
 #include <cstdint>
 #include <optional>
@@ -16,16 +16,16 @@ enum class RejectionKind : std::uint8_t {
   kInCollision,    ///< subject: what the arm would touch
 };
 
-/// Why a configuration cannot be a goal. Programs decide on the kind.
+/// Reason why a configuration cannot be a goal. Programs decide on the kind.
 struct Rejection {
   RejectionKind kind = RejectionKind::kMalformed;
   std::string subject;
   std::string text;  ///< one sentence
 };
 
-/// Checks `q_goal` for the geometry's own arm: number of joints, finite, limits, collision with itself, with obstacles
-/// where they are now, and with what no joint moves of another arm. The moving links of other arms do not count.
-/// Empty: it may be a goal. Allocates.
+/// Checks `q_goal` for the own arm of `geometry`: number of joints, finite values, limits, and collision. Collision is
+/// checked with the arm itself, with obstacles at their present poses, and with the fixed links of other arms. The
+/// moving links of other arms do not count. Returns nothing for a valid goal. Allocates.
 [[nodiscard]] std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
                                                    std::span<const world::ObstacleState> obstacles);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The progress of an arm towards its goal: the points of a planned route, and whether the distance still shrinks.
+/// The progress of an arm towards its goal: along the points of a planned route, and by its distance.
 
 #include <limits>
 #include <span>
@@ -10,28 +10,29 @@
 
 namespace hecaton::planner {
 
+/// The points that a global planner found, and the next one to visit.
 class Route {
  public:
-  /// From now on by these points; the last one is the goal. Empty: straight to it.
+  /// Replaces the route. The last point is the goal. Empty: no route.
   void take(std::vector<JointVector> points) {
     points_ = std::move(points);
     next_ = 0;
   }
   void leave() { take({}); }
 
-  /// Points that the arm at q is near enough to count as passed.
+  /// Skips the points that are near `q` [rad | m].
   void pass(const JointLimits& limits, const JointVector& q) {
     while (under_way() && joint_difference(limits, q, points_[next_]).cwiseAbs().maxCoeff() < kPassed) ++next_;
   }
-  /// There is a point to go to before the goal.
+  /// True while a point remains before the goal.
   [[nodiscard]] bool under_way() const { return next_ + 1 < points_.size(); }
-  /// To go to now; only under way.
+  /// The next point [rad | m]. Precondition: under_way().
   [[nodiscard]] const JointVector& next() const { return points_[next_]; }
-  /// What is left, up to the goal; empty when not under way.
+  /// The remaining points up to the goal; empty when not under way.
   [[nodiscard]] std::span<const JointVector> left() const {
     return under_way() ? std::span(points_).subspan(next_) : std::span<const JointVector>();
   }
-  /// From q by all points that are left [rad | m]; only under way.
+  /// Length from q along all remaining points [rad | m]. Precondition: under_way().
   [[nodiscard]] double length(const JointLimits& limits, const JointVector& q) const {
     double sum = joint_difference(limits, q, next()).norm();
     for (std::size_t i = next_; i + 1 < points_.size(); ++i) {
@@ -47,12 +48,14 @@ class Route {
   std::size_t next_ = 0;
 };
 
+/// Measures for how long the distance to the goal has not shrunk. An arm that follows boundaries may move forever
+/// without progress.
 class ProgressMonitor {
  public:
-  /// A new goal.
+  /// Call for a new goal.
   void restart() { *this = {}; }
 
-  /// One period of `dt` [s] at `distance` = ‖q_goal − q‖ [rad | m], in which the arm was free to plan.
+  /// Notes one period of `dt` [s] at `distance` = ‖q_goal − q‖ [rad | m]. Call only while the arm is free to plan.
   void note(double distance, double dt) {
     if (distance < kNearer * nearest_) {
       nearest_ = distance;
@@ -62,13 +65,13 @@ class ProgressMonitor {
     }
   }
 
-  /// Since it was nearer than ever before [s].
+  /// Time since the distance was last at least 2 % below its previous minimum [s].
   [[nodiscard]] double time_without_progress() const { return without_progress_; }
-  /// There may be no way: it has looked for one so long.
+  /// True after 10 s without progress: there may be no path.
   [[nodiscard]] bool stalled() const { return without_progress_ > kStallTimeout; }
 
  private:
-  static constexpr double kNearer = 0.98;        // of the nearest so far
+  static constexpr double kNearer = 0.98;        // of the minimum so far
   static constexpr double kStallTimeout = 10.0;  // [s]
 
   double nearest_ = std::numeric_limits<double>::infinity();

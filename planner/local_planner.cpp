@@ -8,22 +8,22 @@
 namespace hecaton::planner {
 namespace {
 
-/// Motion below this share of the fastest does not count as progress.
+/// Slower motion than this share of the maximum velocity does not count as progress.
 constexpr double kStillShare = 0.02;
-/// An arm that stands this long before its goal says that it is blocked [s].
+/// An arm without motion for this long away from its goal reports that it is blocked [s].
 constexpr double kBlockedAfter = 0.5;
 /// A detour need not end exactly at its way-point [rad | m].
 constexpr double kDetourTolerance = 0.1;
 
-/// Raises every bound that `allowed`, a velocity that is always possible, would violate to what that needs.
+/// Raises each bound that `allowed` violates to the value at `allowed`.
 void relax(QpProblem& problem, const JointVector& allowed) {
   for (int i = 0; i < problem.rows; ++i) {
     problem.h[i] = std::max(problem.h[i], problem.G.row(i).head(allowed.size()).dot(allowed));
   }
 }
 
-/// The velocity nearest to `target` within bounds and the rows of `problem`. Relaxed rows are never stricter than
-/// `allowed`, a velocity that is always possible: standing still, or the stop profile.
+/// The velocity nearest to `target` within `bounds` and the rows of `problem`. If there is none, the rows are relaxed so
+/// that `allowed` satisfies them: zero velocity or the stop profile, which are always possible.
 QpSolution project(QpProblem& problem, const JointVector& target, const VelocityBounds& bounds,
                    const JointVector& allowed, QpWarmStart& warm, bool& relaxed) {
   problem.target = target;
@@ -43,11 +43,9 @@ QpSolution project(QpProblem& problem, const JointVector& target, const Velocity
   return solution;
 }
 
-/// What comes nearer is fled as well as can be, also where not all of it can be fled: where one thing closes in from
-/// two sides, or along a direction in which hardly any joint moves the arm. From `solution`, which satisfies the
-/// relaxed rows, towards the least sum of squares of what is missing from retreats (rows with h < 0), by projected
-/// gradients.
-void flee(QpProblem& problem, const JointVector& allowed, QpSolution& solution) {
+/// Retreats as far as possible when not all retreats (rows with h < 0) are feasible. Starts at `solution`, which
+/// satisfies the relaxed rows. Projected gradient steps reduce the sum of squares of the violations of the retreats.
+void retreat(QpProblem& problem, const JointVector& allowed, QpSolution& solution) {
   constexpr int kSteps = 8;
   const auto g = [&](int i) { return problem.G.row(i).head(allowed.size()); };
   const auto h = problem.h;
@@ -86,8 +84,7 @@ bool inside(const VelocityBounds& bounds, const JointVector& qd) {
   return (qd.array() >= bounds.lower.array()).all() && (qd.array() <= bounds.upper.array()).all();
 }
 
-/// A detour ends near its way-point, when its time is over, or when something is in its way, too; an evasion with its
-/// time.
+/// A detour ends near its way-point, after its time, or when it is blocked. An evasion ends after its time only.
 void update_detour(const LocalInput& input, const JointVector& intended, const JointVector& wanted, Detour& detour) {
   detour.time_left -= input.dt;
   if (detour.time_left <= 0.0) detour.active = false;
@@ -98,8 +95,8 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
   if (there || blocked) detour.active = false;
 }
 
-/// The arm follows another arm's priority at once, except during a detour of its own, which ends soon. An arm with the
-/// right of way goes straight, because the others retreat.
+/// The arm yields at once, except during a detour, which ends soon. An arm with the right of way moves straight, because
+/// the others retreat.
 void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
   RightOfWay& right = memory.right_of_way;
   const bool detours = memory.detour.active && !memory.detour.of_route;
@@ -112,10 +109,10 @@ void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
   if (right.yields_to >= 0 || right.priority != priority) memory.deviation.active = false;
 }
 
-/// What was remembered for another goal than the input's is forgotten.
+/// Resets the memory when the goal of the input differs from the last one.
 void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   if (!input.has_goal) memory.right_of_way.under_way = false;
-  // An arm without a goal keeps its place, wherever that is by now.
+  // An arm without a goal keeps its present position, whatever its last goal was.
   const bool as_before = input.has_goal ? memory.q_goal.size() == input.q_goal.size() && memory.q_goal == input.q_goal
                                         : memory.q_goal.size() == 0;
   if (as_before) return;
@@ -139,14 +136,14 @@ void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
   if (manoeuvre.kind == ManoeuvreKind::kContinue) return;
   memory.random = Random(manoeuvre.seed);
   const bool evades = manoeuvre.kind == ManoeuvreKind::kEvade;
-  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.patience, evades, false};
+  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.time_limit, evades, false};
   memory.deviation.renew = manoeuvre.kind == ManoeuvreKind::kSubspace;
   if (manoeuvre.kind != ManoeuvreKind::kSubspace) memory.deviation.active = false;
 }
 
-// Two steps. First what the arm intends, as the paper plans it: towards the goal or along a boundary, under dampers,
-// velocity and position limits. Then what it commands: the nearest velocity to that which one period's acceleration can
-// reach. The deadlock rule looks at the intention; safety is decided by the command.
+// Two steps. First the intended velocity as in [Lahouar06]: towards the goal or along a boundary, under dampers, velocity
+// and position limits. Then the commanded velocity: the nearest one that the acceleration limits allow in one period.
+// The deadlock rule uses the intention. Safety depends on the command only.
 LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   forget_old_goal(input, memory);
   LocalResult result;
@@ -195,7 +192,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   }
   result.following = memory.deviation.active;
   result.binding_row = strongest_row(intended);
-  // On the boundary itself nothing pushes: what binds is the boundary.
+  // On the boundary no row has a multiplier: the followed row binds.
   if (result.following && memory.deviation.row >= 0) result.binding_row = memory.deviation.row;
 
   const VelocityBounds reachable =
@@ -204,7 +201,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
     result.qd = intended.x;
   } else {
     QpSolution commanded = project(problem, intended.x, reachable, braking, memory.commanded, result.relaxed);
-    if (result.relaxed) flee(problem, braking, commanded);
+    if (result.relaxed) retreat(problem, braking, commanded);
     result.qd = commanded.x;
   }
 

@@ -13,44 +13,47 @@
 namespace hecaton::planner {
 
 enum class ManoeuvreKind : std::uint8_t {
-  kContinue,  ///< whatever is being done: follow the boundary, or go straight as long as there is a way
-  kAbandon,   ///< stop following, go straight to the goal
-  kSubspace,  ///< follow in a fresh subspace, drawn with `seed`
-  kDetour,    ///< visit `q` first, straight; then the goal
-  kEvade,     ///< go to `q`, straight, and be there until `patience` is over, also without a goal; then go on
+  kContinue,  ///< keep following the boundary or moving straight
+  kAbandon,   ///< abandon the boundary and move straight to the goal
+  kSubspace,  ///< follow the boundary in a new subspace, drawn with `seed`
+  kDetour,    ///< move straight to `q` first, then to the goal
+  kEvade,     ///< move straight to `q` and stay there for `time_limit`, also without a goal; then continue
 };
 
+/// What a blocked or threatened arm may try next. A manoeuvre changes only LocalMemory: a rollout tries it on a copy,
+/// and the arm then does exactly what the rollout did.
 struct Manoeuvre {
   ManoeuvreKind kind = ManoeuvreKind::kContinue;
-  std::uint64_t seed = 0;  ///< of all random choices from now on; not for kContinue
-  JointVector q;           ///< of kDetour and kEvade [rad | m]
-  double patience = 0.0;   ///< these end after so long at the latest [s]
+  std::uint64_t seed = 0;   ///< of all random choices from now on; unused by kContinue
+  JointVector q;            ///< of kDetour and kEvade [rad | m]
+  double time_limit = 0.0;  ///< of kDetour and kEvade [s]
 };
 
-/// The way-point of a detour, while there is one.
+/// The way-point that the arm visits before its goal.
 struct Detour {
   bool active = false;
   JointVector q;           ///< [rad | m]
   double time_left = 0.0;  ///< [s]
-  bool stays = false;      ///< it ends with its time, not at its way-point
-  bool of_route = false;  ///< a point of a route (planner/goal_progress.hpp), which says when it ends; the arm still makes room
+  bool stays = false;      ///< true: it ends after `time_left`; false: also at its way-point
+  bool of_route = false;   ///< the next point of a Route, which decides when it ends; the arm still gives way
 };
 
+/// One control period. References are valid during the call.
 struct LocalInput {
   const JointLimits& limits;
   const LocalParameters& parameters;
   const JointVector& q;       ///< reference position [rad | m]
   const JointVector& qd;      ///< reference velocity [rad/s | m/s]
-  const JointVector& q_goal;  ///< [rad | m]; q itself to keep the place
+  const JointVector& q_goal;  ///< [rad | m]; equal to q without goal
   double dt;                  ///< control period [s]
   std::span<const Row> rows;
-  std::span<const ArmObservation> arms = {};  ///< of every arm of the cell; empty: there are no others
+  std::span<const ArmObservation> arms = {};  ///< one per arm of the cell; empty: there are no others
   int self = 0;                               ///< index of the own arm
-  bool has_goal = true;                       ///< q_goal is one
-  const MethodScene* scene = nullptr;         ///< for the method; null: it does without
+  bool has_goal = true;                       ///< q_goal is a goal
+  const MethodScene* scene = nullptr;         ///< passed to the method; may be null
 };
 
-/// What the planner remembers between periods; a plain value.
+/// Memory of the local planner between periods. A value: rollouts copy it.
 struct LocalMemory {
   explicit LocalMemory(std::uint64_t seed = 1) : random(seed) {}
 
@@ -60,31 +63,31 @@ struct LocalMemory {
   QpWarmStart intended;
   QpWarmStart followed;
   QpWarmStart commanded;
-  JointVector q_goal;           ///< of the last period: a new goal starts afresh
-  double without_progress = 0;  ///< since the arm last moved noticeably [s]
+  JointVector q_goal;           ///< of the last period; a change resets the memory
+  double without_progress = 0;  ///< time since the arm last moved noticeably [s]
   Detour detour;
   RightOfWay right_of_way;
-  double rollout_wait = 0.0;  ///< a held-back arm waits so long for a rollout before its method deviates [s]
+  double rollout_wait = 0.0;  ///< remaining time that a blocked arm waits for a rollout before it deviates [s]
 };
 
-/// From the next period on the arm tries this. Nothing changes for kContinue.
+/// Begins the manoeuvre in the next period. kContinue only ends the wait for a rollout.
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory);
 
 struct LocalResult {
   JointVector qd;          ///< for the next period [rad/s | m/s]
-  bool following = false;  ///< the method leads the arm around something
-  bool stalled = false;    ///< the method gets nowhere
-  bool detouring = false;
-  bool awaiting_rollout = false;  ///< its straight way is blocked, and it waits for a manoeuvre
-  int yields_to = -1;             ///< index of the arm that this one makes room for; −1: none
-  bool blocked = false;           ///< no noticeable motion for a while although the goal is not reached
-  bool relaxed = false;  ///< the rows asked for more than acceleration limits can give; braked as hard as allowed
-  int binding_row = -1;  ///< the row with the largest multiplier, −1: none holds the arm back
+  bool following = false;         ///< the method leads the arm around an obstacle
+  bool stalled = false;           ///< the method makes no progress
+  bool detouring = false;         ///< the arm moves to its Detour
+  bool awaiting_rollout = false;  ///< the straight line is blocked; the arm waits for a rollout
+  int yields_to = -1;             ///< index of the arm that the own arm makes room for; −1: none
+  bool blocked = false;           ///< no noticeable motion for 0.5 s away from the goal
+  bool relaxed = false;           ///< the rows require more than the acceleration limits allow
+  int binding_row = -1;           ///< the row with the largest multiplier; −1: no row limits the motion
 };
 
-/// One period. The result always satisfies the velocity and acceleration limits; it satisfies every row, except those
-/// that not even the stop profile can satisfy yet (then `relaxed`: no row is violated by more than the stop does, and
-/// what comes is fled as well as can be).
+/// Plans one period. The result always satisfies the velocity and acceleration limits. It satisfies every row that the
+/// stop profile can satisfy. Otherwise (`relaxed`) no row is violated by more than the stop profile violates it, and the
+/// arm retreats from approaching bodies as far as its limits allow.
 [[nodiscard]] LocalResult plan_locally(const LocalInput& input, LocalMemory& memory);
 
 }  // namespace hecaton::planner

@@ -10,7 +10,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// The bounding balls of an arm's bodies, placed anew in every tick.
+/// The bounding balls of an arm's bodies. Each tick places them.
 std::vector<CarriedBall> carried_balls(const RobotModel& model, const Kinematics& kinematics,
                                        const std::vector<Body>& bodies) {
   std::vector<CarriedBall> balls;
@@ -24,20 +24,19 @@ std::vector<CarriedBall> carried_balls(const RobotModel& model, const Kinematics
   return balls;
 }
 
-/// No point of an obstacle is farther from its origin than this [m].
+/// Largest distance of a point of an obstacle from its origin [m].
 double radius_of(const std::vector<Body>& bodies) {
   double reach = 0.0;
   for (const Body& body : bodies) reach = std::max(reach, body.bound.centre.norm() + body.bound.radius);
   return reach;
 }
 
-/// No point of an arm is farther from any of its joints' axes than this, nor slower than a shifting joint: [m | 1].
+/// Bound of the speed of any point per unit joint rate, for revolute [m] and prismatic [1] joints.
 double longest_lever(const CellGeometry& geometry, int arm) {
   return std::max(1.0, 2.0 * geometry.arm_reach(arm).radius);
 }
 
-/// Places an arm's balls and bounds how fast any point of each moves, and so how fast any row of it can make it
-/// approach, for joints no faster than `speed`.
+/// Places an arm's balls and bounds the speed of their points for joint rates up to `speed`.
 void bound_speeds(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
   static const SpeedKernel kernel = fastest(baseline::bound_speeds, avx2::bound_speeds);
   const auto& w = kinematics.angular_W;
@@ -56,14 +55,14 @@ double fastest_point(const Kinematics& kinematics, const JointVector& speed, std
   return fastest;
 }
 
-/// The same for an obstacle that reaches `radius` [m] from its origin.
+/// The same for an obstacle with points up to `radius` [m] from its origin.
 double fastest_point(double radius, const world::Twist& velocity) {
   return velocity.linear.norm() + velocity.angular.norm() * radius;
 }
 
-/// A row matters while its bound can be reached: from where the damper allows just the speed at which the own body and
-/// the counterpart approach each other at most; and while it limits how long a stop may take. `shares`: 2 when both
-/// give way, each with half of the damper, else 1. `margin`: how much nearer than expected the counterpart may be.
+/// The distance within which a row can bind: where the damper allows less than the largest approach speed of the pair,
+/// or where it limits the stop time. `shares`: 2 when both arms keep half of the damper, else 1. `margin`: how much
+/// nearer than expected the counterpart may be [m].
 Reach reach_of(const Damper& damper, double margin, double speed_of_other, double shares) {
   const double nearest = margin + damper.security_distance;
   const double seconds = damper.longest();
@@ -75,7 +74,7 @@ double position_uncertainty(double acceleration, double age) {
   return 0.5 * acceleration * age * age;
 }
 
-/// Equally old and equally fast, and none turns: then it does not depend on its shape how fast one's points are.
+/// All obstacles have the same age and linear velocity and none turns: one reach then holds for all.
 bool all_alike(std::span<const world::ObstacleState> states) {
   if (states.empty()) return true;
   const double age = states.front().age;
@@ -165,7 +164,7 @@ void LocalScene::update_self(const CellGeometry& geometry, const LocalParameters
   reach_of_self_ = reach_of(parameters.damper.against_self(stop_times_[geometry.self()] + input.dt), 0.0, 0.0, 1.0);
 }
 
-/// Brings every other arm in reach forward to now and finds how near each must be to matter.
+/// Extrapolates every other arm in reach to now and computes its reach.
 void LocalScene::update_arms(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input) {
   const double influence = farthest_influence(parameters, input.dt);
   near_arms_.clear();
@@ -176,8 +175,8 @@ void LocalScene::update_arms(const CellGeometry& geometry, const LocalParameters
     const Arm& arm = geometry.arms()[i];
     ArmObservation& other = observations_[i] = input.arms[i];
     extrapolate(arm.limits, other);
-    const bool counts_on_its_part = other.plans && other.age <= 0.0;  // then nobody asks how it moves
-    (counts_on_its_part ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
+    const bool row_ignores_its_motion = other.plans && other.age <= 0.0;
+    (row_ignores_its_motion ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
     const auto fastest = [&](const JointVector& speed) { return fastest_point(arms_[i], speed, balls_of_arm_[i]); };
     const Damper damper = parameters.damper.against_others(stop_times_[i] + input.dt);
     const double margin = other.lost()      ? update_body_uncertainty(i, other.position_uncertainty)
@@ -188,8 +187,8 @@ void LocalScene::update_arms(const CellGeometry& geometry, const LocalParameters
   }
 }
 
-/// How far each of its bodies may be from where it is placed; returns the farthest [m]. The joints may be turned one
-/// after the other, from the tip to the base: each moves a body's points no farther than its longest lever.
+/// Computes how far each body may be from its nominal position, and returns the largest distance [m]. Turning the joints
+/// one by one, from the tip to the base, moves a body's points by at most lever times angle each.
 double LocalScene::update_body_uncertainty(int arm, const JointVector& position_uncertainty) {
   double farthest = 0.0;
   for (std::size_t body = 0; body < body_uncertainty_[arm].size(); ++body) {
@@ -199,8 +198,8 @@ double LocalScene::update_body_uncertainty(int arm, const JointVector& position_
   return farthest;
 }
 
-/// Whether an arm may be near enough to matter, wherever its joints are: without its kinematics, so that a tick's cost
-/// depends on an arm's neighbours and not on the cell.
+/// True if the arm can be within reach in any configuration. Needs no kinematics, so that the cost of a tick depends on
+/// the neighbours and not on the size of the cell.
 bool LocalScene::may_matter(const CellGeometry& geometry, const LocalParameters& parameters, int arm,
                             const ArmObservation& other, double dt) const {
   const world::BoundingSphere& reach = geometry.arm_reach(arm);
@@ -219,8 +218,7 @@ bool LocalScene::may_matter(const CellGeometry& geometry, const LocalParameters&
   });
 }
 
-/// The same for all arms at once, whatever their states, as long as those are not too old to move at all: arms whose
-/// gap is larger [m] cannot matter.
+/// The same for all arms at once: arms with a larger gap [m] cannot matter, for any state within the age limit.
 double LocalScene::farthest_influence(const LocalParameters& parameters, double dt) const {
   const Damper damper = parameters.damper.against_others(longest_stop_ + dt);
   const double margin = position_uncertainty(strongest_other_, parameters.state_age_limit);

@@ -1,5 +1,5 @@
 #pragma once
-/// What of a cell can matter to an arm in its next period, brought forward to now, and how near it must be to matter.
+/// The bodies that can constrain an arm in its next period, at their expected present positions.
 
 #include <span>
 #include <vector>
@@ -11,25 +11,25 @@
 
 namespace hecaton::planner {
 
-/// Storage is reused from tick to tick; nothing but rebuild() allocates. Its parts point at each other: it stays where
-/// it is.
+/// Bounds for every body how near it must be to constrain the arm, so that the distance pass can skip the others. Only
+/// the constructor and rebuild() allocate. Members point at each other: neither copied nor moved. Not thread-safe.
 class LocalScene {
  public:
   explicit LocalScene(const CellGeometry& geometry);
   LocalScene(const LocalScene&) = delete;
   LocalScene& operator=(const LocalScene&) = delete;
-  /// After CellGeometry::set_obstacles. Allocates.
+  /// Call after CellGeometry::set_obstacles. Allocates.
   void rebuild(const CellGeometry& geometry);
 
-  /// Looks from the arm at `input` whose joints get no faster than `fastest` [rad/s | m/s] in the next period. Valid
-  /// until the next look, as long as the input lives.
+  /// Updates the scene to `input`. `fastest`: bound of the joint velocities in the next period [rad/s | m/s]. The other
+  /// functions refer to the last update and to its input, which must stay alive.
   void update(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
               const JointVector& fastest);
 
   [[nodiscard]] CellPoses poses() const { return {&own_, arms_, obstacles_now_}; }
-  /// Pairs that are farther apart cannot make a row that binds.
+  /// Pairs beyond these distances cannot make a binding row.
   [[nodiscard]] InfluenceDistances influence() const;
-  /// `distances`: that of the cell, for what obstacles sweep.
+  /// `distances`: of the cell; measures the volumes that obstacles sweep.
   [[nodiscard]] DamperScene scene(const CellGeometry& geometry, const LocalParameters& parameters,
                                   const TickInput& input, const ExactDistance& distances) const;
 
@@ -43,22 +43,22 @@ class LocalScene {
   double update_body_uncertainty(int arm, const JointVector& position_uncertainty);
   [[nodiscard]] double farthest_influence(const LocalParameters& parameters, double dt) const;
 
-  // Of the cell, whatever its arms do.
-  std::vector<double> gap_to_arm_;                      ///< the least distance to each arm, wherever both are [m]
-  std::vector<double> lever_;                           ///< no point of it is farther from a joint's axis [m]
-  std::vector<double> acceleration_;                    ///< nor gets faster than this in a second [m/s²]
-  std::vector<double> stop_times_;                      ///< against each arm: the longer of both arms' longest stop [s]
+  // Constant bounds of the cell, valid in every configuration.
+  std::vector<double> gap_to_arm_;                      ///< least distance to each arm [m]
+  std::vector<double> lever_;                           ///< of each arm: largest distance of a point from a joint axis [m]
+  std::vector<double> acceleration_;                    ///< of each arm: largest acceleration of a point [m/s²]
+  std::vector<double> stop_times_;                      ///< for each arm: the longer of its and the own longest stop [s]
   double longest_stop_ = 0.0;                           ///< of any arm [s]
-  double fastest_other_ = 0.0;                          ///< no point of any arm moves faster [m/s]
-  double strongest_other_ = 0.0;                        ///< nor gets faster in a second [m/s²]
+  double fastest_other_ = 0.0;                          ///< largest velocity of a point of any arm [m/s]
+  double strongest_other_ = 0.0;                        ///< largest acceleration of a point of any arm [m/s²]
   std::vector<std::vector<CarriedBall>> balls_of_arm_;  ///< around each body of each arm, the own one included
-  std::vector<std::vector<JointVector>> levers_;        ///< of each body of each arm: longest_levers()
-  std::vector<double> radius_of_obstacle_;              ///< no point is farther from its origin [m]
+  std::vector<std::vector<JointVector>> levers_;        ///< longest_levers() of each body of each arm
+  std::vector<double> radius_of_obstacle_;              ///< largest distance of a point from the obstacle's origin [m]
 
-  // Now.
+  // Present period.
   Kinematics own_;
-  std::vector<double> own_speed_;  ///< of each own body's fastest point in the next period, at most [m/s]
-  double own_fastest_ = 0.0;       ///< the largest of them [m/s]
+  std::vector<double> own_speed_;  ///< bound of the speed of each own body's points in the next period [m/s]
+  double own_fastest_ = 0.0;       ///< largest of them [m/s]
   Reach reach_of_self_;
   std::vector<Kinematics> arms_;
   std::vector<int> near_arms_;                         ///< those that can matter, ascending

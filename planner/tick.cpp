@@ -22,7 +22,7 @@ struct TickScratch::Storage {
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
   std::unique_ptr<MethodWorkspace> of_method;
-  std::vector<ArmObservation> arms;  ///< of stand_aside()
+  std::vector<ArmObservation> arms;  ///< scratch of stand_aside()
 };
 
 TickScratch::TickScratch(const CellGeometry& geometry) : storage_(std::make_unique<Storage>(geometry)) {}
@@ -40,8 +40,8 @@ void TickScratch::rebuild(const CellGeometry& geometry) {
 
 namespace {
 
-/// Whose news is too old or missing: the arm's index, `kObstacles`, or −1.
-constexpr int kNobody = -1;
+/// Values of TickResult::stale_arm that are not the index of an arm.
+constexpr int kNone = -1;
 constexpr int kObstacles = -2;
 
 int find_stale(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input) {
@@ -52,11 +52,11 @@ int find_stale(const CellGeometry& geometry, const LocalParameters& parameters, 
   for (const auto& obstacle : input.obstacles) {
     if (obstacle.age > parameters.state_age_limit) return kObstacles;
   }
-  return kNobody;
+  return kNone;
 }
 
-/// Whether it is known where everything was once, and where the obstacles are: enough to make way.
-bool sees_enough(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input) {
+/// Every arm is known, even if its state is old, and the obstacles are fresh: enough to give way.
+bool can_give_way(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input) {
   for (int i = 0; i < static_cast<int>(input.arms.size()); ++i) {
     if (i != geometry.self() && !input.arms[i].known) return false;
   }
@@ -64,7 +64,7 @@ bool sees_enough(const CellGeometry& geometry, const LocalParameters& parameters
                      [&](const auto& obstacle) { return obstacle.age <= parameters.state_age_limit; });
 }
 
-/// Near things an arm goes no faster than lets it stop within what the dampers count on. Fills `slower` only if needed.
+/// Limits the velocity near obstacles so that every stop takes at most `stop_time` [s]. Fills `slower` only if needed.
 const JointLimits& limits_near(const JointLimits& limits, double stop_time, JointLimits& slower) {
   if (longest_stop_time(limits) <= stop_time) return limits;
   slower = limits;
@@ -74,25 +74,24 @@ const JointLimits& limits_near(const JointLimits& limits, double stop_time, Join
 
 struct BuiltRows {
   int count = 0;
-  double stop_time = std::numeric_limits<double>::infinity();  ///< no longer than this while these things are near [s]
-  double nearest = std::numeric_limits<double>::infinity();    ///< of obstacles and other arms [m]
-  double nearest_moving = std::numeric_limits<double>::infinity();  ///< of obstacles that move [m]
+  double stop_time = std::numeric_limits<double>::infinity();       ///< stops may take no longer [s]
+  double nearest = std::numeric_limits<double>::infinity();         ///< distance of obstacles and other arms [m]
+  double nearest_moving = std::numeric_limits<double>::infinity();  ///< distance of moving obstacles [m]
 };
 
-/// A thing that must be fled loosens the limit near things only where that leaves too little for the flight: where all
-/// joints together, no faster than it allows, part the pair less than this many times as fast as is asked. (Four,
-/// because other rows may need some of the joints.)
+/// A retreat needs a higher velocity limit if all joints together, at the reduced limit, separate the pair less than
+/// this many times as fast as the row asks. The factor leaves joints for other rows.
 constexpr double kSpareFlight = 4.0;
-/// Then stops may take this many times longer: a single stop at once still ends before contact
+/// Stops may then take this many times longer. A single immediate stop still ends before contact
 /// (docs/design/0001-braking.md, "Flight").
 constexpr double kLongerInFlight = 2.0;
 
-bool flees_slowly(const JointLimits& limits, const Row& row, double stop_time) {
+bool retreats_within(const JointLimits& limits, const Row& row, double stop_time) {
   const auto slower = limits.velocity.array().min(limits.acceleration.array() * stop_time);
   return (row.g.array().abs() * slower).sum() >= -kSpareFlight * row.h;
 }
 
-/// What is slower than this stands: no retreat from it can fail for long [m/s].
+/// A slower obstacle counts as static [m/s].
 constexpr double kMoves = 0.02;
 
 bool moves(const world::ObstacleState& state) {
@@ -107,7 +106,7 @@ BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::
     Row& row = rows[built.count];
     row = velocity_damper(scene, clearances[i]);
     row.clearance = i;
-    // What no joint moves cannot be helped by moving: such a row would only make the others infeasible.
+    // A row that no joint can change would only make the problem infeasible.
     const double reach = row.g.cwiseAbs().dot(fastest);
     if (reach > 0.0) built.stop_time = std::min(built.stop_time, row.stop_time);
     if (reach > 0.0 && clearances[i].counterpart != Counterpart::kSelf) {
@@ -122,7 +121,7 @@ BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::
   const auto kept = rows.first(built.count);
   const double stop_time = built.stop_time;
   if (std::any_of(kept.begin(), kept.end(),
-                  [&](const Row& row) { return row.h < 0.0 && !flees_slowly(limits, row, stop_time); })) {
+                  [&](const Row& row) { return row.h < 0.0 && !retreats_within(limits, row, stop_time); })) {
     built.stop_time *= kLongerInFlight;
   }
   return built;
@@ -185,9 +184,8 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   return result;
 }
 
-/// The arm does not go on while some arm's news is too old, but what comes its way and is seen it still avoids: it
-/// would otherwise be run over. It does so without coming nearer to where those arms may be. Its memory waits for fresh
-/// news.
+/// While some arm's state is too old, the own arm does not pursue its goal, but still gives way to the rest. It does not
+/// approach the stop sets of the arms with old states. Its memory stays as it is until fresh states arrive.
 TickResult stand_aside(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                        const TickMemory& memory, TickScratch& scratch) {
   std::vector<ArmObservation>& arms = scratch.storage().arms;
@@ -215,8 +213,8 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
                 TickMemory& memory, TickScratch& scratch) {
   if (input.hold) return brake(geometry, input, TickStatus::kHolding);
   const int stale = find_stale(geometry, parameters, input);
-  if (stale == kNobody) return plan(geometry, parameters, input, memory, scratch);
-  TickResult result = sees_enough(geometry, parameters, input)
+  if (stale == kNone) return plan(geometry, parameters, input, memory, scratch);
+  TickResult result = can_give_way(geometry, parameters, input)
                           ? stand_aside(geometry, parameters, input, memory, scratch)
                           : brake(geometry, input, TickStatus::kStaleInput);
   result.status = TickStatus::kStaleInput;

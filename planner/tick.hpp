@@ -1,6 +1,7 @@
 #pragma once
-/// Everything one control period does for one arm: the only entrance to the planner's algorithms.
-/// Pure: same input and memory, same result; no allocation, clock, log or network.
+/// One control period of one arm: from what the planner knows of the cell to the next set-point. The only entrance to
+/// the reactive algorithms. Pure: equal input and memory give an equal result, bit by bit; no allocation, clock, log or
+/// network.
 
 #include <cstdint>
 #include <limits>
@@ -16,28 +17,28 @@ namespace hecaton::planner {
 
 struct TickInput {
   double dt = 0.010;           ///< control period [s]
-  JointVector q;               ///< own reference position: where the last commands lead [rad | m]
+  JointVector q;               ///< own reference position: the last set-point [rad | m]
   JointVector qd;              ///< own reference velocity [rad/s | m/s]
   JointVector tracking_error;  ///< measured minus reference position [rad | m]; empty: none
   JointVector q_goal;          ///< [rad | m]; ignored without goal
-  bool has_goal = false;       ///< without: stay, but give way
-  bool hold = false;           ///< brake on the stop profile and stay, whatever comes
+  bool has_goal = false;       ///< false: the arm keeps its position, but gives way
+  bool hold = false;           ///< the arm brakes on its stop profile and stays
   std::span<const ArmObservation> arms;
   std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the geometry
 };
 
 enum class TickStatus : std::uint8_t {
-  kIdle,        ///< no goal; keeps its place
-  kMoving,      ///< the local planner makes progress
-  kFollowing,   ///< follows a boundary
-  kDetouring,   ///< goes by a way-point
-  kTogether,    ///< goes with others by a coupled plan
-  kRouted,      ///< goes by the points of a planned route
-  kYielding,    ///< makes room for an arm that has the right of way: see `yields_to`
+  kIdle,        ///< no goal; the arm keeps its position
+  kMoving,      ///< the arm moves straight to its goal
+  kFollowing,   ///< the arm follows a boundary
+  kDetouring,   ///< the arm visits a way-point
+  kTogether,    ///< the arm follows a coupled plan
+  kRouted,      ///< the arm follows the points of a planned route
+  kYielding,    ///< the arm makes room for an arm with the right of way: see `yields_to`
   kBlocked,     ///< no progress for now: see `binding`
   kReached,     ///< within tolerance of the goal and at rest
-  kHolding,     ///< told to
-  kStaleInput,  ///< does not go on because it knows too little: see `stale_arm`; makes way for what it sees
+  kHolding,     ///< TickInput::hold was set
+  kStaleInput,  ///< a state is missing or too old: see `stale_arm`; the arm does not pursue its goal, but gives way
 };
 
 struct TickResult {
@@ -45,36 +46,36 @@ struct TickResult {
   JointVector qd;  ///< velocity there [rad/s | m/s]
   TickStatus status = TickStatus::kIdle;
   bool has_binding = false;
-  Clearance binding;              ///< nearest clearance that shapes the motion, if any
-  int stale_arm = -1;             ///< arm whose state is too old or unknown; −1: none; −2: the obstacles
-  int yields_to = -1;             ///< arm that this one makes room for, −1: none
-  bool awaiting_rollout = false;  ///< its straight way is blocked, and it waits for a manoeuvre before it turns aside
+  Clearance binding;              ///< nearest clearance that limits the motion, if any
+  int stale_arm = -1;             ///< arm whose state is missing or too old; −1: none; −2: the obstacles
+  int yields_to = -1;             ///< arm that this arm makes room for; −1: none
+  bool awaiting_rollout = false;  ///< the straight line is blocked; the arm waits for a rollout before it deviates
   bool near = false;              ///< some pair is within its influence distance
-  int rows = 0;                   ///< constraints on the motion
-  /// The least distance of what it can move from obstacles and other arms, beyond dₛ, when the period began [m]; as far
-  /// as it was measured: infinite when nothing is near.
+  int rows = 0;                   ///< number of constraints on the motion
+  /// Least distance from obstacles and other arms minus dₛ, at the beginning of the period [m]. Only bodies that the
+  /// arm can move count. Infinite beyond the range of the distance pass.
   double clearance_margin = std::numeric_limits<double>::infinity();
-  double clearance_margin_of_moving =
-      std::numeric_limits<double>::infinity();  ///< the same from obstacles that move [m]
-  bool relaxed = false;     ///< dampers asked more than the acceleration limits can give: braked as hard as allowed
-  int subspaces_drawn = 0;  ///< ways around that the method has tried for this goal: subspaces drawn
+  double clearance_margin_of_moving = std::numeric_limits<double>::infinity();  ///< the same, moving obstacles only [m]
+  bool relaxed = false;  ///< the dampers require more than the acceleration limits allow: the arm brakes at the limits
+  int subspaces_drawn = 0;  ///< subspaces that the method has tried for this goal
 };
 
-/// What one planner remembers from tick to tick: a value, so that a rollout can copy it.
+/// Memory of one planner between ticks. A value, so that a rollout can copy it.
 struct TickMemory {
   LocalMemory local;
 };
 
-/// Storage reused from tick to tick, one per thread. Contents mean nothing between ticks.
+/// Storage that ticks reuse. Its contents have no meaning between ticks. Not thread-safe: one per thread.
 class TickScratch {
  public:
+  /// Without the workspace of a method: a method that needs one moves straight to the goal.
   explicit TickScratch(const CellGeometry& geometry);
-  /// With the workspace of the arm's method. Without, a method that needs one goes straight to the goal.
+  /// With the workspace of the arm's method.
   TickScratch(const CellGeometry& geometry, const LocalParameters& parameters);
   ~TickScratch();
   TickScratch(TickScratch&&) noexcept;
   TickScratch& operator=(TickScratch&&) noexcept;
-  /// After CellGeometry::set_obstacles. Allocates.
+  /// Call after CellGeometry::set_obstacles. Allocates.
   void rebuild(const CellGeometry& geometry);
 
   struct Storage;
@@ -84,7 +85,7 @@ class TickScratch {
   std::unique_ptr<Storage> storage_;
 };
 
-/// One control period of `geometry.own_arm()`.
+/// Plans one control period of `geometry.own_arm()`. `scratch` must be built for `geometry`.
 [[nodiscard]] TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                               TickMemory& memory, TickScratch& scratch);
 

@@ -1,6 +1,5 @@
 #pragma once
-/// The searches that an arm's planner runs beside its control periods: what it asks, what it is answered, and who runs
-/// them. The planner service runs them on threads, the simulation in virtual time.
+/// The searches that an arm's planner runs in parallel with its control periods: questions, answers and their executor.
 
 #include <memory>
 #include <optional>
@@ -11,7 +10,7 @@
 
 namespace hecaton::planner {
 
-/// The cell's obstacles, shared by all that read them.
+/// The cell's obstacles. Immutable, shared between threads.
 using SharedObstacles = std::shared_ptr<const std::vector<world::Obstacle>>;
 
 /// At most one question of each kind is open at a time.
@@ -27,7 +26,8 @@ struct SearchAnswers {
   std::optional<RouteAnswer> coupled_plan = {};
 };
 
-/// Used by one thread, the one of the control loop. No function waits for a search.
+/// The planner service runs searches on threads, the simulation runs them in virtual time. Only the thread of the control
+/// loop calls an executor. No function waits for a search.
 class SearchExecutor {
  public:
   SearchExecutor() = default;
@@ -35,10 +35,10 @@ class SearchExecutor {
   SearchExecutor(const SearchExecutor&) = delete;
   SearchExecutor& operator=(const SearchExecutor&) = delete;
 
-  /// At the beginning of a control period: the answers that have been found since the last call, each once.
+  /// Call at the beginning of a control period. Returns the answers since the last call, each once.
   [[nodiscard]] virtual SearchAnswers answers() = 0;
-  /// At the end of a control period: takes the period's questions, and lets open searches continue. `obstacles`: those
-  /// whose states the questions hold.
+  /// Call at the end of a control period. Takes the period's questions and lets open searches continue. `obstacles`: the
+  /// obstacles that the states in the questions belong to.
   virtual void ask(SearchQuestions questions, const SharedObstacles& obstacles) = 0;
 
  protected:

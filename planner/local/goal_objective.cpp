@@ -7,15 +7,15 @@
 namespace hecaton::planner {
 namespace {
 
-/// Share of the acceleration limit that the approach to a goal plans with; the rest corrects deviations.
+/// Share of the acceleration limit for the approach to a goal; the rest corrects deviations.
 constexpr double kBrakingShare = 0.8;
-/// The last part of the approach decays by this share of the remaining way each period.
+/// The last part of the approach covers this share of the remaining distance each period.
 constexpr double kFinalShare = 0.2;
-/// A joint whose part of a unit vector is below this has none.
+/// Smaller components of a unit vector count as zero.
 constexpr double kNoShare = 1e-12;
 
-/// Speed from which `acceleration` stops within `distance`: √(2ad), blended into gain · distance near the end, where
-/// the square root's slope would ask for more than one period can give.
+/// Speed from which `acceleration` stops within `distance`: √(2ad). Near the end it is gain · distance instead, because
+/// the slope of the square root exceeds what one period can follow.
 double approach_speed(double distance, double acceleration, double gain) {
   const double linear_until = acceleration / (gain * gain);
   return distance <= linear_until ? gain * distance : std::sqrt(2.0 * acceleration * (distance - 0.5 * linear_until));
@@ -43,8 +43,8 @@ double approach_distance(const JointLimits& limits, const JointVector& direction
 }
 
 // [Lahouar06] eq. 1–2:  Δq_goal = (q_goal − q)/‖q_goal − q‖ · Δq_max, or q_goal − q when that is shorter.
-// differs from paper: as a velocity; Δq_max is the longest step along this line that no joint's velocity limit forbids,
-// and the step shrinks before the goal because the arm cannot stop within one period.
+// differs from paper: a velocity instead of a step. Δq_max is the longest step on this line within all velocity limits.
+// The step shrinks before the goal, because the arm cannot stop within one period.
 JointVector goal_velocity(const JointLimits& limits, const JointVector& q, const JointVector& q_goal, double dt) {
   const JointVector way = joint_difference(limits, q, q_goal);
   const double length = way.norm();

@@ -10,15 +10,15 @@
 
 namespace hecaton::planner {
 
-MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& news, double period) {
-  MeasuredState now = news.state;
-  const double due = news.follows ? std::clamp(period - news.setpoint_age, 0.0, news.age) : 0.0;
+MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& feedback, double period) {
+  MeasuredState now = feedback.state;
+  const double due = feedback.follows ? std::clamp(period - feedback.setpoint_age, 0.0, feedback.age) : 0.0;
   now.q += now.qd * due;
-  stop_for(limits, news.age - due, now.q, now.qd);
+  stop_for(limits, feedback.age - due, now.q, now.qd);
   return now;
 }
 
-// Constant velocity or stop profile.
+
 void extrapolate(const JointLimits& limits, ArmObservation& arm) {
   if (!arm.plans) {
     stop_for(limits, arm.age, arm.q, arm.qd);
@@ -36,9 +36,10 @@ double least_distance(const AgedPair& pair) {
   return pair.distance - 0.5 * pair.other_acceleration * pair.age * pair.age;
 }
 
-// When the state was true the pair had x = d − dₛ + (v_own + v_other) τ to go. Since then, with the other at its bound,
+// At the time of the measurement the distance to dₛ was x = d − dₛ + (v_own + v_other) τ. With the other body at its
+// damper's bound since then,
 //   ẋ = −v_own − k x   ⇒   x(τ) = x e^(−kτ) − v_own (1 − e^(−kτ))/k
-// Both bounds hold, so the nearer of them is too pessimistic; what was expected is never exceeded.
+// Both bounds hold, so the larger one applies, but never more than the expected distance.
 double least_distance(const AgedPair& pair, double security_distance, double slope) {
   const double decay = std::exp(-slope * pair.age);
   const double then = pair.distance - security_distance + (pair.own_speed + pair.other_speed) * pair.age;
@@ -67,8 +68,8 @@ std::optional<MeasuredState> SetpointLog::reference(std::uint64_t number, double
 
 namespace {
 
-/// How far a joint gets in its positive direction at most [rad | m], from rate `v`: as fast as it can for `moved_for`,
-/// then on a stop that takes `stop` [s].
+/// Largest displacement of a joint in its positive direction [rad | m], from rate `v`: maximum acceleration for
+/// `moved_for` [s], then a stop that takes `stop` [s].
 double farthest(double v, double most, double acceleration, double moved_for, double stop) {
   const double fastest = std::min(most, v + acceleration * moved_for);
   const double speeding_up = (fastest - v) / acceleration;
@@ -79,7 +80,7 @@ double farthest(double v, double most, double acceleration, double moved_for, do
 
 ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q, const JointVector& qd,
                                     double moved_for) {
-  // All joints brake together, as long as the one that needs longest.
+  // All joints brake together, for as long as the slowest of them needs.
   const JointVector fastest = (qd.cwiseAbs() + limits.acceleration * moved_for).cwiseMin(limits.velocity);
   const double stop = stop_time(limits, fastest);
   ReachableStopSet region{q, q};
@@ -95,7 +96,7 @@ ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector
   return region;
 }
 
-// No point of a link is farther from the axis of a joint before it than the links between them are long altogether.
+// The distance of a point from the axis of an earlier joint is at most the summed length of the links in between.
 JointVector longest_levers(const Arm& arm, int link, double extent) {
   const RobotModel& model = *arm.model;
   const std::vector<double> along = arm_reach(arm).links;

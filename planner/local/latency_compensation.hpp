@@ -1,6 +1,6 @@
 #pragma once
-/// Present states from delayed ones: where arms and obstacles are expected now, and how far they may be from there
-/// (docs/design/0006-latency-compensation.md).
+/// Present states from delayed ones: where arms and obstacles are expected now, and bounds of how far they may be from
+/// there (docs/design/0006-latency-compensation.md). Pure functions; no allocation unless stated.
 
 #include <array>
 #include <cstdint>
@@ -12,51 +12,52 @@
 
 namespace hecaton::planner {
 
-/// What the own arm's driver told a while ago.
+/// A state report of the own arm's driver.
 struct OwnArmFeedback {
   MeasuredState state;
-  double age = 0.0;            ///< of the state [s], ≥ 0
-  bool follows = false;        ///< its drive followed set-points
-  std::uint64_t setpoint = 0;  ///< number of the last one that it had; 0: none of this planner's
-  double setpoint_age = 0.0;   ///< since that came, when the state was true [s]
+  double age = 0.0;            ///< time since the measurement [s], ≥ 0
+  bool follows = false;        ///< the drive followed set-points
+  std::uint64_t setpoint = 0;  ///< number of the drive's last set-point; 0: none of this planner
+  double setpoint_age = 0.0;   ///< age of that set-point at the time of the measurement [s]
 };
 
-/// Where the own arm is at least, on its way: its drive goes to the set-point that it had, `period` [s] after that
-/// came, and stops when there is no other. Who begins to command from there takes the arm for no farther on than it is.
-[[nodiscard]] MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& news, double period);
+/// The present state of the own arm by dead reckoning. The drive moves to its last set-point, `period` [s] after that
+/// arrived, and then follows its stop profile. The result never lies ahead of the arm on its path.
+[[nodiscard]] MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& feedback, double period);
 
-/// Brings the arm to where it should be now: an arm that plans has kept its velocity, as far as its joints go; another
-/// one has been on its stop profile. The age stays.
+/// Extrapolates the arm to now: at constant velocity if it plans, on its stop profile otherwise. Positions are clamped
+/// to the limits. The age stays.
 void extrapolate(const JointLimits& limits, ArmObservation& arm);
 
-/// The obstacle as it should be now at constant velocity. The age stays.
+/// The obstacle at its expected present pose, for a constant twist. The age stays.
 [[nodiscard]] world::ObstacleState extrapolated(const world::ObstacleState& then);
 
-/// A pair of bodies of which the other one's state is old.
+/// A pair of bodies. The state of the other body is old.
 struct AgedPair {
   double distance = 0.0;            ///< expected now, from the extrapolated state [m]
-  double age = 0.0;                 ///< [s], ≥ 0
-  double own_speed = 0.0;           ///< of the own point towards the other [m/s]
-  double other_speed = 0.0;         ///< of the other point towards the own, by the old state [m/s]
-  double other_acceleration = 0.0;  ///< the most that it may have gained per second [m/s²]
+  double age = 0.0;                 ///< of the other body's state [s], ≥ 0
+  double own_speed = 0.0;           ///< approach speed of the own point [m/s]
+  double other_speed = 0.0;         ///< approach speed of the other point in the old state [m/s]
+  double other_acceleration = 0.0;  ///< bound of the other point's acceleration [m/s²]
 };
 
-/// The least distance [m] that the pair may really have, whatever the other did within its acceleration.
+/// Lower bound of the present distance for any motion within the acceleration bound [m].
 [[nodiscard]] double least_distance(const AgedPair& pair);
 
-/// The same when the other has kept its damper, too: approached by at most `slope` · (d − `security_distance`).
-/// docs/design/0006-latency-compensation.md
+/// The same for another body that keeps its damper: it approaches at most at `slope` · (d − `security_distance`).
 [[nodiscard]] double least_distance(const AgedPair& pair, double security_distance, double slope);
 
+/// The last 64 set-points that were sent to the own drive. The tracking error of a delayed state must refer to the
+/// set-point that the drive had then. Not thread-safe.
 class SetpointLog {
  public:
-  /// `period` [s]: from a set-point's arrival until the arm is to be there.
+  /// `period`: time from the arrival of a set-point until the arm is due there [s].
   SetpointLog(JointLimits limits, double period);
 
-  /// Numbers grow, but not always by one. 0 is none.
+  /// Records a set-point. Numbers grow, with gaps allowed; 0 is no number.
   void sent(std::uint64_t number, const MeasuredState& setpoint);
-  /// Where the drive's reference is when it has had this set-point for `age` [s]: on the way to it, or on the stop from
-  /// it. Empty: not ours, or sent too long ago.
+  /// The drive's reference `age` [s] after the set-point arrived: on the way to it, or on the stop profile from it.
+  /// Nothing for a number that the log does not hold.
   [[nodiscard]] std::optional<MeasuredState> reference(std::uint64_t number, double age) const;
 
  private:
@@ -69,20 +70,19 @@ class SetpointLog {
   std::array<Entry, 64> ring_;  ///< by number
 };
 
-/// Every joint is at rest within `position_uncertainty` of `q`, either way [rad | m].
+/// A box in joint space: every joint is at rest within `position_uncertainty` of `q` [rad | m].
 struct ReachableStopSet {
   JointVector q;
   JointVector position_uncertainty;
 };
 
-/// Of an arm that was in (q, q̇), moved on within its limits in whatever way, and began its stop profile no later than
-/// `moved_for` [s] afterwards.
+/// All rest positions of an arm that was at (q, q̇), moved arbitrarily within its limits for at most `moved_for` [s], and
+/// then followed its stop profile (docs/design/0009-lost-arms.md).
 [[nodiscard]] ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q,
                                                   const JointVector& qd, double moved_for);
 
-/// How far the points of something that is fixed to link `link`, all of them within `extent` [m] of the link's origin,
-/// move at most per joint rate: [m/rad] for turning joints, 1 for shifting ones, whatever the configuration (within
-/// limits, where a joint shifts).
+/// Bound of the speed per unit joint rate for points fixed to `link`, up to `extent` [m] from the link's origin:
+/// [m/rad] for revolute joints, 1 for prismatic ones. Valid in every configuration within limits. Allocates.
 [[nodiscard]] JointVector longest_levers(const Arm& arm, int link, double extent);
 
 }  // namespace hecaton::planner

@@ -1,5 +1,5 @@
 #pragma once
-/// Parameters of the reactive planner, whatever the motion method, with the symbols of [Lahouar06].
+/// Parameters of the reactive planner for any motion method, with the symbols of [Lahouar06].
 
 #include <algorithm>
 #include <memory>
@@ -12,10 +12,11 @@ class MotionMethod;
 /// Boundary following with default parameters; planner/methods/registry.cpp. Thread-safe.
 [[nodiscard]] std::shared_ptr<const MotionMethod> default_method();
 
-/// How fast a pair may approach. The paper's line, ξ (d − dₛ)/(dᵢ − dₛ), is one of time constant S₀ = (dᵢ − dₛ)/ξ; an
-/// arm that needs longer than S₀ to react and stop follows it only up to ξ, and a flatter one farther out:
+/// The velocity damper: the allowed approach speed of a pair of bodies as a function of their distance. The paper's line
+/// ξ (d − dₛ)/(dᵢ − dₛ) has the time constant S₀ = (dᵢ − dₛ)/ξ. For an arm that needs longer than S₀ to react and stop,
+/// the curve is flatter beyond the speed ξ:
 ///   f(x) = x / S(x),   S(x) = clamp(x/ξ, S₀, response),   x = d − dₛ
-/// Braking can keep it where stops take no longer than S(x) − dt (docs/design/0001-braking.md).
+/// Braking keeps this bound if stops take no longer than S(x) − dt (docs/design/0001-braking.md).
 struct Damper {
   double security_distance;  ///< dₛ [m]
   double width;              ///< dᵢ − dₛ [m]
@@ -49,24 +50,24 @@ struct DamperParameters {
   }
 };
 
-/// When an arm asks the other arms to yield, and yields itself (planner/local/right_of_way.hpp).
+/// Requests of the right of way, and yielding (planner/local/right_of_way.hpp).
 struct YieldingParameters {
-  /// The arm asks after it has been held back for about this long [s]; 0: it neither asks nor yields.
+  /// The arm requests after it has been blocked for about this long [s]; 0: it neither requests nor yields.
   double yield_request_delay = 2.0;
-  bool at_rest = true;  ///< it makes room also when it rests at its goal, or has none
+  bool at_rest = true;  ///< the arm also yields at its goal, and without a goal
 };
 
-/// How an arm that is held back looks ahead (planner/rollout).
+/// Rollouts of a blocked arm (planner/rollout).
 struct RolloutParameters {
-  int candidates = 8;             ///< manoeuvres played through at a time; 0: none, boundary following alone decides
-  double horizon = 2.0;           ///< of the first look ahead [s]
-  double horizon_growth = 1.3;    ///< each further one looks this many times farther, ≥ 1
-  double longest_horizon = 10.0;  ///< but no farther than this [s]
+  int candidates = 8;             ///< manoeuvres that one question simulates; 0: no rollouts
+  double horizon = 2.0;           ///< of the first question [s]
+  double horizon_growth = 1.3;    ///< factor of the horizon with each further question, ≥ 1
+  double longest_horizon = 10.0;  ///< limit of the horizon [s]
   double interval = 0.2;          ///< between an answer and the next question [s]
-  int ticks_per_period = 400;     ///< of single arms, that may be spent on it in a control period, > 0
+  int ticks_per_period = 400;     ///< simulated ticks of single arms in each control period, > 0
 };
 
-/// When an arm asks a global planner for a route around everything as it stands (planner/goal_progress).
+/// When an arm asks a global planner for a route around everything as it stands (planner/route).
 struct ReplanningParameters {
   double stall_timeout = 1.0;  ///< time without progress to the goal [s]; 0: never
 };
@@ -85,10 +86,9 @@ struct LocalParameters {
   CoordinationParameters coordination;
   double goal_tolerance = 2e-3;            ///< every joint within this of the goal counts as reached [rad | m]
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
-  double state_age_limit = 0.25;           ///< older news of an arm or obstacle stops this arm [s]
+  double state_age_limit = 0.25;           ///< an older state of an arm or obstacle stops this arm [s]
 
-  /// Empty when consistent; otherwise one sentence: key, value, what is allowed. The method has a validate() of its
-  /// own.
+  /// Empty if consistent; otherwise one sentence with key, value and rule. MotionMethod::validate checks the method.
   [[nodiscard]] std::string validate() const;
 };
 

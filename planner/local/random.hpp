@@ -1,5 +1,5 @@
 #pragma once
-/// Random numbers as a value: eight bytes of state that a tick's memory carries, the same on every machine.
+/// Random numbers as a value of eight bytes, so that a tick's memory can hold the generator. Equal on every machine.
 
 #include <cmath>
 #include <cstdint>

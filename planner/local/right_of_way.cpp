@@ -5,21 +5,21 @@
 namespace hecaton::planner {
 namespace {
 
-/// An arm that went freely this long is not held back any more [s].
+/// After moving freely for this long the arm is not blocked any more [s].
 constexpr double kFree = 0.5;
-/// An arm that has made room goes on when the other has been away this long [s].
+/// A yielding arm continues when the other arm has been away for this long [s].
 constexpr double kApart = 0.3;
-/// Patience varies by this share from time to time, lest two arms ask in turns for ever.
+/// Random variation of the request delay, so that two arms do not request in turns forever.
 constexpr double kSpread = 0.25;
-/// After each own asking on the way to a goal it waits this many times longer: making room takes as long as the arms
-/// are slow and the way is long, and whoever asks back sooner only reverses it.
+/// Growth of the request delay with each own request on the way to a goal. Making room takes time; a request in between
+/// would only reverse the motion.
 constexpr double kGrowth = 1.25;
-/// But no more than this many times as long as at first.
+/// Limit of that growth.
 constexpr double kMostGrowth = 16.0;
 
 void begin_to_wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   right.waited = 0.0;
-  right.patience =
+  right.request_delay =
       right.growth * input.parameters.yielding.yield_request_delay * random.uniform(1.0 - kSpread, 1.0 + kSpread);
 }
 
@@ -27,7 +27,7 @@ Priority priority_of(const RightOfWayInput& input, int i) {
   return {input.arms[i].priority, i};
 }
 
-/// The first in the order among those near that go before the own arm; −1: none.
+/// The first near arm in the order that precedes the own arm; −1: none.
 int first_near(const RightOfWayInput& input, const RightOfWay& right) {
   int first = -1;
   for (const Row& row : input.rows) {
@@ -40,7 +40,7 @@ int first_near(const RightOfWayInput& input, const RightOfWay& right) {
 void choose(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   const int first = first_near(input, right);
   if (first >= 0) {
-    // Every new priority gets its time.
+    // The other arm gets the full delay for each new request.
     if (right.answers != input.arms[first].priority) begin_to_wait(input, random, right);
     right.answers = input.arms[first].priority;
     right.yields_to = first;
@@ -61,16 +61,16 @@ void ask(const RightOfWayInput& input, RightOfWay& right) {
   right.yields_to = -1;
 }
 
-/// Counts how long the arm has been held back, and asks when that was too long.
+/// Measures for how long the arm is blocked, and requests after the delay.
 void wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
-  if (right.patience <= 0.0) begin_to_wait(input, random, right);
+  if (right.request_delay <= 0.0) begin_to_wait(input, random, right);
   if (input.held_back || right.yields_to >= 0) {
     right.waited += input.dt;
     right.free = 0.0;
   } else if ((right.free += input.dt) > kFree) {
     right.waited = 0.0;
   }
-  if (right.waited < right.patience) return;
+  if (right.waited < right.request_delay) return;
   ask(input, right);
   begin_to_wait(input, random, right);
 }
@@ -100,8 +100,8 @@ void update(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   right.leads = leads(input, right);
 }
 
-// Each near link of theirs pushes along the gradient of its distance, −g; weight 0 at dᵢ, where the damper leaves
-// ½ ξ, and 1 at dₛ, where it leaves nothing.
+// Each near link of these arms pushes along the gradient of its distance, −g. The weight is 0 at dᵢ, where the damper
+// allows ½ ξ, and 1 at dₛ, where it allows no approach.
 JointVector retreat_velocity(const RightOfWayInput& input, const RightOfWay& right, const JointLimits& limits) {
   const double free_speed = 0.5 * input.parameters.damper.convergence_speed;
   JointVector away = JointVector::Zero(limits.velocity.size());

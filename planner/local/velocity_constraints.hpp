@@ -1,5 +1,5 @@
 #pragma once
-/// Constraints on the next joint velocity: a linear row, and the bounds that the joint limits set.
+/// Constraints on the next joint velocity: linear rows from clearances, and bounds from the joint limits.
 
 #include <cstdint>
 
@@ -7,13 +7,14 @@
 
 namespace hecaton::planner {
 
+/// A linear constraint g · q̇ ≤ h from the clearance of one pair of bodies.
 struct Row {
-  JointVector g;            ///< [m/rad | m/m]: approach speed per joint rate
-  double h = 0.0;           ///< [m/s]
-  std::uint32_t key = 0;    ///< names the pair of bodies from tick to tick
-  bool influences = false;  ///< the pair is nearer than dᵢ: boundary following looks at it
-  int arm = -1;             ///< index of the arm that the other body belongs to; −1: it is no other arm's
-  int clearance = -1;       ///< index of the clearance it came from
+  JointVector g;            ///< approach speed per joint rate [m/rad | m/m]
+  double h = 0.0;           ///< allowed approach speed [m/s]; negative: a retreat
+  std::uint32_t key = 0;    ///< identifies the pair of bodies from tick to tick
+  bool influences = false;  ///< the pair is nearer than dᵢ: boundary following considers it
+  int arm = -1;             ///< index of the arm that the other body belongs to; −1: no other arm
+  int clearance = -1;       ///< index of the clearance
   double stop_time = 0.0;   ///< the damper can be kept while stops take no longer than this [s]
 };
 
@@ -22,12 +23,12 @@ struct VelocityBounds {
   JointVector upper;  ///< [rad/s | m/s], ≥ lower
 };
 
-/// Velocity limits, tightened near position limits so that the stop profile always ends inside them, and so that one
-/// period never crosses them. A reference outside its limits may only come back.
+/// Velocity limits, reduced near position limits so that the stop profile always ends inside them. Outside a position
+/// limit only the return is allowed. `dt`: control period [s].
 [[nodiscard]] VelocityBounds speed_and_position_bounds(const JointLimits& limits, const JointVector& q, double dt);
 
-/// What the acceleration limits allow one period after q̇. `braking` (the stop profile's next velocity) is always
-/// inside.
+/// The velocities that the acceleration limits allow one period after q̇. `braking`: next velocity of the stop profile;
+/// it is always inside.
 [[nodiscard]] VelocityBounds acceleration_bounds(const JointLimits& limits, const JointVector& qd,
                                                  const JointVector& braking, double dt);
 

@@ -12,7 +12,7 @@ std::uint32_t pair_key(const Clearance& c) {
          (static_cast<std::uint32_t>(c.other_body) & 0x1FF) << 9 | (static_cast<std::uint32_t>(c.own_body) & 0x1FF);
 }
 
-/// Where the drive lags behind its reference the own body may be nearer than the reference says [m].
+/// Reduction of the distance by the tracking error of the drive [m].
 double lag(const DamperScene& scene, const Row& row) {
   return scene.tracking_error.size() == 0 ? 0.0 : std::max(0.0, row.g.dot(scene.tracking_error));
 }
@@ -32,12 +32,12 @@ void against_self(const DamperScene& scene, const Clearance& clearance, Row& row
   keep(scene, damper, clearance.distance - lag(scene, row), 1.0, 0.0, row);
 }
 
-/// Of an arm that was lost nobody knows where it stands, only from where it cannot have gone farther. To flee from all
-/// of that would drive the own arm through half of the cell: it may stay, and it may leave.
+/// A lost arm is anywhere in its stop set. The row never asks for a retreat: retreating from the whole set would move the
+/// own arm far away. It may stay, and it may leave.
 void against_lost_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
   const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
-  const double position_uncertainty = scene.body_uncertainty[clearance.other][clearance.other_body];
-  keep(scene, damper, clearance.distance - lag(scene, row) - position_uncertainty, 1.0, 0.0, row);
+  const double uncertainty = scene.body_uncertainty[clearance.other][clearance.other_body];
+  keep(scene, damper, clearance.distance - lag(scene, row) - uncertainty, 1.0, 0.0, row);
   row.h = std::max(row.h, 0.0);
 }
 
@@ -48,7 +48,7 @@ void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row)
     against_lost_arm(scene, clearance, row);
     return;
   }
-  if (other.plans && other.age <= 0.0) {  // then nothing depends on how the other one moves
+  if (other.plans && other.age <= 0.0) {  // independent of the other arm's motion
     keep(scene, damper, clearance.distance - lag(scene, row), 0.5, 0.0, row);
     return;
   }
@@ -70,7 +70,7 @@ void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row)
   }
 }
 
-/// What the obstacle's body sweeps within `seconds` from now, whatever it does within its acceleration.
+/// The volume that the obstacle's body can sweep within `seconds` from now, for any motion within its acceleration.
 Sweep swept_by(const DamperScene& scene, const Clearance& clearance, double seconds) {
   const world::ObstacleState& state = scene.obstacles[clearance.other];
   const world::BoundingSphere& ball = scene.geometry.obstacle_bodies(clearance.other)[clearance.other_body].bound;
@@ -81,8 +81,8 @@ Sweep swept_by(const DamperScene& scene, const Clearance& clearance, double seco
           .radius_end = half * end * end + state.velocity.angular.norm() * ball.radius * seconds};
 }
 
-/// An obstacle that passes by comes nearer for a while, and never arrives. What it sweeps while the arm could stop is a
-/// thing at rest: the arm keeps the damper against that, when this leaves it more room
+/// An obstacle that passes by approaches for a while without reaching the arm. The volume that it sweeps while the arm
+/// stops counts as a static body. The damper against this volume replaces the row when it is less restrictive
 /// (docs/design/0010-passing-obstacles.md).
 void allow_passing(const DamperScene& scene, const Clearance& clearance, double security_distance, Row& row) {
   const double seconds = row.stop_time + scene.dt;
@@ -92,8 +92,8 @@ void allow_passing(const DamperScene& scene, const Clearance& clearance, double 
   Row aside = row;
   directional_jacobian(*scene.geometry.own_arm().model, scene.own, clearance.own_link, swept.p_a_W, swept.n_W, aside.g);
   aside.h = (swept.distance - lag(scene, aside) - security_distance) / seconds;
-  const auto room = [&](const Row& of) { return of.h - of.g.dot(scene.own_qd); };
-  if (room(aside) > room(row)) row = aside;
+  const auto slack = [&](const Row& of) { return of.h - of.g.dot(scene.own_qd); };
+  if (slack(aside) > slack(row)) row = aside;
 }
 
 void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row& row) {
@@ -115,10 +115,9 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
 //   obstacle    [Lahouar06] eq. 6    nᵀJ q̇            ≤ f(d − dₛ) + n·v_other
 //   planned arm [Lahouar06] eq. 8    nᵀJ q̇            ≤ ½ f(d − dₛ)          the other does its half
 //   own link                         nᵀ(J_a − J_b) q̇  ≤ f(d − dₛ)
-// differs from paper: the rows are not dropped beyond dᵢ but hold as long as the arm can reach their bound within one
-// period. An arm with bounded acceleration must begin to brake earlier than dᵢ, and f, which goes on, tells when: it
-// can be kept by braking alone (docs/design/0001-braking.md). differs from paper: d is the least distance that old news
-// allows (docs/design/0006-latency-compensation.md).
+// differs from paper: rows also hold beyond dᵢ as long as the arm can reach their bound within one period. An arm with
+// bounded acceleration must brake before dᵢ, and braking alone can keep the continued f (docs/design/0001-braking.md).
+// differs from paper: d is the least distance for the age of the state (docs/design/0006-latency-compensation.md).
 Row velocity_damper(const DamperScene& scene, const Clearance& clearance) {
   Row row;
   row.key = pair_key(clearance);

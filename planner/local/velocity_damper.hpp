@@ -1,5 +1,5 @@
 #pragma once
-/// The velocity damper: how fast a pair of bodies may approach, as a row g · q̇ ≤ h for the own arm.
+/// The velocity damper of a pair of bodies as a row g · q̇ ≤ h for the own arm [Lahouar06, eq. 4–9].
 
 #include <span>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace hecaton::planner {
 
-/// What a clearance's row depends on besides the clearance itself.
+/// Everything that a row depends on besides its clearance. References are valid during the call.
 struct DamperScene {
   const CellGeometry& geometry;
   const Kinematics& own;                            ///< of the own arm at its reference position
@@ -19,19 +19,20 @@ struct DamperScene {
   const JointVector& tracking_error;                ///< measured minus reference position [rad | m]; empty: none
   std::span<const Kinematics> arms;                 ///< of every arm of the cell, extrapolated to now
   std::span<const ArmObservation> observations;     ///< of every arm of the cell, extrapolated to now
-  std::span<const double> stop_times;               ///< the longer of the own arm's and arm i's longest stop [s]
+  std::span<const double> stop_times;               ///< for arm i: the longer of its and the own longest stop [s]
   std::span<const world::ObstacleState> obstacles;  ///< extrapolated to now
   double dt;                                        ///< control period [s]
   const LocalParameters& parameters;
-  /// How far each body of each arm may be from where it is placed [m]; read for arms that were lost.
+  /// Bound of each body's distance from its nominal position, for lost arms [m].
   std::span<const std::vector<double>> body_uncertainty = {};
-  /// Measures what obstacles sweep; none: each counts as if it came straight on.
+  /// Measures the volumes that obstacles sweep; null: every obstacle counts as approaching.
   const ExactDistance* distances = nullptr;
 
-  /// Of the own arm together with arm i: one period until they react, then the stop [s].
+  /// Response time of the own arm and arm i: one period until they react, then the stop [s].
   [[nodiscard]] double response(int arm) const { return dt + stop_times[arm]; }
 };
 
+/// The row of one clearance. Pure; no allocation.
 [[nodiscard]] Row velocity_damper(const DamperScene& scene, const Clearance& clearance);
 
 }  // namespace hecaton::planner

@@ -8,11 +8,11 @@ namespace hecaton::planner {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A constraint counts as violated beyond this [its own unit, after scaling to a unit normal].
+/// Tolerance of a constraint, scaled to a unit normal.
 constexpr double kViolation = 1e-10;
-/// Below this a normal is linearly dependent on the active ones.
+/// Below this a normal counts as linearly dependent on the active ones.
 constexpr double kDependent = 1e-11;
-/// Names of bounds live above all names of rows.
+/// Keys of bounds are above all keys of rows.
 constexpr std::uint32_t kBoundKey = 0x8000'0000U;
 
 /// Constraints are numbered rows first, then lower bounds, then upper bounds; each is aᵀx ≤ b with ‖a‖ = 1.
@@ -44,7 +44,7 @@ class Solver {
 
   [[nodiscard]] int constraints() const { return problem_.rows + 2 * n_; }
 
-  /// A row that no motion can change (‖g‖ = 0) is either always or never satisfied.
+  /// A row with ‖g‖ = 0 is either always or never satisfied.
   [[nodiscard]] bool feasible_rows() const {
     for (int i = 0; i < problem_.rows; ++i) {
       if (scale_[i] < kDependent && problem_.h[i] < -kViolation) return false;
@@ -52,7 +52,7 @@ class Solver {
     return true;
   }
 
-  /// Then it is the solution, as in most ticks.
+  /// True in most ticks; the target is then the solution.
   [[nodiscard]] bool target_is_feasible() const {
     for (int j = 0; j < n_; ++j) {
       if (!(x_[j] >= problem_.lower[j] && x_[j] <= problem_.upper[j])) return false;
@@ -63,7 +63,7 @@ class Solver {
     return true;
   }
 
-  /// How far x is beyond the constraint [its unit]; ≤ 0: satisfied.
+  /// Violation of the constraint by x; ≤ 0: satisfied.
   [[nodiscard]] double violation(int c) const {
     if (c < problem_.rows) {
       if (scale_[c] < kDependent) return -kInfinity;
@@ -147,8 +147,8 @@ class Solver {
     return std::find(set_.begin(), set_.begin() + active_, c) != set_.begin() + active_;
   }
 
-  /// Guesses the active set; keeps of it only what has non-negative multipliers at the minimum with these constraints
-  /// as equalities, because that is what the dual method may start from.
+  /// Initialises the active set from the warm start. Keeps only constraints with non-negative multipliers at the minimum
+  /// under these equalities, as the dual method requires.
   void start_from(const QpWarmStart& warm) {
     for (int i = 0; i < warm.count && active_ < n_; ++i) {
       const int c = find(warm.key[i]);

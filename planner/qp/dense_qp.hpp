@@ -1,10 +1,11 @@
 #pragma once
-/// A small dense quadratic programme: the point nearest to a target under linear inequalities and bounds.
+/// A small dense quadratic programme: the nearest point to a target under linear inequalities and bounds.
 ///
 ///   minimise ½‖x − target‖²   subject to   G x ≤ h,   lower ≤ x ≤ upper
 ///
-/// Solved by the dual active-set method of [Goldfarb83] with an identity Hessian: it starts at the target and adds the
-/// most violated constraint until none is left, so a tick without near obstacles costs nothing. No allocation.
+/// The solver is the dual active-set method of [Goldfarb83] with an identity Hessian. It starts at the target and adds the
+/// most violated constraint until none is left. A target that satisfies all constraints costs almost nothing. No
+/// allocation. Deterministic.
 
 #include <array>
 #include <cstdint>
@@ -13,10 +14,10 @@
 
 namespace hecaton::planner {
 
-/// The most rows of G. A tick that has more near pairs keeps the nearest ones.
+/// Capacity in rows of G. A tick with more near pairs keeps the nearest ones.
 inline constexpr int kMaxRows = 64;
 
-/// Arrays are filled up to `rows`, the rest is left as it is: a problem is made in every tick.
+/// Arrays are valid up to `rows`; the rest is not initialised.
 struct QpProblem {
   JointVector target;  ///< n
   JointVector lower;   ///< n, −infinity allowed
@@ -25,7 +26,7 @@ struct QpProblem {
   Eigen::Matrix<double, kMaxRows, kMaxJoints, Eigen::RowMajor> G;  ///< rows × n in its top left corner
   std::array<double, kMaxRows> h;
   std::array<double, kMaxRows> norm;        ///< of each row of G
-  std::array<std::uint32_t, kMaxRows> key;  ///< names a row from solve to solve, for the warm start
+  std::array<std::uint32_t, kMaxRows> key;  ///< identifies a row between solves, for the warm start
 
   /// Appends g · x ≤ bound. False when the problem is full.
   bool add_row(const JointVector& g, double bound, std::uint32_t name) {
@@ -41,12 +42,12 @@ struct QpProblem {
 
 enum class QpStatus : std::uint8_t {
   kOptimal,
-  kInfeasible,      ///< no x satisfies the constraints; x is the last iterate and must not be used
-  kIterationLimit,  ///< gave up on a degenerate problem; x may violate constraints
+  kInfeasible,      ///< no x satisfies the constraints; do not use x
+  kIterationLimit,  ///< degenerate problem; x may violate constraints
 };
 
-/// The constraints that were active at the last solution, by name. A default value is a cold start. A warm start
-/// changes the number of iterations, never the solution.
+/// Keys of the active constraints of the last solution. A default value is a cold start. A warm start changes the number
+/// of iterations, never the solution.
 struct QpWarmStart {
   std::array<std::uint32_t, kMaxJoints> key{};
   int count = 0;
@@ -55,13 +56,13 @@ struct QpWarmStart {
 struct QpSolution {
   QpStatus status = QpStatus::kOptimal;
   JointVector x;                             ///< n
-  int iterations = 0;                        ///< constraints added or dropped
-  int active = 0;                            ///< how many constraints hold with equality and a multiplier > 0
+  int iterations = 0;                        ///< number of added and dropped constraints
+  int active = 0;                            ///< number of active constraints
   std::array<int, kMaxJoints> active_row{};  ///< index of a row of G; −1 − 2j: lower bound of j; −2 − 2j: upper bound
   std::array<double, kMaxJoints> multiplier{};
 };
 
-/// Solves `problem`; `warm` is read as the first guess of the active set and replaced by the new one.
+/// Solves `problem`. `warm`: initial guess of the active set, replaced by the new active set. Thread-safe.
 [[nodiscard]] QpSolution solve(const QpProblem& problem, QpWarmStart& warm);
 
 }  // namespace hecaton::planner

@@ -5,20 +5,20 @@
 namespace hecaton::planner {
 namespace {
 
-/// An arm that went freely this long is out of its trouble [s].
+/// After moving freely for this long the arm is not blocked any more [s].
 constexpr double kOutOfTrouble = 0.5;
-/// Nobody waits longer for an answer before turning aside [s].
+/// A blocked arm waits no longer for an answer before it deviates [s].
 constexpr double kLongestWait = 0.15;
-/// Between two looks at what comes; an arm at 3 rad/s and an obstacle at 1 m/s go half a metre [s].
+/// Time between two lookaheads [s].
 constexpr double kLookaheadInterval = 0.1;
-/// Over so long the change of an obstacle's velocity is measured [s].
+/// Least time between two velocity samples of an obstacle [s].
 constexpr double kCourse = 0.05;
-/// What is slower than this is left to the dampers [m/s].
+/// Slower obstacles are left to the dampers [m/s].
 constexpr double kMoves = 0.02;
-/// Ways out that are tried, for each manoeuvre of an arm that is held back: a look ahead is short, and a way out rare.
+/// Escapes of a lookahead for each manoeuvre of a blocked arm: lookaheads are short, and escapes are rare.
 constexpr int kEscapes = 2;
 
-/// Whether the obstacle may come within dᵢ of wherever the arm can be, as it moves now.
+/// True if the obstacle at its present velocity may come within dᵢ of the arm's reach.
 bool may_come_near(const CellGeometry& geometry, int obstacle, const world::ObstacleState& state, double influence) {
   const world::BoundingSphere& reach = geometry.arm_reach(geometry.self());
   const Eigen::Vector3d& v = state.velocity.linear;
@@ -58,8 +58,8 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
       if (arm.has_goal) arm.q_goal = *controller.goal();
       arm.plans = true;
       arm.memory = controller.memory();
-      arm.memory.rollout_wait = 0.0;       // who goes on turns aside now
-      arm.memory.detour.of_route = false;  // what comes after its next point is not played
+      arm.memory.rollout_wait = 0.0;       // kContinue means to deviate now
+      arm.memory.detour.of_route = false;  // the simulation ends at the next point of the route
       continue;
     }
     const ArmObservation& seen = arms[i];
@@ -70,7 +70,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     arm.has_goal = seen.has_goal;
     arm.plans = seen.plans;
     arm.position_uncertainty = seen.position_uncertainty;
-    // How the other chooses its subspaces is not known; that each is somebody else is.
+    // The seeds of other arms are unknown; each gets a stream of its own.
     arm.memory = LocalMemory(static_cast<std::uint64_t>(i) + 1);
     arm.memory.right_of_way.priority = seen.priority;
   }
@@ -99,7 +99,7 @@ std::optional<double> RolloutPolicy::rollout_wait() const {
   return could_ask ? std::optional(kLongestWait) : std::nullopt;
 }
 
-/// States come with ages of their own: what counts is how far apart the instants are at which they were true.
+/// Differences refer to the times of measurement, because every state has its own age.
 void RolloutPolicy::watch(std::span<const world::ObstacleState> obstacles, double dt) {
   const bool anew = courses_.size() != obstacles.size();
   courses_.resize(obstacles.size());
@@ -131,7 +131,7 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   const bool held_back = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
                          result.status == TickStatus::kBlocked ||
                          (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
-  const bool trouble = held_back && !controller.route().under_way();  // else the route is looked at, and left
+  const bool trouble = held_back && !controller.route().under_way();  // on a route, RoutePolicy reacts instead
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_lookahead_ += dt;
@@ -140,7 +140,7 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     if (i != controller.geometry().self() && !arms[i].known) return std::nullopt;
   }
-  // What comes is looked at first: the other search may take long.
+  // The lookahead comes first, because the other search may take long.
   const bool looks = since_lookahead_ >= kLookaheadInterval && something_comes(controller, result, obstacles);
   if (!looks && trouble && since_answer_ >= parameters_.interval) {
     open_ = Open::kHeldBack;

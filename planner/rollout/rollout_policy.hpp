@@ -1,5 +1,5 @@
 #pragma once
-/// When an arm asks for rollouts, and what it asks. Used every control period, beside the tick.
+/// The questions of one arm to its rollout search (docs/design/0004-rollouts.md, 0013-lookahead.md).
 
 #include <cstdint>
 #include <optional>
@@ -9,47 +9,48 @@
 
 namespace hecaton::planner {
 
+/// Decides in every control period whether to ask, and what. An arm whose method does not coordinate never asks. Not
+/// thread-safe.
 class RolloutPolicy {
  public:
-  /// `seed` of the candidates that will be drawn. Only an arm whose method coordinates ever asks.
+  /// `seed`: of the random candidates.
   RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed);
 
-  /// Before a period: when a question could be asked, an arm that gets stuck waits so long for the answer [s]. An arm
-  /// that turned aside at once, and then another way within a tenth of a second, would seem to tremble. Empty: no
-  /// question could be asked.
+  /// Call before a period. Time that a blocked arm waits for an answer before it deviates [s]; nothing if it cannot ask.
+  /// The wait avoids two changes of direction within a tenth of a second.
   [[nodiscard]] std::optional<double> rollout_wait() const;
 
-  /// After a period of `controller`: a question when the arm is held back, no question is open and the last answer has
-  /// had its time. The longer the arm is held back, the farther it looks ahead. Else, now and then, whether going on
-  /// ends well, when an obstacle moves that could come near (docs/design/0013-lookahead.md); also without a goal.
+  /// Call after a period of `controller`. Returns a question if none is open and one of these holds:
+  /// - the arm is blocked, and `interval` has passed since the last answer. The horizon grows while the arm is blocked.
+  /// - an obstacle may come near, and 0.1 s have passed since the last lookahead. This applies without a goal, too.
   [[nodiscard]] std::optional<RolloutQuestion> next(const ArmController& controller, const TickResult& result,
                                                     std::span<const ArmObservation> arms,
                                                     std::span<const world::ObstacleState> obstacles);
-  /// The answer has come; its manoeuvre is to be begun.
+  /// Call when the answer has arrived.
   void answered();
-  /// A question is open because the arm is held back.
+  /// A question of a blocked arm is open.
   [[nodiscard]] bool awaiting_rollout() const { return open_ == Open::kHeldBack; }
 
  private:
   enum class Open : std::uint8_t { kNone, kHeldBack, kLookahead };
-  /// What is known of how an obstacle's velocity changes.
+  /// Estimate of an obstacle's acceleration.
   struct Course {
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< when it was last looked at [m/s]
-    double since = 0.0;                                      ///< that was true [s]
-    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< from then to the look before [m/s²]
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< at the last sample [m/s]
+    double since = 0.0;                                      ///< age of that sample [s]
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< between the last two samples [m/s²]
   };
 
   void watch(std::span<const world::ObstacleState> obstacles, double dt);
   [[nodiscard]] std::vector<Eigen::Vector3d> accelerations() const;
 
   RolloutParameters parameters_;
-  double strongest_;             ///< no obstacle accelerates more [m/s²]; what seems to has turned a corner
+  double strongest_;             ///< larger accelerations count as corners and are ignored [m/s²]
   std::vector<Course> courses_;  ///< of obstacles
   Random random_;
   Open open_ = Open::kNone;
-  double since_answer_ = 0.0;     ///< to a question of an arm that was held back [s]
-  double since_lookahead_ = 0.0;  ///< [s]
-  double since_trouble_ = 0.0;    ///< [s]
+  double since_answer_ = 0.0;     ///< time since the last answer to a blocked arm [s]
+  double since_lookahead_ = 0.0;  ///< time since the last answer to a lookahead [s]
+  double since_trouble_ = 0.0;    ///< time since the arm was last blocked [s]
   double horizon_ = 0.0;          ///< of the next question [s]
 };
 

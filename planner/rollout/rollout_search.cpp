@@ -11,27 +11,27 @@
 namespace hecaton::planner {
 namespace {
 
-/// Step of the play [s]: coarser than a control period, since only the choice depends on it, never the motion.
+/// Time step [s]. Larger than a control period, because only the selection depends on it, not the motion.
 constexpr double kStep = 0.025;
-/// Of a look at what comes: whether a retreat succeeds may hang on a few hundredths of a second.
+/// Time step of a lookahead [s]: the success of a retreat may depend on hundredths of a second.
 constexpr double kLookaheadStep = 0.0125;
-/// Way that is left at the horizon counts this much more than the time it would take straight: something is in its way.
+/// Factor of the straight time for the distance that is left at the horizon: an obstacle probably blocks it.
 constexpr double kDoubt = 2.0;
-/// Going on is kept unless something else is expected to be this much faster [s]: plays are predictions.
+/// A manoeuvre must be this much faster than continuing [s], because rollouts are only predictions.
 constexpr double kWorthwhile = 0.2;
 /// Detours: each joint of the way-point differs from the present one with this probability, by a normal deviate.
 constexpr double kMovedShare = 0.5;
 constexpr double kDetourReach = 0.7;     // [rad | m]
-constexpr double kDetourPatience = 2.0;  // [s]
+constexpr double kDetourTime = 2.0;  // [s]
 /// Escapes are nearer and farther, and last shorter and longer.
 constexpr double kLongestEscape = 1.4;  // [rad | m]
 constexpr double kShortestStay = 0.4;   // [s]
 constexpr double kLongestStay = 1.2;    // [s]
-/// Whoever comes nearer than dₛ by this share of it is in danger: plays are coarse, and dampers let dₛ be touched.
+/// Tolerated violation of dₛ as a share of dₛ: the time step is large, and dampers allow distances of exactly dₛ.
 constexpr double kTolerated = 0.3;
-/// From what moves no dampers let an arm get there: who does has lost the flight, however little the play says.
+/// The same for moving obstacles. Dampers never allow less than dₛ here, so that a violation means a failed retreat.
 constexpr double kToleratedOfMoving = 0.05;
-/// What it is worth not to come nearer by another dₛ, which is a contact [s]: more than any detour.
+/// Cost of a violation of one dₛ, which is a contact [s]: more than any detour.
 constexpr double kCostOfMargin = 50.0;
 
 double straight_time(const JointLimits& limits, const RolloutArm& arm) {
@@ -45,7 +45,7 @@ std::vector<T> picked(const std::vector<T>& all, const std::vector<int>& indices
   return some;
 }
 
-/// What an arm carries that is not played is nowhere: as far away as that arm.
+/// Removes the shapes of objects that arms outside the simulation carry.
 std::vector<world::Obstacle> near_obstacles(std::span<const world::Obstacle> obstacles,
                                             const std::vector<Arm>& played) {
   std::vector<world::Obstacle> near(obstacles.begin(), obstacles.end());
@@ -102,7 +102,7 @@ JointVector RolloutSearch::somewhere(double reach) {
   return q.cwiseMax(limits.lower).cwiseMin(limits.upper);
 }
 
-// Half of the candidates follow the boundary in a fresh subspace, half make a detour; one goes straight.
+// The first candidate moves straight; the others follow the boundary in a new subspace or make a detour, in turns.
 Manoeuvre RolloutSearch::draw(int candidate) {
   Manoeuvre manoeuvre;
   if (candidate == 0) return manoeuvre;
@@ -115,12 +115,12 @@ Manoeuvre RolloutSearch::draw(int candidate) {
   } else {
     manoeuvre.kind = ManoeuvreKind::kDetour;
     manoeuvre.q = somewhere(kDetourReach);
-    manoeuvre.patience = kDetourPatience;
+    manoeuvre.time_limit = kDetourTime;
   }
   return manoeuvre;
 }
 
-// One goes straight, two stop and let pass what comes, the others get out of the way.
+// The first candidate moves straight, two stop and wait, and the others evade to random positions.
 Manoeuvre RolloutSearch::draw_escape(int candidate) {
   Manoeuvre manoeuvre;
   manoeuvre.seed = random_.next();
@@ -132,10 +132,10 @@ Manoeuvre RolloutSearch::draw_escape(int candidate) {
   manoeuvre.kind = ManoeuvreKind::kEvade;
   if (candidate <= 3) {
     manoeuvre.q = rest_position(cell_.limits(own_), own.q, own.qd);
-    manoeuvre.patience = candidate == 2 ? kShortestStay : kLongestStay;
+    manoeuvre.time_limit = candidate == 2 ? kShortestStay : kLongestStay;
   } else {
     manoeuvre.q = somewhere(random_.uniform(0.0, kLongestEscape));
-    manoeuvre.patience = random_.uniform(kShortestStay, kLongestStay);
+    manoeuvre.time_limit = random_.uniform(kShortestStay, kLongestStay);
   }
   return manoeuvre;
 }
@@ -147,7 +147,7 @@ void RolloutSearch::start_candidate() {
   hecaton::planner::begin(manoeuvre_, cell_.arm(own_).memory);
 }
 
-/// How far arm i came nearer than it may, in units of dₛ.
+/// Violation of the tolerated margin by arm i, in units of dₛ.
 double RolloutSearch::danger(int arm) const {
   const double security = parameters_[simulated_arms_[arm]].damper.security_distance;
   const double of_any = -cell_.clearance_margin(arm) / security - kTolerated;
@@ -163,7 +163,7 @@ double RolloutSearch::dangers() const {
 
 bool RolloutSearch::finished() const {
   if (cell_.time() >= question_.horizon) return true;
-  if (candidate_ > 0 && kCostOfMargin * dangers() >= best_.cost) return true;  // it cannot win any more
+  if (candidate_ > 0 && kCostOfMargin * dangers() >= best_.cost) return true;  // cannot become the best
   if (question_.lookahead) return false;
   for (int i = 0; i < cell_.arms(); ++i) {
     if (cell_.arm(i).has_goal && cell_.arm(i).plans && cell_.reached(i) < 0.0) return false;
@@ -196,7 +196,7 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
       best_.cost = cost;
       best_.arrives = cell_.reached(own_) >= 0.0;
     }
-    // Also when it is another arm that is run down: whose way out this one may be in.
+    // A danger of another arm counts, too: the own arm may block its escape.
     const bool well = question_.lookahead && candidate_ == 0 && dangers() <= 0.0;
     if (well) candidate_ = question_.candidates;
     if (++candidate_ > question_.candidates) return best_;

@@ -1,7 +1,5 @@
 #pragma once
-/// Which manoeuvre to try: each candidate is played forward on the own arm and its neighbours, and the one that brings
-/// all of them to their goals soonest wins. The search may be interrupted after any number of ticks, so that it fits
-/// into what a control period leaves over; the same question has the same answer on every machine.
+/// Selection of a manoeuvre by rollouts of the own arm and its neighbours (docs/design/0004-rollouts.md).
 
 #include <cstdint>
 #include <optional>
@@ -12,43 +10,45 @@
 
 namespace hecaton::planner {
 
-/// What the planner knows when it asks.
+/// The state of the cell, and what to search.
 struct RolloutQuestion {
   std::vector<RolloutArm> arms;                 ///< of the whole cell
   std::vector<world::ObstacleState> obstacles;  ///< of the whole cell
-  std::vector<Eigen::Vector3d> accelerations;   ///< of those [m/s²], or empty: they go on as they do
+  std::vector<Eigen::Vector3d> accelerations;   ///< of the obstacles [m/s²]; empty: zero
   double horizon = 2.0;                         ///< [s]
-  int candidates = 8;                           ///< besides going on
+  int candidates = 8;                           ///< besides kContinue
   std::uint64_t seed = 0;                       ///< of the candidates
-  /// Whether something runs the arm down, rather than how it arrives: when going on keeps clear of everything, that is
-  /// the answer, without looking at anything else.
+  /// True: look for approaching obstacles instead of a way to the goal. If kContinue keeps all margins, it is the answer
+  /// without further rollouts.
   bool lookahead = false;
 };
 
 struct RolloutAnswer {
   Manoeuvre manoeuvre;
-  double cost = 0.0;  ///< expected time until all played arms are at their goals, summed over them, and what
-                      ///< the danger is worth that they get into [s]
-  double cost_of_continuing = 0.0;  ///< the same without a manoeuvre [s]
+  double cost = 0.0;  ///< sum of the expected arrival times of the simulated arms plus the cost of lost margins [s]
+  double cost_of_continuing = 0.0;  ///< cost of kContinue [s]
   bool arrives = false;             ///< the own arm reaches its goal within the horizon
 };
 
+/// Simulates each candidate; the least cost wins. The search can be interrupted after any number of ticks, so that it
+/// fits into the idle time of control periods. The answer does not depend on interruptions or the machine. Not
+/// thread-safe.
 class RolloutSearch {
  public:
   /// `arms` and `parameters`: of the whole cell. `self`: index of the own arm.
   RolloutSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self);
 
-  /// What arms carry lengthens their reach, so that others may become neighbours. Gives up an open question.
+  /// Replaces the obstacles, and the neighbours, because carried objects change the reach of arms. Drops an open question.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// The arms that are played, as indices in the cell, ascending: the own one and all that may come within dᵢ of it.
+  /// Indices of the simulated arms, ascending: the own arm and all that can come within dᵢ of it.
   [[nodiscard]] const std::vector<int>& simulated_arms() const { return simulated_arms_; }
 
   void begin(RolloutQuestion question);
-  /// Plays on until the answer is known or about `ticks` ticks of single arms are spent. The answer is given once.
+  /// Simulates until the answer is known or about `ticks` ticks of single arms are spent. Returns the answer once.
   std::optional<RolloutAnswer> advance(int ticks);
   [[nodiscard]] bool busy() const { return candidate_ <= question_.candidates; }
-  /// Ticks of single arms that were played, by all questions so far.
+  /// Simulated ticks of single arms since construction.
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:
@@ -65,12 +65,12 @@ class RolloutSearch {
   std::vector<LocalParameters> parameters_;
   int self_;
   std::vector<int> simulated_arms_;
-  int own_ = 0;               ///< index of the own arm among those
+  int own_ = 0;               ///< index of the own arm among them
   RolloutSimulation cell_;    ///< of those
-  RolloutQuestion question_;  ///< as asked, but only with their states
-  int candidate_ = 1;         ///< being played; above `candidates`: idle
+  RolloutQuestion question_;  ///< reduced to the simulated arms
+  int candidate_ = 1;         ///< present candidate; above `candidates`: idle
   Random random_;
-  Manoeuvre manoeuvre_;  ///< of the candidate being played
+  Manoeuvre manoeuvre_;  ///< of the present candidate
   RolloutAnswer best_;
   std::uint64_t ticks_ = 0;
 };

@@ -1,9 +1,9 @@
 #pragma once
-/// Four doubles that are computed together, and the few functions that let one template serve a scalar and lanes alike.
+/// SIMD lanes of four doubles or eight floats, and functions that let one template serve scalars and lanes.
 ///
-/// Files that use lanes are compiled once for each instruction set, with HECATON_ISA as the namespace, so that the
-/// linker never mixes them; simd/instruction_set.hpp chooses at start-up. Everything here is +, −, ×, ÷, √, min, max
-/// and comparisons, each rounded once (no FMA): the same to the last bit on every machine, in lanes and as a scalar.
+/// Files with lanes are compiled once for each instruction set. HECATON_ISA is their namespace, so that the linker never
+/// mixes them; instruction_set.hpp selects one at run time. All operations are +, −, ×, ÷, √, min, max and comparisons,
+/// each rounded once (no FMA). Results are bit-identical on every machine, for lanes and scalars.
 
 #include <cmath>
 #include <cstdint>
@@ -13,7 +13,7 @@
 #include <immintrin.h>
 #endif
 
-// Lanes are passed only between inline functions of one file, so that it does not matter how a call would pass them.
+// Lanes are passed only between inline functions of one file, so the calling convention does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #ifndef HECATON_ISA
@@ -100,7 +100,7 @@ inline unsigned bits(LaneMask mask) {
 }
 #endif
 
-/// Eight floats, for bounds that are rounded outwards and never decide more than whether to look closer.
+/// Eight floats, for bounds that are rounded outwards. They only decide whether an exact computation follows.
 inline constexpr int kFloatLanes = 8;
 using FloatLanes = float __attribute__((vector_size(kFloatLanes * sizeof(float))));
 using FloatMask = decltype(FloatLanes{} < FloatLanes{});
@@ -191,7 +191,7 @@ inline Vector<T> select(Mask mask, const Vector<T>& yes, const Vector<T>& no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 
-/// Four vectors that lie in memory one after the other (x, y, z, anything), as one vector of lanes, and back.
+/// Four vectors in memory (x, y, z, unused) as one vector of lanes.
 inline Vector<Lanes> transposed(Lanes a, Lanes b, Lanes c, Lanes d) {
   const Lanes ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6);
   const Lanes ab_y = __builtin_shufflevector(a, b, 1, 5, 3, 7);

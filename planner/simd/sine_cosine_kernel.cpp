@@ -4,10 +4,10 @@
 namespace hecaton::planner::HECATON_ISA {
 namespace {
 
-/// Adding and subtracting it rounds to a whole number; the last bits of the sum are that number's.
+/// Adding and subtracting this constant rounds to an integer, which the last bits of the sum hold.
 constexpr double kRounder = 0x1.8p52;
 constexpr double kQuartersPerRadian = 0x1.45f306dc9c883p-1;  // 2/π
-/// π/2 in three parts of 33 bits, so that products with numbers of up to 20 bits are exact.
+/// π/2 in three parts of 33 bits: products with integers of up to 20 bits are exact.
 constexpr double kQuarter1 = 0x1.921fb544p+0;
 constexpr double kQuarter2 = 0x1.0b4611a6p-34;
 constexpr double kQuarter3 = 0x1.3198a2e037073p-69;

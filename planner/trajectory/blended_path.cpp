@@ -5,7 +5,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// Directions that differ by less are one, points that are nearer to each other are one [rad | m].
+/// Directions and points that differ by less count as equal [rad | m].
 constexpr double kSame = 1e-9;
 
 struct Polyline {
@@ -34,12 +34,12 @@ Polyline polyline_of(const std::vector<Eigen::VectorXd>& waypoints) {
     line.directions.push_back(direction);
     line.lengths.push_back(length);
   }
-  // What was left out may have been the last of them.
+  // The last waypoint may have been dropped.
   if (line.corners.size() > 1) line.corners.back() = waypoints.back();
   return line;
 }
 
-/// How much of the lines before and behind corner i its blend takes; 0: none.
+/// Length that the blend at corner i takes from the lines before and behind it; 0: no blend.
 double blend_reach(const Polyline& line, std::size_t i, const CurveFree& free, const BlendOptions& options) {
   const Eigen::VectorXd& before = line.directions[i - 1];
   const Eigen::VectorXd& behind = line.directions[i];
@@ -60,7 +60,7 @@ std::vector<PathPiece> blended(const std::vector<Eigen::VectorXd>& waypoints, co
                                const BlendOptions& options) {
   std::vector<PathPiece> pieces;
   const Polyline line = polyline_of(waypoints);
-  double taken = 0.0;  // of this line, by the blend before it
+  double taken = 0.0;  // length of this line inside the previous blend
   for (std::size_t i = 0; i < line.directions.size(); ++i) {
     const Eigen::VectorXd& u = line.directions[i];
     const bool last = i + 1 == line.directions.size();

@@ -19,7 +19,7 @@ AveragedTrajectory::AveragedTrajectory(Trajectory trajectory, double window)
   }
 }
 
-/// ∫ (q − q(0)) over the first dt of the phase: q is a square in s, and s one in time.
+/// ∫ (q − q(0)) over the first dt of the phase: q is quadratic in s, and s is quadratic in time.
 Eigen::VectorXd AveragedTrajectory::within(const Trajectory::Phase& phase, double dt) const {
   const PathPiece& piece = of_.pieces()[phase.piece];
   const double s = phase.s, v = phase.sd, u = phase.sdd;
@@ -51,25 +51,25 @@ TrajectoryPoint AveragedTrajectory::at(double t) const {
 
 namespace {
 
-/// Shares of the acceleration limits that are tried, one after the other: this much less each time.
+/// Factor between the acceleration limits that are tried one after the other.
 constexpr double kGentler = 0.8;
 constexpr int kMostShares = 40;
-/// The trajectory departs from the chords that are proven in its place by no more in each joint [rad | m].
+/// Largest deviation of the trajectory from the chords that are checked instead, per joint [rad | m].
 constexpr double kChordDepth = 1e-4;
-/// What proofs in float make of numbers [rad | m].
+/// Rounding errors of proofs in float [rad | m].
 constexpr double kRounded = 2e-6;
-/// A blend that was refused may come again when it is shorter by this: they are halved.
+/// A refused blend may be tried again below this share of its length.
 constexpr double kShorter = 0.75;
-/// Corners nearer to each other are one [rad | m].
+/// Corners nearer to each other count as equal [rad | m].
 constexpr double kSameCorner = 1e-6;
 
-/// A blend that averaging leads out of what is free.
+/// A blend that leaves free space after averaging.
 struct Refused {
   Eigen::VectorXd corner;
   double reach;
 };
 
-/// A blend, and the times at which the window sees some of it.
+/// A blend, and the time span in which the window covers a part of it.
 struct Seen {
   int piece;
   double from;
@@ -94,7 +94,7 @@ double peak_acceleration(const Trajectory& trajectory) {
   return peak;
 }
 
-/// The arm stays for `window` wherever it stops on its way.
+/// Extends every intermediate stop by `window`.
 Trajectory with_pauses(const Trajectory& trajectory, double window) {
   std::vector<Trajectory::Phase> phases;
   double later = 0.0;
@@ -117,7 +117,7 @@ AveragedTrajectory averaged(const std::vector<PathPiece>& pieces, const MotionLi
   return AveragedTrajectory(with_pauses(trajectory, window), window);
 }
 
-/// With the share of the acceleration limits that gets there first.
+/// The fastest result over all shares of the acceleration limits.
 AveragedTrajectory fastest(const std::vector<PathPiece>& pieces, MotionLimits limits, const JerkOptions& options) {
   AveragedTrajectory best = averaged(pieces, limits, options);
   for (int i = 1; i < kMostShares; ++i) {
@@ -165,7 +165,7 @@ class Search {
         spread_(limits.acceleration * (step_ * step_ / 8.0) +
                 Eigen::VectorXd::Constant(limits.acceleration.size(), kRounded)) {}
 
-  /// Each turn refuses a blend, and none comes back as long as it was: it ends, at last without any blend.
+  /// Each iteration refuses a blend, which can only return shorter. So the loop ends, at last without any blend.
   AveragedTrajectory run() {
     const CurveFree not_refused = [this](const Eigen::VectorXd& from, const Eigen::VectorXd& corner,
                                          const Eigen::VectorXd& to) {
@@ -184,8 +184,8 @@ class Search {
   }
 
  private:
-  /// Looks at what leaves the path; refuses the blends that each part which must not be has seen. False: it is all
-  /// free.
+  /// Checks the parts of the trajectory that leave the path, and refuses the blends of the parts that are not free.
+  /// Returns false if all parts are free.
   bool refuse_some(const AveragedTrajectory& trajectory) {
     const std::size_t before = refused_.size();
     const std::vector<Seen> seen = blends_seen(trajectory);
@@ -211,7 +211,7 @@ class Search {
       const double t_end = from + (to - from) * (k + 1) / chords;
       const Eigen::VectorXd ends = trajectory.at(t_end).q;
       const auto sees = [&](std::size_t i) { return seen[i].from < t_end && t < seen[i].to; };
-      bool looked_at = true;  // unless something that it sees is refused already
+      bool looked_at = true;  // unless a covered blend is already refused
       for (std::size_t i = 0; i < seen.size(); ++i) looked_at = looked_at && !(sees(i) && refused[i]);
       if (looked_at && !allowed(begins, ends)) {
         for (std::size_t i = 0; i < seen.size(); ++i) refused[i] = refused[i] || sees(i);

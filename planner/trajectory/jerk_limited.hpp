@@ -1,5 +1,5 @@
 #pragma once
-/// A timed path that limits velocity, acceleration and jerk.
+/// Trajectories within velocity, acceleration and jerk limits.
 
 #include <functional>
 #include <vector>
@@ -8,17 +8,22 @@
 
 namespace hecaton::planner {
 
+/// A trajectory averaged over a moving time window T, which limits its jerk:
+///     q_f(t) = 1/T ∫ q over t−T … t.
+/// Velocity and acceleration limits still hold, because both become means. The jerk (q̈(t) − q̈(t−T))/T is at most
+/// 2 max|q̈|/T. The duration grows by T; the end points stay, at rest. While the window covers one straight line, the
+/// result stays on that line. Elsewhere it deviates by at most max|q̈| T²/24 in each joint. Immutable.
 class AveragedTrajectory {
  public:
   AveragedTrajectory() = default;
-  /// `window`: T [s]; 0: as it was.
+  /// `window`: T [s]; 0: no averaging.
   explicit AveragedTrajectory(Trajectory trajectory, double window = 0.0);
 
-  [[nodiscard]] bool empty() const { return of_.pieces().empty(); }           ///< leads nowhere
+  [[nodiscard]] bool empty() const { return of_.pieces().empty(); }
   [[nodiscard]] double window() const { return window_; }                     ///< [s]
   [[nodiscard]] double duration() const { return of_.duration() + window_; }  ///< [s]
   [[nodiscard]] const Trajectory& averaged() const { return of_; }
-  /// At rest at its ends before 0 and after the duration. It must not be empty.
+  /// State at time t [s]; at rest at the ends before 0 and after duration(). Precondition: not empty().
   [[nodiscard]] TrajectoryPoint at(double t) const;
 
  private:
@@ -27,22 +32,24 @@ class AveragedTrajectory {
 
   Trajectory of_;
   double window_ = 0.0;
-  std::vector<Eigen::VectorXd> before_;  ///< ∫ (q − q(0)) until each phase begins, and until the end
+  std::vector<Eigen::VectorXd> before_;  ///< ∫ (q − q(0)) up to the start of each phase, and to the end
 };
 
-/// Whether everything within `spread` of the straight way, joint by joint, is free.
+/// True if everything within `spread` (per joint) of the straight line is free of collisions.
 using SegmentFree =
     std::function<bool(const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread)>;
 
 struct JerkOptions {
-  double jerk = 100.0;      ///< of each joint no more [rad/s³ | m/s³], > 0
-  BlendOptions blend = {};  ///< its deviation holds for what is averaged, too (looked at at every chord's ends)
+  double jerk = 100.0;      ///< limit of each joint [rad/s³ | m/s³], > 0
+  BlendOptions blend = {};  ///< the deviation limit holds after averaging, too, and is checked at the ends of chords
   TimingOptions timing = {};
 };
 
-/// From rest to rest along the waypoints, whose straight ways must be free, within the limits. Where it leaves them it
-/// is asked for chord by chord. The window is as long as the largest acceleration needs, and gentler accelerations need
-/// shorter ones: of all joints' acceleration limits the share is taken that gets there first.
+/// A trajectory from rest to rest along `waypoints`. Precondition: the straight lines between them are free. Averaging
+/// cuts corners: `segment_free` checks each chord that leaves the lines. Where a chord is not free or deviates too far,
+/// blends shrink, and finally the arm stops at the corner, so that there is always a result. The window follows from
+/// the largest acceleration. The function tries reduced acceleration limits, which need shorter windows, and keeps the
+/// fastest result.
 [[nodiscard]] AveragedTrajectory jerk_limited(const std::vector<Eigen::VectorXd>& waypoints,
                                               const CurveFree& curve_free, const SegmentFree& segment_free,
                                               const MotionLimits& limits, const JerkOptions& options);

@@ -1,6 +1,6 @@
 #pragma once
-/// What stands between a planner's set-points (one each control period) and an arm (one each period of its driver):
-/// interpolation, and the stop when set-points cease. The live driver and the virtual cell use the same code.
+/// Interpolation between a planner's set-points (one per control period) and a drive (one per driver period), and the
+/// stop when set-points cease. The live driver and the simulation use the same code.
 
 #include <cstdint>
 
@@ -14,18 +14,18 @@ struct JointState {
   JointVector qd;  ///< [rad/s | m/s]
 };
 
-/// A planner's set-point: be at q with velocity qd `period` [s] after it arrived.
+/// A set-point of a planner: reach q with velocity qd, `period` [s] after its arrival.
 struct TimedSetPoint {
   JointState target;
   double period = 0.0;  ///< [s], > 0
 };
 
-/// Moves `state` by dt [s] towards the velocity `qd_next`, as far as the limits of acceleration, velocity and position
-/// allow it. A joint at its end stop has velocity 0.
+/// Integrates `state` over dt [s] towards the velocity `qd_next`, within the acceleration, velocity and position limits.
+/// A joint at a position limit gets velocity 0.
 void advance_within_limits(const JointLimits& limits, const JointVector& qd_next, double dt, JointState& state);
 
 enum class DriveMode : std::uint8_t {
-  kIdle,      ///< at rest, no set-points yet or any more
+  kIdle,      ///< at rest, without set-points
   kTracking,  ///< follows set-points
   kStopping,  ///< on its stop profile
 };
@@ -33,30 +33,29 @@ enum class DriveMode : std::uint8_t {
 /// Pure: no clock, no allocation. Not thread-safe.
 class SetPointInterpolator {
  public:
-  /// At rest at `q`. `command_timeout` [s]: after this silence it stops for good.
+  /// Starts at rest at `q`. Without a new set-point for `command_timeout` [s], the interpolator stops the arm.
   SetPointInterpolator(JointLimits limits, const JointVector& q, double command_timeout);
 
-  /// Takes a set-point; `arm` is the state from which the arm continues. Positions and velocities outside the limits
-  /// are clamped to them. False: the arm is farther away than it can move until the set-point is due, even if that is
-  /// late by the time-out. The planner then meant another state, and nothing is known to be free on the straight line
-  /// to it: the interpolator stops.
+  /// Takes a set-point; `arm` is the state from which the arm continues. Values outside the limits are clamped. Returns
+  /// false and stops if the arm cannot reach the position in time, even with a delay of the time-out. Such a set-point
+  /// belongs to another state, and the line to it may not be free.
   bool command(const TimedSetPoint& set_point, const JointState& arm);
   /// Drops the set-point and stops on the stop profile, from `arm`.
   void stop(const JointState& arm);
   /// At rest at `q`, with no set-point.
   void reset(const JointVector& q);
 
-  /// Where the arm has to be dt [s] from now. When the time-out passes in this step, the stop begins from `arm`.
+  /// The reference dt [s] from now. If the time-out expires in this step, the stop begins from `arm`.
   ///
-  /// Between set-points the acceleration is constant, as the planner integrates it. A set-point that is due and has no
-  /// successor is followed by the stop from it: the one continuation that the planner has found free.
+  /// The acceleration between set-points is constant, as the planner integrates it. Without a successor, the stop
+  /// profile follows the last set-point. The planner has checked this continuation to be free.
   const JointState& step(double dt, const JointState& arm);
 
-  /// What step() returned last.
+  /// The last result of step().
   [[nodiscard]] const JointState& reference() const { return reference_; }
   [[nodiscard]] DriveMode mode() const { return mode_; }
   [[nodiscard]] const JointLimits& limits() const { return limits_; }
-  /// Set-points that the limits changed, since construction.
+  /// Number of clamped set-points since construction.
   [[nodiscard]] std::uint64_t clamped() const { return clamped_; }
 
  private:
@@ -67,9 +66,9 @@ class SetPointInterpolator {
   double command_timeout_;
   DriveMode mode_ = DriveMode::kIdle;
   JointState reference_;
-  JointVector from_qd_;         ///< velocity when the last set-point came
+  JointVector from_qd_;         ///< velocity at the arrival of the last set-point
   JointState target_;           ///< the last set-point
-  double period_ = 0.0;         ///< until it was due when it came [s]
+  double period_ = 0.0;         ///< of the last set-point [s]
   double since_command_ = 0.0;  ///< [s]
   std::uint64_t clamped_ = 0;
 };

@@ -39,7 +39,7 @@ IntervalProgramme::Bound IntervalProgramme::lower(double x) const {
   return most;
 }
 
-// lower − upper is convex in x and not above 0 at x = 0: Newton's steps from the right end at its largest root.
+// lower − upper is convex in x and ≤ 0 at x = 0: Newton steps from the right end at its largest root.
 double IntervalProgramme::largest_begin(double most_x, double most_y) const {
   double x = most_x;
   for (Eigen::Index i = 0; i < strips_.rows(); ++i) {
@@ -120,7 +120,7 @@ class Passes {
     return v * v;
   }
 
-  // |q′ⱼ| and x are linear in an interval: the larger one of each bounds their product in all of it.
+  // |q′ⱼ| and x are linear in an interval: their larger end values bound the product in the whole interval.
   void bound_velocities() {
     most_.assign(stretches_.size() + 1, kUnlimited);
     for (std::size_t i = 0; i < stretches_.size(); ++i) {
@@ -172,7 +172,7 @@ class Passes {
     t += 2.0 * length / (std::sqrt(x) + std::sqrt(x_end));
   }
 
-  /// Speeds up to the peak, keeps it, slows down.
+  /// Accelerates to the peak, keeps it, decelerates.
   void add_trapezoid(std::size_t i, std::vector<Trajectory::Phase>& phases, double& t) const {
     const Stretch& stretch = stretches_[i];
     const PathPiece& line = pieces_[stretch.piece];
@@ -190,8 +190,7 @@ class Passes {
   const std::vector<PathPiece>& pieces_;
   const MotionLimits& limits_;
   std::vector<Stretch> stretches_;
-  std::vector<double> most_;  ///< of x before each stretch and behind the last; after backwards() from where the end
-                              ///< can be reached
+  std::vector<double> most_;  ///< bounds of x at the ends of stretches; after backwards(): the end is reachable
   std::vector<double> x_;
 };
 

@@ -14,7 +14,7 @@ TEST(Manoeuvre, DetourVisitsItsWayPointFirst) {
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 1});
-  detour.patience = 10.0;
+  detour.time_limit = 10.0;
   journey.input.q = joints({0, 0});
   journey.input.q_goal = joints({1, 0});
   (void)journey.step();  // a goal that was not seen before would end the detour
@@ -37,7 +37,7 @@ TEST(Manoeuvre, DetourEndsAtItsTimeLimit) {
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 2});  // 4 s away
-  detour.patience = 0.1;
+  detour.time_limit = 0.1;
   journey.input.q = joints({0, 0});
   journey.input.q_goal = joints({1, 0});
   (void)journey.step();
@@ -51,7 +51,7 @@ TEST(Manoeuvre, DetourEndsWhenAWallBlocksIt) {
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 1});
-  detour.patience = 100.0;
+  detour.time_limit = 100.0;
   journey.input.q = joints({0, 0});
   journey.input.q_goal = joints({1, 0});
   (void)journey.step();
@@ -67,7 +67,7 @@ TEST(Manoeuvre, NewGoalEndsDetour) {
   Manoeuvre detour;
   detour.kind = ManoeuvreKind::kDetour;
   detour.q = joints({0, 2});
-  detour.patience = 100.0;
+  detour.time_limit = 100.0;
   journey.input.q = joints({0, 0});
   journey.input.q_goal = joints({1, 0});
   (void)journey.step();
@@ -82,7 +82,7 @@ TEST(Manoeuvre, EvasionStaysAsideUntilItsTimeLimit) {
   Manoeuvre evasion;
   evasion.kind = ManoeuvreKind::kEvade;
   evasion.q = joints({0, 0.2});
-  evasion.patience = 3.0;
+  evasion.time_limit = 3.0;
   journey.input.q = joints({0, 0});
   journey.input.q_goal = joints({1, 0});
   (void)journey.step();
@@ -98,7 +98,7 @@ TEST(Manoeuvre, ArmWithoutGoalEvadesAndStaysThere) {
   Manoeuvre evasion;
   evasion.kind = ManoeuvreKind::kEvade;
   evasion.q = joints({0, 0.2});
-  evasion.patience = 2.0;
+  evasion.time_limit = 2.0;
   journey.input.q = joints({0, 0});
   journey.input.has_goal = false;
   (void)journey.step();
