@@ -4,6 +4,7 @@
 #include "services/config/schema.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <set>
@@ -11,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/local/parameters.hpp"
 #include "planner/methods/registry.hpp"
 
 namespace hecaton::config {
@@ -44,7 +46,7 @@ Sections known() {
   return sections;
 }
 
-TEST(SchemaTest, ReferenceListsEveryKeyAndNoOther) {
+TEST(SchemaTest, ReferenceListsExactlyTheKeys) {
   const Sections in_reference = documented();
   const Sections in_reader = known();
   for (const auto& [where, keys] : in_reader) {
@@ -65,6 +67,67 @@ TEST(SchemaTest, ReferenceNamesEveryMotionMethod) {
   for (const std::string_view name : planner::built_in_methods().names()) {
     EXPECT_NE(row.find("`" + std::string(name) + "`"), std::string::npos) << name;
   }
+}
+
+// Text of the column "default" by "arms[].damper influence_distance".
+std::map<std::string, std::string> documented_defaults() {
+  std::map<std::string, std::string> defaults;
+  std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/reference/cell-file.md");
+  std::string where;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("## `")) where = line.substr(4, line.find('`', 4) - 4);
+    if (!line.starts_with("| `")) continue;
+    const std::string key = line.substr(3, line.find('`', 3) - 3);
+    const std::size_t begin = line.find(" | ", line.find(" | ") + 3) + 3;
+    defaults[where + ' ' + key] = line.substr(begin, line.find(" |", begin) - begin);
+  }
+  return defaults;
+}
+
+// Compares the reference with the parameters as they are constructed.
+class DefaultComparison final : public planner::ParameterVisitor {
+ public:
+  void section(std::string_view key) override { section_ = "arms[]." + std::string(key); }
+  void number(std::string_view name, double& value, const planner::ParameterRange&) override {
+    EXPECT_NEAR(std::strtod(documented(name).c_str(), nullptr), value, 0.002 * value) << section_ << ' ' << name;
+  }
+  void seconds(std::string_view name, double& value, const planner::ParameterRange&) override {
+    char* unit = nullptr;
+    const std::string text = documented(name);
+    const double number = std::strtod(text.c_str(), &unit);
+    EXPECT_DOUBLE_EQ(std::string_view(unit) == "ms" ? number / 1000.0 : number, value) << section_ << ' ' << name;
+  }
+  void integer(std::string_view name, int& value, int, int) override {
+    const std::string text = documented(name);
+    EXPECT_EQ(value == 0 ? "all but the last" : std::to_string(value), text) << section_ << ' ' << name;
+  }
+  void boolean(std::string_view name, bool& value) override {
+    EXPECT_EQ(documented(name), value ? "true" : "false") << section_ << ' ' << name;
+  }
+  void word(std::string_view name, std::span<const std::string_view> words, std::size_t& index) override {
+    std::string text = documented(name);
+    std::erase(text, '`');
+    EXPECT_EQ(text, words[index]) << section_ << ' ' << name;
+  }
+  [[nodiscard]] int compared() const { return compared_; }
+
+ private:
+  std::string documented(std::string_view name) {
+    ++compared_;
+    return defaults_[section_ + ' ' + std::string(name)];
+  }
+
+  std::map<std::string, std::string> defaults_ = documented_defaults();
+  std::string section_;
+  int compared_ = 0;
+};
+
+TEST(SchemaTest, ReferenceGivesTheDefaultOfEveryPlanningParameter) {
+  DefaultComparison comparison;
+  planner::LocalParameters local;
+  visit_parameters(local, comparison);
+  for (const auto& method : planner::built_in_methods().make_all()) method->visit_parameters(comparison);
+  EXPECT_GT(comparison.compared(), 25);
 }
 
 TEST(SchemaTest, OnlySectionsOfFreeNamesHaveNoKeys) {
