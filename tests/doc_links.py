@@ -3,7 +3,7 @@ of the sources in backquotes exists.
 
 usage: doc_links.py ROOT DOCUMENT…     a document is a file or a folder below ROOT
 
-Who reads the package's copies has the documents and nothing else of the sources."""
+A reader of the package has the documents and nothing else of the sources."""
 import pathlib
 import re
 import sys
@@ -13,7 +13,7 @@ HEADING = re.compile(r"^#+ +(.*?) *$", re.M)
 
 
 def without_code(text):
-    """What stands between fences or backticks is no link."""
+    """Text between fences or backquotes has no links."""
     return re.sub(r"`[^`\n]*`", "", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S))
 
 
@@ -23,7 +23,7 @@ def anchors(text):
 
 
 def dead_links(file, documents):
-    """(link, why) of those that lead nowhere."""
+    """(link, why) of links without a target."""
     for link in LINK.findall(without_code(file.read_text())):
         if re.match(r"[a-z]+:", link):
             continue
