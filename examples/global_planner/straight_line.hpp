@@ -17,7 +17,7 @@ class StraightLine final : public global::GlobalPlanner {
     global::SearchResult result;
     // The short way round, where a joint turns without end.
     std::vector<float> place;
-    const float* goal = problem.space.beside(problem.start, problem.goal, place);
+    const float* goal = problem.space.nearest_image(problem.start, problem.goal, place);
     if (!problem.edge_free(problem.start, goal)) {
       result.status = global::PlanStatus::kStuck;
       result.reason = "something is in the straight line from start to goal";

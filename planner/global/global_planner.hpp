@@ -1,9 +1,10 @@
 #pragma once
-/// The interface of a global planner: a path between two configurations. docs/how-to/add-a-global-planner.md leads
-/// through it; planner/global/registry.cpp lists the planners.
+/// The interface of a global planner, which finds a path between two configurations, and the registry of planners.
+/// docs/how-to/add-a-global-planner.md explains how to add one; planner/global/registry.cpp lists Hecaton's.
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,33 +20,34 @@ enum class PlanStatus {
   kStartInvalid,
   kGoalInvalid,
   kBudgetEnded,
-  kStuck,  ///< more time would not help: a planner that does not search cannot go on
+  kStuck,  ///< more time would not help
 };
 
-/// When a search gives up.
+/// Limits of a search.
 struct Budget {
   std::uint64_t iterations = 1'000'000;  ///< samples drawn
-  std::function<bool()> ended;  ///< asked every now and then; empty: never. Has the clock that planners have not
+  std::function<bool()>
+      ended;  ///< called from time to time; may read a clock, which planners must not. Empty: no limit
 };
 
-/// How straight ways are looked at.
+/// How straight edges are checked.
 struct EdgeCheck {
-  int finer = 1;           ///< at so many times as many configurations as the validity says
-  bool proven = false;     ///< and then everywhere in between (Validity::proven_free)
-  double clearance = 0.0;  ///< proven only: kept from the world beyond the validity's padding [m]
+  int finer = 1;           ///< number of configurations, as a multiple of what ValidityOptions::step demands
+  bool proven = false;     ///< also continuously, between configurations (Validity::proven_free)
+  double clearance = 0.0;  ///< if proven: distance to keep from the world beyond the padding [m]
 
   [[nodiscard]] bool free(const Validity& validity, const float* a, const float* b) const {
     return validity.edge_free(a, b, finer) && (!proven || validity.proven_free(a, b, clearance));
   }
 };
 
-/// What a search has built, for pictures.
+/// The trees or the roadmap of a search, for plots.
 struct SearchRecord {
   Points nodes;
-  std::vector<std::pair<int, int>> edges;  ///< of nodes
+  std::vector<std::pair<int, int>> edges;  ///< indices of nodes
 };
 
-/// References and pointers are valid during the search. Points are `space.stride` floats [rad | m].
+/// Input of a search. References and pointers are valid during the search. Points are `space.stride` floats [rad | m].
 struct SearchProblem {
   const Validity& validity;
   const Space& space;
@@ -54,12 +56,12 @@ struct SearchProblem {
   std::uint64_t seed = 1;
   Budget budget = {};
   EdgeCheck check = {};
-  SearchRecord* record = nullptr;  ///< filled at the end of a search; null: not
+  SearchRecord* record = nullptr;  ///< filled at the end of the search; may be null
 
   [[nodiscard]] bool edge_free(const float* a, const float* b) const { return check.free(validity, a, b); }
 
-  /// Whether a search has to give up after so many samples. The budget is asked by how much has been looked at, too:
-  /// with fine steps one sample may take longer than a thousand otherwise.
+  /// True if a search must stop after `iteration` samples. Asks the budget every 64 samples and every kChecksUnasked
+  /// checks, because a sample may need many checks.
   [[nodiscard]] bool over(std::uint64_t iteration) const {
     if (ended || iteration >= budget.iterations) return true;
     if (!budget.ended || (iteration % 64 != 63 && validity.checks() - asked_at < kChecksUnasked)) return false;
@@ -68,29 +70,29 @@ struct SearchProblem {
     return ended;
   }
 
-  static constexpr std::uint64_t kChecksUnasked = 8192;  ///< some ms at most
-  mutable std::uint64_t asked_at = 0;                    ///< checks when the budget was asked
+  static constexpr std::uint64_t kChecksUnasked = 8192;  ///< a few ms
+  mutable std::uint64_t asked_at = 0;                    ///< checks() when the budget was asked last
   mutable bool ended = false;
 };
 
 /// A path, or why there is none.
 struct SearchResult {
-  PlanStatus status = PlanStatus::kBudgetEnded;  ///< this, kSolved or kStuck
-  std::string reason = {};                       ///< of kStuck: one sentence without a full stop
-  Points path = Points();                        ///< start … goal; every straight way between two is free
+  PlanStatus status = PlanStatus::kBudgetEnded;  ///< kSolved, kBudgetEnded or kStuck
+  std::string reason = {};                       ///< if kStuck: one sentence without a full stop
+  Points path = Points();                        ///< start … goal; all straight edges are free
   std::uint64_t iterations = 0;                  ///< samples drawn
-  int nodes = 0;                                 ///< of all trees, or of the roadmap
+  int nodes = 0;                                 ///< of all trees or of the roadmap
 
   [[nodiscard]] bool solved() const { return status == PlanStatus::kSolved; }
 };
 
 struct PlannerTraits {
-  std::string_view name;     ///< on the command line and in reports
+  std::string_view name;     ///< in commands and reports
   std::string_view summary;  ///< one phrase, for lists
 };
 
-/// Immutable: threads share a planner. plan() (planner/global/plan.hpp) checks start and goal, proves and shortens the
-/// path; a planner only searches.
+/// A global planner. Immutable and shared by threads. The planner only searches: plan() (planner/global/plan.hpp)
+/// checks start and goal, proves the path and shortens it.
 class GlobalPlanner {
  public:
   explicit GlobalPlanner(const PlannerTraits& traits) : traits_(traits) {}
@@ -98,13 +100,40 @@ class GlobalPlanner {
 
   [[nodiscard]] const PlannerTraits& traits() const { return traits_; }
 
-  /// Looks at straight ways by problem.edge_free() alone, and gives up soon after problem.over(). All random choices
-  /// come from problem.seed: the same problem has the same result, to the last bit. No clock, log or network.
-  /// Thread-safe for problems that share no validity.
+  /// Must check edges by problem.edge_free() only, return soon after problem.over() holds, and draw all random numbers
+  /// from problem.seed: the same problem gives the same result to the last bit. No clock, log or network. Thread-safe
+  /// for problems that do not share a validity.
   [[nodiscard]] virtual SearchResult search(const SearchProblem& problem) const = 0;
 
  private:
   PlannerTraits traits_;
 };
+
+/// A list of planners by name. A program with its own planners copies built_in_planners() and adds them.
+class PlannerRegistry {
+ public:
+  using Shared = std::shared_ptr<const GlobalPlanner>;
+
+  /// Throws std::invalid_argument if there is a planner of the same name.
+  void add(Shared planner);
+  template <class Planner>
+  void add() {
+    add(std::make_shared<const Planner>());
+  }
+
+  /// In the order of their registration.
+  [[nodiscard]] const std::vector<Shared>& planners() const { return planners_; }
+  /// The planner of that name. Throws std::invalid_argument, which lists the names, if there is none.
+  [[nodiscard]] const Shared& at(std::string_view name) const;
+
+ private:
+  std::vector<Shared> planners_;
+};
+
+/// Hecaton's planners, with default parameters. Thread-safe.
+[[nodiscard]] const PlannerRegistry& built_in_planners();
+
+/// RRT-Connect with default parameters. Thread-safe.
+[[nodiscard]] std::shared_ptr<const GlobalPlanner> default_planner();
 
 }  // namespace hecaton::planner::global

@@ -1,4 +1,5 @@
-#include "planner/global/nearest.hpp"
+#include "planner/global/nearest_kernel.hpp"
+
 #include "planner/simd/lanes.hpp"
 
 namespace hecaton::planner::global::HECATON_ISA {

@@ -8,15 +8,116 @@
 namespace hecaton::planner::global {
 namespace {
 
+/// Clearance grades of edges, as shares of the wanted clearance.
+constexpr double kGrades[] = {1.0, 0.25, 0.0};
+constexpr int kWorstGrade = 2;
+
+/// A point on an edge of the path.
+struct EdgePoint {
+  int edge;
+  float t;
+};
+
+class Shortcutter {
+ public:
+  Shortcutter(const Points& path, const Validity& validity, const Space& space, const SimplifyOptions& options)
+      : path_(path), validity_(validity), space_(space), options_(options), one_(space.stride), two_(space.stride) {
+    for (int i = 0; i + 1 < path_.size(); ++i) grades_.push_back(grade_of(path_[i], path_[i + 1]));
+  }
+
+  /// Joins each point with the farthest one to which the edge is free.
+  void join_farthest() {
+    Points result(path_.stride());
+    std::vector<int> grades;
+    result.add(path_[0]);
+    for (int from = 0; from + 1 < path_.size();) {
+      int to = path_.size() - 1;
+      while (to > from + 1 && (ended() || !keeps(path_[from], path_[to], worst(from, to)))) --to;
+      result.add(path_[to]);
+      grades.push_back(to == from + 1 ? grades_[from] : worst(from, to));
+      from = to;
+    }
+    path_ = std::move(result);
+    grades_ = std::move(grades);
+  }
+
+  /// Tries to replace the part between two random points by an edge.
+  void try_shortcut(Random& random) {
+    const double whole = length(path_, space_);
+    double s = random.uniform() * whole;
+    double t = random.uniform() * whole;
+    if (s > t) std::swap(s, t);
+    const EdgePoint from = point_at(s);
+    const EdgePoint to = point_at(t);
+    if (from.edge == to.edge) return;
+    space_.interpolate(path_[from.edge], path_[from.edge + 1], from.t, one_.data());
+    space_.interpolate(path_[to.edge], path_[to.edge + 1], to.t, two_.data());
+    const int grade = worst(from.edge, to.edge + 1);
+    if (!keeps(one_.data(), two_.data(), grade)) return;
+    // A part of an edge is sampled at other configurations than the whole edge, so it is checked again.
+    if (!options_.check.proven) {
+      if (!keeps(path_[from.edge], one_.data(), grades_[from.edge])) return;
+      if (!keeps(two_.data(), path_[to.edge + 1], grades_[to.edge])) return;
+    }
+    Points shorter(path_.stride());
+    std::vector<int> grades(grades_.begin(), grades_.begin() + from.edge + 1);
+    for (int i = 0; i <= from.edge; ++i) shorter.add(path_[i]);
+    shorter.add(one_.data());
+    shorter.add(two_.data());
+    grades.push_back(grade);
+    for (int i = to.edge + 1; i < path_.size(); ++i) shorter.add(path_[i]);
+    grades.insert(grades.end(), grades_.begin() + to.edge, grades_.end());
+    path_ = std::move(shorter);
+    grades_ = std::move(grades);
+  }
+  [[nodiscard]] const Points& path() const { return path_; }
+  [[nodiscard]] bool ended() const { return options_.ended && options_.ended(); }
+
+ private:
+  [[nodiscard]] bool keeps(const float* a, const float* b, int grade) const {
+    EdgeCheck check = options_.check;
+    check.clearance += kGrades[grade] * options_.clearance;
+    check.proven = check.proven || check.clearance > 0.0;
+    return check.free(validity_, a, b);
+  }
+  [[nodiscard]] int grade_of(const float* a, const float* b) const {
+    int grade = options_.clearance > 0.0 ? 0 : kWorstGrade;
+    while (grade < kWorstGrade && (ended() || !keeps(a, b, grade))) ++grade;
+    return grade;
+  }
+  /// The worst grade of the edges between two points.
+  [[nodiscard]] int worst(int from, int to) const {
+    return *std::max_element(grades_.begin() + from, grades_.begin() + to);
+  }
+  [[nodiscard]] EdgePoint point_at(double at) const {
+    for (int edge = 0; edge + 1 < path_.size(); ++edge) {
+      const double part = space_.distance(path_[edge], path_[edge + 1]);
+      if (at <= part || edge + 2 == path_.size()) {
+        return {edge, part > 0.0 ? static_cast<float>(std::min(1.0, at / part)) : 0.0F};
+      }
+      at -= part;
+    }
+    return {0, 0.0F};
+  }
+
+  Points path_;
+  std::vector<int> grades_;  ///< of the edges: indices into kGrades
+  const Validity& validity_;
+  const Space& space_;
+  const SimplifyOptions& options_;
+  std::vector<float> one_;
+  std::vector<float> two_;
+};
+
 std::vector<float> padded(const Validity& validity, std::span<const double> q) {
   std::vector<float> result(validity.stride(), 0.0F);
   std::transform(q.begin(), q.end(), result.begin(), [](double x) { return static_cast<float>(x); });
   return result;
 }
 
-/// Calls `use` with the index of each coordinate of a continuous joint.
+/// Calls `use` with the index of each continuous joint.
 template <typename Use>
-void each_turning(const Validity& validity, const Use& use) {
+void for_each_continuous(const Validity& validity, const Use& use) {
   std::size_t i = 0;
   for (const CellGeometry& geometry : validity.planned()) {
     const JointLimits& limits = geometry.own_arm().limits;
@@ -26,12 +127,13 @@ void each_turning(const Validity& validity, const Use& use) {
   }
 }
 
-constexpr double kWholeTurn = 2.0 * std::numbers::pi;
+constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// What continuous joints have turned at q, in whole turns [rad]: floats near zero are finer.
+/// The full turns of continuous joints at q [rad]. They are removed before conversion to floats, which are finer near
+/// 0.
 std::vector<double> turns_at(const Validity& validity, std::span<const double> q) {
   std::vector<double> turns(q.size(), 0.0);
-  each_turning(validity, [&](std::size_t i) { turns[i] = kWholeTurn * std::round(q[i] / kWholeTurn); });
+  for_each_continuous(validity, [&](std::size_t i) { turns[i] = kTurn * std::round(q[i] / kTurn); });
   return turns;
 }
 
@@ -56,14 +158,14 @@ std::optional<std::string> outside_limits(const Validity& validity, std::span<co
   return std::nullopt;
 }
 
-bool is_proven(const Points& path, const Validity& validity) {
+bool is_proven_free(const Points& path, const Validity& validity) {
   for (int i = 0; i + 1 < path.size(); ++i) {
     if (!validity.proven_free(path[i], path[i + 1])) return false;
   }
   return true;
 }
 
-/// As fine as need be: most paths that a coarse search finds stand a fine check.
+/// Searches with ever finer checks until the path is proven free. Most paths of the coarse search are.
 SearchResult certified_search(SearchProblem problem, const PlanOptions& options) {
   SearchResult found;
   std::uint64_t iterations = 0;
@@ -73,17 +175,17 @@ SearchResult certified_search(SearchProblem problem, const PlanOptions& options)
     found = options.planner->search(problem);
     found.iterations = iterations += found.iterations;
     if (!found.solved() || !options.certify) return found;
-    // In a closed space the path has been moved by whole turns: floats round.
-    if ((check.proven && !problem.space.closed()) || is_proven(found.path, problem.validity)) return found;
+    // In a periodic space the path was unwrapped, so that its floats have other rounding errors.
+    if ((check.proven && !problem.space.periodic()) || is_proven_free(found.path, problem.validity)) return found;
   }
   found.status = PlanStatus::kBudgetEnded;
   return found;
 }
 
-/// Floats round: the ends are what was asked for, the goal whole turns aside where the path gets there. `turns`: what
-/// the points leave out (turns_at).
-void take_path(const Validity& validity, const Points& points, std::span<const double> start,
-               std::span<const double> goal, std::span<const double> turns, Plan& plan) {
+/// Converts points to the plan's path. Its ends are exactly `start` and `goal`; the goal may differ by full turns.
+/// `turns`: the turns that the points leave out (turns_at).
+void set_path(const Validity& validity, const Points& points, std::span<const double> start,
+              std::span<const double> goal, std::span<const double> turns, Plan& plan) {
   plan.path.clear();
   for (int i = 0; i < points.size(); ++i) {
     std::vector<double>& q = plan.path.emplace_back(points[i], points[i] + start.size());
@@ -92,9 +194,8 @@ void take_path(const Validity& validity, const Points& points, std::span<const d
   plan.path.front().assign(start.begin(), start.end());
   const std::vector<double> last = plan.path.back();
   plan.path.back().assign(goal.begin(), goal.end());
-  each_turning(validity, [&](std::size_t i) {
-    plan.path.back()[i] += kWholeTurn * std::round((last[i] - goal[i]) / kWholeTurn);
-  });
+  for_each_continuous(validity,
+                      [&](std::size_t i) { plan.path.back()[i] += kTurn * std::round((last[i] - goal[i]) / kTurn); });
   plan.length = 0.0;
   for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
     double sum = 0.0;
@@ -105,10 +206,27 @@ void take_path(const Validity& validity, const Points& points, std::span<const d
 
 }  // namespace
 
+double length(const Points& path, const Space& space) {
+  double sum = 0.0;
+  for (int i = 0; i + 1 < path.size(); ++i) sum += space.distance(path[i], path[i + 1]);
+  return sum;
+}
+
+Points simplified(const Points& path, const Validity& validity, const Space& space, const SimplifyOptions& options) {
+  if (path.size() <= 2) return path;
+  Shortcutter shortcutter(path, validity, space, options);
+  shortcutter.join_farthest();
+  Random random(options.seed);
+  for (int i = 0; i < options.rounds && shortcutter.path().size() > 2 && !shortcutter.ended(); ++i)
+    shortcutter.try_shortcut(random);
+  shortcutter.join_farthest();
+  return shortcutter.path();
+}
+
 Space space_of(const Validity& validity, std::span<const double> start, std::span<const double> goal) {
   Space space = space_of(validity);
-  space.turns.clear();
-  each_turning(validity, [&](std::size_t i) {
+  space.period.clear();
+  for_each_continuous(validity, [&](std::size_t i) {
     space.lower[i] = static_cast<float>(std::min(start[i], goal[i]) - std::numbers::pi);
     space.upper[i] = static_cast<float>(std::max(start[i], goal[i]) + std::numbers::pi);
   });
@@ -124,11 +242,11 @@ Space space_of(const Validity& validity) {
       space.upper.push_back(static_cast<float>(limits.upper[j]));
     }
   }
-  each_turning(validity, [&](std::size_t i) {
-    space.turns.resize(space.lower.size(), 0.0F);
-    space.turns[i] = kTurn;
-    space.lower[i] = -0.5F * kTurn;
-    space.upper[i] = 0.5F * kTurn;
+  for_each_continuous(validity, [&](std::size_t i) {
+    space.period.resize(space.lower.size(), 0.0F);
+    space.period[i] = kFullTurn;
+    space.lower[i] = -0.5F * kFullTurn;
+    space.upper[i] = 0.5F * kFullTurn;
   });
   return space;
 }
@@ -147,8 +265,8 @@ std::optional<std::string> reject(const Validity& validity, std::string_view whi
     out << " is in collision: " << tightest.a << " and " << tightest.b << " overlap by " << -1e3 * tightest.distance
         << " mm";
   } else {
-    out << " leaves too little room: " << tightest.a << " and " << tightest.b << " are " << 1e3 * tightest.distance
-        << " mm apart, and " << 1e3 * tightest.wanted << " mm are wanted";
+    out << " is too close to collision: " << tightest.a << " and " << tightest.b << " are " << 1e3 * tightest.distance
+        << " mm apart (minimum " << 1e3 * tightest.required << " mm)";
   }
   return out.str();
 }
@@ -177,13 +295,13 @@ Plan plan(const Validity& validity, std::span<const double> start, std::span<con
   result.nodes = found.nodes;
   result.status = found.status;
   if (result.solved()) {
-    take_path(validity, found.path, start, goal, turns, result);
+    set_path(validity, found.path, start, goal, turns, result);
     if (options.simplify) simplify(validity, options, result);
   } else if (found.status == PlanStatus::kStuck) {
     result.reason = found.reason;
   } else {
-    result.reason = "no path was found with " + std::to_string(found.iterations) + " samples and " +
-                    std::to_string(found.nodes) + " nodes before the budget ended";
+    result.reason = "no path was found: the budget ended after " + std::to_string(found.iterations) + " samples and " +
+                    std::to_string(found.nodes) + " nodes";
   }
   result.checks = validity.checks() - checks_before;
   return result;
@@ -194,9 +312,9 @@ void simplify(const Validity& validity, const PlanOptions& options, Plan& plan) 
   const std::vector<double> start = plan.path.front();
   const std::vector<double> goal = plan.path.back();
   const std::uint64_t checks_before = validity.checks();
-  // The way is there: from here on a whole turn is a way of its own.
+  // The path is unwrapped: a full turn along it is a motion of its own.
   Space space = space_of(validity);
-  space.turns.clear();
+  space.period.clear();
   const std::vector<double> turns = turns_at(validity, start);
   Points points(space.stride);
   for (const std::vector<double>& q : plan.path) points.add(padded(validity, minus(q, turns)).data());
@@ -204,11 +322,11 @@ void simplify(const Validity& validity, const PlanOptions& options, Plan& plan) 
   shortcuts.seed = options.seed;
   shortcuts.ended = options.budget.ended;
   Points shorter = simplified(points, validity, space, shortcuts);
-  if (options.certify && !is_proven(shorter, validity)) {
+  if (options.certify && !is_proven_free(shorter, validity)) {
     shortcuts.check.proven = true;
     shorter = simplified(points, validity, space, shortcuts);
   }
-  take_path(validity, shorter, start, goal, turns, plan);
+  set_path(validity, shorter, start, goal, turns, plan);
   plan.checks += validity.checks() - checks_before;
 }
 

@@ -1,58 +1,75 @@
 #pragma once
-/// One query to the global planner: from here to there.
+/// One query to the global planner: checks, search, proof and shortening of the path.
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "planner/global/global_planner.hpp"
-#include "planner/global/registry.hpp"
-#include "planner/global/simplify.hpp"
 
 namespace hecaton::planner::global {
 
-struct PlanOptions {
-  std::shared_ptr<const GlobalPlanner> planner = default_planner();  ///< not null
+struct SimplifyOptions {
+  int rounds = 40;  ///< random shortcuts tried after the greedy ones
   std::uint64_t seed = 1;
-  Budget budget = {};  ///< of the search; its clock also ends shortening
+  EdgeCheck check = {};
+  /// Clearance from the world, beyond the padding, that a shortcut must not reduce [m]. In three grades: all of it, a
+  /// quarter, none. A shortcut has at least the grade of the worst edge that it replaces.
+  double clearance = 0.0;
+  std::function<bool()> ended = {};  ///< called before each check of an edge; true: keep the path as it is
+};
+
+/// A path with the same ends that is not longer and passes the same checks. Joins each point with the farthest one that
+/// has a free edge, then random pairs of points on the path [Geraerts07].
+[[nodiscard]] Points simplified(const Points& path, const Validity& validity, const Space& space,
+                                const SimplifyOptions& options = {});
+
+/// Length in joint space [rad | m].
+[[nodiscard]] double length(const Points& path, const Space& space);
+
+struct PlanOptions {
+  std::shared_ptr<const GlobalPlanner> planner = default_planner();  ///< must not be null
+  std::uint64_t seed = 1;
+  Budget budget = {};  ///< of the search; budget.ended also ends the shortening
   bool simplify = true;
   SimplifyOptions shortcuts = {};
-  /// A found path is proven free everywhere (Validity::proven_free), and planned anew with ever finer checks where that
-  /// fails: what a coarse check steps over is thin or grazed. Shortcuts are proven, too.
+  /// Prove the path free between its configurations (Validity::proven_free), and search again with finer checks if the
+  /// proof fails. Shortcuts are proven as well.
   bool certify = true;
-  SearchRecord* record = nullptr;  ///< of the search that found the path, or the last; null: none
+  SearchRecord* record = nullptr;  ///< of the last search; may be null
 };
 
 struct Plan {
   PlanStatus status = PlanStatus::kBudgetEnded;
-  std::string reason;  ///< a sentence; empty when solved
-  /// start … goal [rad | m], without jumps: a joint that turns without end may reach the goal turns aside; empty unless
-  /// solved
+  std::string reason;  ///< one sentence if not solved; empty otherwise
+  /// start … goal [rad | m], without jumps: a continuous joint may reach the goal plus full turns. Empty unless solved.
   std::vector<std::vector<double>> path;
   double length = 0.0;  ///< in joint space [rad | m]
   std::uint64_t iterations = 0;
-  std::uint64_t checks = 0;  ///< configurations looked at
+  std::uint64_t checks = 0;  ///< configurations checked
   int nodes = 0;
 
   [[nodiscard]] bool solved() const { return status == PlanStatus::kSolved; }
 };
 
-/// The box of the planned arms' limits, closed along continuous joints.
+/// The box of the planned arms' limits, periodic in continuous joints.
 [[nodiscard]] Space space_of(const Validity& validity);
-/// For who does not know closed spaces: an open box, in which continuous joints get half a turn beyond start and goal.
+/// The same without periods: continuous joints get half a turn beyond start and goal.
 [[nodiscard]] Space space_of(const Validity& validity, std::span<const double> start, std::span<const double> goal);
 
-/// Nothing when the arm can be at q; otherwise one sentence that begins with `which`: "start" or "goal".
+/// Empty if q is within the limits and free; otherwise one sentence that begins with `which` ("start" or "goal").
 [[nodiscard]] std::optional<std::string> reject(const Validity& validity, std::string_view which,
                                                 std::span<const double> q);
 
-/// The search alone: path of Plan not yet simplified.
+/// Finds a path between two configurations: checks both, searches, proves the path and shortens it.
 [[nodiscard]] Plan plan(const Validity& validity, std::span<const double> start, std::span<const double> goal,
                         const PlanOptions& options = {});
 
-/// Shortens a solved plan's path. Called by plan() unless options.simplify is false.
+/// Shortens the path of a solved plan. plan() calls it unless options.simplify is false.
 void simplify(const Validity& validity, const PlanOptions& options, Plan& plan);
 
 }  // namespace hecaton::planner::global

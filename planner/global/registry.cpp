@@ -1,9 +1,8 @@
-#include "planner/global/registry.hpp"
-
 #include <algorithm>
 #include <stdexcept>
 
 #include "planner/global/est/est.hpp"
+#include "planner/global/global_planner.hpp"
 #include "planner/global/prm/prm.hpp"
 #include "planner/global/rrt/rrt.hpp"
 #include "planner/global/rrt_connect/rrt_connect.hpp"

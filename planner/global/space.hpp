@@ -1,27 +1,27 @@
 #pragma once
-/// The configuration space that is searched, and lists of its points.
+/// The configuration space of a search, and lists of its points.
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <vector>
 
-#include "planner/global/validity_data.hpp"
+#include "planner/global/validity_kernel.hpp"
 #include "planner/local/random.hpp"
 
 namespace hecaton::planner::global {
 
-inline constexpr float kTurn = 6.2831853F;  ///< [rad]
+inline constexpr float kFullTurn = 6.2831853F;  ///< [rad]
 
-/// A box in joint space. Points are `stride` floats, those beyond `dimensions` zero. Along a joint that turns without
-/// end it is closed: points a whole turn apart are the same, and distances go the short way round. Ways are not closed:
-/// along them joints go on beyond the box.
+/// A box in joint space. A point is a row of `stride` floats; those beyond `dimensions` are 0. The space is periodic in
+/// continuous joints: points a full turn apart are equal, and distances take the short way round. Paths are unwrapped:
+/// along a path, a continuous joint may leave the box.
 struct Space {
   int dimensions = 0;
   int stride = 0;
   std::vector<float> lower;  ///< [rad | m]
   std::vector<float> upper;
-  std::vector<float> turns = {};  ///< by joint: kTurn of one that turns without end, 0 of others; empty: none does
+  std::vector<float> period = {};  ///< by joint: kFullTurn if it is continuous, else 0; empty: no joint is
 
   void sample(Random& random, float* q) const {
     for (int j = 0; j < dimensions; ++j) q[j] = static_cast<float>(random.uniform(lower[j], upper[j]));
@@ -34,28 +34,30 @@ struct Space {
   [[nodiscard]] float distance(const float* a, const float* b) const {
     float sum = 0.0F;
     for (int j = 0; j < dimensions; ++j) {
-      const float along = a[j] - b[j] - (closed() ? whole_turns(j, a[j] - b[j]) : 0.0F);
+      const float along = a[j] - b[j] - (periodic() ? full_turns(j, a[j] - b[j]) : 0.0F);
       sum += along * along;
     }
     return std::sqrt(sum);
   }
 
-  [[nodiscard]] bool closed() const { return !turns.empty(); }
-  /// What of a difference along joint j is turns, none where it is about half a turn: doing so twice changes nothing.
-  [[nodiscard]] float whole_turns(int j, float difference) const {
-    if (turns[j] <= 0.0F || std::abs(difference) <= 0.500001F * turns[j]) return 0.0F;
-    return turns[j] * std::round(difference / turns[j]);
+  [[nodiscard]] bool periodic() const { return !period.empty(); }
+  /// Full turns in a difference along joint j [rad]; 0 for about half a turn, so that removing them twice changes
+  /// nothing.
+  [[nodiscard]] float full_turns(int j, float difference) const {
+    if (period[j] <= 0.0F || std::abs(difference) <= 0.500001F * period[j]) return 0.0F;
+    return period[j] * std::round(difference / period[j]);
   }
-  /// `to` as it is reached from `from` the short way round: `to` itself in an open space, otherwise in `place`.
-  [[nodiscard]] const float* beside(const float* from, const float* to, std::vector<float>& place) const {
-    if (!closed()) return to;
-    place.assign(to, to + stride);
-    for (int j = 0; j < dimensions; ++j) place[j] -= whole_turns(j, to[j] - from[j]);
-    return place.data();
+  /// The periodic image of `to` that is nearest to `from`: `to` itself in a space that is not periodic, otherwise
+  /// written to `image`.
+  [[nodiscard]] const float* nearest_image(const float* from, const float* to, std::vector<float>& image) const {
+    if (!periodic()) return to;
+    image.assign(to, to + stride);
+    for (int j = 0; j < dimensions; ++j) image[j] -= full_turns(j, to[j] - from[j]);
+    return image.data();
   }
 };
 
-/// Points one after the other.
+/// A list of points.
 class Points {
  public:
   explicit Points(int stride = kWidth) : stride_(stride) {}
@@ -67,7 +69,7 @@ class Points {
   }
   [[nodiscard]] float* operator[](int i) { return values_.data() + static_cast<std::ptrdiff_t>(i) * stride_; }
   void add(const float* q) {
-    // q may be one of these points, which growing moves.
+    // q may be one of these points; resize() would move it.
     const std::ptrdiff_t own = q - values_.data();
     const bool inside = own >= 0 && own < static_cast<std::ptrdiff_t>(values_.size());
     values_.resize(values_.size() + stride_);
@@ -75,8 +77,9 @@ class Points {
     std::copy(from, from + stride_, values_.end() - stride_);
   }
   void reverse();
-  /// Each of them beside the one before (Space::beside), the first beside `start`: a way without jumps.
-  void join_turns(const Space& space, const float* start);
+  /// Makes a path without jumps: replaces each point by its image nearest to the one before, the first by its image
+  /// nearest to `start`.
+  void unwrap(const Space& space, const float* start);
   void clear() { values_.clear(); }
 
  private:
@@ -88,12 +91,12 @@ inline void Points::reverse() {
   for (int i = 0, k = size() - 1; i < k; ++i, --k) std::swap_ranges((*this)[i], (*this)[i] + stride_, (*this)[k]);
 }
 
-inline void Points::join_turns(const Space& space, const float* start) {
-  if (!space.closed()) return;
-  std::vector<float> place;
+inline void Points::unwrap(const Space& space, const float* start) {
+  if (!space.periodic()) return;
+  std::vector<float> image;
   const float* before = start;
   for (int i = 0; i < size(); ++i) {
-    const float* q = space.beside(before, (*this)[i], place);
+    const float* q = space.nearest_image(before, (*this)[i], image);
     std::copy(q, q + stride_, (*this)[i]);
     before = (*this)[i];
   }

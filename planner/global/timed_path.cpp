@@ -48,13 +48,14 @@ Trajectory timed_path(const Validity& validity, const std::vector<std::vector<do
 
 AveragedTrajectory jerk_limited_path(const Validity& validity, const std::vector<std::vector<double>>& path,
                                      double jerk, const TimedPathOptions& options) {
-  const SegmentFree segment_free = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread) {
+  const SegmentFree segment_free = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                                       const Eigen::VectorXd& spread) {
     const Eigen::VectorXd middle = 0.5 * (from + to);
     return validity.proven_free(floats_of(validity, from).data(), floats_of(validity, middle).data(),
                                 floats_of(validity, to).data(), options.clearance, floats_of(validity, spread).data());
   };
-  return jerk_limited(waypoints_of(path), proven_curve(validity, options.clearance), segment_free, motion_limits(validity),
-                      {jerk, options.blend, options.timing});
+  return jerk_limited(waypoints_of(path), proven_curve(validity, options.clearance), segment_free,
+                      motion_limits(validity), {jerk, options.blend, options.timing});
 }
 
 }  // namespace hecaton::planner::global

@@ -1,5 +1,5 @@
 #pragma once
-/// A found path as a trajectory: corners rounded where that stays free, then as fast as the arms' limits allow.
+/// Time parametrisation of a path: blends its corners where the blend is free, then moves as fast as the limits allow.
 
 #include "planner/global/validity.hpp"
 #include "planner/trajectory/jerk_limited.hpp"
@@ -10,18 +10,19 @@ namespace hecaton::planner::global {
 struct TimedPathOptions {
   BlendOptions blend = {};
   TimingOptions timing = {};
-  double clearance = 0.0;  ///< that blends keep from the world beyond the validity's padding [m]
+  double clearance = 0.0;  ///< distance that blends keep from the world, beyond the padding [m]
 };
 
-/// The planned arms' velocity and acceleration limits, one arm after the other.
+/// Velocity and acceleration limits of the planned arms, concatenated.
 [[nodiscard]] MotionLimits motion_limits(const Validity& validity);
 
-/// Rest to rest along the path, whose straight ways must be free. Every blend is proven to be (Validity::proven_free).
+/// A trajectory from rest to rest along `path` [rad | m], whose edges must be free. All blends are proven free
+/// (Validity::proven_free).
 [[nodiscard]] Trajectory timed_path(const Validity& validity, const std::vector<std::vector<double>>& path,
                                     const TimedPathOptions& options = {});
 
-/// The same with no joint's jerk above `jerk` [rad/s³ | m/s³], > 0 (planner/trajectory/jerk_limited.hpp): whatever is
-/// not on the path itself is proven free.
+/// The same, with the jerk of each joint limited to `jerk` > 0 [rad/s³ | m/s³] (planner/trajectory/jerk_limited.hpp).
+/// What leaves the path is proven free.
 [[nodiscard]] AveragedTrajectory jerk_limited_path(const Validity& validity,
                                                    const std::vector<std::vector<double>>& path, double jerk,
                                                    const TimedPathOptions& options = {});

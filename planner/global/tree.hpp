@@ -1,5 +1,5 @@
 #pragma once
-/// A tree of configurations that grows from its root.
+/// A tree of configurations with its nearest-neighbour search.
 
 #include <limits>
 #include <vector>
@@ -9,14 +9,15 @@
 
 namespace hecaton::planner::global {
 
-/// [LaValle01]'s EXTEND, in its words ([Cardenas10] fig. 9).
+/// Outcome of EXTEND [LaValle01] ([Cardenas10] fig. 9).
 enum class Extend { kTrapped, kAdvanced, kReached };
 
+/// Grows from its root; nodes are never removed.
 class Tree {
  public:
   Tree(const Space& space, const float* root) : points_(space.stride), nearest_(space) { add(root, -1); }
 
-  /// Returns the new node's index.
+  /// Returns the index of the new node.
   int add(const float* q, int parent) {
     points_.add(q);
     nearest_.add(points_[points_.size() - 1]);
@@ -34,7 +35,7 @@ class Tree {
   [[nodiscard]] float domain(int i) const { return domains_[i]; }
   void set_domain(int i, float radius) { domains_[i] = radius; }
 
-  /// Adds its nodes and edges.
+  /// Appends nodes and edges to `out`.
   void record(SearchRecord& out) const {
     if (out.nodes.stride() != points_.stride()) out.nodes = Points(points_.stride());
     const int first = out.nodes.size();
@@ -46,9 +47,9 @@ class Tree {
 
   /// The points from node i to the root.
   [[nodiscard]] Points path_to_root(int i) const {
-    Points way(points_.stride());
-    for (; i >= 0; i = parents_[i]) way.add(points_[i]);
-    return way;
+    Points path(points_.stride());
+    for (; i >= 0; i = parents_[i]) path.add(points_[i]);
+    return path;
   }
 
  private:

@@ -5,18 +5,15 @@
 #include <limits>
 #include <stdexcept>
 
-#include "planner/collision/core_distance.hpp"
 #include "planner/collision/exact_distance.hpp"
-#include "planner/global/body_levers.hpp"
-#include "planner/global/kernel_world.hpp"
-#include "planner/global/validity_kernel.hpp"
+#include "planner/global/validity.hpp"
 #include "planner/simd/instruction_set.hpp"
 
 namespace hecaton::planner::global {
 namespace {
 
-/// Floats have 24 bits. A coordinate is the sum of some dozens of products no larger than the scale, and it turns with
-/// angles that are rounded, too: ten times what was ever seen.
+/// Rounding error of a coordinate, as a share of the scale: ten times the largest error observed. Floats have 24 bits;
+/// a coordinate is a sum of some dozens of products, and angles are rounded as well.
 constexpr double kBodyRounding = 1e-5;
 
 template <std::size_t N, typename Matrix>
@@ -35,14 +32,14 @@ double largest_angle(const JointLimits& limits) {
   return largest;
 }
 
-KernelBall kernel_ball(const Pose& X_FS, const world::BoundingSphere& ball, double inner, double rounding) {
-  const Eigen::Vector3d centre = X_FS * ball.centre;
-  return {floats<3>(centre), static_cast<float>(ball.radius + rounding),
+KernelSphere kernel_sphere(const Pose& X_FS, const world::BoundingSphere& sphere, double inner, double rounding) {
+  const Eigen::Vector3d centre = X_FS * sphere.centre;
+  return {floats<3>(centre), static_cast<float>(sphere.radius + rounding),
           static_cast<float>(std::max(0.0, inner - 2.0 * rounding))};
 }
 
-/// Of the largest ball around p that lies within the shape; 0 when p does not. A point's depth in a convex shape is
-/// just that. [m]
+/// Radius of the largest sphere about p that lies within the shape [m]; 0 if p lies outside. It equals the depth of p
+/// in the convex shape.
 double inner_radius(const SweptCore& core, const Eigen::Vector3d& p) {
   static const SweptCore point = make_swept_core(world::Sphere{0.0});
   const Pose at(Eigen::Translation3d{p});
@@ -59,12 +56,12 @@ world::BoundingSphere tight_bound(const world::Shape& shape) {
   const auto* convex = std::get_if<world::Convex>(&shape);
   world::BoundingSphere rough = world::bounding_sphere(shape);
   if (convex == nullptr) return rough;
-  const world::BoundingSphere ball = enclosing_ball(convex->hull->vertices);
-  return ball.radius < rough.radius ? ball : rough;
+  const world::BoundingSphere sphere = bounding_sphere_of(convex->hull->vertices);
+  return sphere.radius < rough.radius ? sphere : rough;
 }
 
-/// A link's place: the kernel's frame that moves it, and where it is in that.
-struct Carried {
+/// A link's kernel frame, and its pose in that frame.
+struct LinkPlace {
   int frame = -1;
   Pose X_FL = Pose::Identity();
 };
@@ -105,21 +102,21 @@ Validity::Validity(std::vector<CellGeometry> planned, std::span<const WorldBody>
     scale_ = std::max(scale_, farthest * (1.0 + 0.1 * largest_angle(geometry.own_arm().limits)));
     robot_.dimensions += geometry.own_arm().model->joints();
   }
-  if (robot_.dimensions > kMostDimensions) {
+  if (robot_.dimensions > kMaxDimensions) {
     throw std::invalid_argument("arms of " + std::to_string(robot_.dimensions) +
-                                " joints together cannot be planned as one; at most " +
-                                std::to_string(kMostDimensions) + " joints can");
+                                " joints in total cannot be planned together (at most " +
+                                std::to_string(kMaxDimensions) + ")");
   }
   std::vector<int> first_body;
   for (const CellGeometry& geometry : planned_) {
     first_body.push_back(static_cast<int>(robot_.bodies.size()));
     add_arm(geometry, static_cast<int>(robot_.frames.size()), first_body.back());
   }
-  if (robot_.bodies.size() > kMostBodies || robot_.balls.size() > kMostBalls) {
+  if (robot_.bodies.size() > kMaxBodies || robot_.spheres.size() > kMaxSpheres) {
     throw std::invalid_argument("arms of " + std::to_string(robot_.bodies.size()) + " bodies and " +
-                                std::to_string(robot_.balls.size()) + " balls that cover them; at most " +
-                                std::to_string(kMostBodies) + " and " + std::to_string(kMostBalls) +
-                                " can be planned as one");
+                                std::to_string(robot_.spheres.size()) +
+                                " covering spheres cannot be planned together (at most " + std::to_string(kMaxBodies) +
+                                " and " + std::to_string(kMaxSpheres) + ")");
   }
   add_pairs(first_body);
   levers_ = body_levers(planned_);
@@ -132,47 +129,47 @@ Validity::Validity(std::vector<CellGeometry> planned, std::span<const WorldBody>
 void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int first_body) {
   const Arm& arm = geometry.own_arm();
   const double rounding = kBodyRounding * scale_;
-  std::vector<Carried> carried(arm.model->links.size());
-  for (std::size_t i = 0; i < carried.size(); ++i) {
+  std::vector<LinkPlace> places(arm.model->links.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
     const Link& link = arm.model->links[i];
-    const Carried root{-1, X_OW_ * arm.X_WB};
-    const Carried& parent = link.parent < 0 ? root : carried[link.parent];
+    const LinkPlace root{-1, X_OW_ * arm.X_WB};
+    const LinkPlace& parent = link.parent < 0 ? root : places[link.parent];
     const Pose X_FJ = parent.X_FL * link.X_PJ;
     if (link.joint < 0) {
-      carried[i] = {parent.frame, X_FJ};
+      places[i] = {parent.frame, X_FJ};
       continue;
     }
-    // Turned so that its own z is the joint's axis.
+    // Z: rotated such that its z axis is the joint's axis.
     const Pose X_JZ(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), link.axis));
     const Pose X_FZ = X_FJ * X_JZ;
     KernelFrame frame;
     frame.parent = parent.frame;
-    frame.shifts = link.joint_type == JointType::kPrismatic;
+    frame.prismatic = link.joint_type == JointType::kPrismatic;
     const Eigen::Matrix3d rotation = X_FZ.linear();
     const Eigen::Vector3d translation = X_FZ.translation();
     frame.rotation = floats<9>(rotation);
     frame.translation = floats<3>(translation);
-    carried[i] = {first_dimension + link.joint, X_JZ.inverse()};
-    if (static_cast<int>(robot_.frames.size()) != carried[i].frame) {
-      throw std::invalid_argument("arm " + arm.name + ": its joints are not numbered in the order of its links");
+    places[i] = {first_dimension + link.joint, X_JZ.inverse()};
+    if (static_cast<int>(robot_.frames.size()) != places[i].frame) {
+      throw std::invalid_argument("arm " + arm.name + ": the joints are not numbered in the order of the links");
     }
     robot_.frames.push_back(frame);
   }
   for (const Body& body : geometry.own_bodies()) {
-    const Carried& place = carried[body.link];
+    const LinkPlace& place = places[body.link];
     const Pose X_FS = place.X_FL * body.X_CS;
     KernelBody& kernel_body = robot_.bodies.emplace_back();
     kernel_body.frame = place.frame;
     const SweptCore& core = body_cores_.emplace_back(PlacedCore{make_swept_core(body.shape), X_FS}).core;
-    const auto ball_of = [&](const world::BoundingSphere& ball) {
-      return kernel_ball(X_FS, ball, inner_radius(core, ball.centre), rounding);
+    const auto sphere_of = [&](const world::BoundingSphere& sphere) {
+      return kernel_sphere(X_FS, sphere, inner_radius(core, sphere.centre), rounding);
     };
-    kernel_body.bound = ball_of(tight_bound(body.shape));
-    kernel_body.first = static_cast<int>(robot_.balls.size());
-    for (const world::BoundingSphere& ball : sphere_cover(body.shape, options_.cover)) {
-      robot_.balls.push_back(ball_of(ball));
+    kernel_body.bound = sphere_of(tight_bound(body.shape));
+    kernel_body.first = static_cast<int>(robot_.spheres.size());
+    for (const world::BoundingSphere& sphere : sphere_cover(body.shape, options_.cover)) {
+      robot_.spheres.push_back(sphere_of(sphere));
     }
-    kernel_body.count = static_cast<int>(robot_.balls.size()) - kernel_body.first;
+    kernel_body.count = static_cast<int>(robot_.spheres.size()) - kernel_body.first;
   }
   body_arm_.resize(robot_.bodies.size(), body_arm_.empty() ? 0 : body_arm_.back() + 1);
   const auto padding = static_cast<float>(options_.self_padding);
@@ -241,14 +238,14 @@ bool Validity::edge_free(const float* a, const float* b, int finer) const {
 }
 
 Validity::Nearest Validity::nearest(std::span<const double> q) const {
-  return least(q, false);
+  return smallest(q, false);
 }
 
 Validity::Nearest Validity::tightest(std::span<const double> q) const {
-  return least(q, true);
+  return smallest(q, true);
 }
 
-Validity::Nearest Validity::least(std::span<const double> q, bool beyond_wanted) const {
+Validity::Nearest Validity::smallest(std::span<const double> q, bool as_margin) const {
   struct Placed {
     const Body* body;
     Pose X_WS;
@@ -268,11 +265,11 @@ Validity::Nearest Validity::least(std::span<const double> q, bool beyond_wanted)
     }
   }
   Nearest nearest{{}, {}, std::numeric_limits<double>::infinity(), 0.0};
-  const auto room = [&](const Nearest& pair) { return pair.distance - (beyond_wanted ? pair.wanted : 0.0); };
+  const auto margin = [&](const Nearest& pair) { return pair.distance - (as_margin ? pair.required : 0.0); };
   const auto consider = [&](const Placed& a, const world::Shape& shape, const Pose& X_WS, const std::string& name,
-                            double wanted) {
-    const Nearest pair{a.name, name, shape_distance(a.body->shape, a.X_WS, shape, X_WS).distance, wanted};
-    if (room(pair) < room(nearest)) nearest = pair;
+                            double required) {
+    const Nearest pair{a.name, name, shape_distance(a.body->shape, a.X_WS, shape, X_WS).distance, required};
+    if (margin(pair) < margin(nearest)) nearest = pair;
   };
   for (const KernelPair& pair : robot_.pairs) {
     const Placed& b = bodies[pair.b];

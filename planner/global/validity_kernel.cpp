@@ -20,7 +20,7 @@ V sqrt(V x) {
   return x;
 #endif
 }
-/// In three steps, halves against each other, and not lane after lane: every body of every block asks six times.
+/// Reduction in three steps instead of seven: each body of each block needs it six times.
 float least(V x) {
   x = min(x, __builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3));
   x = min(x, __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5));
@@ -76,7 +76,7 @@ void sine_cosine(V x, V& sine, V& cosine) {
   cosine = ((quadrant + 1) & 2) != 0 ? -b : b;
 }
 
-/// Lanes in which something may be in collision, and those in which it is for sure.
+/// Bits of lanes: may collide, and certainly collides.
 struct Hits {
   unsigned maybe = 0;
   unsigned sure = 0;
@@ -87,9 +87,9 @@ struct Hits {
   }
 };
 
-/// Everything about eight configurations. Balls tell most of it: where a ball that covers is clear, so is the shape,
-/// and where a ball inside is not, neither is the shape. What lies between is put off until nothing else decides.
-/// kSwept: of stretches around the configurations, as KernelSweep says.
+/// Checks eight configurations. If the covering spheres are clear, so is the shape; if a sphere inside the shape
+/// collides, so does the shape. Pairs between these cases are collected, and get exact distances only if nothing else
+/// decides. kSwept: checks the segments around the configurations (KernelSweep).
 template <bool kSwept>
 class Block {
  public:
@@ -100,7 +100,7 @@ class Block {
     for (int i = 0; i < robot.dimensions; ++i) place(i, q[i]);
   }
 
-  /// `any_is_enough`: some lane, when there is one, instead of all.
+  /// Returns the lanes that collide; with `any_is_enough`, at least one of them.
   unsigned collisions(bool any_is_enough) {
     const auto decided = [&] { return (hits_ | maybe_) == kAll || (any_is_enough && hits_ != 0); };
     for (const int body : robot_.order) {
@@ -113,18 +113,18 @@ class Block {
       note(pair_hits(pair, pair.padding + growth), pair.a, pair.b, false, growth);
       if (decided()) return hits_;
     }
-    for (int i = 0; i < doubts_count_ && !decided(); ++i) resolve(doubts_[i], any_is_enough);
+    for (int i = 0; i < undecided_count_ && !decided(); ++i) resolve(undecided_[i], any_is_enough);
     return hits_;
   }
-  /// After collisions(): lanes that these are not, but nothing proves free. Swept only.
+  /// After collisions(): lanes that neither collide nor are proven free. kSwept only.
   [[nodiscard]] unsigned maybe() const { return maybe_; }
 
  private:
   static constexpr unsigned kAll = 0xFF;
-  /// More doubts than this in one block count as collisions.
-  static constexpr int kMostDoubts = 64;
+  /// Undecided pairs beyond this number count as collisions.
+  static constexpr int kMaxUndecided = 64;
 
-  struct Doubt {
+  struct Undecided {
     int body;
     int other;  ///< body or obstacle
     bool of_world;
@@ -134,30 +134,30 @@ class Block {
 
   void note(const Hits& hits, int body, int other, bool of_world, float growth) {
     hits_ |= hits.sure;
-    const unsigned doubtful = hits.maybe & ~hits.sure & ~maybe_;
-    if (doubtful == 0) return;
-    if (doubts_count_ < kMostDoubts && (!kSwept || sweep_.exact)) {
-      doubts_[doubts_count_++] = {body, other, of_world, doubtful, growth};
+    const unsigned undecided = hits.maybe & ~hits.sure & ~maybe_;
+    if (undecided == 0) return;
+    if (undecided_count_ < kMaxUndecided && (!kSwept || sweep_.exact)) {
+      undecided_[undecided_count_++] = {body, other, of_world, undecided, growth};
     } else if (kSwept) {
-      maybe_ |= doubtful;
+      maybe_ |= undecided;
     } else {
-      hits_ |= doubtful;
+      hits_ |= undecided;
     }
   }
 
-  void resolve(const Doubt& doubt, bool any_is_enough) {
-    for (unsigned left = doubt.lanes & ~hits_ & ~maybe_; left != 0; left &= left - 1) {
+  void resolve(const Undecided& pair, bool any_is_enough) {
+    for (unsigned left = pair.lanes & ~hits_ & ~maybe_; left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(left);
       float frame[12];
       float other[12];
-      lane_frame(doubt.body, lane, frame);
-      if (!doubt.of_world) lane_frame(doubt.other, lane, other);
-      const double distance = doubt.of_world
-                                  ? exact_.from_obstacle(exact_.context, doubt.body, frame, doubt.other) - padding()
-                                  : exact_.from_body(exact_.context, doubt.body, frame, doubt.other, other);
+      lane_frame(pair.body, lane, frame);
+      if (!pair.of_world) lane_frame(pair.other, lane, other);
+      const double distance = pair.of_world
+                                  ? exact_.from_obstacle(exact_.context, pair.body, frame, pair.other) - padding()
+                                  : exact_.from_body(exact_.context, pair.body, frame, pair.other, other);
       hits_ |= distance <= 0.0 ? 1U << lane : 0U;
       if (distance <= 0.0 && any_is_enough) return;
-      if (kSwept && distance <= doubt.growth) maybe_ |= 1U << lane;
+      if (kSwept && distance <= pair.growth) maybe_ |= 1U << lane;
     }
   }
 
@@ -189,7 +189,7 @@ class Block {
       const Frame& parent = frames_[frame.parent];
       out = {turned(parent, r), turned(parent, r + 3), turned(parent, r + 6), placed(parent, frame.translation.data())};
     }
-    if (frame.shifts) {
+    if (frame.prismatic) {
       out.p = {out.p.x + q * out.z.x, out.p.y + q * out.z.y, out.p.z + q * out.z.z};
       return;
     }
@@ -201,11 +201,11 @@ class Block {
     out.y = {y.x * c - x.x * s, y.y * c - x.y * s, y.z * c - x.z * s};
   }
 
-  [[nodiscard]] Vec centre(int frame, const KernelBall& ball) const {
-    return frame < 0 ? constant(ball.centre.data()) : placed(frames_[frame], ball.centre.data());
+  [[nodiscard]] Vec centre(int frame, const KernelSphere& sphere) const {
+    return frame < 0 ? constant(sphere.centre.data()) : placed(frames_[frame], sphere.centre.data());
   }
 
-  /// Centres of the ball around a body and of those that cover it, computed when they are first asked for.
+  /// Centres of a body's bounding sphere and of its covering spheres, computed at the first use.
   const Vec& bound_of(int body) {
     if ((known_[body] & 1U) == 0) {
       bounds_[body] = centre(robot_.bodies[body].frame, robot_.bodies[body].bound);
@@ -213,16 +213,16 @@ class Block {
     }
     return bounds_[body];
   }
-  const Vec* balls_of(int index) {
+  const Vec* spheres_of(int index) {
     const KernelBody& body = robot_.bodies[index];
     if ((known_[index] & 2U) == 0) {
-      for (int i = body.first; i < body.first + body.count; ++i) balls_[i] = centre(body.frame, robot_.balls[i]);
+      for (int i = body.first; i < body.first + body.count; ++i) spheres_[i] = centre(body.frame, robot_.spheres[i]);
       known_[index] |= 2U;
     }
-    return balls_ + body.first;
+    return spheres_ + body.first;
   }
 
-  /// The ball around the body in all lanes at once decides which obstacles are looked at, eight of them at a time.
+  /// The box around the bounding sphere of all lanes selects the obstacles to check, eight at a time.
   void world_hits(int index) {
     const KernelBody& body = robot_.bodies[index];
     const Vec& bound = bound_of(index);
@@ -240,9 +240,9 @@ class Block {
       for (; near != 0; near &= near - 1) {
         const int obstacle = static_cast<int>(group) * kWidth + __builtin_ctz(near);
         const KernelObstacle& met = world_.obstacles[obstacle];
-        // Lanes that are known to collide need no more looks.
-        const float reach = r + met.reach;
-        const Vec d = bound - constant(met.middle.data());
+        // Lanes that are known to collide are not checked again.
+        const float reach = r + met.bound_radius;
+        const Vec d = bound - constant(met.bound_centre.data());
         if ((bits(dot(d, d) < all_floats(reach * reach)) & ~hits_) == 0) continue;
         note(obstacle_hits(index, bound, met, around), index, obstacle, true, growth);
       }
@@ -251,25 +251,25 @@ class Block {
 
   Hits obstacle_hits(int index, const Vec& bound, const KernelObstacle& obstacle, float around) {
     const KernelBody& body = robot_.bodies[index];
-    const Hits near = ball_hits(bound, body.bound, obstacle, around);
+    const Hits near = sphere_hits(bound, body.bound, obstacle, around);
     if ((near.maybe & ~hits_) == 0 || body.count == 1) return near;
-    const Vec* balls = balls_of(index);
+    const Vec* spheres = spheres_of(index);
     Hits hits;
     for (int i = 0; i < body.count; ++i) {
-      hits.add(ball_hits(balls[i], robot_.balls[body.first + i], obstacle, around));
+      hits.add(sphere_hits(spheres[i], robot_.spheres[body.first + i], obstacle, around));
     }
     return hits;
   }
 
-  /// `around`: added to the ball [m].
-  Hits ball_hits(const Vec& p, const KernelBall& ball, const KernelObstacle& o, float around) const {
+  /// `around`: added to the radius of the sphere [m].
+  Hits sphere_hits(const Vec& p, const KernelSphere& sphere, const KernelObstacle& o, float around) const {
     const Vec d = p - constant(o.centre.data());
     const V zero{};
     const auto nearer = [](V distance2, float radius, float inner) {
       return Hits{bits(distance2 < all_floats(radius * radius)), bits(distance2 < all_floats(inner * inner))};
     };
-    const float radius = ball.radius + around;
-    const float inner = ball.inner;
+    const float radius = sphere.radius + around;
+    const float inner = sphere.inner;
     switch (o.kind) {
       case ObstacleKind::kSphere:
         return nearer(dot(d, d), radius + o.half[0], inner + o.half[0]);
@@ -298,14 +298,14 @@ class Block {
           const KernelPlane& plane = world_.planes[i];
           most = max(most, along(p, plane.normal.data()) - plane.offset);
         }
-        // The farthest plane is no farther than the polyhedron: whether it is met, only its inside tells.
+        // The distance to the farthest plane is a lower bound of that to the polyhedron, and exact only inside it.
         return {bits(most < radius), inner > 0.0F ? bits(most < zero) : 0U};
       }
     }
     return {kAll, kAll};
   }
 
-  /// `around`: added to the distance at which two balls meet [m].
+  /// `around`: added to the distance at which two spheres touch [m].
   Hits pair_hits(const KernelPair& pair, float around) {
     const KernelBody& a = robot_.bodies[pair.a];
     const KernelBody& b = robot_.bodies[pair.b];
@@ -317,18 +317,18 @@ class Block {
     const Vec& bound_b = bound_of(pair.b);
     const unsigned near = within(distance2(bound_of(pair.a), bound_b), a.bound.radius + b.bound.radius + around);
     if ((near & ~hits_) == 0) return {};
-    const Vec* balls_a = balls_of(pair.a);
-    const Vec* balls_b = balls_of(pair.b);
+    const Vec* spheres_a = spheres_of(pair.a);
+    const Vec* spheres_b = spheres_of(pair.b);
     Hits hits;
     for (int i = 0; i < a.count; ++i) {
-      const KernelBall& ball = robot_.balls[a.first + i];
-      const unsigned meets = within(distance2(balls_a[i], bound_b), ball.radius + b.bound.radius + around);
+      const KernelSphere& sphere = robot_.spheres[a.first + i];
+      const unsigned meets = within(distance2(spheres_a[i], bound_b), sphere.radius + b.bound.radius + around);
       if ((meets & ~hits_) == 0) continue;
       for (int k = 0; k < b.count; ++k) {
-        const KernelBall& other = robot_.balls[b.first + k];
-        const V d2 = distance2(balls_a[i], balls_b[k]);
-        hits.maybe |= within(d2, ball.radius + other.radius + around);
-        if (ball.inner > 0.0F && other.inner > 0.0F) hits.sure |= within(d2, ball.inner + other.inner);
+        const KernelSphere& other = robot_.spheres[b.first + k];
+        const V d2 = distance2(spheres_a[i], spheres_b[k]);
+        hits.maybe |= within(d2, sphere.radius + other.radius + around);
+        if (sphere.inner > 0.0F && other.inner > 0.0F) hits.sure |= within(d2, sphere.inner + other.inner);
       }
     }
     return hits;
@@ -340,12 +340,12 @@ class Block {
   const KernelSweep& sweep_;
   unsigned hits_ = 0;
   unsigned maybe_ = 0;
-  int doubts_count_ = 0;
-  Doubt doubts_[kMostDoubts];
-  Frame frames_[kMostFrames];
-  unsigned char known_[kMostBodies];  ///< bit 0: of bounds_, bit 1: of balls_
-  Vec bounds_[kMostBodies];
-  Vec balls_[kMostBalls];
+  int undecided_count_ = 0;
+  Undecided undecided_[kMaxUndecided];
+  Frame frames_[kMaxFrames];
+  unsigned char known_[kMaxBodies];  ///< bit 0: of bounds_, bit 1: of spheres_
+  Vec bounds_[kMaxBodies];
+  Vec spheres_[kMaxSpheres];
 };
 
 void to_lanes(const KernelRobot& robot, const float* q, int stride, V* lanes) {
@@ -356,14 +356,14 @@ void to_lanes(const KernelRobot& robot, const float* q, int stride, V* lanes) {
 
 unsigned collisions(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const float* q,
                     int stride) {
-  V lanes[kMostDimensions];
+  V lanes[kMaxDimensions];
   to_lanes(robot, q, stride, lanes);
   return Block<false>(robot, world, exact, {}, lanes).collisions(false);
 }
 
 SweepHits swept(const KernelRobot& robot, const KernelWorld& world, const ExactCheck& exact, const KernelSweep& sweep,
                 const float* q, int stride) {
-  V lanes[kMostDimensions];
+  V lanes[kMaxDimensions];
   to_lanes(robot, q, stride, lanes);
   Block<true> block(robot, world, exact, sweep, lanes);
   const unsigned sure = block.collisions(true);
@@ -374,7 +374,7 @@ bool edge_free(const KernelRobot& robot, const KernelWorld& world, const ExactCh
                const float* b, int blocks) {
   const V lane_start = V{1, 2, 3, 4, 5, 6, 7, 8} * static_cast<float>(blocks);
   const float step = 1.0F / static_cast<float>(blocks * kWidth);
-  V lanes[kMostDimensions];
+  V lanes[kMaxDimensions];
   for (int block = 0; block < blocks; ++block) {
     const V t = (lane_start - static_cast<float>(block)) * step;
     for (int j = 0; j < robot.dimensions; ++j) lanes[j] = a[j] * (1.0F - t) + b[j] * t;

@@ -1,5 +1,5 @@
 #pragma once
-/// FCL's opinion of a configuration: what the fast check must never contradict by calling it free.
+/// Collision checks by FCL, the reference for Validity.
 
 #include <vector>
 
@@ -28,7 +28,7 @@ class FclCollisionChecker {
     }
   }
 
-  /// Of the planned arms' bodies with each other, as far as they are checked, and of those that move with the world.
+  /// True if a pair that Validity checks collides, or a moving body collides with the world.
   [[nodiscard]] bool collides(const double* q) {
     place(q);
     for (const auto& pair : validity_.robot().pairs) {
@@ -47,7 +47,7 @@ class FclCollisionChecker {
     return collides(exact.data());
   }
 
-  /// Of configurations on the path, `step` apart at most in joint space, how many collide.
+  /// Number of colliding configurations on the path, at most `step` apart in joint space [rad | m].
   [[nodiscard]] int collisions_on(const std::vector<std::vector<double>>& path, double step) {
     int count = 0;
     for (std::size_t i = 0; i + 1 < path.size(); ++i) {

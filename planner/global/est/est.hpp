@@ -1,15 +1,14 @@
 #pragma once
-/// Expansive space trees [Hsu00]: two trees that grow where they are sparse, joined as soon as their ends see each
-/// other.
+/// Expansive space trees [Hsu00]: two trees, which grow where they are sparse, until an edge joins them.
 
 #include "planner/global/global_planner.hpp"
 
 namespace hecaton::planner::global {
 
 struct EstParameters {
-  float range = 1.0F;         ///< new nodes lie within this of their parent, per joint [rad | m]
-  float crowd_radius = 1.0F;  ///< nodes within this of each other share their chance to grow [rad | m]
-  float join_range = 4.0F;    ///< trees are joined over at most this [rad | m]
+  float range = 1.0F;           ///< a new node lies within this of its parent, per joint [rad | m]
+  float density_radius = 1.0F;  ///< nodes within this count as neighbours [rad | m]
+  float join_range = 4.0F;      ///< longest edge that joins the trees [rad | m]
 };
 
 class Est final : public GlobalPlanner {

@@ -20,20 +20,20 @@ class Roadmap {
         points_(space_.stride),
         random_(problem.seed) {}
 
-  /// The shortest way over the roadmap from start to goal, which become nodes of it; it grows until there is one.
+  /// Adds start and goal, and grows the roadmap until it contains a path between them. Returns the shortest one.
   SearchResult query() {
     const int start = find_or_add(problem_.start);
     const int goal = find_or_add(problem_.goal);
-    std::vector<int> way = shortest(start, goal);
-    while (way.empty() && !problem_.over(result_.iterations)) {
+    std::vector<int> path = shortest(start, goal);
+    while (path.empty() && !problem_.over(result_.iterations)) {
       grow();
-      way = shortest(start, goal);
+      path = shortest(start, goal);
     }
-    if (!way.empty()) {
+    if (!path.empty()) {
       result_.status = PlanStatus::kSolved;
       result_.path = Points(space_.stride);
-      for (const int node : way) result_.path.add(points_[node]);
-      result_.path.join_turns(space_, problem_.start);
+      for (const int node : path) result_.path.add(points_[node]);
+      result_.path.unwrap(space_, problem_.start);
     }
     result_.nodes = points_.size();
     if (problem_.record != nullptr) *problem_.record = {points_, edges_};
@@ -46,7 +46,7 @@ class Roadmap {
     float length;  ///< in joint space
   };
 
-  /// A batch of free samples: each lane of a check is another one.
+  /// Adds a batch of free samples; one check tests eight samples.
   void grow() {
     std::vector<float> eight(static_cast<std::size_t>(kWidth) * space_.stride);
     const auto configuration = [&](int lane) {
@@ -69,7 +69,7 @@ class Roadmap {
     return near.index >= 0 && near.distance2 <= 0.0F ? near.index : add(q);
   }
 
-  /// Joined with its nearest nodes, as far as the straight ways are free.
+  /// Adds a node and joins it with its nearest nodes where the edge is free.
   int add(const float* q) {
     std::vector<Neighbour> near;
     nearest_.nearest(q, parameters_.neighbours, near);
@@ -80,7 +80,7 @@ class Roadmap {
     for (const Neighbour& other : near) {
       if (problem_.over(0)) break;
       const float* from = points_[other.index];
-      if (!problem_.edge_free(from, space_.beside(from, points_[node], place_))) continue;
+      if (!problem_.edge_free(from, space_.nearest_image(from, points_[node], image_))) continue;
       const float length = std::sqrt(other.distance2);
       edges_of_[node].push_back({other.index, length});
       edges_of_[other.index].push_back({node, length});
@@ -89,7 +89,7 @@ class Roadmap {
     return node;
   }
 
-  /// A* with the distance to the goal as its bound, or Dijkstra without.
+  /// A* with the distance to the goal as heuristic, or Dijkstra.
   [[nodiscard]] std::vector<int> shortest(int start, int goal) const {
     struct Open {
       float bound;
@@ -121,10 +121,10 @@ class Roadmap {
       }
     }
     if (!closed[goal]) return {};
-    std::vector<int> way;
-    for (int node = goal; node >= 0; node = before[node]) way.push_back(node);
-    std::reverse(way.begin(), way.end());
-    return way;
+    std::vector<int> path;
+    for (int node = goal; node >= 0; node = before[node]) path.push_back(node);
+    std::reverse(path.begin(), path.end());
+    return path;
   }
 
   const SearchProblem& problem_;
@@ -133,16 +133,16 @@ class Roadmap {
   NearestPoints nearest_;
   Points points_;
   std::vector<std::vector<Edge>> edges_of_;  ///< by node
-  std::vector<std::pair<int, int>> edges_;   ///< of nodes, in the order in which they came
+  std::vector<std::pair<int, int>> edges_;   ///< indices of nodes, in the order of creation
   Random random_;
   SearchResult result_;
-  std::vector<float> place_;  ///< for Space::beside
+  std::vector<float> image_;  ///< buffer of Space::nearest_image
 };
 
 }  // namespace
 
 Prm::Prm(const PrmParameters& parameters)
-    : GlobalPlanner({.name = "prm", .summary = "a roadmap of random configurations, and the shortest way over it"}),
+    : GlobalPlanner({.name = "prm", .summary = "a roadmap of random configurations, and the shortest path in it"}),
       parameters_(parameters) {}
 
 SearchResult Prm::search(const SearchProblem& problem) const {

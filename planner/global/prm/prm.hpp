@@ -1,6 +1,6 @@
 #pragma once
-/// Probabilistic roadmaps [Kavraki96]: random free configurations, joined with their neighbours, and the shortest way
-/// over them. A roadmap lasts for one query.
+/// Probabilistic roadmaps [Kavraki96]: random free configurations, joined with their neighbours, and the shortest path
+/// between them. A roadmap serves one query.
 
 #include "planner/global/global_planner.hpp"
 
@@ -9,8 +9,8 @@ namespace hecaton::planner::global {
 enum class RoadmapSearch { kAStar, kDijkstra };
 
 struct PrmParameters {
-  int neighbours = 10;  ///< that a new node is joined with
-  int batch = 32;       ///< nodes added between searches
+  int neighbours = 10;  ///< edges tried for a new node
+  int batch = 32;       ///< nodes added between two searches
   RoadmapSearch search = RoadmapSearch::kAStar;
 };
 

@@ -8,11 +8,12 @@
 namespace hecaton::planner::global {
 namespace {
 
-/// EXTEND: the nearest node grows by at most `range` towards the sample. The new node is the tree's last.
+/// EXTEND: grows the nearest node by at most `range` [rad | m] towards the sample. The new node is the last of the
+/// tree.
 Extend extend(const SearchProblem& problem, Tree& tree, const float* sample, float range, std::vector<float>& next,
-              std::vector<float>& place) {
+              std::vector<float>& image) {
   const Neighbour near = tree.nearest(sample);
-  const float* q = problem.space.beside(tree[near.index], sample, place);
+  const float* q = problem.space.nearest_image(tree[near.index], sample, image);
   const float distance = std::sqrt(near.distance2);
   if (distance <= 0.0F) return Extend::kTrapped;
   const bool reaches = distance <= range;
@@ -29,7 +30,7 @@ Extend extend(const SearchProblem& problem, Tree& tree, const float* sample, flo
 }  // namespace
 
 Rrt::Rrt(const RrtParameters& parameters)
-    : GlobalPlanner({.name = "rrt", .summary = "one tree from the start, drawn towards random configurations"}),
+    : GlobalPlanner({.name = "rrt", .summary = "one tree from the start, which grows towards random configurations"}),
       parameters_(parameters) {}
 
 SearchResult Rrt::search(const SearchProblem& problem) const {
@@ -38,9 +39,9 @@ SearchResult Rrt::search(const SearchProblem& problem) const {
   Tree tree(problem.space, problem.start);
   std::vector<float> sample(problem.space.stride);
   std::vector<float> next(problem.space.stride);
-  std::vector<float> place;
+  std::vector<float> image;
   while (!result.solved() && !problem.over(result.iterations)) {
-    // The first sample is the goal: the straight way may be free.
+    // The first sample is the goal: the straight edge may be free.
     const bool to_goal = result.iterations == 0 || random.uniform() < parameters_.goal_bias;
     ++result.iterations;
     if (to_goal) {
@@ -48,7 +49,7 @@ SearchResult Rrt::search(const SearchProblem& problem) const {
     } else {
       problem.space.sample(random, sample.data());
     }
-    const Extend outcome = extend(problem, tree, sample.data(), parameters_.range, next, place);
+    const Extend outcome = extend(problem, tree, sample.data(), parameters_.range, next, image);
     if (to_goal && outcome == Extend::kReached) result.status = PlanStatus::kSolved;
   }
   if (result.solved()) {

@@ -21,7 +21,7 @@ class RrtConnectSearch {
 
   SearchResult run() {
     SearchResult result;
-    const float* goal = problem_.space.beside(problem_.start, problem_.goal, place_);
+    const float* goal = problem_.space.nearest_image(problem_.start, problem_.goal, image_);
     if (problem_.edge_free(problem_.start, goal)) {
       result.status = PlanStatus::kSolved;
       result.path = Points(problem_.space.stride);
@@ -30,7 +30,7 @@ class RrtConnectSearch {
     }
     while (!result.solved() && !problem_.over(result.iterations)) {
       ++result.iterations;
-      // Balanced: the smaller tree grows [Kuffner00].
+      // The smaller tree grows [Kuffner00].
       const bool from_start = start_.size() <= goal_.size();
       Tree& one = from_start ? start_ : goal_;
       Tree& other = from_start ? goal_ : start_;
@@ -48,30 +48,30 @@ class RrtConnectSearch {
   }
 
  private:
-  /// Towards the sample by at most the range. The new node is the tree's last.
+  /// Grows `tree` towards the sample by at most the range. The new node is the last of the tree.
   Extend extend(Tree& tree) {
     const Neighbour near = tree.nearest(sample_.data());
     const float distance = std::sqrt(near.distance2);
     if (distance <= 0.0F) return Extend::kTrapped;
     const float range = std::min(parameters_.range, tree.domain(near.index));
     const bool reaches = distance <= range;
-    const float* sample = problem_.space.beside(tree[near.index], sample_.data(), place_);
+    const float* sample = problem_.space.nearest_image(tree[near.index], sample_.data(), image_);
     problem_.space.interpolate(tree[near.index], sample, reaches ? 1.0F : range / distance, next_.data());
     if (!problem_.edge_free(tree[near.index], next_.data())) {
-      if (parameters_.domain_shrinks < 1.0F) {
-        tree.set_domain(near.index, std::max(range * parameters_.domain_shrinks, parameters_.least_domain));
+      if (parameters_.domain_factor < 1.0F) {
+        tree.set_domain(near.index, std::max(range * parameters_.domain_factor, parameters_.min_domain));
       }
       return Extend::kTrapped;
     }
-    tree.set_domain(near.index, tree.domain(near.index) / parameters_.domain_shrinks);
+    tree.set_domain(near.index, tree.domain(near.index) / parameters_.domain_factor);
     tree.add(next_.data(), near.index);
     return reaches ? Extend::kReached : Extend::kAdvanced;
   }
 
-  /// Extends again and again, until q is reached or something is in the way.
+  /// Grows `tree` straight towards `other` until it is reached or an edge is not free.
   Extend connect(Tree& tree, const float* other) {
     const Neighbour near = tree.nearest(other);
-    const float* q = problem_.space.beside(tree[near.index], other, place_);
+    const float* q = problem_.space.nearest_image(tree[near.index], other, image_);
     const float distance = std::sqrt(near.distance2);
     const int steps = std::max(1, static_cast<int>(std::ceil(distance / parameters_.range)));
     const std::vector<float> from(tree[near.index], tree[near.index] + problem_.space.stride);
@@ -86,12 +86,12 @@ class RrtConnectSearch {
     return Extend::kReached;
   }
 
-  /// The last nodes of both trees are the same configuration.
+  /// The path through both trees, whose last nodes are the same configuration.
   [[nodiscard]] Points joined() const {
     Points path = start_.path_to_root(start_.size() - 1);
     path.reverse();
     for (int i = goal_.parent(goal_.size() - 1); i >= 0; i = goal_.parent(i)) path.add(goal_[i]);
-    path.join_turns(problem_.space, problem_.start);
+    path.unwrap(problem_.space, problem_.start);
     return path;
   }
 
@@ -101,7 +101,7 @@ class RrtConnectSearch {
   Tree goal_;
   std::vector<float> sample_;
   std::vector<float> next_;
-  std::vector<float> place_;  ///< for Space::beside
+  std::vector<float> image_;  ///< buffer of Space::nearest_image
   Random random_;
 };
 

@@ -1,18 +1,18 @@
 #pragma once
-/// RRT-Connect [Kuffner00]: two trees, from start and goal; each new node of one is what the other tries to connect to.
+/// RRT-Connect [Kuffner00]: two trees, from start and goal; each tree tries to connect to the other's new node.
 
 #include "planner/global/global_planner.hpp"
 
 namespace hecaton::planner::global {
 
 struct RrtConnectParameters {
-  float range = 2.0F;  ///< the longest new edge, in joint space [rad | m]
-  /// Dynamic domain, after [Yershova05]: below 1, a node that failed to grow grows by edges shorter by this factor from
-  /// then on, down to least_domain, and by longer ones again when it succeeds. Differs from the paper, which refuses
-  /// samples beyond a node's domain: in seven dimensions hardly one lies within. Off (1): on MotionBenchMaker's
-  /// problems 0.5 doubles the median (docs/global-planning.md).
-  float domain_shrinks = 1.0F;
-  float least_domain = 0.1F;  ///< [rad | m]
+  float range = 2.0F;  ///< longest new edge, in joint space [rad | m]
+  /// Dynamic domain, after [Yershova05]; 1: off. A node whose extension failed gets shorter edges by this factor, down
+  /// to min_domain, and longer ones again after a success. The paper rejects samples beyond a node's domain instead; in
+  /// seven dimensions hardly any sample lies within. On MotionBenchMaker, 0.5 doubles the median
+  /// (docs/global-planning.md).
+  float domain_factor = 1.0F;
+  float min_domain = 0.1F;  ///< [rad | m]
 };
 
 class RrtConnect final : public GlobalPlanner {

@@ -10,7 +10,7 @@
 namespace hecaton::planner::global {
 namespace {
 
-TEST(NearestPoints, AreThoseThatAreFoundOneByOne) {
+TEST(NearestPoints, MatchExhaustiveSearch) {
   Random random(5);
   for (const int dimensions : {1, 2, 6, 7, 18}) {
     const Space space{dimensions, (dimensions + 7) / 8 * 8, std::vector<float>(dimensions, -2.0F),
@@ -40,7 +40,7 @@ TEST(NearestPoints, AreThoseThatAreFoundOneByOne) {
   }
 }
 
-TEST(KdTree, SaysWhatTheScanSaysToTheLastBit) {
+TEST(KdTree, GivesTheResultOfTheScanToTheLastBit) {
   Random random(9);
   for (const int dimensions : {1, 2, 3, 6, 7, 12, 18}) {
     PointGroups all(dimensions);
@@ -48,7 +48,7 @@ TEST(KdTree, SaysWhatTheScanSaysToTheLastBit) {
     std::vector<float> q(dimensions, 0.0F);
     EXPECT_EQ(tree.nearest(q.data()).index, -1);
     for (int i = 0; i < 3000; ++i) {
-      // Some on a coarse grid: many points and many distances are the same.
+      // Some points on a coarse grid, so that many points and distances are equal.
       for (float& x : q) {
         x = static_cast<float>(random.uniform(-3.0, 3.0));
         if (i % 2 == 0) x = std::round(x);
@@ -72,7 +72,7 @@ void expect_same(const std::vector<Neighbour>& found, const std::vector<Neighbou
   }
 }
 
-TEST(KdTree, FindsSeveralAndAllAroundAsTheScanDoes) {
+TEST(KdTree, FindsSeveralNeighboursAsTheScanDoes) {
   Random random(11);
   for (const int dimensions : {1, 2, 3, 6, 7, 12}) {
     PointGroups all(dimensions);
@@ -103,7 +103,7 @@ TEST(KdTree, FindsSeveralAndAllAroundAsTheScanDoes) {
   }
 }
 
-TEST(PointGroups, TheNearestFewAreTheFirstOfAllInOrder) {
+TEST(PointGroups, NearestFewAreTheFirstOfAllSorted) {
   Random random(12);
   PointGroups all(3);
   std::vector<float> q(3);
@@ -121,7 +121,7 @@ TEST(PointGroups, TheNearestFewAreTheFirstOfAllInOrder) {
   }
 }
 
-TEST(KdTree, HoldsManyOfTheSamePoint) {
+TEST(KdTree, HoldsManyEqualPoints) {
   KdTree tree(2);
   const float q[] = {1.0F, 2.0F};
   for (int i = 0; i < 500; ++i) tree.add(q);
@@ -133,12 +133,12 @@ TEST(KdTree, HoldsManyOfTheSamePoint) {
   EXPECT_EQ(few[2].index, 2);
 }
 
-TEST(NearestPoints, GoOnAsATreeWhereThatIsFaster) {
+TEST(NearestPoints, SwitchToATreeAtTheThreshold) {
   Random random(10);
   PointGroups all(2);
   NearestPoints points(2);
   std::vector<float> q(2);
-  for (int i = 0; i < NearestPoints::worth_a_tree(2) + 100; ++i) {
+  for (int i = 0; i < NearestPoints::tree_threshold(2) + 100; ++i) {
     for (float& x : q) x = static_cast<float>(random.uniform(-3.0, 3.0));
     all.add(q.data());
     points.add(q.data());
@@ -154,7 +154,7 @@ TEST(NearestPoints, GoOnAsATreeWhereThatIsFaster) {
   }
 }
 
-TEST(NearestPoints, BothCompilationsAgreeToTheLastBit) {
+TEST(NearestPoints, BothInstructionSetsAgreeToTheLastBit) {
   if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2";
   Random random(6);
   std::vector<float> groups(7 * 8 * 50);
@@ -169,20 +169,24 @@ TEST(NearestPoints, BothCompilationsAgreeToTheLastBit) {
   }
 }
 
-TEST(NearestPoints, GoRoundWhereASpaceIsClosed) {
+TEST(NearestPoints, FindPeriodicImages) {
   Random random(7);
   const int dimensions = 3;
-  const Space space{dimensions, 8, {-kTurn / 2, -2.0F, -kTurn / 2}, {kTurn / 2, 2.0F, kTurn / 2}, {kTurn, 0.0F, kTurn}};
+  const Space space{dimensions,
+                    8,
+                    {-kFullTurn / 2, -2.0F, -kFullTurn / 2},
+                    {kFullTurn / 2, 2.0F, kFullTurn / 2},
+                    {kFullTurn, 0.0F, kFullTurn}};
   NearestPoints set(space);
   std::vector<std::vector<float>> points;
   std::vector<float> q(space.stride);
-  for (int i = 0; i < NearestPoints::worth_a_tree(dimensions) + 200; ++i) {
+  for (int i = 0; i < NearestPoints::tree_threshold(dimensions) + 200; ++i) {
     space.sample(random, q.data());
-    q[0] += kTurn * static_cast<float>(i % 3 - 1);  // points and queries may be turns aside
+    q[0] += kFullTurn * static_cast<float>(i % 3 - 1);  // points and queries may differ by full turns
     set.add(q.data());
     points.push_back(q);
     space.sample(random, q.data());
-    q[2] += kTurn * static_cast<float>(i % 5 - 2);
+    q[2] += kFullTurn * static_cast<float>(i % 5 - 2);
     const Neighbour near = set.nearest(q.data());
     float least = 1e9F;
     for (const auto& point : points) least = std::min(least, space.distance(point.data(), q.data()));

@@ -13,7 +13,7 @@ namespace {
 
 using Configuration = std::vector<double>;
 
-/// A scene with a start and a goal that are free.
+/// A scene with a free start and a free goal.
 struct Query {
   std::vector<WorldBody> world;
   Validity validity;
@@ -38,7 +38,7 @@ struct Query {
   }
 };
 
-/// Looked at `finer` times as often as the planner does, by FCL.
+/// Colliding configurations of the path by FCL, at steps `finer` times as fine as the planner's.
 int contacts(const Query& query, const Plan& plan, int finer) {
   test::FclCollisionChecker checker(query.validity, query.world);
   return checker.collisions_on(plan.path, query.validity.options().step / finer);
@@ -70,7 +70,7 @@ TEST_P(EveryPlanner, GivesTheSamePathForTheSameSeed) {
   EXPECT_EQ(first.checks, again.checks);
 }
 
-TEST_P(EveryPlanner, SaysThatItsBudgetEnded) {
+TEST_P(EveryPlanner, ReportsThatTheBudgetEnded) {
   PlanOptions options;
   options.planner = GetParam();
   options.simplify = false;
@@ -78,12 +78,12 @@ TEST_P(EveryPlanner, SaysThatItsBudgetEnded) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Query query(seed, 15);
     options.budget.iterations = 50'000;
-    if (plan(query.validity, query.start, query.goal, options).path.size() == 2) continue;  // nothing in between
+    if (plan(query.validity, query.start, query.goal, options).path.size() == 2) continue;  // the direct edge is free
     ++blocked;
     options.budget.iterations = 0;
     const Plan found = plan(query.validity, query.start, query.goal, options);
     EXPECT_EQ(found.status, PlanStatus::kBudgetEnded);
-    EXPECT_NE(found.reason.find("before the budget ended"), std::string::npos) << found.reason;
+    EXPECT_NE(found.reason.find("the budget ended after"), std::string::npos) << found.reason;
     EXPECT_TRUE(found.path.empty());
     options.budget.iterations = 1'000'000;
     options.budget.ended = [] { return true; };
@@ -94,9 +94,9 @@ TEST_P(EveryPlanner, SaysThatItsBudgetEnded) {
   EXPECT_GT(blocked, 5);
 }
 
-/// The clock is what has been looked at: a sample may take long, with a fine step as with many arms.
+/// The number of checks serves as the clock: a sample may take long, with a fine step or with many arms.
 TEST_P(EveryPlanner, KeepsItsBudgetWithFineSteps) {
-  constexpr std::uint64_t kPatience = 200'000;
+  constexpr std::uint64_t kCheckBudget = 200'000;
   PlanOptions options;
   options.planner = GetParam();
   int ended = 0;
@@ -105,12 +105,12 @@ TEST_P(EveryPlanner, KeepsItsBudgetWithFineSteps) {
     ValidityOptions fine;
     fine.step = 1e-4;
     const Validity validity({CellGeometry({test::puma()}, 0)}, query.world, fine);
-    // The search ends, whatever is left to it for shortening.
-    options.budget.ended = [&] { return validity.checks() > kPatience; };
+    // The search ends, and so does the shortening.
+    options.budget.ended = [&] { return validity.checks() > kCheckBudget; };
     const Plan found = plan(validity, query.start, query.goal, options);
-    // One edge across the space, looked at and proven, is the smallest piece of work.
-    EXPECT_LT(validity.checks(), 5 * kPatience) << "seed " << seed;
-    ended += found.checks > kPatience ? 1 : 0;
+    // One edge across the space, checked and proven, is the smallest unit of work.
+    EXPECT_LT(validity.checks(), 5 * kCheckBudget) << "seed " << seed;
+    ended += found.checks > kCheckBudget ? 1 : 0;
   }
   EXPECT_GT(ended, 0);
 }
@@ -118,7 +118,7 @@ TEST_P(EveryPlanner, KeepsItsBudgetWithFineSteps) {
 INSTANTIATE_TEST_SUITE_P(Global, EveryPlanner, testing::ValuesIn(built_in_planners().planners()),
                          [](const auto& tried) { return std::string(tried.param->traits().name); });
 
-TEST(Plan, NamesThePairThatMakesAStartInvalid) {
+TEST(Plan, NamesThePairThatMakesTheStartInvalid) {
   Query query(1, 0);
   const WorldBody block{world::Box{{0.2, 0.2, 0.2}}, Pose(Eigen::Translation3d(0.4, 0.15, 0.67)), "block"};
   query.validity.set_world(std::vector{block});
@@ -129,7 +129,7 @@ TEST(Plan, NamesThePairThatMakesAStartInvalid) {
   EXPECT_NE(blocked.reason.find("and block overlap"), std::string::npos) << blocked.reason;
 }
 
-TEST(Plan, RefusesWhatIsOutsideTheLimits) {
+TEST(Plan, RejectsStartOutsideTheLimits) {
   const Query query(1, 0);
   Configuration far = query.goal;
   far[2] = 100.0;
@@ -155,7 +155,7 @@ TEST(Plan, SimplifyingShortensAndStaysFree) {
   }
 }
 
-/// A PUMA whose first joint turns without end, and something in its way.
+/// A PUMA whose first joint is continuous, and an obstacle.
 struct Turning {
   std::vector<WorldBody> world;
   Validity validity;
@@ -170,14 +170,14 @@ struct Turning {
   }
 };
 
-/// Stretched out to azimuth q0.
+/// Stretched towards azimuth q0.
 Configuration stretched(double q0) {
   return {q0, 0.0, 1.5, 0.0, 0.0, 0.0};
 }
 
 constexpr double kWhole = 2.0 * std::numbers::pi;
 
-TEST_P(EveryPlanner, TurnsTheShortWayRound) {
+TEST_P(EveryPlanner, TurnsTheShortWay) {
   const Turning free({});
   PlanOptions options;
   options.planner = GetParam();
@@ -190,8 +190,8 @@ TEST_P(EveryPlanner, TurnsTheShortWayRound) {
   }
 }
 
-TEST_P(EveryPlanner, GoesRoundWhatIsInTheShortWay) {
-  // A wall outwards at azimuth π, where the short way is.
+TEST_P(EveryPlanner, TurnsTheLongWayIfTheShortWayIsBlocked) {
+  // A radial wall at azimuth π, on the short way.
   WorldBody wall{world::Box{{1.0, 0.02, 3.0}}, Pose::Identity(), "wall"};
   wall.X_WS.translation() = Eigen::Vector3d(-1.4, 0.0, 0.0);
   const Turning walled({wall});

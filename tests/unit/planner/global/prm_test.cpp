@@ -8,7 +8,7 @@
 namespace hecaton::planner::global {
 namespace {
 
-/// A PUMA with its tool to either side of a post in front of it.
+/// A PUMA whose tool must move around a post.
 struct AroundAPost {
   std::vector<float> left{1.0F, -0.3F, 1.5F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
   std::vector<float> right{-1.0F, -0.3F, 1.5F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
@@ -19,10 +19,10 @@ struct AroundAPost {
   [[nodiscard]] SearchProblem problem() const { return {validity, space, left.data(), right.data(), 7, {20'000, {}}}; }
 };
 
-TEST(Prm, AStarAndDijkstraFindWaysOfTheSameLength) {
+TEST(Prm, AStarAndDijkstraFindPathsOfEqualLength) {
   const AroundAPost query;
   ASSERT_FALSE(query.validity.edge_free(query.left.data(), query.right.data()))
-      << "the post must be in the straight way";
+      << "the post must block the straight edge";
   const SearchResult a_star = Prm().search(query.problem());
   const SearchResult dijkstra = Prm({.search = RoadmapSearch::kDijkstra}).search(query.problem());
   ASSERT_TRUE(a_star.solved() && dijkstra.solved());

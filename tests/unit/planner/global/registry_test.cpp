@@ -1,17 +1,16 @@
-#include "planner/global/registry.hpp"
-
 #include <set>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
+#include "planner/global/global_planner.hpp"
 #include "planner/global/plan.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
 namespace hecaton::planner::global {
 namespace {
 
-/// A planner of a test's own: it has a reason, and no path.
+/// A planner that always gives a reason instead of a path.
 class Hesitant final : public GlobalPlanner {
  public:
   explicit Hesitant(std::string_view name) : GlobalPlanner({.name = name, .summary = "stays where it is"}) {}
@@ -20,7 +19,7 @@ class Hesitant final : public GlobalPlanner {
   }
 };
 
-TEST(PlannerRegistry, ListsEveryBuiltInPlannerOnce) {
+TEST(PlannerRegistry, ListsEachBuiltInPlannerOnce) {
   std::set<std::string_view> names;
   for (const auto& planner : built_in_planners().planners()) {
     const PlannerTraits& traits = planner->traits();
@@ -31,28 +30,28 @@ TEST(PlannerRegistry, ListsEveryBuiltInPlannerOnce) {
   EXPECT_TRUE(names.contains(default_planner()->traits().name));
 }
 
-TEST(PlannerRegistry, AddsAPlannerToACopyAlone) {
+TEST(PlannerRegistry, AddingToACopyLeavesTheBuiltInListUnchanged) {
   PlannerRegistry planners = built_in_planners();
   planners.add(std::make_shared<const Hesitant>("hesitant"));
   EXPECT_EQ(planners.at("hesitant")->traits().name, "hesitant");
   EXPECT_THROW((void)built_in_planners().at("hesitant"), std::invalid_argument);
 }
 
-TEST(PlannerRegistry, RejectsASecondPlannerOfTheSameName) {
+TEST(PlannerRegistry, RejectsDuplicateName) {
   PlannerRegistry planners = built_in_planners();
   EXPECT_THROW(planners.add(std::make_shared<const Hesitant>("prm")), std::invalid_argument);
 }
 
-TEST(PlannerRegistry, UnknownNameListsTheAllowedOnes) {
+TEST(PlannerRegistry, UnknownNameGivesAllowedNames) {
   try {
     (void)built_in_planners().at("magic");
-    FAIL() << "magic is no planner";
+    FAIL() << "must throw";
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(), "global planner = magic must be one of rrt_connect, rrt, est, prm");
   }
 }
 
-TEST(Plan, GivesThePlannersReasonWhenThePlannerIsStuck) {
+TEST(Plan, ReportsThePlannersReasonWhenItIsStuck) {
   const Validity validity({CellGeometry({test::puma()}, 0)}, {});
   const std::vector<double> start{0.0, 0.0, 1.5, 0.0, 0.0, 0.0};
   const std::vector<double> goal{0.5, 0.0, 1.5, 0.0, 0.0, 0.0};

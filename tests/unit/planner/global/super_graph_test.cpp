@@ -1,4 +1,4 @@
-// Three balls in a closed corridor with one bay: who is to come past whom must take turns.
+// Three balls in a closed corridor with one bay: to change their order, they must use the bay in turn.
 #include "planner/global/super_graph.hpp"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ struct Puzzle {
   Configuration goal{1, 0, 0, 0, -1, 0};
 };
 
-TEST(SuperGraph, ThreeBallsTurnTheirOrderRoundInACorridor) {
+TEST(SuperGraph, ThreeBallsReverseTheirOrderInACorridor) {
   const Puzzle puzzle(true);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Plan plan = puzzle.graph->plan(puzzle.start, puzzle.goal, seed);
@@ -73,7 +73,7 @@ TEST(SuperGraph, ThreeBallsTurnTheirOrderRoundInACorridor) {
   }
 }
 
-TEST(SuperGraph, OneArmAtATimeMovesAndAllKeepTheirDistance) {
+TEST(SuperGraph, OneArmMovesAtATimeAndAllKeepTheirDistance) {
   const Puzzle puzzle(true);
   const Plan plan = puzzle.graph->plan(puzzle.start, puzzle.goal, 1);
   ASSERT_TRUE(plan.solved()) << plan.reason;
@@ -95,11 +95,11 @@ TEST(SuperGraph, OneArmAtATimeMovesAndAllKeepTheirDistance) {
       nearest = std::min({nearest, (at(0) - at(1)).norm(), (at(0) - at(2)).norm(), (at(1) - at(2)).norm()});
     }
   }
-  // Between the configurations that are looked at, 30 mm apart, two balls may come a little nearer.
+  // Between checked configurations, 30 mm apart, two balls may come slightly closer.
   EXPECT_GT(nearest, 2.0 * kRadius + kPadding - 0.005);
 }
 
-TEST(SuperGraph, WithoutABayItFindsNothingAndSaysSo) {
+TEST(SuperGraph, ReportsThatThereIsNoPathWithoutABay) {
   const Puzzle puzzle(false);
   SuperGraphOptions options;
   options.nodes = 16;
@@ -110,7 +110,7 @@ TEST(SuperGraph, WithoutABayItFindsNothingAndSaysSo) {
   EXPECT_FALSE(plan.reason.empty());
 }
 
-TEST(SuperGraph, TheSameSeedGivesTheSamePlan) {
+TEST(SuperGraph, SameSeedGivesSamePlan) {
   const Plan one = Puzzle(true).graph->plan(Puzzle(true).start, Puzzle(true).goal, 7);
   const Plan two = Puzzle(true).graph->plan(Puzzle(true).start, Puzzle(true).goal, 7);
   EXPECT_EQ(one.path, two.path);
@@ -118,8 +118,8 @@ TEST(SuperGraph, TheSameSeedGivesTheSamePlan) {
   EXPECT_EQ(one.iterations, two.iterations);
 }
 
-// Without any way for one of them nobody needs to look at places of all.
-TEST(SuperGraph, AnArmThatIsWalledInEndsItAtOnce) {
+// If one arm has no path of its own, the product is not searched.
+TEST(SuperGraph, EndsAtOnceWhenAnArmIsEnclosed) {
   Puzzle puzzle(true);
   puzzle.walls.push_back(wall(0.45, 0.55, -0.2, 0.2));
   puzzle.graph->set_world(puzzle.walls);

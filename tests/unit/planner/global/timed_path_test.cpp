@@ -33,7 +33,7 @@ struct Found {
   }
 };
 
-/// The whole trajectory, not the path that it was made of, is what FCL and the limits are held against.
+/// Checks the trajectory itself, not its path, by FCL and against the limits.
 TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
   int blends = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -60,7 +60,7 @@ TEST(TimedPath, IsFreeWithinLimitsAndFasterThanWithStops) {
   EXPECT_GT(blends, 10);
 }
 
-/// Of paths that are proven free, with jerks by finite differences.
+/// For proven paths; jerks by finite differences.
 TEST(JerkLimitedPath, IsFreeAndWithinAllLimits) {
   int rounded = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
@@ -94,7 +94,7 @@ TEST(JerkLimitedPath, IsFreeAndWithinAllLimits) {
 }
 
 TEST(TimedPath, BlendsKeepTheClearance) {
-  // A corner around a ball that the blend would come nearer to.
+  // A corner around a ball; a blend would come closer to the ball.
   const Validity free({CellGeometry({test::puma()}, 0)}, {});
   const std::vector<std::vector<double>> corner{
       {0.0, -0.3, 1.5, 0, 0, 0}, {0.6, -0.3, 1.5, 0, 0, 0}, {0.6, -0.9, 1.5, 0, 0, 0}};
@@ -107,7 +107,7 @@ TEST(TimedPath, BlendsKeepTheClearance) {
     return length;
   };
   EXPECT_GT(blended_length(free, 0.02), 0.1);
-  // More than any point of the cell is away from the ball: no blend keeps it.
+  // No point of the cell has this clearance, so no blend is possible.
   const WorldBody ball{world::Sphere{0.05}, Pose(Eigen::Translation3d(0.0, 0.0, 3.0)), "ball"};
   const Validity beside({CellGeometry({test::puma()}, 0)}, std::vector{ball});
   EXPECT_EQ(blended_length(beside, 5.0), 0.0);

@@ -15,7 +15,7 @@
 namespace hecaton::planner::global {
 namespace {
 
-/// States a test draws; HECATON_VALIDITY_STATES=1000000 for the long run.
+/// Number of states that a test draws; HECATON_VALIDITY_STATES=1000000 for the long run.
 int states(int usual) {
   const char* wanted = std::getenv("HECATON_VALIDITY_STATES");
   return wanted == nullptr ? usual : std::atoi(wanted);
@@ -46,7 +46,7 @@ void compare(const Validity& validity, test::FclCollisionChecker& checker, Rando
   }
 }
 
-TEST(Validity, IsNeverMorePermissiveThanFclForAPumaAmongBoxes) {
+TEST(Validity, IsNeverMorePermissiveThanFclForPumaAmongBoxes) {
   Random random(11);
   Tally tally;
   const int scenes = 20;
@@ -58,13 +58,13 @@ TEST(Validity, IsNeverMorePermissiveThanFclForAPumaAmongBoxes) {
   }
   EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
   EXPECT_GT(tally.free, tally.states / 20);
-  EXPECT_LE(tally.fcl_free - tally.free, tally.fcl_free / 1000) << "what is free is called so but for rounding";
+  EXPECT_LE(tally.fcl_free - tally.free, tally.fcl_free / 1000) << "the check misses free states only within rounding";
   RecordProperty("free", tally.free);
   RecordProperty("fcl_free", tally.fcl_free);
 }
 
-// Links and obstacles of every kind, joints about any axis, something carried.
-TEST(Validity, IsNeverMorePermissiveThanFclForAnyShapes) {
+// Links and obstacles of all kinds, joints about any axis, a carried obstacle.
+TEST(Validity, IsNeverMorePermissiveThanFclForAllShapes) {
   Tally tally;
   Random random(12);
   const int cells = 40;
@@ -82,7 +82,7 @@ TEST(Validity, IsNeverMorePermissiveThanFclForAnyShapes) {
   EXPECT_GT(tally.free, tally.states / 100);
 }
 
-TEST(Validity, IsNeverMorePermissiveThanFclForThreeArmsAsOne) {
+TEST(Validity, IsNeverMorePermissiveThanFclForThreeArms) {
   std::vector<Arm> arms{test::puma("a"), test::puma("b"), test::puma("c")};
   arms[1].X_WB.translation() = Eigen::Vector3d(0.9, 0.0, 0.0);
   arms[2].X_WB.translation() = Eigen::Vector3d(0.4, 0.8, 0.1);
@@ -97,7 +97,7 @@ TEST(Validity, IsNeverMorePermissiveThanFclForThreeArmsAsOne) {
   EXPECT_GT(tally.free, tally.states / 100);
 }
 
-TEST(Validity, BothCompilationsAgreeAboutEveryConfiguration) {
+TEST(Validity, BothInstructionSetsAgreeOnAllConfigurations) {
   if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2";
   test::RandomCell cell(3, LinkShapes::kExact, 1, 6);
   const std::vector<Pose> X_WO(cell.geometry().obstacle_count(), Pose(Eigen::Translation3d(0.9, 0.3, 0.5)));
@@ -115,7 +115,7 @@ TEST(Validity, BothCompilationsAgreeAboutEveryConfiguration) {
   }
 }
 
-TEST(Validity, AnEdgeIsFreeWhenItsConfigurationsAre) {
+TEST(Validity, EdgeIsFreeIfItsConfigurationsAre) {
   Random random(21);
   int free = 0;
   for (int scene = 0; scene < 10; ++scene) {
@@ -127,7 +127,7 @@ TEST(Validity, AnEdgeIsFreeWhenItsConfigurationsAre) {
       space.sample(random, a.data());
       space.sample(random, b.data());
       space.interpolate(a.data(), b.data(), static_cast<float>(random.uniform()), b.data());
-      // As many configurations as edge_free looks at, one by one.
+      // The configurations that edge_free() checks, one by one.
       const double length = space.distance(a.data(), b.data());
       const int count = kWidth * std::max(1, static_cast<int>(std::ceil(length / (validity.options().step * kWidth))));
       bool all = true;
@@ -152,7 +152,7 @@ TEST(Validity, PaddingKeepsItsDistance) {
     options.padding = padding;
     return Validity({CellGeometry({test::puma()}, 0)}, std::vector{wall}, options).state_free(q.data());
   };
-  // Upper arm along +x: what reaches farthest is some way short of a metre.
+  // Upper arm along +x: it reaches less than 1 m.
   double touching = 0.0;
   for (double x = 1.0; x > 0.3 && free(x, 0.0); x -= 0.001) touching = x;
   ASSERT_GT(touching, 0.4);

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "planner/global/body_levers.hpp"
 #include "planner/global/plan.hpp"
+#include "planner/global/validity.hpp"
 #include "tests/support/fcl_collision_checker.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
@@ -11,6 +11,7 @@ namespace hecaton::planner::global {
 namespace {
 
 using Floats = std::vector<float>;
+using Configuration = std::vector<double>;
 
 struct Scene {
   std::vector<WorldBody> world;
@@ -29,7 +30,7 @@ struct Scene {
     space.sample(random, q.data());
     return q;
   }
-  /// Not far from q.
+  /// A random configuration near q.
   [[nodiscard]] Floats draw_near(const Floats& q, double distance, Random& random) const {
     Floats near = q;
     for (int j = 0; j < space.dimensions; ++j) near[j] += static_cast<float>(random.uniform(-distance, distance));
@@ -45,7 +46,7 @@ Floats on_curve(const Floats& a, const Floats& c, const Floats& b, float t) {
   return q;
 }
 
-TEST(ProvenFree, IsNeverContradictedByFclHoweverFine) {
+TEST(ProvenFree, IsConfirmedByFclAtFineSteps) {
   Random random(3);
   int proven = 0, seen = 0;
   for (int i = 0; i < 60; ++i) {
@@ -92,7 +93,7 @@ TEST(ProvenFree, IsNeverContradictedByFclHoweverFine) {
   EXPECT_GT(proven, 0.9 * seen);
 }
 
-TEST(ProvenFree, HoldsForEverythingWithinTheSpread) {
+TEST(ProvenFree, HoldsForAllConfigurationsWithinTheSpread) {
   Random random(8);
   int proven = 0, less = 0;
   for (int i = 0; i < 60; ++i) {
@@ -120,8 +121,8 @@ TEST(ProvenFree, HoldsForEverythingWithinTheSpread) {
   EXPECT_GT(less, 0);
 }
 
-TEST(ProvenFree, SeesWhatStepsJumpOver) {
-  // A sheet half a millimetre thick across the way of the forearm, and steps of half a radian.
+TEST(ProvenFree, FindsCollisionBetweenSteps) {
+  // A sheet of 0.5 mm in the path of the forearm, and steps of 0.5 rad.
   ValidityOptions options;
   options.step = 0.5;
   const WorldBody sheet{world::Box{{0.3, 0.00025, 0.3}}, Pose(Eigen::Translation3d(0.8, 0.0, 0.6)), "sheet"};
@@ -158,7 +159,7 @@ TEST(ProvenFree, KeepsTheClearance) {
   EXPECT_GT(refused, 1);
 }
 
-TEST(BodyLevers, BoundEveryMotion) {
+TEST(BodyLevers, BoundAllMotions) {
   const std::vector<CellGeometry> planned{CellGeometry({test::puma()}, 0)};
   const Arm& arm = planned[0].own_arm();
   const std::vector<float> levers = body_levers(planned);
@@ -188,10 +189,10 @@ TEST(BodyLevers, BoundEveryMotion) {
       if (bound > 0.0) closest = std::max(closest, moved / bound);
     }
   }
-  EXPECT_GT(closest, 0.9) << "the bound is far from tight";
+  EXPECT_GT(closest, 0.9) << "the bound is not tight";
 }
 
-TEST(Simplify, KeepsTheClearanceThatAPathHas) {
+TEST(Simplify, KeepsTheClearanceOfThePath) {
   int nearer = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);
@@ -206,7 +207,7 @@ TEST(Simplify, KeepsTheClearanceThatAPathHas) {
       return std::vector<double>(q.begin(), q.begin() + 6);
     };
     const std::vector<double> start = free(), goal = free();
-    // A roomy path: planned with what is wanted as padding.
+    // A path with clearance: planned with the wanted clearance as padding.
     ValidityOptions roomy;
     roomy.padding = 0.021;
     Validity padded({CellGeometry({test::puma()}, 0)}, scene.world, roomy);
@@ -231,7 +232,62 @@ TEST(Simplify, KeepsTheClearanceThatAPathHas) {
     simplify(scene.validity, options, nearest);
     nearer += keeps(nearest) ? 0 : 1;
   }
-  EXPECT_GT(nearer, 0) << "nothing was in the way";
+  EXPECT_GT(nearer, 0) << "no shortcut came close to the world";
+}
+
+/// Smallest exact distance at steps + 1 configurations of the edge.
+double sampled_clearance(const Validity& validity, const Configuration& a, const Configuration& b, int steps) {
+  double least = std::numeric_limits<double>::infinity();
+  Configuration q(a.size());
+  for (int k = 0; k <= steps; ++k) {
+    for (std::size_t j = 0; j < q.size(); ++j) q[j] = a[j] + (b[j] - a[j]) * k / steps;
+    least = std::min(least, validity.nearest(q).distance);
+  }
+  return least;
+}
+
+/// Random edges of at most `reach` per joint. `between`: between samples, the clearance is smaller by at most this [m].
+void compare_clearance(const Validity& validity, double reach, int steps, double between, int edges, Random& random) {
+  const Space space = space_of(validity);
+  std::vector<float> q(space.stride);
+  for (int i = 0; i < edges; ++i) {
+    space.sample(random, q.data());
+    const Configuration a(q.begin(), q.begin() + space.dimensions);
+    Configuration b = a;
+    for (double& x : b) x += random.uniform(-reach, reach);
+    const double sampled = sampled_clearance(validity, a, b, steps);
+    if (sampled <= 0.0) continue;  // depths are not compared
+    const double bound = validity.clearance(a, b);
+    EXPECT_LE(bound, sampled) << "edge " << i;
+    EXPECT_GE(bound, sampled * (1.0 - 2e-3) - 2e-6 - between) << "edge " << i;
+  }
+}
+
+TEST(Clearance, IsATightLowerBound) {
+  Random random(5);
+  for (int scene = 0; scene < 4; ++scene) {
+    const Validity validity({CellGeometry({test::puma()}, 0)}, test::random_boxes(4, random));
+    compare_clearance(validity, 0.5, 400, 5e-3, 10, random);
+  }
+}
+
+TEST(Clearance, IsATightLowerBoundForSeveralArms) {
+  Random random(6);
+  std::vector<Arm> arms = {test::puma("one"), test::puma("two")};
+  arms[1].X_WB.translation() = Eigen::Vector3d(0.9, 0.0, 0.0);
+  const Validity validity({CellGeometry(arms, 0), CellGeometry(arms, 1)}, test::random_boxes(2, random));
+  compare_clearance(validity, 0.3, 400, 8e-3, 20, random);
+}
+
+TEST(Clearance, FindsContactBetweenSamples) {
+  // A needle that the wrist touches only for a moment, halfway along the edge.
+  WorldBody needle{world::Sphere{0.001}, Pose::Identity(), "needle"};
+  const Configuration a{-0.5, 0.0, 1.5, 0.0, 0.0, 0.0};
+  Configuration b = a;
+  b[0] = 0.5;
+  needle.X_WS.translation() = Eigen::Vector3d(0.95, 0.15, 0.67);
+  const Validity validity({CellGeometry({test::puma()}, 0)}, std::vector{needle});
+  EXPECT_LE(validity.clearance(a, b), sampled_clearance(validity, a, b, 100'000));
 }
 
 }  // namespace
