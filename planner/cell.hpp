@@ -40,22 +40,22 @@ struct Clutter {
   int count = 0;
   double smallest = 0.05;  ///< edges and diameters [m]
   double largest = 0.3;
-  double inner = 0.3;  ///< least distance of a centre from the z axis of W [m]
-  double outer = 1.0;  ///< largest distance [m]
+  double inner = 0.3;   ///< least distance of a centre from the z axis of W [m]
+  double outer = 1.0;   ///< largest distance [m]
   double lowest = 0.0;  ///< least height of a centre [m]
   double highest = 0.0;
 };
 
-/// A motion problem [Mediavilla02]: each arm moves back and forth between areas and rests in each for a while. An area is
-/// a ball in joint space around a named pose.
+/// A motion problem [Mediavilla02]: each arm moves back and forth between areas and rests in each for a while. An area
+/// is a ball in joint space around a named pose.
 struct MotionProblem {
   std::map<std::string, std::vector<std::string>> areas;  ///< of each arm, in order of visit; empty: no problem
   double spread = 0.1;                                    ///< radius of the balls (ε_alea as joints move it) [rad]
   double mean_wait = 10.0;                                ///< between two tasks, exponential (μ_exp) [steps]
 };
 
-/// The source of goals: named poses that all arms visit together, the areas of a motion problem, or random tool positions
-/// in a cylinder along z, one for the cell or one for each arm.
+/// The source of goals: named poses that all arms visit together, the areas of a motion problem, or random tool
+/// positions in a cylinder along z, one for the cell or one for each arm.
 struct TaskArea {
   std::vector<std::string> pose_sequence;            ///< every arm has poses of these names; empty: drawn
   MotionProblem problem;                             ///< its areas empty: drawn

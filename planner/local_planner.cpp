@@ -22,8 +22,8 @@ void relax(QpProblem& problem, const JointVector& allowed) {
   }
 }
 
-/// The velocity nearest to `target` within `bounds` and the rows of `problem`. If there is none, the rows are relaxed so
-/// that `allowed` satisfies them: zero velocity or the stop profile, which are always possible.
+/// The velocity nearest to `target` within `bounds` and the rows of `problem`. If there is none, the rows are relaxed
+/// so that `allowed` satisfies them: zero velocity or the stop profile, which are always possible.
 QpSolution project(QpProblem& problem, const JointVector& target, const VelocityBounds& bounds,
                    const JointVector& allowed, QpWarmStart& warm, bool& relaxed) {
   problem.target = target;
@@ -95,8 +95,8 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
   if (there || blocked) detour.active = false;
 }
 
-/// The arm yields at once, except during a detour, which ends soon. An arm with the right of way moves straight, because
-/// the others retreat.
+/// The arm yields at once, except during a detour, which ends soon. An arm with the right of way moves straight,
+/// because the others retreat.
 void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
   RightOfWay& right = memory.right_of_way;
   const bool detours = memory.detour.active && !memory.detour.of_route;
@@ -136,14 +136,15 @@ void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
   if (manoeuvre.kind == ManoeuvreKind::kContinue) return;
   memory.random = Random(manoeuvre.seed);
   const bool evades = manoeuvre.kind == ManoeuvreKind::kEvade;
-  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.time_limit, evades, false};
+  memory.detour = {evades || manoeuvre.kind == ManoeuvreKind::kDetour, manoeuvre.q, manoeuvre.time_limit, evades,
+                   false};
   memory.deviation.renew = manoeuvre.kind == ManoeuvreKind::kSubspace;
   if (manoeuvre.kind != ManoeuvreKind::kSubspace) memory.deviation.active = false;
 }
 
-// Two steps. First the intended velocity as in [Lahouar06]: towards the goal or along a boundary, under dampers, velocity
-// and position limits. Then the commanded velocity: the nearest one that the acceleration limits allow in one period.
-// The deadlock rule uses the intention. Safety depends on the command only.
+// Two steps. First the intended velocity as in [Lahouar06]: towards the goal or along a boundary, under dampers,
+// velocity and position limits. Then the commanded velocity: the nearest one that the acceleration limits allow in one
+// period. The deadlock rule uses the intention. Safety depends on the command only.
 LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   forget_old_goal(input, memory);
   LocalResult result;

@@ -74,7 +74,7 @@ struct LocalMemory {
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory);
 
 struct LocalResult {
-  JointVector qd;          ///< for the next period [rad/s | m/s]
+  JointVector qd;                 ///< for the next period [rad/s | m/s]
   bool following = false;         ///< the method leads the arm around an obstacle
   bool stalled = false;           ///< the method makes no progress
   bool detouring = false;         ///< the arm moves to its Detour
@@ -86,8 +86,8 @@ struct LocalResult {
 };
 
 /// Plans one period. The result always satisfies the velocity and acceleration limits. It satisfies every row that the
-/// stop profile can satisfy. Otherwise (`relaxed`) no row is violated by more than the stop profile violates it, and the
-/// arm retreats from approaching bodies as far as its limits allow.
+/// stop profile can satisfy. Otherwise (`relaxed`) no row is violated by more than the stop profile violates it, and
+/// the arm retreats from approaching bodies as far as its limits allow.
 [[nodiscard]] LocalResult plan_locally(const LocalInput& input, LocalMemory& memory);
 
 }  // namespace hecaton::planner

@@ -187,8 +187,8 @@ void LocalScene::update_arms(const CellGeometry& geometry, const LocalParameters
   }
 }
 
-/// Computes how far each body may be from its nominal position, and returns the largest distance [m]. Turning the joints
-/// one by one, from the tip to the base, moves a body's points by at most lever times angle each.
+/// Computes how far each body may be from its nominal position, and returns the largest distance [m]. Turning the
+/// joints one by one, from the tip to the base, moves a body's points by at most lever times angle each.
 double LocalScene::update_body_uncertainty(int arm, const JointVector& position_uncertainty) {
   double farthest = 0.0;
   for (std::size_t body = 0; body < body_uncertainty_[arm].size(); ++body) {

@@ -44,13 +44,13 @@ class LocalScene {
   [[nodiscard]] double farthest_influence(const LocalParameters& parameters, double dt) const;
 
   // Constant bounds of the cell, valid in every configuration.
-  std::vector<double> gap_to_arm_;                      ///< least distance to each arm [m]
-  std::vector<double> lever_;                           ///< of each arm: largest distance of a point from a joint axis [m]
-  std::vector<double> acceleration_;                    ///< of each arm: largest acceleration of a point [m/s²]
-  std::vector<double> stop_times_;                      ///< for each arm: the longer of its and the own longest stop [s]
-  double longest_stop_ = 0.0;                           ///< of any arm [s]
-  double fastest_other_ = 0.0;                          ///< largest velocity of a point of any arm [m/s]
-  double strongest_other_ = 0.0;                        ///< largest acceleration of a point of any arm [m/s²]
+  std::vector<double> gap_to_arm_;    ///< least distance to each arm [m]
+  std::vector<double> lever_;         ///< of each arm: largest distance of a point from a joint axis [m]
+  std::vector<double> acceleration_;  ///< of each arm: largest acceleration of a point [m/s²]
+  std::vector<double> stop_times_;    ///< for each arm: the longer of its and the own longest stop [s]
+  double longest_stop_ = 0.0;         ///< of any arm [s]
+  double fastest_other_ = 0.0;        ///< largest velocity of a point of any arm [m/s]
+  double strongest_other_ = 0.0;      ///< largest acceleration of a point of any arm [m/s²]
   std::vector<std::vector<CarriedBall>> balls_of_arm_;  ///< around each body of each arm, the own one included
   std::vector<std::vector<JointVector>> levers_;        ///< longest_levers() of each body of each arm
   std::vector<double> radius_of_obstacle_;              ///< largest distance of a point from the obstacle's origin [m]

@@ -184,8 +184,8 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   return result;
 }
 
-/// While some arm's state is too old, the own arm does not pursue its goal, but still gives way to the rest. It does not
-/// approach the stop sets of the arms with old states. Its memory stays as it is until fresh states arrive.
+/// While some arm's state is too old, the own arm does not pursue its goal, but still gives way to the rest. It does
+/// not approach the stop sets of the arms with old states. Its memory stays as it is until fresh states arrive.
 TickResult stand_aside(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                        const TickMemory& memory, TickScratch& scratch) {
   std::vector<ArmObservation>& arms = scratch.storage().arms;

@@ -36,20 +36,20 @@ SearchQuestions ArmPlanner::plan_ahead(const PeriodInputs& inputs, const TickRes
     ++rollout_answers_;
   }
 
-  if (!inputs.commands) coordinator_.resign();
-  if (coupled_plan) coordinator_.answered(*coupled_plan);
+  if (!inputs.commands) coordinator_.withdraw();
+  if (coupled_plan) coordinator_.receive(*coupled_plan);
   if (inputs.commands) questions.coupled_plan = coordinator_.next(controller_, result, inputs.arms, inputs.obstacles);
-  if (coordinator_.aim()) {
-    controller_.follow_coupled_plan(*coordinator_.aim());
+  if (coordinator_.target()) {
+    controller_.follow_coupled_plan(*coordinator_.target());
   } else {
     controller_.leave_coupled_plan();
   }
 
   // An arm that follows a coupled plan has no route of its own.
-  const bool routed = inputs.commands && !coordinator_.takes_part();
-  if (!routed) routes_.drop();
+  const bool routed = inputs.commands && !coordinator_.participating();
+  if (!routed) routes_.discard();
   if (route) {
-    if (auto points = routes_.answered(*route, controller_)) controller_.follow(std::move(*points));
+    if (auto points = routes_.receive(*route, controller_)) controller_.follow(std::move(*points));
   }
   if (routed) {
     RoutePolicy::Next next = routes_.next(controller_, result, inputs.arms, inputs.obstacles);

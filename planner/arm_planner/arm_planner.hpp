@@ -50,8 +50,8 @@ struct PeriodInputs {
   SearchAnswers answers;
 };
 
-/// The planner service and the simulation run this class. Pure: equal memory and inputs give equal set-points, bit by bit.
-/// No clock, thread, log or network. Call receive(), step() and plan_ahead() in this order in each period. Not
+/// The planner service and the simulation run this class. Pure: equal memory and inputs give equal set-points, bit by
+/// bit. No clock, thread, log or network. Call receive(), step() and plan_ahead() in this order in each period. Not
 /// thread-safe.
 class ArmPlanner {
  public:
@@ -62,8 +62,8 @@ class ArmPlanner {
   void receive(const PeriodEvents& events);
   /// Second call: returns the set-point of this period. No allocation.
   [[nodiscard]] TickResult step(const PeriodInputs& inputs);
-  /// Third call: processes answers, decides what the arm does in the next period, and returns new questions. `result`: of
-  /// step() with the same inputs.
+  /// Third call: processes answers, decides what the arm does in the next period, and returns new questions. `result`:
+  /// of step() with the same inputs.
   [[nodiscard]] SearchQuestions plan_ahead(const PeriodInputs& inputs, const TickResult& result);
 
   [[nodiscard]] const ArmController& controller() const { return controller_; }
@@ -79,7 +79,7 @@ class ArmPlanner {
     int routes = 0;         ///< begun routes
     int coupled_plans = 0;  ///< proposals
   };
-  [[nodiscard]] Counts counts() const { return {rollout_answers_, routes_.found(), coordinator_.proposed()}; }
+  [[nodiscard]] Counts counts() const { return {rollout_answers_, routes_.begun(), coordinator_.proposed()}; }
 
  private:
   ArmController controller_;

@@ -26,8 +26,8 @@ struct SearchAnswers {
   std::optional<RouteAnswer> coupled_plan = {};
 };
 
-/// The planner service runs searches on threads, the simulation runs them in virtual time. Only the thread of the control
-/// loop calls an executor. No function waits for a search.
+/// The planner service runs searches on threads, the simulation runs them in virtual time. Only the thread of the
+/// control loop calls an executor. No function waits for a search.
 class SearchExecutor {
  public:
   SearchExecutor() = default;
@@ -37,8 +37,8 @@ class SearchExecutor {
 
   /// Call at the beginning of a control period. Returns the answers since the last call, each once.
   [[nodiscard]] virtual SearchAnswers answers() = 0;
-  /// Call at the end of a control period. Takes the period's questions and lets open searches continue. `obstacles`: the
-  /// obstacles that the states in the questions belong to.
+  /// Call at the end of a control period. Takes the period's questions and lets open searches continue. `obstacles`:
+  /// the obstacles that the states in the questions belong to.
   virtual void ask(SearchQuestions questions, const SharedObstacles& obstacles) = 0;
 
  protected:

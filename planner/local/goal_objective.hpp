@@ -20,8 +20,8 @@ namespace hecaton::planner {
                                        double dt);
 
 /// The deadlock rule of [Lahouar06, section 4]: ‖intended‖ is below `fraction` of ‖wanted‖.
-/// differs from paper: compares with min(‖q_goal − q‖, Δq_max) instead of Δq_max, to avoid deadlocks near every goal. It
-/// uses the intended velocity before acceleration limits, to avoid deadlocks at every start.
+/// differs from paper: compares with min(‖q_goal − q‖, Δq_max) instead of Δq_max, to avoid deadlocks near every goal.
+/// It uses the intended velocity before acceleration limits, to avoid deadlocks at every start.
 [[nodiscard]] inline bool deadlocked(const JointVector& intended, const JointVector& wanted, double fraction) {
   return intended.norm() < fraction * wanted.norm();
 }

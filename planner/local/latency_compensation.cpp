@@ -18,7 +18,6 @@ MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& fee
   return now;
 }
 
-
 void extrapolate(const JointLimits& limits, ArmObservation& arm) {
   if (!arm.plans) {
     stop_for(limits, arm.age, arm.q, arm.qd);

@@ -76,8 +76,8 @@ struct ReachableStopSet {
   JointVector position_uncertainty;
 };
 
-/// All rest positions of an arm that was at (q, q̇), moved arbitrarily within its limits for at most `moved_for` [s], and
-/// then followed its stop profile (docs/design/0009-lost-arms.md).
+/// All rest positions of an arm that was at (q, q̇), moved arbitrarily within its limits for at most `moved_for` [s],
+/// and then followed its stop profile (docs/design/0009-lost-arms.md).
 [[nodiscard]] ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q,
                                                   const JointVector& qd, double moved_for);
 

@@ -35,15 +35,15 @@ struct MeasuredState {
   JointVector qd;  ///< [rad/s | m/s]
 };
 
-/// State of another arm; the entry of the own arm is ignored. A lost arm counts as at rest, with age 0, in its reachable
-/// stop set (planner/local/latency_compensation.hpp).
+/// State of another arm; the entry of the own arm is ignored. A lost arm counts as at rest, with age 0, in its
+/// reachable stop set (planner/local/latency_compensation.hpp).
 struct ArmObservation {
-  JointVector q;           ///< [rad | m]
-  JointVector qd;          ///< [rad/s | m/s]
-  double age = 0.0;        ///< time since this state was measured, on the receiver's clock [s], ≥ 0
-  bool known = false;      ///< a state has ever been received; the own arm stops for an unknown arm
-  bool plans = false;      ///< true: it keeps its half of the damper (eq. 8); false: held, stopped or without planner
-  bool has_goal = false;   ///< it is on its way to q_goal and has not reached it
+  JointVector q;            ///< [rad | m]
+  JointVector qd;           ///< [rad/s | m/s]
+  double age = 0.0;         ///< time since this state was measured, on the receiver's clock [s], ≥ 0
+  bool known = false;       ///< a state has ever been received; the own arm stops for an unknown arm
+  bool plans = false;       ///< true: it keeps its half of the damper (eq. 8); false: held, stopped or without planner
+  bool has_goal = false;    ///< it is on its way to q_goal and has not reached it
   JointVector q_goal = {};  ///< [rad | m]
   std::uint32_t priority = 0;             ///< in the right of way (planner/local/right_of_way.hpp)
   JointVector position_uncertainty = {};  ///< half width about q of each joint; empty: q is exact [rad | m]

@@ -12,9 +12,9 @@ class MotionMethod;
 /// Boundary following with default parameters; planner/methods/registry.cpp. Thread-safe.
 [[nodiscard]] std::shared_ptr<const MotionMethod> default_method();
 
-/// The velocity damper: the allowed approach speed of a pair of bodies as a function of their distance. The paper's line
-/// ξ (d − dₛ)/(dᵢ − dₛ) has the time constant S₀ = (dᵢ − dₛ)/ξ. For an arm that needs longer than S₀ to react and stop,
-/// the curve is flatter beyond the speed ξ:
+/// The velocity damper: the allowed approach speed of a pair of bodies as a function of their distance. The paper's
+/// line ξ (d − dₛ)/(dᵢ − dₛ) has the time constant S₀ = (dᵢ − dₛ)/ξ. For an arm that needs longer than S₀ to react and
+/// stop, the curve is flatter beyond the speed ξ:
 ///   f(x) = x / S(x),   S(x) = clamp(x/ξ, S₀, response),   x = d − dₛ
 /// Braking keeps this bound if stops take no longer than S(x) − dt (docs/design/0001-braking.md).
 struct Damper {

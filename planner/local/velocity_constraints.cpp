@@ -7,8 +7,8 @@
 namespace hecaton::planner {
 
 VelocityBounds speed_and_position_bounds(const JointLimits& limits, const JointVector& q, double dt) {
-  // With q̇ = x/T the remaining distance x shrinks as fast as one period of the stop profile reduces q̇, for any motion of
-  // the other joints: the bound can always be kept. T includes the period before the first reaction.
+  // With q̇ = x/T the remaining distance x shrinks as fast as one period of the stop profile reduces q̇, for any motion
+  // of the other joints: the bound can always be kept. T includes the period before the first reaction.
   const double slope = 1.0 / (longest_stop_time(limits) + dt);
   VelocityBounds bounds{-limits.velocity, limits.velocity};
   for (Eigen::Index j = 0; j < q.size(); ++j) {

@@ -32,8 +32,8 @@ void against_self(const DamperScene& scene, const Clearance& clearance, Row& row
   keep(scene, damper, clearance.distance - lag(scene, row), 1.0, 0.0, row);
 }
 
-/// A lost arm is anywhere in its stop set. The row never asks for a retreat: retreating from the whole set would move the
-/// own arm far away. It may stay, and it may leave.
+/// A lost arm is anywhere in its stop set. The row never asks for a retreat: retreating from the whole set would move
+/// the own arm far away. It may stay, and it may leave.
 void against_lost_arm(const DamperScene& scene, const Clearance& clearance, Row& row) {
   const Damper damper = scene.parameters.damper.against_others(scene.response(clearance.other));
   const double uncertainty = scene.body_uncertainty[clearance.other][clearance.other_body];

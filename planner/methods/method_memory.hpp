@@ -1,5 +1,5 @@
 #pragma once
-/// What a motion method remembers from tick to tick: a value of the method's own type, stored in place.
+/// The memory of a motion method between ticks: a value of the method's own type, stored in place.
 
 #include <cstddef>
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace hecaton::planner {
 
-/// Holds one value of any type of at most `kCapacity` bytes, or nothing. Copies copy the value and allocate nothing, so
-/// that a rollout can copy what a planner remembers. Not thread-safe.
+/// Holds one value of any copyable type of at most `kCapacity` bytes, or nothing. Copies copy the value without
+/// allocation, so that a rollout can copy the memory of a planner. Not thread-safe.
 class MethodMemory {
  public:
   static constexpr std::size_t kCapacity = 1024;
@@ -29,7 +29,7 @@ class MethodMemory {
     type_ = nullptr;
   }
 
-  /// The value; a T{} when the memory is empty or holds another type.
+  /// The value. Stores a T{} first if the memory is empty or holds another type.
   template <class T>
   [[nodiscard]] T& as() {
     static_assert(sizeof(T) <= kCapacity && alignof(T) <= kAlignment, "T does not fit into a method's memory");

@@ -7,7 +7,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// Of the wish, below which an arm is held back [Lahouar06, section 4].
+/// An arm counts as blocked below this share of its wanted velocity [Lahouar06, section 4].
 constexpr double kDeadlockFraction = 0.30;
 
 }  // namespace

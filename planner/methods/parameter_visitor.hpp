@@ -1,6 +1,6 @@
 #pragma once
-/// How methods show their parameters: one call for each key of the cell file. The reader of cell files sets them,
-/// others list the keys.
+/// Access to the parameters of methods: one call for each key of the cell file. The reader of cell files sets values;
+/// other visitors list the keys.
 
 #include <cmath>
 #include <initializer_list>
@@ -20,13 +20,13 @@ struct ParameterRange {
   bool low_open = false;  ///< low itself is not allowed
 };
 
-/// Names have static storage duration. A visitor overrides what it is interested in.
+/// Names have static storage duration. A visitor overrides the functions that it needs.
 class ParameterVisitor {
  public:
   virtual ~ParameterVisitor() = default;
-  /// The parameters that follow belong to this map of an arm in the cell file. Methods may share a map.
+  /// Begins a map of an arm in the cell file; the following parameters belong to it. Methods may share a map.
   virtual void section(std::string_view /*key*/) {}
-  /// Any of the following.
+  /// Default of all functions below.
   virtual void key(std::string_view /*name*/) {}
 
   virtual void number(std::string_view name, double& /*value*/, const ParameterRange& /*range*/) { key(name); }
@@ -34,15 +34,14 @@ class ParameterVisitor {
   virtual void seconds(std::string_view name, double& /*value*/, const ParameterRange& /*range*/) { key(name); }
   virtual void integer(std::string_view name, int& /*value*/, int /*low*/, int /*high*/) { key(name); }
   virtual void boolean(std::string_view name, bool& /*value*/) { key(name); }
-  /// A list of up to values.size() numbers; `count`: how many there are.
+  /// A list of up to values.size() numbers; `count`: the number of values.
   virtual void numbers(std::string_view name, std::span<double> /*values*/, int& /*count*/,
                        const ParameterRange& /*range*/) {
     key(name);
   }
-  /// The key names a YAML file that has such a section for each arm, and which then says what the keys `said_there`
-  /// say.
+  /// A YAML file with such a section for each arm. It then provides the keys `said_there`.
   virtual void file(std::string_view name, std::initializer_list<std::string_view> /*said_there*/) { key(name); }
-  /// One of the words, as its index.
+  /// One of the words; `index`: its position.
   virtual void word(std::string_view name, std::span<const std::string_view> /*words*/, std::size_t& /*index*/) {
     key(name);
   }
@@ -55,13 +54,13 @@ class ParameterVisitor {
   }
 };
 
-/// "follower.exit_fraction = 1 must be below 1": what MotionMethod::validate returns.
+/// The text that MotionMethod::validate returns, such as "follower.exit_fraction = 1 must be below 1".
 [[nodiscard]] inline std::string must_be(std::string_view key, double value, const std::string& rule) {
   std::ostringstream out;
   out << key << " = " << value << " must be " << rule;
   return out.str();
 }
-/// "below influence_distance = 0.1", "no shorter than …"
+/// A rule that refers to another key, such as "below influence_distance = 0.1".
 [[nodiscard]] inline std::string compared(const char* relation, std::string_view key, double value) {
   std::ostringstream out;
   out << relation << ' ' << key << " = " << value;

@@ -1,5 +1,5 @@
 #pragma once
-/// Which motion methods there are: the cell file's reader, the command line and the documents' tests ask here.
+/// The registry of motion methods for the reader of cell files and the command line.
 
 #include <functional>
 
@@ -7,12 +7,12 @@
 
 namespace hecaton::planner {
 
-/// A value: a program that has methods of its own copies built_in_methods(), adds them, and loads its cell with that.
+/// A value. A program with own methods copies built_in_methods(), adds its methods, and loads its cell with the copy.
 class MethodRegistry {
  public:
   using Make = std::function<std::shared_ptr<MotionMethod>()>;
 
-  /// Throws std::invalid_argument when there is a method of the same name.
+  /// Throws std::invalid_argument if a method of the same name exists.
   void add(const Make& make);
   template <class Method>
   void add() {
@@ -22,7 +22,7 @@ class MethodRegistry {
   /// In the order of their registration.
   [[nodiscard]] const std::vector<MethodTraits>& traits() const { return traits_; }
   [[nodiscard]] std::vector<std::string_view> names() const;
-  /// One of each, with default parameters.
+  /// One method of each kind, with default parameters.
   [[nodiscard]] std::vector<std::shared_ptr<MotionMethod>> make_all() const;
 
  private:
@@ -30,10 +30,10 @@ class MethodRegistry {
   std::vector<MethodTraits> traits_;
 };
 
-/// Those of Hecaton. Thread-safe.
+/// The methods of Hecaton. Thread-safe.
 [[nodiscard]] const MethodRegistry& built_in_methods();
 
-/// A built-in method with default parameters. Throws std::invalid_argument that lists the names when there is none.
+/// A built-in method with default parameters. Throws std::invalid_argument with a list of names for an unknown name.
 [[nodiscard]] std::shared_ptr<const MotionMethod> built_in_method(std::string_view name);
 
 }  // namespace hecaton::planner

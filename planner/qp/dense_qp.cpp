@@ -147,8 +147,8 @@ class Solver {
     return std::find(set_.begin(), set_.begin() + active_, c) != set_.begin() + active_;
   }
 
-  /// Initialises the active set from the warm start. Keeps only constraints with non-negative multipliers at the minimum
-  /// under these equalities, as the dual method requires.
+  /// Initialises the active set from the warm start. Keeps only constraints with non-negative multipliers at the
+  /// minimum under these equalities, as the dual method requires.
   void start_from(const QpWarmStart& warm) {
     for (int i = 0; i < warm.count && active_ < n_; ++i) {
       const int c = find(warm.key[i]);

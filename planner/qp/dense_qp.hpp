@@ -3,8 +3,8 @@
 ///
 ///   minimise ½‖x − target‖²   subject to   G x ≤ h,   lower ≤ x ≤ upper
 ///
-/// The solver is the dual active-set method of [Goldfarb83] with an identity Hessian. It starts at the target and adds the
-/// most violated constraint until none is left. A target that satisfies all constraints costs almost nothing. No
+/// The solver is the dual active-set method of [Goldfarb83] with an identity Hessian. It starts at the target and adds
+/// the most violated constraint until none is left. A target that satisfies all constraints costs almost nothing. No
 /// allocation. Deterministic.
 
 #include <array>
@@ -46,8 +46,8 @@ enum class QpStatus : std::uint8_t {
   kIterationLimit,  ///< degenerate problem; x may violate constraints
 };
 
-/// Keys of the active constraints of the last solution. A default value is a cold start. A warm start changes the number
-/// of iterations, never the solution.
+/// Keys of the active constraints of the last solution. A default value is a cold start. A warm start changes the
+/// number of iterations, never the solution.
 struct QpWarmStart {
   std::array<std::uint32_t, kMaxJoints> key{};
   int count = 0;

@@ -27,7 +27,8 @@ bool may_come_near(const CellGeometry& geometry, int obstacle, const world::Obst
     const double turning = state.velocity.angular.norm() * offset.norm();
     if (v.norm() + turning < kMoves) continue;
     const Eigen::Vector3d from = reach.centre - (state.X_WO.translation() + offset);
-    const double nearest_at = v.isZero() ? 0.0 : std::clamp(from.dot(v) / v.squaredNorm(), 0.0, state.age + kLookaheadTime);
+    const double nearest_at =
+        v.isZero() ? 0.0 : std::clamp(from.dot(v) / v.squaredNorm(), 0.0, state.age + kLookaheadTime);
     const double near = reach.radius + body.bound.radius + influence + turning * kLookaheadTime;
     if ((from - nearest_at * v).norm() < near) return true;
   }

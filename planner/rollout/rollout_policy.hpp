@@ -16,8 +16,8 @@ class RolloutPolicy {
   /// `seed`: of the random candidates.
   RolloutPolicy(const LocalParameters& parameters, std::uint64_t seed);
 
-  /// Call before a period. Time that a blocked arm waits for an answer before it deviates [s]; nothing if it cannot ask.
-  /// The wait avoids two changes of direction within a tenth of a second.
+  /// Call before a period. Time that a blocked arm waits for an answer before it deviates [s]; nothing if it cannot
+  /// ask. The wait avoids two changes of direction within a tenth of a second.
   [[nodiscard]] std::optional<double> rollout_wait() const;
 
   /// Call after a period of `controller`. Returns a question if none is open and one of these holds:

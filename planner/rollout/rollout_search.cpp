@@ -21,8 +21,8 @@ constexpr double kDoubt = 2.0;
 constexpr double kWorthwhile = 0.2;
 /// Detours: each joint of the way-point differs from the present one with this probability, by a normal deviate.
 constexpr double kMovedShare = 0.5;
-constexpr double kDetourReach = 0.7;     // [rad | m]
-constexpr double kDetourTime = 2.0;  // [s]
+constexpr double kDetourReach = 0.7;  // [rad | m]
+constexpr double kDetourTime = 2.0;   // [s]
 /// Escapes are nearer and farther, and last shorter and longer.
 constexpr double kLongestEscape = 1.4;  // [rad | m]
 constexpr double kShortestStay = 0.4;   // [s]

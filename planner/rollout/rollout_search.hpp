@@ -18,8 +18,8 @@ struct RolloutQuestion {
   double horizon = 2.0;                         ///< [s]
   int candidates = 8;                           ///< besides kContinue
   std::uint64_t seed = 0;                       ///< of the candidates
-  /// True: look for approaching obstacles instead of a way to the goal. If kContinue keeps all margins, it is the answer
-  /// without further rollouts.
+  /// True: look for approaching obstacles instead of a way to the goal. If kContinue keeps all margins, it is the
+  /// answer without further rollouts.
   bool lookahead = false;
 };
 
@@ -38,7 +38,8 @@ class RolloutSearch {
   /// `arms` and `parameters`: of the whole cell. `self`: index of the own arm.
   RolloutSearch(std::vector<Arm> arms, std::vector<LocalParameters> parameters, int self);
 
-  /// Replaces the obstacles, and the neighbours, because carried objects change the reach of arms. Drops an open question.
+  /// Replaces the obstacles, and the neighbours, because carried objects change the reach of arms. Drops an open
+  /// question.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
   /// Indices of the simulated arms, ascending: the own arm and all that can come within dᵢ of it.

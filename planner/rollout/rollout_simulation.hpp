@@ -25,8 +25,8 @@ struct RolloutArm {
   LocalMemory memory;                ///< memory of its planner, as far as known
 };
 
-/// Every arm runs its own tick, every drive follows exactly, and obstacles move at their present velocity, which changes
-/// by their acceleration. Deterministic. Not thread-safe.
+/// Every arm runs its own tick, every drive follows exactly, and obstacles move at their present velocity, which
+/// changes by their acceleration. Deterministic. Not thread-safe.
 class RolloutSimulation {
  public:
   /// `parameters`: one per arm. `dt`: time step, larger than the control period [s].
@@ -34,8 +34,8 @@ class RolloutSimulation {
 
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// Starts a rollout with time step `dt` [s]. `obstacles`: one per obstacle. `accelerations`: one per obstacle [m/s²], or
-  /// none.
+  /// Starts a rollout with time step `dt` [s]. `obstacles`: one per obstacle. `accelerations`: one per obstacle [m/s²],
+  /// or none.
   void begin(std::span<const RolloutArm> arms, std::span<const world::ObstacleState> obstacles,
              std::span<const Eigen::Vector3d> accelerations, double dt);
   void begin(std::span<const RolloutArm> arms, std::span<const world::ObstacleState> obstacles) {

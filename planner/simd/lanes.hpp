@@ -1,9 +1,9 @@
 #pragma once
 /// SIMD lanes of four doubles or eight floats, and functions that let one template serve scalars and lanes.
 ///
-/// Files with lanes are compiled once for each instruction set. HECATON_ISA is their namespace, so that the linker never
-/// mixes them; instruction_set.hpp selects one at run time. All operations are +, −, ×, ÷, √, min, max and comparisons,
-/// each rounded once (no FMA). Results are bit-identical on every machine, for lanes and scalars.
+/// Files with lanes are compiled once for each instruction set. HECATON_ISA is their namespace, so that the linker
+/// never mixes them; instruction_set.hpp selects one at run time. All operations are +, −, ×, ÷, √, min, max and
+/// comparisons, each rounded once (no FMA). Results are bit-identical on every machine, for lanes and scalars.
 
 #include <cmath>
 #include <cstdint>

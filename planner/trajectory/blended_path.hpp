@@ -4,8 +4,8 @@
 /// A blend replaces a corner between the unit directions u₁ and u₂, from the distance l before it to l behind it:
 ///     q(s) = q_A + s u₁ + s²/(4l) (u₂ − u₁),   s in 0 … 2l.
 /// It has the directions of the lines at its ends and deviates from the polyline by at most l ‖u₂ − u₁‖/4.
-/// differs from paper: parabolas instead of circles. q′ is linear and q″ constant in s. The limits between two points of
-/// a grid then follow from the values at these points (time_optimal.hpp).
+/// differs from paper: parabolas instead of circles. q′ is linear and q″ constant in s. The limits between two points
+/// of a grid then follow from the values at these points (time_optimal.hpp).
 
 #include <functional>
 #include <vector>

@@ -242,7 +242,8 @@ class Search {
 }  // namespace
 
 AveragedTrajectory jerk_limited(const std::vector<Eigen::VectorXd>& waypoints, const CurveFree& curve_free,
-                                const SegmentFree& segment_free, const MotionLimits& limits, const JerkOptions& options) {
+                                const SegmentFree& segment_free, const MotionLimits& limits,
+                                const JerkOptions& options) {
   return Search(waypoints, curve_free, segment_free, limits, options).run();
 }
 

@@ -20,8 +20,8 @@ struct TimedSetPoint {
   double period = 0.0;  ///< [s], > 0
 };
 
-/// Integrates `state` over dt [s] towards the velocity `qd_next`, within the acceleration, velocity and position limits.
-/// A joint at a position limit gets velocity 0.
+/// Integrates `state` over dt [s] towards the velocity `qd_next`, within the acceleration, velocity and position
+/// limits. A joint at a position limit gets velocity 0.
 void advance_within_limits(const JointLimits& limits, const JointVector& qd_next, double dt, JointState& state);
 
 enum class DriveMode : std::uint8_t {

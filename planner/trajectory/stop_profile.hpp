@@ -1,6 +1,7 @@
 #pragma once
-/// The stop profile of an arm: all joints brake together in proportion to q̇, at the limit of the slowest joint. The path
-/// of a stop is therefore the straight line q + s·q̇ in joint space, s from 0 to T/2. Pure functions; no allocation.
+/// The stop profile of an arm: all joints brake together in proportion to q̇, at the limit of the slowest joint. The
+/// path of a stop is therefore the straight line q + s·q̇ in joint space, s from 0 to T/2. Pure functions; no
+/// allocation.
 
 #include "planner/model/limits.hpp"
 

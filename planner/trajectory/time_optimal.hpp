@@ -87,8 +87,8 @@ struct TimingOptions {
   int intervals = 24;  ///< grid intervals of a blend, > 0
 };
 
-/// The fastest trajectory along `pieces` from rest to rest. The limits also hold between grid points. Without pieces the
-/// trajectory is empty, of duration 0.
+/// The fastest trajectory along `pieces` from rest to rest. The limits also hold between grid points. Without pieces
+/// the trajectory is empty, of duration 0.
 [[nodiscard]] Trajectory time_optimal(std::vector<PathPiece> pieces, const MotionLimits& limits,
                                       const TimingOptions& options = {});
 

@@ -4,8 +4,7 @@
 
 #include "planner/global/prm/prm.hpp"
 #include "planner/global/timed_path.hpp"
-#include "planner/methods/potential_field/gradient_descent.hpp"
-#include "planner/methods/potential_field/refine_path.hpp"
+#include "planner/methods/potential_field/gradient_path.hpp"
 #include "tests/bench/query_set.hpp"
 #include "tests/bench/timings.hpp"
 #include "tests/support/puma_among_boxes.hpp"

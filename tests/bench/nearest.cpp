@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/global/kd_tree.hpp"
+#include "planner/global/nearest_points.hpp"
 #include "planner/local/random.hpp"
 #include "tests/bench/timings.hpp"
 

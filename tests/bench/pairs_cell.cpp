@@ -53,7 +53,7 @@ Arm puma_like(const std::string& name, const Eigen::Vector3d& base, LinkShapes s
     link.joint_type = JointType::kRevolute;
     link.X_PJ.translation() = rows[i].offset;
     link.axis = rows[i].axis;
-    link.motion = short_cut(link);
+    link.motion = joint_motion(link);
     Pose X_LS = Pose::Identity();
     X_LS.translation().z() = 0.5 * rows[i].length;
     const double half_length = 0.5 * rows[i].length;

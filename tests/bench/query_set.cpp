@@ -64,7 +64,7 @@ std::vector<double> draw_free(const Validity& validity, test::FclCollisionChecke
 }
 
 bool path_exists(const Validity& validity, test::FclCollisionChecker& checker, const std::vector<double>& start,
-               const std::vector<double>& goal) {
+                 const std::vector<double>& goal) {
   PlanOptions options;
   options.seed = 77;
   options.certify = false;

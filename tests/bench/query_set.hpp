@@ -34,7 +34,7 @@ struct QueryScene {
 /// Random boxes leave pockets that nothing leads out of: a query counts when either planner, with another seed, has
 /// found a way.
 [[nodiscard]] bool path_exists(const planner::global::Validity& validity, test::FclCollisionChecker& checker,
-                             const std::vector<double>& start, const std::vector<double>& goal);
+                               const std::vector<double>& start, const std::vector<double>& goal);
 
 /// Ten scenes of 20 boxes with 20 queries each that the straight way does not solve. Always the same.
 [[nodiscard]] const std::vector<QueryScene>& query_set();

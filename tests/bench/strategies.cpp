@@ -59,7 +59,7 @@ Sums run_round(const StrategyProblem& problem, const std::vector<SystemStrategy>
   TaskSet tasks;
   sums.before = processor_time_once([&] {
     tasks = problem.draw(seed, tasks_each);
-    problem.look_at_ways(tasks);
+    problem.precheck_paths(tasks);
   });
   for (const SystemStrategy& candidate : candidates) {
     Evaluation evaluation;

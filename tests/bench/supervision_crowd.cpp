@@ -9,12 +9,12 @@
 #include "services/config/cell_file.hpp"
 #include "services/messages/convert.hpp"
 #include "services/runtime/cell_mode.hpp"
+#include "services/runtime/heartbeat_publisher.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/process_info.hpp"
-#include "services/runtime/pulse.hpp"
 #include "services/runtime/run_service.hpp"
 
 namespace hecaton::services {
@@ -27,20 +27,20 @@ class Crowd {
         states_(participant_),
         modes_(participant_),
         loop_(std::chrono::nanoseconds(std::llround(file.cell.timing.driver_period * 1e9)), shutdown) {
-    const PulseTiming timing = pulse_timing(file, options);
+    const HeartbeatTiming timing = heartbeat_timing(file, options);
     for (const config::Host& host : file.hosts) {
-      pulses_.emplace_back(participant_, PulseIdentity{agent_node(host.name), msg::NodeKind::NODE_AGENT, {}, host.name},
-                           timing);
+      heartbeats_.emplace_back(participant_,
+                               NodeIdentity{agent_node(host.name), msg::NodeKind::NODE_AGENT, {}, host.name}, timing);
     }
-    pulses_.emplace_back(participant_, PulseIdentity{world_node(), msg::NodeKind::NODE_WORLD, {}, file.world_host},
-                         timing);
+    heartbeats_.emplace_back(participant_, NodeIdentity{world_node(), msg::NodeKind::NODE_WORLD, {}, file.world_host},
+                             timing);
     for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
       const std::string& arm = file.cell.arms[i].arm.name;
       const std::string& host = file.arm_hosts[i].host;
-      pulses_.emplace_back(participant_, PulseIdentity{planner_node(arm), msg::NodeKind::NODE_PLANNER, arm, host},
-                           timing);
-      pulses_.emplace_back(participant_, PulseIdentity{driver_node(arm), msg::NodeKind::NODE_DRIVER, arm, host},
-                           timing);
+      heartbeats_.emplace_back(participant_, NodeIdentity{planner_node(arm), msg::NodeKind::NODE_PLANNER, arm, host},
+                               timing);
+      heartbeats_.emplace_back(participant_, NodeIdentity{driver_node(arm), msg::NodeKind::NODE_DRIVER, arm, host},
+                               timing);
       msg::ArmState& state = told_.emplace_back();
       state.arm(arm);
       state.mode(msg::ArmMode::ARM_RUNNING);
@@ -50,7 +50,7 @@ class Crowd {
   }
 
   void run() {
-    Vital vital;
+    HealthReport report;
     while (loop_.next()) {
       modes_.update();
       for (msg::ArmState& state : told_) {
@@ -58,8 +58,8 @@ class Crowd {
         state.stamp_ns(stamp_now());
         static_cast<void>(states_.write(state));
       }
-      for (Pulse& pulse : pulses_) {
-        if (pulse.due(loop_.now(), loop_.period() / 2)) pulse.beat(loop_.now(), vital, loop_.statistics());
+      for (HeartbeatPublisher& pulse : heartbeats_) {
+        if (pulse.due(loop_.now(), loop_.period() / 2)) pulse.publish(loop_.now(), report, loop_.statistics());
       }
     }
   }
@@ -69,7 +69,7 @@ class Crowd {
   bus::Writer<msg::ArmState> states_;
   CellModeListener modes_;
   PeriodicLoop loop_;
-  std::deque<Pulse> pulses_;
+  std::deque<HeartbeatPublisher> heartbeats_;
   std::deque<msg::ArmState> told_;
 };
 

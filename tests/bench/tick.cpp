@@ -3,7 +3,7 @@
 #include <array>
 
 #include "planner/local/goal_objective.hpp"
-#include "planner/local/limit_rows.hpp"
+#include "planner/local/velocity_constraints.hpp"
 #include "planner/local/velocity_damper.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 #include "tests/bench/fcl_peer.hpp"

@@ -13,7 +13,7 @@ namespace hecaton::planner {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Projected normals shorter than this say nothing about motion in P [m/rad].
+/// Shorter projected normals do not constrain motion in P [m/rad].
 constexpr double kFlat = 1e-9;
 /// A vertex slower than this share of the fastest step in P counts as null (fig. 10).
 constexpr double kNullShare = 0.02;
@@ -23,8 +23,8 @@ constexpr int kMostSwitches = 4;
 struct HalfPlane {
   Eigen::Vector2d A;  ///< unit
   double b;
-  int row;        ///< that it comes from; −1: a limit of the joints
-  bool obstacle;  ///< from a pair inside the influence distance, so that it can be followed from the start
+  int row;        ///< its source; −1: a joint limit
+  bool obstacle;  ///< from a pair inside the influence distance: it can be followed
 };
 
 struct ProjectedConstraints {
@@ -39,7 +39,7 @@ struct ProjectedConstraints {
 };
 
 // [Lahouar06] eq. 14–20: au₁ = a·U₁, au₂ = a·U₂.
-// differs from paper: step and joint limits are projected too, or the vertex could be unbounded.
+// differs from paper: velocity and position limits are projected, too, because the vertex could be unbounded otherwise.
 ProjectedConstraints project(const FollowerMemory& memory, const VelocityBounds& bounds, std::span<const Row> rows) {
   ProjectedConstraints projected;
   for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
@@ -54,7 +54,7 @@ ProjectedConstraints project(const FollowerMemory& memory, const VelocityBounds&
   return projected;
 }
 
-/// The part of the line p + t·S that satisfies all half-planes but `skip`, and which one ends it.
+/// The part of the line p + t·S inside all half-planes but `skip`, and the half-plane that ends it.
 struct Interval {
   double low = -kInfinity;
   double high = kInfinity;
@@ -82,7 +82,7 @@ Interval clip(const ProjectedConstraints& all, int skip, const Eigen::Vector2d& 
   return interval;
 }
 
-/// The tracked constraint is the one that maximises the scalar product with A_lock.
+/// The obstacle constraint with the largest scalar product with A_lock; −1: none.
 int track(const ProjectedConstraints& projected, const Eigen::Vector2d& A_lock) {
   int tracked = -1;
   double most = 0.0;
@@ -123,8 +123,7 @@ void start_following(Follower follower, const JointLimits& limits, const JointVe
   follower.deviation.active = true;
   memory.d_lock = way_to_goal.norm();
   memory.U1 = way_to_goal / memory.d_lock;  // eq. 10
-  // eq. 11–12: V towards q_lim, U₂ its part orthogonal to U₁. Which limits is drawn, as section 3.1 draws left or
-  // right.
+  // eq. 11–12: V towards q_lim, U₂ its part orthogonal to U₁. The limits are drawn as section 3.1 draws left or right.
   JointVector V;
   if (follower.deviation.drawn == 0) {
     const bool upper = random.uniform() < 0.5;
@@ -141,7 +140,7 @@ void start_following(Follower follower, const JointLimits& limits, const JointVe
   aim(memory, blocking);
 }
 
-void redraw_subspace(Follower follower, const JointVector& way_to_goal, std::span<const Row> rows) {
+void resample_subspace(Follower follower, const JointVector& way_to_goal, std::span<const Row> rows) {
   follow_across(follower, way_to_goal, random_direction(follower.random, way_to_goal.size()), rows);
 }
 
@@ -180,7 +179,7 @@ std::optional<JointVector> follow_boundary(Follower follower, const VelocityBoun
     memory.A_lock = wall.A;
     follower.deviation.row = wall.row;
     const Eigen::Vector2d S(-wall.A.y(), wall.A.x());  // eq. 22
-    // The vertex on the followed constraint; where limits keep the arm from that line, along S from rest.
+    // The vertex on the followed constraint, or, if limits exclude that line, the end of the motion along S from rest.
     Eigen::Vector2d p = wall.b * wall.A;
     Interval interval = clip(projected, followed, p, S);
     if (interval.empty()) {
@@ -202,7 +201,7 @@ std::optional<JointVector> follow_boundary(Follower follower, const VelocityBoun
 
 namespace {
 
-/// An arm with the right of way is slow while the others make room; that is no deadlock yet above this share of it.
+/// Factor of the deadlock fraction for an arm with the right of way, which is slow while other arms yield.
 constexpr double kPushFraction = 0.3;
 
 Follower follower_in(FollowerMemory& memory, MethodState state) {
@@ -247,13 +246,12 @@ bool BoundaryFollowing::held_back(const JointVector& possible, const JointVector
   return deadlocked(possible, wanted, parameters.deadlock_fraction);
 }
 
-/// The subspace has been followed long enough, or so many constraints have taken turns that the walk in the plane must
-/// have closed: [Lahouar06] section 3.1 concludes then that there is no way; we conclude that there is none in this
-/// plane.
+/// The time limit is over, or the constraints have changed so often that the path in the plane must have closed. Then
+/// [Lahouar06, section 3.1] concludes that there is no path; this method concludes that there is none in this plane.
 bool BoundaryFollowing::exhausted(const FollowerMemory& follower, const Deviation& deviation) const {
   const FollowerParameters& p = parameters;
-  return p.resample_after > 0.0 &&
-         (follower.time_in_subspace > p.patience(deviation.drawn) || follower.switches_in_subspace > p.most_switches);
+  return p.resample_after > 0.0 && (follower.time_in_subspace > p.subspace_time(deviation.drawn) ||
+                                    follower.switches_in_subspace > p.most_switches);
 }
 
 void BoundaryFollowing::start(const MethodInput& input, const JointVector& way, int blocking, MethodState state) const {
@@ -262,15 +260,15 @@ void BoundaryFollowing::start(const MethodInput& input, const JointVector& way, 
 }
 
 void BoundaryFollowing::renew(const MethodInput& input, const JointVector& way, MethodState state) const {
-  redraw_subspace(follower_in(follower_of(state.memory), state), way, input.rows);
+  resample_subspace(follower_in(follower_of(state.memory), state), way, input.rows);
 }
 
 void SingleSubspace::start(const MethodInput& input, const JointVector& way, int blocking, MethodState state) const {
-  state.deviation.drawn = 0;  // each way around is the first one
+  state.deviation.drawn = 0;  // each subspace is the first one
   BoundaryFollowing::start(input, way, blocking, state);
 }
 
-/// Enters, keeps and leaves boundary following [Lahouar06, section 3.3 and 4]. True when the arm would enter, but
+/// Enters, keeps and leaves boundary following [Lahouar06, section 3.3 and 4]. Returns true if the arm would enter but
 /// waits for a rollout first.
 bool BoundaryFollowing::update(const MethodInput& input, const ConstrainedMotion& constrained, const JointVector& way,
                                MethodState state) const {
@@ -304,7 +302,7 @@ Redirection BoundaryFollowing::redirect(const MethodInput& input, const Constrai
   Redirection redirection;
   redirection.awaiting_rollout = update(input, constrained, way, state);
   if (!state.deviation.active) return redirection;
-  // differs from paper: when no constraint is left to follow, the local planner takes over again.
+  // differs from paper: without a constraint to follow, the local planner continues straight.
   const Follower follower = follower_in(follower_of(state.memory), state);
   redirection.velocity = follow_boundary(follower, constrained.bounds, input.rows);
   state.deviation.active = redirection.velocity.has_value();

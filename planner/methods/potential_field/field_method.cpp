@@ -9,9 +9,9 @@
 namespace hecaton::planner::potential {
 namespace {
 
-/// This near to the goal the arm goes straight there [rad | m].
+/// Within this distance the arm moves straight to the goal [rad | m].
 constexpr double kHome = 0.1;
-/// A total gradient below this share of the attraction's slows the arm down, in proportion.
+/// A total gradient below this share of the attraction's reduces the velocity in proportion.
 constexpr double kCalm = 0.5;
 
 }  // namespace
@@ -31,7 +31,7 @@ JointVector field_velocity(const JointLimits& limits, const FieldValue& field, c
 
 namespace {
 
-/// Seconds over which motion back and forth is recognised, and how far it goes at least [rad | m].
+/// Window [s] and least travel [rad | m] of the oscillation monitor.
 constexpr double kOscillationWindow = 1.0;
 constexpr double kLeastOscillation = 0.02;
 

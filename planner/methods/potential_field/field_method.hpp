@@ -1,5 +1,6 @@
 #pragma once
-/// The motion method of [Cardenas10]: down the gradient of artificial potentials, under the local planner's constraints.
+/// The motion method of [Cardenas10]: down the gradient of artificial potentials, under the local planner's
+/// constraints.
 
 #include "planner/methods/potential_field/oscillation_monitor.hpp"
 #include "planner/methods/potential_field/potential_field.hpp"
@@ -7,11 +8,10 @@
 
 namespace hecaton::planner::potential {
 
-/// The joint velocity down the gradient [rad/s | m/s]: as fast as the limits allow, slower where repulsion all but
-/// cancels attraction, and slowing down in time to stop at the goal. Near the goal straight to it: repulsion shifts the
-/// minimum away from a goal near an obstacle.
-/// differs from paper: a direction only; what the local planner makes of it keeps limits and distances
-/// (docs/potential-fields.md).
+/// The joint velocity down the gradient [rad/s | m/s]: as fast as the limits allow, slower where repulsion nearly
+/// cancels attraction, and in time to stop at the goal. Near the goal the velocity points straight to it, because an
+/// obstacle near the goal shifts the minimum of the field. differs from paper: the field gives the direction only; the
+/// local planner keeps limits and distances (docs/potential-fields.md).
 [[nodiscard]] JointVector field_velocity(const JointLimits& limits, const FieldValue& field, const JointVector& q,
                                          const JointVector& q_goal, double dt);
 

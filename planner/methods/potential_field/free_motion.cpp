@@ -5,7 +5,8 @@
 namespace hecaton::planner::potential {
 namespace {
 
-/// From joint j's axis to the farthest point of any body beyond it: link offsets add up, shifts at their longest.
+/// Distance from the axis of joint j to the farthest point of the bodies after it. Prismatic joints count at their
+/// limit.
 JointVector levers(const CellGeometry& geometry) {
   const Arm& arm = geometry.own_arm();
   const RobotModel& model = *arm.model;
@@ -47,7 +48,7 @@ CellPoses FreeMotion::poses(const JointVector& q) {
   return {&own_, arms_, obstacles_};
 }
 
-double FreeMotion::room(const JointVector& q, double most) {
+double FreeMotion::free_distance(const JointVector& q, double most) {
   const int count = distance_.clearances(poses(q), {.others = margin_ + most, .self = most}, nearest_);
   double least = most;
   for (int i = 0; i < count; ++i) {
@@ -57,16 +58,16 @@ double FreeMotion::room(const JointVector& q, double most) {
   return least;
 }
 
-// No distance of two bodies shrinks faster than the swept bound: from where there is room r, that far is free.
+// Distances shrink by at most the swept bound: with a margin of r, the next motion of length r is free.
 bool FreeMotion::free(const JointVector& from, const JointVector& to) {
   const JointVector way = to - from;
   const double length = sweep(way);
   if (!free(to)) return false;
   for (double gone = 0.0;;) {
     const JointVector q = length > 0.0 ? JointVector(from + gone / length * way) : from;
-    const double room_here = room(q, std::max(length - gone, 2.0 * kTolerance));
-    if (room_here <= kTolerance) return false;
-    gone += room_here;
+    const double step = free_distance(q, std::max(length - gone, 2.0 * kTolerance));
+    if (step <= kTolerance) return false;
+    gone += step;
     if (gone >= length) return true;
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Whether an arm can go from one configuration straight to another while everything else stands still.
+/// Collision checks of straight motions of one arm in a static cell.
 
 #include <span>
 #include <vector>
@@ -8,27 +8,27 @@
 
 namespace hecaton::planner::potential {
 
-/// By conservative advancement over exact distances: no motion that it calls free has a configuration in between that
-/// is not. One per thread.
+/// Checks motions by conservative advancement over exact distances: every configuration of a motion that is reported as
+/// free is free. Not thread-safe: one per thread.
 class FreeMotion {
  public:
-  /// `others`: joint positions of every arm of the cell; the own one's are ignored. `margin` [m]: kept from obstacles
-  /// and other arms; links of the own arm only must not touch.
+  /// `others`: joint positions of every arm of the cell; the own entry is ignored. `margin`: distance from obstacles
+  /// and other arms [m]; it does not apply between links of the own arm.
   FreeMotion(const CellGeometry& geometry, std::span<const world::ObstacleState> obstacles,
              std::span<const JointVector> others, double margin);
 
-  /// Where everything is with the own arm at `q`. Valid until the next call of anything.
+  /// The poses of the cell with the own arm at `q`. Valid until the next call of any function.
   [[nodiscard]] CellPoses poses(const JointVector& q);
-  /// Least distance of what must not touch at `q`, less the margin where that is kept, or `most` if larger [m].
-  [[nodiscard]] double room(const JointVector& q, double most);
-  [[nodiscard]] bool free(const JointVector& q) { return room(q, 2.0 * kTolerance) > kTolerance; }
-  /// The straight line from `from` to `to`; both within limits, continuous joints as given.
+  /// The smaller of `most` and the least distance at `q` minus the margin where it applies [m].
+  [[nodiscard]] double free_distance(const JointVector& q, double most);
+  [[nodiscard]] bool free(const JointVector& q) { return free_distance(q, 2.0 * kTolerance) > kTolerance; }
+  /// True if the straight line from `from` to `to` is free. Precondition: both ends are within limits.
   [[nodiscard]] bool free(const JointVector& from, const JointVector& to);
-  /// No point of the arm moves farther than this for a step of `dq` [m].
+  /// Bound of the motion of any point of the arm for a step of `dq` [m].
   [[nodiscard]] double sweep(const JointVector& dq) const { return lever_.dot(dq.cwiseAbs()); }
 
  private:
-  static constexpr double kTolerance = 1e-4;  ///< nearer to the margin than this is not free [m]
+  static constexpr double kTolerance = 1e-4;  ///< least excess over the margin [m]
 
   Arm arm_;
   ExactDistance distance_;
@@ -36,7 +36,7 @@ class FreeMotion {
   std::vector<Kinematics> arms_;
   Kinematics own_;
   std::vector<Clearance> nearest_;
-  JointVector lever_;  ///< no point of the arm moves farther for a unit of each joint [m/rad | 1]
+  JointVector lever_;  ///< bound of the motion of any point per unit of each joint [m/rad | 1]
   double margin_;
 };
 

@@ -9,11 +9,11 @@
 namespace hecaton::planner::potential {
 namespace {
 
-/// A step is taken when it gains this share of what the gradient promises.
+/// A step must gain this share of the decrease that the gradient predicts.
 constexpr double kArmijo = 1e-2;
-/// After a step that was taken, the next one may be so many times longer.
+/// Growth of the step length after an accepted step.
 constexpr double kGrowth = 1.5;
-/// Steps over which back and forth is recognised, and how far they must go to be any [longest steps].
+/// Window [steps] and least travel [rad | m] of the oscillation monitor.
 constexpr double kWindow = 24.0;
 constexpr double kLeastTravel = 1e-3;
 
@@ -44,7 +44,7 @@ class Walk {
     field_.evaluate(motion_.poses(q), q, value);
   }
 
-  /// Goes straight to the goal, if that is free and no point moves farther than `distance` [m].
+  /// Appends the goal if the straight line to it is free and moves no point farther than `distance` [m].
   bool finish(double distance) {
     const JointVector way = joint_difference(limits_, q_, q_goal_);
     if (motion_.sweep(way) > distance || !motion_.free(q_, q_ + way)) return false;
@@ -52,7 +52,7 @@ class Walk {
     return true;
   }
 
-  /// Within limits, a joint that is at one stays there.
+  /// The descent direction. A joint at its limit stays there.
   [[nodiscard]] JointVector downhill() const {
     JointVector d = options_.alpha > 0.0 ? JointVector(-here_.gradient) : steepest_descent(here_);
     for (Eigen::Index j = 0; j < d.size(); ++j) {
@@ -134,15 +134,15 @@ const char* describe(DescentOutcome outcome) {
 
 namespace {
 
-/// Vertices before each round of shortcuts are no farther apart than this [m].
+/// Distance of vertices before each round of shortcuts [m].
 constexpr double kSpacings[] = {0.1, 0.05};
 constexpr int kRoundings = 3;
-/// Corners are cut at this share of their sides.
+/// Corners are cut at this share of their segments.
 constexpr double kCut = 0.25;
 
 }  // namespace
 
-// From each vertex on to the farthest one that a bisection finds in a free straight line.
+// From each vertex, a bisection finds a far vertex on a free straight line.
 std::vector<JointVector> shortcut(const std::vector<JointVector>& path, FreeMotion& motion) {
   if (path.size() < 3) return path;
   std::vector<JointVector> shorter{path.front()};

@@ -10,53 +10,54 @@ namespace hecaton::planner::potential {
 
 enum class DescentOutcome : std::uint8_t {
   kReached,       ///< the path ends at the goal
-  kLocalMinimum,  ///< it ends where the gradient vanishes, or nothing but walls lies downhill
-  kOscillating,   ///< it ends where steps go back and forth
-  kOutOfSteps,
-  kStartBlocked,  ///< the start is in collision, or nearer to one than the margin: no path
-  kGoalBlocked,   ///< so is the goal: no path
+  kLocalMinimum,  ///< the path ends where the gradient vanishes, or where no downhill step is free
+  kOscillating,   ///< the path ends where steps oscillate
+  kOutOfSteps,    ///< DescentOptions::most_steps
+  kStartBlocked,  ///< the start is in collision or within the margin: no path
+  kGoalBlocked,   ///< the goal is in collision or within the margin: no path
 };
 
 struct DescentOptions {
-  /// α of every step along −∇U, as published: "must be sufficiently small". 0: along steepest_descent(), as far as the
-  /// potential allows it (Armijo).
+  /// Fixed α of every step along −∇U, as published: "must be sufficiently small". 0: steps along steepest_descent()
+  /// with a line search (Armijo).
   double alpha = 0.0;
-  double longest_step = 0.05;   ///< no point of the arm moves farther in a step [m], > 0
-  double shortest_step = 1e-5;  ///< shorter ones get nowhere [m], > 0: ε of the paper's listing
+  double longest_step = 0.05;   ///< largest motion of a point of the arm in a step [m], > 0
+  double shortest_step = 1e-5;  ///< the descent ends below this [m], > 0: ε of the paper's listing
   int most_steps = 5000;
 };
 
 struct Descent {
   DescentOutcome outcome = DescentOutcome::kOutOfSteps;
-  std::vector<JointVector> path;  ///< from the start on; every piece is a free motion [rad | m]
+  std::vector<JointVector> path;  ///< from the start; every segment is free [rad | m]
   int steps = 0;
-  int evaluations = 0;  ///< of the field
+  int evaluations = 0;  ///< number of field evaluations
 };
 
-/// From q_start, within `limits`. Where the straight way to the goal is short and free it is taken: the minimum of the
-/// field is not at a goal that something repels from. So it is when the descent ends somewhere else.
+/// Descends from q_start within `limits`. The path takes the straight line to the goal when it is short and free,
+/// because repulsion shifts the minimum of the field away from the goal. It also does so when the descent ends
+/// elsewhere.
 [[nodiscard]] Descent descend(PotentialField& field, FreeMotion& motion, const JointLimits& limits,
                               const JointVector& q_start, const JointVector& q_goal,
                               const DescentOptions& options = {});
 
-/// "a local minimum", …: what a message says.
+/// A phrase for messages, such as "a local minimum of the potential".
 [[nodiscard]] const char* describe(DescentOutcome outcome);
 
-/// The path with vertices left out, as long as what joins the others is free.
+/// The path without unnecessary vertices; the remaining segments are free.
 [[nodiscard]] std::vector<JointVector> shortcut(const std::vector<JointVector>& path, FreeMotion& motion);
 
-/// Corners cut off, and what is left of them again, `times` times, where that is free: the rounder, the smoother.
+/// The path with corners cut `times` times, where the cut is free.
 [[nodiscard]] std::vector<JointVector> round_corners(std::vector<JointVector> path, FreeMotion& motion, int times);
 
-/// Vertices at most `longest` apart as FreeMotion::sweep() measures it [m].
+/// The path with vertices at most `longest` [m] apart, as measured by FreeMotion::sweep().
 [[nodiscard]] std::vector<JointVector> resample(const std::vector<JointVector>& path, const FreeMotion& motion,
                                                 double longest);
 
-/// Shortcuts, from vertices ever closer to each other, then rounded corners. Same ends; every piece is free if every
-/// piece of `path` is; never longer.
+/// Post-processing [Cardenas10, "Examples"]: shortcuts between ever closer vertices, then rounded corners. The ends
+/// stay. The result is never longer, and free if `path` is free.
 [[nodiscard]] std::vector<JointVector> refine(const std::vector<JointVector>& path, FreeMotion& motion);
 
-/// Σ ‖q(i+1) − q(i)‖ [rad | m].
+/// Length of the path: Σ ‖q(i+1) − q(i)‖ [rad | m].
 [[nodiscard]] double length(const std::vector<JointVector>& path);
 
 }  // namespace hecaton::planner::potential

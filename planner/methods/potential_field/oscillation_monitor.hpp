@@ -1,22 +1,22 @@
 #pragma once
-/// Recognises that an arm gets nowhere: back and forth before a local minimum [Cardenas10, "Examples": "vibrations"].
+/// Detection of oscillation near a local minimum [Cardenas10, "Examples": "vibrations"].
 
 #include "planner/model/limits.hpp"
 
 namespace hecaton::planner::potential {
 
-/// A plain value. Time is whatever the caller counts in: seconds, or steps.
+/// A value. The caller chooses the unit of time: seconds or steps.
 struct OscillationMonitor {
-  JointVector anchor;        ///< where the window began [rad | m]
-  JointVector last;          ///< where it was seen last
-  double travelled = 0.0;    ///< since the window began [rad | m]
-  double time = 0.0;         ///< since then
+  JointVector anchor;        ///< position at the start of the window [rad | m]
+  JointVector last;          ///< last observed position [rad | m]
+  double travelled = 0.0;    ///< path length in the window [rad | m]
+  double time = 0.0;         ///< elapsed time in the window
   bool oscillating = false;  ///< as of the last complete window
 
-  /// Begins anew.
+  /// Starts again.
   void reset() { *this = {}; }
-  /// The arm is at `q`, `dt` after the last call. A window of `window` is one in which it oscillates when it got no
-  /// farther from where that began than a third of the way that it went, and went more than `least`.
+  /// Observes the arm at `q`, `dt` after the last call. The arm oscillates in a window of length `window` if its path
+  /// is longer than `least` and its net displacement is below a third of the path.
   void observe(const JointVector& q, double dt, double window, double least);
 };
 

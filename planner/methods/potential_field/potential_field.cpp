@@ -12,7 +12,7 @@
 namespace hecaton::planner::potential {
 namespace {
 
-/// Nearer than this share of Q*, and inside, the potential goes on as a straight line: it has a gradient there, too.
+/// Below this share of Q*, and inside obstacles, the potential continues as a straight line, which has a gradient.
 constexpr double kNearest = 0.02;
 
 }  // namespace
@@ -24,8 +24,8 @@ Potential attraction(double d, double goal_distance) {
 }
 
 // [Cardenas10] eq. 3 and 7:   U = ½ η (1/d − 1/Q*)²,   dU/dd = −η (1/d − 1/Q*) / d²
-// differs from paper: eq. 7 prints the factor (1/d − 1/Q*) as squared, and without the sign that comes from
-// differentiating 1/d: it would attract.
+// differs from paper: eq. 7 prints the factor (1/d − 1/Q*) squared and without the sign of the derivative of 1/d. As
+// printed it would attract.
 Potential repulsion(double d, double influence_distance, double repulsion) {
   if (d >= influence_distance) return {};
   const double at = std::max(d, kNearest * influence_distance);
@@ -36,10 +36,10 @@ Potential repulsion(double d, double influence_distance, double repulsion) {
 
 namespace {
 
-/// A ball must have a size; so small a one is a point [m].
+/// Radius of the ball that represents a point [m].
 constexpr double kPoint = 1e-5;
 
-/// The points of a box that lie in a plane of its own thickness are as good as one.
+/// Thinner boxes get points in their middle plane only [m].
 constexpr double kThin = 0.02;
 
 int pieces(double length, double spacing) {
@@ -70,12 +70,12 @@ class PointsOfBody {
 
   void of(const Pose& X_LS, const world::Sphere& sphere) { add(X_LS.translation(), sphere.radius); }
   void of(const Pose& X_LS, const world::Capsule& capsule) { on_axis(X_LS, capsule.half_length, capsule.radius); }
-  // Balls on the axis that stay inside: a flat cylinder's only ball is as large as fits.
+  // Balls on the axis that stay inside. A flat cylinder gets one ball that fits.
   void of(const Pose& X_LS, const world::Cylinder& cylinder) {
     const double radius = std::min(cylinder.radius, cylinder.half_length);
     on_axis(X_LS, cylinder.half_length - radius, radius);
   }
-  // A mesh's hull may have hundreds of vertices: points on its axis, without a size, as a capsule would stand out.
+  // A hull may have hundreds of vertices: it gets points on its axis without radius, because a capsule would protrude.
   void of(const Pose& X_LS, const world::Convex& convex) {
     const PlacedCapsule around = bounding_capsule(convex);
     on_axis(X_LS * around.X_FS, around.capsule.half_length, 0.0);
@@ -84,7 +84,7 @@ class PointsOfBody {
     for (int axis = 0; axis < 3; ++axis) edges_along(X_LS, box.half_extents, axis);
   }
 
-  /// The four edges along an axis; vertices only with the first one.
+  /// The four edges along an axis; the first axis includes the vertices.
   void edges_along(const Pose& X_LS, const Eigen::Vector3d& half, int axis) {
     const int count = pieces(2.0 * half[axis], spacing_);
     const int first = axis == 0 ? 0 : 1;
@@ -93,7 +93,7 @@ class PointsOfBody {
       for (int k = 0; k < 2; ++k) {
         const int other = (axis + 1 + k) % 3;
         const bool low = (corner >> k & 1) != 0;
-        if (half[other] < kThin && low) p[other] = std::nan("");  // its twin is enough
+        if (half[other] < kThin && low) p[other] = std::nan("");  // the opposite edge is enough
         if (half[other] < kThin && !low) p[other] = 0.0;
         if (half[other] >= kThin && low) p[other] = -half[other];
       }
@@ -146,7 +146,7 @@ CellGeometry control_geometry(const CellGeometry& geometry, const std::vector<Co
   arms[geometry.self()].model = std::move(model);
   CellGeometry of_points(std::move(arms), geometry.self());
 
-  // What arms carry has no bodies of its own: its place among the obstacles stays empty.
+  // Carried objects have no bodies of their own: their indices stay without shapes.
   std::vector<world::Obstacle> obstacles(geometry.obstacle_count());
   for (int i = 0; i < geometry.obstacle_count(); ++i) {
     obstacles[i].name = std::to_string(i);
@@ -158,11 +158,11 @@ CellGeometry control_geometry(const CellGeometry& geometry, const std::vector<Co
 
 namespace {
 
-/// Links of one arm repel each other within this share of Q*: they are always near each other.
+/// Links of one arm are always near each other: they repel within this share of Q* only.
 constexpr double kSelfShare = 0.25;
-/// Of the metric's mean diagonal, for what hardly moves any point.
+/// Regularisation of the metric as a share of its mean diagonal.
 constexpr double kLeastMetric = 1e-3;
-/// Clearances that are looked at; when more are near, the nearest ones count.
+/// Largest number of clearances; the nearest ones count.
 constexpr std::size_t kMostClearances = 256;
 
 std::vector<ControlPoint> joined(std::vector<ControlPoint> points, const std::vector<ControlPoint>& more) {
@@ -231,7 +231,8 @@ void PotentialField::attract(const Kinematics& own, const JointVector& q, FieldV
   }
 }
 
-/// ∇d = −nᵀJ in Q, since n points from the own body to what it is near. Forces are summed in Q: [Cardenas10] says why.
+/// ∇d = −nᵀJ in joint space, because n points from the own body to the other one. Forces are summed in joint space as
+/// in [Cardenas10].
 void PotentialField::repel(const Kinematics& own, const Clearance& clearance, double influence, FieldValue& out) const {
   const Potential u = potential::repulsion(clearance.distance, influence, parameters_.repulsion);
   JointVector row;

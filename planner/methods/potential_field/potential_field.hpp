@@ -9,49 +9,49 @@
 
 namespace hecaton::planner::potential {
 
-/// A potential and its derivative by the distance d.
+/// A potential and its derivative with respect to the distance d [Cardenas10, eq. 2, 3, 6, 7, with ζ = 1].
 struct Potential {
   double value = 0.0;
   double slope = 0.0;
 };
 
-/// Eq. 2 and 6: a paraboloid around the goal, a cone beyond `goal_distance` (d*_goal > 0); d ≥ 0 [m | rad].
+/// Eq. 2 and 6: a paraboloid around the goal, and a cone beyond `goal_distance` (d*_goal > 0). d ≥ 0 [m | rad].
 [[nodiscard]] Potential attraction(double d, double goal_distance);
 
-/// Eq. 3 and 7: zero beyond `influence_distance` (Q* > 0), growing without bound towards the obstacle; d [m].
-/// Never positive slope: it pushes away. η = `repulsion` [m⁴], so that both potentials are in m².
+/// Eq. 3 and 7: zero beyond `influence_distance` (Q* > 0), unbounded towards the obstacle. d [m]; η = `repulsion` [m⁴].
+/// The slope is never positive: the potential repels.
 [[nodiscard]] Potential repulsion(double d, double influence_distance, double repulsion);
 
+/// A point of an arm that potentials act on [Cardenas10, "Combined field effect" and "Examples"].
 struct ControlPoint {
   int link = 0;                                   ///< of the own model
   Eigen::Vector3d p_L = Eigen::Vector3d::Zero();  ///< in the link's frame [m]
-  double radius = 0.0;                            ///< a ball of the body around it; 0: a point of its surface [m]
+  double radius = 0.0;                            ///< of a ball inside the body; 0: a point of its surface [m]
 };
 
-/// Of all bodies that joints move, what the arm carries included: the vertices of boxes, points on the axes of round
-/// bodies, both no farther apart than `spacing` [m].
+/// The control points of all moving bodies, including carried objects: points on the edges of boxes and on the axes of
+/// round bodies, at most `spacing` [m] apart.
 [[nodiscard]] std::vector<ControlPoint> control_points(const CellGeometry& geometry, double spacing);
 
-/// Three points of the tool, which pin down where it is and how it is turned: they are attracted, too.
+/// Three attracted points of the tool, which determine its pose.
 [[nodiscard]] std::vector<ControlPoint> tool_points(const RobotModel& model, double spacing);
 
-/// The same cell with an own arm that consists of nothing but these balls: own body i is points[i].
+/// The same cell with an own arm that consists of the points' balls: own body i is points[i].
 [[nodiscard]] CellGeometry control_geometry(const CellGeometry& geometry, const std::vector<ControlPoint>& points);
 
-/// What the goal attracts.
+/// The quantity that the goal attracts.
 enum class Attraction {
-  kControlPoints,  ///< each control point in W, to where it is at the goal: [Cardenas10] eq. 5
-  kJoints,         ///< the arm as a point in Q: [Cardenas10] eq. 2 as it stands
+  kControlPoints,  ///< each control point in W, to its position at the goal [Cardenas10, eq. 5]
+  kJoints,         ///< the arm as a point in joint space [Cardenas10, eq. 2]
 };
 
-/// Artificial potentials [Cardenas10, eq. 2 and 3] with ζ = 1: only η/ζ shapes the field. The cell file's map
-/// `potential`.
+/// The cell file's map `potential`. ζ = 1, because only η/ζ shapes the field.
 struct PotentialParameters {
   Attraction attraction = Attraction::kControlPoints;
-  double goal_distance = 0.3;       ///< d*_goal: farther away the attraction grows no more [m | rad], > 0
+  double goal_distance = 0.3;       ///< d*_goal: the attraction is constant beyond this [m | rad], > 0
   double repulsion = 1e-4;          ///< η [m⁴], > 0
-  double influence_distance = 0.2;  ///< Q*: obstacles farther away do not repel [m], > 0
-  double spacing = 0.15;            ///< control points on a link are no farther apart than this [m], > 0
+  double influence_distance = 0.2;  ///< Q*: obstacles beyond this do not repel [m], > 0
+  double spacing = 0.15;            ///< largest distance between control points on a link [m], > 0
 };
 
 /// n × n.
@@ -63,30 +63,29 @@ struct FieldValue {
   JointVector attraction_gradient;  ///< Σ Jᵀ ∇U_att
   JointVector gradient;             ///< of U = U_att + U_rep
   JointMetric metric;               ///< Σ JᵀJ of the attracted points, or of the joints themselves: the unit matrix
-  double clearance = 0.0;           ///< the least distance of a body from what repels it [m]; Q* when nothing does
+  double clearance = 0.0;           ///< least distance of a body from a repelling one [m]; Q* without any
 
   [[nodiscard]] double potential() const { return attraction + repulsion; }
 };
 
-/// The way down where a motion counts by how far it moves the control points: −M⁻¹ ∇U [rad | m]. Also downhill, and
-/// near a free goal it leads straight there, which −∇U does not: that turns the joints with the longest levers to and
-/// fro.
+/// The steepest descent in the metric M of control point motion: −M⁻¹ ∇U [rad | m]. Near a free goal it leads straight
+/// there. −∇U does not: it oscillates in the joints with the longest levers.
 [[nodiscard]] JointVector steepest_descent(const FieldValue& field);
 
-/// Storage is reused: nothing but rebuild() allocates. One per thread.
+/// The potential of the arm [Cardenas10, eq. 1 and 5]. Obstacles repel the control points and the nearest point of each
+/// body. Only the constructor and rebuild() allocate. Not thread-safe: one per thread.
 ///
-/// Repelled are the control points, and of each body the point nearest to the obstacle.
-/// differs from paper: the paper's control points are fixed, and it warns that obstacles between them go unnoticed; the
-/// nearest points notice those. Links of the arm repel each other, too.
+/// differs from paper: the paper uses fixed control points only and warns of obstacles between them. The nearest points
+/// cover those obstacles. Links of the arm repel each other, too.
 class PotentialField {
  public:
   PotentialField(const CellGeometry& geometry, const PotentialParameters& parameters);
-  /// After CellGeometry::set_obstacles.
+  /// Call after CellGeometry::set_obstacles, then set_goal().
   void rebuild(const CellGeometry& geometry);
 
-  /// The field pulls here from now on.
+  /// Sets the goal of the attraction [rad | m].
   void set_goal(const JointVector& q_goal);
-  /// For the arm at `q`; `poses.own` are its kinematics there.
+  /// Computes the field for the arm at `q`. `poses.own`: its kinematics at q. Precondition: set_goal() was called.
   void evaluate(const CellPoses& poses, const JointVector& q, FieldValue& out);
 
   [[nodiscard]] const PotentialParameters& parameters() const { return parameters_; }
@@ -99,7 +98,7 @@ class PotentialField {
   PotentialParameters parameters_;
   Arm arm_;
   std::vector<ControlPoint> points_;     ///< repelled and attracted
-  std::vector<ControlPoint> attracted_;  ///< these, and the tool's
+  std::vector<ControlPoint> attracted_;  ///< points_ and the tool's points
   ExactDistance of_points_;
   ExactDistance of_bodies_;
   std::vector<Clearance> clearances_;

@@ -10,10 +10,10 @@ namespace hecaton::planner::cspace {
 namespace {
 
 constexpr double kParallel = 1e-6;
-/// A shorter link is none [m].
+/// Least length of a link [m].
 constexpr double kShortestLink = 1e-3;
 
-/// A ball; a shape is the convex hull of a few of them, or lies within it.
+/// A ball. A shape lies in the convex hull of a few balls.
 struct Ball {
   Eigen::Vector3d centre;
   double radius;
@@ -101,14 +101,14 @@ ArmPlanes::ArmPlanes(const RobotModel& model) : spatial_(model.joints() == 3) {
   const Point tip = flat(k.X_WT.translation());
   arm_.length1 = elbow.x;
   arm_.length2 = std::hypot(tip.x - elbow.x, tip.y - elbow.y);
-  // Rounded, because C libraries differ in the last bit.
+  // Rounding removes differences of C libraries in the last bit.
   offset2_ = std::nearbyint(std::atan2(tip.y - elbow.y, tip.x - elbow.x) * 0x1p40) * 0x1p-40;
   sense2_ = n_B_.dot(k.axis_W[shoulder + 1]) > 0.0 ? 1.0 : -1.0;
 
   std::array<double, 2> widths{};
   for (const LinkGeometry& geometry : model.geometry) {
     const int link = joints_before(model, geometry.link) - shoulder - 1;
-    if (link < 0) continue;  // the column, which no plane's map can move
+    if (link < 0) continue;  // the column does not move in the plane
     for (const Ball& ball : hull_of_balls(geometry.shape)) {
       const Eigen::Vector3d p_B = k.X_WL[geometry.link] * geometry.X_LS * ball.centre;
       const double off_axis =

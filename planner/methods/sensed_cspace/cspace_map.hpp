@@ -9,30 +9,31 @@ namespace hecaton::planner::cspace {
 
 inline constexpr double kPi = std::numbers::pi;
 
+/// `cells` equal cells of a full turn; the first one is centred on −π. [Li96] uses 360.
 struct AngleGrid {
   int cells = 360;  ///< > 0
 
   [[nodiscard]] double pitch() const { return 2.0 * kPi / cells; }  ///< [rad]
   [[nodiscard]] double centre(int cell) const { return -kPi + cell * pitch(); }
-  /// 0 ≤ result < cells, for any whole number.
+  /// The cell in [0, cells) that any integer stands for.
   [[nodiscard]] int wrapped(int cell) const {
     const int rest = cell % cells;
     return rest < 0 ? rest + cells : rest;
   }
-  /// The angle in cells, counted from the first cell's centre: centre(i) is i.
+  /// The angle in units of cells: the inverse of centre(), without wrapping.
   [[nodiscard]] double place(double angle) const { return (angle + kPi) / pitch(); }
   /// The cell that holds the angle [rad].
   [[nodiscard]] int cell_at(double angle) const;
 };
 
-/// The cells of θ₂ that are blocked in one row: `count` from `first` on, beyond the last cell round to the first.
+/// The blocked cells of θ₂ in one row: `count` cells from `first`, wrapping around.
 struct RowSpan {
   std::int16_t first = 0;
   std::int16_t count = 0;  ///< 0: none
 };
 
-/// The image of one obstacle: what it blocks in the rows `first_row`, `first_row` + 1, …, beyond the last round to the
-/// first. The paper's Θ₂l(m) and Θ₂u(m), as whole cells.
+/// The image of one obstacle: a span for each row from `first_row`, wrapping around. These are the paper's Θ₂l(m) and
+/// Θ₂u(m) as whole cells.
 struct ObstacleImage {
   int first_row = 0;
   std::vector<RowSpan> spans;
@@ -40,9 +41,10 @@ struct ObstacleImage {
   void clear() { spans.clear(); }
 };
 
+/// One bit for each cell of θ₁ × θ₂; rows are cells of θ₁.
 class CspaceMap {
  public:
-  /// Nothing is blocked.
+  /// An empty map.
   explicit CspaceMap(AngleGrid grid = {});
 
   [[nodiscard]] const AngleGrid& grid() const { return grid_; }
@@ -52,7 +54,7 @@ class CspaceMap {
   [[nodiscard]] int blocked_cells() const;
 
   void clear();
-  /// `first` is a cell; as many as the row has at most.
+  /// Precondition: 0 ≤ span.first < cells and span.count ≤ cells.
   void block(int row, RowSpan span);
   void block(const ObstacleImage& image);
   void block(const CspaceMap& other);

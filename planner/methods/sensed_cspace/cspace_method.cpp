@@ -13,7 +13,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
-/// Cells of `spacing` or less, as many as it takes for `length`; at least one.
+/// Number of steps of at most `spacing` along `length`; at least 1.
 int steps(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing)));
 }
@@ -126,18 +126,18 @@ std::vector<Eigen::Vector3d> surface_points(const world::Obstacle& obstacle, dou
 
 namespace {
 
-/// Of a full turn. A map in space has as many planes, and takes nine bytes for each of its cells: 62 MB for a PUMA.
+/// Cells of a full turn for an arm with three joints. Its map needs nine bytes for each cell: 62 MB for a PUMA.
 constexpr int kMostCellsInSpace = 240;
 
-/// Sees the surfaces of what it is told, and never forgets them.
-class ToldPlanner final : public SensedPlanner {
+/// Maps the surfaces of all known obstacles, and never forgets them.
+class KnownObstaclePlanner final : public SensedPlanner {
  public:
-  ToldPlanner(const Arm& arm, const SensedParameters& parameters, double dt)
+  KnownObstaclePlanner(const Arm& arm, const SensedParameters& parameters, double dt)
       : SensedPlanner(arm, parameters, dt), spacing_(parameters.margin) {}
 
   void set_obstacles(std::span<const world::Obstacle> obstacles) override {
     for (const world::Obstacle& obstacle : obstacles) {
-      for (const auto& p_W : surface_points(obstacle, spacing_)) see(p_W);
+      for (const auto& p_W : surface_points(obstacle, spacing_)) add_point(p_W);
     }
   }
   void sense(const RangeScan& /*scan*/) override {}
@@ -185,7 +185,7 @@ std::unique_ptr<MotionGuide> SensedCspace::make_guide(const Arm& arm, double dt)
 }
 
 std::unique_ptr<MotionGuide> KnownCspace::make_guide(const Arm& arm, double dt) const {
-  return std::make_unique<ToldPlanner>(arm, parameters, dt);
+  return std::make_unique<KnownObstaclePlanner>(arm, parameters, dt);
 }
 
 }  // namespace hecaton::planner::cspace

@@ -10,10 +10,11 @@
 
 namespace hecaton::planner::cspace {
 
-/// Points on the surfaces of the obstacle's shapes, where it is at t = 0: none of the surface is farther than `spacing`
-/// from the nearest of them. In W [m]. None of what an arm carries.
+/// Points on the surfaces of the obstacle's shapes at t = 0, in W [m]. Every point of a surface is within `spacing` [m]
+/// of one of them. Empty for carried objects.
 [[nodiscard]] std::vector<Eigen::Vector3d> surface_points(const world::Obstacle& obstacle, double spacing);
 
+/// Parameters and checks of both methods.
 class CspaceMethod : public MotionMethod, public Configured<SensedParameters> {
  public:
   void visit_parameters(ParameterVisitor& visitor) override;
@@ -25,12 +26,12 @@ class CspaceMethod : public MotionMethod, public Configured<SensedParameters> {
   using MotionMethod::MotionMethod;
 };
 
-/// The arm knows no obstacle but what its own sensors see.
+/// The arm knows obstacles from its own sensors only.
 class SensedCspace final : public CspaceMethod {
  public:
   SensedCspace()
       : CspaceMethod({.name = "sensed_cspace",
-                      .summary = "a way through what the arm's own sensors leave free in C-space",
+                      .summary = "a path through C-space that the arm's own sensors have not found blocked",
                       .sensor_only = true,
                       .path = MethodTraits::Path::kWalk,
                       .plot = MethodTraits::Plot::kCspace}) {}
@@ -41,12 +42,12 @@ class SensedCspace final : public CspaceMethod {
   [[nodiscard]] std::unique_ptr<MotionGuide> make_guide(const Arm& arm, double dt) const override;
 };
 
-/// The same for an arm that is told all obstacles, which must stand still: what sensing costs, by comparison.
+/// The same for an arm that knows all obstacles, which must be static. Serves as a reference for sensing.
 class KnownCspace final : public CspaceMethod {
  public:
   KnownCspace()
       : CspaceMethod({.name = "known_cspace",
-                      .summary = "a way through C-space past all obstacles, which stand still",
+                      .summary = "a path through C-space past all obstacles, which must be static",
                       .path = MethodTraits::Path::kWalk,
                       .plot = MethodTraits::Plot::kCspace}) {}
 

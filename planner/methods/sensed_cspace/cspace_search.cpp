@@ -6,12 +6,12 @@
 namespace hecaton::planner::cspace {
 namespace {
 
-/// Of a step in one, two or three angles: as 1 : √2 : √3 within a third of a percent. Whole numbers, so that sums are
-/// the same on every machine.
+/// Cost of a step in one, two or three angles: 1 : √2 : √3 within 0.3 %. Integers, so that sums are equal on every
+/// machine.
 constexpr std::array<int, 4> kStepCost{0, 70, 99, 121};
 
-/// Of two cells that promise the same, the one nearer to the goal comes first: the other leads there, too. Then the
-/// lower index, so that the result does not depend on the heap.
+/// Order of the heap: least estimate, then largest cost (nearer to the goal), then lowest index. So the result does not
+/// depend on the heap.
 constexpr auto kLater = [](const auto& a, const auto& b) {
   if (a.estimate != b.estimate) return a.estimate > b.estimate;
   return a.cost != b.cost ? a.cost < b.cost : a.cell > b.cell;
@@ -21,7 +21,7 @@ Cell3 beside(const Cell3& cell, const Cell3& by) {
   return {cell[0] + by[0], cell[1] + by[1], cell[2] + by[2]};
 }
 
-/// The step goes no other way than the whole one does.
+/// True if `step` moves only along components of `whole`.
 bool is_part(const Cell3& step, const Cell3& whole) {
   for (int i = 0; i < 3; ++i) {
     if (step[i] != 0 && step[i] != whole[i]) return false;
@@ -53,8 +53,8 @@ CspaceSearch::CspaceSearch(const SensedMap& map) {
   }
 }
 
-/// Of the way to the goal where nothing is in between: as many steps in three angles at a time as there are, then in
-/// two, then in one. Never more than the way really costs, and no step shortens it by more than that costs.
+/// Lower bound of the cost to the goal: the cost in an empty map, with steps in three angles first, then in two, then
+/// in one. The bound is consistent.
 int CspaceSearch::left(const Cell3& cell) const {
   const int a = std::abs(to_[0] - cell[0]);
   const int b = std::abs(to_[1] - cell[1]);
@@ -92,21 +92,21 @@ CspaceSearch::State CspaceSearch::advance(const SensedMap& map, int cells) {
     std::pop_heap(heap_.begin(), heap_.end(), kLater);
     const int here = heap_.back().cell;
     heap_.pop_back();
-    if (round_[here] != this_round_) continue;  // done, by a cheaper way
+    if (round_[here] != this_round_) continue;  // already expanded
     round_[here] = this_round_ + 1;
     ++looked;
     if (here == goal_) {
       state_ = State::kFound;
       break;
     }
-    look_around(map, here);
+    expand(map, here);
   }
   return state_;
 }
 
-void CspaceSearch::look_around(const SensedMap& map, int here) {
+void CspaceSearch::expand(const SensedMap& map, int here) {
   const Cell3 at = map.cell(here);
-  if (map.blocked(at)) return;  // since it was found
+  if (map.blocked(at)) return;  // blocked since it was reached
   std::uint32_t free = 0;
   for (std::size_t k = 0; k < steps_.size(); ++k) {
     const Cell3 next = beside(at, steps_[k].by);

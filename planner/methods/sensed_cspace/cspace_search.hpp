@@ -1,5 +1,5 @@
 #pragma once
-/// The shortest way through the cells of a map that are not known to be blocked (A*), a share of the work at a time.
+/// A* search for the shortest path through the free cells of a map, in shares of work.
 
 #include <cstdint>
 #include <vector>
@@ -8,45 +8,46 @@
 
 namespace hecaton::planner::cspace {
 
+/// Each call of advance() does a bounded share of the work. Not thread-safe.
 class CspaceSearch {
  public:
   enum class State : std::uint8_t { kIdle, kRunning, kFound, kNone };
 
-  /// For maps of this size.
+  /// For maps of the same size as `map`. Allocates; the other functions reuse this memory.
   explicit CspaceSearch(const SensedMap& map);
 
-  /// Forgets the search: kIdle.
+  /// Drops the search; the state becomes kIdle.
   void stop() { state_ = State::kIdle; }
-  /// Steps go to any free cell that shares a side, an edge or a corner, if all cells about that edge or corner are
-  /// free: a straight line from anywhere in the one to anywhere in the other meets nothing else.
+  /// Starts a search. A step leads to a free cell that shares a side, an edge or a corner, if all cells at that edge or
+  /// corner are free. So every straight line between the two cells is free.
   void begin(const SensedMap& map, const Cell3& from, const Cell3& to);
-  /// Looks at up to `cells` more cells. More of the map may be blocked than when it began: then the way that is found
-  /// may lead through that, but that there is none is true. Not so when the map has forgotten something.
+  /// Expands up to `cells` more cells. If cells were blocked since begin(), the found path may lead through them, and
+  /// kNone stays valid. If cells were freed, kNone is not valid.
   State advance(const SensedMap& map, int cells);
   [[nodiscard]] State state() const { return state_; }
-  /// Once kFound: from the start to the goal, both included.
+  /// The cells from start to goal, both included. Precondition: state() is kFound.
   [[nodiscard]] std::vector<Cell3> path(const SensedMap& map) const;
 
  private:
   struct Step {
     Cell3 by;
-    int index;  ///< by as much the cell's index changes
+    int index;  ///< change of the cell's index
     int cost;
-    std::uint32_t box;  ///< neighbours about the edge or corner that it crosses and where it leads, a bit each
+    std::uint32_t box;  ///< bit set of the neighbours that must be free
   };
   struct Open {
-    int estimate;  ///< of the cost of the way through the cell
-    int cost;      ///< up to it
+    int estimate;  ///< of the cost of a path through the cell
+    int cost;      ///< from the start to the cell
     int cell;
   };
   [[nodiscard]] int left(const Cell3& cell) const;
   void open(int cell, int cost, int estimate, std::uint8_t step);
-  void look_around(const SensedMap& map, int here);
+  void expand(const SensedMap& map, int here);
 
   std::vector<Step> steps_;
-  std::vector<int> cost_;             ///< of the way to each cell
-  std::vector<std::uint8_t> step_;    ///< that led there
-  std::vector<std::uint32_t> round_;  ///< of the search that touched the cell last, twice; odd: the cell is done
+  std::vector<int> cost_;             ///< from the start to each cell
+  std::vector<std::uint8_t> step_;    ///< last step to each cell
+  std::vector<std::uint32_t> round_;  ///< twice the number of the last search that reached the cell; odd: expanded
   std::vector<Open> heap_;
   std::uint32_t this_round_ = 0;
   State state_ = State::kIdle;

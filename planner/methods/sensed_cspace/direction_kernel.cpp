@@ -30,7 +30,7 @@ Flat either(LaneMask mask, const Flat& yes, const Flat& no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y)};
 }
 
-/// Taylor's series after a reduction to |z| ≤ tan(π/8): the rest is below 5·10⁻¹⁰.
+/// Taylor series after a reduction to |z| ≤ tan(π/8). The error is below 5·10⁻¹⁰ rad.
 Lanes atan2(const Flat& v) {
   constexpr double kTanEighth = 0.41421356237309503;
   const Lanes ax = max(v.x, -v.x);
@@ -51,7 +51,7 @@ Lanes atan2(const Flat& v) {
   return select(v.y < 0.0, -angle, angle);
 }
 
-/// The interval that grows as points of K are found.
+/// The interval of directions of the points of K found so far.
 struct Seen {
   Flat right{}, left{};
   LaneMask any{};
@@ -123,7 +123,7 @@ void touching_directions(const DirectionQuery& query, int count, double* right, 
   for (int i = 0; i < count; i += kLanes) {
     Group group{{load(query.joint_x + i), load(query.joint_y + i)}, query.length, query.width};
     for (const Point& corner : obstacle.corners) group.look_at(corner);
-    // Where no circle cuts it, sides lie between the tangents to their corners; what surrounds the joint is wide.
+    // Without a cut, sides lie between the tangents to their corners, unless the obstacle surrounds the joint.
     const double most = obstacle.radius + query.width;
     const Flat middle{obstacle.centre.x - group.joint.x, obstacle.centre.y - group.joint.y};
     if (bits(group.cut | (dot(middle, middle) <= most * most)) != 0) {

@@ -1,5 +1,5 @@
 #pragma once
-/// In which directions a turning link touches an obstacle, for several places of its joint at once, in lanes. Compiled
+/// The directions in which a link touches an obstacle, for several joint positions at once, in SIMD lanes. Compiled
 /// once for each instruction set.
 
 #include "planner/methods/sensed_cspace/planar_geometry.hpp"
@@ -7,21 +7,21 @@
 namespace hecaton::planner::cspace {
 
 struct DirectionQuery {
-  const double* joint_x;  ///< of each place of the joint [m]
+  const double* joint_x;  ///< joint positions [m]
   const double* joint_y;
-  const double* forward_x;  ///< unit vector from which the angles count, for each place
+  const double* forward_x;  ///< unit vectors of angle 0, one for each position
   const double* forward_y;
   const ConvexPiece* obstacle;
-  double length;  ///< of the link, from the joint on [m], > 0
+  double length;  ///< of the link [m], > 0
   double width;   ///< w of the link [m], > 0
 };
 
-/// For `count` places of the joint, a whole number of fours: the link touches the obstacle in the directions from
-/// `right` on counter-clockwise to `left`, both in [−π, π] [rad], within 10⁻⁹ rad. Whatever the direction: −2π and 2π;
-/// in none: 2π and −2π.
+/// For each of `count` joint positions (a multiple of four): the link touches the obstacle in the directions from
+/// `right` counter-clockwise to `left`, both in [−π, π] [rad], with an error below 10⁻⁹ rad. −2π and 2π stand for all
+/// directions, 2π and −2π for none.
 using DirectionKernel = void (*)(const DirectionQuery& query, int count, double* right, double* left);
 
-/// Both give the same result to the last bit.
+/// Both give bit-identical results.
 namespace baseline {
 void touching_directions(const DirectionQuery& query, int count, double* right, double* left);
 }

@@ -11,9 +11,9 @@
 namespace hecaton::planner::cspace {
 namespace {
 
-/// Above the kernel's error, so that rounding never frees a cell [rad].
+/// Larger than the kernel's error, so that rounding never frees a cell [rad].
 constexpr double kSlack = 1e-8;
-/// Share of its reach by which the arm is taken for thicker, for the same reason.
+/// Growth of the links as a share of the reach, for the same reason.
 constexpr double kGrowth = 1e-9;
 constexpr int kLanesOfKernel = 4;
 
@@ -44,7 +44,7 @@ ObstacleMapper::ObstacleMapper(const PlanarArm& arm, AngleGrid grid) : arm_(arm)
   left_.resize(grid.cells + kLanesOfKernel);
 }
 
-/// No other rows can be blocked: of a ball around the obstacle, both links touch no more than arcs about its direction.
+/// The rows that can be blocked: both links touch a ball around the obstacle only in arcs about its direction.
 ObstacleMapper::Rows ObstacleMapper::rows_in_reach(const ConvexPiece& obstacle) const {
   const double r = std::hypot(obstacle.centre.x, obstacle.centre.y);
   const double l1 = arm_.length1;
@@ -94,8 +94,8 @@ void ObstacleMapper::block_second_link(const ConvexPiece& obstacle, ObstacleImag
   for (int i = 0; i < rows; ++i) image.spans[i] = cells_between(right_[i], left_[i]);
 }
 
-/// Where the first link touches the obstacle, no θ₂ helps. It touches it in directions as the second one does, from the
-/// base on.
+/// Rows in which the first link touches the obstacle are blocked for every θ₂. The kernel gives its directions for a
+/// joint at the base.
 void ObstacleMapper::block_first_link(const ConvexPiece& obstacle, ObstacleImage& image) {
   constexpr std::array<double, kLanesOfKernel> kZero{};
   constexpr std::array<double, kLanesOfKernel> kOne{1.0, 1.0, 1.0, 1.0};

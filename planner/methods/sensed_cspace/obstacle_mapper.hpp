@@ -1,6 +1,5 @@
 #pragma once
-/// The safe mapping of obstacles into the C-space of a planar arm: no cell is missed in whose centre the arm touches
-/// the obstacle, and none is blocked in whose centre it does not.
+/// The exact mapping of obstacles into the C-space of a planar arm.
 
 #include <memory>
 #include <vector>
@@ -10,22 +9,25 @@
 
 namespace hecaton::planner::cspace {
 
-/// differs from paper: [Li96] stores the images of forty points and takes an obstacle for the fundamental obstacles
-/// next to its critical points, which misses up to a third of its cells. Here the images of corners and sides are
-/// computed, row by row, without trigonometry; that takes no longer. docs/design/0011-sensed-cspace.md has the proof.
+/// The links that can touch an obstacle.
 enum class Links { kBoth, kFirst, kSecond };
 
+/// Blocks exactly the cells in whose centre the arm touches the obstacle (docs/design/0011-sensed-cspace.md has the
+/// proof). Not thread-safe.
+///
+/// differs from paper: [Li96] stores the images of forty points and represents an obstacle by its critical points,
+/// which misses up to a third of the cells. This class computes the images of corners and sides row by row, in similar
+/// time.
 class ObstacleMapper {
  public:
-  /// The grid divides both joints; its number of cells is a multiple of 4 and at most 16384.
+  /// `grid`: of both joints. Precondition: its number of cells is a multiple of 4 and at most 16384.
   ObstacleMapper(const PlanarArm& arm, AngleGrid grid);
 
   [[nodiscard]] const PlanarArm& arm() const { return arm_; }
   [[nodiscard]] const AngleGrid& grid() const { return grid_; }
 
-  /// Fills `image` with the cells in whose centre the arm is nearer to the obstacle than its links' widths. No
-  /// allocation once `image` has had as many rows before. Not for several threads at once: scratch is kept.
-  /// `links`: what may touch it; the others pass it above or below.
+  /// Fills `image` with the cells in whose centre the arm is nearer to the obstacle than its links' widths. `links`:
+  /// the others pass above or below the obstacle. No allocation if `image` has held as many rows before.
   void map(const ConvexPiece& obstacle, ObstacleImage& image, Links links = Links::kBoth);
 
  private:
@@ -40,7 +42,7 @@ class ObstacleMapper {
 
   PlanarArm arm_;
   AngleGrid grid_;
-  std::vector<double> cosine_, sine_;      ///< of the rows' centres, twice round and a little more
+  std::vector<double> cosine_, sine_;      ///< of the rows' centres over two turns, padded
   std::vector<double> elbow_x_, elbow_y_;  ///< [m]
   std::vector<double> right_, left_;       ///< scratch
 };

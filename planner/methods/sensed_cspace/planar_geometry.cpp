@@ -60,7 +60,7 @@ ConvexPiece convex_piece(std::span<const Point> points) {
   return piece;
 }
 
-// Ear clipping: some corner always makes a triangle with its neighbours that holds no other corner.
+// Ear clipping: there is always a corner that forms an empty triangle with its neighbours.
 std::vector<ConvexPiece> triangles(std::span<const Point> corners) {
   std::vector<Point> left(corners.begin(), corners.end());
   double area = 0.0;

@@ -12,8 +12,8 @@ struct Point {
   double y = 0.0;
 };
 
-/// Each link is all that is within its width w of its axis: the paper's eq. 5 and 6, where asin(w/s) is the half-angle
-/// under which a disc of radius w is seen from s.
+/// An arm of two links in a plane. A link contains all points within its width w of its axis. This is the model of eq.
+/// 5 and 6: asin(w/s) is half of the angle that a disc of radius w subtends at distance s.
 struct PlanarArm {
   double length1 = 20.0;  ///< l₁ [m], > 0
   double length2 = 20.0;  ///< l₂ [m], > 0
@@ -21,11 +21,11 @@ struct PlanarArm {
   double width2 = 1.0;    ///< w of the second link [m], > 0
 
   [[nodiscard]] double reach() const { return length1 + length2; }
-  /// The same arm, thicker: the image that it makes is that of an obstacle grown by `margin` [m].
+  /// The same arm with thicker links: equivalent to obstacles grown by `margin` [m].
   [[nodiscard]] PlanarArm grown(double margin) const { return {length1, length2, width1 + margin, width2 + margin}; }
 };
 
-/// A side of a convex piece: from `start` on for `length` along the unit vector `along`; `outward` is the unit normal.
+/// A side of a convex piece, from `start` along the unit vector `along`. `outward`: unit normal.
 struct Edge {
   Point start;
   Point along;
@@ -38,13 +38,13 @@ struct ConvexPiece {
   std::vector<Point> corners;  ///< counter-clockwise
   std::vector<Edge> edges;     ///< none of a point, one for each side of a segment
   Point centre;
-  double radius = 0.0;  ///< no point is farther from the centre [m]
+  double radius = 0.0;  ///< largest distance of a point from the centre [m]
 };
 
-/// The convex hull of the points [m], at least one.
+/// The convex hull of one or more points [m]. Allocates.
 [[nodiscard]] ConvexPiece convex_piece(std::span<const Point> points);
 
-/// A polygon without crossings, given by its corners in either order, cut into triangles. Empty when it has no area.
+/// Triangles that cover a simple polygon with these corners, in either order. Empty for a polygon without area.
 [[nodiscard]] std::vector<ConvexPiece> triangles(std::span<const Point> corners);
 
 }  // namespace hecaton::planner::cspace

@@ -9,20 +9,20 @@
 namespace hecaton::planner::cspace {
 namespace {
 
-/// Points in the same cube of this size count as one [m].
+/// Size of the cubes in which points count as one [m].
 constexpr double kCube = 0.004;
-/// A straight line is looked at in steps of this share of a cell; between two it may leave a cell by half a step.
+/// Step along a straight line, in cells. Between two steps the line may leave a cell by half a step.
 constexpr double kStep = 0.25;
-/// A wide line is looked at so far about each of those places: half a step, and a sixteenth of a cell.
+/// Half width of a wide line, in cells: half a step and a sixteenth of a cell.
 constexpr double kAside = 0.5 * kStep + 0.0625;
-/// How far from a cell's centre the arm may be and the cell still speaks for it: half a cell, and that half step.
+/// Range around a cell's centre for which the cell must be valid, in cells: half a cell and half a step.
 constexpr double kCover = 0.5 + 0.5 * kStep;
 
-/// A cell of which the joint's limit leaves less than this share is none: the one next to it speaks for what is left,
-/// and nobody has to arrive in a place that is no place.
+/// A joint limit that leaves less than this share of a cell removes the cell: the next cell covers the remainder, and
+/// no path has to end in it.
 constexpr double kSliver = 0.5 * kStep;
 
-/// The first and the last cell that hold places between these.
+/// The first and the last cell between two angles, in units of cells.
 std::pair<int, int> cells_between(double low, double high) {
   int first = static_cast<int>(std::floor(low + 0.5));
   int last = static_cast<int>(std::floor(high + 0.5));
@@ -31,22 +31,22 @@ std::pair<int, int> cells_between(double low, double high) {
   return {first, last};
 }
 
-/// No point of the second link moves farther than this while all angles change by `angle`, of the first one less [m].
-double stray(const ArmPlanes& planes, double angle) {
+/// Bound of the motion of any point of the second link while all angles change by `angle` [m].
+double sweep(const ArmPlanes& planes, double angle) {
   const PlanarArm& arm = planes.arm();
   return angle * (arm.reach() + arm.length2);
 }
 
-/// The arm as thick as a cell's centre must take it so that the whole cell is spoken for.
+/// The arm with links thick enough that the test at a cell's centre covers the whole cell.
 PlanarArm covering(const ArmPlanes& planes, const SensedParameters& parameters, double thick) {
   const double half = kCover * AngleGrid{parameters.cells}.pitch();
   PlanarArm arm = planes.arm().grown(thick);
   arm.width1 += half * arm.length1;
-  arm.width2 += stray(planes, half);
+  arm.width2 += sweep(planes, half);
   return arm;
 }
 
-/// For the point that was seen, its like in the same cube, and another θ₀ in the same cell.
+/// Thickness that covers the margin, other points in the same cube, and other values of θ₀ in the same cell [m].
 double thickness(const ArmPlanes& planes, const SensedParameters& parameters) {
   const double half = kCover * AngleGrid{parameters.cells}.pitch();
   return parameters.margin + std::sqrt(3.0) * kCube + half * planes.radius();
@@ -94,7 +94,7 @@ SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const S
   for (int i = 0; i < size_[0]; ++i) turns_[i] = {cosine[i], sine[i]};
 }
 
-bool SensedMap::see(const Eigen::Vector3d& p_B) {
+bool SensedMap::add(const Eigen::Vector3d& p_B) {
   if (!seen_.insert(cube_of(p_B)).second) return false;
   points_.push_back(p_B);
   bool touched = false;
@@ -117,7 +117,7 @@ bool SensedMap::holds(const Eigen::Vector3d& p_B) const {
   return seen_.contains(cube_of(p_B));
 }
 
-bool SensedMap::holds_just(std::span<const Eigen::Vector3d> points_B) const {
+bool SensedMap::holds_exactly(std::span<const Eigen::Vector3d> points_B) const {
   std::unordered_set<std::uint64_t> cubes;
   for (const Eigen::Vector3d& p_B : points_B) cubes.insert(cube_of(p_B));
   return cubes == seen_;
@@ -201,7 +201,7 @@ bool GrowingMap::advance(int& points) {
   for (; next != waiting_.end(); ++next) {
     if (map_.holds(next->p_B)) continue;
     if (points <= 0) break;
-    blocked_more = map_.see(next->p_B) || blocked_more;
+    blocked_more = map_.add(next->p_B) || blocked_more;
     --points;
   }
   waiting_.erase(waiting_.begin(), next);

@@ -12,17 +12,17 @@
 
 namespace hecaton::planner {
 
-/// How long an arm remembers what it saw (docs/design/0011-sensed-cspace.md says when it then arrives).
+/// How long an arm keeps measured points. docs/design/0011-sensed-cspace.md says when the arm reaches its goal.
 enum class Remember {
-  kNever,        ///< it plans with what it sees now, as published: "We do not accumulate historical FO_i"
-  kUntilNearer,  ///< from where something comes in its way until the goal is in sight and nearer than there
+  kNever,        ///< present scans only, as published: "We do not accumulate historical FO_i"
+  kUntilNearer,  ///< from the start of a detour until the goal is visible and nearer than at its start
   kAlways,
 };
 
-/// What an arm knows of its C-space. The cell file's map `sensed`.
+/// The cell file's map `sensed`.
 struct SensedParameters {
   int cells = 180;       ///< of a full turn of each joint, 36 to 1440, a multiple of 4
-  double margin = 0.03;  ///< kept from what was seen, for what is between two beams [m], > 0
+  double margin = 0.03;  ///< distance from measured points, to cover the gaps between beams [m], > 0
   Remember remember = Remember::kAlways;
 };
 
@@ -30,38 +30,39 @@ struct SensedParameters {
 
 namespace hecaton::planner::cspace {
 
-/// A cell of the joints' ranges: how many cells each angle is from the first, θ₀ first.
+/// Indices of a cell along θ₀, θ₁ and θ₂, within the joints' ranges.
 using Cell3 = std::array<int, 3>;
 
+/// The cells of C-space that measured points block, with one CspaceMap for each cell of θ₀. Points in the same small
+/// cube count as one. Not thread-safe.
 class SensedMap {
  public:
-  /// Nothing was seen. Joints without limits may turn once round either way.
+  /// An empty map. Joints without limits get one turn in each direction.
   SensedMap(const ArmPlanes& planes, const JointLimits& limits, const SensedParameters& parameters);
 
-  /// Sees a point of an obstacle in the arm's base frame B [m]. True: something is blocked that was free.
-  bool see(const Eigen::Vector3d& p_B);
+  /// Adds a point of an obstacle in the arm's base frame B [m]. Returns true if the point touches any cell.
+  bool add(const Eigen::Vector3d& p_B);
   void forget();
-  /// Has seen this point, or another in the same small cube.
+  /// True if the map holds this point or another one in the same small cube.
   [[nodiscard]] bool holds(const Eigen::Vector3d& p_B) const;
-  /// Seeing these points after forgetting all would make the same map: the union of fundamental obstacles is the same.
-  [[nodiscard]] bool holds_just(std::span<const Eigen::Vector3d> points_B) const;
-  /// Points that were mapped since the last forget(), at most one in a small cube.
+  /// True if the map of these points alone would be the same.
+  [[nodiscard]] bool holds_exactly(std::span<const Eigen::Vector3d> points_B) const;
+  /// The mapped points since the last forget(), at most one in each small cube [m].
   [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
 
-  [[nodiscard]] const Cell3& size() const { return size_; }  ///< cells of each angle
+  [[nodiscard]] const Cell3& size() const { return size_; }  ///< number of cells along each angle
   [[nodiscard]] int index(const Cell3& cell) const { return (cell[0] * size_[1] + cell[1]) * size_[2] + cell[2]; }
   [[nodiscard]] Cell3 cell(int index) const;
-  /// Which holds q; the nearest if q is beyond the limits.
+  /// The cell that holds q, or the nearest one if q is outside the limits.
   [[nodiscard]] Cell3 cell_at(const JointVector& q) const;
   [[nodiscard]] JointVector centre(const Cell3& cell) const;
   [[nodiscard]] double pitch() const { return grid_.pitch(); }
-  /// Of a cell within size(). In a cell that is not blocked, the arm is clear of all points by the margin wherever in
-  /// the cell it is.
+  /// Precondition: `cell` is within size(). Everywhere in a free cell, the arm keeps the margin from all points.
   [[nodiscard]] bool blocked(const Cell3& cell) const {
     return planes_[cell[0]].blocked(wrapped_[1][cell[1]], wrapped_[2][cell[2]]);
   }
-  /// All of the straight line lies in cells that are not blocked. `wide`: what is beside it, too, so that from wherever
-  /// on the line the arm is, or a sixteenth of a cell aside, the rest of it still does.
+  /// True if the whole straight line lies in free cells. `wide`: cells beside the line must be free, too. Then the rest
+  /// of the line stays free from any position up to a sixteenth of a cell beside it.
   [[nodiscard]] bool straight_path_free(const JointVector& from, const JointVector& to, bool wide = false) const;
 
  private:
@@ -83,22 +84,23 @@ class SensedMap {
   ObstacleImage image_;  ///< scratch
 };
 
+/// A map with a queue of new points, so that each control period maps a bounded number of them.
 class GrowingMap {
  public:
   explicit GrowingMap(SensedMap map) : map_(std::move(map)) {}
 
   [[nodiscard]] const SensedMap& map() const { return map_; }
-  /// Nothing waits.
+  /// The queue is empty.
   [[nodiscard]] bool complete() const { return waiting_.empty(); }
 
-  /// A point that a sensor has seen from `distance` [m], in the arm's base frame B [m]; waits, unless it is known.
+  /// Queues a point in the arm's base frame B [m], measured at `distance` [m] from its sensor, unless it is mapped.
   void note(double distance, const Eigen::Vector3d& p_B);
-  /// Puts a point into the map at once. True: something is blocked that was free.
-  bool see(const Eigen::Vector3d& p_B) { return map_.see(p_B); }
-  /// Puts up to `points` into the map, those nearest to their sensors first, and takes as many from `points`. True:
-  /// something is blocked that was free.
+  /// Maps a point at once; see SensedMap::add.
+  bool add(const Eigen::Vector3d& p_B) { return map_.add(p_B); }
+  /// Maps up to `points` queued points, nearest to their sensors first, and reduces `points` by their number. Returns
+  /// true if any of them touches a cell.
   bool advance(int& points);
-  /// Forgets everything, also what waits.
+  /// Clears the map and the queue.
   void forget();
 
  private:

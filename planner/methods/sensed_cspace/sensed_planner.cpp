@@ -10,26 +10,26 @@
 namespace hecaton::planner::cspace {
 namespace {
 
-/// Cells that a search looks at in a control period.
+/// Cells that a search expands in a control period.
 constexpr int kCellsPerPeriod = 2'000;
-/// New points that are mapped in a control period, times planes: what one takes in a plane is bounded.
+/// New points that are mapped in a control period, times planes. The cost of one point in one plane is bounded.
 constexpr int kMappingsPerPeriod = 4'096;
-/// Points of the way that are tried for being in sight in a period.
+/// Points of the path that are checked for visibility in a period.
 constexpr int kLooksPerPeriod = 40;
-/// Who has to leave a blocked cell does so at no more than this share of the fastest.
+/// The arm leaves a blocked cell at no more than this share of its maximum velocity.
 constexpr double kLeavingSpeed = 0.1;
-/// The arm's trail has a place for each such share of a cell, and so many at most.
+/// Distance of positions in the trail [cells], and their largest number.
 constexpr double kTrailStep = 0.25;
 constexpr std::size_t kLongestTrail = 20'000;
-/// So many cells farther on it was moved by somebody else: where it came from is no way back.
+/// Beyond this jump [cells] something else has moved the arm, and the trail is not valid.
 constexpr double kJump = 8.0;
-/// A slower arm is at rest [rad/s].
+/// A slower arm counts as at rest [rad/s].
 constexpr double kAtRest = 1e-3;
-/// Who is nearer to a point has arrived there [rad].
+/// Within this distance the arm has reached a point [rad].
 constexpr double kArrived = 1e-4;
-/// Who has rested so many periods although it has somewhere to go is not let go there.
-constexpr int kPatience = 10;
-/// What is nearer has no direction [rad].
+/// After this many periods at rest away from its target, the arm cannot reach it.
+constexpr int kRestingPeriods = 10;
+/// A shorter vector has no direction [rad].
 constexpr double kSame = 1e-6;
 
 }  // namespace
@@ -44,7 +44,7 @@ SensedPlanner::SensedPlanner(const Arm& arm, const SensedParameters& parameters,
       planes_(*arm.model),
       known_(SensedMap(planes_, arm.limits, parameters)),
       search_(known_.map()) {
-  if (remember_ != Remember::kAlways) anew_ = known_;
+  if (remember_ != Remember::kAlways) rebuilt_ = known_;
 }
 
 void SensedPlanner::sense(const RangeScan& scan) {
@@ -57,17 +57,17 @@ void SensedPlanner::sense(const RangeScan& scan) {
     if (!reading.hit) continue;
     seen.emplace_back(X_BL * (reading.ray.origin_L + reading.distance * reading.ray.direction_L));
     known_.note(reading.distance, seen.back());
-    if (modelling_anew_) anew_->note(reading.distance, seen.back());
+    if (rebuilding_) rebuilt_->note(reading.distance, seen.back());
   }
   changed_ = true;
 }
 
-void SensedPlanner::see(const Eigen::Vector3d& p_W) {
-  blocked_more_ = known_.see(X_BW_ * p_W) || blocked_more_;
+void SensedPlanner::add_point(const Eigen::Vector3d& p_W) {
+  blocked_more_ = known_.add(X_BW_ * p_W) || blocked_more_;
 }
 
-/// Algorithm 3, steps 2.1 to 2.3: the map follows what the sensors see, a share of the work in each period. The arm
-/// stands until nothing that is new is left to be mapped.
+/// Algorithm 3, steps 2.1 to 2.3: adds the scans to the map in shares of work. The arm stands until all points are
+/// mapped.
 void SensedPlanner::model() {
   const int planes = known_.map().size()[0];
   const int share = std::max(1, kMappingsPerPeriod / planes);
@@ -75,38 +75,36 @@ void SensedPlanner::model() {
   blocked_more_ = known_.advance(left) || blocked_more_;
   const bool remembers = remember_ == Remember::kAlways || (remember_ == Remember::kUntilNearer && detours_);
   if (remembers) {
-    modelling_anew_ = false;
+    rebuilding_ = false;
   } else {
-    model_anew(left);
+    rebuild_map(left);
   }
   mapped_ += static_cast<std::int64_t>(share - left) * planes;
 }
 
-/// What the arm no longer sees is forgotten as soon as a second map of all that it sees now is ready; only begun when
-/// that is something else than it knows. Until then both take what is new, so that the arm never knows less than it
-/// sees.
-void SensedPlanner::model_anew(int& points) {
-  if (!modelling_anew_) {
+/// Forgets points outside the present scans: builds a second map of the present scans, and replaces the first one when
+/// it is complete. New points enter both maps meanwhile, so that the map never misses a measured point.
+void SensedPlanner::rebuild_map(int& points) {
+  if (!rebuilding_) {
     if (!changed_) return;
     changed_ = false;
     std::vector<Eigen::Vector3d> seen;
     for (const auto& of_sensor : now_) seen.insert(seen.end(), of_sensor.begin(), of_sensor.end());
-    if (known_.complete() && known_.map().holds_just(seen)) return;
-    anew_->forget();
-    for (const Eigen::Vector3d& p_B : seen) anew_->note(0.0, p_B);
-    modelling_anew_ = true;
+    if (known_.complete() && known_.map().holds_exactly(seen)) return;
+    rebuilt_->forget();
+    for (const Eigen::Vector3d& p_B : seen) rebuilt_->note(0.0, p_B);
+    rebuilding_ = true;
   }
-  (void)anew_->advance(points);
-  if (!anew_->complete()) return;
-  std::swap(known_, *anew_);
-  modelling_anew_ = false;
+  (void)rebuilt_->advance(points);
+  if (!rebuilt_->complete()) return;
+  std::swap(known_, *rebuilt_);
+  rebuilding_ = false;
   blocked_more_ = forgot_ = true;
 }
 
-/// differs from paper: [Li96] takes its way round an obstacle from Lumelsky's rules for a point, which follow a
-/// boundary from a hit point until a leave point nearer to the goal. Here a search among everything seen since the hit
-/// point takes the boundary's place, and each leave point is a cell nearer at least: so there are finitely many of
-/// both.
+/// differs from paper: [Li96] uses Lumelsky's rules, which follow a boundary from a hit point to a leave point nearer
+/// to the goal. Here a search among all points since the hit point replaces the boundary. Each leave point is at least
+/// one cell nearer, so that the number of detours is finite.
 void SensedPlanner::note_progress(const JointVector& q, bool straight) {
   const double distance = (q_goal_ - q).norm();
   if (!detours_ && !straight) {
@@ -122,7 +120,7 @@ bool SensedPlanner::path_free() const {
                       [&](const Cell3& cell) { return map().blocked(cell); });
 }
 
-/// A cell's centre, or what the limits leave of the cell next to it. The last one is the goal itself.
+/// The centre of a cell, clamped to the joint limits. The last point is the goal.
 JointVector SensedPlanner::path_point(std::size_t i) const {
   if (i + 1 == path_.size()) return q_goal_;
   return map().centre(path_[i]).cwiseMax(limits_.lower).cwiseMin(limits_.upper);
@@ -135,8 +133,8 @@ void SensedPlanner::search_from(const JointVector& q) {
   ++searches_;
 }
 
-/// What is seen during a search may block the way that it finds; what is forgotten may open one where it finds none.
-/// True: there is a way.
+/// Continues the search. Drops a path that new points block, and the result kNone if cells were freed. Returns true if
+/// there is a path.
 bool SensedPlanner::search_on() {
   using State = CspaceSearch::State;
   const State state = search_.advance(map(), kCellsPerPeriod);
@@ -181,12 +179,12 @@ MotionGuide::Aim SensedPlanner::choose(const JointVector& q, const JointVector& 
   return {straight_ ? Path::kStraight : Path::kAround, ahead(q, qd, target)};
 }
 
-/// The target changed on the way and the arm has left the line, so that what is in sight is not where it may go: a line
-/// is looked at in places, and those of a stop on it are others. From rest to rest along the way, all of them are free.
+/// True if the arm cannot reach its target. This happens when the target changed during motion: the line is free at its
+/// sampled positions, but not at those of a stop. Motion from rest to rest along the path resolves it.
 bool SensedPlanner::stands(const JointVector& q, const JointVector& qd, const JointVector& target) {
   const bool rests = qd.cwiseAbs().maxCoeff() < kAtRest && (target - q).norm() > kArrived && known_.complete();
   standing_ = rests ? standing_ + 1 : 0;
-  return standing_ > kPatience && !careful_;
+  return standing_ > kRestingPeriods && !careful_;
 }
 
 void SensedPlanner::begin(const JointVector& q_goal) {
@@ -210,7 +208,7 @@ void SensedPlanner::remember_place(const JointVector& q) {
   trail_.push_back(q);
 }
 
-/// Nothing is sure about a blocked cell's neighbours: they may be inside of what was seen. Where the arm was is sure.
+/// Leaves a blocked cell along the trail. Neighbours of a blocked cell may be inside the obstacle; the trail was free.
 MotionGuide::Aim SensedPlanner::go_back(const JointVector& q, const JointVector& qd) {
   drop_path();
   const double near = 0.5 * kTrailStep * map().pitch();
@@ -219,8 +217,8 @@ MotionGuide::Aim SensedPlanner::go_back(const JointVector& q, const JointVector&
   return {Path::kAround, ahead(q, qd, trail_.back())};
 }
 
-/// Goes on to the farthest point of the way that is in a straight line of sight. From a point of it where the arm has
-/// arrived, the next one always is. False: none is.
+/// Selects the farthest visible point of the path. From a reached point of the path, the next one is always visible.
+/// Returns false if no point is visible.
 bool SensedPlanner::look_ahead(const JointVector& q) {
   const bool arrived = (path_point(at_) - q).norm() < kArrived;
   if (arrived && at_ + 1 < path_.size()) ++at_;
@@ -232,8 +230,8 @@ bool SensedPlanner::look_ahead(const JointVector& q) {
   return map().straight_path_free(q, path_point(at_));
 }
 
-/// No farther on the line to the target than keeps the arm on it: every joint reaches its part of the speed within one
-/// period. Without this a joint that has little to do would be done early, and the arm would leave the line.
+/// A point on the line to the target, near enough that every joint reaches its share of the speed within one period.
+/// Otherwise joints with short motions would finish early, and the arm would leave the line.
 JointVector SensedPlanner::ahead(const JointVector& q, const JointVector& qd, const JointVector& target) const {
   const JointVector way = target - q;
   const double length = way.norm();
@@ -258,11 +256,11 @@ bool SensedPlanner::may_go(const JointVector& from, const JointVector& q, const 
 std::optional<std::string> SensedPlanner::why_none(const JointVector& q) const {
   if (!none_) return std::nullopt;
   const auto too_near = [&](const char* what) {
-    return std::string(what) + " is nearer to an obstacle that it knows than sensed.margin and a cell of its map allow";
+    return std::string(what) + " is nearer to a known obstacle than sensed.margin and a cell of its map allow";
   };
-  if (map().blocked(map().cell_at(q))) return too_near("where the arm stands");
+  if (map().blocked(map().cell_at(q))) return too_near("the arm's position");
   if (map().blocked(map().cell_at(q_goal_))) return too_near("its goal");
-  return "what it knows of the obstacles leaves no way to the goal";
+  return "the known obstacles leave no path to the goal";
 }
 
 }  // namespace hecaton::planner::cspace

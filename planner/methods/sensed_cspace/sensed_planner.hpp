@@ -1,6 +1,5 @@
 #pragma once
-/// Algorithm 3 of [Li96], running: an arm that knows no obstacle but what its sensors see. It keeps a way through the
-/// cells that are not known to be blocked, and searches another when what it sees blocks that one.
+/// Algorithm 3 of [Li96] for a live arm that knows obstacles from its sensors only.
 
 #include <optional>
 #include <string>
@@ -14,34 +13,35 @@
 
 namespace hecaton::planner::cspace {
 
+/// Follows a path through the free cells of a SensedMap, and searches another one when new points block it. Not
+/// thread-safe.
 class SensedPlanner : public MotionGuide {
  public:
-  /// `dt`: control period [s]. The arm's model must be one that ArmPlanes takes.
+  /// `dt`: control period [s]. Precondition: ArmPlanes::why_not(*arm.model) returns nothing.
   SensedPlanner(const Arm& arm, const SensedParameters& parameters, double dt);
 
-  /// What a sensor of the arm has measured.
   void sense(const RangeScan& scan) override;
-  /// A point of an obstacle in W [m], from whoever else knows one.
-  void see(const Eigen::Vector3d& p_W);
+  /// Adds a point of a known obstacle in W [m].
+  void add_point(const Eigen::Vector3d& p_W);
 
   using Path = GuidedPath;
   [[nodiscard]] Aim guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) override;
 
-  /// From `from`, the arm may come to (q, q̇) at the end of a period: it could still stop in cells that are not known to
-  /// be blocked. Out of a blocked cell it always may, slowly. Nowhere while something that was seen is not mapped yet.
+  /// True if all points are mapped and the stop from (q, q̇) ends in free cells, or if the arm slowly leaves a blocked
+  /// cell.
   [[nodiscard]] bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const override;
 
   [[nodiscard]] std::optional<std::string> why_none(const JointVector& q) const override;
 
   [[nodiscard]] const SensedMap& map() const { return known_.map(); }
   [[nodiscard]] const std::vector<Cell3>& path() const { return path_; }
-  [[nodiscard]] int searches() const { return searches_; }       ///< begun so far
-  [[nodiscard]] std::int64_t mapped() const { return mapped_; }  ///< points that were mapped so far, times planes
+  [[nodiscard]] int searches() const { return searches_; }       ///< number of searches since construction
+  [[nodiscard]] std::int64_t mapped() const { return mapped_; }  ///< mapped points times planes since construction
 
  private:
   [[nodiscard]] Aim choose(const JointVector& q, const JointVector& qd, const JointVector& q_goal);
   void model();
-  void model_anew(int& points);
+  void rebuild_map(int& points);
   void begin(const JointVector& q_goal);
   void drop_path();
   void remember_place(const JointVector& q);
@@ -62,24 +62,24 @@ class SensedPlanner : public MotionGuide {
   Remember remember_;
   ArmPlanes planes_;
   GrowingMap known_;
-  std::optional<GrowingMap> anew_;  ///< of an arm that forgets: takes the place of what it knows when it is complete
-  bool modelling_anew_ = false;
+  std::optional<GrowingMap> rebuilt_;  ///< of an arm that forgets: replaces known_ when complete
+  bool rebuilding_ = false;
   CspaceSearch search_;
-  std::vector<std::vector<Eigen::Vector3d>> now_;  ///< what each sensor saw last, in B [m]
-  bool changed_ = false;                           ///< since `anew_` was begun from `now_`
+  std::vector<std::vector<Eigen::Vector3d>> now_;  ///< last scan of each sensor, in B [m]
+  bool changed_ = false;                           ///< new scans since rebuilt_ was begun
   std::int64_t mapped_ = 0;
-  bool detours_ = false;       ///< something has come in the straight way, see Remember
+  bool detours_ = false;       ///< an obstacle has blocked the straight line, see Remember
   double nearest_ = 0.0;       ///< a detour ends nearer to the goal than this [rad]
-  bool blocked_more_ = false;  ///< since the way was checked
-  bool forgot_ = false;        ///< since the search began
-  bool straight_ = false;      ///< the straight way to the goal was free
-  bool none_ = false;          ///< there was no way
-  bool careful_ = false;       ///< the way is gone from rest to rest
-  int standing_ = 0;           ///< periods at rest with somewhere to go
+  bool blocked_more_ = false;  ///< cells were blocked since the last check of the path
+  bool forgot_ = false;        ///< cells were freed since the search began
+  bool straight_ = false;      ///< the straight line to the goal is free
+  bool none_ = false;          ///< there is no path
+  bool careful_ = false;       ///< the arm stops at each point of the path
+  int standing_ = 0;           ///< periods at rest away from the target
   JointVector q_goal_;
   std::vector<Cell3> path_;
-  std::vector<JointVector> trail_;  ///< where the arm was, in cells that were free
-  std::size_t at_ = 0;              ///< the farthest point of the way that was in sight
+  std::vector<JointVector> trail_;  ///< past positions in free cells
+  std::size_t at_ = 0;              ///< index of the farthest visible point of the path
   int searches_ = 0;
   Kinematics kinematics_;  ///< scratch
 };

@@ -1,12 +1,12 @@
 #pragma once
-/// The on-line stage of [Mediavilla02] on plain arrays: the plane of a strategy and the three behaviours in it.
-/// Compiled once for each instruction set (planner/simd), because the off-line stage's simulation inlines it.
+/// The on-line stage of [Mediavilla02] on plain arrays: the plane of a strategy and the steps in it. Compiled once for
+/// each instruction set (planner/simd), because the simulation of the off-line stage inlines it.
 
 #include "planner/simd/lanes.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 
-/// The most joints that avoid; planner/model's kMaxJoints.
+/// Capacity in avoiding joints; equal to kMaxJoints of planner/model.
 inline constexpr int kPlaneJoints = 16;
 
 inline double dot_of(const double* a, const double* b, int n) {
@@ -15,7 +15,7 @@ inline double dot_of(const double* a, const double* b, int n) {
   return sum;
 }
 
-/// Which axes Gram–Schmidt goes through, in which order. Arms use the first; the others are there to compare with.
+/// Order of the axes in Gram–Schmidt. Arms use the first; the others serve comparisons.
 enum BasisOrder { kFromSecondAxis = 0, kFromLastAxis = 1, kFromFirstAxis = 2 };
 
 inline int basis_axis(BasisOrder order, int k, int n) {
@@ -31,7 +31,7 @@ inline void null_space(const double* u1, int n, double (*v)[kPlaneJoints], Basis
     double* w = v[found];
     for (int j = 0; j < n; ++j) w[j] = 0.0;
     w[basis_axis(order, k, n)] = 1.0;
-    // Twice, or what rounding leaves of the others would matter for nearly parallel axes.
+    // Two passes limit rounding errors for nearly parallel axes.
     for (int pass = 0; pass < 2; ++pass) {
       const double along = dot_of(w, u1, n);
       for (int j = 0; j < n; ++j) w[j] -= along * u1[j];
@@ -68,32 +68,32 @@ struct PlanePoint {
   double y = 0.0;
 };
 
-/// Where the arm is in its plane, and to which side it turns.
+/// The position of the arm in its plane, and the side to which it turns.
 struct PlaneState {
   PlanePoint at;
-  double side = 1.0;  ///< 1: as the strategy says; −1: the local direction was changed
+  double side = 1.0;  ///< 1: as in the strategy; −1: the local direction is reversed
 };
 
-/// uᶠ, towards the goal (distance, 0), and uᵀ, across it: for uᶠ = (a, b) it is (−b, a), which is u₂ on the straight
-/// way.
+/// The direction uᶠ = (a, b) towards the goal (distance, 0). The direction uᵀ across it is (−b, a), which is u₂ on the
+/// straight line.
 struct PlaneFrame {
   double a = 1.0;
   double b = 0.0;
-  double left = 0.0;  ///< to the goal [rad]
+  double left = 0.0;  ///< distance to the goal [rad]
 };
 
 inline PlaneFrame plane_frame(const PlanePoint& at, double distance) {
   const double x = distance - at.x;
   const double y = -at.y;
-  if (y == 0.0 && x > 0.0) return {1.0, 0.0, x};  // on the straight way: the same without roots and quotients
+  if (y == 0.0 && x > 0.0) return {1.0, 0.0, x};  // shortcut on the straight line
   const double left = sqrt(x * x + y * y);
   if (!(left > 0.0)) return {};
   return {x / left, y / left, left};
 }
 
 inline constexpr int kNeighbours = 5;
-/// What each neighbour adds, in steps along uᶠ and uᵀ. The paper lists them so; "closest to its objective" would have
-/// the fifth before the fourth.
+/// Offsets of the neighbours in steps along uᶠ and uᵀ, in the order of the paper's list. By "closest to its objective"
+/// the fifth would precede the fourth.
 inline constexpr double kForward[kNeighbours] = {1.0, 1.0, 0.0, -1.0, -1.0};
 inline constexpr double kSideways[kNeighbours] = {0.0, 1.0, 1.0, 1.0, 0.0};
 

@@ -10,74 +10,74 @@
 
 namespace hecaton::planner {
 
-/// The largest |α|, |β|, … of a strategy: u₂ is within 1 mrad of that one's axis then, and greater ones choose hardly
-/// another plane.
+/// Limit of |α|, |β|, … of a strategy. At this value u₂ is within 1 mrad of the coefficient's axis; larger values
+/// hardly change the plane.
 inline constexpr double kMostCoefficient = 1000.0;
 
-/// L = (α, β, …, λ) of one arm (eq. 7): of an arm with n joints that avoid, n − 2 coefficients choose the plane, and
-/// the local direction says to which side of the straight way the arm turns first.
+/// L = (α, β, …, λ) of one arm (eq. 7). For n avoiding joints, n − 2 coefficients select the plane. The local direction
+/// λ selects the side of the straight line to which the arm turns first.
 struct Strategy {
-  std::array<double, kMaxJoints> coefficients{};  ///< α, β, …; those beyond joints − 2 are not used
+  std::array<double, kMaxJoints> coefficients{};  ///< α, β, …; entries beyond n − 2 are unused
   double direction = 1.0;                         ///< λ, 1 or −1
 
   friend bool operator==(const Strategy&, const Strategy&) = default;
 };
 
-/// How an arm uses it.
+/// The cell file's map `strategy`.
 struct StrategyParameters {
   Strategy strategy;
-  int coefficients = 0;       ///< that were given
-  int joints = 0;             ///< leading joints that avoid, ≥ 2; 0: all but the last (which rolls the tool)
-  double distance = 0.05;     ///< h: the least distance to anything that a step may lead to [m]
+  int coefficients = 0;    ///< number of given coefficients
+  int joints = 0;          ///< number of leading joints that avoid, ≥ 2; 0: all but the last (which rolls the tool)
+  double distance = 0.05;  ///< h: least distance to other bodies after a step [m]
   double step = 0.05 / 0.85;  ///< Δ of the published rule [rad]: ε over the arm's reach
 };
 
-/// The number of joints that avoid, of an arm that has `joints`.
+/// The number of avoiding joints of an arm with `joints` joints.
 [[nodiscard]] inline int avoiding_joints(const StrategyParameters& parameters, int joints) {
   if (parameters.joints > 0) return parameters.joints;
   return joints > 2 ? joints - 1 : joints;
 }
 
-/// An orthonormal basis of the null space of u₁ (eq. 5), row by row: Gram–Schmidt on the axes of joints 2, 3, …, n and
-/// then 1, each made orthogonal to u₁ and to those before it, until there are n − 1; an axis of which less than 10⁻⁶ is
-/// left is passed over. The paper leaves the basis open, and α and β mean nothing without it.
-/// u1: unit, size n ≥ 2; basis: (n − 1) × n.
+/// An orthonormal basis of the null space of u₁ (eq. 5), (n − 1) × n, row by row. `u1`: unit vector of size n ≥ 2.
+/// The basis comes from Gram–Schmidt on the axes of joints 2, 3, …, n and then 1. Axes with a remainder below 10⁻⁶ are
+/// skipped. The paper leaves the basis open, but α and β depend on it.
 using NullSpaceBasis = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMaxJoints, kMaxJoints>;
 [[nodiscard]] NullSpaceBasis null_space_basis(const JointVector& u1);
 
-/// The R-subspace q = q_I + x u₁ + y u₂ (eq. 1) from a start to a goal; of the joints that avoid.
+/// The R-subspace q = q_I + x u₁ + y u₂ (eq. 1) of the avoiding joints, from a start to a goal.
 struct ReducedSubspace {
   JointVector q_start;    ///< [rad]
   JointVector u1;         ///< unit, towards the goal (eq. 2)
-  JointVector u2;         ///< unit, orthogonal to u₁ (eq. 7), λ included: where the arm turns first
+  JointVector u2;         ///< unit, orthogonal to u₁ (eq. 7), including λ: the arm turns there first
   double distance = 0.0;  ///< ‖q_F − q_I‖ [rad]
 
   [[nodiscard]] JointVector at(double x, double y) const { return q_start + x * u1 + y * u2; }
 };
 
-/// What an arm remembers of the way that it goes in its plane; a plain value.
+/// State of an arm in its plane. A value.
 struct StrategyMemory {
-  bool under_way = false;  ///< a plane belongs to the present goal
-  ReducedSubspace plane;   ///< from where the arm was when it got the goal
-  double x = 0.0;          ///< where the last step led: plane.at(x, y) [rad]
+  bool under_way = false;  ///< the plane belongs to the present goal
+  ReducedSubspace plane;   ///< starts where the arm was when it got the goal
+  double x = 0.0;          ///< end of the last step: plane.at(x, y) [rad]
   double y = 0.0;
-  double side = 1.0;  ///< −1: the local direction has been changed
+  double side = 1.0;  ///< −1: the local direction is reversed
 };
 
-/// For a start and a goal that differ (‖q_F − q_I‖ > 0).
+/// The plane from `q_start` to `q_goal`. Precondition: they differ.
 [[nodiscard]] ReducedSubspace reduced_subspace(const JointVector& q_start, const JointVector& q_goal,
                                                const Strategy& strategy);
 
-/// A new goal, `way` from q (all joints) [rad | m]: its plane goes through q. Nothing begins without a way in the
-/// joints that avoid.
+/// Begins a new goal at q + `way` (all joints) [rad | m]; the plane contains q. No effect if the avoiding joints do not
+/// move.
 void begin_strategy(const StrategyParameters& parameters, const JointVector& q, const JointVector& way,
                     StrategyMemory& memory);
 
-/// Where the joints that avoid may be next.
+/// True if the avoiding joints may be at q.
 using IsFree = std::function<bool(const JointVector& q)>;
 
-/// One decision of the published on-line stage [Mediavilla02, section 4], from (memory.x, memory.y): go to the goal,
-/// avoid, or change the local direction, which moves nothing. Changes memory.x, y and side.
+/// One decision of the published on-line stage [Mediavilla02, section 4], from (memory.x, memory.y): a step to the
+/// goal, an avoiding step, or a change of the local direction without motion. `step` [rad]. Changes memory.x, y and
+/// side.
 void take_step(double step, const IsFree& is_free, StrategyMemory& memory);
 
 }  // namespace hecaton::planner

@@ -9,7 +9,7 @@
 namespace hecaton::planner {
 namespace {
 
-/// Nearer to where it goes than this share of a step, the arm decides on the next: it need not stop in between.
+/// The arm takes the next step within this share of a step from its target, so that it need not stop in between.
 constexpr double kNearly = 0.5;
 
 }  // namespace
@@ -61,9 +61,8 @@ struct StrategyFollowingMemory {
   StrategyMemory strategy;
 };
 
-/// [Mediavilla02, footnote of section 4]: uᶠ = a u₁ + b u₂ towards the goal, uᵀ = −b u₁ + a u₂ across it, to the side
-/// that the strategy says. differs from paper: uᶠ has whatever part the dampers have pushed the arm out of the plane,
-/// too.
+/// [Mediavilla02, footnote of section 4]: uᶠ = a u₁ + b u₂ towards the goal, uᵀ = −b u₁ + a u₂ across it, on the side
+/// of the strategy. differs from paper: uᶠ includes the displacement out of the plane that dampers have caused.
 void follow_in_strategy(const MethodInput& input, const JointVector& way, MethodState state) {
   auto& [follower, strategy] = state.memory.as<StrategyFollowingMemory>();
   const Eigen::Index n = strategy.plane.u1.size();

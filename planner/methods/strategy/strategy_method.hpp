@@ -1,5 +1,5 @@
 #pragma once
-/// The motion methods of [Mediavilla02] for a live arm: avoidance in the plane that a motion strategy chose
+/// The motion methods of [Mediavilla02] for a live arm: avoidance in the plane of a motion strategy
 /// (docs/strategies.md).
 
 #include <span>
@@ -10,28 +10,27 @@
 
 namespace hecaton::planner {
 
-/// Where the arm goes now: the configuration that the last step of [Mediavilla02, section 4] led to; a new step is
-/// taken where the arm is nearly there. A configuration is free if it is within limits, at least h from all arms and
-/// obstacles as they are now, and clear of itself.
+/// The present target of an arm by the step rule [Mediavilla02, section 4]: the end of the last step. The next step
+/// follows when the arm is near this target. A configuration is free if it is within limits, at least h from all
+/// present arms and obstacles, and free of self-collision. `arms`: scratch, one per arm of the cell.
 ///
-/// differs from paper: the arm does not jump there but moves, under dampers, velocity and acceleration limits; joints
-/// that do not avoid go straight to the goal; and when what it goes to is no longer free, it decides anew from where it
-/// is. `arms`: scratch, one per arm of the cell.
+/// differs from paper: the arm moves to the target under dampers, velocity and acceleration limits. Joints that do not
+/// avoid move straight to the goal. If the target is no longer free, the arm decides again from its present position.
 [[nodiscard]] JointVector step_way_point(const StrategyParameters& parameters, const MethodInput& input,
                                          const MethodScene& scene, std::span<Kinematics> arms, StrategyMemory& memory);
 
-/// The parameters that both have, and whether they suit an arm.
+/// Parameters of both methods, and the check that they suit an arm.
 class StrategyKeys : public Configured<StrategyParameters> {
  protected:
   void visit(ParameterVisitor& visitor);
   [[nodiscard]] std::optional<std::string> unfit(const RobotModel& robot) const;
 };
 
-/// Under constraints, and where they leave nothing of the way along the boundary, in the strategy's plane.
+/// Boundary following in the plane of the strategy.
 class StrategyFollowing final : public BoundaryFollowing, public StrategyKeys {
  public:
   StrategyFollowing()
-      : BoundaryFollowing({.name = "strategy", .summary = "around in the plane that a motion strategy chose"}) {}
+      : BoundaryFollowing({.name = "strategy", .summary = "boundary following in the plane of a motion strategy"}) {}
 
   void visit_parameters(ParameterVisitor& visitor) override;
   [[nodiscard]] std::optional<std::string> objection(const Arm& arm,
@@ -47,17 +46,18 @@ class StrategyFollowing final : public BoundaryFollowing, public StrategyKeys {
   [[nodiscard]] FollowerMemory& follower_of(MethodMemory& memory) const override;
 };
 
-/// The on-line stage as published: steps to free neighbours in that plane.
+/// The published on-line stage: steps to free neighbours in the plane.
 class StrategyStep final : public MotionMethod, public StrategyKeys {
  public:
-  StrategyStep() : MotionMethod({.name = "strategy_step", .summary = "the published steps in that plane"}) {}
+  StrategyStep()
+      : MotionMethod({.name = "strategy_step", .summary = "the published steps in the plane of a motion strategy"}) {}
 
   void visit_parameters(ParameterVisitor& visitor) override { visit(visitor); }
   [[nodiscard]] std::optional<std::string> objection(const Arm& arm,
                                                      std::span<const RangeSensor> /*sensors*/) const override {
     return unfit(*arm.model);
   }
-  /// No step leads nearer to anything than h.
+  /// No step leads nearer to other bodies than h.
   [[nodiscard]] std::optional<double> least_rest_distance() const override { return parameters.distance + 1e-3; }
   [[nodiscard]] std::unique_ptr<MethodWorkspace> make_workspace(const CellGeometry& geometry) const override;
   [[nodiscard]] WantedMotion want(const MethodInput& input, MethodState state) const override;

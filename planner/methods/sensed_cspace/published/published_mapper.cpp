@@ -44,8 +44,8 @@ std::vector<Point> border_points(std::span<const Point> corners, double spacing)
 
 namespace {
 
-/// How far θ₁ may turn away from the direction of a point at distance r and the arm can still touch it [rad]; below 0
-/// if it never can. [Li96] eq. 3 with s = l₂; what the first link touches is added.
+/// The largest angle between θ₁ and the direction of a point at distance r at which the arm touches the point [rad];
+/// negative if it never does. [Li96] eq. 3 with s = l₂, extended by the first link.
 double widest_theta1(const PlanarArm& arm, double r) {
   const double l1 = arm.length1;
   const double l2 = arm.length2;
@@ -148,7 +148,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Where an image turned by φ meets the rows of the grid.
+/// An image turned by φ, resampled at the rows of the grid.
 struct Turned {
   const PointImage& image;
   int first_row = 0;   ///< σ_min, not wrapped

@@ -11,27 +11,27 @@
 
 namespace hecaton::planner::cspace {
 
-/// FO_i with its two parameters, eq. 1 and 2. differs from paper: φ needs both signs, arctan(y/x) has one.
+/// FO_i: a grid point of the workspace next to the border of an obstacle, with its parameters (eq. 1 and 2).
+/// differs from paper: φ = atan2(y, x), because arctan(y/x) loses the sign.
 struct FundamentalObstacle {
   Point place;       ///< [m], both multiples of the grid's spacing
   double r = 0.0;    ///< [m]
   double phi = 0.0;  ///< [rad], −π … π
 };
 
-/// Those nearest to the border of the polygon through `corners`, in order along it, each once. `spacing`: δ [m].
+/// The fundamental obstacles along the border of the polygon with these corners, each once. `spacing`: δ [m].
 [[nodiscard]] std::vector<FundamentalObstacle> border(std::span<const Point> corners, double spacing);
 
-/// Points of the border itself, its corners among them: none of it is farther than half of `spacing` [m] from the
-/// nearest of them. Each mapped exactly with that added to the widths (ObstacleMapper), they block every cell in whose
-/// centre the arm touches the obstacle, if that is clear of the arm's base: who touches it and is not all inside of it
-/// touches its border. What sensors see is such points.
+/// Points of the border, including its corners; the border is within half of `spacing` [m] of them. Mapped exactly,
+/// with widths grown by this distance, they block every cell in whose centre the arm touches the obstacle.
+/// Precondition: the obstacle does not contain the arm's base. Sensors measure such points.
 [[nodiscard]] std::vector<Point> border_points(std::span<const Point> corners, double spacing);
 
-/// How many images [Li96] stores (section 2).
+/// The number of images that [Li96] stores (section 2).
 inline constexpr int kPublishedImages = 40;
 
-/// CO_R(MFO_k) as in table 1: for rows one pitch apart, from θ₁min on, the least and the largest θ₂ that touch it. Not
-/// wrapped to a full turn: θ₂ beyond ±π belongs to the other end. [rad]
+/// CO_R(MFO_k) as in table 1: the least and the largest θ₂ that touch the point, for rows one pitch apart from θ₁min
+/// [rad]. θ₂ is not wrapped.
 struct PointImage {
   double theta1_min = 0.0;
   double theta1_max = -1.0;   ///< below θ₁min: the arm cannot touch it
@@ -41,14 +41,15 @@ struct PointImage {
   [[nodiscard]] bool empty() const { return lower.empty(); }
 };
 
+/// The images of fundamental obstacles on the positive x axis. [Li96] derives all other images from them.
 class ImageDatabase {
  public:
-  /// The images of the obstacles at r = k δ, k = 1 … `images`; δ = reach / images. In memory; nothing else is kept.
+  /// Computes the images for r = k δ, k = 1 … `images`, with δ = reach / images.
   ImageDatabase(const PlanarArm& arm, AngleGrid grid, int images = kPublishedImages);
 
   [[nodiscard]] const AngleGrid& grid() const { return grid_; }
   [[nodiscard]] double spacing() const { return spacing_; }  ///< δ [m]
-  /// Of MFO_n, n = ⌊r/δ⌋ as in algorithm 1; the innermost nearer than δ; empty where the arm does not reach.
+  /// The image of MFO_n with n = ⌊r/δ⌋, at least 1, as in algorithm 1. Empty beyond the arm's reach.
   [[nodiscard]] const PointImage& at(double r) const;
   [[nodiscard]] int size() const { return static_cast<int>(images_.size()); }
   [[nodiscard]] std::size_t bytes() const;
@@ -59,7 +60,7 @@ class ImageDatabase {
   std::vector<PointImage> images_;  ///< MFO_1 …
 };
 
-/// Indices of fundamental obstacles, of which several may be the same.
+/// The five critical points of an obstacle, as indices of fundamental obstacles. Indices may be equal.
 struct CriticalPoints {
   int nearest = -1;              ///< G₁: least r
   int phi_min = -1;              ///< G₂
@@ -72,16 +73,16 @@ struct CriticalPoints {
   friend bool operator==(const CriticalPoints&, const CriticalPoints&) = default;
 };
 
-/// Of at least one fundamental obstacle. Angles are compared relative to the first one's φ, so that an obstacle may lie
-/// across the negative x axis.
+/// Algorithm 1. Precondition: `obstacles` is not empty. Angles are compared relative to the first φ, so that an
+/// obstacle may cross the negative x axis.
 [[nodiscard]] CriticalPoints find_critical_points(std::span<const FundamentalObstacle> obstacles,
                                                   const ImageDatabase& database);
 
-/// Fills `image` with what lies between Θ₂l(m) and Θ₂u(m).
+/// Algorithm 2: fills `image` with the cells between Θ₂l(m) and Θ₂u(m).
 void map_as_published(std::span<const FundamentalObstacle> obstacles, const CriticalPoints& critical,
                       const ImageDatabase& database, ObstacleImage& image);
 
-/// The same rows and interpolation, but of all fundamental obstacles, each for itself: eq. 7.
+/// Eq. 7: the same rows and interpolation, for each fundamental obstacle separately.
 void map_union(std::span<const FundamentalObstacle> obstacles, const ImageDatabase& database, CspaceMap& map);
 
 }  // namespace hecaton::planner::cspace

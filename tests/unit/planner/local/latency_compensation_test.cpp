@@ -1,10 +1,11 @@
+#include "planner/local/latency_compensation.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "planner/collision/cell_geometry.hpp"
-#include "planner/local/latency_compensation.hpp"
 #include "planner/local/random.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "planner/trajectory/stop_profile.hpp"
@@ -108,7 +109,6 @@ TEST(LeastDistance, NeverExceedsTheExpectedDistance) {
 namespace {
 
 using test::joints;
-
 
 class SetpointLogTest : public testing::Test {
  protected:

@@ -1,7 +1,8 @@
+#include "planner/local/velocity_constraints.hpp"
+
 #include <gtest/gtest.h>
 
 #include "planner/local/random.hpp"
-#include "planner/local/velocity_constraints.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 #include "tests/support/planar_point.hpp"
 

@@ -146,7 +146,8 @@ TEST(JerkLimited, LeavesThePathOnlyWhereAllowed) {
     // A half-space that cuts off the inner side of some corners.
     const Eigen::VectorXd out = Eigen::VectorXd::Ones(tried.waypoints.front().size()).normalized();
     std::vector<Way> allowed;
-    const SegmentFree beside = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to, const Eigen::VectorXd& spread) {
+    const SegmentFree beside = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                                   const Eigen::VectorXd& spread) {
       const bool free = std::max(out.dot(from), out.dot(to)) + spread.sum() < 0.3;
       (free ? left : refused) += 1;
       if (free) allowed.push_back({from, to, spread});

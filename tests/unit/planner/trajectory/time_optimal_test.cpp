@@ -1,10 +1,11 @@
+#include "planner/trajectory/time_optimal.hpp"
+
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "planner/local/random.hpp"
-#include "planner/trajectory/time_optimal.hpp"
 
 namespace hecaton::planner {
 namespace {

@@ -1,9 +1,10 @@
 // [Lahouar06] figures 9 and 10 on hand-made constraints in a plane: U₁ = x, U₂ = y.
+#include "planner/methods/boundary_following/boundary_following.hpp"
+
 #include <array>
 
 #include <gtest/gtest.h>
 
-#include "planner/methods/boundary_following/boundary_following.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -92,7 +93,7 @@ TEST(BoundaryFollower, ResampledSubspaceIsOrthonormalAndForgetsTheWall) {
   following.random = Random(3);
   const JointVector way = joints({1, 1});
   memory.time_in_subspace = 5.0;
-  redraw_subspace(following.follower(), way, {});
+  resample_subspace(following.follower(), way, {});
   EXPECT_NEAR(memory.U1.dot(memory.U2), 0.0, 1e-12);
   EXPECT_NEAR(memory.U2.norm(), 1.0, 1e-12);
   EXPECT_NEAR((memory.U1 - way.normalized()).norm(), 0.0, 1e-12);

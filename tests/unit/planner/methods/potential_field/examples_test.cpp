@@ -34,7 +34,7 @@ TEST_P(Examples, HaveAPathBothWays) {
     EXPECT_EQ(path.front(), from);
     EXPECT_LT((path.back() - to).norm(), 1e-12);
     // Ten times finer than any step, by distances alone.
-    for (const JointVector& q : resample(path, motion, 0.002)) EXPECT_GT(motion.room(q, 0.1), 0.0);
+    for (const JointVector& q : resample(path, motion, 0.002)) EXPECT_GT(motion.free_distance(q, 0.1), 0.0);
   }
 }
 

@@ -1,8 +1,9 @@
+#include "planner/methods/potential_field/field_method.hpp"
+
 #include <gtest/gtest.h>
 
 #include "field_setup.hpp"
 #include "planner/arm_controller.hpp"
-#include "planner/methods/potential_field/field_method.hpp"
 #include "planner/methods/potential_field/oscillation_monitor.hpp"
 #include "planner/methods/registry.hpp"
 #include "tests/support/planar_point.hpp"
@@ -36,7 +37,7 @@ TickStatus drive(const std::vector<world::Obstacle>& obstacles, const JointVecto
     const JointVector change = (result.qd - state.qd).cwiseAbs();
     EXPECT_TRUE((change.array() <= arm.limits.acceleration.array() * kPeriod + 1e-9).all());
     EXPECT_TRUE((result.qd.cwiseAbs().array() <= arm.limits.velocity.array() + 1e-9).all());
-    EXPECT_GT(setup.motion.room(result.q, 1.0), 0.9 * security_distance);
+    EXPECT_GT(setup.motion.free_distance(result.q, 1.0), 0.9 * security_distance);
     state = {result.q, result.qd};
     if (result.status == TickStatus::kReached) break;
   }

@@ -49,7 +49,8 @@ TEST(FreeMotion, IsConservativeForAPuma) {
     const JointVector from = draw();
     const JointVector to = from + 0.3 * (draw() - from);
     bool touches = false;
-    for (int i = 0; i <= 400; ++i) touches = touches || setup.motion.room(from + i / 400.0 * (to - from), 0.01) <= 0.0;
+    for (int i = 0; i <= 400; ++i)
+      touches = touches || setup.motion.free_distance(from + i / 400.0 * (to - from), 0.01) <= 0.0;
     const bool said_free = setup.motion.free(from, to);
     EXPECT_FALSE(said_free && touches) << sample;
     (said_free ? free : blocked) += 1;

@@ -1,7 +1,8 @@
+#include "planner/methods/potential_field/gradient_path.hpp"
+
 #include <gtest/gtest.h>
 
 #include "field_setup.hpp"
-#include "planner/methods/potential_field/gradient_path.hpp"
 
 namespace hecaton::planner::potential {
 namespace {

@@ -1,10 +1,11 @@
+#include "planner/methods/potential_field/potential_field.hpp"
+
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "field_setup.hpp"
 #include "planner/collision/model_filter.hpp"
-#include "planner/methods/potential_field/potential_field.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "tests/support/planar_point.hpp"
 

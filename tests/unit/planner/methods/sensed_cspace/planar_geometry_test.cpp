@@ -1,8 +1,8 @@
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
-
-#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
 namespace hecaton::planner::cspace {
 namespace {

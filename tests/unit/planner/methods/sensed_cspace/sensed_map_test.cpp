@@ -113,7 +113,7 @@ TEST(SensedMap, FreeCellsKeepTheMargin) {
         // Two in one small cube.
         points.push_back(points.back() + Eigen::Vector3d(0.002, -0.002, 0.0));
       }
-      for (const Eigen::Vector3d& p_B : points) (void)map.see(p_B);
+      for (const Eigen::Vector3d& p_B : points) (void)map.add(p_B);
       for (int i = 0; i < 500; ++i) {
         const JointVector q = random_joints(random, model->limits);
         if (map.blocked(map.cell_at(q))) continue;
@@ -154,7 +154,7 @@ TEST(SensedMap, CellsCutByALimitCountOrMergeWithTheNext) {
         EXPECT_EQ(map.cell_at(inside + JointVector::Constant(2, off * pitch)), cell) << into;
       }
     }
-    for (int i = 0; i < 4; ++i) (void)map.see({random.uniform(-1.1, 1.1), random.uniform(-1.1, 1.1), 0.0});
+    for (int i = 0; i < 4; ++i) (void)map.add({random.uniform(-1.1, 1.1), random.uniform(-1.1, 1.1), 0.0});
     for (int i = 0; i < 500; ++i) {
       JointVector q = random_joints(random, limits);
       q[i % 2] = i % 4 < 2 ? limits.lower[i % 2] : limits.upper[i % 2];
@@ -177,8 +177,8 @@ TEST(SensedMap, StraightPathEndsAtABlockedCell) {
   const JointVector left = Eigen::Vector2d(-1.0, 0.0);
   const JointVector right = Eigen::Vector2d(1.0, 0.0);
   EXPECT_TRUE(map.straight_path_free(left, right));
-  EXPECT_TRUE(map.see({0.8, 0.0, 0.0}));
-  EXPECT_FALSE(map.see({0.8, 0.0, 0.0})) << "is known";
+  EXPECT_TRUE(map.add({0.8, 0.0, 0.0}));
+  EXPECT_FALSE(map.add({0.8, 0.0, 0.0})) << "is known";
   EXPECT_FALSE(map.straight_path_free(left, right));
   EXPECT_TRUE(map.straight_path_free(left, Eigen::Vector2d(-0.5, 0.0)));
   map.forget();
@@ -192,7 +192,7 @@ TEST(SensedMap, RestOfAWideLineIsFree) {
   int wide = 0;
   for (int scene = 0; scene < 200; ++scene) {
     SensedMap map(ArmPlanes(*model), model->limits, {.cells = 120});
-    for (int i = 0; i < 2; ++i) (void)map.see({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
+    for (int i = 0; i < 2; ++i) (void)map.add({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
     const JointVector from = random_joints(random, model->limits);
     const JointVector to = random_joints(random, model->limits);
     if (!map.straight_path_free(from, to, true)) continue;
@@ -239,7 +239,7 @@ TEST_F(Search, GoesStraightInAnEmptyMap) {
 }
 
 TEST_F(Search, PathUsesFreeCellsOnly) {
-  (void)map_.see({0.75, 0.0, 0.0});  // blocks the stretched arm; the bent one passes
+  (void)map_.add({0.75, 0.0, 0.0});  // blocks the stretched arm; the bent one passes
   const JointVector from = Eigen::Vector2d(-0.8, 0.0);
   const JointVector to = Eigen::Vector2d(0.8, 0.0);
   ASSERT_FALSE(map_.straight_path_free(from, to));
@@ -259,7 +259,7 @@ TEST_F(Search, NeverCutsACorner) {
   int found = 0;
   for (int scene = 0; scene < 30; ++scene) {
     map_.forget();
-    for (int i = 0; i < 4; ++i) (void)map_.see({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
+    for (int i = 0; i < 4; ++i) (void)map_.add({random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0});
     const JointVector from = random_joints(random, model_->limits);
     if (map_.blocked(map_.cell_at(from))) continue;
     if (search(from, random_joints(random, model_->limits)) != CspaceSearch::State::kFound) continue;
@@ -277,18 +277,18 @@ TEST_F(Search, NeverCutsACorner) {
 TEST_F(Search, RespectsCellsBlockedDuringTheSearch) {
   search_.begin(map_, map_.cell_at(Eigen::Vector2d(-2.0, 0.0)), map_.cell_at(Eigen::Vector2d(2.0, 0.0)));
   ASSERT_EQ(search_.advance(map_, 20), CspaceSearch::State::kRunning);
-  (void)map_.see({0.3, 0.0, 0.0});
+  (void)map_.add({0.3, 0.0, 0.0});
   while (search_.state() == CspaceSearch::State::kRunning) (void)search_.advance(map_, 100);
   EXPECT_EQ(search_.state(), CspaceSearch::State::kNone);
 }
 
 TEST_F(Search, FindsNoPathWhereTheFirstLinkIsBlocked) {
-  (void)map_.see({0.3, 0.0, 0.0});
+  (void)map_.add({0.3, 0.0, 0.0});
   EXPECT_EQ(search(Eigen::Vector2d(-0.8, 0.0), Eigen::Vector2d(0.8, 0.0)), CspaceSearch::State::kNone);
 }
 
 TEST_F(Search, EntersAndLeavesNoBlockedCell) {
-  (void)map_.see({0.75, 0.0, 0.0});
+  (void)map_.add({0.75, 0.0, 0.0});
   const JointVector blocked = Eigen::Vector2d(0.0, 0.0);
   ASSERT_TRUE(map_.blocked(map_.cell_at(blocked)));
   EXPECT_EQ(search(blocked, Eigen::Vector2d(0.8, 0.0)), CspaceSearch::State::kNone);

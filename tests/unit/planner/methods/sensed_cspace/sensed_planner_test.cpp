@@ -181,7 +181,7 @@ TEST_F(SensedPlannerTest, ExplainsWhyThereIsNoPath) {
   EXPECT_EQ(planner.why_none(from_), std::nullopt);
   see(planner, {0.3});
   ASSERT_EQ(settle(planner), Path::kNone);
-  EXPECT_EQ(planner.why_none(from_), "what it knows of the obstacles leaves no way to the goal");
+  EXPECT_EQ(planner.why_none(from_), "the known obstacles leave no path to the goal");
 
   SensedPlanner near_goal = this->planner(Remember::kAlways);
   see(near_goal, {0.75});
@@ -192,7 +192,7 @@ TEST_F(SensedPlannerTest, ExplainsWhyThereIsNoPath) {
   SensedPlanner near = this->planner(Remember::kAlways);
   see(near, {0.75});
   ASSERT_EQ(settle(near), Path::kNone);
-  EXPECT_TRUE(near.why_none(from_).value_or("").starts_with("where the arm stands is nearer to an obstacle"));
+  EXPECT_TRUE(near.why_none(from_).value_or("").starts_with("the arm's position is nearer to a known obstacle"));
 }
 
 // The first cell of a way begun at a limit has its centre outside: who would go there would stand at the limit for
