@@ -13,12 +13,14 @@
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/process_info.hpp"
-#include "services/runtime/run_origin.hpp"
+#include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services {
 namespace {
 
-constexpr int kStartPatience = 6;
+/// A service may need this many watchdog times until its loop begins: it reads the cell, perhaps with large meshes,
+/// while all other services of the machine do the same.
+constexpr int kStartTimeFactor = 6;
 
 std::string level_name(LogLevel level) {
   switch (level) {
@@ -34,26 +36,26 @@ std::string level_name(LogLevel level) {
   return "info";
 }
 
-/// A service that is started again must not read what somebody is editing for the next time.
+/// Copies the cell's files: a restarted service must not read files that a person edits meanwhile.
 std::filesystem::path keep_sources(const planner::SourceFiles& sources, const std::filesystem::path& folder) {
   try {
     sources.keep(folder);
     return folder;
   } catch (const std::filesystem::filesystem_error& error) {
-    throw std::runtime_error("the cell's files cannot be kept in " + folder.string() + ": " + error.code().message());
+    throw std::runtime_error("the cell's files cannot be copied to " + folder.string() + ": " + error.code().message());
   }
 }
 
 /// In the order of planned_hosts().
-std::vector<RunFolder> run_folders(const config::CellFile& file, const ServiceOptions& options, bool anew) {
+std::vector<RunFolder> run_folders(const config::CellFile& file, const ServiceOptions& options, bool clean) {
   const std::string origin = run_origin(file.sources);
   const int domain = choose_domain(options, file.network.domain);
   std::vector<RunFolder> folders;
   for (const std::string& host : planned_hosts(file, options.host)) {
-    const RunFolder& folder = folders.emplace_back(RunName{file.cell.name, domain, host}, origin, anew);
-    if (folder.goes_on()) log_info("goes on with what was remembered", {{"folder", folder.path().string()}});
-    if (folder.forgot()) {
-      log_warning("what was remembered is not used: it is of other files, or of another version",
+    const RunFolder& folder = folders.emplace_back(RunName{file.cell.name, domain, host}, origin, clean);
+    if (folder.resumed()) log_info("run resumed", {{"folder", folder.path().string()}});
+    if (folder.discarded()) {
+      log_warning("checkpoints discarded: they belong to other cell files or to another version",
                   {{"folder", folder.path().string()}});
     }
   }
@@ -70,16 +72,15 @@ std::vector<PlannedService> planned(const config::CellFile& file, const ServiceO
                                                        "--sources", sources.string()});
     const auto host = std::find(hosts.begin(), hosts.end(), service.host) - hosts.begin();
     const auto& folder = folders[static_cast<std::size_t>(host)].path();
-    service.arguments.insert(service.arguments.end(), {"--memory", (folder / service.name).string()});
+    service.arguments.insert(service.arguments.end(), {"--checkpoint", (folder / service.name).string()});
   }
   return services;
 }
 
-KeeperOptions keeper_options(const config::CellFile& file, const AgentOptions& agent) {
-  // Before its loop begins it reads the cell, perhaps with large meshes, on a machine on which all others do the same.
-  KeeperOptions options{
-      agent.programs, agent.logs, {}, file.supervision.watchdog, kStartPatience * file.supervision.watchdog};
-  options.life_lines = true;
+ProcessManagerOptions process_manager_options(const config::CellFile& file, const AgentOptions& agent) {
+  ProcessManagerOptions options{
+      agent.programs, agent.logs, {}, file.supervision.watchdog, kStartTimeFactor * file.supervision.watchdog};
+  options.exit_notifiers = true;
   if (!agent.restart) {
     options.restart.attempts = 0;
     options.watchdog = std::chrono::nanoseconds(0);
@@ -97,17 +98,17 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
              ShutdownSignal& shutdown)
     : period_(file.supervision.heartbeat_period),
       shutdown_(shutdown),
-      folders_(run_folders(file, options, agent.anew)),
+      folders_(run_folders(file, options, agent.clean)),
       participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
-      // Twenty rows a lease are enough to judge by, and cost a cell with long leases little.
+      // Twenty rows a lease are enough for fault detection, and cost a cell with long leases little.
       reachability_(participant_, planned_hosts(file, options.host),
                     std::max(period_, file.supervision.host_lease / 20), bus::Clock::now()),
-      keeper_(planned(file, options, folders_, keep_sources(file.sources, folders_.front().path() / "sources")),
-              keeper_options(file, agent)) {
+      processes_(planned(file, options, folders_, keep_sources(file.sources, folders_.front().path() / "sources")),
+                 process_manager_options(file, agent)) {
   for (const std::string& host : planned_hosts(file, options.host)) {
-    pulses_.emplace_back(participant_, PulseIdentity{agent_node(host), msg::NodeKind::NODE_AGENT, {}, host},
-                         pulse_timing(file, options));
+    heartbeats_.emplace_back(participant_, NodeIdentity{agent_node(host), msg::NodeKind::NODE_AGENT, {}, host},
+                             heartbeat_timing(file, options));
   }
   shutdown_.wake(&mailbox_);
 }
@@ -118,38 +119,39 @@ Agent::~Agent() {
 
 void Agent::run() {
   auto deadline = bus::Clock::now();
-  auto patience = bus::Clock::time_point::max();
+  auto kill_at = bus::Clock::time_point::max();
   for (RunFolder& folder : folders_) folder.keep();
-  turn();  // all are being started
-  manager_.ready();
-  while (!(ending_ && keeper_.all_ended())) {
+  turn();  // starts all services
+  systemd_.ready();
+  while (!(ending_ && processes_.all_ended())) {
     const auto now = bus::Clock::now();
     if (shutdown_.requested() && !ending_) {
       ending_ = true;
       log_info("agent ends its services");
-      manager_.stopping();
-      keeper_.ask_to_end();
-      patience = now + kPatience;
+      systemd_.stopping();
+      processes_.terminate_all();
+      kill_at = now + kEndTimeout;
     }
-    if (now >= patience) {
-      log_warning("killing the services that did not end in time");
-      keeper_.kill_all();
-      patience = bus::Clock::time_point::max();
+    if (now >= kill_at) {
+      log_warning("services did not end in time and are killed",
+                  {{"limit_s", std::chrono::duration<double>(kEndTimeout).count()}});
+      processes_.kill_all();
+      kill_at = bus::Clock::time_point::max();
     }
     if (now >= deadline) {
       const NextDeadline next = next_deadline(deadline, now, period_);
       loop_.record_lateness(now - deadline, next.skipped);
       deadline = next.at;
-      beat(now);
+      publish_heartbeat(now);
       touch_folders(now);
     }
     turn();
-    manager_.turns(now);
+    systemd_.loop_turns(now);
     loop_.record_tick(bus::Clock::now() - now);
-    wait(std::min({deadline, patience, keeper_.next_start().value_or(deadline)}));
+    wait(std::min({deadline, kill_at, processes_.next_start().value_or(deadline)}));
   }
   for (RunFolder& folder : folders_) folder.end();
-  // Listeners hear how it ended before our writer is gone; who does not listen any more does not delay us.
+  // Readers get the last events before the writer is gone. A reader that is gone causes no longer delay.
   static_cast<void>(events_.wait_acknowledged(std::chrono::milliseconds(200)));
   log_info("agent ends");
 }
@@ -157,7 +159,7 @@ void Agent::run() {
 void Agent::wait(bus::Clock::time_point until) {
   descriptors_.clear();
   descriptors_.push_back({mailbox_.fd(), POLLIN, 0});
-  keeper_.append_descriptors(descriptors_);
+  processes_.append_descriptors(descriptors_);
   const auto left = std::max(until - bus::Clock::now(), bus::Clock::duration::zero());
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(left);
   const timespec timeout{seconds.count(), std::chrono::nanoseconds(left - seconds).count()};
@@ -168,59 +170,59 @@ void Agent::wait(bus::Clock::time_point until) {
 }
 
 void Agent::turn() {
-  for (const Incident& incident : keeper_.turn(bus::Clock::now())) tell(incident);
+  for (const ProcessEvent& event : processes_.turn(bus::Clock::now())) publish(event);
 }
 
-void Agent::tell(const Incident& incident) {
-  const PlannedService& service = *incident.service;
-  if (incident.kind == Incident::Kind::kHung) {
-    log_error("service hangs and is killed", {{"service", service.name}, {"reason", incident.reason}});
+void Agent::publish(const ProcessEvent& event) {
+  const PlannedService& service = *event.service;
+  if (event.kind == ProcessEvent::Kind::kHung) {
+    log_error("service hangs and is killed", {{"service", service.name}, {"reason", event.reason}});
     return;
   }
-  if (incident.kind == Incident::Kind::kNotStarted || incident.kind == Incident::Kind::kGivenUp) {
-    log_error("service does not run", {{"service", service.name}, {"reason", incident.reason}});
+  if (event.kind == ProcessEvent::Kind::kNotStarted || event.kind == ProcessEvent::Kind::kGivenUp) {
+    log_error("service does not run", {{"service", service.name}, {"reason", event.reason}});
     return;
   }
-  const bool exited = incident.kind == Incident::Kind::kExited;
-  msg::ProcessEvent event;
-  event.process(service.host + "/" + service.name);
-  event.host(service.host);
-  event.name(service.name);
-  event.node(service.node);
-  event.pid(incident.pid);
-  event.kind(exited ? msg::ProcessEventKind::PROCESS_EXITED : msg::ProcessEventKind::PROCESS_STARTED);
-  event.wanted(incident.wanted);
-  event.exit_code(exited ? incident.end.exit_code : 0);
-  event.signal_number(exited ? incident.end.signal_number : 0);
-  event.restarts(incident.restarts);
-  event.sequence_number(++sequence_);
-  event.stamp_ns(stamp_now());
-  if (exited && incident.hung) {
-    event.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, service.node, incident.reason));
+  const bool exited = event.kind == ProcessEvent::Kind::kExited;
+  msg::ProcessEvent message;
+  message.process(service.host + "/" + service.name);
+  message.host(service.host);
+  message.name(service.name);
+  message.node(service.node);
+  message.pid(event.pid);
+  message.kind(exited ? msg::ProcessEventKind::PROCESS_EXITED : msg::ProcessEventKind::PROCESS_STARTED);
+  message.wanted(event.wanted);
+  message.exit_code(exited ? event.end.exit_code : 0);
+  message.signal_number(exited ? event.end.signal_number : 0);
+  message.restarts(event.restarts);
+  message.sequence_number(++sequence_);
+  message.stamp_ns(stamp_now());
+  if (exited && event.hung) {
+    message.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, service.node, event.reason));
   }
-  static_cast<void>(events_.write(event));  // the bus has logged a refusal
+  static_cast<void>(events_.write(message));  // the bus logs a refusal
   if (!exited) {
-    log_info("service started", {{"service", service.name}, {"pid", incident.pid}, {"restarts", incident.restarts}});
-  } else if (incident.wanted) {
-    log_info("service ended", {{"service", service.name}, {"pid", incident.pid}});
+    log_info("service started", {{"service", service.name}, {"pid", event.pid}, {"restarts", event.restarts}});
+  } else if (event.wanted) {
+    log_info("service ended", {{"service", service.name}, {"pid", event.pid}});
   } else {
     log_warning("service died", {{"service", service.name},
-                                 {"pid", incident.pid},
-                                 {"exit_code", incident.end.exit_code},
-                                 {"signal", incident.end.signal_number},
-                                 {"reason", incident.reason}});
+                                 {"pid", event.pid},
+                                 {"exit_code", event.end.exit_code},
+                                 {"signal", event.end.signal_number},
+                                 {"reason", event.reason}});
   }
 }
 
-void Agent::beat(bus::Clock::time_point now) {
-  Vital vital;
-  vital.newest_event = sequence_;
-  if (!keeper_.all_well()) {
-    vital.state = msg::NodeState::NODE_DEGRADED;
-    vital.cause = make_cause(msg::CauseKind::CAUSE_PROCESS_DIED, {}, keeper_.complaint());
+void Agent::publish_heartbeat(bus::Clock::time_point now) {
+  HealthReport report;
+  report.newest_event = sequence_;
+  if (!processes_.healthy()) {
+    report.state = msg::NodeState::NODE_DEGRADED;
+    report.cause = make_cause(msg::CauseKind::CAUSE_PROCESS_DIED, {}, processes_.problem());
   }
-  if (ending_) vital.state = msg::NodeState::NODE_STOPPING;
-  for (Pulse& pulse : pulses_) pulse.beat(now, vital, loop_);
+  if (ending_) report.state = msg::NodeState::NODE_STOPPING;
+  for (HeartbeatPublisher& heartbeat : heartbeats_) heartbeat.publish(now, report, loop_);
   reachability_.report(now);
 }
 

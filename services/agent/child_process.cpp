@@ -19,21 +19,21 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "services/runtime/urgency.hpp"
+#include "services/runtime/thread_priority.hpp"
 
 namespace hecaton::services {
 namespace {
 
-/// Where the child finds its end of the socket for signs of life, and of the pipe that its end closes.
-constexpr int kAliveFd = 3;
-constexpr int kLifeFd = 4;
+/// Descriptors of the child: its end of the heartbeat socket, and of the exit notifier's pipe.
+constexpr int kHeartbeatFd = 3;
+constexpr int kExitFd = 4;
 constexpr int kFirstOther = 5;
 
 [[noreturn]] void fail(const std::filesystem::path& program, int error) {
   throw std::runtime_error(start_failure(program, error));
 }
 
-/// Told through a pipe that exec closes: why the child did not become the program.
+/// Reports errno through a pipe that exec closes: why the child did not become the program.
 [[noreturn]] void report_and_leave(int pipe) {
   const int error = errno;
   [[maybe_unused]] const auto written = write(pipe, &error, sizeof error);
@@ -49,12 +49,12 @@ void reset_signals() {
   sigprocmask(SIG_SETMASK, &none, nullptr);
 }
 
-/// What a child tells us by: it writes at the end, we read at the beginning. Closes what nobody has taken.
-struct Line {
-  Line() = default;
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
-  ~Line() {
+/// A channel from the child: it writes at `end`, the parent reads at `begin`. Closes the ends that were not taken.
+struct Channel {
+  Channel() = default;
+  Channel(const Channel&) = delete;
+  Channel& operator=(const Channel&) = delete;
+  ~Channel() {
     if (begin >= 0) close(begin);
     if (end >= 0) close(end);
   }
@@ -78,43 +78,43 @@ struct Line {
   }
 };
 
-/// The ends of the lines that are the child's; below 0: none.
-struct Ties {
+/// The child's ends of its channels; below 0: none.
+struct ChildEnds {
   int start = -1;
-  int alive = -1;
-  int life = -1;
+  int heartbeats = -1;
+  int exit = -1;
 };
 
-/// Of this descriptor; below 0: there is none.
-int out_of_the_way(int descriptor, int pipe) {
+/// A copy of the descriptor above the fixed ones; below 0: there is none.
+int moved_up(int descriptor, int pipe) {
   if (descriptor < 0) return descriptor;
   const int copy = fcntl(descriptor, F_DUPFD_CLOEXEC, kFirstOther);
   if (copy < 0) report_and_leave(pipe);
   return copy;
 }
 
-/// In the child between fork and exec, where other threads' locks may be held: system calls only.
-[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, Ties ties) {
+/// Runs in the child between fork and exec. System calls only, because other threads may have held locks at the fork.
+[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, ChildEnds ends) {
   reset_signals();
-  start_behind_loops();
-  // All are out of the way of each other's places before one is put there.
-  const int pipe = fcntl(ties.start, F_DUPFD_CLOEXEC, kFirstOther);
-  if (pipe < 0) report_and_leave(ties.start);
-  setpgid(0, 0);  // the terminal's Ctrl-C is ours to pass on, in order
+  lower_child_priority();
+  // All descriptors are moved up before one is put into its fixed place.
+  const int pipe = fcntl(ends.start, F_DUPFD_CLOEXEC, kFirstOther);
+  if (pipe < 0) report_and_leave(ends.start);
+  setpgid(0, 0);  // the parent passes Ctrl-C of the terminal on, in order
   if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) report_and_leave(pipe);
-  if (getppid() != parent) _exit(127);  // it died before it could have taken us along
+  if (getppid() != parent) _exit(127);  // the parent died before prctl
   const int nothing = open("/dev/null", O_RDONLY);
   if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0) report_and_leave(pipe);
   if (*log != '\0') {
     const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0644);
     if (file < 0 || dup2(file, STDOUT_FILENO) < 0 || dup2(file, STDERR_FILENO) < 0) report_and_leave(pipe);
   }
-  const int alive = out_of_the_way(ties.alive, pipe);
-  const int life = out_of_the_way(ties.life, pipe);
-  // Exec closes all descriptors of ours, the pipe, too; what is put into its place now stays.
-  if (syscall(SYS_close_range, kAliveFd, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
-  if (alive >= 0 && dup2(alive, kAliveFd) < 0) report_and_leave(pipe);
-  if (life >= 0 && dup2(life, kLifeFd) < 0) report_and_leave(pipe);
+  const int heartbeats = moved_up(ends.heartbeats, pipe);
+  const int exit = moved_up(ends.exit, pipe);
+  // exec closes all descriptors above, also the pipe. Those that dup2 makes now stay open.
+  if (syscall(SYS_close_range, kHeartbeatFd, ~0U, CLOSE_RANGE_CLOEXEC) != 0) report_and_leave(pipe);
+  if (heartbeats >= 0 && dup2(heartbeats, kHeartbeatFd) < 0) report_and_leave(pipe);
+  if (exit >= 0 && dup2(exit, kExitFd) < 0) report_and_leave(pipe);
   execv(program, arguments);
   report_and_leave(pipe);
 }
@@ -124,12 +124,12 @@ ChildEnd end_of(int status) {
   return {WEXITSTATUS(status), 0};
 }
 
-/// Of /proc/PID/stat, proc(5), by their numbers there less the two before the state.
+/// Indices of fields in /proc/PID/stat after the name, see proc(5).
 constexpr int kState = 0;
 constexpr int kExitCode = 49;
 
-// As wait(2) has it: how the kernel has begun to end the process. Nothing in there tells whether it has begun; but who
-// returns 0 without being asked is worth no haste, and who stands still is not ending.
+// The exit status as in wait(2), which the kernel sets when it begins to end the process. The file does not say whether
+// that has begun: status 0 and a stopped process count as unknown.
 std::optional<ChildEnd> announced_end(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string line;
@@ -145,8 +145,8 @@ std::optional<ChildEnd> announced_end(pid_t pid) {
   return end_of(status);
 }
 
-/// Who was started with SIGCHLD ignored has no children whose end it could learn.
-void keep_children() {
+/// A process that inherits an ignored SIGCHLD cannot learn how its children end.
+void restore_sigchld() {
   struct sigaction action {};
   if (sigaction(SIGCHLD, nullptr, &action) != 0 || action.sa_handler != SIG_IGN) return;
   action.sa_handler = SIG_DFL;
@@ -160,28 +160,28 @@ std::string start_failure(const std::filesystem::path& program, int error) {
 }
 
 ChildProcess::ChildProcess(const ChildCommand& command) {
-  keep_children();
+  restore_sigchld();
   const std::string program = command.program.string();
   const std::string log = command.log.string();
   std::vector<std::string> words{program};
   words.insert(words.end(), command.arguments.begin(), command.arguments.end());
-  if (command.tells_alive) words.insert(words.end(), {"--alive-fd", std::to_string(kAliveFd)});
-  if (command.tells_end) words.insert(words.end(), {"--life-fd", std::to_string(kLifeFd)});
+  if (command.sends_heartbeats) words.insert(words.end(), {"--heartbeat-fd", std::to_string(kHeartbeatFd)});
+  if (command.notifies_exit) words.insert(words.end(), {"--exit-fd", std::to_string(kExitFd)});
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  Line start;
-  Line alive;
-  Line life;
-  const bool open =
-      start.open_pipe() && (!command.tells_alive || alive.open_socket()) && (!command.tells_end || life.open_pipe());
+  Channel start;
+  Channel heartbeats;
+  Channel exit;
+  const bool open = start.open_pipe() && (!command.sends_heartbeats || heartbeats.open_socket()) &&
+                    (!command.notifies_exit || exit.open_pipe());
   if (!open) fail(command.program, errno);
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, {start.end, alive.end, life.end});
+  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, {start.end, heartbeats.end, exit.end});
   if (pid_ < 0) fail(command.program, errno);
-  // Nobody else reaps it, so the number is still its own.
+  // Only this process reaps the child, so the pid cannot have been reused.
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
   if (pidfd_ < 0) {
     const int error = errno;
@@ -190,15 +190,15 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
     fail(command.program, error);
   }
   start_ = std::exchange(start.begin, -1);
-  alive_ = std::exchange(alive.begin, -1);
-  life_ = std::exchange(life.begin, -1);
+  heartbeats_ = std::exchange(heartbeats.begin, -1);
+  exit_ = std::exchange(exit.begin, -1);
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       pidfd_(std::exchange(other.pidfd_, -1)),
-      alive_(std::exchange(other.alive_, -1)),
-      life_(std::exchange(other.life_, -1)),
+      heartbeats_(std::exchange(other.heartbeats_, -1)),
+      exit_(std::exchange(other.exit_, -1)),
       start_(std::exchange(other.start_, -1)),
       start_error_(other.start_error_),
       end_(other.end_) {}
@@ -211,8 +211,8 @@ ChildProcess::~ChildProcess() {
 
 void ChildProcess::close_own() {
   if (pidfd_ >= 0) close(pidfd_);
-  if (alive_ >= 0) close(alive_);
-  if (life_ >= 0) close(life_);
+  if (heartbeats_ >= 0) close(heartbeats_);
+  if (exit_ >= 0) close(exit_);
   if (start_ >= 0) close(start_);
 }
 
@@ -226,22 +226,22 @@ std::optional<int> ChildProcess::poll_start() {
   return start_error_;
 }
 
-bool ChildProcess::told_alive() {
-  bool told = false;
+bool ChildProcess::take_heartbeats() {
+  bool taken = false;
   char bytes[64];
-  while (alive_ >= 0 && recv(alive_, bytes, sizeof bytes, MSG_DONTWAIT) > 0) told = true;
-  return told;
+  while (heartbeats_ >= 0 && recv(heartbeats_, bytes, sizeof bytes, MSG_DONTWAIT) > 0) taken = true;
+  return taken;
 }
 
 void ChildProcess::signal(int number) const {
   if (pid_ > 0 && !end_) static_cast<void>(syscall(SYS_pidfd_send_signal, pidfd_, number, nullptr, 0));
 }
 
-std::optional<ChildEnd> ChildProcess::poll_doom() {
-  if (life_ < 0) return std::nullopt;
-  pollfd gone{life_, POLLIN, 0};
-  if (poll(&gone, 1, 0) <= 0) return std::nullopt;
-  close(std::exchange(life_, -1));  // it has nothing more to say
+std::optional<ChildEnd> ChildProcess::poll_announced_end() {
+  if (exit_ < 0) return std::nullopt;
+  pollfd closed{exit_, POLLIN, 0};
+  if (poll(&closed, 1, 0) <= 0) return std::nullopt;
+  close(std::exchange(exit_, -1));
   return announced_end(pid_);
 }
 
@@ -255,8 +255,37 @@ std::optional<ChildEnd> ChildProcess::poll_end() {
   return end_;
 }
 
-pid_t ChildProcess::let_go() {
+pid_t ChildProcess::release() {
   return std::exchange(pid_, -1);
+}
+
+Reaper::Reaper() {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0)
+    throw std::runtime_error(std::string("no pipe can be created: ") + std::strerror(errno));
+  begin_ = ends[0];
+  end_ = ends[1];
+  thread_ = std::thread([this] { work(); });
+}
+
+Reaper::~Reaper() {
+  close(end_);
+  thread_.join();
+  close(begin_);
+}
+
+void Reaper::take(pid_t child) const {
+  static_cast<void>(TEMP_FAILURE_RETRY(write(end_, &child, sizeof child)));  // the pipe has room for thousands
+}
+
+void Reaper::work() const {
+  constexpr int kNiceness = 2;
+  lower_priority(kNiceness);
+  pid_t child = 0;
+  // Any thread may get the signals of the process.
+  while (TEMP_FAILURE_RETRY(read(begin_, &child, sizeof child)) == sizeof child) {
+    static_cast<void>(TEMP_FAILURE_RETRY(waitpid(child, nullptr, 0)));
+  }
 }
 
 }  // namespace hecaton::services

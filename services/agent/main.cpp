@@ -8,7 +8,6 @@
 #include "services/agent/agent.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
 
@@ -16,11 +15,11 @@ namespace {
 
 using namespace hecaton;
 
-/// Made where it is missing. Throws std::runtime_error with a sentence when it cannot be.
+/// Creates the folder if it does not exist. Throws std::runtime_error with a sentence when that fails.
 void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
-  if (error) throw std::runtime_error("--log-dir " + folder.string() + " cannot be made: " + error.message());
+  if (error) throw std::runtime_error("--log-dir " + folder.string() + " cannot be created: " + error.message());
 }
 
 }  // namespace
@@ -30,11 +29,11 @@ int main(int argc, char** argv) {
   services::ServiceOptions options;
   services::AgentOptions agent;
   bool no_restart = false;
-  CLI::App app("Starts and watches the services that a cell file places on a host; without --host: on all its hosts");
+  CLI::App app("Starts and supervises the services that a cell file places on a host (default: on all its hosts)");
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
-  app.add_option("--log-dir", agent.logs, "folder for each service's log; otherwise they go where this one goes");
-  app.add_flag("--no-restart", no_restart, "leave services that die dead");
-  app.add_flag("--anew", agent.anew, "forget what an agent that was killed has left, and its services remembered");
+  app.add_option("--log-dir", agent.logs, "folder for the services' logs (default: the agent's own streams)");
+  app.add_flag("--no-restart", no_restart, "do not restart services that exit or hang");
+  app.add_flag("--clean", agent.clean, "remove the checkpoints that a killed agent and its services have left");
   services::add_common_options(app, options);
   if (const auto leave = services::parse_or_explain(app, argc, argv)) return static_cast<int>(*leave);
   try {
@@ -43,11 +42,11 @@ int main(int argc, char** argv) {
     make_folder(agent.logs);
     const config::CellFile file = config::load_cell_file(options.cell);
     services::require_known_devices(file);
-    if (app.count("--host") > 0) services::require_host(file, options.host);  // also when it is empty
+    if (app.count("--host") > 0) services::require_host(file, options.host);  // an empty --host, too
     const services::LogScope log(services::agent_node(options.host.empty() ? "all" : options.host), options);
     services::lock_memory();
     services::Agent service(file, options, agent, shutdown);
-    services::hurry(file, services::Urgency::kWatch);
+    services::raise_service_priority(file, services::ThreadPriority::kAgent);
     service.run();
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';

@@ -1,6 +1,6 @@
 #pragma once
-/// Measures which other hosts an agent hears, and sends it as the row of its host (docs/design/0003-supervision.md).
-/// What it hears of them are their agents' rows.
+/// Measures which other hosts an agent hears, by their agents' rows, and sends that as the row of its own host
+/// (docs/design/0003-fault-detection.md).
 
 #include <chrono>
 #include <map>
@@ -17,7 +17,8 @@ namespace hecaton::services {
 
 class ReachabilityReporter {
  public:
-  /// `hosts`: those that the agent stands for. `period`: of the rows. Throws as bus::Reader does.
+  /// `hosts`: of this agent. `period`: of the rows. `participant` must outlive the reporter. Throws as bus::Reader
+  /// does.
   ReachabilityReporter(bus::Participant& participant, std::vector<std::string> hosts, Time period,
                        bus::Clock::time_point now)
       : hosts_(std::move(hosts)),
@@ -26,8 +27,8 @@ class ReachabilityReporter {
         reader_(participant),
         writer_(participant) {}
 
-  /// Often enough: it sends a row once in each period. A stall of this agent counts as one period, so that it does not
-  /// look like silence of others.
+  /// Call it at least once in each period: it sends one row in each. A stall of this agent counts as one period, so
+  /// that it does not look like silence of other hosts.
   void report(bus::Clock::time_point now) {
     if (now - reported_ < period_ * 3 / 4) return;
     reported_ = now;
@@ -48,7 +49,7 @@ class ReachabilityReporter {
         heard.host(other);
         heard.age(std::chrono::duration<float>(clock_.now() - newest).count());
       }
-      static_cast<void>(writer_.write(row_));  // the bus has logged a refusal
+      static_cast<void>(writer_.write(row_));  // the bus logs a refusal
     }
   }
 

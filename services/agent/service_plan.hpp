@@ -1,5 +1,5 @@
 #pragma once
-/// Which services a cell file places on a host, and how each is started.
+/// The services that a cell file places on a host, and how each is started.
 
 #include <string>
 #include <vector>
@@ -9,22 +9,21 @@
 namespace hecaton::services {
 
 struct PlannedService {
-  std::string name;     ///< "planner-arm1", "planner-arm1@host2": of its log, and with its host of its process
-  std::string node;     ///< as in its heartbeat
-  std::string host;     ///< of the cell file
-  std::string program;  ///< file name of its executable
+  std::string name;                    ///< "planner-arm1", "planner-arm1@host2": also the name of its log
+  std::string node;                    ///< as in its heartbeat
+  std::string host;                    ///< of the cell file
+  std::string program;                 ///< file name of its executable
   std::vector<std::string> arguments;  ///< without the program's own name
 };
 
-/// In the order in which they are started: world, supervisors, then each arm's driver and planners.
-/// `host`: the host of the cell file to start for; empty: all of them.
-/// Throws std::runtime_error with a sentence when the cell has no such host.
+/// In the order of their start: world, supervisors, then the driver and the planners of each arm. `host`: of the cell
+/// file; empty: all hosts. Throws std::runtime_error with a sentence when the cell has no such host.
 [[nodiscard]] std::vector<PlannedService> plan_services(const config::CellFile& file, const std::string& host);
 
-/// Throws std::runtime_error with a sentence that names the cell's hosts when this, of --host, is none of them.
+/// Throws std::runtime_error with a sentence that names the cell's hosts when `host` (of --host) is none of them.
 void require_host(const config::CellFile& file, const std::string& host);
 
-/// The hosts that plan_services() with the same `host` starts for.
+/// The hosts whose services plan_services() returns for the same `host`.
 [[nodiscard]] std::vector<std::string> planned_hosts(const config::CellFile& file, const std::string& host);
 
 }  // namespace hecaton::services

@@ -20,7 +20,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "services/runtime/urgency.hpp"
+#include "services/runtime/thread_priority.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -55,7 +55,7 @@ class ChildProcessTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(ChildProcessTest, TellsItsExitCode) {
+TEST_F(ChildProcessTest, ReportsItsExitCode) {
   auto child = shell("exit 3");
   const auto end = await_end(child);
   ASSERT_TRUE(end);
@@ -63,7 +63,7 @@ TEST_F(ChildProcessTest, TellsItsExitCode) {
   EXPECT_EQ(end->signal_number, 0);
 }
 
-TEST_F(ChildProcessTest, TellsTheSignalThatEndedIt) {
+TEST_F(ChildProcessTest, ReportsTheSignalThatEndedIt) {
   auto child = shell("exec sleep 600");
   EXPECT_FALSE(child.poll_end());
   child.signal(SIGKILL);
@@ -73,39 +73,39 @@ TEST_F(ChildProcessTest, TellsTheSignalThatEndedIt) {
   EXPECT_EQ(end->signal_number, SIGKILL);
 }
 
-TEST_F(ChildProcessTest, TellsItsDoomOnceTheKernelHasBegunToEndIt) {
+TEST_F(ChildProcessTest, AnnouncesItsEndWhenTheKernelBegins) {
   ChildProcess child({"/bin/sh", {"-c", "kill -KILL $$"}, folder_ / "log", false, true});
-  pollfd doomed{child.life_fd(), POLLIN, 0};
-  ASSERT_EQ(poll(&doomed, 1, kMostWaiting), 1);
-  const auto doom = child.poll_doom();
-  ASSERT_TRUE(doom);
-  EXPECT_EQ(doom->signal_number, SIGKILL);
-  EXPECT_LT(child.life_fd(), 0);
-  EXPECT_FALSE(child.poll_doom()) << "once";
+  pollfd closed{child.exit_fd(), POLLIN, 0};
+  ASSERT_EQ(poll(&closed, 1, kMostWaiting), 1);
+  const auto announced = child.poll_announced_end();
+  ASSERT_TRUE(announced);
+  EXPECT_EQ(announced->signal_number, SIGKILL);
+  EXPECT_LT(child.exit_fd(), 0);
+  EXPECT_FALSE(child.poll_announced_end()) << "once";
   const auto end = await_end(child);
   ASSERT_TRUE(end);
   EXPECT_EQ(end->signal_number, SIGKILL);
 }
 
-TEST_F(ChildProcessTest, IsNotDoomedBecauseItLetsGoOfItsLifeLine) {
+TEST_F(ChildProcessTest, AnnouncesNoEndWhenItOnlyClosesItsExitPipe) {
   ChildProcess child({"/bin/sh", {"-c", "exec 4>&-; exec sleep 600"}, folder_ / "log", true, true});
-  pollfd doomed{child.life_fd(), POLLIN, 0};
-  ASSERT_EQ(poll(&doomed, 1, kMostWaiting), 1);
-  EXPECT_FALSE(child.poll_doom());
-  EXPECT_LT(child.life_fd(), 0) << "nobody asks in vain again and again";
+  pollfd closed{child.exit_fd(), POLLIN, 0};
+  ASSERT_EQ(poll(&closed, 1, kMostWaiting), 1);
+  EXPECT_FALSE(child.poll_announced_end());
+  EXPECT_LT(child.exit_fd(), 0) << "it is polled once only";
   EXPECT_FALSE(child.poll_end());
 }
 
-TEST_F(ChildProcessTest, StartsBehindLoopsWhereWeGoFirst) {
+TEST_F(ChildProcessTest, StartsWithLowerPriorityThanARealTimeParent) {
   ChildProcess* child = nullptr;
   bool first = false;
-  // Who starts a child must outlive it.
+  // The thread that starts a child must outlive it.
   std::binary_semaphore seen(0);
   std::binary_semaphore started(0);
   std::thread urgent([&] {
     sched_param parameters{};
-    parameters.sched_priority = static_cast<int>(Urgency::kWatch);
-    first = sched_setscheduler(0, SCHED_RR, &parameters) == 0;  // where it may
+    parameters.sched_priority = static_cast<int>(ThreadPriority::kAgent);
+    first = sched_setscheduler(0, SCHED_RR, &parameters) == 0;  // if permitted
     ChildProcess own({"/bin/cut", {"-d", " ", "-f", "40,41", "/proc/self/stat"}, folder_ / "log"});
     child = &own;
     started.release();
@@ -113,13 +113,14 @@ TEST_F(ChildProcessTest, StartsBehindLoopsWhereWeGoFirst) {
   });
   started.acquire();
   await_end(*child);
-  const auto urgency = std::to_string(static_cast<int>(Urgency::kStart)) + " " + std::to_string(SCHED_RR) + "\n";
+  const auto urgency =
+      std::to_string(static_cast<int>(ThreadPriority::kStartup)) + " " + std::to_string(SCHED_RR) + "\n";
   EXPECT_EQ(log(), first ? urgency : "0 0\n");
   seen.release();
   urgent.join();
 }
 
-TEST_F(ChildProcessTest, TellsItsEndAlsoWhereWeWereStartedWithoutInterestInChildren) {
+TEST_F(ChildProcessTest, ReportsItsEndWhenTheParentInheritedAnIgnoredSigchld) {
   struct sigaction before {};
   struct sigaction ignored {};
   ignored.sa_handler = SIG_IGN;
@@ -140,7 +141,7 @@ TEST_F(ChildProcessTest, LogsToItsFile) {
   EXPECT_EQ(log(), "out\nerr\nmore\n");
 }
 
-TEST_F(ChildProcessTest, MissingProgramIsASentence) {
+TEST_F(ChildProcessTest, ReportsAMissingProgramAsASentence) {
   ChildProcess child({"/no/such/program", {}, {}});
   const auto error = await_start(child);
   ASSERT_TRUE(error);
@@ -148,11 +149,11 @@ TEST_F(ChildProcessTest, MissingProgramIsASentence) {
   EXPECT_TRUE(await_end(child));
 }
 
-TEST_F(ChildProcessTest, TellsThatItsProgramRuns) {
+TEST_F(ChildProcessTest, ReportsThatItsProgramRuns) {
   auto child = shell("exec sleep 600");
   EXPECT_EQ(await_start(child), 0);
   EXPECT_LT(child.start_fd(), 0);
-  EXPECT_EQ(child.poll_start(), 0);  // and goes on telling it
+  EXPECT_EQ(child.poll_start(), 0);  // again
 }
 
 TEST_F(ChildProcessTest, InheritsNoSignalMaskAndNoIgnoredSignals) {
@@ -179,15 +180,15 @@ TEST_F(ChildProcessTest, InheritsNoDescriptors) {
   EXPECT_EQ(log(), "0\n1\n2\n3\n");
 }
 
-// Who cannot be started is tried again for ever: with each try a descriptor less, nobody could be in the end.
-TEST_F(ChildProcessTest, LeavesNoDescriptorsWhereThereWereTooFew) {
+// A process that cannot be started is retried for ever, so a failed start must not leak a descriptor.
+TEST_F(ChildProcessTest, LeaksNoDescriptorWhenThereAreTooFew) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
   const rlimit few{64, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
   std::vector<int> taken;
   for (int fd = dup(STDERR_FILENO); fd >= 0; fd = dup(STDERR_FILENO)) taken.push_back(fd);
-  for (std::size_t spare = 0; spare < 6; ++spare) {  // two each for signs of life, its end, and to tell of the start
+  for (std::size_t spare = 0; spare < 6; ++spare) {  // two for each of its three channels
     for (std::size_t i = 0; i < spare; ++i) close(taken.at(taken.size() - 1 - i));
     EXPECT_THROW(ChildProcess({"/bin/true", {}, {}, true, true}), std::runtime_error) << spare;
     for (std::size_t i = 0; i < spare; ++i) EXPECT_GE(dup(STDERR_FILENO), 0) << i << " of " << spare;
@@ -196,7 +197,7 @@ TEST_F(ChildProcessTest, LeavesNoDescriptorsWhereThereWereTooFew) {
   setrlimit(RLIMIT_NOFILE, &before);
 }
 
-TEST_F(ChildProcessTest, ReadsNothing) {
+TEST_F(ChildProcessTest, HasAnEmptyStdin) {
   auto child = shell("cat");
   const auto end = await_end(child);
   ASSERT_TRUE(end);
@@ -213,8 +214,8 @@ TEST_F(ChildProcessTest, IsKilledWithItsObject) {
   EXPECT_EQ(errno, ESRCH);
 }
 
-// A process between us and the child starts it, tells its pid, and is killed.
-TEST_F(ChildProcessTest, DiesWithTheProcessThatStartedIt) {
+// A process between the test and the child starts the child, sends its pid, and is killed.
+TEST_F(ChildProcessTest, IsKilledWithItsParent) {
   int told[2];
   ASSERT_EQ(pipe(told), 0);
   const pid_t middle = fork();
@@ -229,7 +230,7 @@ TEST_F(ChildProcessTest, DiesWithTheProcessThatStartedIt) {
   ASSERT_EQ(read(told[0], &pid, sizeof pid), static_cast<ssize_t>(sizeof pid));
   close(told[0]);
   close(told[1]);
-  // Its orphan is ours to reap: otherwise it would stay as a zombie of whoever is init here.
+  // This process reaps the orphan. Otherwise it would stay a zombie of the container's init process.
   ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
   kill(middle, SIGKILL);
   ASSERT_EQ(waitpid(middle, nullptr, 0), middle);

@@ -9,7 +9,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// Only what the plan reads; no arm needs a model for that.
+// Only the fields that the plan reads; it needs no robot model.
 config::CellFile cell_on_two_hosts() {
   config::CellFile file;
   file.path = "cell.yaml";
@@ -30,19 +30,19 @@ Names names(const std::vector<PlannedService>& services) {
   return all;
 }
 
-TEST(ServicePlan, WithoutAHostAllServicesRunHere) {
+TEST(ServicePlan, PlansAllServicesWithoutAHost) {
   const auto services = plan_services(cell_on_two_hosts(), "");
   EXPECT_EQ(names(services), (Names{"world", "supervisor", "driver-a", "planner-a", "driver-b", "planner-b"}));
   EXPECT_EQ(planned_hosts(cell_on_two_hosts(), ""), (Names{"pc1", "pc2"}));
 }
 
-TEST(ServicePlan, EachHostRunsWhatTheFilePlacesThere) {
+TEST(ServicePlan, PlansTheServicesOfOneHost) {
   EXPECT_EQ(names(plan_services(cell_on_two_hosts(), "pc1")), (Names{"supervisor", "driver-a", "planner-a"}));
   EXPECT_EQ(names(plan_services(cell_on_two_hosts(), "pc2")), (Names{"world", "driver-b", "planner-b"}));
   EXPECT_EQ(planned_hosts(cell_on_two_hosts(), "pc2"), Names{"pc2"});
 }
 
-TEST(ServicePlan, ServicesAreToldTheirCellArmAndHost) {
+TEST(ServicePlan, PassesCellArmAndHostAsArguments) {
   const auto services = plan_services(cell_on_two_hosts(), "pc2");
   EXPECT_EQ(services[0].arguments, (Names{"cell.yaml", "--host", "pc2"}));
   EXPECT_EQ(services[2].arguments, (Names{"cell.yaml", "--arm", "b", "--host", "pc2"}));
@@ -50,7 +50,7 @@ TEST(ServicePlan, ServicesAreToldTheirCellArmAndHost) {
   EXPECT_EQ(services[2].program, "hecaton-planner");
 }
 
-TEST(ServicePlan, StandbysRunOnTheirOwnHosts) {
+TEST(ServicePlan, PlansStandbysOnTheirOwnHosts) {
   config::CellFile file = cell_on_two_hosts();
   file.arm_hosts[0].standby_host = "pc2";
   file.supervision.standby_host = "pc2";
@@ -61,7 +61,7 @@ TEST(ServicePlan, StandbysRunOnTheirOwnHosts) {
   EXPECT_EQ(services[2].arguments, (Names{"cell.yaml", "--arm", "a", "--host", "pc2"}));
 }
 
-TEST(ServicePlan, UnknownHostIsRefusedWithTheNamesThatAreAllowed) {
+TEST(ServicePlan, RejectsAnUnknownHostWithTheAllowedNames) {
   const auto refusal = [](const auto& ask) -> std::string {
     try {
       ask();

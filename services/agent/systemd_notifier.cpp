@@ -1,4 +1,4 @@
-#include "services/agent/service_manager.hpp"
+#include "services/agent/systemd_notifier.hpp"
 
 #include <charconv>
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace hecaton::services {
 namespace {
 
-std::string taken_from_environment(const char* name) {
+std::string take_from_environment(const char* name) {
   const char* value = std::getenv(name);
   std::string text = value == nullptr ? "" : value;
   unsetenv(name);
@@ -29,37 +29,37 @@ std::optional<std::int64_t> parsed(const std::string& text) {
 
 }  // namespace
 
-ServiceManager::ServiceManager() : address_(taken_from_environment("NOTIFY_SOCKET")) {
-  const auto watchdog = parsed(taken_from_environment("WATCHDOG_USEC"));
-  const std::string watched = taken_from_environment("WATCHDOG_PID");
+SystemdNotifier::SystemdNotifier() : address_(take_from_environment("NOTIFY_SOCKET")) {
+  const auto watchdog = parsed(take_from_environment("WATCHDOG_USEC"));
+  const std::string watched = take_from_environment("WATCHDOG_PID");
   const bool fits = address_.size() > 1 && address_.size() <= sizeof(sockaddr_un::sun_path);
   if (!fits || (address_.front() != '/' && address_.front() != '@')) return;
   if (address_.front() == '@') address_.front() = '\0';
-  // A full queue must not hold the loop: whatever is lost is said again.
+  // A full queue must not block the loop: a lost notification is sent again.
   socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const bool ours = watched.empty() || parsed(watched) == getpid();
   if (watchdog && *watchdog > 0 && ours) interval_ = std::chrono::microseconds(*watchdog) / 2;
 }
 
-ServiceManager::~ServiceManager() {
+SystemdNotifier::~SystemdNotifier() {
   if (socket_ >= 0) close(socket_);
 }
 
-void ServiceManager::ready() {
-  tell("READY=1");
+void SystemdNotifier::ready() {
+  send("READY=1");
 }
 
-void ServiceManager::stopping() {
-  tell("STOPPING=1");
+void SystemdNotifier::stopping() {
+  send("STOPPING=1");
 }
 
-void ServiceManager::turns(Clock::time_point now) {
+void SystemdNotifier::loop_turns(Clock::time_point now) {
   if (!interval_ || now < due_) return;
   due_ = now + *interval_;
-  tell("WATCHDOG=1");
+  send("WATCHDOG=1");
 }
 
-void ServiceManager::tell(std::string_view state) const {
+void SystemdNotifier::send(std::string_view state) const {
   if (socket_ < 0) return;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

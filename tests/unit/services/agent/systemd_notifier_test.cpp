@@ -1,5 +1,5 @@
-// The agent's words to systemd, heard at the other end of a socket.
-#include "services/agent/service_manager.hpp"
+// Notifications of systemd, received at the other end of a socket.
+#include "services/agent/systemd_notifier.hpp"
 
 #include <array>
 #include <cstdlib>
@@ -17,10 +17,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Stands for systemd: an abstract socket of this test.
-class ServiceManagerTest : public testing::Test {
+/// In place of systemd: an abstract socket of this test.
+class SystemdNotifierTest : public testing::Test {
  protected:
-  ServiceManagerTest() {
+  SystemdNotifierTest() {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::memcpy(address.sun_path + 1, name_.data(), name_.size());
@@ -30,12 +30,12 @@ class ServiceManagerTest : public testing::Test {
     setenv("WATCHDOG_USEC", "2000000", 1);
     setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);
   }
-  ~ServiceManagerTest() override {
+  ~SystemdNotifierTest() override {
     close(socket_);
     for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}) unsetenv(name);
   }
 
-  /// What was said and not heard yet; empty: nothing.
+  /// The next notification; empty: none.
   std::string heard() const {
     std::array<char, 64> text{};
     const ssize_t size = recv(socket_, text.data(), text.size(), MSG_DONTWAIT);
@@ -43,49 +43,49 @@ class ServiceManagerTest : public testing::Test {
   }
 
  private:
-  const std::string name_ = "hecaton-service-manager-test-" + std::to_string(getpid());
+  const std::string name_ = "hecaton-service-notifier-test-" + std::to_string(getpid());
   const int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-TEST_F(ServiceManagerTest, HearsThatTheAgentIsReadyAndEnds) {
-  ServiceManager manager;
+TEST_F(SystemdNotifierTest, NotifiesThatTheAgentIsReadyAndEnds) {
+  SystemdNotifier notifier;
   EXPECT_EQ(heard(), "");
-  manager.ready();
+  notifier.ready();
   EXPECT_EQ(heard(), "READY=1");
-  manager.stopping();
+  notifier.stopping();
   EXPECT_EQ(heard(), "STOPPING=1");
 }
 
-TEST_F(ServiceManagerTest, HearsTwiceInTheWatchdogsTimeThatTheLoopTurns) {
-  ServiceManager manager;
-  const ServiceManager::Clock::time_point begin{100s};
+TEST_F(SystemdNotifierTest, NotifiesTwiceWithinTheWatchdogTime) {
+  SystemdNotifier notifier;
+  const SystemdNotifier::Clock::time_point begin{100s};
   int said = 0;
   for (auto now = begin; now < begin + 10s; now += 10ms) {
-    manager.turns(now);
+    notifier.loop_turns(now);
     while (heard() == "WATCHDOG=1") ++said;
   }
   EXPECT_EQ(said, 10);
 }
 
-TEST_F(ServiceManagerTest, LeavesNothingForWhatTheAgentStarts) {
-  const ServiceManager manager;
+TEST_F(SystemdNotifierTest, RemovesItsVariablesFromTheEnvironment) {
+  const SystemdNotifier notifier;
   for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}) EXPECT_EQ(getenv(name), nullptr) << name;
 }
 
-TEST_F(ServiceManagerTest, KeepsStillWhenAnotherProcessIsWatched) {
+TEST_F(SystemdNotifierTest, SendsNoWatchdogNotificationForAnotherProcess) {
   setenv("WATCHDOG_PID", "1", 1);
-  ServiceManager manager;
-  manager.turns(ServiceManager::Clock::time_point{100s});
+  SystemdNotifier notifier;
+  notifier.loop_turns(SystemdNotifier::Clock::time_point{100s});
   EXPECT_EQ(heard(), "");
 }
 
-TEST_F(ServiceManagerTest, IsNotMissedWhereThereIsNone) {
+TEST_F(SystemdNotifierTest, DoesNothingWithoutSystemd) {
   for (const char* address : {"", "@", "relative/path", "/no/such/socket"}) {
     setenv("NOTIFY_SOCKET", address, 1);
     setenv("WATCHDOG_USEC", "soon", 1);
-    ServiceManager manager;
-    manager.ready();
-    manager.turns(ServiceManager::Clock::time_point{100s});
+    SystemdNotifier notifier;
+    notifier.ready();
+    notifier.loop_turns(SystemdNotifier::Clock::time_point{100s});
   }
   EXPECT_EQ(heard(), "");
 }
