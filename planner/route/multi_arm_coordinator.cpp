@@ -3,29 +3,30 @@
 #include <algorithm>
 #include <utility>
 
-#include "planner/global/validity_data.hpp"
+#include "planner/global/validity_kernel.hpp"
 
 namespace hecaton::planner {
 namespace {
 
-/// An arm joins where the plan begins no farther from it than this, in each joint, and has it go where it wants to go
-/// [rad | m].
-constexpr double kNearBeginning = 0.3;
-constexpr double kSameGoal = 0.05;
-/// A point counts as reached within this, in each joint [rad | m].
-constexpr double kReached = 0.08;
-/// All arms must have joined after the first time, and all have reached the next point after the second [s].
-constexpr double kToJoin = 1.0;
-constexpr double kToAdvance = 4.0;
-/// Each question is followed by a pause that is so many times longer, up to kLongestPause [s].
-constexpr double kPauseGrowth = 1.5;
-constexpr double kLongestPause = 20.0;
+/// An arm joins a plan whose start is within kStartTolerance, and whose end is within kGoalTolerance of its goal, in
+/// each joint [rad | m].
+constexpr double kStartTolerance = 0.3;
+constexpr double kGoalTolerance = 0.05;
+/// A point is reached within this, in each joint [rad | m].
+constexpr double kPointTolerance = 0.08;
+/// Time-outs for all arms to join, and for all arms to reach the next point [s].
+constexpr double kJoinTimeout = 1.0;
+constexpr double kPointTimeout = 4.0;
+/// The interval between questions grows by this factor, up to kMaxInterval [s].
+constexpr double kIntervalGrowth = 1.5;
+constexpr double kMaxInterval = 20.0;
 
 double farthest_joint(const JointLimits& limits, const JointVector& a, const JointVector& b) {
   return joint_difference(limits, a, b).cwiseAbs().maxCoeff();
 }
 
-bool may_meet(const CellGeometry& geometry, int i, double influence) {
+/// True if the reach of arm i comes within `influence` [m] of the own arm's.
+bool may_interact(const CellGeometry& geometry, int i, double influence) {
   const world::BoundingSphere& own = geometry.arm_reach(geometry.self());
   const world::BoundingSphere& other = geometry.arm_reach(i);
   return (own.centre - other.centre).norm() < own.radius + other.radius + influence;
@@ -35,16 +36,16 @@ bool may_meet(const CellGeometry& geometry, int i, double influence) {
 
 MultiArmCoordinator::MultiArmCoordinator(const LocalParameters& parameters, std::uint64_t seed,
                                          std::uint32_t numbers_after)
-    : after_(parameters.method->traits().coordinates ? parameters.coordination.stall_timeout : 0.0),
-      patience_(after_),
+    : stall_timeout_(parameters.method->traits().coordinates ? parameters.coordination.stall_timeout : 0.0),
+      interval_(stall_timeout_),
       random_(seed),
-      since_answer_(after_),
+      since_answer_(stall_timeout_),
       number_(numbers_after) {}
 
 std::optional<RouteQuestion> MultiArmCoordinator::next(const ArmController& controller, const TickResult& result,
                                                        std::span<const ArmObservation> arms,
                                                        std::span<const world::ObstacleState> obstacles) {
-  if (after_ <= 0.0 || arms.size() < 2) return std::nullopt;
+  if (stall_timeout_ <= 0.0 || arms.size() < 2) return std::nullopt;
   const double dt = controller.control_period();
   since_answer_ += dt;
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
@@ -53,12 +54,13 @@ std::optional<RouteQuestion> MultiArmCoordinator::next(const ArmController& cont
     proposal_.reset();
     return std::nullopt;
   }
-  join_or_stay(controller, arms);
-  if (takes_part()) advance(controller, arms, dt);
-  if (takes_part() || open_ || !controller.under_way()) return std::nullopt;
-  const double lost = controller.goal_progress().time_without_progress();
-  if (lost < after_) patience_ = after_;
-  if (lost < after_ || since_answer_ < patience_ || !controller.memory().right_of_way.leads) return std::nullopt;
+  choose_plan(controller, arms);
+  if (participating()) advance(controller, arms, dt);
+  if (participating() || open_ || !controller.under_way()) return std::nullopt;
+  const double stalled_for = controller.goal_progress().time_without_progress();
+  if (stalled_for < stall_timeout_) interval_ = stall_timeout_;
+  if (stalled_for < stall_timeout_ || since_answer_ < interval_ || !controller.memory().right_of_way.leads)
+    return std::nullopt;
   question_ = make_question(controller, arms, obstacles);
   if (question_.planned.size() < 2) return std::nullopt;
   open_ = true;
@@ -75,8 +77,8 @@ RouteQuestion MultiArmCoordinator::make_question(const ArmController& controller
     const bool own = i == geometry.self();
     question.arms.push_back(own || !arms[i].known ? JointVector() : extrapolated_position(geometry, arms, i));
     const int more = geometry.arms()[i].model->joints();
-    const bool follows = arms[i].known && arms[i].plans && !arms[i].lost() && may_meet(geometry, i, influence);
-    if (!own && (!follows || joints + more > global::kMostDimensions)) continue;
+    const bool follows = arms[i].known && arms[i].plans && !arms[i].lost() && may_interact(geometry, i, influence);
+    if (!own && (!follows || joints + more > global::kMaxDimensions)) continue;
     if (!own) joints += more;
     question.planned.push_back(i);
     question.q.push_back(own ? controller.setpoint().q : question.arms.back());
@@ -87,13 +89,13 @@ RouteQuestion MultiArmCoordinator::make_question(const ArmController& controller
   return question;
 }
 
-void MultiArmCoordinator::answered(const RouteAnswer& answer) {
+void MultiArmCoordinator::receive(const RouteAnswer& answer) {
   open_ = false;
   since_answer_ = 0.0;
   if (std::exchange(dropped_, false)) return;
-  patience_ = std::min(kLongestPause, kPauseGrowth * patience_);
-  const bool goes = answer.kind == RouteAnswer::Kind::kFound || answer.kind == RouteAnswer::Kind::kStraight;
-  if (!goes || takes_part()) return;
+  interval_ = std::min(kMaxInterval, kIntervalGrowth * interval_);
+  const bool found = answer.kind == RouteAnswer::Kind::kFound || answer.kind == RouteAnswer::Kind::kStraight;
+  if (!found || participating()) return;
   auto plan = std::make_shared<CoupledPlan>();
   plan->number = ++number_;
   ++proposed_;
@@ -103,49 +105,49 @@ void MultiArmCoordinator::answered(const RouteAnswer& answer) {
   proposal_ = std::move(plan);
 }
 
-void MultiArmCoordinator::resign() {
+void MultiArmCoordinator::withdraw() {
   leave();
   proposal_.reset();
   dropped_ = open_;
 }
 
-bool MultiArmCoordinator::suits(const CoupledPlan& plan, const ArmController& controller) const {
+bool MultiArmCoordinator::can_join(const CoupledPlan& plan, const ArmController& controller) const {
   const int self = controller.geometry().self();
   const auto found = std::find(plan.arms.begin(), plan.arms.end(), self);
   if (found == plan.arms.end() || plan.points.empty()) return false;
   const auto index = static_cast<std::size_t>(found - plan.arms.begin());
   for (const auto& point : plan.points) {
-    const bool fits = point.size() == plan.arms.size() && point[index].size() == controller.setpoint().q.size();
-    if (!fits) return false;
+    const bool valid = point.size() == plan.arms.size() && point[index].size() == controller.setpoint().q.size();
+    if (!valid) return false;
   }
   const JointLimits& limits = controller.geometry().own_arm().limits;
   const JointVector& begins = plan.points.front()[index];
   const JointVector& ends = plan.points.back()[index];
   const JointVector& wanted = controller.under_way() ? *controller.goal() : begins;
-  return farthest_joint(limits, controller.setpoint().q, begins) < kNearBeginning &&
-         farthest_joint(limits, wanted, ends) < kSameGoal;
+  return farthest_joint(limits, controller.setpoint().q, begins) < kStartTolerance &&
+         farthest_joint(limits, wanted, ends) < kGoalTolerance;
 }
 
-/// The plan of whoever goes first [planner/local/right_of_way.hpp] counts; one that the arm has left it does not join
-/// again.
-void MultiArmCoordinator::join_or_stay(const ArmController& controller, std::span<const ArmObservation> arms) {
+/// Of several plans, the arm follows that of the proposer with the highest priority (planner/local/right_of_way.hpp).
+/// It does not join a plan again that it has left.
+void MultiArmCoordinator::choose_plan(const ArmController& controller, std::span<const ArmObservation> arms) {
   const int self = controller.geometry().self();
   const auto offered = [&](int i) { return i == self ? proposal_ : arms[i].proposal; };
   const auto priority = [&](int i) { return Priority{i == self ? controller.priority() : arms[i].priority, i}; };
-  if (takes_part()) {
+  if (participating()) {
     const auto current = offered(part_.progress.proposer);
     if (!current || current->number != part_.progress.number) leave();
   }
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     const auto plan = offered(i);
     if (!plan || part_.progress.of(i, plan->number) || last_.of(i, plan->number)) continue;
-    if (takes_part() && !priority(i).precedes(priority(part_.progress.proposer))) continue;
-    if (!suits(*plan, controller)) continue;
-    if (takes_part()) leave();
+    if (participating() && !priority(i).precedes(priority(part_.progress.proposer))) continue;
+    if (!can_join(*plan, controller)) continue;
+    if (participating()) leave();
     join(i, plan);
     part_.index = static_cast<int>(std::find(plan->arms.begin(), plan->arms.end(), self) - plan->arms.begin());
   }
-  // What nobody goes by is withdrawn.
+  // The arm withdraws its proposal when it does not follow the plan itself.
   if (proposal_ && !part_.progress.of(self, proposal_->number)) proposal_.reset();
 }
 
@@ -156,48 +158,48 @@ void MultiArmCoordinator::join(int proposer, std::shared_ptr<const CoupledPlan> 
 }
 
 void MultiArmCoordinator::leave() {
-  if (!takes_part()) return;
+  if (!participating()) return;
   last_ = part_.progress;
   part_ = {};
 }
 
-/// To the next point once all have reached the last one.
+/// Selects the next point once all arms have reached the last one.
 void MultiArmCoordinator::advance(const ArmController& controller, std::span<const ArmObservation> arms, double dt) {
   const int self = controller.geometry().self();
   const int last = static_cast<int>(part_.plan->points.size()) - 1;
-  int together = part_.progress.reached;
+  int reached_by_all = part_.progress.reached;
   bool all_joined = true;
   bool failed = false;
   for (const int i : part_.plan->arms) {
     if (i == self) continue;
-    failed = failed || !arms[i].plans || arms[i].lost();  // what it said last it says no more
+    failed = failed || !arms[i].plans || arms[i].lost();  // its last progress is no longer valid
     const bool joined = arms[i].progress.of(part_.progress.proposer, part_.progress.number);
     all_joined = all_joined && joined;
-    together = std::min(together, joined ? arms[i].progress.reached : -1);
+    reached_by_all = std::min(reached_by_all, joined ? arms[i].progress.reached : -1);
   }
-  part_.since_together =
-      together > part_.together || (all_joined && !part_.all_joined) ? 0.0 : part_.since_together + dt;
-  const bool left = part_.all_joined && !all_joined && part_.together < last;
+  part_.since_progress =
+      reached_by_all > part_.reached_by_all || (all_joined && !part_.all_joined) ? 0.0 : part_.since_progress + dt;
+  const bool left = part_.all_joined && !all_joined && part_.reached_by_all < last;
   part_.all_joined = part_.all_joined || all_joined;
-  part_.together = std::max(part_.together, together);
-  const bool late = part_.since_together > (part_.all_joined ? kToAdvance : kToJoin);
-  const bool wants_it = !controller.under_way() || suits_goal(controller);
-  if (left || failed || late || !wants_it || part_.together == last) {
+  part_.reached_by_all = std::max(part_.reached_by_all, reached_by_all);
+  const bool late = part_.since_progress > (part_.all_joined ? kPointTimeout : kJoinTimeout);
+  const bool same_goal = !controller.under_way() || ends_at_goal(controller);
+  if (left || failed || late || !same_goal || part_.reached_by_all == last) {
     leave();
     return;
   }
-  const int next = std::min(part_.all_joined ? part_.together + 1 : 0, last);
-  const JointVector& aim = part_.plan->points[next][part_.index];
+  const int next = std::min(part_.all_joined ? part_.reached_by_all + 1 : 0, last);
+  const JointVector& target = part_.plan->points[next][part_.index];
   const JointLimits& limits = controller.geometry().own_arm().limits;
-  if (part_.all_joined && farthest_joint(limits, controller.setpoint().q, aim) < kReached) {
+  if (part_.all_joined && farthest_joint(limits, controller.setpoint().q, target) < kPointTolerance) {
     part_.progress.reached = std::max(part_.progress.reached, next);
   }
-  part_.aim = aim;
+  part_.target = target;
 }
 
-bool MultiArmCoordinator::suits_goal(const ArmController& controller) const {
+bool MultiArmCoordinator::ends_at_goal(const ArmController& controller) const {
   const JointLimits& limits = controller.geometry().own_arm().limits;
-  return farthest_joint(limits, *controller.goal(), part_.plan->points.back()[part_.index]) < kSameGoal;
+  return farthest_joint(limits, *controller.goal(), part_.plan->points.back()[part_.index]) < kGoalTolerance;
 }
 
 }  // namespace hecaton::planner

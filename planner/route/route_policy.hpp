@@ -1,5 +1,5 @@
 #pragma once
-/// When an arm asks for a route, and what becomes of the answer. Used every control period, beside the tick.
+/// When an arm asks for a route, and how it uses the answer. Used once in each control period, outside the tick.
 
 #include <cstdint>
 #include <optional>
@@ -11,44 +11,45 @@
 
 namespace hecaton::planner {
 
+/// Not thread-safe. Deterministic for a seed.
 class RoutePolicy {
  public:
-  /// `seed` of the searches. Only an arm whose method coordinates ever asks.
+  /// `seed`: of the searches. An arm whose method does not coordinate never asks.
   RoutePolicy(const LocalParameters& parameters, std::uint64_t seed);
 
   struct Next {
     std::optional<RouteQuestion> question;
-    bool leaves_route = false;  ///< the arm gets nowhere on its route
+    bool leaves_route = false;  ///< the arm makes no progress on its route
   };
-  /// After a period of `controller`: a question when the arm has not come nearer for long, and now and then while it
-  /// follows a route, whether that is still free.
+  /// Call after each period of `controller`. Returns a question when the progress has stalled and, on a route, every
+  /// 0.1 s to check that the route is still free.
   [[nodiscard]] Next next(const ArmController& controller, const TickResult& result,
                           std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles);
-  /// The points that the arm follows from the next period on; none: it leaves its route. Empty: nothing changes. So it
-  /// is when the goal is another one by now, the arm is somewhere else, or drop() was called since: the answer would be
-  /// one to another question.
-  [[nodiscard]] std::optional<std::vector<JointVector>> answered(const RouteAnswer& answer,
-                                                                 const ArmController& controller);
+  /// Takes the answer to the open question. Returns the points to follow from the next period on; no points: the arm
+  /// leaves its route; empty: nothing changes, because the goal has changed, the arm has moved away, or discard() was
+  /// called.
+  [[nodiscard]] std::optional<std::vector<JointVector>> receive(const RouteAnswer& answer,
+                                                                const ArmController& controller);
 
-  /// In this period the arm follows a coupled plan, or another planner.
-  void drop() { dropped_ = open_; }
+  /// Call when the arm follows a coupled plan or another planner: the answer to the open question will be ignored.
+  void discard() { dropped_ = open_; }
 
-  /// Routes that were begun so far.
-  [[nodiscard]] int found() const { return found_; }
+  /// Number of routes begun so far.
+  [[nodiscard]] int begun() const { return begun_; }
 
  private:
-  double after_;     ///< not nearer for so long [s]; 0: never asks
-  double patience_;  ///< until the next question off a route [s]
+  double stall_timeout_;  ///< without progress, before the arm asks [s]; 0: never
+  double interval_;       ///< between two questions off a route [s]
   Random random_;
   bool open_ = false;
-  bool dropped_ = false;  ///< the answer to the open question is of no use any more
-  JointVector q_;         ///< where the arm was when it asked that, and
-  JointVector q_goal_;    ///< where it wanted to go
+  bool dropped_ = false;  ///< the answer to the open question will be ignored
+  JointVector q_;         ///< of the open question [rad | m]
+  JointVector q_goal_;    ///< of the open question [rad | m]
   double since_answer_;   ///< [s]
-  double stuck_ = 0.0;    ///< on a route, and not nearer to its end [s]
-  double nearest_ = 0.0;  ///< to the end of the route so far [rad | m]
+  double stuck_ = 0.0;    ///< on a route without progress [s]
+  double nearest_ = 0.0;  ///< smallest remaining length of the route [rad | m]
   bool on_route_ = false;
-  int found_ = 0;
+  int begun_ = 0;
 };
 
 }  // namespace hecaton::planner

@@ -9,29 +9,28 @@
 namespace hecaton::planner {
 namespace {
 
-/// What a route keeps beyond dₛ, tried in this order [m]: dampers let an arm go fast with the first, creep with the
-/// last.
-constexpr std::array kBeyondSecurity = {0.03, 0.01, 0.002};
-/// An arm in trouble stands near something: from there, and to such a goal, the last step may keep this much less than
-/// dₛ [m]. Dampers always let an arm go away from things.
-constexpr double kLeastBelowSecurity = 0.01;
-/// The same between links of one arm [m]: they are near each other by their build.
-constexpr double kBeyondSelfSecurity = 0.002;
-/// So many samples at each distance for one arm, some ms at most; for n arms as one n² times as many.
+/// Clearance beyond the security distance dₛ, tried in this order [m]. Near dₛ, the velocity dampers slow the arm down.
+constexpr std::array kClearanceLevels = {0.03, 0.01, 0.002};
+/// The first and the last edge may be closer than dₛ by this [m]: a blocked arm stands close to an obstacle, and the
+/// dampers always let it move away.
+constexpr double kEndTolerance = 0.01;
+/// Clearance between links of one arm beyond their security distance [m]; links are close to each other by design.
+constexpr double kSelfClearance = 0.002;
+/// Samples at each level for one arm, a few ms; for n arms together, n² times as many.
 constexpr std::uint64_t kIterations = 4000;
-/// Of more arms than this each samples so many only: where they get into each other's way it is not samples that help.
-constexpr std::size_t kArmsBySamples = 2;
-/// What a search over the arms' roadmaps takes for a vertex, in configurations that could be looked at meanwhile.
+/// More arms than this get kIterations samples only: joint sampling hardly solves their conflicts.
+constexpr std::size_t kMaxSampledArms = 2;
+/// Cost of expanding a vertex of the super graph, in checks of a configuration.
 constexpr std::uint64_t kChecksPerExpansion = 4;
-/// Configurations around a crowded end, at most so far away in each joint [rad | m].
-constexpr int kBeside = 256;
-constexpr double kFarthestBeside = 0.6;
-/// Between configurations that are checked [rad | m].
+/// Samples around an end that is not free, and their largest distance in each joint [rad | m].
+constexpr int kEndSamples = 256;
+constexpr double kMaxEndDistance = 0.6;
+/// Between checked configurations of an edge [rad | m].
 constexpr double kStep = 0.05;
-/// Continuous joints go the short way round: no straight part of a route turns a joint farther than this [rad].
-constexpr double kLongestPart = 1.5;
-/// Arms that go together wait for each other at every point: no part moves a joint farther than this [rad | m].
-constexpr double kTogether = 0.3;
+/// Longest edge of a route in each joint [rad | m]: with longer ones, a continuous joint could turn the other way.
+constexpr double kMaxEdge = 1.5;
+/// Longest edge of a coupled plan in each joint [rad | m]; the arms wait for each other at each point.
+constexpr double kMaxCoupledEdge = 0.3;
 
 std::vector<float> padded(const global::Validity& validity, const std::vector<double>& q) {
   std::vector<float> result(validity.stride(), 0.0F);
@@ -39,7 +38,7 @@ std::vector<float> padded(const global::Validity& validity, const std::vector<do
   return result;
 }
 
-/// But for rounding.
+/// Equal within rounding.
 bool same(const std::vector<double>& a, const std::vector<double>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) { return std::abs(x - y) < 1e-9; });
 }
@@ -56,7 +55,7 @@ void RouteSearch::set_obstacles(std::span<const world::Obstacle> obstacles) {
   graphs_.clear();
 }
 
-/// Not before the first question: to cover links with balls takes a while.
+/// Deferred to the first question, because covering links with spheres takes long.
 void RouteSearch::build(const std::vector<int>& planned) {
   if (!levels_.empty() && planned == planned_) return;
   levels_.clear();
@@ -77,24 +76,24 @@ void RouteSearch::build(const std::vector<int>& planned) {
   }
   global::ValidityOptions options;
   options.step = kStep;
-  for (const double beyond : kBeyondSecurity) {
-    options.padding = security + beyond;
-    options.self_padding = self_security + std::min(beyond, kBeyondSelfSecurity);
+  for (const double clearance : kClearanceLevels) {
+    options.padding = security + clearance;
+    options.self_padding = self_security + std::min(clearance, kSelfClearance);
     levels_.emplace_back(geometries, std::span<const global::WorldBody>(), options);
   }
-  options.padding = std::max(0.0, security - kLeastBelowSecurity);
-  options.self_padding = std::max(0.0, self_security - kLeastBelowSecurity);
+  options.padding = std::max(0.0, security - kEndTolerance);
+  options.self_padding = std::max(0.0, self_security - kEndTolerance);
   levels_.emplace_back(geometries, std::span<const global::WorldBody>(), options);
   graphs_.resize(levels_.size());
 }
 
-RouteSearch::Configuration RouteSearch::joined(const JointPoint& point) const {
+RouteSearch::Configuration RouteSearch::concatenated(const JointPoint& point) const {
   Configuration all;
   for (const JointVector& q : point) all.insert(all.end(), q.begin(), q.end());
   return all;
 }
 
-JointPoint RouteSearch::parted(const Configuration& q) const {
+JointPoint RouteSearch::split(const Configuration& q) const {
   JointPoint point;
   const double* from = q.data();
   for (const int arm : planned_) {
@@ -105,7 +104,7 @@ JointPoint RouteSearch::parted(const Configuration& q) const {
   return point;
 }
 
-/// `to` as it is reached from `from`: continuous joints go the short way round.
+/// `to` plus full turns of continuous joints, nearest to `from`.
 RouteSearch::Configuration RouteSearch::nearest_turn(const Configuration& from, const Configuration& to) const {
   Configuration near = to;
   for (std::size_t j = 0; j < near.size(); ++j) {
@@ -114,44 +113,46 @@ RouteSearch::Configuration RouteSearch::nearest_turn(const Configuration& from, 
   return near;
 }
 
-bool RouteSearch::straight(int level, const Configuration& a, const Configuration& b) const {
+bool RouteSearch::edge_free(int level, const Configuration& a, const Configuration& b) const {
   const global::Validity& validity = levels_[level];
   return validity.edge_free(padded(validity, a).data(), padded(validity, nearest_turn(a, b)).data());
 }
 
-/// The farthest point that is in sight, and the rest as it was. The last level: who follows a route is near things.
+/// The rest of the route from the farthest point that a free edge reaches. Checked at the last level, because a route
+/// may have been found there.
 std::optional<std::vector<JointPoint>> RouteSearch::keep(const RouteQuestion& question) const {
-  const int level = static_cast<int>(kBeyondSecurity.size()) - 1;
+  const int level = static_cast<int>(kClearanceLevels.size()) - 1;
   std::vector<Configuration> left;
-  for (const JointPoint& point : question.left) left.push_back(joined(point));
+  for (const JointPoint& point : question.remaining) left.push_back(concatenated(point));
   for (std::size_t i = 0; i + 1 < left.size(); ++i) {
-    if (!straight(level + (i + 2 == left.size() ? 1 : 0), left[i], left[i + 1])) return std::nullopt;
+    if (!edge_free(level + (i + 2 == left.size() ? 1 : 0), left[i], left[i + 1])) return std::nullopt;
   }
-  const Configuration from = joined(question.q);
+  const Configuration from = concatenated(question.q);
   for (std::size_t i = left.size(); i > 0; --i) {
-    if (!straight(i == 1 ? level + 1 : level, from, left[i - 1])) continue;
-    return std::vector(question.left.begin() + static_cast<std::ptrdiff_t>(i) - 1, question.left.end());
+    if (!edge_free(i == 1 ? level + 1 : level, from, left[i - 1])) continue;
+    return std::vector(question.remaining.begin() + static_cast<std::ptrdiff_t>(i) - 1, question.remaining.end());
   }
   return std::nullopt;
 }
 
-/// q itself if it keeps the distance of `level`; otherwise what does so nearby and is reached straight.
-std::optional<RouteSearch::Configuration> RouteSearch::beside(int level, const Configuration& q, Random& random) const {
+/// q if it is free at `level`; otherwise a free configuration nearby with a free edge to q.
+std::optional<RouteSearch::Configuration> RouteSearch::free_near(int level, const Configuration& q,
+                                                                 Random& random) const {
   const global::Validity& validity = levels_[level];
   if (validity.state_free(padded(validity, q).data())) return q;
   const int least = static_cast<int>(levels_.size()) - 1;
-  for (int i = 1; i <= kBeside; ++i) {
-    const double reach = kFarthestBeside * i / kBeside;
+  for (int i = 1; i <= kEndSamples; ++i) {
+    const double reach = kMaxEndDistance * i / kEndSamples;
     Configuration near = q;
     for (std::size_t j = 0; j < q.size(); ++j) {
       near[j] = std::clamp(q[j] + random.uniform(-reach, reach), lower_[j], upper_[j]);
     }
-    if (validity.state_free(padded(validity, near).data()) && straight(least, q, near)) return near;
+    if (validity.state_free(padded(validity, near).data()) && edge_free(least, q, near)) return near;
   }
   return std::nullopt;
 }
 
-/// The points after the first, with long parts divided.
+/// The points after the first one, with long edges divided.
 std::vector<JointPoint> RouteSearch::divided(const std::vector<Configuration>& points) const {
   std::vector<JointPoint> result;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
@@ -160,29 +161,29 @@ std::vector<JointPoint> RouteSearch::divided(const std::vector<Configuration>& p
     double longest = 0.0;
     for (std::size_t j = 0; j < a.size(); ++j) longest = std::max(longest, std::abs(b[j] - a[j]));
     const int parts =
-        std::max(1, static_cast<int>(std::ceil(longest / (planned_.size() > 1 ? kTogether : kLongestPart))));
+        std::max(1, static_cast<int>(std::ceil(longest / (planned_.size() > 1 ? kMaxCoupledEdge : kMaxEdge))));
     for (int k = 1; k <= parts; ++k) {
       Configuration point = b;
       for (std::size_t j = 0; k < parts && j < a.size(); ++j) point[j] = a[j] + (b[j] - a[j]) * k / parts;
-      result.push_back(parted(point));
+      result.push_back(split(point));
     }
   }
   return result;
 }
 
-/// Samples of all joints together; for several arms, where that fails, over the arms' roadmaps.
+/// Samples all joints together; if that fails for several arms, searches the super graph.
 global::Plan RouteSearch::plan(int level, const Configuration& from, const Configuration& to, std::uint64_t seed) {
   const std::size_t arms = planned_.size();
   global::PlanOptions options;
   options.seed = seed;
-  options.budget.iterations = arms > kArmsBySamples ? kIterations : kIterations * arms * arms;
+  options.budget.iterations = arms > kMaxSampledArms ? kIterations : kIterations * arms * arms;
   options.certify = false;
   global::Plan sampled = global::plan(levels_[level], from, to, options);
-  return sampled.solved() || arms == 1 ? sampled : plan_in_turns(level, from, to, options);
+  return sampled.solved() || arms == 1 ? sampled : plan_by_roadmaps(level, from, to, options);
 }
 
-global::Plan RouteSearch::plan_in_turns(int level, const Configuration& from, const Configuration& to,
-                                        const global::PlanOptions& options) {
+global::Plan RouteSearch::plan_by_roadmaps(int level, const Configuration& from, const Configuration& to,
+                                           const global::PlanOptions& options) {
   const global::Validity& validity = levels_[level];
   std::unique_ptr<global::SuperGraph>& graph = graphs_[level];
   if (!graph) graph = std::make_unique<global::SuperGraph>(validity.planned(), validity.options());
@@ -190,8 +191,8 @@ global::Plan RouteSearch::plan_in_turns(int level, const Configuration& from, co
   global::Plan plan = graph->plan(from, to, options.seed);
   expansions_ += plan.iterations;
   for (std::size_t i = 0; i + 1 < plan.path.size(); ++i) {
-    // What was looked at arm by arm holds for all of them, but for rounding.
-    if (!straight(level, plan.path[i], plan.path[i + 1])) return {};
+    // Checks of two arms at a time hold for all arms, except for rounding.
+    if (!edge_free(level, plan.path[i], plan.path[i + 1])) return {};
   }
   global::simplify(validity, options, plan);
   return plan;
@@ -199,10 +200,10 @@ global::Plan RouteSearch::plan_in_turns(int level, const Configuration& from, co
 
 std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const RouteQuestion& question) {
   Random random(question.seed);
-  const Configuration start = joined(question.q);
-  const Configuration goal = nearest_turn(start, joined(question.q_goal));
-  const auto first = beside(level, start, random);
-  const auto last = beside(level, goal, random);
+  const Configuration start = concatenated(question.q);
+  const Configuration goal = nearest_turn(start, concatenated(question.q_goal));
+  const auto first = free_near(level, start, random);
+  const auto last = free_near(level, goal, random);
   if (!first || !last) return std::nullopt;
   const global::Plan found = plan(level, *first, *last, random.next());
   if (!found.solved()) return std::nullopt;
@@ -210,7 +211,7 @@ std::optional<std::vector<JointPoint>> RouteSearch::search(int level, const Rout
   for (const Configuration& q : found.path) {
     if (q != points.back()) points.push_back(q);
   }
-  // The search may have gone the long way round: the goal is where it got to, turns aside.
+  // The path may end at the goal plus full turns.
   const Configuration end = nearest_turn(points.back(), goal);
   if (!same(points.back(), end)) points.push_back(end);
   return divided(points);
@@ -226,15 +227,15 @@ RouteAnswer RouteSearch::answer(const RouteQuestion& question) {
   for (global::Validity& level : levels_) level.set_world(world_);
   expansions_ = 0;
   const std::uint64_t before = checks();
-  const int searched = static_cast<int>(kBeyondSecurity.size());
+  const int searched = static_cast<int>(kClearanceLevels.size());
   RouteAnswer answer;
-  if (straight(searched - 1, joined(question.q), joined(question.q_goal))) {
+  if (edge_free(searched - 1, concatenated(question.q), concatenated(question.q_goal))) {
     answer.kind = RouteAnswer::Kind::kStraight;
     if (planned_.size() > 1) {
-      const Configuration start = joined(question.q);
-      answer.points = divided({start, nearest_turn(start, joined(question.q_goal))});
+      const Configuration start = concatenated(question.q);
+      answer.points = divided({start, nearest_turn(start, concatenated(question.q_goal))});
     }
-  } else if (auto kept = keep(question); kept && !question.left.empty()) {
+  } else if (auto kept = keep(question); kept && !question.remaining.empty()) {
     answer.kind = RouteAnswer::Kind::kKept;
     answer.points = std::move(*kept);
   } else {

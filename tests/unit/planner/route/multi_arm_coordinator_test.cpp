@@ -5,16 +5,17 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/planar_point.hpp"
+#include "tests/unit/planner/route/walls.hpp"
 
 namespace hecaton::planner {
 namespace {
 
 using test::joints;
 
-/// The first of two arms far from each other, period by period; the other one has proposed a plan for both.
-class WithAPartner : public testing::Test {
+/// The first of two arms, which are far apart; the second one has proposed a plan for both.
+class CoupledPlanOfTwo : public testing::Test {
  protected:
-  WithAPartner() : arms_(2) {
+  CoupledPlanOfTwo() : arms_(2) {
     controller_.set_obstacles({});
     controller_.set_goal(joints({0.5, 0}));
     auto plan = std::make_shared<CoupledPlan>();
@@ -32,8 +33,8 @@ class WithAPartner : public testing::Test {
   void step() {
     const TickResult result = controller_.step(measured_, arms_, {}, false);
     (void)policy_.next(controller_, result, arms_, {});
-    if (policy_.aim()) {
-      controller_.follow_coupled_plan(*policy_.aim());
+    if (policy_.target()) {
+      controller_.follow_coupled_plan(*policy_.target());
     } else {
       controller_.leave_coupled_plan();
     }
@@ -51,12 +52,12 @@ class WithAPartner : public testing::Test {
   MeasuredState measured_{joints({0, 0}), joints({0, 0})};
 };
 
-TEST_F(WithAPartner, GoesByItsPlanAndWaitsForItAtEveryPoint) {
+TEST_F(CoupledPlanOfTwo, FollowsThePlanAndWaitsAtEachPoint) {
   steps(2);
-  EXPECT_TRUE(policy_.takes_part());
+  EXPECT_TRUE(policy_.participating());
   EXPECT_EQ(policy_.progress().proposer, 1);
   steps(200);
-  EXPECT_TRUE(policy_.takes_part());
+  EXPECT_TRUE(policy_.participating());
   EXPECT_NEAR(measured_.q[0], 0.25, 0.01) << "the other has not reached the next point";
   arms_[1].progress.reached = 1;
   steps(200);
@@ -64,29 +65,110 @@ TEST_F(WithAPartner, GoesByItsPlanAndWaitsForItAtEveryPoint) {
   EXPECT_EQ(policy_.progress().reached, 2);
 }
 
-TEST_F(WithAPartner, APartnerThatFailsEndsThePlanAtOnce) {
+TEST_F(CoupledPlanOfTwo, EndsAtOnceWhenAnotherArmStopsPlanning) {
   steps(10);
-  ASSERT_TRUE(policy_.takes_part());
-  arms_[1].plans = false;  // held, stopped, or its planner is gone: what it said last still says that it takes part
+  ASSERT_TRUE(policy_.participating());
+  arms_[1].plans = false;  // held, stopped, or its planner is gone; its last progress still names the plan
   step();
-  EXPECT_FALSE(policy_.takes_part());
+  EXPECT_FALSE(policy_.participating());
   arms_[1].plans = true;
   steps(10);
-  EXPECT_FALSE(policy_.takes_part()) << "a plan that was left is not joined again";
+  EXPECT_FALSE(policy_.participating()) << "the arm does not join a plan again";
 }
 
-TEST_F(WithAPartner, APartnerThatIsLostEndsThePlanAtOnce) {
+TEST_F(CoupledPlanOfTwo, EndsAtOnceWhenAnotherArmIsLost) {
   steps(10);
-  ASSERT_TRUE(policy_.takes_part());
+  ASSERT_TRUE(policy_.participating());
   arms_[1].position_uncertainty = joints({0.1, 0.1});
   step();
-  EXPECT_FALSE(policy_.takes_part());
+  EXPECT_FALSE(policy_.participating());
 }
 
-TEST_F(WithAPartner, DoesNotJoinWhatLeadsElsewhere) {
+TEST_F(CoupledPlanOfTwo, IsNotJoinedIfItEndsElsewhere) {
   controller_.set_goal(joints({0.5, 1}));
   steps(10);
-  EXPECT_FALSE(policy_.takes_part());
+  EXPECT_FALSE(policy_.participating());
+}
+
+/// A ball before an endless wall; a second ball rests nearby.
+class BlockedBall {
+ public:
+  BlockedBall() : boxes_({test::box_obstacle("wall", {0.5, 0, 0}, {0.1, 4, 0.5})}), states_(test::states_of(boxes_)) {
+    parameters_.rollout.candidates = 0;
+    parameters_.replanning.stall_timeout = 0.0;
+    parameters_.coordination.stall_timeout = 0.5;
+    policy_.emplace(parameters_, 7, 100);
+    controller_.emplace(CellGeometry({test::planar_point("a"), test::planar_point("b")}, 0), parameters_, 0.01, 3);
+    controller_->set_obstacles(boxes_);
+    controller_->set_goal(joints({1, 0}));
+    measured_ = {joints({0, 0}), joints({0, 0})};
+    arms_[1].q = joints({0, 0.4});
+    arms_[1].qd = joints({0, 0});
+    arms_[1].known = arms_[1].plans = true;
+  }
+
+  std::optional<RouteQuestion> step(bool hold = false) {
+    const TickResult result = controller_->step(measured_, arms_, states_, hold);
+    measured_ = {result.q, result.qd};
+    return policy_->next(*controller_, result, arms_, states_);
+  }
+  /// True if the policy asks within this time [s].
+  bool asks(double within = 60.0) {
+    for (int period = 0; period * 0.01 < within; ++period) {
+      if (step()) return true;
+    }
+    return false;
+  }
+  static RouteAnswer answer() {
+    RouteAnswer found;
+    found.kind = RouteAnswer::Kind::kFound;
+    found.points = {{joints({0.2, 0}), joints({0, 0.4})}, {joints({1, 0}), joints({0, 0.4})}};
+    return found;
+  }
+
+  MultiArmCoordinator& policy() { return *policy_; }
+
+ private:
+  LocalParameters parameters_;
+  std::vector<world::Obstacle> boxes_;
+  std::vector<world::ObstacleState> states_;
+  std::optional<MultiArmCoordinator> policy_;
+  std::optional<ArmController> controller_;
+  std::vector<ArmObservation> arms_{2};
+  MeasuredState measured_;
+};
+
+TEST(MultiArmCoordinator, ProposesThePlanThatWasFound) {
+  BlockedBall arm;
+  ASSERT_TRUE(arm.asks());
+  arm.policy().receive(BlockedBall::answer());
+  ASSERT_NE(arm.policy().proposal(), nullptr);
+  EXPECT_GT(arm.policy().proposal()->number, 100U) << "numbers of an earlier planner are not reused";
+  arm.step();
+  EXPECT_TRUE(arm.policy().participating());
+}
+
+TEST(MultiArmCoordinator, IgnoresTheAnswerAfterWithdrawal) {
+  BlockedBall arm;
+  ASSERT_TRUE(arm.asks());
+  arm.policy().withdraw();
+  arm.policy().receive(BlockedBall::answer());
+  EXPECT_EQ(arm.policy().proposal(), nullptr);
+  // The answer to the next question counts again.
+  ASSERT_TRUE(arm.asks());
+  arm.policy().receive(BlockedBall::answer());
+  EXPECT_NE(arm.policy().proposal(), nullptr);
+}
+
+TEST(MultiArmCoordinator, DropsItsProposalWhenHeld) {
+  BlockedBall arm;
+  ASSERT_TRUE(arm.asks());
+  arm.policy().receive(BlockedBall::answer());
+  arm.step();
+  ASSERT_NE(arm.policy().proposal(), nullptr);
+  arm.step(true);
+  EXPECT_FALSE(arm.policy().participating());
+  EXPECT_EQ(arm.policy().proposal(), nullptr);
 }
 
 }  // namespace

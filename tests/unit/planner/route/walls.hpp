@@ -1,5 +1,5 @@
 #pragma once
-/// The planar point in a room with a wall: whatever leads around that, it must find.
+/// Walls for the planar point.
 
 #include <algorithm>
 #include <limits>
@@ -24,9 +24,9 @@ inline std::vector<world::ObstacleState> states_of(const std::vector<world::Obst
   return states;
 }
 
-/// From the ball's surface to the nearest box [m].
-inline double room_at(const planner::JointVector& q, const std::vector<world::Obstacle>& boxes,
-                      const std::vector<world::ObstacleState>& states) {
+/// Distance from the ball's surface to the nearest box [m].
+inline double clearance_at(const planner::JointVector& q, const std::vector<world::Obstacle>& boxes,
+                           const std::vector<world::ObstacleState>& states) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const auto& half = std::get<world::Box>(boxes[i].shapes[0].shape).half_extents;
