@@ -11,11 +11,10 @@ namespace {
 using namespace planner::cspace;
 
 constexpr int kObstacles = 10'000;
-/// Added to the widths: for what the grid of fundamental obstacles and that of the images is off, and half of what is
-/// between two boundary points [m].
+/// Growth of the widths for the rounding of both grids and half of the distance of boundary points [m].
 constexpr double kInflation = 0.5;
 
-/// Cells that a way of mapping misses, and blocks for nothing, beside the truth.
+/// Missed and falsely blocked cells of a mapper, compared with brute force.
 class Account {
  public:
   void add(const CspaceMap& truth, const CspaceMap& map) {
@@ -42,9 +41,8 @@ class Account {
   double true_ = 0.0, missed_ = 0.0, extra_ = 0.0, with_missed_ = 0.0, worst_missed_ = 0.0;
 };
 
-/// R4: random convex obstacles of the arm of [Li96], mapped by brute force (the truth), as published, by the union of
-/// the images of all fundamental obstacles, by that over points of the border, each mapped exactly as arms map what
-/// their sensors see, and exactly.
+/// R4: random convex obstacles of the arm of [Li96]. Mappers: brute force (reference), as published, union of all
+/// fundamental obstacles, union of exactly mapped border points (as sensors measure), and exact.
 void cspace(benchmark::State& state) {
   const PlanarArm arm;
   const AngleGrid grid{360};

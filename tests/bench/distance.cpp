@@ -12,7 +12,7 @@ constexpr int kInstants = 2000;
 constexpr double kInfluence = 0.12;    // a tick's pass [m]
 constexpr double kEverything = 100.0;  // [m]
 
-/// How often and how far FCL is off; its answers for overlapping pairs are no distances.
+/// Number and size of FCL's errors, without overlapping pairs, for which FCL returns no distances.
 class Disagreement {
  public:
   void compare(const std::vector<planner::Clearance>& ours, const std::vector<double>& theirs) {
@@ -37,7 +37,7 @@ class Disagreement {
   double most_below_ = 0.0;
 };
 
-/// The distance pass at random instants of the cell, against FCL's on the same pairs.
+/// The distance pass at random instants of the cell, compared with FCL on the same pairs.
 void distance(benchmark::State& state, double influence) {
   PairsCell cell(20060521);
   planner::ExactDistance distance(cell.geometry());

@@ -24,7 +24,7 @@ struct FclPeer::Objects {
 
 namespace {
 
-/// What the tree hands on.
+/// Data of the tree's callback.
 struct Query {
   const void* arm = nullptr;
   double influence = 0.0;  ///< [m]
@@ -32,8 +32,8 @@ struct Query {
   std::vector<double>* out = nullptr;
 };
 
-/// Told of every pair that the tree could not rule out. Leaves `nearest` at the influence distance: farther boxes are
-/// skipped.
+/// Callback for each pair that the tree does not exclude. Keeps `nearest` at the influence distance, so that the tree skips
+/// farther boxes.
 bool add_pair(fcl::CollisionObjectd* one, fcl::CollisionObjectd* two, void* data, double& nearest) {
   const Query& query = *static_cast<Query*>(data);
   nearest = query.influence;

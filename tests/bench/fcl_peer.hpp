@@ -1,5 +1,5 @@
 #pragma once
-/// FCL's public distances in a cell of ours: the peer that passes and ticks are timed beside.
+/// FCL's distances in a Hecaton cell: the peer of distance passes and ticks.
 
 #include <memory>
 #include <vector>
@@ -9,16 +9,16 @@
 
 namespace hecaton::bench {
 
-/// Either call first puts all bodies where they are at the instant: a planner that has heard of it must do so, too.
+/// Both functions first place all bodies, as a planner must, too.
 class FclPeer {
  public:
   explicit FclPeer(const planner::CellGeometry& geometry);
   ~FclPeer();
 
-  /// Of all pairs of the arm's bodies with others', in the order of ExactDistance::clearances, and without broad phase;
-  /// FCL answers −1 for overlapping pairs.
+  /// The distances of all pairs of the arm's bodies with other bodies, in the order of ExactDistance::clearances, without
+  /// broad phase. FCL returns −1 for overlapping pairs.
   void distances(int arm, const Instant& instant, std::vector<double>& out);
-  /// Those nearer than `influence` [m], which its tree of bounding boxes finds.
+  /// The pairs nearer than `influence` [m], found by FCL's tree of bounding boxes.
   void distances_by_tree(int arm, const Instant& instant, double influence, std::vector<double>& out);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Generated cells: any number of arms on a square grid, each in reach of its neighbours and of nobody else.
+/// Generated cells: any number of arms on a square grid, each in reach of its neighbours only.
 
 #include "planner/cell.hpp"
 

@@ -18,7 +18,7 @@ constexpr int kWarmUp = 200;         // periods
 constexpr int kPeerEvery = 50;       // periods
 constexpr double kInfluence = 0.12;  // of the peer's broad phase [m]; a tick's own depends on what may happen
 
-/// One arm that always goes somewhere.
+/// One arm that always has a goal.
 struct Planner {
   Planner(const std::vector<Arm>& arms, int self)
       : geometry(arms, self),
@@ -32,7 +32,7 @@ struct Planner {
     draw_goal();
   }
 
-  /// Reaching forward, at the height where arms meet: neighbours get into each other's way.
+  /// Positions in front of the arm, at the height where arms meet, so that neighbours block each other.
   void draw_goal() {
     input.q_goal = input.q;
     for (double& angle : input.q_goal) angle = uniform(random, -1.5, 1.5);
@@ -40,7 +40,7 @@ struct Planner {
     input.q_goal[1] = uniform(random, 0.3, 1.5);
   }
 
-  /// The tick that comes next, timed as on a core of its own: with its data in that core's cache.
+  /// The next tick, timed with its data in the cache, as on a core of its own.
   double measure_alone(std::span<const ArmObservation> arms, Timings& timings) {
     input.arms = arms;
     const TickMemory before = memory;
@@ -69,7 +69,7 @@ struct Planner {
   long rows = 0;
 };
 
-/// A cell whose arms all tick on each other's last state, as fast as they can.
+/// A cell in which all arms tick on each other's last state, without waiting.
 class Cell {
  public:
   explicit Cell(int count) : observations_(count) {
@@ -78,7 +78,7 @@ class Cell {
     publish();
   }
 
-  /// One control period; the time that a tick took on average [µs].
+  /// One control period. Returns the mean time of a tick [µs].
   double period() {
     const double spent = time_once([&] {
       for (auto& planner : planners_) planner->step(observations_);
@@ -123,7 +123,7 @@ class Cell {
   std::vector<std::unique_ptr<Planner>> planners_;
 };
 
-/// What FCL takes for the distances of one arm to all others, each arm in its turn.
+/// Time of FCL for the distances of one arm to all others, for each arm in turn.
 class Peer {
  public:
   explicit Peer(const Cell& cell) : cell_(cell), fcl_(cell.geometry()) {}
@@ -135,7 +135,7 @@ class Peer {
     tree_.measure([&] { fcl_.distances_by_tree(arm, now, kInfluence, distances_); });
   }
 
-  /// Beside our ticks.
+  /// Called between ticks.
   void report(benchmark::State& state, const Timings& ticks) const {
     bench::report(state, ticks, pairs_);
     state.counters["tree_p50_us"] = tree_.percentile(0.5);

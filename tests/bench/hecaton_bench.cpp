@@ -1,4 +1,4 @@
-/// hecaton-bench: how fast, beside the peers, in one run. Google Benchmark's command line, and a short form of it:
+/// hecaton-bench: timings of Hecaton and its peers in one run. Google Benchmark's command line, and a short form of it:
 /// `hecaton-bench tick` is `--benchmark_filter=^(tick)/ --benchmark_counters_tabular=true`.
 
 #include <cstdio>
@@ -16,7 +16,7 @@ constexpr const char* kUsage =
     "  distance  its distance pass alone, beside FCL's pairwise distances\n"
     "  growth    ticks of generated cells of 3, 10, 30 and 100 arms\n"
     "  rollouts  ticks a second of rollouts of three arms\n"
-    "  routes    answers to arms that are held back: a way around everything as it stands, three levels of room\n"
+    "  routes    routes of a blocked arm around everything at its present pose, at three levels of clearance\n"
     "  cspace    10,000 obstacles mapped into the C-space of a planar arm: cost, and cells missed and false\n"
     "  strategies  the grid of motion strategies of scorbot_2a: 576 in 300 tasks, the faultless in 2 x 1800; p50, p99\n"
     "            and max are over strategies (of the last set), tick_us is an arm's mean step, fcl_us what FCL's\n"

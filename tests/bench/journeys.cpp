@@ -10,7 +10,7 @@ using namespace planner;
 
 constexpr double kPeriod = 0.010;  // [s]
 constexpr int kTicksAJourney = 250;
-/// A start from which the arm can set off: nothing nearer than this [m].
+/// Least distance from other bodies at a start [m].
 constexpr double kFree = 0.03;
 
 Instant draw_start(PairsCell& cell, ExactDistance& distance) {

@@ -1,5 +1,5 @@
 #pragma once
-/// One arm of the pairs cell that goes from place to place by its own ticks, while the other two swing about.
+/// One arm of the pairs cell that moves between random goals by its ticks, while the other two oscillate.
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/tick.hpp"
@@ -13,22 +13,22 @@ class Journeys {
   Journeys(const Journeys&) = delete;
   Journeys& operator=(const Journeys&) = delete;
 
-  /// What the next tick begins with; valid until advance().
+  /// The input of the next tick; valid until advance().
   [[nodiscard]] const planner::TickInput& input() const { return input_; }
-  /// The same, as FCL wants it.
+  /// The same for FCL.
   [[nodiscard]] const Instant& instant() const { return instant_; }
   [[nodiscard]] planner::TickMemory& memory() { return memory_; }
   [[nodiscard]] const planner::CellGeometry& geometry() const { return cell_.geometry(); }
 
   planner::TickResult tick() { return planner::tick(geometry(), parameters, input_, memory_, scratch_); }
-  /// Moves as the tick's `result` says; after 250 ticks the arm sets off from somewhere else.
+  /// Moves to the tick's `result`. After 250 ticks the arm starts at another position.
   void advance(const planner::TickResult& result);
 
   const planner::LocalParameters parameters;
 
  private:
   void set_off();
-  /// The two other arms where they swing to by now.
+  /// Updates the states of the two other arms.
   void look_around();
 
   PairsCell cell_;

@@ -66,7 +66,7 @@ class Account {
   double queries_ = 0.0, solved_ = 0.0, length_ = 0.0, ratio_ = 0.0, duration_ = 0.0, invalid_ = 0.0;
 };
 
-/// `solve(scene, query, account, checker)` for every query; `enter(scene)` before a scene's first.
+/// Calls `enter(scene)` for each scene and `solve(scene, query, account, checker)` for each query.
 template <typename Enter, typename Solve>
 void run_all(benchmark::State& state, const Enter& enter, const Solve& solve) {
   const std::vector<QueryScene>& scenes = query_set();
@@ -81,7 +81,7 @@ void run_all(benchmark::State& state, const Enter& enter, const Solve& solve) {
   }
 }
 
-/// A search of its own for every query.
+/// A separate search for every query.
 void searched(benchmark::State& state, PlanOptions options) {
   options.simplify = false;
   run_all(
@@ -96,7 +96,7 @@ void searched(benchmark::State& state, PlanOptions options) {
       });
 }
 
-/// A scene as a potential field takes it.
+/// A scene for a potential field.
 struct FieldScene {
   CellGeometry geometry{{test::puma()}, 0};
   potential::PotentialField field;

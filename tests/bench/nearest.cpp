@@ -1,4 +1,4 @@
-/// The nearest of many points: a scan in lanes beside a tree, to tell from how many points on the tree pays.
+/// The nearest of many points by a SIMD scan and by a tree, to find the number of points from which the tree is faster.
 
 #include <string>
 #include <vector>

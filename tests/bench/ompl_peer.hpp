@@ -1,5 +1,5 @@
 #pragma once
-/// What people plan with: OMPL's RRT-Connect on FCL's collision checks.
+/// The peer of the global planner: OMPL's RRT-Connect with FCL's collision checks.
 
 #include <vector>
 

@@ -20,7 +20,7 @@ Alone, or what --benchmark_filter=REGEX chooses of it:
   methods/   all methods, the potential fields too, on the same 200 queries
   nearest/   nearest points by a scan and by a tree
 motionbenchmaker: RRT-Connect on the pairs of sceneNNNN.yaml and requestNNNN.yaml below PROBLEMS; `certified`: paths
-proven free everywhere, and planned anew where that fails.
+proven free everywhere, and planned again where that fails.
 Times in microseconds of processor time; simplified: search and shortening; invalid: paths in which FCL, at steps a
 tenth of the planner's, finds a collision; permissive: configurations called free that FCL calls colliding.
 Exit codes: 0 done, 2 usage, 3 bad input.

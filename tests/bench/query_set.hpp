@@ -1,5 +1,5 @@
 #pragma once
-/// Queries that all methods are given: a PUMA 560 among boxes.
+/// The queries of all methods: a PUMA 560 among boxes.
 
 #include <vector>
 
@@ -31,12 +31,11 @@ struct QueryScene {
 [[nodiscard]] std::vector<double> draw_free(const planner::global::Validity& validity,
                                             test::FclCollisionChecker& checker, planner::Random& random);
 
-/// Random boxes leave pockets that nothing leads out of: a query counts when either planner, with another seed, has
-/// found a way.
+/// Random boxes leave closed pockets. A query counts if either planner has found a path with another seed.
 [[nodiscard]] bool path_exists(const planner::global::Validity& validity, test::FclCollisionChecker& checker,
                                const std::vector<double>& start, const std::vector<double>& goal);
 
-/// Ten scenes of 20 boxes with 20 queries each that the straight way does not solve. Always the same.
+/// Ten scenes of 20 boxes with 20 queries each that the straight line does not solve. Deterministic.
 [[nodiscard]] const std::vector<QueryScene>& query_set();
 
 }  // namespace hecaton::bench

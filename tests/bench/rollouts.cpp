@@ -15,7 +15,7 @@ constexpr int kSteps = 300;        // of a rollout
 constexpr int kRollouts = 100;
 constexpr int kWarmUp = 5;
 
-/// Three arms that all go somewhere.
+/// Three arms with random goals.
 std::array<RolloutArm, 3> draw_arms(PairsCell& cell) {
   const Instant from = cell.draw();
   const Instant to = cell.draw();
@@ -29,7 +29,7 @@ std::array<RolloutArm, 3> draw_arms(PairsCell& cell) {
   return arms;
 }
 
-/// Where a rollout has led.
+/// The cell at the end of a rollout.
 Instant instant_of(const RolloutSimulation& simulation, const CellGeometry& geometry,
                    std::span<const world::ObstacleState> obstacles) {
   Instant now;

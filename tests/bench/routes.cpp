@@ -12,7 +12,7 @@ constexpr int kQuestions = 200;
 constexpr int kMostDraws = 200'000;
 constexpr double kRoom = 0.03;  // at both ends [m]
 
-/// Whether arm 0 has room at q, everything else being as in `now`.
+/// True if arm 0 is free at q, with all other bodies as in `now`.
 class Room {
  public:
   explicit Room(const PairsCell& cell) : geometry_(cell.geometry().arms(), 0), validity_(with(cell)) {}
@@ -39,7 +39,7 @@ class Room {
   global::Validity validity_;
 };
 
-/// The answer to an arm of three that is held back among 20 boxes: questions whose straight way is not free.
+/// Routes of a blocked arm of three among 20 boxes: the straight line of each question is not free.
 void routes(benchmark::State& state) {
   PairsCell cell(20060521);
   RouteSearch search(cell.geometry().arms(), std::vector<LocalParameters>(3), 0);

@@ -33,7 +33,7 @@ arms: [{{name: arm, host: alpha, standby_host: beta}}]
 """
 PERIOD_MS = 10.0
 PATIENCE = 60.0  # [s]
-STEADY = 11.0  # who has lived this long does not wait longer for its restart, nor is it given up [s]
+STEADY = 11.0  # a process with this uptime is restarted without extra delay [s]
 
 
 class Lateness(threading.Thread):
@@ -110,7 +110,7 @@ def trial(cell, number):
         os.kill(pid, signal.SIGCONT)
     taken = cell.failovers()[before:]
     if not taken:
-        sys.exit("nobody took over; the logs are in " + str(cell.logs.parent))
+        sys.exit("no standby took over; the logs are in " + str(cell.logs.parent))
     return taken[0][1]
 
 

@@ -13,8 +13,7 @@ Cell scorbots(const std::string& problem) {
   return config::load_cell_file(HECATON_SOURCE_DIR "/deploy/cells/scorbot_" + problem + ".yaml").cell;
 }
 
-/// FCL's distances of one arm to all others and to the tables: what each step would cost by them, without the
-/// self-pairs.
+/// FCL's distances of one arm to all others and to the tables, as the cost of a step without self-pairs.
 class FclStep {
  public:
   explicit FclStep(const Cell& cell) : cell_(cell), geometry_(arms_of(cell), 0) {
@@ -48,7 +47,7 @@ class FclStep {
 
 struct Sums {
   Timings strategies;   ///< each strategy's evaluation, processor time [µs]
-  double before = 0.0;  ///< what is done once for all of them [µs]
+  double before = 0.0;  ///< common preparation [µs]
   std::uint64_t ticks = 0;
   std::vector<SystemStrategy> faultless;
 };

@@ -1,5 +1,5 @@
-/// A crowd for a supervisor to watch: one process that tells of itself what all planners, drivers, agents and the world
-/// of a cell tell, at their rates. Started by supervision_cost.py.
+/// A simulated crowd for a supervisor: one process that publishes the states of all planners, drivers, agents and the
+/// world of a cell, at their rates. Started by supervision_cost.py.
 
 #include <deque>
 

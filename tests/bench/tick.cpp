@@ -51,7 +51,7 @@ void whole(benchmark::State& state, LinkShapes shapes) {
   });
 }
 
-/// What a tick consists of, each part on the tick's own input.
+/// The parts of a tick, each on the tick's own input.
 class Parts {
  public:
   explicit Parts(const Journeys& journeys)

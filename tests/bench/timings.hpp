@@ -1,6 +1,6 @@
 #pragma once
-/// Percentiles of timings over many pieces of work, and how one compares with a peer's of the same run. Google
-/// Benchmark prints means; what a control loop has to know is the median and the worst of a hundred.
+/// Percentiles of timings over many inputs, compared with a peer's in the same run. Google Benchmark prints means only; a
+/// control loop needs the median and p99.
 
 #include <algorithm>
 #include <chrono>
@@ -12,7 +12,7 @@
 
 namespace hecaton::bench {
 
-/// How long `work` takes, once [µs].
+/// Wall time of one call of `work` [µs].
 template <typename Work>
 double time_once(const Work& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -20,7 +20,7 @@ double time_once(const Work& work) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The processor time that `work` takes, once [µs]: of this thread, however busy the machine is.
+/// Processor time of this thread for one call of `work` [µs].
 template <typename Work>
 double processor_time_once(const Work& work) {
   const auto now = [] {
@@ -50,7 +50,7 @@ class Timings {
     add(fastest);
     return fastest;
   }
-  /// The same for work that gives the same every time.
+  /// The same for work without preparation.
   template <typename Work>
   double measure(const Work& work) {
     return measure([] {}, work);

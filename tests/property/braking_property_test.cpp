@@ -1,5 +1,5 @@
-// Braking before contact (docs/design/0001-braking.md, 0010-passing-obstacles.md): arms are driven among things by the
-// real tick, and from every tick the stop profile is rolled out to rest, with exact distances all along.
+// Braking before contact (docs/design/0001-braking.md, 0010-passing-obstacles.md): arms move among bodies under the
+// real tick. From every tick the stop profile is simulated to rest, with exact distances.
 #include <algorithm>
 #include <optional>
 #include <vector>
@@ -23,7 +23,7 @@ constexpr double kStep = 0.001;    // of a stop beside things that move [s]
 constexpr double kSight = 0.5;     // how far distances are measured [m]
 constexpr double kContact = 1e-5;  // distances of hulls are that exact [m]
 
-/// A chain of links of every shape, slender enough not to be in its own way.
+/// A chain of links of every shape, slender enough to avoid self-collision.
 Arm slender_arm(const std::string& name, int joints, test::Random& random) {
   auto model = std::make_shared<RobotModel>();
   model->name = name;
@@ -69,16 +69,16 @@ struct Setting {
   std::vector<Arm> arms;
   DamperParameters damper;
   int things = 10;
-  double fastest_thing = 0.0;  ///< [m/s]; 0: all stand
+  double fastest_thing = 0.0;  ///< [m/s]; 0: all bodies are static
 };
 
 struct Tally {
   long stops = 0;
   long relaxed = 0;
-  long near = 0;          ///< stops that began with something within dᵢ
-  long touched = 0;       ///< stops that met what stands, the own arm or an arm that stops at the same time
-  long driven_into = 0;   ///< stops, not from relaxed ticks, that met what moves while the arm itself came nearer to it
-  double nearest = 10.0;  ///< to what stands, during any stop [m]
+  long near = 0;          ///< stops that began with a body within dᵢ
+  long touched = 0;       ///< stops that touched a static body, the own arm, or an arm that stops at the same time
+  long driven_into = 0;   ///< stops, not from relaxed ticks, that touched a moving body while the arm approached it
+  double nearest = 10.0;  ///< least distance from static bodies during any stop [m]
 };
 
 class Drive {
@@ -100,7 +100,7 @@ class Drive {
     kinematics_.resize(arms());
   }
 
-  /// Arms stand clear of everything and of each other; false when no such place was found.
+  /// Places all arms free of contacts; false if no such positions were found.
   bool begin() {
     for (int attempt = 0; attempt < 2000; ++attempt) {
       at_.clear();
@@ -154,7 +154,7 @@ class Drive {
     return q;
   }
 
-  /// Every kind in turns, within reach; every second one flies, when any does.
+  /// Bodies of every kind within reach; every second one moves if any does.
   void place_thing(int i) {
     world::Obstacle& thing = things_.emplace_back();
     thing.name = "thing" + std::to_string(i);
@@ -167,7 +167,7 @@ class Drive {
     }
   }
 
-  /// What has flown through comes back as another, out of reach: nothing ever changes its velocity near an arm.
+  /// Replaces bodies that have left, out of reach: no body changes its velocity near an arm.
   void turn_back() {
     for (world::ObstacleState& state : states_) {
       const Eigen::Vector3d& p = state.X_WO.translation();
@@ -196,12 +196,12 @@ class Drive {
     return true;
   }
 
-  /// No point of the arm moves faster than this, in all of its stop [m/s].
+  /// Bound of the speed of any point of the arm during its stop [m/s].
   [[nodiscard]] double fastest_point(int i, const JointVector& qd) const {
     return 2.0 * geometries_[i].arm_reach(i).radius * qd.cwiseAbs().sum();
   }
 
-  /// All arms stop at once. The next look is after so long that no pair can have come together before.
+  /// All arms stop at once. Steps are short enough that no pair can touch in between.
   double nearest_in_stop() {
     double nearest = kSight;
     std::vector<MeasuredState> now = at_;
@@ -227,7 +227,7 @@ class Drive {
     }
   }
 
-  /// The stop of the first arm beside what flies on: whether the arm comes nearer to what it touches first.
+  /// The stop of the first arm among moving bodies: true if the arm approaches the body that it touches first.
   bool runs_into_what_moves() {
     const Arm& arm = setting_.arms[0];
     const double longest = stop_time(arm.limits, at_[0].qd);
@@ -263,7 +263,7 @@ class Drive {
   std::array<Clearance, 512> near_;
 };
 
-/// The paper's line as arms of 1.5 rad/s can brake along it, the default, and one that is steeper than any arm brakes.
+/// Three dampers: one that arms of 1.5 rad/s can follow by braking, the default, and one steeper than any arm can brake.
 const DamperParameters kDampers[] = {
     {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55},
     {},

@@ -1,6 +1,5 @@
-// The limit of docs/design/0001-braking.md, "Flight", by hand: a ball whose C-space is the plane presses against a wall
-// while something faster drives it along. Normals and distances are straight, so that the note's inequality holds
-// exactly.
+// The limit of docs/design/0001-braking.md, "Flight", by hand: a ball whose C-space is the plane moves along a wall
+// while a faster body pushes it. Normals are constant, so that the inequality of the note holds exactly.
 #include <algorithm>
 #include <vector>
 
@@ -24,7 +23,7 @@ struct Tally {
   int ticks = 0;       ///< in which all rows hold
   int flights = 0;     ///< of these, with stops longer than S − dt
   int beyond = 0;      ///< of these, with stops longer than 2 (S − dt)
-  double least = 1.0;  ///< from where a stop at once ends to dₛ, over the way left now: below 0 it ends inside
+  double least = 1.0;  ///< distance from dₛ after an immediate stop over the present one; < 0: inside dₛ
 };
 
 void drive_along_the_wall(Random& random, Tally& tally) {
@@ -52,11 +51,11 @@ void drive_along_the_wall(Random& random, Tally& tally) {
       Eigen::Vector3d(own.q[0] - random.uniform(0.0, 0.05), -1.7 - random.uniform(0.0, 0.3), 0);
   states[1].velocity.linear = Eigen::Vector3d(0.0, random.uniform(0.2, 0.6) * speed, 0.0);
   const Damper damper = parameters.damper.against_others(kPeriod + longest_stop_time(arm.limits));
-  const std::vector<ArmObservation> nobody(1);
+  const std::vector<ArmObservation> no_arms(1);
   for (int tick = 0; tick < 150; ++tick) {
     const double distance = kWall - kRadius - own.q[0];
     const double stop_before = damper.time_constant(distance) - kPeriod;
-    const TickResult result = controller.step(own, nobody, states, false);
+    const TickResult result = controller.step(own, no_arms, states, false);
     own = {result.q, result.qd};
     states[1].X_WO.translation() += kPeriod * states[1].velocity.linear;
     if (result.relaxed) continue;

@@ -1,4 +1,4 @@
-// Old news never lead to a contact: docs/design/0006-latency-compensation.md against adversaries.
+// Delayed states never lead to a contact: docs/design/0006-latency-compensation.md against adversaries.
 #include <array>
 #include <optional>
 #include <span>
@@ -20,8 +20,8 @@ using test::joints;
 constexpr double kPeriod = 0.01;  // [s]
 constexpr double kRadius = 0.05;  // of a planar point's ball [m]
 
-// A pair on a line. The own body keeps a constant speed; the other accelerates as it likes between its limits, but no
-// faster towards the own than its damper allows. What is really left is never less than least_distance says.
+// A pair on a line. The own body keeps a constant speed. The other body accelerates arbitrarily within its limits and
+// keeps its damper. The true distance is never below least_distance().
 TEST(LatencyCompensationProperty, LeastDistanceIsALowerBoundForAnyMotionWithinLimits) {
   Random random(11);
   double smallest_slack = 1.0;
@@ -49,7 +49,7 @@ TEST(LatencyCompensationProperty, LeastDistanceIsALowerBoundForAnyMotionWithinLi
     ASSERT_GE(distance, least - 2e-4) << "trial " << trial;
     smallest_slack = std::min(smallest_slack, distance - least);
   }
-  EXPECT_LT(smallest_slack, 1e-3);  // and somebody came as near as it says
+  EXPECT_LT(smallest_slack, 1e-3);  // the bound is tight
 }
 
 struct Limits {
@@ -57,8 +57,8 @@ struct Limits {
   double acceleration;  ///< [m/s²]
 };
 
-/// Balls on a line under their real controllers, that hear of each other over a bad network and get new goals all the
-/// time, most of them beyond the other.
+/// Balls on a line under their real controllers, with delayed and lost states of each other. They get new goals all the
+/// time, most of them beyond the other ball.
 class Duel {
  public:
   Duel(Limits limits, const NetworkParameters& network, bool ages_known, std::uint64_t seed)
@@ -130,13 +130,13 @@ double smallest_of_duels(bool ages_known) {
   return smallest;
 }
 
-/// When a process runs that has to share its processor: once a period, but stopped now and then.
+/// Execution times of a process that shares its processor: once a period, with stalls.
 class Starved {
  public:
   Starved(double period, double share, double longest, std::uint64_t seed)
       : period_(period), share_(share), longest_(longest), random_(seed) {}
 
-  /// Whether it runs at `now` [s]; then skipped() tells the periods that it has missed.
+  /// True if the process runs at `now` [s]; skipped() then returns the number of missed periods.
   bool runs(double now) {
     if (now < due_ || now < stalled_until_) return false;
     skipped_ = static_cast<int>((now - due_) / period_ + 1e-6);
@@ -154,10 +154,10 @@ class Starved {
   int skipped_ = 0;
 };
 
-/// A ball among posts that stand still, whose planner and driver are starved and hear of each other late.
+/// A ball among static posts. Its planner and driver stall, and their messages are delayed.
 class StarvedRun {
  public:
-  /// `naive`: takes the arm for as far on as if it had kept its velocity, and measures it against the newest set-point.
+  /// `naive`: extrapolates the own arm at constant velocity, and compares it with the newest set-point.
   StarvedRun(const NetworkParameters& network, double longest_stall, bool naive, std::uint64_t seed)
       : random_(seed),
         naive_(naive),
@@ -182,7 +182,7 @@ class StarvedRun {
 
   struct Outcome {
     double smallest = 10.0;  ///< distance of the ball to a post [m]
-    double way = 0.0;        ///< that it went [m]
+    double way = 0.0;        ///< travelled distance [m]
   };
   Outcome run(double seconds) {
     Outcome outcome;
@@ -208,7 +208,7 @@ class StarvedRun {
     std::uint64_t number = 0;
   };
 
-  // As ArmDriver::run(): what a stall swallowed happened without new commands.
+  // As ArmDriver::run(): the time of a stall passes without new commands.
   void drive(double now) {
     for (int k = driver_.skipped(); k > 0; --k) step();
     commands_.receive(now);
@@ -235,18 +235,18 @@ class StarvedRun {
     if (random_.uniform() < 0.01) {
       controller_->set_goal(joints({random_.uniform(-0.9, 0.9), random_.uniform(-0.9, 0.9)}));
     }
-    OwnArmFeedback news = states_.newest();
-    news.age = states_.age(now);
-    const std::array<ArmObservation, 1> nobody{};
-    const TickResult result = step(news, nobody);
+    OwnArmFeedback feedback = states_.newest();
+    feedback.age = states_.age(now);
+    const std::array<ArmObservation, 1> no_arms{};
+    const TickResult result = step(feedback, no_arms);
     commands_.send(now, {{result.q, result.qd}, ++sent_});
     controller_->sent(sent_);
   }
-  TickResult step(const OwnArmFeedback& news, std::span<const ArmObservation> nobody) {
-    if (!naive_) return controller_->step(news, nobody, standing_, false);
-    if (!news.follows) controller_->forget_setpoint();
-    const MeasuredState kept{news.state.q + news.state.qd * news.age, news.state.qd};
-    return controller_->step(kept, nobody, standing_, false);
+  TickResult step(const OwnArmFeedback& feedback, std::span<const ArmObservation> no_arms) {
+    if (!naive_) return controller_->step(feedback, no_arms, standing_, false);
+    if (!feedback.follows) controller_->forget_setpoint();
+    const MeasuredState kept{feedback.state.q + feedback.state.qd * feedback.age, feedback.state.qd};
+    return controller_->step(kept, no_arms, standing_, false);
   }
 
   Random random_;
@@ -284,7 +284,7 @@ TEST(LatencyCompensationProperty, ArmTouchesNothingWhenItsProcessesStall) {
   EXPECT_GT(outcome.way, 400.0) << "and it gets about, in 4000 s";
 }
 
-// An arm that stopped for want of set-points is then taken for nearer to its goal than it is, and commanded there.
+// The planner then assumes that an arm without set-points is nearer to its goal than it is, and commands it there.
 TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConstantVelocity) {
   EXPECT_LT(run_starved(true).smallest, 0.0);
 }

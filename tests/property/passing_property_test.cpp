@@ -1,4 +1,4 @@
-// What passes by: docs/design/0010-passing-obstacles.md in random encounters.
+// Passing obstacles in random encounters: docs/design/0010-passing-obstacles.md.
 #include <algorithm>
 #include <vector>
 
@@ -18,7 +18,7 @@ constexpr double kRadius = 0.05;       // of all balls [m]
 constexpr double kAcceleration = 2.0;  // of what flies [m/s²]
 constexpr double kField = 1.0;         // half the side of the square in which the arm has its goals [m]
 
-/// A ball that flies through the field, now straight on, now turning and changing its speed within kAcceleration.
+/// A ball that moves through the field, partly straight, partly with changing velocity within kAcceleration.
 struct Flyer {
   Vector3d p = Vector3d::Zero();
   Vector3d v = Vector3d::Zero();
@@ -44,9 +44,9 @@ struct Flyer {
 };
 
 struct Outcome {
-  int goals = 0;           ///< reached
-  int hits = 0;            ///< an arm was touched
-  double fastest = -10.0;  ///< with which it was coming nearer itself when it was touched, unless it braked [m/s]
+  int goals = 0;           ///< number of reached goals
+  int hits = 0;            ///< number of contacts
+  double fastest = -10.0;  ///< largest approach speed of the arm itself at a contact, unless it braked [m/s]
 };
 
 /// `own`: speed and acceleration limits of the arm [m/s, m/s²].
@@ -71,7 +71,7 @@ Outcome fly_among(int flyers, double speed, double acceleration, double seconds,
 
   Outcome outcome;
   MeasuredState own{joints({0, 0}), joints({0, 0})};
-  const std::vector<ArmObservation> nobody(1);
+  const std::vector<ArmObservation> no_arms(1);
   std::vector<world::ObstacleState> states(flyers);
   std::vector<bool> touched(flyers, false);
   for (double now = 0.0; now < seconds; now += kPeriod) {
@@ -79,7 +79,7 @@ Outcome fly_among(int flyers, double speed, double acceleration, double seconds,
       states[i].X_WO.translation() = all[i].p;
       states[i].velocity.linear = all[i].v;
     }
-    const TickResult result = controller.step(own, nobody, states, false);
+    const TickResult result = controller.step(own, no_arms, states, false);
     if (result.status == TickStatus::kReached || result.status == TickStatus::kIdle) {
       if (result.status == TickStatus::kReached) ++outcome.goals;
       controller.set_goal(joints({random.uniform(-kField, kField), random.uniform(-kField, kField)}));
@@ -100,7 +100,7 @@ Outcome fly_among(int flyers, double speed, double acceleration, double seconds,
   return outcome;
 }
 
-// Some are too fast to be fled from. But no arm runs into anything: who is touched stands, flees or brakes as hard as
+// Some obstacles are too fast for a retreat. But no arm hits an obstacle: a touched arm stands, retreats or brakes as hard as
 // it can.
 TEST(PassingProperty, TouchedArmDidNotApproachTheObstacle) {
   Random random(31);

@@ -1,4 +1,4 @@
-// The right of way on old news: docs/design/0007-right-of-way.md.
+// The right of way on delayed states: docs/design/0007-right-of-way.md.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kPeriod = 0.01;  // [s]
 constexpr int kArms = 5;
 
-/// Arms that are all near each other, held back now and then, and hear of each other's priorities over a bad network.
+/// Arms that are near each other and blocked at random times, with delayed and lost priorities of each other.
 class Crowd {
  public:
   Crowd(const NetworkParameters& network, std::uint64_t seed) : random_(seed), rights_(kArms) {
@@ -56,7 +56,7 @@ class Crowd {
     now_ += kPeriod;
   }
 
-  /// Whether somebody waits, through others or not, for itself.
+  /// True if some arm waits for itself, directly or through other arms.
   [[nodiscard]] bool somebody_waits_for_itself() const {
     for (int first = 0; first < kArms; ++first) {
       int i = rights_[first].yields_to;
@@ -86,8 +86,8 @@ class Crowd {
   double now_ = 0.0;
 };
 
-// Every arm sees every other one as it was some time ago, each another time. Priorities never fall, so nobody
-// overestimates another's: that is enough.
+// Every arm knows the others with different delays. Priorities never fall, so that no arm overestimates another's: this is
+// sufficient.
 TEST(RightOfWayProperty, ArmsNeverYieldInACircleForAnyDelay) {
   int waits = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -102,7 +102,7 @@ TEST(RightOfWayProperty, ArmsNeverYieldInACircleForAnyDelay) {
   EXPECT_GT(waits, 100'000);
 }
 
-// A priority that everybody has heard of leaves exactly one arm that does not make room: who asked last.
+// Once all arms know all priorities, exactly one arm does not yield: the one that requested last.
 TEST(RightOfWayProperty, ExactlyOneArmHasRightOfWayOnceAllPrioritiesHaveArrived) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Crowd crowd({.age = 0.05}, seed);

@@ -1,4 +1,4 @@
-// Arms that know no obstacle but what their sensors see: docs/design/0011-sensed-cspace.md.
+// Arms that know obstacles from their sensors only: docs/design/0011-sensed-cspace.md.
 #include <gtest/gtest.h>
 
 #include "planner/methods/sensed_cspace/cspace_method.hpp"
@@ -32,8 +32,8 @@ BatchReport simulate(Cell cell, const char* method, Remember remember, int tasks
   return simulate_tasks(cell, options);
 }
 
-// About half of these scenes leave a way. Who is told all obstacles reaches every goal that there is a way to; who
-// senses them may miss some, as docs/design/0011-sensed-cspace.md says.
+// About half of these scenes have a path. An arm that knows all obstacles reaches every goal that has one. An arm with
+// sensors may miss some (docs/design/0011-sensed-cspace.md).
 TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   const Cell cell = cell_of("planar_2r");
   const BatchReport known = simulate(cell, "known_cspace", Remember::kAlways, 25);
@@ -46,7 +46,7 @@ TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   }
 }
 
-// What nobody avoids is hit: the scenes are no walk in the park.
+// Arms that ignore the obstacles collide: the scenes are not trivial.
 TEST(SensedCspace, ArmsWithoutSensorsCollideInTheseScenes) {
   Cell cell = cell_of("planar_2r");
   cell.arms[0].sensors.resize(1);

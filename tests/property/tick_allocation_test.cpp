@@ -1,4 +1,4 @@
-// A tick does not allocate, whatever it meets: free motion, contact, relaxation, boundary following, redrawn subspaces.
+// A tick never allocates: free motion, contact, relaxation, boundary following, new subspaces.
 #include <gtest/gtest.h>
 
 #include "planner/methods/registry.hpp"

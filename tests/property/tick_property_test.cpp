@@ -1,4 +1,4 @@
-// What a tick promises in any situation whatsoever.
+// Invariants of a tick in random situations.
 #include <gtest/gtest.h>
 
 #include "planner/collision/exact_distance.hpp"
@@ -36,7 +36,7 @@ TEST_F(TickProperty, VelocityAndAccelerationLimitsAlwaysHold) {
   }
 }
 
-// Whatever the rows ask, a pair that braking could still part is not driven nearer than braking would bring it.
+// No command brings a pair nearer than braking does, for any rows.
 TEST_F(TickProperty, NoPairApproachesFasterThanItsDamperOrBrakingAllows) {
   ExactDistance distance(geometry);
   Kinematics own;

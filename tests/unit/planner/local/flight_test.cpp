@@ -1,4 +1,4 @@
-// How fast an arm may be while something must be fled (docs/design/0001-braking.md, "Flight"), on the planar point.
+// Speed limits of an arm during a retreat (docs/design/0001-braking.md, "Flight"), on the planar point.
 #include <algorithm>
 #include <array>
 
@@ -16,7 +16,7 @@ using test::joints;
 constexpr double kPeriod = 0.01;
 
 /// A point of radius 0.05 m at (0, 0), 2 m/s fast, whose longest stop takes 0.5 s. The default damper counts on
-/// S₀ = 0.1 m / 1 m/s, so near things it goes no faster than 4 · (0.1 − 0.01) = 0.36 m/s in each joint.
+/// S₀ = 0.1 m / 1 m/s, so that near bodies it moves no faster than 4 · (0.1 − 0.01) = 0.36 m/s in each joint.
 class Flight : public testing::Test {
  protected:
   Flight() {
@@ -31,7 +31,7 @@ class Flight : public testing::Test {
     geometry.set_obstacles(std::array{box});
     TickScratch scratch(geometry);
     TickMemory memory{LocalMemory(1)};
-    const std::array<ArmObservation, 1> nobody;
+    const std::array<ArmObservation, 1> no_arms;
     std::array<world::ObstacleState, 1> states{world::ObstacleState{box.X_WO, {}, 0.0}};
     states[0].velocity.linear = v;
     TickInput input;
@@ -39,7 +39,7 @@ class Flight : public testing::Test {
     input.q = input.qd = joints({0, 0});
     input.q_goal = goal;
     input.has_goal = true;
-    input.arms = nobody;
+    input.arms = no_arms;
     input.obstacles = states;
     double fastest = 0.0;
     for (double t = 0.0; t < seconds; t += kPeriod) {
@@ -56,13 +56,13 @@ class Flight : public testing::Test {
   Arm arm_;
 };
 
-// A wall along the way, 1 mm nearer than dₛ: it must be left, but 10 mm/s are enough for that.
+// A wall along the path, 1 mm nearer than dₛ: a retreat at 10 mm/s is sufficient.
 TEST_F(Flight, LimitsSpeedSlightlyInsideSecurityDistanceOfStaticObstacle) {
   const auto wall = box_obstacle("wall", {0, -0.05 - 0.019 - 0.1, 0}, {5, 0.1, 0.1});
   EXPECT_NEAR(fastest(wall, {0, 0, 0}, joints({1, 0}), 0.5), kNear, 1e-9);
 }
 
-// What comes at 0.5 m/s is fled at that speed, but no faster than a stop at once allows.
+// The arm retreats from a body at 0.5 m/s at the same speed, but no faster than an immediate stop allows.
 TEST_F(Flight, DoublesSpeedLimitAtMostBeforeFastObstacle) {
   const auto ram = box_obstacle("ram", {-0.25, 0, 0}, {0.1, 0.5, 0.1});
   const double speed = fastest(ram, {0.5, 0, 0}, joints({0, 0}), 0.6);

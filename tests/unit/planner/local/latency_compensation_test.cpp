@@ -83,10 +83,10 @@ TEST(LeastDistance, SubtractsWhatAccelerationCanAdd) {
 }
 
 TEST(LeastDistance, IsTighterWhenTheOtherArmKeepsItsDamper) {
-  // Both at rest, 0.03 above dₛ: whatever its acceleration the other has left x e^(−kτ) = 0.03 e^(−0.3).
+  // Both at rest, 0.03 above dₛ: for any acceleration of the other, the remainder is x e^(−kτ) = 0.03 e^(−0.3).
   const AgedPair rest{.distance = 0.06, .age = 0.1, .other_acceleration = 25};
   EXPECT_NEAR(least_distance(rest, 0.03, 3.0), 0.03 + 0.03 * std::exp(-0.3), 1e-12);
-  // Nearer to dₛ nothing is left to fear.
+  // At dₛ no further approach is possible.
   const AgedPair near{.distance = 0.03, .age = 0.1, .other_acceleration = 25};
   EXPECT_DOUBLE_EQ(least_distance(near, 0.03, 3.0), 0.03);
 }
@@ -101,7 +101,7 @@ TEST(LeastDistance, NeedsNoMarginWhenTheOtherArmMovesAtItsDamperLimit) {
 }
 
 TEST(LeastDistance, NeverExceedsTheExpectedDistance) {
-  // Deep inside dₛ the damper would push the other away: nothing to rely on.
+  // Deep inside dₛ the damper would push the other away; the bound does not rely on that.
   EXPECT_DOUBLE_EQ(least_distance({.distance = 0.01, .age = 0.1, .other_acceleration = 25}, 0.03, 3.0), 0.01);
 }
 
@@ -156,7 +156,7 @@ JointVector rest_of_adversary(const JointLimits& limits, JointVector q, JointVec
   JointVector push = JointVector::Zero(q.size());
   for (double t = 0.0; t + 0.5 * kStep < moved_for; t += kStep) {
     for (Eigen::Index j = 0; j < q.size(); ++j) {
-      // Mostly as hard as it can, as who wants to get far does.
+      // Mostly at maximum acceleration, to reach the border of the set.
       if (random.uniform() < 0.03) push[j] = limits.acceleration[j] * (random.uniform() < 0.8 ? 1.0 : -1.0);
       const double next = std::clamp(qd[j] + push[j] * kStep, -limits.velocity[j], limits.velocity[j]);
       q[j] += 0.5 * (qd[j] + next) * kStep;
@@ -207,7 +207,7 @@ TEST(ReachableStopSet, ContainsEveryMotionWithinLimits) {
         << "trial " << trial;  // steps of 1 ms
     fullest = std::max(fullest, away.cwiseQuotient(region.position_uncertainty.cwiseMax(1e-3)).maxCoeff());
   }
-  EXPECT_GT(fullest, 0.95) << "a region that nobody comes near the edge of is too wide";
+  EXPECT_GT(fullest, 0.95) << "the set is too wide: no motion comes near its border";
 }
 
 TEST(LongestLevers, BoundTheMotionOfEveryPoint) {

@@ -1,4 +1,4 @@
-// What a manoeuvre makes of the ticks that follow it.
+// Effects of manoeuvres on the following ticks.
 #include <gtest/gtest.h>
 
 #include "tests/unit/planner/local/journey.hpp"

@@ -76,7 +76,7 @@ TEST_F(RightOfWayTest, DelayGrowsWithEachRequest) {
   EXPECT_EQ(right_.priority, 1U);
   arms_[0].priority = 2;  // asks back
   pass(0.9 * parameters_.yielding.yield_request_delay, true);
-  EXPECT_EQ(right_.priority, 1U) << "a quarter less than 1.25 times its patience";
+  EXPECT_EQ(right_.priority, 1U) << "a quarter less than 1.25 times the delay";
   pass(0.8 * parameters_.yielding.yield_request_delay, true);
   EXPECT_EQ(right_.priority, 3U);
 }

@@ -1,4 +1,4 @@
-// The whole tick on the planar point: the paper's figure 11, and what the tick promises.
+// The whole tick on the planar point: figure 11 of [Lahouar06], and the contract of tick().
 #include "planner/tick.hpp"
 
 #include <array>
@@ -30,13 +30,13 @@ TEST(Tick, ContinuousJointTakesTheShorterDirection) {
   const CellGeometry geometry({arm}, 0);
   TickScratch scratch(geometry);
   TickMemory memory{LocalMemory(1)};
-  const std::array<ArmObservation, 1> nobody;
+  const std::array<ArmObservation, 1> no_arms;
   TickInput input;
   input.q = joints({3.1, 0});
   input.qd = joints({0, 0});
   input.q_goal = joints({-3.1, 0});
   input.has_goal = true;
-  input.arms = nobody;
+  input.arms = no_arms;
   TickResult result;
   for (int k = 0; k < 300 && result.status != TickStatus::kReached; ++k) {
     result = tick(geometry, {}, input, memory, scratch);
@@ -69,8 +69,8 @@ TEST(Tick, BoundaryFollowingSwitchesWallsInACorner) {
   }
 }
 
-/// Drives at the wall until the arm would turn aside but waits for a manoeuvre, for up to 0.1 s.
-void drive_until_it_thinks(Journey& run) {
+/// Moves to the wall until the arm would deviate but waits for a rollout, for up to 0.1 s.
+void drive_until_awaiting_rollout(Journey& run) {
   run.input.q = joints({-1, 0});
   run.input.q_goal = joints({1, 0});
   for (int k = 0; k < 1000; ++k) {
@@ -84,7 +84,7 @@ void drive_until_it_thinks(Journey& run) {
 
 TEST(Tick, BlockedArmWaitsForARolloutNoLongerThanAllowed) {
   Journey run(kWall, built_in_method("boundary_following"));
-  drive_until_it_thinks(run);
+  drive_until_awaiting_rollout(run);
   int waited = 1;
   while (run.step().awaiting_rollout) ++waited;
   EXPECT_NEAR(waited, 10, 1);  // 0.1 s of 10 ms
@@ -93,7 +93,7 @@ TEST(Tick, BlockedArmWaitsForARolloutNoLongerThanAllowed) {
 
 TEST(Tick, BlockedArmDeviatesOnceTheRolloutSaysContinue) {
   Journey run(kWall, built_in_method("boundary_following"));
-  drive_until_it_thinks(run);
+  drive_until_awaiting_rollout(run);
   begin({}, run.memory.local);
   EXPECT_EQ(run.step().status, TickStatus::kFollowing);
 }
@@ -169,7 +169,7 @@ TEST(Tick, BrakesWhenAnArmStateIsUnknownOrTooOld) {
   EXPECT_EQ(tick(geometry, parameters, input, memory, scratch).status, TickStatus::kStaleInput);
 }
 
-// Two points that exchange places head-on: neither can go straight, both give way, nobody touches.
+// Two points that exchange places head-on: neither can go straight, both give way, and no contact occurs.
 TEST(Tick, TwoArmsExchangePlaces) {
   std::vector<Arm> cell{test::planar_point("a"), test::planar_point("b")};
   std::array<CellGeometry, 2> geometry{CellGeometry(cell, 0), CellGeometry(cell, 1)};
@@ -202,7 +202,7 @@ TEST(Tick, TwoArmsExchangePlaces) {
   EXPECT_GT(nearest, 0.015);
 }
 
-// Manoeuvres change only what is remembered; the same dampers, limits and rows hold.
+// Manoeuvres change only the memory; the same dampers, limits and rows hold.
 TEST(Tick, ReportsItsClearanceMargin) {
   Journey alone({}, built_in_method("boundary_following"));
   alone.input.q = joints({0, 0});
@@ -270,14 +270,14 @@ TEST(Tick, ArmWithoutGoalDoesNotFleeALostArm) {
   EXPECT_EQ(run.input.q, joints({0.3, 0}));
 }
 
-// Two walls close in, one at 0.2 m/s and one at 0.1 m/s: nobody can flee both, but from the faster one for a while, and
-// in between as long as there is room.
+// Two walls close in, at 0.2 m/s and 0.1 m/s. No retreat satisfies both rows. The arm retreats from the faster wall as long
+// as there is space.
 TEST(Tick, RetreatsAsFarAsPossibleWhenNotAllRowsCanHold) {
   CellGeometry geometry({test::planar_point("own")}, 0);
   geometry.set_obstacles(std::vector{box_obstacle("left", {-0.3, 0, 0}, {0.1, 9, 0.2}),
                                      box_obstacle("right", {0.3, 0, 0}, {0.1, 9, 0.2})});
   TickScratch scratch(geometry);
-  const std::array<ArmObservation, 1> nobody;
+  const std::array<ArmObservation, 1> no_arms;
   std::array<world::ObstacleState, 2> walls;
   walls[0].X_WO.translation() = Eigen::Vector3d(-0.3, 0, 0);
   walls[0].velocity.linear = Eigen::Vector3d(0.2, 0, 0);
@@ -288,7 +288,7 @@ TEST(Tick, RetreatsAsFarAsPossibleWhenNotAllRowsCanHold) {
   input.qd = joints({0, 0});
   input.q_goal = joints({0, 0});
   input.has_goal = true;
-  input.arms = nobody;
+  input.arms = no_arms;
   input.obstacles = walls;
   TickMemory memory{LocalMemory(1)};
   const LocalParameters parameters;
@@ -309,7 +309,7 @@ TEST(Tick, RetreatsAsFarAsPossibleWhenNotAllRowsCanHold) {
   EXPECT_TRUE(relaxed) << "or nothing was tried";
 }
 
-// It stands still for the other arm's sake; that is no reason to be run over.
+// The arm does not pursue its goal because of the other arm, but still retreats from the wall.
 TEST(Tick, GivesWayWhileAnArmStateIsTooOld) {
   CellGeometry geometry({test::planar_point("own"), test::planar_point("silent")}, 0);
   geometry.set_obstacles(std::vector{box_obstacle("cart", {-0.5, 0, 0}, {0.1, 0.5, 0.2})});

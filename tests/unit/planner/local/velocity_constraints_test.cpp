@@ -26,7 +26,7 @@ TEST(VelocityBounds, AllowOnlyReturnOutsidePositionLimits) {
   EXPECT_EQ(bounds.lower[0], -1.5);
 }
 
-// Property: whoever drives at the bounds, in any direction and changing it at random, never leaves the limits.
+// Property: motion at the bounds, in random changing directions, never leaves the limits.
 TEST(VelocityBounds, MotionAtTheBoundsNeverCrossesAPositionLimit) {
   Random random(5);
   JointVector q = joints({0, 0});

@@ -66,12 +66,12 @@ TEST_F(VelocityDamper, UnplannedArmCountsAsAnObstacle) {
 }
 
 TEST_F(VelocityDamper, OldArmStateUsesLeastDistance) {
-  // It was at rest 0.2 s ago and may have come with k/2 x since: 0.08 e^(−1) are left before dₛ. 4 m/s² alone would
-  // have brought it there.
+  // The arm was at rest 0.2 s ago and may have approached with k/2 x since: 0.08 e^(−1) remain before dₛ. The bound from
+  // 4 m/s² alone would be smaller.
   observations[1].qd.setZero();
   observations[1].age = 0.2;
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * 0.08 * std::exp(-1.0), 1e-12);
-  // It came at 0.3 m/s: then it was 0.08 + 0.06 before dₛ.
+  // The arm approached at 0.3 m/s: it was 0.08 + 0.06 before dₛ.
   observations[1].qd = joints({-0.3, 0.1});
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * 0.14 * std::exp(-1.0), 1e-12);
   // After 10 ms acceleration is the tighter bound: ½·4·0.01² = 0.0002.

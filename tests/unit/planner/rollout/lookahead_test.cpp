@@ -1,4 +1,4 @@
-// Something comes straight on and pushes the point against a wall: reacting alone ends in a contact, looking ahead not.
+// A ram pushes the point against a wall. Reaction alone ends in a contact; lookahead avoids it.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -19,8 +19,8 @@ constexpr double kPeriod = 0.01;
 constexpr double kRadius = 0.05;
 const Eigen::Vector3d kRamHalf(0.05, 0.15, 0.1);
 
-/// The point at (0, 0), a wall 0.1 m behind it, and a ram that comes at 0.4 m/s from the other side. Its face is flat:
-/// no way aside takes the point away from it, at first.
+/// The point at (0, 0), a wall 0.1 m behind it, and a ram that approaches at 0.4 m/s from the other side. Its face is flat,
+/// so that no small motion increases the distance.
 class Ram : public testing::Test {
  protected:
   Ram() {
@@ -29,7 +29,7 @@ class Ram : public testing::Test {
     states_[1].velocity.linear = {0.4, 0, 0};
   }
 
-  /// The least distance between point and ram until that is about to touch the wall [m].
+  /// The least distance between point and ram until the ram reaches the wall [m].
   double least_distance(const std::optional<JointVector>& goal) {
     ArmController controller(CellGeometry({test::planar_point()}, 0), parameters_, kPeriod, 1);
     controller.set_obstacles(boxes_);
@@ -37,14 +37,14 @@ class Ram : public testing::Test {
     RolloutPolicy policy(parameters_, 1);
     RolloutSearch search({test::planar_point()}, {parameters_}, 0);
     search.set_obstacles(boxes_);
-    const std::array<ArmObservation, 1> nobody{};
+    const std::array<ArmObservation, 1> no_arms{};
     MeasuredState at{joints({0, 0}), joints({0, 0})};
     double least = 10.0;
     while (states_[1].X_WO.translation().x() < 0.08) {
       if (const auto time = policy.rollout_wait()) controller.wait_for_rollout(*time);
-      const TickResult result = controller.step(at, nobody, states_, false);
+      const TickResult result = controller.step(at, no_arms, states_, false);
       at = {result.q, result.qd};
-      if (auto question = policy.next(controller, result, nobody, states_)) {
+      if (auto question = policy.next(controller, result, no_arms, states_)) {
         search.begin(std::move(*question));
       } else if (const auto answer = search.advance(parameters_.rollout.ticks_per_period)) {
         policy.answered();
@@ -80,7 +80,7 @@ TEST_F(Ram, MissesAMovingArmThatLooksAhead) {
   EXPECT_GT(least_distance(joints({0.05, 0.5})), 0.01);
 }
 
-/// The same as a question: does going on end well?
+/// The same scene as a question to the search.
 class Lookahead : public Ram {
  protected:
   Lookahead() : search_({test::planar_point()}, {parameters_}, 0) {

@@ -1,4 +1,4 @@
-// When an arm asks, and how far it looks.
+// Conditions and horizons of questions.
 #include "planner/rollout/rollout_policy.hpp"
 
 #include <array>

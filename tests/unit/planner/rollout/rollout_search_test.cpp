@@ -1,4 +1,4 @@
-// Which manoeuvre wins, and that interruptions do not change it.
+// Selection of manoeuvres, independent of interruptions.
 #include "planner/rollout/rollout_search.hpp"
 
 #include <array>
@@ -21,7 +21,7 @@ LocalParameters without_following() {
   return parameters;
 }
 
-/// The point's goal is behind a wall, and constraints alone leave it standing in front.
+/// The point's goal is behind a wall. Constraints alone leave the point in front of it.
 class Wall : public testing::Test {
  protected:
   Wall() : search_({test::planar_point()}, {without_following()}, 0) {
@@ -63,7 +63,7 @@ TEST_F(Wall, ManoeuvreArrivesAtThePredictedTime) {
   EXPECT_NE(found.manoeuvre.kind, ManoeuvreKind::kContinue);
   EXPECT_FALSE(search_.busy());
 
-  // What was played happens: the same manoeuvre on the same cell arrives at the promised time.
+  // The same manoeuvre on the same cell arrives at the predicted time.
   RolloutSimulation cell({test::planar_point()}, {without_following()}, 0.025);
   cell.set_obstacles(boxes_);
   auto arms = question_.arms;
@@ -97,7 +97,7 @@ TEST_F(Wall, IsIdleBeforeAQuestionAndAfterObstaclesChange) {
   EXPECT_FALSE(search_.busy());
 }
 
-// Two points face each other in the plane, each in the other's way; the manoeuvre must count the other's way, too.
+// Two points block each other in the plane: the cost of a manoeuvre includes both arrival times.
 TEST(RolloutSearch, CountsTheTimeOfAllArms) {
   RolloutSearch search({test::planar_point("a"), test::planar_point("b")}, {LocalParameters{}, LocalParameters{}}, 0);
   RolloutQuestion question;
@@ -138,7 +138,7 @@ RolloutArm crossing(double from, double to) {
   return arm;
 }
 
-/// The answer, and how many calls of advance() it took with room for one step each.
+/// The answer, and the number of advance() calls of one step each.
 std::pair<RolloutAnswer, int> answer_in_steps(RolloutSearch& search, const RolloutQuestion& question) {
   search.begin(question);
   for (int calls = 1; calls < 1'000'000; ++calls) {
@@ -148,7 +148,7 @@ std::pair<RolloutAnswer, int> answer_in_steps(RolloutSearch& search, const Rollo
   return {};
 }
 
-// The own arm is the second of the cell, between one that is near and one that never comes near.
+// The own arm is the second of the cell; one neighbour is near, the other never comes near.
 class Neighbours : public testing::Test {
  protected:
   Neighbours()

@@ -1,4 +1,4 @@
-// A play is what the ticks of all arms make of it.
+// A rollout equals the ticks of all arms.
 #include "planner/rollout/rollout_simulation.hpp"
 
 #include <array>
@@ -37,14 +37,14 @@ TEST(RolloutSimulation, MovesAnArmAsItsTicksDo) {
   geometry.set_obstacles(boxes);
   TickScratch scratch(geometry);
   TickMemory memory{start[0].memory};
-  const std::array<ArmObservation, 1> nobody{};
+  const std::array<ArmObservation, 1> no_arms{};
   TickInput input;
   input.dt = kStep;
   input.q = start[0].q;
   input.qd = start[0].qd;
   input.q_goal = start[0].q_goal;
   input.has_goal = true;
-  input.arms = nobody;
+  input.arms = no_arms;
   input.obstacles = states;
   for (int k = 0; k < 50; ++k) {
     const TickResult result = tick(geometry, LocalParameters{}, input, memory, scratch);
@@ -78,7 +78,7 @@ TEST(RolloutSimulation, UnplannedArmStandsStill) {
   EXPECT_EQ(cell.arm(0).q, arm.q);
 }
 
-// The box comes from the right at 0.5 m/s; a point without goal is to make way before it arrives.
+// The box comes from the right at 0.5 m/s; a point without goal must give way before it arrives.
 TEST(RolloutSimulation, ObstaclesKeepTheirVelocity) {
   const std::vector<world::Obstacle> boxes = {box_obstacle("box", {1.0, 0.02, 0}, {0.1, 0.1, 0.1})};
   RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);

@@ -163,10 +163,10 @@ TEST_F(SensedPlannerTest, RefusedMotionContinuesFromRestToRest) {
   const int searches = planner.searches();
   bool left = false;
   for (int period = 0; period < 50 && !left; ++period) left = step(planner) == Path::kSearching;
-  ASSERT_TRUE(left) << "it rests although it has somewhere to go";
+  ASSERT_TRUE(left) << "it rests away from its target";
   ASSERT_EQ(settle(planner), Path::kAround);
   EXPECT_EQ(planner.searches(), searches + 1);
-  // Now in its own cell first, and it waits for whoever else may hold it.
+  // The careful path begins in the arm's own cell. The arm waits there.
   for (int period = 0; period < 50; ++period) {
     const MotionGuide::Aim guidance = planner.guide(from_, still_, to_);
     EXPECT_EQ(guidance.path, Path::kAround);
@@ -195,8 +195,7 @@ TEST_F(SensedPlannerTest, ExplainsWhyThereIsNoPath) {
   EXPECT_TRUE(near.why_none(from_).value_or("").starts_with("the arm's position is nearer to a known obstacle"));
 }
 
-// The first cell of a way begun at a limit has its centre outside: who would go there would stand at the limit for
-// ever.
+// At a limit, the centre of the first cell is outside: an arm that moves to it would stand at the limit forever.
 TEST_F(SensedPlannerTest, StopsOnAPathStayWithinTheLimits) {
   arm_.limits.lower[0] = -0.801;  // 0.002 inside the cell's centre
   SensedPlanner planner = this->planner(Remember::kAlways);
