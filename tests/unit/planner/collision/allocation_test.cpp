@@ -1,4 +1,4 @@
-/// A distance pass does not allocate, whatever it meets.
+/// A distance pass does not allocate, neither for separated nor for penetrating pairs.
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,13 @@
 namespace hecaton::planner {
 namespace {
 
-TEST(AllocationCounter, SeesEveryWay) {
+TEST(AllocationCounter, CountsEveryKindOfAllocation) {
 #ifdef __SANITIZE_THREAD__
-  constexpr long kSeen = 2;  // its hook is not told of aligned_alloc; other builds count that
+  constexpr long kSeen = 2;  // its hook does not see aligned_alloc
 #else
   constexpr long kSeen = 3;
 #endif
-  // Volatile, or the compiler may see that nothing comes of them and leave them out.
+  // Volatile, because the compiler may remove unused allocations.
   const long before = test::allocations();
   void* volatile one = std::malloc(8);
   void* volatile two = std::aligned_alloc(64, 128);
@@ -32,14 +32,14 @@ TEST(Clearances, DoNotAllocate) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     test::RandomCell cell(seed);
     ExactDistance distance(cell.geometry());
-    std::vector<Clearance> room(64);
+    std::vector<Clearance> found(64);
     for (int pose = 0; pose < 20; ++pose) {
       cell.shuffle();
       const CellPoses poses = cell.poses();
       const long before = test::allocations();
-      const int count = distance.clearances(poses, {0.2, 0.1, {}}, room);
+      const int count = distance.clearances(poses, {0.2, 0.1, {}}, found);
       ASSERT_EQ(test::allocations(), before) << "seed " << seed << ", pose " << pose;
-      for (int i = 0; i < count; ++i) (room[i].distance < 0.0 ? penetrating : separated) += 1;
+      for (int i = 0; i < count; ++i) (found[i].distance < 0.0 ? penetrating : separated) += 1;
     }
   }
   // Both kinds of algorithm have run.

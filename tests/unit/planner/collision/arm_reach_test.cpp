@@ -1,4 +1,4 @@
-/// Balls that arms never leave, and gaps that never close.
+/// Bounds on the reach of arms, and on the distances between arms.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace hecaton::planner {
 namespace {
 
-TEST(ArmReach, HoldsEveryBodyInEveryConfiguration) {
+TEST(ArmReach, ContainsEveryBodyInEveryConfiguration) {
   double fullest = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     test::RandomCell cell(seed);
@@ -26,10 +26,10 @@ TEST(ArmReach, HoldsEveryBodyInEveryConfiguration) {
       }
     }
   }
-  EXPECT_GT(fullest, 0.5) << "the balls are far too large to cull anything";
+  EXPECT_GT(fullest, 0.5) << "the bounds are too large to cull pairs";
 }
 
-TEST(ArmReach, HoldsTheTool) {
+TEST(ArmReach, ContainsTheTool) {
   double fullest = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     test::RandomCell cell(seed);
@@ -48,7 +48,7 @@ TEST(ArmReach, HoldsTheTool) {
   EXPECT_GT(fullest, 0.5);
 }
 
-TEST(ArmReach, GapsAreNeverLargerThanTheDistance) {
+TEST(ArmReach, GapNeverExceedsTheDistance) {
   std::vector<Clearance> found(4096);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     test::RandomCell cell(seed);

@@ -1,4 +1,4 @@
-/// Random pairs of all shapes, measured by us and by Bullet.
+/// Distances of random pairs of all shapes against Bullet's.
 
 #include <gtest/gtest.h>
 
@@ -52,14 +52,14 @@ TEST_P(Pair, SeparatedDistancesAgree) {
   EXPECT_GT(compared, 300);
 }
 
-TEST_P(Pair, BulletFindsNoShorterWayOut) {
+TEST_P(Pair, BulletFindsNoSmallerPenetration) {
   int compared = 0;
   int agreed = 0;
   for (int trial = 0; trial < 800; ++trial) {
     const Sample s = draw(0.15);
     if (!s.bullet || s.ours.distance > -1e-3) continue;
     ++compared;
-    // Bullet's depth is sometimes wrong either way; what its direction really needs is not.
+    // Bullet's depth is sometimes wrong. The depth along its direction, by support functions, is not.
     const double bullet_depth = test::depth_along(s.a, s.X_WA, s.b, s.X_WB, s.bullet->n_W.normalized());
     EXPECT_GT(bullet_depth, -s.ours.distance - 1e-6) << "trial " << trial;
     agreed += std::abs(s.ours.distance - s.bullet->distance) < 1e-4;

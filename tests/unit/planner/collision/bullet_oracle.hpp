@@ -1,5 +1,5 @@
 #pragma once
-/// Bullet's opinion on the signed distance of two shapes: an implementation that shares no line with ours.
+/// The signed distance of two shapes by Bullet, an independent implementation.
 
 #include <optional>
 
@@ -8,8 +8,8 @@
 
 namespace hecaton::test {
 
-/// By btGjkPairDetector with EPA for penetration, in double precision and without collision margins. Nothing when
-/// Bullet gives up.
+/// By btGjkPairDetector with EPA for penetration, in double precision and without collision margins. Empty when Bullet
+/// fails.
 [[nodiscard]] std::optional<planner::ShapeDistance> bullet_distance(const world::Shape& a, const world::Pose& X_WA,
                                                                     const world::Shape& b, const world::Pose& X_WB);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Proofs of a signed distance that need no other algorithm: membership and support functions written down by hand.
+/// Bounds of a signed distance without another distance algorithm: membership and support functions of the shapes.
 
 #include <limits>
 
@@ -28,14 +28,14 @@ inline double support(const world::Shape& shape, const world::Pose& X_WS, const 
   return local + X_WS.translation().dot(n_W);
 }
 
-/// How far b must move along n to part from a [m]: for every n an upper bound of the depth of penetration, and its
-/// negative a lower bound of the distance.
+/// The translation of b along n that separates it from a [m]: for every n an upper bound of the depth of penetration;
+/// its negative is a lower bound of the distance.
 inline double depth_along(const world::Shape& a, const world::Pose& X_WA, const world::Shape& b,
                           const world::Pose& X_WB, const Eigen::Vector3d& n_W) {
   return support(a, X_WA, n_W) + support(b, X_WB, -n_W);
 }
 
-/// How far outside the shape at X_WS the point is [m], at least; ≤ 0 inside or on it.
+/// A lower bound of the point's distance from the shape at X_WS [m]; ≤ 0 inside or on it.
 inline double outside(const world::Shape& shape, const world::Pose& X_WS, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p = X_WS.inverse() * p_W;
   if (const auto* box = std::get_if<world::Box>(&shape)) return (p.cwiseAbs() - box->half_extents).maxCoeff();

@@ -1,4 +1,4 @@
-/// Every answer of shape_distance proves itself: its points bound the distance from above, its normal from below.
+/// Each result of shape_distance contains its proof: the points bound the distance from above, the normal from below.
 
 #include "certificate.hpp"
 
@@ -38,7 +38,7 @@ void expect_certified(const world::Shape& a, const Pose& X_WA, const world::Shap
   EXPECT_NEAR(test::depth_along(a, X_WA, b, X_WB, d.n_W), -d.distance, kExact) << "n does not part them so far";
 }
 
-TEST_P(EveryPair, DistanceIsProvedByItsPointsAndNormal) {
+TEST_P(EveryPair, PointsAndNormalProveTheDistance) {
   int separated = 0;
   int penetrating = 0;
   for (int trial = 0; trial < 400; ++trial) {
@@ -56,8 +56,8 @@ TEST_P(EveryPair, DistanceIsProvedByItsPointsAndNormal) {
   EXPECT_GT(penetrating, 40);
 }
 
-// A deeper answer than necessary would be safe, but would push an arm the wrong way.
-TEST_P(EveryPair, NoSampledDirectionPartsThemSooner) {
+// A larger depth would be safe, but would move an arm in a wrong direction.
+TEST_P(EveryPair, NoSampledDirectionSeparatesSooner) {
   for (int trial = 0; trial < 60; ++trial) {
     const auto a = test::random_shape(kind_a(), random_);
     const auto b = test::random_shape(kind_b(), random_);
@@ -71,7 +71,7 @@ TEST_P(EveryPair, NoSampledDirectionPartsThemSooner) {
   }
 }
 
-TEST_P(EveryPair, MovingAgainstTheNormalParts) {
+TEST_P(EveryPair, MovingAgainstTheNormalSeparates) {
   for (int trial = 0; trial < 100; ++trial) {
     const auto a = test::random_shape(kind_a(), random_);
     const auto b = test::random_shape(kind_b(), random_);
@@ -88,7 +88,7 @@ TEST_P(EveryPair, MovingAgainstTheNormalParts) {
   }
 }
 
-// The approach to contact and through it, a micrometre at a time: where GJK's direction is noise.
+// Approach through contact in steps of a micrometre, where GJK's direction is noise.
 TEST_P(EveryPair, StaysExactThroughTouching) {
   for (int trial = 0; trial < 20; ++trial) {
     const auto a = test::random_shape(kind_a(), random_);
@@ -103,7 +103,7 @@ TEST_P(EveryPair, StaysExactThroughTouching) {
       X_WB_near.translation() -= (far.distance - gap) * far.n_W;
       const ShapeDistance d = shape_distance(a, X_WA, b, X_WB_near);
       SCOPED_TRACE(testing::Message() << "trial " << trial << ", gap " << gap);
-      // Beyond touching there may be a shorter way out than back.
+      // In penetration another direction may be shorter than the way back.
       EXPECT_GT(d.distance, gap - 1e-6);
       EXPECT_LT(d.distance, std::max(gap, 0.0) + 1e-6);
       expect_certified(a, X_WA, b, X_WB_near, d);

@@ -1,4 +1,4 @@
-/// The culled pass finds exactly what a loop over all pairs finds.
+/// The culled pass finds exactly the pairs that a loop over all pairs finds.
 
 #include <algorithm>
 
@@ -11,7 +11,7 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr int kRoom = 4096;  // more than any of these cells has pairs
+constexpr int kCapacity = 4096;  // more than any of these cells has pairs
 
 struct PlacedBody {
   const Body* body;
@@ -87,12 +87,12 @@ std::vector<double> rising_speeds(std::size_t bodies) {
   return speeds;
 }
 
-TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
+TEST(Clearances, ContainAllPairsNearerThanTheirInfluenceDistance) {
   std::array<int, 3> found_of_kind{};
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     test::RandomCell cell(seed);
     ExactDistance distance(cell.geometry());
-    std::vector<Clearance> room(kRoom);
+    std::vector<Clearance> found(kCapacity);
     for (int pose = 0; pose < 10; ++pose) {
       cell.shuffle();
       const auto speeds = rising_speeds(cell.geometry().own_bodies().size());
@@ -106,13 +106,13 @@ TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
             InfluenceDistances{
                 .own_speed = speeds, .of_arm = arms, .of_obstacle = one_for_all, .of_self = {0.05, 0, 0}},
             InfluenceDistances{0.0, 0.0, {}}}) {
-        const int count = distance.clearances(cell.poses(), influence, room);
+        const int count = distance.clearances(cell.poses(), influence, found);
         const auto expected = by_brute_force(cell.geometry(), cell.poses(), influence);
         ASSERT_EQ(count, static_cast<int>(expected.size())) << "seed " << seed << ", pose " << pose;
         for (int i = 0; i < count; ++i) {
           SCOPED_TRACE(testing::Message() << "seed " << seed << ", pose " << pose << ", clearance " << i);
-          expect_same(room[i], expected[i]);
-          ++found_of_kind[static_cast<int>(room[i].counterpart)];
+          expect_same(found[i], expected[i]);
+          ++found_of_kind[static_cast<int>(found[i].counterpart)];
         }
       }
     }
@@ -120,15 +120,15 @@ TEST(Clearances, AreThoseOfAllPairsNearerThanTheirInfluenceDistance) {
   for (const int found : found_of_kind) EXPECT_GT(found, 100);
 }
 
-TEST(Clearances, AreTheSameBitsForEveryInstructionSet) {
+TEST(Clearances, AreBitIdenticalForAllInstructionSets) {
   if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2 to compare with";
   long compared = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     test::RandomCell cell(seed);
     ExactDistance scalar(cell.geometry(), baseline::run_pass);
     ExactDistance lanes(cell.geometry(), avx2::run_pass);
-    std::vector<Clearance> a(kRoom);
-    std::vector<Clearance> b(kRoom);
+    std::vector<Clearance> a(kCapacity);
+    std::vector<Clearance> b(kCapacity);
     for (int pose = 0; pose < 10; ++pose) {
       cell.shuffle();
       const int count = scalar.clearances(cell.poses(), {0.3, 0.1, {}}, a);
@@ -145,23 +145,23 @@ TEST(Clearances, AreTheSameBitsForEveryInstructionSet) {
   EXPECT_GT(compared, 1000);
 }
 
-TEST(Clearances, KeepTheNearestInOrderWhenThereIsTooLittleRoom) {
+TEST(Clearances, KeepTheNearestInOrderWhenTheBufferIsFull) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const test::RandomCell cell(seed);
     ExactDistance distance(cell.geometry());
-    std::vector<Clearance> all(kRoom);
+    std::vector<Clearance> all(kCapacity);
     const InfluenceDistances influence{0.3, 0.1, {}};
     all.resize(distance.clearances(cell.poses(), influence, all));
     ASSERT_GT(all.size(), 12U);
-    for (const int room : {0, 1, 5, 12}) {
-      std::vector<Clearance> some(room);
-      ASSERT_EQ(distance.clearances(cell.poses(), influence, some), room);
+    for (const int capacity : {0, 1, 5, 12}) {
+      std::vector<Clearance> some(capacity);
+      ASSERT_EQ(distance.clearances(cell.poses(), influence, some), capacity);
       std::vector<double> nearest(all.size());
       std::transform(all.begin(), all.end(), nearest.begin(), [](const Clearance& c) { return c.distance; });
       std::sort(nearest.begin(), nearest.end());
       auto next = all.begin();
       for (const Clearance& clearance : some) {
-        EXPECT_LE(clearance.distance, nearest[room - 1]);
+        EXPECT_LE(clearance.distance, nearest[capacity - 1]);
         next = std::find_if(next, all.end(), [&](const Clearance& c) {
           return c.own_body == clearance.own_body && c.counterpart == clearance.counterpart &&
                  c.other == clearance.other && c.other_body == clearance.other_body;
@@ -173,23 +173,23 @@ TEST(Clearances, KeepTheNearestInOrderWhenThereIsTooLittleRoom) {
   }
 }
 
-TEST(Clearances, AreAFunctionOfTheirArgumentsAlone) {
+TEST(Clearances, DependOnTheirArgumentsOnly) {
   test::RandomCell cell(77);
   ExactDistance used(cell.geometry());
   const InfluenceDistances influence{0.2, 0.1, {}};
-  std::vector<Clearance> room(kRoom);
+  std::vector<Clearance> found(kCapacity);
   for (int i = 0; i < 20; ++i) {
     cell.shuffle();
-    used.clearances(cell.poses(), influence, room);
+    used.clearances(cell.poses(), influence, found);
   }
-  const int count = used.clearances(cell.poses(), influence, room);
+  const int count = used.clearances(cell.poses(), influence, found);
   ExactDistance fresh(cell.geometry());
-  std::vector<Clearance> again(kRoom);
+  std::vector<Clearance> again(kCapacity);
   ASSERT_EQ(fresh.clearances(cell.poses(), influence, again), count);
   for (int i = 0; i < count; ++i) {
-    EXPECT_EQ(room[i].distance, again[i].distance);
-    EXPECT_EQ(room[i].n_W, again[i].n_W);
-    EXPECT_EQ(room[i].p_own_W, again[i].p_own_W);
+    EXPECT_EQ(found[i].distance, again[i].distance);
+    EXPECT_EQ(found[i].n_W, again[i].n_W);
+    EXPECT_EQ(found[i].p_own_W, again[i].p_own_W);
   }
 }
 
@@ -199,24 +199,24 @@ TEST(Clearances, FollowAChangedSceneAfterRebuild) {
   ExactDistance distance(geometry);
   geometry.set_obstacles({});
   distance.rebuild(geometry);
-  std::vector<Clearance> room(kRoom);
+  std::vector<Clearance> found(kCapacity);
   CellPoses poses = cell.poses();
   poses.obstacles = {};
-  const int count = distance.clearances(poses, {1.0, 0.1, {}}, room);
+  const int count = distance.clearances(poses, {1.0, 0.1, {}}, found);
   EXPECT_GT(count, 0);
-  for (int i = 0; i < count; ++i) EXPECT_NE(room[i].counterpart, Counterpart::kObstacle);
+  for (int i = 0; i < count; ++i) EXPECT_NE(found[i].counterpart, Counterpart::kObstacle);
 }
 
-TEST(Clearances, PairsThatNobodyMovesAreLeftOut) {
+TEST(Clearances, LeaveOutPairsThatNoMotionChanges) {
   const test::RandomCell cell(3);
   ExactDistance distance(cell.geometry());
-  std::vector<Clearance> room(kRoom);
-  const int count = distance.clearances(cell.poses(), {5.0, 0.0, {}}, room);
+  std::vector<Clearance> found(kCapacity);
+  const int count = distance.clearances(cell.poses(), {5.0, 0.0, {}}, found);
   const auto& own = cell.geometry().own_bodies();
   int static_own = 0;
   int static_other = 0;
   for (int i = 0; i < count; ++i) {
-    const Clearance& c = room[i];
+    const Clearance& c = found[i];
     if (c.counterpart == Counterpart::kSelf) continue;
     const bool other_moves =
         c.counterpart == Counterpart::kArm && cell.geometry().arm_bodies(c.other)[c.other_body].moves;

@@ -1,4 +1,4 @@
-/// Distances worked out by hand.
+/// Distances calculated by hand.
 
 #include <numbers>
 
@@ -26,7 +26,7 @@ void expect_point(const Vector3d& actual, const Vector3d& expected, double toler
   EXPECT_LT((actual - expected).norm(), tolerance) << actual.transpose() << " instead of " << expected.transpose();
 }
 
-TEST(SphereSphere, IsTheCentresDistanceLessTheRadii) {
+TEST(SphereSphere, IsTheDistanceOfCentresMinusTheRadii) {
   // Centres 5 apart (3-4-5), radii 1 and 2.
   const ShapeDistance d = shape_distance(world::Sphere{1.0}, at(0, 0, 0), world::Sphere{2.0}, at(3, 4, 0));
   EXPECT_NEAR(d.distance, 2.0, 1e-12);
@@ -35,20 +35,20 @@ TEST(SphereSphere, IsTheCentresDistanceLessTheRadii) {
   expect_point(d.p_b_W, {1.8, 2.4, 0.0});
 }
 
-TEST(SphereSphere, ConcentricIsAsDeepAsBothRadiiAlongAnyNormal) {
+TEST(SphereSphere, HasTheDepthOfBothRadiiWhenConcentric) {
   const ShapeDistance d = shape_distance(world::Sphere{1.0}, at(1, 2, 3), world::Sphere{2.0}, at(1, 2, 3));
   EXPECT_NEAR(d.distance, -3.0, 1e-12);
   EXPECT_NEAR(d.n_W.norm(), 1.0, 1e-12);
 }
 
-TEST(SphereBox, OutsideAFaceAnEdgeAndACorner) {
+TEST(SphereBox, IsExactOutsideFaceEdgeAndCorner) {
   const world::Sphere sphere{0.1};
   EXPECT_NEAR(shape_distance(sphere, at(1.5, 0.2, 0.1), kUnitBox, at(0, 0, 0)).distance, 0.9, 1e-12);
   EXPECT_NEAR(shape_distance(sphere, at(0.8, 0.9, 0.1), kUnitBox, at(0, 0, 0)).distance, 0.4, 1e-12);  // 3-4-5
   EXPECT_NEAR(shape_distance(sphere, at(0.6, 0.7, 0.7), kUnitBox, at(0, 0, 0)).distance, 0.2, 1e-12);  // 1-2-2-3
 }
 
-TEST(SphereBox, CentreInsideLeavesByTheNearestFace) {
+TEST(SphereBox, LeavesThroughTheNearestFaceFromInside) {
   const ShapeDistance d = shape_distance(world::Sphere{0.1}, at(0.1, -0.3, 0.2), kUnitBox, at(0, 0, 0));
   EXPECT_NEAR(d.distance, -0.3, 1e-12);  // 0.2 to the face y = −0.5, and the radius
   expect_point(d.n_W, {0.0, 1.0, 0.0});
@@ -56,7 +56,7 @@ TEST(SphereBox, CentreInsideLeavesByTheNearestFace) {
   expect_point(d.p_b_W, {0.1, -0.5, 0.2});
 }
 
-TEST(SphereCylinder, OutsideSideCapAndRim) {
+TEST(SphereCylinder, IsExactOutsideSideCapAndRim) {
   const world::Sphere sphere{0.1};
   const world::Cylinder cylinder{0.5, 1.0};
   EXPECT_NEAR(shape_distance(sphere, at(0.6, 0.8, 0.3), cylinder, at(0, 0, 0)).distance, 0.4, 1e-12);
@@ -64,7 +64,7 @@ TEST(SphereCylinder, OutsideSideCapAndRim) {
   EXPECT_NEAR(shape_distance(sphere, at(0.0, 0.8, 1.4), cylinder, at(0, 0, 0)).distance, 0.4, 1e-12);  // 3-4-5
 }
 
-TEST(SphereCylinder, InsideLeavesBySideOrCap) {
+TEST(SphereCylinder, LeavesThroughSideOrCapFromInside) {
   const world::Sphere sphere{0.1};
   const world::Cylinder cylinder{0.5, 1.0};
   const ShapeDistance side = shape_distance(sphere, at(0.0, 0.4, 0.5), cylinder, at(0, 0, 0));
@@ -75,7 +75,7 @@ TEST(SphereCylinder, InsideLeavesBySideOrCap) {
   expect_point(cap.n_W, {0.0, 0.0, 1.0});
 }
 
-TEST(CapsuleCapsule, CrossingAboveEachOther) {
+TEST(CapsuleCapsule, IsExactWhenCrossingApart) {
   // Axes along z and, turned about y, along x, 0.5 apart in y.
   const ShapeDistance d = shape_distance(world::Capsule{0.1, 1.0}, at(0, 0, 0), world::Capsule{0.2, 1.0},
                                          at(0.3, 0.5, 0.4, {0, kRightAngle, 0}));
@@ -85,28 +85,28 @@ TEST(CapsuleCapsule, CrossingAboveEachOther) {
   expect_point(d.p_b_W, {0, 0.3, 0.4});
 }
 
-TEST(CapsuleCapsule, ParallelEndToEndAndCap) {
+TEST(CapsuleCapsule, IsExactForParallelAndEndToEnd) {
   const world::Capsule capsule{0.1, 0.5};
   EXPECT_NEAR(shape_distance(capsule, at(0, 0, 0), capsule, at(0.5, 0, 0.2)).distance, 0.3, 1e-12);
   EXPECT_NEAR(shape_distance(capsule, at(0, 0, 0), capsule, at(0, 0, 1.5)).distance, 0.3, 1e-12);
   EXPECT_NEAR(shape_distance(capsule, at(0, 0, 0), capsule, at(0.3, 0, 1.4)).distance, 0.3, 1e-12);  // 3-4-5
 }
 
-TEST(CapsuleCapsule, CrossingAxesPartAlongTheirCommonNormal) {
+TEST(CapsuleCapsule, SeparatesCrossingAxesAlongTheirCommonNormal) {
   const ShapeDistance d = shape_distance(world::Capsule{0.1, 1.0}, at(0, 0, 0), world::Capsule{0.2, 1.0},
                                          at(0.3, 0, 0.4, {0, kRightAngle, 0}));
   EXPECT_NEAR(d.distance, -0.3, 1e-12);
   EXPECT_NEAR(std::abs(d.n_W.y()), 1.0, 1e-12);
 }
 
-TEST(CapsuleCapsule, OverlappingInLinePartSideways) {
+TEST(CapsuleCapsule, SeparatesCollinearOverlapSideways) {
   const ShapeDistance d =
       shape_distance(world::Capsule{0.1, 0.5}, at(0, 0, 0), world::Capsule{0.2, 0.5}, at(0, 0, 0.3));
   EXPECT_NEAR(d.distance, -0.3, 1e-12);
   EXPECT_NEAR(d.n_W.z(), 0.0, 1e-12);
 }
 
-TEST(CapsuleBox, AlongAFaceOverAnEdgeAndAtACorner) {
+TEST(CapsuleBox, IsExactAtFaceEdgeAndCorner) {
   const world::Capsule capsule{0.1, 0.3};
   EXPECT_NEAR(shape_distance(capsule, at(0.9, 0, 0), kUnitBox, at(0, 0, 0)).distance, 0.3, 1e-12);
   // Along y over the edge x = z = 0.5.
@@ -116,7 +116,7 @@ TEST(CapsuleBox, AlongAFaceOverAnEdgeAndAtACorner) {
   EXPECT_NEAR(shape_distance(capsule, at(0.6, 0.7, 1.0), kUnitBox, at(0, 0, 0)).distance, 0.2, 1e-12);
 }
 
-TEST(CapsuleBox, ThroughTheBoxLeavesByTheShortestWay) {
+TEST(CapsuleBox, LeavesTheBoxOnTheShortestWay) {
   // The axis, along z, pierces the whole box, 0.1 inside the face x = 0.5.
   const ShapeDistance d = shape_distance(world::Capsule{0.1, 2.0}, at(0.4, 0, 0), kUnitBox, at(0, 0, 0));
   EXPECT_NEAR(d.distance, -0.2, 1e-12);
@@ -129,7 +129,7 @@ TEST(CapsuleBox, ThroughTheBoxLeavesByTheShortestWay) {
   expect_point(end.p_b_W, {0.1, 0.1, 0.5});
 }
 
-TEST(BoxBox, FacesEdgesAndOverlap) {
+TEST(BoxBox, IsExactForFacesEdgesAndOverlap) {
   EXPECT_NEAR(shape_distance(kUnitBox, at(0, 0, 0), kUnitBox, at(1.3, 0.2, 0.1)).distance, 0.3, 1e-9);
   EXPECT_NEAR(shape_distance(kUnitBox, at(0, 0, 0), kUnitBox, at(1.3, 1.4, 0.1)).distance, 0.5, 1e-9);
   const ShapeDistance in = shape_distance(kUnitBox, at(0, 0, 0), kUnitBox, at(0.3, 0.2, 0.9));
@@ -140,13 +140,13 @@ TEST(BoxBox, FacesEdgesAndOverlap) {
   EXPECT_NEAR(corner.distance, 1.0 - std::sqrt(0.5), 1e-9);
 }
 
-TEST(BoxBox, SameBoxTwiceLeavesByItsShortestSide) {
+TEST(BoxBox, SeparatesEqualBoxesAlongTheShortestSide) {
   const world::Box box{{0.2, 0.5, 0.3}};
   const ShapeDistance d = shape_distance(box, at(1, 1, 1, {0.1, 0.2, 0.3}), box, at(1, 1, 1, {0.1, 0.2, 0.3}));
   EXPECT_NEAR(d.distance, -0.4, 1e-9);
 }
 
-TEST(CylinderCylinder, ParallelCoaxialAndCrossed) {
+TEST(CylinderCylinder, IsExactForParallelCoaxialAndCrossed) {
   const world::Cylinder cylinder{0.2, 0.5};
   EXPECT_NEAR(shape_distance(cylinder, at(0, 0, 0), cylinder, at(0.3, 0.4, 0.1)).distance, 0.1, 1e-6);
   EXPECT_NEAR(shape_distance(cylinder, at(0, 0, 0), cylinder, at(0, 0, 1.2)).distance, 0.2, 1e-6);
@@ -157,21 +157,21 @@ TEST(CylinderCylinder, ParallelCoaxialAndCrossed) {
   EXPECT_NEAR(shape_distance(cylinder, at(0, 0, 0), cylinder, at(0, 0, 0)).distance, -0.4, 1e-4);
 }
 
-TEST(CylinderBox, StandingOnAndLyingOver) {
+TEST(CylinderBox, IsExactWhenStandingAndLying) {
   const world::Cylinder cylinder{0.2, 0.3};
   EXPECT_NEAR(shape_distance(cylinder, at(0.1, 0.1, 0.8), kUnitBox, at(0, 0, 0)).distance, 0.0, 1e-6);
   EXPECT_NEAR(shape_distance(cylinder, at(0.1, 0.1, 0.75), kUnitBox, at(0, 0, 0)).distance, -0.05, 1e-6);
   EXPECT_NEAR(shape_distance(cylinder, at(0, 0, 0.8, {kRightAngle, 0, 0}), kUnitBox, at(0, 0, 0)).distance, 0.1, 1e-6);
 }
 
-TEST(CapsuleCylinder, BesideAndThrough) {
+TEST(CapsuleCylinder, IsExactBesideAndThrough) {
   const world::Cylinder cylinder{0.3, 0.5};
   EXPECT_NEAR(shape_distance(world::Capsule{0.1, 0.4}, at(0.7, 0, 0.2), cylinder, at(0, 0, 0)).distance, 0.3, 1e-6);
   // On the cylinder's own axis and longer than it: leaves sideways by both radii.
   EXPECT_NEAR(shape_distance(world::Capsule{0.1, 2.0}, at(0, 0, 0), cylinder, at(0, 0, 0)).distance, -0.4, 1e-4);
 }
 
-TEST(Convex, OctahedronAndSquarePrism) {
+TEST(Convex, IsExactForOctahedronAndSquarePrism) {
   // An octahedron's face x + y + z = 1 is 1/√3 from its centre.
   const world::Convex octahedron = test::octahedron({1, 1, 1}, Vector3d::Zero());
   const double face = 1.0 / std::sqrt(3.0);
@@ -185,7 +185,7 @@ TEST(Convex, OctahedronAndSquarePrism) {
               1e-9);
 }
 
-TEST(FlatAndThin, AFloorAndANeedle) {
+TEST(FlatAndThin, AreExactForFloorAndNeedle) {
   const world::Box floor{{5.0, 5.0, 0.01}};
   const world::Capsule needle{0.001, 1.0};
   EXPECT_NEAR(shape_distance(needle, at(3, -4, 0.5, {0, kRightAngle, 0}), floor, at(0, 0, 0)).distance, 0.489, 1e-12);

@@ -1,4 +1,4 @@
-/// The contract of fast geometry: never more clearance than the links' own shapes have.
+/// Fast geometry never reports more clearance than the links' own shapes have.
 
 #include <gtest/gtest.h>
 
@@ -8,15 +8,15 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr int kRoom = 4096;         // more than any of these cells has pairs
+constexpr int kCapacity = 4096;     // more than any of these cells has pairs
 constexpr double kFar = 100.0;      // every pair is nearer [m]
 constexpr double kAccuracy = 1e-6;  // by which the exact distance may fall short of the true one [m]
 
 TEST(FastGeometry, NeverReportsMoreClearanceThanTheExactShapesHave) {
   long pairs = 0;
   long nearer = 0;
-  std::vector<Clearance> fast(kRoom);
-  std::vector<Clearance> exact(kRoom);
+  std::vector<Clearance> fast(kCapacity);
+  std::vector<Clearance> exact(kCapacity);
   for (std::uint64_t seed = 1; pairs < 1'000'000; ++seed) {
     test::RandomCell fast_cell(seed, LinkShapes::kFast);
     test::RandomCell exact_cell(seed, LinkShapes::kExact);
@@ -39,12 +39,12 @@ TEST(FastGeometry, NeverReportsMoreClearanceThanTheExactShapesHave) {
       pairs += count;
     }
   }
-  EXPECT_GT(nearer, pairs / 10) << "capsules stand for too few shapes to tell";
+  EXPECT_GT(nearer, pairs / 10) << "capsules replace too few shapes for this test";
 }
 
-TEST(FastGeometry, PushesOutOfOverlap) {
-  // Moving the own body along −n by the depth parts the two, also where a capsule stands for it.
-  std::vector<Clearance> found(kRoom);
+TEST(FastGeometry, NormalLeadsOutOfOverlap) {
+  // A translation of the own body along −n by the depth separates the two, also where a capsule replaces its shape.
+  std::vector<Clearance> found(kCapacity);
   int overlapping = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     test::RandomCell cell(seed, LinkShapes::kFast);

@@ -1,4 +1,4 @@
-/// What planners take for the clearance is never more than FCL's answer on the links' and obstacles' own shapes.
+/// Clearances never exceed FCL's distances of the links' and obstacles' own shapes.
 
 #include <fcl/narrowphase/collision_object.h>
 #include <fcl/narrowphase/distance.h>
@@ -11,11 +11,11 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr int kRoom = 4096;         // more than any of these cells has pairs
+constexpr int kCapacity = 4096;     // more than any of these cells has pairs
 constexpr double kFar = 100.0;      // every pair is nearer [m]
 constexpr double kAccuracy = 2e-6;  // ours and FCL's together [m]
 
-/// FCL's opinion of a random cell.
+/// A random cell in FCL.
 class FclCell {
  public:
   explicit FclCell(const test::RandomCell& cell) : cell_(cell) {
@@ -43,7 +43,7 @@ class FclCell {
     }
   }
 
-  /// Of the same pair; not positive: they overlap.
+  /// FCL's distance of the same pair [m]; ≤ 0: overlap.
   double distance(const Clearance& pair) {
     const bool with_arm = pair.counterpart != Counterpart::kObstacle;
     const auto& other = with_arm ? arms_[pair.other][pair.other_body] : obstacles_[pair.other][pair.other_body];
@@ -67,7 +67,7 @@ class FclCell {
 TEST(FclContract, NeverReportsMoreClearanceThanFclDoes) {
   long pairs = 0;
   long apart = 0;
-  std::vector<Clearance> ours(kRoom);
+  std::vector<Clearance> ours(kCapacity);
   for (std::uint64_t seed = 1; pairs < 1'000'000; ++seed) {
     test::RandomCell cell(seed, LinkShapes::kFast);
     FclCell fcl(cell);

@@ -1,4 +1,4 @@
-// What stands for a mesh is never farther away than FCL finds the mesh's own hull.
+// Distances of the shapes that replace a mesh never exceed FCL's distances of the mesh's own hull.
 
 #include <algorithm>
 #include <cstdio>
@@ -63,7 +63,7 @@ std::vector<StandIn> stand_ins(const std::string& path) {
   return all;
 }
 
-/// HECATON_MESH_PAIRS in the environment asks for fewer, or for more than the tests have time for.
+/// The environment variable HECATON_MESH_PAIRS sets another number.
 long pairs_wanted() {
   const char* text = std::getenv("HECATON_MESH_PAIRS");
   return text != nullptr ? std::max(1L, std::atol(text)) : 1'000'000L;
@@ -72,7 +72,7 @@ long pairs_wanted() {
 constexpr int kShapes = 40;   // beside a mesh
 constexpr int kPlaces = 100;  // of each
 
-TEST(FclContract, OfMeshesNeverReportsMoreClearanceThanFclDoesOfTheirHulls) {
+TEST(FclContract, NeverReportsMoreClearanceForMeshesThanFclForTheirHulls) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("hecaton_mesh_" + std::to_string(getpid()) + ".obj")).string();
   test::Random random(12);
@@ -103,7 +103,7 @@ TEST(FclContract, OfMeshesNeverReportsMoreClearanceThanFclDoesOfTheirHulls) {
     }
   }
   std::filesystem::remove(path);
-  EXPECT_GE(reduced, meshes - meshes / 5) << "of most a planner keeps fewer vertices than they have";
+  EXPECT_GE(reduced, meshes - meshes / 5) << "most meshes must have more vertices than a hull keeps";
   RecordProperty("pairs", std::to_string(pairs));
   std::printf("%ld pairs of %d meshes\n", pairs, meshes);
 }

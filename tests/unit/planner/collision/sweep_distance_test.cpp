@@ -1,4 +1,4 @@
-// Distances from what a moving body covers.
+// Distances from the volume that a moving body sweeps.
 #include <algorithm>
 #include <cmath>
 
@@ -25,20 +25,20 @@ world::Pose at(double x, double y, double z) {
   return world::pose_from_xyz_rpy({x, y, z}, Vector3d::Zero());
 }
 
-TEST(SweepDistance, OfABallThatPassesIsWhereItIsAbeam) {
+TEST(SweepDistance, IsMeasuredAbeamOfAPassingBall) {
   const auto d = sweep_between(world::Sphere{0.1}, at(0, 0, 0), world::Sphere{0.2}, at(-1, 0.5, 0), {{3, 0, 0}});
   EXPECT_NEAR(d.distance, 0.2, 1e-9);
   EXPECT_LT((d.n_W - Vector3d::UnitY()).norm(), 1e-6);
   EXPECT_LT((d.p_a_W - Vector3d(0, 0.1, 0)).norm(), 1e-6);
 }
 
-TEST(SweepDistance, OfWhatStopsShortIsAtItsEnd) {
+TEST(SweepDistance, IsMeasuredAtTheEndOfAShortWay) {
   const auto d = sweep_between(world::Sphere{0.1}, at(0, 0, 0), world::Sphere{0.2}, at(-1, 0, 0), {{0.5, 0, 0}});
   EXPECT_NEAR(d.distance, 0.2, 1e-9);
   EXPECT_LT((d.n_W + Vector3d::UnitX()).norm(), 1e-6);
 }
 
-TEST(SweepDistance, StraysGrowAlongTheWay) {
+TEST(SweepDistance, UncertaintyGrowsAlongTheWay) {
   // Balls of 0.1 and 0.3 around x = −1 and x = 1: their hull's side rises by (0.3 − 0.1)/2 = sin β, so with its normal
   // (−sin β, cos β) it is 0.2 from the origin, and the ball's centre 0.6 cos β.
   const auto d =
@@ -46,13 +46,13 @@ TEST(SweepDistance, StraysGrowAlongTheWay) {
   EXPECT_NEAR(d.distance, 0.6 * std::sqrt(1.0 - 0.01) - 0.2 - 0.1, 1e-8);
 }
 
-TEST(SweepDistance, OfWhatRunsThroughIsNone) {
+TEST(SweepDistance, IsZeroWhenTheWayPassesThrough) {
   const auto d = sweep_between(world::Sphere{0.1}, at(0, 0, 0), world::Box{{0.1, 0.1, 0.1}}, at(-1, 0, 0), {{3, 0, 0}});
   EXPECT_LE(d.distance, 0.0);
 }
 
-// Sampled: nothing that goes straight on is nearer on its way, and at some instant it is as near.
-TEST(SweepDistance, IsTheLeastOnTheWay) {
+// Samples of a straight motion: the body is never nearer than the distance, and as near at one instant.
+TEST(SweepDistance, IsTheMinimumOnTheWay) {
   test::Random random(3);
   int apart = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -77,8 +77,8 @@ TEST(SweepDistance, IsTheLeastOnTheWay) {
   EXPECT_GT(apart, 500);
 }
 
-// The claim of docs/design/0010-passing-obstacles.md: whatever it does within its acceleration.
-TEST(SweepDistance, NothingComesNearerWithinItsAcceleration) {
+// The claim of docs/design/0010-passing-obstacles.md, for all motions within the acceleration.
+TEST(SweepDistance, BoundsAllMotionsWithinTheAcceleration) {
   test::Random random(4);
   int apart = 0;
   double tightest = 1.0;
@@ -118,7 +118,7 @@ TEST(SweepDistance, NothingComesNearerWithinItsAcceleration) {
     }
   }
   EXPECT_GT(apart, 500);
-  EXPECT_LT(tightest, 1e-3) << "and somebody comes as near as that";
+  EXPECT_LT(tightest, 1e-3) << "the bound must be tight";
 }
 
 }  // namespace

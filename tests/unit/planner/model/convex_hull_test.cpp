@@ -131,7 +131,7 @@ TEST(ConvexHull, IsClosedAroundNearlyCoplanarPoints) {
   }
 }
 
-TEST(ConvexHull, FlatThinOrBrokenSetsHaveNone) {
+TEST(ConvexHull, IsEmptyForFlatThinOrNonFiniteSets) {
   EXPECT_FALSE(convex_hull(Points{}));
   EXPECT_FALSE(convex_hull(Points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
   EXPECT_FALSE(convex_hull(Points(10, Eigen::Vector3d(1, 2, 3))));

@@ -31,14 +31,14 @@ double highest_above(const world::ConvexHull& hull, const Points& points) {
   return highest;
 }
 
-TEST(EnclosingHull, SmallHullsStayAsTheyAre) {
+TEST(EnclosingHull, KeepsSmallHulls) {
   const auto cube =
       convex_hull(Points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}});
   ASSERT_TRUE(cube);
   EXPECT_EQ(enclosing_hull(*cube, 64).vertices, cube->vertices);
 }
 
-TEST(EnclosingHull, SphereNeedsNoMoreThan64VerticesAndFewPercent) {
+TEST(EnclosingHull, EnclosesASphereWith64VerticesAtSmallExcess) {
   std::mt19937_64 random(5);
   const Points points = sphere_points(3000, random);
   const auto hull = convex_hull(points);
@@ -65,7 +65,7 @@ TEST(EnclosingHull, EnclosesRandomHulls) {
   }
 }
 
-TEST(EnclosingHull, CylindersKeepTheirEnds) {
+TEST(EnclosingHull, KeepsTheEndsOfCylinders) {
   Points points;
   for (int i = 0; i < 360; ++i) {
     const double angle = std::numbers::pi * i / 180.0;
@@ -86,7 +86,7 @@ double outside(const PlacedCapsule& placed, const Eigen::Vector3d& p) {
   return q.norm() - placed.capsule.radius;
 }
 
-TEST(EnclosingCapsule, FindsTheCapsuleThatMadeThePoints) {
+TEST(EnclosingCapsule, RecoversTheCapsuleOfItsSurfacePoints) {
   std::mt19937_64 random(3);
   const Eigen::AngleAxisd turn(1.1, Eigen::Vector3d(3, 1, 2).normalized());
   const Eigen::Vector3d shift(0.4, -0.7, 1.5);
@@ -104,7 +104,7 @@ TEST(EnclosingCapsule, FindsTheCapsuleThatMadeThePoints) {
   EXPECT_LT((placed.X_FS.translation() - shift).norm(), 0.002);
 }
 
-TEST(EnclosingCapsule, EnclosesAnything) {
+TEST(EnclosingCapsule, EnclosesRandomPoints) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int trial = 0; trial < 100; ++trial) {

@@ -88,13 +88,13 @@ class Puma : public testing::Test {
   JointVector ready_ = (JointVector(6) << -0.3, -1.25, 3.5, 0, 0.89, 0).finished();
 };
 
-TEST_F(Puma, StartThatAlreadySolvesIsReturned) {
+TEST_F(Puma, ReturnsAStartThatSolves) {
   const auto q = inverse_kinematics(arm_, tool(arm_, ready_), ready_);
   ASSERT_TRUE(q);
   EXPECT_TRUE(q->isApprox(ready_, 1e-12));
 }
 
-TEST_F(Puma, NearbyGoalsAreReachedNearTheStart) {
+TEST_F(Puma, SolvesNearbyGoalsNearTheStart) {
   Pose X_WT = tool(arm_, ready_);
   X_WT.translation().z() += 0.03;
   const auto q = inverse_kinematics(arm_, X_WT, ready_);
@@ -102,7 +102,7 @@ TEST_F(Puma, NearbyGoalsAreReachedNearTheStart) {
   EXPECT_LT((*q - ready_).cwiseAbs().maxCoeff(), 0.3);
 }
 
-TEST_F(Puma, FullTurnsAreUnwoundTowardsTheStart) {
+TEST_F(Puma, UnwindsFullTurnsTowardsTheStart) {
   JointVector start = ready_;
   start[5] = 4.0;  // the same tool pose as 4 − 2π = −2.28, both within ±4.64
   JointVector goal = ready_;
@@ -112,7 +112,7 @@ TEST_F(Puma, FullTurnsAreUnwoundTowardsTheStart) {
   EXPECT_NEAR((*q)[5], 4.0, 1e-2);
 }
 
-TEST_F(Puma, OutOfReachIsNothing) {
+TEST_F(Puma, IsEmptyOutOfReach) {
   Pose X_WT = tool(arm_, ready_);
   X_WT.translation().x() += 3.0;
   EXPECT_FALSE(inverse_kinematics(arm_, X_WT, ready_));
@@ -121,7 +121,7 @@ TEST_F(Puma, OutOfReachIsNothing) {
   EXPECT_FALSE(inverse_kinematics(arm_, X_WT, ready_, position));
 }
 
-TEST_F(Puma, OnlyAcceptedSolutionsCount) {
+TEST_F(Puma, ReturnsAcceptedSolutionsOnly) {
   const Pose X_WT = tool(arm_, ready_);
   IkOptions options;
   options.task = IkTask::kPosition;
@@ -134,7 +134,7 @@ TEST_F(Puma, OnlyAcceptedSolutionsCount) {
   EXPECT_FALSE(inverse_kinematics(arm_, X_WT, ready_, options));
 }
 
-TEST_F(Puma, SameSeedSameSolution) {
+TEST_F(Puma, GivesTheSameSolutionForTheSameSeed) {
   std::mt19937_64 random(9);
   for (int i = 0; i < 50; ++i) {
     const Pose X_WT = tool(arm_, test::random_joints(arm_.limits, random));
@@ -147,7 +147,7 @@ TEST_F(Puma, SameSeedSameSolution) {
   }
 }
 
-TEST_F(Puma, TightenedLimitsAreKept) {
+TEST_F(Puma, KeepsTightenedLimits) {
   arm_.limits.lower[5] = -0.1;  // the cell file's, tighter than the URDF's
   arm_.limits.upper[5] = 0.1;
   std::mt19937_64 random(10);
@@ -161,7 +161,7 @@ TEST_F(Puma, TightenedLimitsAreKept) {
   EXPECT_GE(solved, 90);
 }
 
-TEST(FiveJoints, APoseThatTheyCannotTakeIsNotTakenSilently) {
+TEST(FiveJoints, RefuseAnUnreachablePose) {
   const Arm arm = place(test::kPuma5);
   const JointVector ready = (JointVector(5) << -0.3, -1.25, 3.5, 0, 0.89).finished();
   Pose X_WT = tool(arm, ready);

@@ -66,7 +66,7 @@ TEST_F(Puma, WristBendsSideways) {
   EXPECT_TRUE(X_WT.linear().col(2).isApprox(Eigen::Vector3d::UnitY(), 1e-9));
 }
 
-TEST_F(Puma, ReadyIsWhereTheUrdfSaysItIs) {
+TEST_F(Puma, ReadyPoseMatchesTheUrdf) {
   const Pose X_WT = tool_of(*model_, {-0.3, -1.25, 3.5, 0, 0.89, 0});
   EXPECT_TRUE(X_WT.translation().isApprox(Eigen::Vector3d(0.508, 0.0, 0.726), 2e-3));
   EXPECT_LT(X_WT.linear()(2, 2), -0.999);
@@ -92,7 +92,7 @@ TEST_F(Puma, MatchesTheClosedFormEverywhere) {
   }
 }
 
-TEST_F(Puma, FiveJointArmIsTheSameWithoutTheLastRoll) {
+TEST_F(Puma, FiveJointArmMatchesExceptTheLastRoll) {
   const auto five = load_urdf(test::kPuma5);
   ASSERT_EQ(five->joints(), 5);
   for (int i = 0; i < 100; ++i) {
@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(Arms, Jacobian, testing::Values("puma", "mixed"));
 /// Directions that kinematics take short cuts for, opposite ones, and one of no particular direction.
 class Axes : public testing::TestWithParam<std::array<double, 3>> {};
 
-TEST_P(Axes, AreTurnedAboutAndShiftedAlong) {
+TEST_P(Axes, RotateAboutOrTranslateAlongTheAxis) {
   // Two joints about and along the axis, on a base of no particular pose.
   const Eigen::Vector3d axis = Eigen::Map<const Eigen::Vector3d>(GetParam().data()).normalized();
   RobotModel model;
@@ -206,7 +206,7 @@ TEST_P(Axes, AreTurnedAboutAndShiftedAlong) {
   EXPECT_EQ(shorter.axis_W[0], kinematics.axis_W[0]);
 }
 
-TEST_F(Puma, JointsTakeTheirShortCuts) {
+TEST_F(Puma, JointsUseTheirSpecialCases) {
   for (const Link& link : model_->links) {
     EXPECT_EQ(link.motion, link.joint < 0 ? JointMotion::kFixed : JointMotion::kTurnsAboutZ) << link.name;
   }

@@ -104,7 +104,7 @@ class MeshFormats : public testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(MeshFormats, BoxBecomesItsEightCorners) {
+TEST_P(MeshFormats, ReadABoxAsItsEightCorners) {
   const test::TemporaryFolder folder;
   folder.write(std::string("arm/meshes/") + GetParam(), contents(box_mesh({0.1, 0.2, 0.4})));
   const std::string urdf =
@@ -127,7 +127,7 @@ TEST_P(MeshFormats, BoxBecomesItsEightCorners) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, MeshFormats, testing::Values("m.STL", "binary.stl", "m.obj", "m.dae"));
 
-TEST(Collada, UnitAppliesUpAxisDoesNotNodesDo) {
+TEST(Collada, AppliesUnitAndNodesButNotTheUpAxis) {
   const test::TemporaryFolder folder;
   const Mesh box = box_mesh({100, 200, 400});
   SourceFiles sources;
@@ -161,7 +161,7 @@ Mesh ball_mesh() {
   return mesh;
 }
 
-TEST(MeshShape, ManyVerticesAreSimplifiedToAnEnclosingHullAndReported) {
+TEST(MeshShape, SimplifiesManyVerticesToAnEnclosingHullWithANote) {
   const test::TemporaryFolder folder;
   const Mesh ball = ball_mesh();
   folder.write("ball.stl", binary_stl(ball));
@@ -178,7 +178,7 @@ TEST(MeshShape, ManyVerticesAreSimplifiedToAnEnclosingHullAndReported) {
   EXPECT_TRUE(test::has_note(*model, "an enclosing polyhedron of "));
 }
 
-TEST(MeshShape, CapsuleOnRequestWithItsExcess) {
+TEST(MeshShape, GivesACapsuleWithItsExcessOnRequest) {
   const test::TemporaryFolder folder;
   folder.write("box.obj", obj(box_mesh({0.1, 0.1, 0.6})));
   UrdfOptions options;
@@ -198,7 +198,7 @@ TEST(MeshShape, CapsuleOnRequestWithItsExcess) {
   EXPECT_TRUE(test::has_note(*model, "an enclosing capsule stands for mesh"));
 }
 
-TEST(MeshShape, BadMeshesAreRefused) {
+TEST(MeshShape, RefusesBadMeshes) {
   const test::TemporaryFolder folder;
   SourceFiles sources;
   const auto error = [&](const std::string& name, const std::string& text) -> std::string {
@@ -230,7 +230,7 @@ TEST(MeshShape, BadMeshesAreRefused) {
 }
 
 // Two boxes of 1 litre each, 0.2 m apart: their hull has 4 litres.
-TEST(Mesh, OfAConcaveOneTheHullsExcessIsTold) {
+TEST(Mesh, NotesTheExcessOfTheHullOfAConcaveMesh) {
   Mesh mesh = box_mesh({0.1, 0.1, 0.1});
   for (const Eigen::Vector3d& v : box_mesh({0.1, 0.1, 0.1}).vertices)
     mesh.vertices.push_back(v + Eigen::Vector3d(0.3, 0, 0));
@@ -245,7 +245,7 @@ TEST(Mesh, OfAConcaveOneTheHullsExcessIsTold) {
   mesh.triangles.pop_back();
   folder.write("m.stl", stl(mesh));
   const auto open = load();
-  EXPECT_EQ(open->geometry.back().excess_volume, 0.0) << "nobody knows";
+  EXPECT_EQ(open->geometry.back().excess_volume, 0.0) << "the volume of an open mesh is unknown";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Which self-collision pairs remain, with the exact distances that robots run.
+// The self-collision pairs that the filter keeps, with exact distances.
 
 #include "planner/collision/model_filter.hpp"
 
@@ -37,7 +37,7 @@ Names names(const RobotModel& model) {
   return result;
 }
 
-TEST(ModelFilter, PumaCanOnlyHitItsOwnBase) {
+TEST(ModelFilter, KeepsOnlyPairsOfThePumaWithItsBase) {
   // Smallest distances over 4,000 random configurations, computed apart from this project with the same dimensions:
   // base to forearm 16 mm, to wrist roll 10 mm, to wrist bend −10 mm, to flange −31 mm; all other pairs 51 mm and more.
   const Names expected{
@@ -48,7 +48,7 @@ TEST(ModelFilter, PumaCanOnlyHitItsOwnBase) {
   EXPECT_EQ(names(*load_arm_model(test::kPuma5)), expected);
 }
 
-TEST(ModelFilter, DroppedPairsStayApart) {
+TEST(ModelFilter, DropsOnlyPairsThatStayApart) {
   const auto all = load_urdf(test::kPuma);
   const auto filtered = load_arm_model(test::kPuma);
   const std::set<std::pair<int, int>> kept(filtered->self_pairs.begin(), filtered->self_pairs.end());
@@ -63,7 +63,7 @@ TEST(ModelFilter, DroppedPairsStayApart) {
   }
 }
 
-TEST(ModelFilter, ReadyIsWellClearOfItself) {
+TEST(ModelFilter, ReadyPoseIsClearOfSelfCollision) {
   for (const std::string& urdf : {test::kPuma, test::kPuma5}) {
     const auto model = load_urdf(urdf);
     JointVector ready = JointVector::Zero(model->joints());
@@ -80,7 +80,7 @@ std::string planar(const std::string& extra_on_c, const std::string& limit) {
                      joint("j2", "revolute", "a", "b", inside) + joint("j3", "revolute", "b", "c", inside));
 }
 
-TEST(ModelFilter, PairsThatAlwaysTouchAreDropped) {
+TEST(ModelFilter, DropsPairsThatAlwaysTouch) {
   // A ball of 3 m on the tip encloses link a in every configuration (a is at most 2 m away), but b only as neighbour;
   // the base, at most 3 m away, too: 3 − 0.05 < 3.
   const test::TemporaryFolder folder;
@@ -91,7 +91,7 @@ TEST(ModelFilter, PairsThatAlwaysTouchAreDropped) {
   for (const auto& pair : names(*model)) EXPECT_NE(pair.second, "c");
 }
 
-TEST(ModelFilter, PairsThatSometimesTouchStay) {
+TEST(ModelFilter, KeepsPairsThatSometimesTouch) {
   const test::TemporaryFolder folder;
   const std::string limit = R"(<limit lower="-3.1" upper="3.1" effort="1" velocity="1"/>)";
   const auto model =
@@ -117,7 +117,7 @@ TEST(SeparationProof, IsTightOnAPlanarArm) {
   EXPECT_FALSE(proven_apart(*model, base, b, distance, 0.97, 2));  // too few evaluations to tell
 }
 
-TEST(SeparationProof, NeverClaimsWhatRandomSearchRefutes) {
+TEST(SeparationProof, IsNeverRefutedByRandomSearch) {
   // Arms with random geometry, skew axes and a prismatic joint: a proof must hold in every random configuration.
   std::mt19937_64 random(12);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

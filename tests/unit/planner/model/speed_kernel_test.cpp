@@ -1,7 +1,6 @@
-// Bounds on speeds against the speeds of points, and one instruction set against the other.
-#include "planner/model/kinematics_kernels.hpp"
-
+// Bounds on speeds against the speeds of points, and instruction sets against each other.
 #include "planner/model/kinematics.hpp"
+#include "planner/model/kinematics_kernels.hpp"
 #include "planner/simd/instruction_set.hpp"
 #include "tests/unit/planner/model/support.hpp"
 
@@ -50,7 +49,7 @@ class SpeedBound : public testing::TestWithParam<bool> {
   std::mt19937_64 random_{11};
 };
 
-TEST_P(SpeedBound, NoPointOfABallIsFaster) {
+TEST_P(SpeedBound, HoldsForAllPointsOfABall) {
   std::normal_distribution<double> normal;
   double tightest = 0.0;
   for (int trial = 0; trial < 2000; ++trial) {
@@ -69,10 +68,10 @@ TEST_P(SpeedBound, NoPointOfABallIsFaster) {
       if (ball.joints > 0) tightest = std::max(tightest, speed / ball.fastest);
     }
   }
-  EXPECT_GT(tightest, 0.95);  // a bound that is ever reached, nearly
+  EXPECT_GT(tightest, 0.95);  // the bound is nearly reached
 }
 
-TEST_P(SpeedBound, InstructionSetsAgreeToTheLastBit) {
+TEST_P(SpeedBound, IsBitIdenticalForAllInstructionSets) {
   if (!has_avx2()) GTEST_SKIP();
   for (int trial = 0; trial < 500; ++trial) {
     Drawn one(*model_, random_);

@@ -24,7 +24,7 @@ int pairs_with(const RobotModel& model, const std::string& link) {
   return count;
 }
 
-TEST(Srdf, DisablesPairsEitherWayRound) {
+TEST(Srdf, DisablesPairsInEitherOrder) {
   const auto model = puma_with(puma(R"(<disable_collisions link1="base_link" link2="forearm" reason="Never"/>
                                        <disable_collisions link1="flange" link2="shoulder"/>)"));
   EXPECT_EQ(model->self_pairs.size(), 13U);
@@ -39,14 +39,14 @@ TEST(Srdf, DisablesByDefaultUnlessEnabled) {
   EXPECT_EQ(model->self_pairs.size(), 11U);
 }
 
-TEST(Srdf, UnknownLinksAreSkippedWithOneNote) {
+TEST(Srdf, SkipsUnknownLinksWithOneNote) {
   const auto model = puma_with(puma(R"(<disable_collisions link1="camera" link2="forearm"/>
                                        <disable_collisions link1="camera" link2="base_link"/>)"));
   EXPECT_EQ(model->self_pairs.size(), 15U);
   EXPECT_TRUE(test::has_note(*model, "link 'camera' does not exist in the URDF and is skipped"));
 }
 
-TEST(Srdf, GroupStatesBecomeNamedConfigurations) {
+TEST(Srdf, ReadsGroupStatesAsNamedConfigurations) {
   const auto model = puma_with(puma(R"(
       <group name="arm"><chain base_link="base_link" tip_link="tool0"/></group>
       <group_state name="ready" group="arm">
@@ -64,7 +64,7 @@ TEST(Srdf, GroupStatesBecomeNamedConfigurations) {
   EXPECT_TRUE(test::has_note(*model, "group_state 'outside' is skipped: joint 'joint1' = 3"));
 }
 
-TEST(Srdf, BadFilesAreRefused) {
+TEST(Srdf, RefusesBadFiles) {
   const auto error = [](const std::string& text) -> std::string {
     try {
       puma_with(text);

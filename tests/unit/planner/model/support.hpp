@@ -1,5 +1,5 @@
 #pragma once
-/// What the model's tests share: files that go away again, small URDFs, random joints.
+/// Helpers of the model's tests: temporary files, small URDFs, random joints.
 
 #include <cstdlib>
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Which joints move the tool, and what happens to all others.
+// The joints that move the tool, and the treatment of all others.
 
 #include <cmath>
 
@@ -25,7 +25,7 @@ std::string finger(const std::string& name, const std::string& limit, const std:
 
 const std::string kOpening = R"(<limit lower="0.02" upper="0.08" effort="1" velocity="1"/>)";
 
-TEST(UrdfChain, FingersAreHeldAtTheNearestLimitAndMimicsFollow) {
+TEST(UrdfChain, FixesFingersAtTheNearestLimitAndMimicsWithThem) {
   UrdfOptions options;
   options.tool_link = "hand";
   const auto model = load_text(robot(kHand + finger("left", kOpening) +
@@ -49,19 +49,19 @@ TEST(UrdfChain, FingersAreHeldAtTheNearestLimitAndMimicsFollow) {
   EXPECT_EQ(model->self_pairs.size(), 3U);
 }
 
-TEST(UrdfChain, EqualChainsNeedAToolLink) {
+TEST(UrdfChain, RefusesEqualChainsWithoutToolLink) {
   const std::string message = test::error_of(robot(kHand + finger("left", kOpening) + finger("right", kOpening)));
   EXPECT_NE(message.find("both have 3 joints; say which link is the tool"), std::string::npos) << message;
 }
 
-TEST(UrdfChain, TheLongestChainIsTheArm) {
+TEST(UrdfChain, TakesTheLongestChain) {
   const auto model = load_text(robot(kHand + ball_link("lamp") + joint("nod", "revolute", "base", "lamp", kLimit)));
   EXPECT_EQ(model->joint_names, (std::vector<std::string>{"shoulder", "wrist"}));
   EXPECT_EQ(model->links[model->tool_link].name, "hand");
   EXPECT_TRUE(has_note(*model, "joint 'nod' is outside the chain"));
 }
 
-TEST(UrdfChain, AmongFramesOfTheLastBodyTool0Wins) {
+TEST(UrdfChain, PrefersTool0AmongFramesOfTheLastBody) {
   const std::string frames = R"(<link name="a_frame"/><link name="tool0"/><link name="far"/>)" +
                              joint("f1", "fixed", "hand", "a_frame") + joint("f2", "fixed", "hand", "tool0") +
                              joint("f3", "fixed", "a_frame", "far");
@@ -73,7 +73,7 @@ TEST(UrdfChain, AmongFramesOfTheLastBodyTool0Wins) {
   EXPECT_EQ(far->links[far->tool_link].name, "far");
 }
 
-TEST(UrdfChain, CoupledMechanismsAreRefused) {
+TEST(UrdfChain, RefusesCoupledMechanisms) {
   const std::string in_chain =
       robot(ball_link("base") + ball_link("a") + ball_link("b") + joint("j1", "revolute", "base", "a", kLimit) +
             joint("j2", "revolute", "a", "b", kLimit + R"(<mimic joint="j1"/>)"));
@@ -84,7 +84,7 @@ TEST(UrdfChain, CoupledMechanismsAreRefused) {
   EXPECT_TRUE(has_note(*load_text(robot(kHand + R"(<link name="rod"/>)" + rod)), "'rod_joint' follows joint 'wrist'"));
 }
 
-TEST(UrdfChain, CapacitiesAreLimits) {
+TEST(UrdfChain, RefusesMoreJointsOrLinksThanTheCapacity) {
   std::string links = ball_link("l0");
   for (int i = 1; i <= 16; ++i) {
     links += ball_link("l" + std::to_string(i)) +

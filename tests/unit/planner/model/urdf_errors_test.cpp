@@ -1,4 +1,4 @@
-// Every way in which a URDF is refused, and the sentence that says so.
+// Every reason to refuse a URDF, and its sentence.
 
 #include "tests/unit/planner/model/support.hpp"
 
@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "link 'a', which joint 'j' moves, has no collision geometry"}),
     test::CaseName());
 
-TEST(BadFiles, MissingAndFolder) {
+TEST(BadFiles, AreMissingOrAFolder) {
   const test::TemporaryFolder folder;
   const auto message = [](const std::string& path) -> std::string {
     try {
@@ -158,7 +158,7 @@ TEST(BadFiles, MissingAndFolder) {
   EXPECT_NE(message(folder.path("")).find("must be a regular file"), std::string::npos);
 }
 
-TEST(BadOptions, DefaultsMustBePositive) {
+TEST(BadOptions, AreRefusedUnlessPositive) {
   UrdfOptions options;
   options.default_velocity = 0.0;
   EXPECT_NE(test::error_of(two_links("revolute", kLimit), options).find("default velocity"), std::string::npos);

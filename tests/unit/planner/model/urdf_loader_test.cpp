@@ -45,7 +45,7 @@ TEST(UrdfLoader, ReadsThePuma) {
   EXPECT_TRUE(model->geometry[0].X_LS.translation().isApprox(Eigen::Vector3d(0, 0, 0.295)));
 }
 
-TEST(UrdfLoader, PairsOfOneBodyAndOfNeighboursAreNotChecked) {
+TEST(UrdfLoader, LeavesOutPairsOfOneBodyAndOfNeighbours) {
   // 7 shapes on 7 bodies: 21 pairs, less 6 neighbours.
   EXPECT_EQ(load_urdf(test::kPuma)->self_pairs.size(), 15U);
   // Without joint 6 the wrist and the flange are one body: 21 − 1 − the 5 joints' pairs, of which the wrist roll's
@@ -53,7 +53,7 @@ TEST(UrdfLoader, PairsOfOneBodyAndOfNeighboursAreNotChecked) {
   EXPECT_EQ(load_urdf(test::kPuma5)->self_pairs.size(), 21U - 1U - 6U);
 }
 
-TEST(UrdfLoader, ReadsAllPrimitivesSeveralALink) {
+TEST(UrdfLoader, ReadsSeveralPrimitivesPerLink) {
   const auto model = load_text(robot(
       R"(<link name="base"/><link name="a">
          <visual><geometry><mesh filename="package://nowhere/not_needed.dae"/></geometry></visual>
@@ -70,7 +70,7 @@ TEST(UrdfLoader, ReadsAllPrimitivesSeveralALink) {
   EXPECT_TRUE(has_note(*model, "the base, link 'base', has no collision geometry"));
 }
 
-TEST(UrdfLoader, JointTypesLimitsAndAxes) {
+TEST(UrdfLoader, ReadsJointTypesLimitsAndAxes) {
   const auto model =
       load_text(robot(ball_link("base") + ball_link("a") + ball_link("b") + ball_link("c") +
                       joint("slide", "prismatic", "base", "a",
@@ -97,7 +97,7 @@ TEST(UrdfLoader, SoftLimitsTightenTheRange) {
   EXPECT_DOUBLE_EQ(model->limits.upper[0], 2.0);
 }
 
-TEST(UrdfLoader, VelocityDefaultsOnlyWhenGiven) {
+TEST(UrdfLoader, UsesTheDefaultVelocityOnlyWhenGiven) {
   const std::string urdf = robot(ball_link("base") + ball_link("a") + ball_link("b") +
                                  joint("missing", "revolute", "base", "a", R"(<limit lower="-1" upper="1"/>)") +
                                  joint("zero", "continuous", "a", "b", R"(<limit effort="0" velocity="0"/>)"));
@@ -111,7 +111,7 @@ TEST(UrdfLoader, VelocityDefaultsOnlyWhenGiven) {
   EXPECT_TRUE(has_note(*model, "joint 'zero' has no velocity limit"));
 }
 
-TEST(UrdfLoader, ToolFrameIsTheOptionsOnTheToolLink) {
+TEST(UrdfLoader, PlacesTheToolFrameOnTheToolLink) {
   UrdfOptions options;
   options.tool_link = "forearm";
   options.X_LT.translation() << 0, -0.1, 0;
@@ -126,7 +126,7 @@ TEST(UrdfLoader, ToolFrameIsTheOptionsOnTheToolLink) {
   EXPECT_TRUE(has_note(*model, "joint 'joint6' is outside the chain"));
 }
 
-TEST(UrdfLoader, BareLinksOnlyWhenAllowed) {
+TEST(UrdfLoader, AcceptsBareLinksOnlyWhenAllowed) {
   const std::string urdf = robot(ball_link("base") + R"(<link name="bare"/><link name="frame"/>)" + ball_link("a") +
                                  joint("j1", "revolute", "base", "bare", kLimit) +
                                  joint("f", "fixed", "bare", "frame") + joint("j2", "revolute", "frame", "a", kLimit));
@@ -142,7 +142,7 @@ TEST(UrdfLoader, BareLinksOnlyWhenAllowed) {
       "");
 }
 
-TEST(UrdfLoader, IsSilent) {
+TEST(UrdfLoader, PrintsNothing) {
   testing::internal::CaptureStderr();
   testing::internal::CaptureStdout();
   std::ignore = load_urdf(test::kPuma);

@@ -1,4 +1,4 @@
-// Whatever is done to a URDF, it either loads or is refused with a sentence.
+// A damaged URDF either loads or is refused with a sentence.
 
 #include <array>
 #include <sstream>
@@ -96,7 +96,7 @@ void expect_sound(const RobotModel& model) {
   }
 }
 
-TEST(UrdfMutation, TwoThousandDamagedCopiesLoadOrAreRefused) {
+TEST(UrdfMutation, LoadsOrRefusesTwoThousandDamagedCopies) {
   std::string text = read(test::kPuma);
   text.erase(0, text.find("<robot"));  // mutations of the comment teach nothing
   Mutator mutator(text);

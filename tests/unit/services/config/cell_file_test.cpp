@@ -1,4 +1,4 @@
-// Cell files that load, and what they become.
+// Cell files that load, and their values.
 
 #include "services/config/cell_file.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 
 const std::string kCells = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/";
 
-TEST(CellFileTest, ThreePumaIsWhatItsFileSays) {
+TEST(CellFileTest, ReadsThreePuma) {
   const CellFile file = load_cell_file(kCells + "three_puma.yaml");
   EXPECT_EQ(file.cell.name, "three_puma");
   EXPECT_EQ(file.network.domain, 42);
@@ -38,7 +38,7 @@ TEST(CellFileTest, ThreePumaIsWhatItsFileSays) {
   EXPECT_EQ(file.cell.arms[0].arm.model, file.cell.arms[2].arm.model);
 }
 
-TEST(CellFileTest, ThreeHostsPutsEachArmOnAHostOfItsOwn) {
+TEST(CellFileTest, ReadsAHostForEachArmOfThreeHosts) {
   const CellFile file = load_cell_file(kCells + "three_hosts.yaml");
   EXPECT_EQ(file.network.discovery, Discovery::kUnicast);
   std::set<std::string> addresses;
@@ -49,7 +49,7 @@ TEST(CellFileTest, ThreeHostsPutsEachArmOnAHostOfItsOwn) {
   EXPECT_EQ(used.size(), 5U);
 }
 
-TEST(CellFileTest, ThreeMachinesHasAStandbyForEachPlannerAndTheSupervisor) {
+TEST(CellFileTest, ReadsStandbysOfThreeMachines) {
   const CellFile file = load_cell_file(kCells + "three_machines.yaml");
   EXPECT_EQ(file.hosts.size(), 3U);
   EXPECT_EQ(file.arm_hosts[1].host, "right-pc");
@@ -57,8 +57,8 @@ TEST(CellFileTest, ThreeMachinesHasAStandbyForEachPlannerAndTheSupervisor) {
   for (const ArmHosts& arm : file.arm_hosts) EXPECT_FALSE(arm.standby_host.empty());
 }
 
-// Whoever follows the guide copies that file: its table and its excerpts say the same.
-TEST(CellFileTest, TheGuideSaysWhatItsCellFileDoes) {
+// Users of the guide copy that file: the guide's table and excerpts must match it.
+TEST(CellFileTest, MatchesTheGuide) {
   std::ifstream guide(std::string(HECATON_SOURCE_DIR) + "/docs/tutorials/three-machines.md");
   const std::string text{std::istreambuf_iterator<char>(guide), {}};
   EXPECT_NE(text.find("cells/three_machines.yaml /etc/hecaton/cell.yaml"), std::string::npos);

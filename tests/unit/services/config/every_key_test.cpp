@@ -129,7 +129,7 @@ TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
   for (const Section* section : all_sections()) {
     for (const std::string_view key : section->keys) {
       if (key == "pose_sequence" || key == "file" || key == "areas" || key == "spread" || key == "mean_wait")
-        continue;  // see RouteTest, AreasTest
+        continue;  // see PoseSequenceTest, AreasTest
       EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
     }
   }
@@ -347,7 +347,7 @@ TEST(SmallestCellTest, DefaultsAreTheDocumentedOnes) {
   EXPECT_DOUBLE_EQ(file.cell.tasks.radius, 0.0);
 }
 
-TEST(RouteTest, NamesPosesInOrder) {
+TEST(PoseSequenceTest, NamesPosesInOrder) {
   const CellFile file = parse_cell_file(
       "name: tiny\ntasks: {pose_sequence: [there, home], time_limit: 9s}\n"
       "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1], there: [1, 1]}}]\n",
@@ -377,7 +377,7 @@ TEST(AreasTest, NamePosesOfArms) {
   EXPECT_THROW(cell("centre: [0, 0, 0], spread: 1"), ConfigError);
 }
 
-TEST(SrdfPosesTest, ServeWhereTheCellFileNamesNone) {
+TEST(SrdfPosesTest, AreUsedWithoutPosesInTheCellFile) {
   const CellFile file = parse_cell_file(
       "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, srdf: urdf/planar_2r.srdf, limits: {upper: [2, "
       "2]}}]\n",
@@ -386,7 +386,7 @@ TEST(SrdfPosesTest, ServeWhereTheCellFileNamesNone) {
   EXPECT_FALSE(file.cell.arms[0].arm.named.contains("wide"));  // outside the cell file's limits
 }
 
-TEST(SharedMemoryTest, IsForOneHost) {
+TEST(SharedMemoryTest, IsAllowedForOneHost) {
   const CellFile file = parse_cell_file(
       "name: tiny\nnetwork: {transport: shm}\n"
       "arms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n",

@@ -10,7 +10,7 @@
 namespace hecaton::config {
 namespace {
 
-/// What reading says of a file with this text; empty: nothing.
+/// The message with which `read` refuses a file with this text; empty: none.
 template <typename Read>
 std::string refusal(const std::string& text, const Read& read) {
   const auto path = std::filesystem::temp_directory_path() / ("moveit" + std::to_string(::getpid()) + ".yaml");
@@ -44,7 +44,7 @@ MoveItScene scene_of(const std::string& text) {
   return scene;
 }
 
-TEST(MoveItScene, IsReadAsItsBenchmarksAndAsRosWriteIt) {
+TEST(MoveItScene, ReadsFilesOfBenchmarksAndOfRos) {
   const MoveItScene lists = scene_of(scene_with(kBox));
   const MoveItScene maps = scene_of(scene_with(
       "header: {seq: 0, stamp: {secs: 0, nsecs: 0}, frame_id: world}, id: a, type: {key: '', db: ''}, operation: 0, "
@@ -63,19 +63,19 @@ TEST(MoveItScene, IsReadAsItsBenchmarksAndAsRosWriteIt) {
   EXPECT_NE(maps.notes[0].find("world.collision_objects[0]: subframe_names is not read"), std::string::npos);
 }
 
-TEST(MoveItScene, SaysWhichRobotItIsFor) {
+TEST(MoveItScene, ReadsTheRobotName) {
   EXPECT_EQ(scene_of(scene_with(kBox)).robot, "");
   EXPECT_EQ(scene_of(scene_with(kBox, "robot_model_name: ur5\n")).robot, "ur5");
 }
 
-TEST(MoveItScene, SaysWhatDoesNotMatter) {
+TEST(MoveItScene, NotesIgnoredKeys) {
   const MoveItScene scene = scene_of(scene_with(
       kBox, "allowed_collision_matrix: {entry_names: [a]}\nrobot_state: {joint_state: {name: [j], position: [0]}}\n"));
   ASSERT_EQ(scene.notes.size(), 1U);
   EXPECT_NE(scene.notes[0].find("allowed_collision_matrix, robot_state are not read"), std::string::npos);
 }
 
-TEST(MoveItScene, RefusesWhatItDoesNotUnderstand) {
+TEST(MoveItScene, RefusesUnknownContent) {
   const auto refused = [](const std::string& text, const std::string& says) {
     const std::string said = refusal(text, [](const std::string& path) { static_cast<void>(read_moveit_scene(path)); });
     EXPECT_NE(said.find(says), std::string::npos) << says << "\n" << said << "\n" << text;
@@ -122,7 +122,7 @@ std::string request_with(const std::string& goal, const std::string& more = "",
 
 constexpr const char* kJoint = "joint_constraints: [{joint_name: j, position: 1, tolerance_above: 0.1, weight: 1}]";
 
-TEST(MoveItRequest, IsReadWithItsTolerances) {
+TEST(MoveItRequest, ReadsConstraintsWithTolerances) {
   MoveItRequest request;
   const std::string text =
       request_with(kJoint, "path_constraints: {name: '', joint_constraints: []}\nmax_velocity_scaling_factor: 1\n");
@@ -132,7 +132,7 @@ TEST(MoveItRequest, IsReadWithItsTolerances) {
   EXPECT_TRUE(request.notes.empty());
 }
 
-TEST(MoveItRequest, RefusesWhatItDoesNotUnderstand) {
+TEST(MoveItRequest, RefusesUnknownContent) {
   const auto refused = [](const std::string& text, const std::string& says) {
     const std::string said =
         refusal(text, [](const std::string& path) { static_cast<void>(read_moveit_request(path)); });
@@ -168,7 +168,7 @@ TEST(MoveItRequest, RefusesWhatItDoesNotUnderstand) {
   refused(request_with(kJoint, "group_name: [arm]\n"), "group_name = [arm] must be");
 }
 
-TEST(MoveItRequest, SaysWhichGroupItIsFor) {
+TEST(MoveItRequest, ReadsTheGroupName) {
   MoveItRequest request;
   const auto read = [&](const std::string& path) { request = read_moveit_request(path); };
   EXPECT_EQ(
@@ -180,7 +180,7 @@ TEST(MoveItRequest, SaysWhichGroupItIsFor) {
   EXPECT_EQ(request.group, "");
 }
 
-TEST(MoveItRequest, GroupsAreThoseOfTheSrdf) {
+TEST(MoveItRequest, ReadsGroupsOfTheSrdf) {
   std::vector<std::string> groups;
   EXPECT_EQ(refusal("<robot name='r'><group name='arm'/><link/><group name='all'><group name='arm'/></group></robot>",
                     [&](const std::string& path) { groups = groups_of_srdf(path); }),

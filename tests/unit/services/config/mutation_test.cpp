@@ -1,4 +1,4 @@
-// Damaged cell files: whatever happens to their bytes or lines, reading them ends in a cell or in a ConfigError.
+// Damaged cell files either load or throw a ConfigError.
 
 #include <algorithm>
 #include <fstream>
@@ -91,7 +91,7 @@ class Mutator {
   std::mt19937_64 random_{20240611};
 };
 
-TEST(MutationTest, LoadsOrSaysWhyNot) {
+TEST(MutationTest, LoadsOrRefusesDamagedFiles) {
   Mutator mutator(read_lines(kPath));
   int loaded = 0;
   int rejected = 0;
@@ -108,7 +108,7 @@ TEST(MutationTest, LoadsOrSaysWhyNot) {
       ++rejected;
     }  // anything else that is thrown fails the test
   }
-  // Neither all harmless nor all fatal: both ways out were taken many times.
+  // Both outcomes must occur many times.
   EXPECT_GT(loaded, kMutations / 20);
   EXPECT_GT(rejected, kMutations / 20);
 }

@@ -1,4 +1,4 @@
-// What an obstacle may be and where it may be put: the rules that cell file and edits share.
+// The rules for obstacles and their poses, which cell file and edits share.
 
 #include "services/config/obstacle_rules.hpp"
 
@@ -24,7 +24,7 @@ std::string key_of_complaint(const world::Obstacle& obstacle) {
   return complaint ? complaint->key : "";
 }
 
-TEST(ObstacleRulesTest, NameWhatIsWrongByItsKey) {
+TEST(ObstacleRulesTest, NameTheKeyOfTheError) {
   EXPECT_EQ(key_of_complaint(ball(0.1)), "");
   EXPECT_EQ(key_of_complaint(ball(0.0)), "shapes[0].radius");
   EXPECT_EQ(key_of_complaint(ball(std::numeric_limits<double>::quiet_NaN())), "shapes[0].radius");
@@ -46,7 +46,7 @@ TEST(ObstacleRulesTest, NameWhatIsWrongByItsKey) {
   EXPECT_EQ(key_of_complaint(obstacle), "pose.rpy");
 }
 
-TEST(ObstacleRulesTest, HoldForEveryMotion) {
+TEST(ObstacleRulesTest, ApplyToEveryMotion) {
   const auto moving = [](const world::Motion& motion) {
     world::Obstacle obstacle = ball(0.1);
     obstacle.motion = motion;
@@ -68,7 +68,7 @@ TEST(ObstacleRulesTest, HoldForEveryMotion) {
   EXPECT_EQ(moving(weightless), "motion.mass");
 }
 
-TEST(ObstacleRulesTest, WhatIsCarriedIsNearTheTool) {
+TEST(ObstacleRulesTest, RefuseCarriedObstaclesFarFromTheTool) {
   world::Obstacle obstacle = ball(0.1);
   obstacle.attachment = world::Attachment{"left", world::Pose::Identity()};
   obstacle.attachment->X_TO.translation().z() = 0.19;  // its nearest point is 0.09 m away
@@ -77,7 +77,7 @@ TEST(ObstacleRulesTest, WhatIsCarriedIsNearTheTool) {
   EXPECT_EQ(key_of_complaint(obstacle), "attached_to.pose");
 }
 
-TEST(ObstacleRulesTest, NamesAreUniqueAmongArmsAndObstacles) {
+TEST(ObstacleRulesTest, RefuseNamesOfArmsAndOtherObstacles) {
   const std::vector<std::string> arms{"left"};
   const std::vector<std::string> obstacles{"crate"};
   EXPECT_FALSE(complain_about_name("ball", arms, obstacles));
@@ -87,7 +87,7 @@ TEST(ObstacleRulesTest, NamesAreUniqueAmongArmsAndObstacles) {
 
 // At home the tool of arm north is at (0.4806, −0.15, 1.4507) [m], 0.03 m beyond the centre of the rounded end of its
 // flange, whose radius is 0.03 m: a ball of 0.05 m around the tool overlaps it by 0.05 + 0.03 − 0.03 = 0.05 m.
-TEST(ObstaclePlaceTest, IsClearOfWhatJointsMove) {
+TEST(OverlapWithArmsTest, FindsOverlapsWithMovingBodies) {
   const CellFile file = load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml");
   std::vector<std::optional<planner::JointVector>> q;
   for (const auto& planned : file.cell.arms) q.emplace_back(planned.arm.home());

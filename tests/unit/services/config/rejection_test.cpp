@@ -1,4 +1,5 @@
-// Every bad cell file in tests/data/bad is rejected with one sentence that holds what its "# expect:" lines say.
+// The reader rejects every cell file in tests/data/bad with one sentence that contains the text of its "# expect:"
+// lines.
 
 #include <algorithm>
 #include <filesystem>
@@ -37,7 +38,7 @@ std::vector<std::string> expected_pieces(const std::string& path) {
 
 class RejectionTest : public testing::TestWithParam<std::string> {};
 
-TEST_P(RejectionTest, NamesFileKeyValueAndWhatIsAllowed) {
+TEST_P(RejectionTest, NamesFileKeyValueAndRule) {
   const std::string path = kFolder + "/" + GetParam() + ".yaml";
   const auto pieces = expected_pieces(path);
   ASSERT_FALSE(pieces.empty()) << "no '# expect:' line";
@@ -57,7 +58,7 @@ TEST_P(RejectionTest, NamesFileKeyValueAndWhatIsAllowed) {
 INSTANTIATE_TEST_SUITE_P(BadCells, RejectionTest, testing::ValuesIn(bad_files()),
                          [](const auto& param_info) { return param_info.param; });
 
-TEST(RejectionOfFilesTest, NamesWhatCannotBeRead) {
+TEST(RejectionOfFilesTest, NamesUnreadableFiles) {
   for (const std::string& path : {kFolder + "/there_is_none.yaml", kFolder}) {
     try {
       static_cast<void>(load_cell_file(path));
@@ -69,7 +70,7 @@ TEST(RejectionOfFilesTest, NamesWhatCannotBeRead) {
 }
 
 // 20 levels of lists whose items are aliases of the level below would be a million values.
-TEST(RejectionOfFilesTest, AliasesDoNotExplode) {
+TEST(RejectionOfFilesTest, LimitsTheExpansionOfAliases) {
   std::ostringstream text;
   text << "name: bomb\na0: &a0 [1, 1]\n";
   for (int level = 1; level < 20; ++level) {
@@ -78,7 +79,7 @@ TEST(RejectionOfFilesTest, AliasesDoNotExplode) {
   EXPECT_THROW(static_cast<void>(parse_cell_file(text.str(), "bomb.yaml")), ConfigError);
 }
 
-TEST(RejectionOfFilesTest, DeepNestingIsAnErrorAndNoStackOverflow) {
+TEST(RejectionOfFilesTest, RefusesDeepNesting) {
   const std::string text = "name: " + std::string(100'000, '[');
   EXPECT_THROW(static_cast<void>(parse_cell_file(text, "deep.yaml")), ConfigError);
 }

@@ -1,4 +1,4 @@
-// The doubts of `hecaton check`. The arm is two links of 1 m in a plane, 2 rad/s, 10 rad/s²; numbers by hand.
+// The findings of `hecaton check`. The arm is two links of 1 m in a plane, 2 rad/s, 10 rad/s²; numbers by hand.
 
 #include "services/config/validate.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 const std::string kReadyCells = std::string(HECATON_SOURCE_DIR) + "/deploy/cells";
 const std::string kInlineFile = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml";
 
-// Dampers about which nothing is to be said: 20 ms at 0.5 m/s are 10 mm, and 0.5 m/s · (0.2 s + 10 ms) = 105 mm.
+// Dampers without findings: 20 ms at 0.5 m/s are 10 mm, and 0.5 m/s · (0.2 s + 10 ms) = 105 mm.
 const std::string kDamper =
     "    damper: {security_distance: 0.02, influence_distance: 0.13, self_influence_distance: 0.13, "
     "convergence_speed: 0.5}\n";
@@ -30,7 +30,7 @@ const std::string kHead = "name: test\ntasks: {centre: [1.5, 0, 0], radius: 0.2,
 
 std::vector<Finding> findings_of(const std::string& text) {
   std::vector<Finding> findings = validate(parse_cell_file(text, kInlineFile));
-  // What the model's loader has to say is no concern here.
+  // Notes of the model's loader do not matter here.
   std::erase_if(findings, [](const Finding& one) { return one.sentence.find(".urdf: ") != std::string::npos; });
   return findings;
 }
@@ -45,12 +45,12 @@ void expect_only(const std::string& text, Severity severity, const std::vector<s
   }
 }
 
-TEST(ValidateTest, NothingToSayAboutASoundCell) {
+TEST(ValidateTest, FindsNothingInASoundCell) {
   const auto findings = findings_of(kHead + arm("left", "[0, 1]"));
   EXPECT_TRUE(findings.empty()) << findings[0].sentence;
 }
 
-TEST(ValidateTest, ReadyCellsWork) {
+TEST(ValidateTest, FindsNoErrorInReadyCells) {
   int cells = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kReadyCells)) {
     if (entry.path().extension() != ".yaml") continue;
@@ -62,13 +62,13 @@ TEST(ValidateTest, ReadyCellsWork) {
   EXPECT_GE(cells, 3);
 }
 
-TEST(ValidateTest, ThreePumaIsBeyondDoubt) {
+TEST(ValidateTest, FindsNoWarningInThreePuma) {
   for (const Finding& finding : validate(load_cell_file(kReadyCells + "/three_puma.yaml"))) {
     EXPECT_EQ(finding.severity, Severity::kNote) << finding.sentence;
   }
 }
 
-TEST(ValidateTest, SecurityDistanceMustCoverLatency) {
+TEST(ValidateTest, WarnsWhenSecurityDistanceDoesNotCoverLatency) {
   // 10 + 10 ms at 0.5 m/s: 10 mm.
   expect_only(kHead + arm("left", "[0, 1]",
                           "    damper: {security_distance: 0.009, influence_distance: 0.13, "
@@ -76,7 +76,7 @@ TEST(ValidateTest, SecurityDistanceMustCoverLatency) {
               Severity::kWarning, {"arms[0].damper.security_distance = 0.009", "at least 0.01 m", "20 ms"});
 }
 
-TEST(ValidateTest, InfluenceDistanceMustLeaveRoomToBrake) {
+TEST(ValidateTest, WarnsWhenInfluenceDistanceIsTooShortToBrake) {
   // Stops take 2/10 s and a period of 10 ms to begin: 1 m/s · 0.21 s = 0.21 m before 0.03 m.
   expect_only(kHead + arm("left", "[0, 1]",
                           "    damper: {security_distance: 0.03, influence_distance: 0.2, "
@@ -89,7 +89,7 @@ TEST(ValidateTest, InfluenceDistanceMustLeaveRoomToBrake) {
 }
 
 // Half of 100 mm between two of eleven beams, and three times 4 mm of noise.
-TEST(ValidateTest, TheMarginMustCoverWhatIsBetweenBeams) {
+TEST(ValidateTest, WarnsWhenMarginDoesNotCoverBeamSpacing) {
   const auto with = [](const std::string& margin, const std::string& method) {
     return kHead + arm("left", "[0, 1]",
                        kDamper + "    method: " + method + "\n    sensed: {margin: " + margin +
@@ -99,10 +99,10 @@ TEST(ValidateTest, TheMarginMustCoverWhatIsBetweenBeams) {
   expect_only(with("0.05", "sensed_cspace"), Severity::kWarning,
               {"arms[0].sensed.margin = 0.05", "at least 0.062 m", "sensor side", "three times its noise"});
   EXPECT_TRUE(findings_of(with("0.062", "sensed_cspace")).empty());
-  EXPECT_TRUE(findings_of(with("0.05", "local")).empty()) << "it is told all obstacles";
+  EXPECT_TRUE(findings_of(with("0.05", "local")).empty()) << "the method does not use sensors";
 }
 
-TEST(ValidateTest, ReadyCellsSeeWhatTheirMarginsLeaveToThem) {
+TEST(ValidateTest, FindsNoMarginWarningInReadyCells) {
   for (const char* cell : {"planar_2r", "puma_sensed"}) {
     for (const Finding& finding : validate(load_cell_file(kReadyCells + "/" + cell + ".yaml"))) {
       EXPECT_EQ(finding.sentence.find("sensed.margin"), std::string::npos) << finding.sentence;
@@ -110,7 +110,7 @@ TEST(ValidateTest, ReadyCellsSeeWhatTheirMarginsLeaveToThem) {
   }
 }
 
-TEST(ValidateTest, PosesMustKeepTheSecurityDistanceFromStandingObstacles) {
+TEST(ValidateTest, WarnsWhenPosesAreTooNearToStaticObstacles) {
   // The upper arm is 0.08 m wide, the wall begins at y = −0.05.
   expect_only(
       kHead + arm("left", "[0, 1]") +
@@ -118,7 +118,7 @@ TEST(ValidateTest, PosesMustKeepTheSecurityDistanceFromStandingObstacles) {
       Severity::kWarning, {"arms[0].poses.home", "left/upper", "wall", "10 mm apart", "20 mm"});
 }
 
-TEST(ValidateTest, StartsMustKeepTheSecurityDistanceFromEachOther) {
+TEST(ValidateTest, WarnsWhenStartsAreTooNear) {
   // Stretched arms end 1.9 m from their bases: 3.81 − 2 · 1.9 = 0.01 m between them.
   expect_only("name: test\ntasks: {centre: [1.905, 0, 0], radius: 0.05, half_height: 0}\narms:\n" +
                   arm("left", "[0, 0]") + arm("right", "[0, 0]") +
@@ -126,7 +126,7 @@ TEST(ValidateTest, StartsMustKeepTheSecurityDistanceFromEachOther) {
               Severity::kWarning, {"arms[1].start", "right/fore", "left/fore", "10 mm apart", "20 mm"});
 }
 
-TEST(ValidateTest, StopsMustKeepTheSecurityDistanceFromEachOther) {
+TEST(ValidateTest, WarnsWhenStopsAreTooNear) {
   // The same at a stop; at the start one points along y, the other against it.
   const std::string poses = "[1.5, 0], out: [0, 0]";
   expect_only("name: test\ntasks: {pose_sequence: [home, out]}\narms:\n" + arm("left", poses) + arm("right", poses) +
@@ -134,7 +134,7 @@ TEST(ValidateTest, StopsMustKeepTheSecurityDistanceFromEachOther) {
               Severity::kWarning, {"tasks.pose_sequence[1] = out", "right/fore", "left/fore", "10 mm apart", "20 mm"});
 }
 
-TEST(ValidateTest, ObstaclesMustNotRunThroughBases) {
+TEST(ValidateTest, WarnsWhenObstaclesPassThroughBases) {
   // A ball of radius 0.1 goes to the base's axis, 0.1 m deep in a cylinder of radius 0.1 and height 0.2: out of it by
   // 0.2 m along either.
   expect_only(kHead + arm("left", "[0, 1]") +
@@ -143,7 +143,7 @@ TEST(ValidateTest, ObstaclesMustNotRunThroughBases) {
               Severity::kWarning, {"obstacles[0].motion", "left/base", "ball", "overlap by 200 mm"});
 }
 
-TEST(ValidateTest, ObstaclesMustNotBeFasterThanArms) {
+TEST(ValidateTest, WarnsWhenObstaclesAreFasterThanArms) {
   // The tool gets to 2 · 2 m/s + 2 · 1 m/s = 6 m/s.
   expect_only(kHead + arm("left", "[0, 1]") +
                   "obstacles:\n  - name: train\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [9, 9, 0]}\n"
@@ -151,7 +151,7 @@ TEST(ValidateTest, ObstaclesMustNotBeFasterThanArms) {
               Severity::kWarning, {"obstacles[0].motion", "7 m/s", "an arm's tool"});
 }
 
-TEST(ValidateTest, ObstaclesMustNotAccelerateMoreThanArmsAllowFor) {
+TEST(ValidateTest, WarnsWhenObstaclesAccelerateMoreThanArmsAssume) {
   // 2 rad/s at 1 m: 4 m/s².
   const std::string ball =
       "obstacles:\n  - name: ball\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [10, 9, 0]}\n"
@@ -162,7 +162,7 @@ TEST(ValidateTest, ObstaclesMustNotAccelerateMoreThanArmsAllowFor) {
       findings_of(kHead + arm("left", "[0, 1]", kDamper + "    acceleration_of_obstacles: 4\n") + ball).empty());
 }
 
-TEST(ValidateTest, ObstaclesMustNotJumpWithinReach) {
+TEST(ValidateTest, WarnsWhenObstaclesJumpWithinReach) {
   const auto conveyor = [](const std::string& x) {
     return "obstacles:\n  - name: train\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [" + x +
            ", 1, 0]}\n    motion: {type: conveyor, direction: [1, 0, 0], speed: 0.3, length: 2}\n";
@@ -172,7 +172,7 @@ TEST(ValidateTest, ObstaclesMustNotJumpWithinReach) {
   EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + conveyor("-4")).empty());
 }
 
-TEST(ValidateTest, ObstaclesMustNotTurnAtOnceWithinReach) {
+TEST(ValidateTest, WarnsWhenObstaclesTurnAtOnceWithinReach) {
   const auto comet = [](const std::string& speed, const std::string& end) {
     return "obstacles:\n  - name: comet\n    shapes: [{type: sphere, radius: 0.1}]\n    motion: {type: waypoints, "
            "speed: " +
@@ -181,15 +181,16 @@ TEST(ValidateTest, ObstaclesMustNotTurnAtOnceWithinReach) {
   expect_only(kHead + arm("left", "[0, 1]") + comet("0.4", "0.5"), Severity::kWarning,
               {"obstacles[0].motion changes its velocity by 0.8 m/s at once at (0.5, 1, 0)", "reach of arms[0]"});
   EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + comet("0.4", "4")).empty());
-  EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + comet("0.04", "0.5")).empty()) << "that slow it may turn";
+  EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]") + comet("0.04", "0.5")).empty())
+      << "the change of velocity is small";
 }
 
-TEST(ValidateTest, TaskAreaOutOfReachIsAnError) {
+TEST(ValidateTest, ReportsAnErrorWhenTheTaskAreaIsOutOfReach) {
   expect_only("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
               Severity::kError, {"tasks", "arms[0] (left)", "no part"});
 }
 
-TEST(ValidateTest, PartOfTheTaskAreaOutOfReachIsCounted) {
+TEST(ValidateTest, CountsPointsOfTheTaskAreaOutOfReach) {
   // Of a disc around (2, 0) the arm reaches what is no further than 2 m from its base: of the centre and the rings'
   // points at 90°, 135°, 180°, 225° and 270° the centre (just), and three each: at 90° and 270° √(4 + r²) > 2.
   // Seven points at each of three (equal) heights: 21 of 51, less than half.
@@ -198,7 +199,7 @@ TEST(ValidateTest, PartOfTheTaskAreaOutOfReachIsCounted) {
       Severity::kWarning, {"arms[0] (left)", "21 of 51"});
 }
 
-TEST(ValidateTest, MissingTasksAndStandbysAreNoted) {
+TEST(ValidateTest, NotesMissingTasksAndStandbys) {
   expect_only("name: test\narms:\n" + arm("left", "[0, 1]"), Severity::kNote, {"tasks is missing"});
   expect_only(
       "name: test\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\nsupervision: {host: a, standby_host: b}\n"
@@ -207,7 +208,7 @@ TEST(ValidateTest, MissingTasksAndStandbysAreNoted) {
       Severity::kNote, {"arms[0].standby_host is missing"});
 }
 
-TEST(ValidateTest, ErrorsComeFirst) {
+TEST(ValidateTest, SortsErrorsFirst) {
   const auto findings = findings_of("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2}\narms:\n" +
                                     arm("left", "[0, 1]", "    damper: {security_distance: 0.001}\n"));
   ASSERT_GE(findings.size(), 2U);
@@ -216,7 +217,7 @@ TEST(ValidateTest, ErrorsComeFirst) {
                              [](const Finding& a, const Finding& b) { return a.severity > b.severity; }));
 }
 
-TEST(TopSpeedTest, OfAStretchedPlanarArm) {
+TEST(TopSpeedTest, MatchesAStretchedPlanarArm) {
   const CellFile file = parse_cell_file(kHead + arm("left", "[0, 1]"), kInlineFile);
   // ‖v‖² = (2·1)² + (4·1)² + 2·2·4·cos q₂ at full speed: 6 m/s when stretched; 300 samples come near that.
   const double speed = top_tool_speed(file.cell.arms[0].arm);

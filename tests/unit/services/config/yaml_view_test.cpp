@@ -17,28 +17,28 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(TextTest, NearestWordIsTheOneOfFewestEdits) {
+TEST(TextTest, NearestWordHasTheFewestEdits) {
   constexpr std::array<std::string_view, 3> kWords = {"damper", "follower", "start"};
   EXPECT_EQ(nearest_word("dampr", kWords), "damper");
   EXPECT_EQ(nearest_word("flower", kWords), "follower");
   EXPECT_EQ(nearest_word("strat", kWords), "start");
 }
 
-TEST(TextTest, AlternativesReadLikeASentence) {
+TEST(TextTest, AlternativesFormASentence) {
   constexpr std::array<std::string_view, 3> kWords = {"a", "b", "c"};
   EXPECT_EQ(alternatives(kWords), "a, b or c");
   EXPECT_EQ(alternatives(std::span(kWords).first(1)), "a");
   EXPECT_EQ(alternatives({}), "");
 }
 
-TEST(TextTest, PrintableStaysOnOneLineAndWholeCharacters) {
+TEST(TextTest, PrintableKeepsOneLineAndWholeCharacters) {
   EXPECT_EQ(printable("a\nb\x01"), "a\\x0ab\\x01");
   // 79 letters, then a character of two bytes, of which only one fits: it is left out whole.
   const std::string letters(79, 'a');
   EXPECT_EQ(printable(letters + "é" + "tail"), letters + "…");
 }
 
-TEST(NumberTest, WholeDecimalsOnly) {
+TEST(NumberTest, ParsesOneDecimalNumber) {
   EXPECT_EQ(parse_number("1"), 1.0);
   EXPECT_EQ(parse_number("+2.5"), 2.5);
   EXPECT_EQ(parse_number("-1e-3"), -0.001);
@@ -52,7 +52,7 @@ TEST(NumberTest, WholeDecimalsOnly) {
   }
 }
 
-TEST(DurationTest, NumberAndUnit) {
+TEST(DurationTest, ParsesNumberAndUnit) {
   EXPECT_EQ(parse_duration("20ms"), 0.020);
   EXPECT_EQ(parse_duration("1.5 s"), 1.5);
   EXPECT_EQ(parse_duration("250us"), 0.00025);
@@ -65,18 +65,18 @@ TEST(DurationTest, NumberAndUnit) {
   }
 }
 
-TEST(YamlTreeTest, AliasesAreCopies) {
+TEST(YamlTreeTest, CopiesAliases) {
   const YamlNode root = read_yaml_text("a: &x {k: 1}\nb: *x\n", "f.yaml");
   ASSERT_EQ(root.items.size(), 2U);
   EXPECT_EQ(root.items[1].keys, root.items[0].keys);
   EXPECT_EQ(root.items[1].items[0].text, "1");
 }
 
-TEST(YamlTreeTest, AnAliasInsideItsOwnAnchorIsAnError) {
+TEST(YamlTreeTest, RefusesAnAliasInsideItsAnchor) {
   EXPECT_THROW(static_cast<void>(read_yaml_text("a: &x [*x]\n", "f.yaml")), ConfigError);
 }
 
-TEST(MapViewTest, RefusesKeysThatTheSchemaDoesNotList) {
+TEST(MapViewTest, RefusesKeysOutsideTheSchema) {
   const std::string file = "f.yaml";
   const YamlNode root = read_yaml_text("domain: 1\n", file);
   planner::SourceFiles sources;

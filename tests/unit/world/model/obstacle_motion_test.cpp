@@ -41,7 +41,7 @@ void expect_twist_is_derivative(const Obstacle& obstacle, double time) {
   expect_point(twist.angular, turn.axis() * turn.angle() / (2 * h), 1e-6);
 }
 
-TEST(ObstacleMotion, OnlyScriptsAreScripted) {
+TEST(ObstacleMotion, OnlyScriptsCountAsScripted) {
   EXPECT_FALSE(is_scripted(StaticMotion{}));
   EXPECT_FALSE(is_scripted(DynamicMotion{}));
   EXPECT_TRUE(is_scripted(WaypointMotion{}));
@@ -50,7 +50,7 @@ TEST(ObstacleMotion, OnlyScriptsAreScripted) {
   EXPECT_TRUE(is_scripted(ConveyorMotion{}));
 }
 
-TEST(ObstacleMotion, StaticStays) {
+TEST(ObstacleMotion, StaticKeepsItsPose) {
   const Obstacle obstacle = scripted(StaticMotion{}, at_point(1, 2, 3));
   for (const double time : {-5.0, 0.0, 1e6}) {
     const MotionState state = motion_at(obstacle, time);
@@ -60,7 +60,7 @@ TEST(ObstacleMotion, StaticStays) {
   }
 }
 
-TEST(ObstacleMotion, DynamicReportsHowItStarts) {
+TEST(ObstacleMotion, DynamicReportsItsInitialState) {
   DynamicMotion motion;
   motion.initial_velocity.linear = {1, 0, 0};
   const MotionState state = motion_at(scripted(motion, at_point(0, 0, 1)), 7.0);
@@ -95,14 +95,14 @@ TEST(ObstacleMotion, WaypointsGoBackAndForth) {
   expect_point(motion_at(obstacle, 8.0).X_WO.translation(), {2, 0, 0});
 }
 
-TEST(ObstacleMotion, AtAWaypointTheNextStretchCounts) {
+TEST(ObstacleMotion, TakesTheNextLineAtAWaypoint) {
   expect_point(motion_at(scripted(triangle(true)), 1.5).velocity.linear, {0, 2, 0});
   expect_point(motion_at(scripted(triangle(true)), 6.0).velocity.linear, {2, 0, 0});
   expect_point(motion_at(scripted(triangle(false)), 3.5).velocity.linear, {0, -2, 0});
   expect_point(motion_at(scripted(triangle(false)), 7.0).velocity.linear, {2, 0, 0});
 }
 
-TEST(ObstacleMotion, WaypointsTurnBySlerp) {
+TEST(ObstacleMotion, WaypointsRotateBySlerp) {
   Pose turned = at_point(1, 0, 0);
   turned.linear() = Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ()).toRotationMatrix();
   const Obstacle obstacle = scripted(WaypointMotion{{at_point(0, 0, 0), turned}, 0.5, false});
@@ -113,7 +113,7 @@ TEST(ObstacleMotion, WaypointsTurnBySlerp) {
   expect_point(motion_at(obstacle, 3.0).velocity.angular, {0, 0, -kPi / 4});
 }
 
-TEST(ObstacleMotion, WaypointsAtOnePlaceRestThere) {
+TEST(ObstacleMotion, WaypointsAtOnePositionRest) {
   const Obstacle obstacle = scripted(WaypointMotion{{at_point(1, 0, 0), at_point(1, 0, 0)}, 0.5, true});
   expect_point(motion_at(obstacle, 3.0).X_WO.translation(), {1, 0, 0});
   expect_point(motion_at(obstacle, 3.0).velocity.linear, Vector3d::Zero());
@@ -130,7 +130,7 @@ TEST(ObstacleMotion, CircleStartsAtItsOwnPose) {
   expect_point(motion_at(obstacle, 1.0).X_WO.linear() * Vector3d::UnitX(), {1, 0, 0});
 }
 
-TEST(ObstacleMotion, CircleMayTurnTheBody) {
+TEST(ObstacleMotion, CircleCanRotateTheBody) {
   const CircleMotion motion{{1, 0, 0}, Vector3d::UnitZ(), -kPi / 2, true};
   const MotionState state = motion_at(scripted(motion, at_point(3, 0, 0)), 1.0);
   expect_point(state.X_WO.translation(), {1, -2, 0});
@@ -147,7 +147,7 @@ TEST(ObstacleMotion, SineSwingsAroundItsOwnPose) {
   expect_point(motion_at(obstacle, 1.0).X_WO.translation(), {1, 1 + 0.1 * std::sqrt(3.0), 1});
 }
 
-TEST(ObstacleMotion, ConveyorStartsAgain) {
+TEST(ObstacleMotion, ConveyorRestartsAtItsLength) {
   const Obstacle obstacle = scripted(ConveyorMotion{Vector3d::UnitX(), 0.5, 2.0}, at_point(1, 0, 0));
   expect_point(motion_at(obstacle, 3.0).X_WO.translation(), {2.5, 0, 0});
   expect_point(motion_at(obstacle, 4.0).X_WO.translation(), {1, 0, 0});
@@ -160,7 +160,7 @@ TEST(ObstacleMotion, ConveyorRunsBackwardsWithNegativeSpeed) {
   expect_point(motion_at(obstacle, 5.0).X_WO.translation(), {0.5, 0, 0});
 }
 
-TEST(ObstacleMotion, ConveyorJumpIsNoVelocity) {
+TEST(ObstacleMotion, ConveyorJumpDoesNotChangeTheTwist) {
   const Obstacle obstacle = scripted(ConveyorMotion{Vector3d::UnitX(), 0.5, 2.0});
   for (const double time : {4.0 - 1e-9, 4.0, 4.0 + 1e-9}) {
     expect_point(motion_at(obstacle, time).velocity.linear, {0.5, 0, 0});
@@ -181,7 +181,7 @@ TEST(ObstacleMotion, TwistIsTheDerivativeOfThePose) {
   }
 }
 
-TEST(ObstacleMotion, NoScriptAcceleratesMoreThanItsGreatest) {
+TEST(ObstacleMotion, GreatestAccelerationBoundsEveryScript) {
   const Vector3d axis = Vector3d(1, 2, 3).normalized();
   for (const Obstacle& obstacle :
        {scripted(CircleMotion{{1, 1, 0}, axis, 1.7, false}, at_point(0.3, -0.2, 0.5)),
@@ -197,7 +197,7 @@ TEST(ObstacleMotion, NoScriptAcceleratesMoreThanItsGreatest) {
   EXPECT_EQ(greatest_acceleration(scripted(StaticMotion{})), 0.0);
 }
 
-TEST(ObstacleMotion, BreaksAreWhereNoAccelerationLeads) {
+TEST(ObstacleMotion, BreaksAreJumpsOfPoseOrVelocity) {
   WaypointMotion there_and_back;
   there_and_back.poses_W = {at_point(0, 0, 0), at_point(1, 0, 0), at_point(3, 0, 0)};
   there_and_back.speed = 0.4;
@@ -217,7 +217,7 @@ TEST(ObstacleMotion, BreaksAreWhereNoAccelerationLeads) {
   EXPECT_TRUE(script_breaks(scripted(CircleMotion{{1, 1, 0}, {0, 0, 1}, 0.7, true})).empty());
 }
 
-TEST(ObstacleMotion, BeginsAnewAfterItsPeriod) {
+TEST(ObstacleMotion, RepeatsAfterItsPeriod) {
   const Pose start = at_point(0.3, -0.2, 0.5);
   for (const Obstacle& obstacle :
        {scripted(triangle(true)), scripted(triangle(false)),
@@ -234,7 +234,7 @@ TEST(ObstacleMotion, BeginsAnewAfterItsPeriod) {
   EXPECT_EQ(script_period(scripted(StaticMotion{})), 0.0);
 }
 
-TEST(ObstacleMotion, AnyTimeOfALongScriptHasItsPlace) {
+TEST(ObstacleMotion, IsDefinedAtAnyTimeOfALongScript) {
   // Lengths that binary fractions cannot add up exactly: the end of a round must not fall between two stretches.
   const WaypointMotion motion{{at_point(0, 0, 0), at_point(0.1, 0, 0), at_point(0.1, 0.7, 0)}, 0.3, false};
   const Obstacle obstacle = scripted(motion);

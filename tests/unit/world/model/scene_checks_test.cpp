@@ -33,14 +33,14 @@ Obstacle ball_that(Motion motion) {
   return obstacle;
 }
 
-TEST(SceneChecks, GoodShapesPass) {
+TEST(SceneChecks, AcceptsValidShapes) {
   for (const Shape& shape : {Shape(Box{Vector3d(0.1, 0.2, 0.3)}), Shape(Sphere{0.1}), Shape(Capsule{0.1, 0.0}),
                              Shape(Cylinder{0.1, 0.2}), Shape(tetrahedron())}) {
     EXPECT_EQ(why_invalid(shape), "");
   }
 }
 
-TEST(SceneChecks, EmptyFlatAndBoundlessShapesAreRefused) {
+TEST(SceneChecks, RefusesEmptyFlatAndInfiniteShapes) {
   Convex inside_out = tetrahedron();
   auto turned = std::make_shared<ConvexHull>(*inside_out.hull);
   for (auto& face : turned->faces) std::swap(face[0], face[1]);
@@ -55,13 +55,13 @@ TEST(SceneChecks, EmptyFlatAndBoundlessShapesAreRefused) {
   }
 }
 
-TEST(SceneChecks, AReasonNamesTheObstacleAndTheValue) {
+TEST(SceneChecks, NamesTheObstacleAndTheValue) {
   Obstacle obstacle = ball();
   obstacle.shapes.push_back({Sphere{-0.5}, Pose::Identity()});
   EXPECT_EQ(why_invalid(obstacle), "obstacle 'ball': sphere radius = -0.5 must be finite and > 0");
 }
 
-TEST(SceneChecks, ObstaclesNeedANameAShapeAndAPose) {
+TEST(SceneChecks, RefusesObstaclesWithoutNameShapeOrPose) {
   EXPECT_EQ(why_invalid(ball()), "");
   Obstacle nameless = ball();
   nameless.name.clear();
@@ -85,7 +85,7 @@ TEST(SceneChecks, ObstaclesNeedANameAShapeAndAPose) {
   EXPECT_NE(why_invalid(badly_held), "");
 }
 
-TEST(SceneChecks, MotionsNeedPossibleParameters) {
+TEST(SceneChecks, RefusesImpossibleMotions) {
   Pose here = Pose::Identity();
   Pose there = Pose::Identity();
   there.translation().x() = 1.0;
@@ -111,7 +111,7 @@ TEST(SceneChecks, MotionsNeedPossibleParameters) {
   EXPECT_NE(why_invalid(ball_that(bouncy)), "");
 }
 
-TEST(SceneChecks, VolumesInClosedForm) {
+TEST(SceneChecks, ComputesVolumes) {
   EXPECT_NEAR(volume(Box{Vector3d(1, 2, 3)}), 48.0, 1e-12);
   EXPECT_NEAR(volume(Sphere{1.0}), 4.0 / 3.0 * std::numbers::pi, 1e-12);
   EXPECT_NEAR(volume(Capsule{1.0, 0.5}), 7.0 / 3.0 * std::numbers::pi, 1e-12);
