@@ -7,6 +7,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cli.md | `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
+| all documents | --help: the commands and options of `hecaton`, `hecaton-strategies` and `hecaton-chaos` in code exist |
 | docs/README.md | docs/: it lists every page; the list of design notes is generated |
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
 """
@@ -317,6 +318,52 @@ def cell_file_findings(root, binaries, page):
         yield f"cell-file.md: only {compared} ranges and choices could be compared"
 
 
+# --- commands in all documents
+
+
+def options_of(binaries):
+    """A function: the options of a program's command, as its --help lists them; None: there is no such command."""
+    known = {}
+
+    def find(program, command):
+        if (program, command) not in known:
+            words = [binaries / program, *([command] if command else []), "--help"]
+            done = subprocess.run(words, capture_output=True, text=True)
+            known[program, command] = set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", done.stdout)) if done.returncode == 0 else None
+        return known[program, command]
+
+    return find
+
+
+def command_lines(page):
+    """Lines of blocks and spans of code that run a program with several options or commands."""
+    code = re.findall(r"^ {4}(.*)$|`([^`\n]+)`", page, re.M)
+    for line in (block or span for block, span in code):
+        for match in re.finditer(r"(?:^|[ /])(hecaton(?:-strategies|-chaos)?) ([^;|#>]*)", line):
+            yield match[1], match[2].split()
+
+
+def command_findings(root, binaries):
+    options = options_of(binaries)
+    for page in sorted([*root.glob("*.md"), *(root / "docs").rglob("*.md")]):
+        for program, words in command_lines(page.read_text()):
+            command = words[0] if program != "hecaton-chaos" and words and re.fullmatch(r"[a-z]+", words[0]) else ""
+            allowed = options(program, command)
+            if allowed is None:
+                yield f"{page.relative_to(root)}: there is no command `{program} {command}`"
+                continue
+            allowed = allowed | options(program, "")
+            if len(words) > 1 and command == "obstacle" and words[1].islower():
+                allowed |= options_below(binaries, program, command, words[1])
+            for word in words:
+                if re.fullmatch(r"--[a-z][\w-]*", word) and word not in allowed:
+                    yield f"{page.relative_to(root)}: `{program} {command}` has no option {word}"
+
+
+def options_below(binaries, *words):
+    return set(re.findall(r"(?<![\w-])--[a-z][\w-]*", output(binaries / words[0], *words[1:], "--help")))
+
+
 # --- all pages
 
 
@@ -344,6 +391,7 @@ def main():
             findings.append("\n".join([f"{name} is not what the programs and sources say (--write renews it):",
                                        *list(difflib.unified_diff(page.splitlines(), fresh.splitlines(), lineterm="", n=0))[2:22]]))
     findings += index_findings(options.root)
+    findings += command_findings(options.root, options.bin)
     findings += fault_findings(options.root, (folder / "faults.md").read_text())
     findings += cell_file_findings(options.root, options.bin, (folder / "cell-file.md").read_text())
     print("\n".join(findings) or "the reference pages say what the programs and sources do")
