@@ -15,7 +15,7 @@ std::size_t Processes::Hash::operator()(const Processes& processes) const {
   return hash;
 }
 
-Actors::Actors(const Rules& rules, std::uint64_t highest_term) : post_(highest_term) {
+Actors::Actors(const Rules& rules, std::uint64_t highest_term) : table_(highest_term) {
   for (const int i : {0, 1}) {
     new_.supervisors[i] = supervisors_.number_of(SupervisorProcess(rules, i));
     new_.planners[i] = planners_.number_of(PlannerProcess(rules, i));
@@ -30,38 +30,40 @@ SupervisorProcess::Time Actors::later() {
   return now_ += std::chrono::seconds(1);
 }
 
-Number Actors::supervisor_does(Number supervisor, Deed deed) {
-  return supervisors_.after_deed(supervisor, static_cast<std::size_t>(deed), [&](SupervisorProcess& process) {
-    switch (deed) {
-      case Deed::kLosesPatience:
-        return process.lose_patience(later());
-      case Deed::kComesBack:
-        return process.come_back(later());
-      case Deed::kGrants:
+Number Actors::supervisor_does(Number supervisor, Action action) {
+  return supervisors_.after_action(supervisor, static_cast<std::size_t>(action), [&](SupervisorProcess& process) {
+    switch (action) {
+      case Action::kMissesLeader:
+        return process.miss_leader(later());
+      case Action::kDetectsAbsence:
+        return process.detect_absence(later());
+      case Action::kGrants:
         return process.grant(-1);
-      case Deed::kReplacesP:
+      case Action::kReplacesP:
         return process.grant(0);
-      case Deed::kReplacesQ:
+      case Action::kReplacesQ:
         return process.grant(1);
     }
   });
 }
 
-Number Actors::supervisor_hears(Number supervisor, std::size_t letter) {
-  return supervisors_.after_letter(supervisor, letter,
-                                   [&](SupervisorProcess& process) { process.hear(post_.letter(letter), later()); });
+Number Actors::supervisor_receives(Number supervisor, std::size_t message) {
+  return supervisors_.after_message(
+      supervisor, message, [&](SupervisorProcess& process) { process.receive(table_.message(message), later()); });
 }
 
-Number Actors::planner_hears(Number planner, std::size_t letter) {
-  return planners_.after_letter(planner, letter, [&](PlannerProcess& process) { process.hear(post_.letter(letter)); });
+Number Actors::planner_receives(Number planner, std::size_t message) {
+  return planners_.after_message(planner, message,
+                                 [&](PlannerProcess& process) { process.receive(table_.message(message)); });
 }
 
-Number Actors::driver_hears(Number driver, std::size_t letter) {
-  return drivers_.after_letter(driver, letter, [&](DriverProcess& process) { process.hear(post_.letter(letter)); });
+Number Actors::driver_receives(Number driver, std::size_t message) {
+  return drivers_.after_message(driver, message,
+                                [&](DriverProcess& process) { process.receive(table_.message(message)); });
 }
 
 Number Actors::driver_restarts(Number driver) {
-  return drivers_.after_deed(driver, 0, [](DriverProcess& process) { process.restart(); });
+  return drivers_.after_action(driver, 0, [](DriverProcess& process) { process.restart(); });
 }
 
 }  // namespace hecaton::services::model

@@ -1,13 +1,12 @@
 #pragma once
 /// A cell for exhaustive exploration: two supervisors, two planners of one arm, its driver, and a network that may
-/// lose, delay, repeat and reorder whatever it likes. What the processes decide is the real code: Leadership,
-/// PlannerFailover, CellModeView, Duty, CommandGate (docs/design/0008-terms.md).
+/// lose, delay, repeat and reorder messages. The decisions are those of the real code: Leadership, PlannerFailover,
+/// CellModeView, FailoverRole, CommandGate (docs/design/0008-arm-leases.md).
 ///
-/// Whatever was ever told may arrive at any time, any number of times, or never. So there is nothing to model for a
-/// partition, a link of one direction, or a process that is stopped and goes on, but that a leading supervisor finds
-/// out: it is not delivered to, then it is. Deaths are actions of their own, for what they leave of memories: of a
-/// planner's nothing, of a supervisor's at most a cell term, of a driver's its mandate when its process dies and
-/// nothing when its host does.
+/// Every message that was ever sent may arrive at any time, any number of times, or never. This covers partitions,
+/// links of one direction and stopped processes. Only a leader that detects its own absence is an action of its own.
+/// Deaths are actions because of what survives them: of a planner nothing; of a supervisor at most a cell term; of a
+/// driver its lease when the process dies, and nothing when the host does.
 
 #include <cstdint>
 #include <functional>
@@ -15,13 +14,13 @@
 #include <vector>
 
 #include "tests/model/terms_actors.hpp"
-#include "tests/model/terms_letters.hpp"
+#include "tests/model/terms_messages.hpp"
 #include "tests/model/terms_processes.hpp"
 
 namespace hecaton::services::model {
 
 enum class Death : std::uint8_t {
-  kSupervisor0,  ///< leaves on its disk the last cell term that it wrote there, an older one, or none
+  kSupervisor0,  ///< its checkpoint has the last cell term that it wrote, an older one, or none
   kSupervisor1,
   kPlanner,  ///< either
   kDriver,
@@ -29,37 +28,37 @@ enum class Death : std::uint8_t {
 };
 
 struct Bounds {
-  std::uint64_t highest_term = 6;  ///< no higher one is taken
-  int most_deaths = 0;             ///< together
-  std::vector<Death> deaths{};     ///< that happen
+  std::uint64_t highest_term = 6;  ///< that a supervisor may take
+  int most_deaths = 0;             ///< in all
+  std::vector<Death> deaths{};     ///< kinds that happen
 };
 
-/// What its future depends on. Whatever can happen can also happen when the processes are the same, more was told, and
-/// fewer have died.
+/// The state on which the future depends. What can happen in a state can also happen with the same processes, more
+/// messages and fewer deaths.
 struct Cell {
   Processes processes;
-  Letters letters;  ///< all that were ever told
+  MessageSet messages;  ///< all that were ever sent
   std::uint8_t deaths = 0;
-  std::uint8_t returned = 0;  ///< who did, a set of Returned; nothing depends on it
+  std::uint8_t returned = 0;  ///< a set of Returned; only coverage depends on it
 };
 
-/// Whoever is in the place of one that died.
+/// Processes that replace dead ones.
 enum Returned : std::uint8_t {
-  kSupervisorWithMemory = 1,     // of the other supervisor: the next bit
-  kSupervisorWithoutMemory = 4,  // likewise
-  kPlannerAnew = 16,             // likewise
-  kDriverWithMemory = 64,
-  kDriverWithoutMemory = 128,
+  kSupervisorWithCheckpoint = 1,     // of the other supervisor: the next bit
+  kSupervisorWithoutCheckpoint = 4,  // likewise
+  kPlannerReturned = 16,             // likewise
+  kDriverWithCheckpoint = 64,
+  kDriverWithoutCheckpoint = 128,
 };
 
-/// What happened.
+/// A transition of the cell.
 struct Step {
   enum class Kind : std::uint8_t {
-    kSupervisorHears,
-    kPlannerHears,
-    kDriverHears,
-    kTakesOver,
-    kComesBack,
+    kSupervisorReceives,
+    kPlannerReceives,
+    kDriverReceives,
+    kBecomesLeader,
+    kDetectsAbsence,
     kReplaces,
     kSupervisorDies,
     kPlannerDies,
@@ -68,7 +67,8 @@ struct Step {
   };
   Kind kind{};
   std::uint8_t who = 0;
-  std::uint8_t what = 0;  ///< hears: the letter; replaces: the planner; a supervisor dies: the term on its disk
+  std::uint8_t what =
+      0;  ///< receives: the message; replaces: the planner; a supervisor dies: the term in its checkpoint
 };
 
 class Model {
@@ -77,18 +77,18 @@ class Model {
 
   [[nodiscard]] Cell start() const;
   using Visit = std::function<void(const Cell& next, const Step& step)>;
-  /// Every action that changes something.
+  /// Visits the result of every action that changes something.
   void for_each_successor(const Cell& cell, const Visit& visit);
 
-  /// What the arm did that it must not, a sentence; empty when all is well.
+  /// A sentence about a forbidden motion of the arm; empty: there was none.
   [[nodiscard]] const std::string& violation(const Cell& cell) const;
 
   [[nodiscard]] Actors& actors() { return actors_; }
   [[nodiscard]] const Actors& actors() const { return actors_; }
 
  private:
-  void hear(const Cell& cell, std::uint8_t who, const Visit& visit);
-  void driver_hears(const Cell& cell, const Visit& visit);
+  void receive(const Cell& cell, std::uint8_t who, const Visit& visit);
+  void driver_receives(const Cell& cell, const Visit& visit);
   void decide(const Cell& cell, std::uint8_t who, const Visit& visit);
   void die(const Cell& cell, Death death, const Visit& visit);
   void supervisor_dies(const Cell& cell, std::uint8_t who, const Visit& visit);

@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 
 const std::string kArm = "arm";
 
-msg::CellMode message_of(const Letter& mode) {
+msg::CellMode cell_mode_of(const Message& mode) {
   msg::CellMode message;
   message.term(mode.term);
   if (mode.granted == 0) return message;
@@ -21,25 +21,25 @@ msg::CellMode message_of(const Letter& mode) {
   return message;
 }
 
-Letter beat_of(const CellModeView& view) {
-  Letter beat{.kind = Letter::Kind::kBeat};
-  beat.term = static_cast<std::uint8_t>(view.term());
-  return beat;
+Message heartbeat_of(const CellModeView& view) {
+  Message heartbeat{.kind = Message::Kind::kHeartbeat};
+  heartbeat.term = static_cast<std::uint8_t>(view.term());
+  return heartbeat;
 }
 
 Leadership leadership_of(const Rules& rules, int index, std::uint64_t remembered) {
-  Leadership::Seat seat;
-  if (rules.unique_terms) seat = {static_cast<std::uint64_t>(index), 2};
-  return {{.pause = 1h}, remembered, Leadership::Time(0), seat};
+  Leadership::TermShare share;
+  if (rules.unique_terms) share = {static_cast<std::uint64_t>(index), 2};
+  return {{.pause = 1h}, remembered, Leadership::Time(0), share};
 }
 
 void add(std::string& key, std::uint64_t value) {
   key.push_back(static_cast<char>(value));
 }
 
-void add(std::string& key, const ArmLease& mandate) {
-  add(key, mandate.term);
-  add(key, planner_index(mandate.planner));
+void add(std::string& key, const ArmLease& lease) {
+  add(key, lease.term);
+  add(key, planner_index(lease.planner));
 }
 
 }  // namespace
@@ -57,51 +57,51 @@ SupervisorProcess SupervisorProcess::successor(const Rules& rules, int index, st
   return process;
 }
 
-// A mutant takes whatever it hears for no more than its own.
+// A mutant limits every received term to its own.
 std::uint64_t SupervisorProcess::counted(std::uint64_t term) const {
-  return rules_.counts_heard ? term : std::min(term, cell_term());
+  return rules_.counts_observed ? term : std::min(term, cell_term());
 }
 
-void SupervisorProcess::hear(const Letter& letter, Time now) {
-  switch (letter.kind) {
-    case Letter::Kind::kMode:
-      return hear_mode(letter, now);
-    case Letter::Kind::kState:
-      if (rules_.driver_proves) failover_.hear_driver(kArm, letter.mandate());
+void SupervisorProcess::receive(const Message& message, Time now) {
+  switch (message.kind) {
+    case Message::Kind::kMode:
+      return receive_mode(message, now);
+    case Message::Kind::kState:
+      if (rules_.driver_proves) failover_.update_from_driver(kArm, message.lease());
       return;
-    case Letter::Kind::kBeat:
-      return leadership_.heard_term(counted(letter.term), now);
-    case Letter::Kind::kHeld:
-      if (rules_.planners_prove) failover_.hear(kArm, letter.mandate());
+    case Message::Kind::kHeartbeat:
+      return leadership_.observe_term(counted(message.term), now);
+    case Message::Kind::kKnownLease:
+      if (rules_.planners_prove) failover_.update(kArm, message.lease());
       return;
-    case Letter::Kind::kCommand:
+    case Message::Kind::kCommand:
       return;
   }
 }
 
-// Who hears a leader while it listens stands by at once: until then it would do nothing else.
-void SupervisorProcess::hear_mode(const Letter& mode, Time now) {
+// A listening supervisor that hears a leader stands by at once: until then it could do nothing else.
+void SupervisorProcess::receive_mode(const Message& mode, Time now) {
   if (mode.sender == index_ && !is_successor_) return;
-  leadership_.heard_leader(counted(mode.term), now);
+  leadership_.observe_leader(counted(mode.term), now);
   static_cast<void>(leadership_.decide(now, now));
-  failover_.hear(kArm, mode.mandate());
+  failover_.update(kArm, mode.lease());
 }
 
-void SupervisorProcess::lose_patience(Time now) {
-  if (leadership_.decide(now, now)) grant(-1);  // before it says anything
+void SupervisorProcess::miss_leader(Time now) {
+  if (leadership_.decide(now, now)) grant(-1);  // before it sends anything
 }
 
-void SupervisorProcess::come_back(Time now) {
-  if (leads()) leadership_.absent(now);
+void SupervisorProcess::detect_absence(Time now) {
+  if (leads()) leadership_.restart_listening(now);
 }
 
-void SupervisorProcess::grant(int out) {
+void SupervisorProcess::grant(int failed) {
   if (!leads()) return;
-  const auto fitness = [&](const std::string&, const std::string& planner) {
-    const bool is_out = out >= 0 && planner == planner_name(static_cast<std::size_t>(out));
-    return PlannerHealth{is_out, !is_out};
+  const auto health = [&](const std::string&, const std::string& planner) {
+    const bool has_failed = failed >= 0 && planner == planner_name(static_cast<std::size_t>(failed));
+    return PlannerHealth{has_failed, !has_failed};
   };
-  static_cast<void>(failover_.decide(fitness, leadership_));
+  static_cast<void>(failover_.decide(health, leadership_));
 }
 
 std::uint64_t SupervisorProcess::next_term() const {
@@ -109,19 +109,19 @@ std::uint64_t SupervisorProcess::next_term() const {
   return would.take_term();
 }
 
-ArmLease SupervisorProcess::mandate() const {
+ArmLease SupervisorProcess::lease() const {
   return failover_.lease(kArm);
 }
 
-std::vector<Letter> SupervisorProcess::tells() const {
+std::vector<Message> SupervisorProcess::sends() const {
   if (!leads()) return {};
-  Letter mode = letter_about(Letter::Kind::kMode, mandate());
+  Message mode = message_about(Message::Kind::kMode, lease());
   mode.sender = static_cast<std::uint8_t>(index_);
   mode.term = static_cast<std::uint8_t>(cell_term());
   return {mode};
 }
 
-// Of the terms that it has heard of only the next one that it would take matters, and of its own the one under which it
+// Of all observed terms only the next one that it would take matters, and of its own terms the one under which it
 // leads.
 std::string SupervisorProcess::key() const {
   std::string key;
@@ -130,101 +130,101 @@ std::string SupervisorProcess::key() const {
   add(key, static_cast<std::uint64_t>(role()));
   add(key, leads() ? cell_term() : 0);
   add(key, next_term());
-  add(key, mandate());
+  add(key, lease());
   return key;
 }
 
 PlannerProcess::PlannerProcess(const Rules& rules, int index)
-    : rules_(rules), index_(index), duty_(planner_name(static_cast<std::size_t>(index)), index == 0) {}
+    : rules_(rules), index_(index), role_(planner_name(static_cast<std::size_t>(index)), index == 0) {}
 
-void PlannerProcess::hear(const Letter& letter) {
-  if (letter.kind == Letter::Kind::kMode) {
-    static_cast<void>(view_.apply(message_of(letter)));
-    duty_.hear(view_.lease(kArm));
+void PlannerProcess::receive(const Message& message) {
+  if (message.kind == Message::Kind::kMode) {
+    static_cast<void>(view_.apply(cell_mode_of(message)));
+    role_.update(view_.lease(kArm));
   }
-  if (letter.kind == Letter::Kind::kState && rules_.driver_proves) duty_.hear_driver(letter.mandate());
+  if (message.kind == Message::Kind::kState && rules_.driver_proves) role_.update_from_driver(message.lease());
 }
 
-std::vector<Letter> PlannerProcess::tells() const {
-  std::vector<Letter> letters;
-  if (view_.term() > 0) letters.push_back(beat_of(view_));
-  if (duty_.term() > 0) letters.push_back(letter_about(Letter::Kind::kHeld, duty_.mandate()));
-  if (duty_.in_charge()) {
-    letters.push_back(
-        letter_about(Letter::Kind::kCommand, {planner_name(static_cast<std::size_t>(index_)), duty_.term()}));
+std::vector<Message> PlannerProcess::sends() const {
+  std::vector<Message> messages;
+  if (view_.term() > 0) messages.push_back(heartbeat_of(view_));
+  if (role_.term() > 0) messages.push_back(message_about(Message::Kind::kKnownLease, role_.lease()));
+  if (role_.in_charge()) {
+    messages.push_back(
+        message_about(Message::Kind::kCommand, {planner_name(static_cast<std::size_t>(index_)), role_.term()}));
   }
-  return letters;
+  return messages;
 }
 
-// What the view tells of mandates was taken over at once; later only its term counts.
+// The leases of the view were adopted at once; afterwards only its term matters.
 std::string PlannerProcess::key() const {
   std::string key;
   add(key, static_cast<std::uint64_t>(index_));
   add(key, view_.term());
-  add(key, duty_.mandate());
+  add(key, role_.lease());
   return key;
 }
 
-void DriverProcess::hear(const Letter& letter) {
-  if (letter.kind == Letter::Kind::kMode) hear_mode(letter);
-  if (letter.kind == Letter::Kind::kCommand) hear_command(letter);
+void DriverProcess::receive(const Message& message) {
+  if (message.kind == Message::Kind::kMode) receive_mode(message);
+  if (message.kind == Message::Kind::kCommand) receive_command(message);
 }
 
-void DriverProcess::hear_mode(const Letter& mode) {
-  static_cast<void>(view_.apply(message_of(mode)));
-  ArmLease mandate = view_.lease(kArm);
-  prove(mandate.term);
-  if (!rules_.binding) mandate.planner.clear();
-  gate_.saw(mandate);
+void DriverProcess::receive_mode(const Message& mode) {
+  static_cast<void>(view_.apply(cell_mode_of(mode)));
+  ArmLease lease = view_.lease(kArm);
+  prove(lease.term);
+  if (!rules_.binding) lease.planner.clear();
+  gate_.observe_lease(lease);
 }
 
-void DriverProcess::hear_command(const Letter& letter) {
+void DriverProcess::receive_command(const Message& message) {
   msg::ArmCommand command;
-  command.node(planner_name(rules_.binding ? letter.planner : kNobody));
-  command.term(letter.granted);
-  command.sequence_number(gate_.sequence() + 1);  // the worst case: never refused for its number
+  command.node(planner_name(rules_.binding ? message.planner : kNoPlanner));
+  command.term(message.granted);
+  command.sequence_number(gate_.sequence() + 1);  // the worst case: the number is never a reason to refuse
   command.period(0.01);
   command.q({0.0});
   command.qd({0.0});
-  if (gate_.judge(command).verdict == Verdict::kAccepted || !rules_.gate) follow(letter);
+  if (gate_.judge(command).verdict == Verdict::kAccepted || !rules_.gate) follow(message);
 }
 
-void DriverProcess::follow(const Letter& command) {
+void DriverProcess::follow(const Message& command) {
   if (command.granted < proved_) {
-    violation_ = "the driver follows a " + text(command) + " although it knows of term " + std::to_string(proved_);
+    violation_ = "the driver follows a " + text(command) + " although it knows term " + std::to_string(proved_);
   }
-  if (command.granted == followed_.term && command.mandate() != followed_) {
+  if (command.granted == followed_.term && command.lease() != followed_) {
     violation_ = "the driver follows two planners in term " + std::to_string(command.granted);
   }
   prove(command.granted);
-  followed_ = command.mandate();
+  followed_ = command.lease();
 }
 
-// To follow anything older is wrong from now on, whatever was followed before.
+// From now on the arm must not follow an older term.
 void DriverProcess::prove(std::uint64_t term) {
   proved_ = std::max(proved_, term);
   if (followed_.term < proved_) followed_ = {};
 }
 
-// As ArmDriver begins: with nothing but what its memory has, which is what it went by when it last told its state.
+// Like ArmDriver: it begins with its checkpoint only, which is the lease in force when it last published its state.
 void DriverProcess::restart() {
   const ArmLease remembered = gate_.lease();
   view_ = {};
   gate_ = CommandGate(1);
-  if (rules_.driver_remembers) gate_.saw(remembered);
+  if (rules_.driver_has_checkpoint) gate_.observe_lease(remembered);
 }
 
-std::vector<Letter> DriverProcess::tells() const {
-  std::vector<Letter> letters;
-  if (view_.term() > 0) letters.push_back(beat_of(view_));
-  if (mandate().term > 0) letters.push_back(letter_about(Letter::Kind::kState, mandate()));
-  return letters;
+std::vector<Message> DriverProcess::sends() const {
+  std::vector<Message> messages;
+  if (view_.term() > 0) messages.push_back(heartbeat_of(view_));
+  if (lease().term > 0) messages.push_back(message_about(Message::Kind::kState, lease()));
+  return messages;
 }
 
 std::string DriverProcess::key() const {
   std::string key;
   add(key, view_.term());
-  add(key, mandate());
+  add(key, lease());
   add(key, followed_);
   add(key, proved_);
   return key + violation_;

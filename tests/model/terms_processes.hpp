@@ -1,8 +1,8 @@
 #pragma once
-/// The processes of the model: the code of the real ones, and of each all that its future depends on as a text.
+/// The processes of the model: the real code, and for each process a key with all that its future depends on.
 ///
-/// Time only has to go on: whatever happens next happens later by more than every limit. So of the times that a
-/// Leadership remembers nothing matters later.
+/// Every step happens later than the one before by more than all time limits. So the times that a Leadership stores do
+/// not matter afterwards.
 
 #include <cstdint>
 #include <string>
@@ -13,19 +13,19 @@
 #include "services/runtime/cell_mode.hpp"
 #include "services/supervisor/failover/leadership.hpp"
 #include "services/supervisor/failover/planner_failover.hpp"
-#include "tests/model/terms_letters.hpp"
+#include "tests/model/terms_messages.hpp"
 
 namespace hecaton::services::model {
 
-/// What a mutant leaves out.
+/// Rules that a mutant leaves out.
 struct Rules {
-  bool gate = true;              ///< the driver looks at terms at all
-  bool binding = true;           ///< the driver gives each term to one planner
-  bool driver_remembers = true;  ///< a driver's process begins with the mandate that the one before it knew
-  bool unique_terms = true;      ///< supervisors share the terms out
-  bool counts_heard = true;      ///< a supervisor counts above the cell terms that it has heard of, not only its own
-  bool driver_proves = true;     ///< supervisors and planners learn from the driver what it goes by
-  bool planners_prove = true;    ///< supervisors learn from planners what these were granted
+  bool gate = true;                   ///< the driver refuses commands of older terms
+  bool binding = true;                ///< the driver binds each term to one planner
+  bool driver_has_checkpoint = true;  ///< a restarted driver begins with the lease of its predecessor
+  bool unique_terms = true;           ///< two supervisors never take the same term
+  bool counts_observed = true;        ///< a supervisor takes terms above those that it has observed, not only its own
+  bool driver_proves = true;          ///< supervisors and planners adopt the driver's lease
+  bool planners_prove = true;         ///< supervisors adopt leases that planners know
 };
 
 class SupervisorProcess {
@@ -33,30 +33,30 @@ class SupervisorProcess {
   using Time = Leadership::Time;
 
   SupervisorProcess(const Rules& rules, int index);
-  /// In place of one that died: what that one told may still arrive. `remembered`: the term on its disk.
+  /// Replaces one that died, whose messages may still arrive. `remembered`: the term in its checkpoint.
   [[nodiscard]] static SupervisorProcess successor(const Rules& rules, int index, std::uint64_t remembered);
 
-  void hear(const Letter& letter, Time now);
-  /// Hears no leader for too long, or that it died: leads, if it did not.
-  void lose_patience(Time now);
-  /// It was stopped, and finds out.
-  void come_back(Time now);
-  /// While it leads. `out`: the planner that it takes for dead or hanging, −1: none; the other is ready.
-  void grant(int out);
+  void receive(const Message& message, Time now);
+  /// The leader is silent or has died: becomes leader, if it does not lead.
+  void miss_leader(Time now);
+  /// It detects that it was stopped.
+  void detect_absence(Time now);
+  /// For a leader: grants leases. `failed`: the planner that has failed for it, −1: none; the other one is ready.
+  void grant(int failed);
 
   [[nodiscard]] Leadership::Role role() const { return leadership_.role(); }
   [[nodiscard]] bool leads() const { return role() == Leadership::Role::kLeading; }
   [[nodiscard]] std::uint64_t cell_term() const { return leadership_.term(); }
   [[nodiscard]] std::uint64_t highest() const { return leadership_.highest(); }
-  [[nodiscard]] std::uint64_t next_term() const;  ///< that it would take
-  [[nodiscard]] ArmLease mandate() const;
+  [[nodiscard]] std::uint64_t next_term() const;  ///< that it would take now
+  [[nodiscard]] ArmLease lease() const;
 
-  [[nodiscard]] std::vector<Letter> tells() const;
+  [[nodiscard]] std::vector<Message> sends() const;
   [[nodiscard]] std::string key() const;
 
  private:
   [[nodiscard]] std::uint64_t counted(std::uint64_t term) const;
-  void hear_mode(const Letter& mode, Time now);
+  void receive_mode(const Message& mode, Time now);
 
   Rules rules_;
   int index_;
@@ -69,49 +69,49 @@ class PlannerProcess {
  public:
   PlannerProcess(const Rules& rules, int index);
 
-  void hear(const Letter& letter);
+  void receive(const Message& message);
 
-  [[nodiscard]] std::vector<Letter> tells() const;
+  [[nodiscard]] std::vector<Message> sends() const;
   [[nodiscard]] std::string key() const;
 
  private:
   Rules rules_;
   int index_;
   CellModeView view_;
-  Duty duty_;
+  FailoverRole role_;
 };
 
-/// Also the model's own account of what the arm did, by which the gate is judged.
+/// The driver, and an independent record of what the arm followed, against which the gate is checked.
 class DriverProcess {
  public:
   explicit DriverProcess(const Rules& rules) : rules_(rules) {}
 
-  void hear(const Letter& letter);
-  /// Its process dies and another begins, on the same host.
+  void receive(const Message& message);
+  /// The process dies, and a successor starts on the same host.
   void restart();
 
-  [[nodiscard]] const ArmLease& mandate() const { return gate_.lease(); }
-  /// The last command that moved the arm was of this mandate, and nothing newer was heard of since.
-  [[nodiscard]] bool follows(const ArmLease& mandate) const { return mandate.term > 0 && followed_ == mandate; }
-  /// The arm did what it must not, a sentence; empty: all is well.
+  [[nodiscard]] const ArmLease& lease() const { return gate_.lease(); }
+  /// The last command that moved the arm was under this lease, and no newer lease was received since.
+  [[nodiscard]] bool follows(const ArmLease& lease) const { return lease.term > 0 && followed_ == lease; }
+  /// A sentence about a forbidden motion of the arm; empty: there was none.
   [[nodiscard]] const std::string& violation() const { return violation_; }
 
-  [[nodiscard]] std::vector<Letter> tells() const;
+  [[nodiscard]] std::vector<Message> sends() const;
   [[nodiscard]] std::string key() const;
 
  private:
-  void hear_mode(const Letter& mode);
-  void hear_command(const Letter& letter);
-  void follow(const Letter& command);
+  void receive_mode(const Message& mode);
+  void receive_command(const Message& message);
+  void follow(const Message& command);
   void prove(std::uint64_t term);
 
   Rules rules_;
   CellModeView view_;
   CommandGate gate_{1};
 
-  // The account goes on when the process dies.
-  ArmLease followed_;         // of the last command that moved the arm, until a newer mandate was proved
-  std::uint64_t proved_ = 0;  // the highest term of a mandate that the driver was shown
+  // The record survives the death of the process.
+  ArmLease followed_;         // of the last command that moved the arm, until a newer lease is proved
+  std::uint64_t proved_ = 0;  // highest term of a lease that the driver has received
   std::string violation_;
 };
 
