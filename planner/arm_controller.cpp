@@ -123,9 +123,9 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   input.obstacles = obstacles;
   TickResult result = guide_ ? tick_by_guide(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   if (aim_ && (result.status == TickStatus::kDetouring || result.status == TickStatus::kIdle)) {
-    result.status = TickStatus::kTogether;
+    result.status = TickStatus::kFollowingPlan;
   } else if (result.status == TickStatus::kDetouring && memory_.local.detour.of_route) {
-    result.status = TickStatus::kRouted;
+    result.status = TickStatus::kFollowingRoute;
   }
   setpoint_ = MeasuredState{result.q, result.qd};
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
@@ -154,7 +154,7 @@ TickResult ArmController::tick_by_guide(TickInput& input) {
   const bool goes = result.status == TickStatus::kMoving || result.status == TickStatus::kReached;
   if (goes && path == GuidedPath::kNone) result.status = TickStatus::kBlocked;
   if (goes && (path == GuidedPath::kSearching || (path == GuidedPath::kAround && !at_last)))
-    result.status = TickStatus::kFollowing;
+    result.status = TickStatus::kFollowingBoundary;
   if (goes && path == GuidedPath::kStraight && !at_last) result.status = TickStatus::kMoving;
   return result;
 }

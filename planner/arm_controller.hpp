@@ -43,8 +43,8 @@ class ArmController {
 
   /// Plans one control period. The set-point continues from the last one. If the measured position deviates from its
   /// reference by more than 0.05 rad or m, the set-point starts again from the measured state. The reference is the
-  /// set-point that the drive had at that time (docs/design/0006-latency-compensation.md, "The own arm"). No
-  /// allocation.
+  /// set-point that the drive had at that time (docs/design/0006-latency-compensation.md, "The own arm"). Allocates
+  /// only in a guide.
   TickResult step(const OwnArmFeedback& feedback, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
   /// Records that the last period's set-point was sent under this number. Numbers grow.

@@ -91,12 +91,12 @@ void update_detour(const LocalInput& input, const JointVector& intended, const J
   if (detour.stays || detour.of_route) return;
   const JointVector way = joint_difference(input.limits, input.q, detour.q);
   const bool there = way.cwiseAbs().maxCoeff() < kDetourTolerance;
-  const bool blocked = input.parameters.method->held_back(intended, wanted);
+  const bool blocked = input.parameters.method->is_blocked(intended, wanted);
   if (there || blocked) detour.active = false;
 }
 
 /// The arm yields at once, except during a detour, which ends soon. An arm with the right of way moves straight,
-/// because the others retreat.
+/// because other arms retreat.
 void update_right_of_way(const RightOfWayInput& input, LocalMemory& memory) {
   RightOfWay& right = memory.right_of_way;
   const bool detours = memory.detour.active && !memory.detour.of_route;

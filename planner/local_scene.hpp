@@ -11,7 +11,7 @@
 
 namespace hecaton::planner {
 
-/// Bounds for every body how near it must be to constrain the arm, so that the distance pass can skip the others. Only
+/// Bounds for every body how near it must be to constrain the arm, so that the distance pass can skip far bodies. Only
 /// the constructor and rebuild() allocate. Members point at each other: neither copied nor moved. Not thread-safe.
 class LocalScene {
  public:

@@ -178,7 +178,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
                   : local.yields_to >= 0 ? TickStatus::kYielding
                   : local.blocked        ? TickStatus::kBlocked
                   : local.stalled        ? TickStatus::kBlocked
-                  : local.following      ? TickStatus::kFollowing
+                  : local.following      ? TickStatus::kFollowingBoundary
                   : local.detouring      ? TickStatus::kDetouring
                                          : TickStatus::kMoving;
   return result;

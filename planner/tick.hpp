@@ -28,16 +28,16 @@ struct TickInput {
 };
 
 enum class TickStatus : std::uint8_t {
-  kIdle,        ///< no goal; the arm keeps its position
-  kMoving,      ///< the arm moves straight to its goal
-  kFollowing,   ///< the arm follows a boundary
-  kDetouring,   ///< the arm visits a way-point
-  kTogether,    ///< the arm follows a coupled plan
-  kRouted,      ///< the arm follows the points of a planned route
-  kYielding,    ///< the arm makes room for an arm with the right of way: see `yields_to`
-  kBlocked,     ///< no progress for now: see `binding`
-  kReached,     ///< within tolerance of the goal and at rest
-  kHolding,     ///< TickInput::hold was set
+  kIdle,               ///< no goal; the arm keeps its position
+  kMoving,             ///< the arm moves straight to its goal
+  kFollowingBoundary,  ///< the arm follows a boundary
+  kDetouring,          ///< the arm visits a way-point
+  kFollowingPlan,      ///< the arm follows a coupled plan
+  kFollowingRoute,     ///< the arm follows the points of a planned route
+  kYielding,           ///< the arm makes room for an arm with the right of way: see `yields_to`
+  kBlocked,            ///< no progress for now: see `binding`
+  kReached,            ///< within tolerance of the goal and at rest
+  kHolding,            ///< TickInput::hold was set
   kStaleInput,  ///< a state is missing or too old: see `stale_arm`; the arm does not pursue its goal, but gives way
 };
 

@@ -9,8 +9,8 @@ namespace hecaton::planner {
 [[nodiscard]] JointVector joint_difference(const JointLimits& limits, const JointVector& q_from,
                                            const JointVector& q_to);
 
-/// The joint velocity on the straight line to the goal [rad/s | m/s]: as fast as the limits allow, slowing down in time
-/// to stop at the goal. `dt`: control period [s].
+/// The joint velocity on the straight line to the goal [rad/s | m/s]. It is as large as the limits allow, and small
+/// enough to stop at the goal. `dt`: control period [s].
 [[nodiscard]] JointVector goal_velocity(const JointLimits& limits, const JointVector& q, const JointVector& q_goal,
                                         double dt);
 

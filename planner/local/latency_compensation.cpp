@@ -35,9 +35,11 @@ double least_distance(const AgedPair& pair) {
   return pair.distance - 0.5 * pair.other_acceleration * pair.age * pair.age;
 }
 
-// At the time of the measurement the distance to dₛ was x = d − dₛ + (v_own + v_other) τ. With the other body at its
-// damper's bound since then,
-//   ẋ = −v_own − k x   ⇒   x(τ) = x e^(−kτ) − v_own (1 − e^(−kτ))/k
+// At the time of the measurement the distance to dₛ was x = d − dₛ + (v_own + v_other) τ. The other body keeps its
+// damper:
+//
+//     ẋ = −v_own − k x   ⇒   x(τ) = x e^(−kτ) − v_own (1 − e^(−kτ))/k
+//
 // Both bounds hold, so the larger one applies, but never more than the expected distance.
 double least_distance(const AgedPair& pair, double security_distance, double slope) {
   const double decay = std::exp(-slope * pair.age);
@@ -67,8 +69,8 @@ std::optional<MeasuredState> SetpointLog::reference(std::uint64_t number, double
 
 namespace {
 
-/// Largest displacement of a joint in its positive direction [rad | m], from rate `v`: maximum acceleration for
-/// `moved_for` [s], then a stop that takes `stop` [s].
+/// Largest displacement of a joint in its positive direction [rad | m], from rate `v`. The joint accelerates at its
+/// limit for `moved_for` [s], then stops within `stop` [s].
 double farthest(double v, double most, double acceleration, double moved_for, double stop) {
   const double fastest = std::min(most, v + acceleration * moved_for);
   const double speeding_up = (fastest - v) / acceleration;

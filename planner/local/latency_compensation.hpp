@@ -81,8 +81,8 @@ struct ReachableStopSet {
 [[nodiscard]] ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q,
                                                   const JointVector& qd, double moved_for);
 
-/// Bound of the speed per unit joint rate for points fixed to `link`, up to `extent` [m] from the link's origin:
-/// [m/rad] for revolute joints, 1 for prismatic ones. Valid in every configuration within limits. Allocates.
+/// Bound of the speed per unit joint rate, [m/rad] for revolute joints and 1 for prismatic ones. It holds for points
+/// fixed to `link` within `extent` [m] of the link's origin. Valid in every configuration within limits. Allocates.
 [[nodiscard]] JointVector longest_levers(const Arm& arm, int link, double extent);
 
 }  // namespace hecaton::planner

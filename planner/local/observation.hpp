@@ -9,8 +9,8 @@
 
 namespace hecaton::planner {
 
-/// A plan for several arms that block each other (docs/design/0015-coupled-plans.md). One arm proposes it, the others
-/// join, and all arms wait for each other at every point. The proposer publishes it.
+/// A plan for several arms that block each other (docs/design/0015-coupled-plans.md). One arm proposes it, other
+/// arms join, and all wait for each other at every point. The proposer publishes it.
 struct CoupledPlan {
   std::uint32_t number = 0;                      ///< grows with every proposal of this arm
   std::vector<int> arms;                         ///< that it moves, ascending

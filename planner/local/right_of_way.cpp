@@ -64,7 +64,7 @@ void ask(const RightOfWayInput& input, RightOfWay& right) {
 /// Measures for how long the arm is blocked, and requests after the delay.
 void wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   if (right.request_delay <= 0.0) begin_to_wait(input, random, right);
-  if (input.held_back || right.yields_to >= 0) {
+  if (input.blocked || right.yields_to >= 0) {
     right.waited += input.dt;
     right.free = 0.0;
   } else if ((right.free += input.dt) > kFree) {

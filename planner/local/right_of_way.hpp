@@ -42,8 +42,8 @@ struct RightOfWayInput {
   std::span<const ArmObservation> arms;  ///< one per arm of the cell
   int self;                              ///< index of the own arm
   std::span<const Row> rows;
-  double dt;       ///< control period [s]
-  bool held_back;  ///< the own arm follows a boundary or stands
+  double dt;     ///< control period [s]
+  bool blocked;  ///< the own arm follows a boundary or stands
 };
 
 /// True if arm i precedes the own arm by its published state, at any distance.

@@ -109,12 +109,17 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
 
 }  // namespace
 
-// [Lahouar06] eq. 4, after [Faverjon87]:   ḋ ≥ −f(d − dₛ),   f(x) = ξ x/(dᵢ − dₛ) within dᵢ
+// [Lahouar06] eq. 4, after [Faverjon87]:
+//
+//     ḋ ≥ −f(d − dₛ),   f(x) = ξ x/(dᵢ − dₛ) within dᵢ
+//
 // differs from paper: eq. 4–9 are printed with dᵢ and dₛ exchanged, which would let bodies pass through each other.
 // With n from the own body towards the other and v the velocities of the two nearest points:
-//   obstacle    [Lahouar06] eq. 6    nᵀJ q̇            ≤ f(d − dₛ) + n·v_other
-//   planned arm [Lahouar06] eq. 8    nᵀJ q̇            ≤ ½ f(d − dₛ)          the other does its half
-//   own link                         nᵀ(J_a − J_b) q̇  ≤ f(d − dₛ)
+//
+//     obstacle    [Lahouar06] eq. 6    nᵀJ q̇            ≤ f(d − dₛ) + n·v_other
+//     planned arm [Lahouar06] eq. 8    nᵀJ q̇            ≤ ½ f(d − dₛ)          the other arm keeps its half
+//     own link                         nᵀ(J_a − J_b) q̇  ≤ f(d − dₛ)
+//
 // differs from paper: rows also hold beyond dᵢ as long as the arm can reach their bound within one period. An arm with
 // bounded acceleration must brake before dᵢ, and braking alone can keep the continued f (docs/design/0001-braking.md).
 // differs from paper: d is the least distance for the age of the state (docs/design/0006-latency-compensation.md).

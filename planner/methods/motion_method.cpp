@@ -29,7 +29,7 @@ Redirection MotionMethod::redirect(const MethodInput& /*input*/, const Constrain
   return {};
 }
 
-bool MotionMethod::held_back(const JointVector& possible, const JointVector& wanted) const {
+bool MotionMethod::is_blocked(const JointVector& possible, const JointVector& wanted) const {
   return deadlocked(possible, wanted, kDeadlockFraction);
 }
 

@@ -137,7 +137,7 @@ class MotionGuide {
 };
 
 /// A motion method. Immutable once a cell is loaded, because planners and rollouts share it: then thread-safe.
-/// Functions that a tick calls (want, redirect, held_back) are pure: no clock, allocation, log or network.
+/// Functions that a tick calls (want, redirect, is_blocked) are pure: no clock, allocation, log or network.
 class MotionMethod {
  public:
   explicit MotionMethod(const MethodTraits& traits) : traits_(traits) {}
@@ -177,7 +177,7 @@ class MotionMethod {
   [[nodiscard]] virtual Redirection redirect(const MethodInput& input, const ConstrainedMotion& constrained,
                                              MethodState state) const;
   /// True if the constraints leave so little of the wanted velocity that the arm counts as blocked.
-  [[nodiscard]] virtual bool held_back(const JointVector& possible, const JointVector& wanted) const;
+  [[nodiscard]] virtual bool is_blocked(const JointVector& possible, const JointVector& wanted) const;
 
  private:
   MethodTraits traits_;

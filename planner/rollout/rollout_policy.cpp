@@ -96,7 +96,7 @@ RolloutPolicy::RolloutPolicy(const LocalParameters& parameters, std::uint64_t se
 
 std::optional<double> RolloutPolicy::rollout_wait() const {
   const bool could_ask =
-      open_ != Open::kHeldBack && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
+      open_ != Open::kBlockedArm && parameters_.candidates > 0 && since_answer_ >= parameters_.interval;
   return could_ask ? std::optional(kLongestWait) : std::nullopt;
 }
 
@@ -129,10 +129,10 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
                                                    std::span<const world::ObstacleState> obstacles) {
   const double dt = controller.control_period();
   since_answer_ += dt;
-  const bool held_back = result.status == TickStatus::kFollowing || result.status == TickStatus::kDetouring ||
-                         result.status == TickStatus::kBlocked ||
-                         (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
-  const bool trouble = held_back && !controller.route().under_way();  // on a route, RoutePolicy reacts instead
+  const bool blocked = result.status == TickStatus::kFollowingBoundary || result.status == TickStatus::kDetouring ||
+                       result.status == TickStatus::kBlocked ||
+                       (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
+  const bool trouble = blocked && !controller.route().under_way();  // on a route, RoutePolicy reacts instead
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_lookahead_ += dt;
@@ -144,7 +144,7 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   // The lookahead comes first, because the other search may take long.
   const bool looks = since_lookahead_ >= kLookaheadInterval && something_comes(controller, result, obstacles);
   if (!looks && trouble && since_answer_ >= parameters_.interval) {
-    open_ = Open::kHeldBack;
+    open_ = Open::kBlockedArm;
     RolloutQuestion question = make_question(controller, arms, obstacles);
     question.accelerations = accelerations();
     question.candidates = parameters_.candidates;

@@ -29,10 +29,10 @@ class RolloutPolicy {
   /// Call when the answer has arrived.
   void answered();
   /// A question of a blocked arm is open.
-  [[nodiscard]] bool awaiting_rollout() const { return open_ == Open::kHeldBack; }
+  [[nodiscard]] bool awaiting_rollout() const { return open_ == Open::kBlockedArm; }
 
  private:
-  enum class Open : std::uint8_t { kNone, kHeldBack, kLookahead };
+  enum class Open : std::uint8_t { kNone, kBlockedArm, kLookahead };
   /// Estimate of an obstacle's acceleration.
   struct Course {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< at the last sample [m/s]

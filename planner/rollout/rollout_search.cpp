@@ -102,7 +102,7 @@ JointVector RolloutSearch::somewhere(double reach) {
   return q.cwiseMax(limits.lower).cwiseMin(limits.upper);
 }
 
-// The first candidate moves straight; the others follow the boundary in a new subspace or make a detour, in turns.
+// The first candidate moves straight; the next ones follow the boundary in a new subspace or make a detour, in turns.
 Manoeuvre RolloutSearch::draw(int candidate) {
   Manoeuvre manoeuvre;
   if (candidate == 0) return manoeuvre;
@@ -120,7 +120,7 @@ Manoeuvre RolloutSearch::draw(int candidate) {
   return manoeuvre;
 }
 
-// The first candidate moves straight, two stop and wait, and the others evade to random positions.
+// The first candidate moves straight, two stop and wait, and the rest evade to random positions.
 Manoeuvre RolloutSearch::draw_escape(int candidate) {
   Manoeuvre manoeuvre;
   manoeuvre.seed = random_.next();

@@ -32,8 +32,8 @@ struct Query {
   std::vector<double>* out = nullptr;
 };
 
-/// Callback for each pair that the tree does not exclude. Keeps `nearest` at the influence distance, so that the tree skips
-/// farther boxes.
+/// Callback for each pair that the tree does not exclude. Keeps `nearest` at the influence distance, so that the tree
+/// skips farther boxes.
 bool add_pair(fcl::CollisionObjectd* one, fcl::CollisionObjectd* two, void* data, double& nearest) {
   const Query& query = *static_cast<Query*>(data);
   nearest = query.influence;

@@ -15,8 +15,8 @@ class FclPeer {
   explicit FclPeer(const planner::CellGeometry& geometry);
   ~FclPeer();
 
-  /// The distances of all pairs of the arm's bodies with other bodies, in the order of ExactDistance::clearances, without
-  /// broad phase. FCL returns −1 for overlapping pairs.
+  /// The distances of all pairs of the arm's bodies with other bodies, in the order of ExactDistance::clearances,
+  /// without broad phase. FCL returns −1 for overlapping pairs.
   void distances(int arm, const Instant& instant, std::vector<double>& out);
   /// The pairs nearer than `influence` [m], found by FCL's tree of bounding boxes.
   void distances_by_tree(int arm, const Instant& instant, double influence, std::vector<double>& out);

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""What supervision costs: processor, memory and bytes of a supervisor that watches cells of N arms.
+"""The cost of supervision: processor time, memory and traffic of a supervisor for cells of N arms.
 
 usage: supervision_cost.py BIN [--arms 3,10,30] [--seconds 20]
 
-BIN is the folder of Hecaton's programs. The supervisor is the real one; what it hears comes from one process that tells what all
-planners, drivers, agents and the world of such a cell would, at their rates (heartbeats every 10 ms, arm states every
-2 ms). Bytes are counted on the loopback interface of a network namespace of their own, by asking the kernel; so this needs
-`unshare -rn`, and starts itself in it.
+BIN is the folder of Hecaton's programs. The supervisor is the real one. One process publishes the messages of all planners,
+drivers, agents and the world of such a cell, at their rates (heartbeats every 10 ms, arm states every 2 ms). The kernel
+counts the bytes on the loopback interface of a separate network namespace. The script starts itself in `unshare -rn`.
 """
 import argparse
 import json

@@ -1,6 +1,6 @@
 #pragma once
-/// Percentiles of timings over many inputs, compared with a peer's in the same run. Google Benchmark prints means only; a
-/// control loop needs the median and p99.
+/// Percentiles of timings over many inputs, compared with a peer's in the same run. Google Benchmark prints means only;
+/// a control loop needs the median and p99.
 
 #include <algorithm>
 #include <chrono>

@@ -263,7 +263,8 @@ class Drive {
   std::array<Clearance, 512> near_;
 };
 
-/// Three dampers: one that arms of 1.5 rad/s can follow by braking, the default, and one steeper than any arm can brake.
+/// Three dampers: one that arms of 1.5 rad/s can follow by braking, the default, and one steeper than any arm can
+/// brake.
 const DamperParameters kDampers[] = {
     {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55},
     {},

@@ -100,8 +100,8 @@ Outcome fly_among(int flyers, double speed, double acceleration, double seconds,
   return outcome;
 }
 
-// Some obstacles are too fast for a retreat. But no arm hits an obstacle: a touched arm stands, retreats or brakes as hard as
-// it can.
+// Some obstacles are too fast for a retreat. But no arm hits an obstacle: a touched arm stands, retreats or brakes as
+// hard as it can.
 TEST(PassingProperty, TouchedArmDidNotApproachTheObstacle) {
   Random random(31);
   Outcome all;

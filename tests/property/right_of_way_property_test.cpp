@@ -86,8 +86,8 @@ class Crowd {
   double now_ = 0.0;
 };
 
-// Every arm knows the others with different delays. Priorities never fall, so that no arm overestimates another's: this is
-// sufficient.
+// Every arm knows every other arm with a different delay. Priorities never fall, so that no arm overestimates
+// another's: this is sufficient.
 TEST(RightOfWayProperty, ArmsNeverYieldInACircleForAnyDelay) {
   int waits = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {

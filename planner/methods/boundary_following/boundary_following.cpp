@@ -242,7 +242,7 @@ std::optional<std::string> BoundaryFollowing::validate() const {
   return std::nullopt;
 }
 
-bool BoundaryFollowing::held_back(const JointVector& possible, const JointVector& wanted) const {
+bool BoundaryFollowing::is_blocked(const JointVector& possible, const JointVector& wanted) const {
   return deadlocked(possible, wanted, parameters.deadlock_fraction);
 }
 

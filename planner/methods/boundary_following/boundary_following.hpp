@@ -80,7 +80,7 @@ class BoundaryFollowing : public MotionMethod, public Configured<FollowerParamet
   [[nodiscard]] std::optional<std::string> validate() const override;
   [[nodiscard]] Redirection redirect(const MethodInput& input, const ConstrainedMotion& constrained,
                                      MethodState state) const override;
-  [[nodiscard]] bool held_back(const JointVector& possible, const JointVector& wanted) const override;
+  [[nodiscard]] bool is_blocked(const JointVector& possible, const JointVector& wanted) const override;
 
  protected:
   explicit BoundaryFollowing(const MethodTraits& traits) : MotionMethod(traits) {}

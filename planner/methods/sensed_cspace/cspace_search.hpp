@@ -13,7 +13,7 @@ class CspaceSearch {
  public:
   enum class State : std::uint8_t { kIdle, kRunning, kFound, kNone };
 
-  /// For maps of the same size as `map`. Allocates; the other functions reuse this memory.
+  /// For maps of the same size as `map`.
   explicit CspaceSearch(const SensedMap& map);
 
   /// Drops the search; the state becomes kIdle.

@@ -4,12 +4,14 @@
 
 #include "planner/simd/lanes.hpp"
 
-// A link of length l and width w touches the obstacle O in the directions in which its axis meets O ⊕ w, O grown by a
-// disc of radius w; seen from the joint these are the directions of K = (O ⊕ w) ∩ (disc of radius l about the joint).
-// O is convex, and so are O ⊕ w and K: the directions are one interval, less than π wide unless K holds the joint. Its
-// ends are seen where K ends: where a tangent touches the disc about a corner of O, or where the circle of radius l
-// crosses that disc or a side moved outwards by w. All of these points lie in K, so that none ever makes the interval
-// too large, and the outermost two of them are its ends (docs/design/0011-sensed-cspace.md).
+// A link of length l and width w touches the obstacle O if its axis meets O ⊕ w, which is O grown by a disc of radius
+// w. These are the directions from the joint to K = (O ⊕ w) ∩ (disc of radius l about the joint). O, O ⊕ w and K are
+// convex. So the directions are one interval, less than π wide unless K contains the joint. Its ends belong to points
+// of K of three kinds:
+// - a tangent touches the disc about a corner of O;
+// - the circle of radius l crosses that disc;
+// - the circle crosses a side that is moved outwards by w.
+// All such points lie in K, so the outermost two directions are the ends (docs/design/0011-sensed-cspace.md).
 
 namespace hecaton::planner::cspace::HECATON_ISA {
 namespace {
@@ -74,7 +76,7 @@ struct Group {
     const Flat d{corner.x - joint.x, corner.y - joint.y};
     const Lanes s2 = dot(d, d);
     surrounded |= s2 <= width * width;
-    // The ends of what is seen of the disc lie at ±γ: d turned by γ is (s cos γ) d ± (s sin γ) d⊥ over s.
+    // The visible part of the disc ends at ±γ: d turned by γ is (s cos γ) d ± (s sin γ) d⊥ over s.
     const LaneMask tangent = s2 <= length * length + width * width;  // sin γ = w/s                      eq. 5, 6
     const Lanes s_cos = (s2 + (length * length - width * width)) * (0.5 / length);  // else the law of cosines
     const Lanes known = select(tangent, all<Lanes>(width), s_cos);

@@ -16,9 +16,9 @@ struct DirectionQuery {
   double width;   ///< w of the link [m], > 0
 };
 
-/// For each of `count` joint positions (a multiple of four): the link touches the obstacle in the directions from
-/// `right` counter-clockwise to `left`, both in [−π, π] [rad], with an error below 10⁻⁹ rad. −2π and 2π stand for all
-/// directions, 2π and −2π for none.
+/// Computes the directions for `count` joint positions, a multiple of four. The link touches the obstacle in the
+/// directions from `right` counter-clockwise to `left`, both in [−π, π] [rad], with an error below 10⁻⁹ rad. All
+/// directions are −2π and 2π; none are 2π and −2π.
 using DirectionKernel = void (*)(const DirectionQuery& query, int count, double* right, double* left);
 
 /// Both give bit-identical results.

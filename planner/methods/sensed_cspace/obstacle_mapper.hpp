@@ -27,7 +27,7 @@ class ObstacleMapper {
   [[nodiscard]] const AngleGrid& grid() const { return grid_; }
 
   /// Fills `image` with the cells in whose centre the arm is nearer to the obstacle than its links' widths. `links`:
-  /// the others pass above or below the obstacle. No allocation if `image` has held as many rows before.
+  /// other links pass above or below the obstacle. No allocation if `image` has held as many rows before.
   void map(const ConvexPiece& obstacle, ObstacleImage& image, Links links = Links::kBoth);
 
  private:

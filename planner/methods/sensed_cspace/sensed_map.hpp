@@ -40,7 +40,7 @@ class SensedMap {
   /// An empty map. Joints without limits get one turn in each direction.
   SensedMap(const ArmPlanes& planes, const JointLimits& limits, const SensedParameters& parameters);
 
-  /// Adds a point of an obstacle in the arm's base frame B [m]. Returns true if the point touches any cell.
+  /// Adds a point of an obstacle in the arm's base frame B [m]. Returns true if cells may have become blocked.
   bool add(const Eigen::Vector3d& p_B);
   void forget();
   /// True if the map holds this point or another one in the same small cube.
@@ -98,7 +98,7 @@ class GrowingMap {
   /// Maps a point at once; see SensedMap::add.
   bool add(const Eigen::Vector3d& p_B) { return map_.add(p_B); }
   /// Maps up to `points` queued points, nearest to their sensors first, and reduces `points` by their number. Returns
-  /// true if any of them touches a cell.
+  /// true if cells may have become blocked.
   bool advance(int& points);
   /// Clears the map and the queue.
   void forget();

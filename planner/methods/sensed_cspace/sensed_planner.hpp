@@ -27,7 +27,7 @@ class SensedPlanner : public MotionGuide {
   using Path = GuidedPath;
   [[nodiscard]] Aim guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) override;
 
-  /// True if all points are mapped and the stop from (q, q̇) ends in free cells, or if the arm slowly leaves a blocked
+  /// True if all points are mapped and the stop from (q, q̇) stays in free cells, or if the arm slowly leaves a blocked
   /// cell.
   [[nodiscard]] bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const override;
 

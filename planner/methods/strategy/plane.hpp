@@ -15,7 +15,7 @@ inline double dot_of(const double* a, const double* b, int n) {
   return sum;
 }
 
-/// Order of the axes in Gram–Schmidt. Arms use the first; the others serve comparisons.
+/// Order of the axes in Gram–Schmidt. Arms use the first order; the other two serve comparisons.
 enum BasisOrder { kFromSecondAxis = 0, kFromLastAxis = 1, kFromFirstAxis = 2 };
 
 inline int basis_axis(BasisOrder order, int k, int n) {

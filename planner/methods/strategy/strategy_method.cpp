@@ -61,8 +61,11 @@ struct StrategyFollowingMemory {
   StrategyMemory strategy;
 };
 
-/// [Mediavilla02, footnote of section 4]: uᶠ = a u₁ + b u₂ towards the goal, uᵀ = −b u₁ + a u₂ across it, on the side
-/// of the strategy. differs from paper: uᶠ includes the displacement out of the plane that dampers have caused.
+/// Follows the boundary across the line to the goal [Mediavilla02, footnote of section 4]:
+///
+///     uᶠ = a u₁ + b u₂ to the goal,   uᵀ = −b u₁ + a u₂ across it, on the side of the strategy.
+///
+/// differs from paper: uᶠ includes the displacement out of the plane that dampers have caused.
 void follow_in_strategy(const MethodInput& input, const JointVector& way, MethodState state) {
   auto& [follower, strategy] = state.memory.as<StrategyFollowingMemory>();
   const Eigen::Index n = strategy.plane.u1.size();

@@ -44,8 +44,8 @@ std::vector<Point> border_points(std::span<const Point> corners, double spacing)
 
 namespace {
 
-/// The largest angle between θ₁ and the direction of a point at distance r at which the arm touches the point [rad];
-/// negative if it never does. [Li96] eq. 3 with s = l₂, extended by the first link.
+/// The largest angle between θ₁ and the direction of a point at distance r for a contact [rad]; negative: no contact.
+/// [Li96] eq. 3 with s = l₂, extended by the first link.
 double widest_theta1(const PlanarArm& arm, double r) {
   const double l1 = arm.length1;
   const double l2 = arm.length2;
@@ -60,10 +60,12 @@ double widest_theta1(const PlanarArm& arm, double r) {
 
 }  // namespace
 
-// [Li96] eq. 3–6 for a point at (r, 0), row by row: with the elbow at θ₁, s and θ₂ are the distance and the direction
-// of the point, and the second link touches it from θ₂ − asin(w/s) to θ₂ + asin(w/s). differs from paper: eq. 4 lacks
-// l₂ and the sign's rule; θ₂ follows from the elbow's place instead. Where the first link touches the point ("very
-// simple" in the paper) or the elbow is within w of it, every θ₂ does.
+// [Li96] eq. 3–6 for a point at (r, 0), row by row. From the elbow at θ₁, the point has the distance s and the
+// direction θ₂. The second link touches it from θ₂ − asin(w/s) to θ₂ + asin(w/s). Each row is
+// blocked completely if the first link touches the point ("very simple" in the paper), or if the elbow is within w of
+// it.
+//
+// differs from paper: eq. 4 lacks l₂ and the rule for the sign. Here θ₂ follows from the elbow's position.
 ImageDatabase::ImageDatabase(const PlanarArm& arm, AngleGrid grid, int images)
     : grid_(grid), spacing_(arm.reach() / images) {
   for (int k = 1; k <= images; ++k) {
@@ -101,8 +103,8 @@ std::size_t ImageDatabase::bytes() const {
   return bytes;
 }
 
-// differs from paper: its text calls G₂ and G₃ the points of Θ₁min and Θ₁max and G₄ and G₅ those of φ; the algorithm
-// has them the other way round, and so have we. Nothing depends on it: eq. 8 and 9 treat them alike.
+// differs from paper: its text assigns G₂ and G₃ to Θ₁, and G₄ and G₅ to φ. Its algorithm exchanges them, as this code
+// does. Eq. 8 and 9 treat both pairs alike.
 CriticalPoints find_critical_points(std::span<const FundamentalObstacle> obstacles, const ImageDatabase& database) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double r_min = kInfinity;
@@ -155,9 +157,9 @@ struct Turned {
   int rows = 0;        ///< ω
   double share = 0.0;  ///< of the way from one of the image's rows to the next, at which the grid's row lies
 
-  // differs from paper: rows count from −π as the grid does; σ_max is rounded down, for a row beyond the image has no
-  // second value; and s is the share by which the grid's row follows the image's, as v = (1 − s) θ(k) + s θ(k+1) needs
-  // it, where the paper's remainder is 1 − s.
+  // differs from paper: rows count from −π as in the grid. The row σ_max is rounded down, because a row beyond the
+  // image has no second value. The offset of the grid's row from the image's row is s in v = (1 − s) θ(k) + s θ(k+1).
+  // It is 1 − s in the paper.
   Turned(const PointImage& turned, double phi, const AngleGrid& grid) : image(turned) {
     const double begin = grid.place(phi + turned.theta1_min);
     first_row = static_cast<int>(std::ceil(begin));

@@ -11,7 +11,8 @@
 
 namespace hecaton::planner::cspace {
 
-/// FO_i: a grid point of the workspace next to the border of an obstacle, with its parameters (eq. 1 and 2).
+/// FO_i (eq. 1 and 2): a grid point of the workspace next to the border of an obstacle.
+///
 /// differs from paper: φ = atan2(y, x), because arctan(y/x) loses the sign.
 struct FundamentalObstacle {
   Point place;       ///< [m], both multiples of the grid's spacing
@@ -30,8 +31,8 @@ struct FundamentalObstacle {
 /// The number of images that [Li96] stores (section 2).
 inline constexpr int kPublishedImages = 40;
 
-/// CO_R(MFO_k) as in table 1: the least and the largest θ₂ that touch the point, for rows one pitch apart from θ₁min
-/// [rad]. θ₂ is not wrapped.
+/// CO_R(MFO_k) as in table 1 [rad]. For rows one pitch apart from θ₁min, it holds the least and the largest θ₂ that
+/// touch the point. They are not wrapped.
 struct PointImage {
   double theta1_min = 0.0;
   double theta1_max = -1.0;   ///< below θ₁min: the arm cannot touch it

@@ -28,11 +28,11 @@ class RightOfWayTest : public testing::Test {
     right_.under_way = true;
   }
 
-  [[nodiscard]] RightOfWayInput input(bool held_back = false) const {
-    return {parameters_, arms_, 1, rows_, kPeriod, held_back};
+  [[nodiscard]] RightOfWayInput input(bool blocked = false) const {
+    return {parameters_, arms_, 1, rows_, kPeriod, blocked};
   }
-  void pass(double seconds, bool held_back) {
-    for (double t = 0.0; t < seconds; t += kPeriod) update(input(held_back), random_, right_);
+  void pass(double seconds, bool blocked) {
+    for (double t = 0.0; t < seconds; t += kPeriod) update(input(blocked), random_, right_);
   }
 
   LocalParameters parameters_;

@@ -76,7 +76,7 @@ void drive_until_awaiting_rollout(Journey& run) {
   for (int k = 0; k < 1000; ++k) {
     run.memory.local.rollout_wait = 0.1;
     const TickResult result = run.step();
-    ASSERT_NE(result.status, TickStatus::kFollowing);
+    ASSERT_NE(result.status, TickStatus::kFollowingBoundary);
     if (result.awaiting_rollout) return;
   }
   FAIL() << "the wall never blocked it";
@@ -95,7 +95,7 @@ TEST(Tick, BlockedArmDeviatesOnceTheRolloutSaysContinue) {
   Journey run(kWall, built_in_method("boundary_following"));
   drive_until_awaiting_rollout(run);
   begin({}, run.memory.local);
-  EXPECT_EQ(run.step().status, TickStatus::kFollowing);
+  EXPECT_EQ(run.step().status, TickStatus::kFollowingBoundary);
 }
 
 TEST(Tick, ReportsTheBindingPair) {
@@ -116,7 +116,7 @@ TEST(Tick, ReportsTheFollowedBoundary) {
   for (int k = 0; k < 6000; ++k) {
     const TickResult result = run.step();
     if (result.status == TickStatus::kReached) break;
-    if (result.status != TickStatus::kFollowing) continue;
+    if (result.status != TickStatus::kFollowingBoundary) continue;
     ++following;
     ASSERT_TRUE(result.has_binding) << "period " << k;
     EXPECT_EQ(run.geometry.other_name(result.binding), "wall");
@@ -270,8 +270,8 @@ TEST(Tick, ArmWithoutGoalDoesNotFleeALostArm) {
   EXPECT_EQ(run.input.q, joints({0.3, 0}));
 }
 
-// Two walls close in, at 0.2 m/s and 0.1 m/s. No retreat satisfies both rows. The arm retreats from the faster wall as long
-// as there is space.
+// Two walls close in, at 0.2 m/s and 0.1 m/s. No retreat satisfies both rows. The arm retreats from the faster wall as
+// long as there is space.
 TEST(Tick, RetreatsAsFarAsPossibleWhenNotAllRowsCanHold) {
   CellGeometry geometry({test::planar_point("own")}, 0);
   geometry.set_obstacles(std::vector{box_obstacle("left", {-0.3, 0, 0}, {0.1, 9, 0.2}),

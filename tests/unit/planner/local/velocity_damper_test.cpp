@@ -66,8 +66,8 @@ TEST_F(VelocityDamper, UnplannedArmCountsAsAnObstacle) {
 }
 
 TEST_F(VelocityDamper, OldArmStateUsesLeastDistance) {
-  // The arm was at rest 0.2 s ago and may have approached with k/2 x since: 0.08 e^(−1) remain before dₛ. The bound from
-  // 4 m/s² alone would be smaller.
+  // The arm was at rest 0.2 s ago and may have approached with k/2 x since: 0.08 e^(−1) remain before dₛ. The bound
+  // from 4 m/s² alone would be smaller.
   observations[1].qd.setZero();
   observations[1].age = 0.2;
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 5.0 * 0.08 * std::exp(-1.0), 1e-12);

@@ -19,8 +19,8 @@ constexpr double kPeriod = 0.01;
 constexpr double kRadius = 0.05;
 const Eigen::Vector3d kRamHalf(0.05, 0.15, 0.1);
 
-/// The point at (0, 0), a wall 0.1 m behind it, and a ram that approaches at 0.4 m/s from the other side. Its face is flat,
-/// so that no small motion increases the distance.
+/// The point at (0, 0), a wall 0.1 m behind it, and a ram that approaches at 0.4 m/s from the other side. Its face is
+/// flat, so that no small motion increases the distance.
 class Ram : public testing::Test {
  protected:
   Ram() {

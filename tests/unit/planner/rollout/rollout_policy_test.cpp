@@ -53,7 +53,7 @@ class Policy : public testing::Test {
 TEST_F(Policy, AsksOnlyWhenBlocked) {
   RolloutPolicy policy(parameters_, 1);
   EXPECT_EQ(periods_until_question(policy, TickStatus::kMoving, question_), -1);
-  EXPECT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
+  EXPECT_EQ(periods_until_question(policy, TickStatus::kFollowingBoundary, question_), 1);
 }
 
 TEST_F(Policy, BlockedArmWaitsWhenAnAnswerCanCome) {
@@ -84,18 +84,18 @@ TEST_F(Policy, AsksOneQuestionAtATimeAndThenWaits) {
 TEST_F(Policy, HorizonGrowsUntilTheArmIsFree) {
   RolloutPolicy policy(parameters_, 1);
   for (const double horizon : {2.0, 4.0, 6.0, 6.0}) {
-    ASSERT_GT(periods_until_question(policy, TickStatus::kFollowing, question_), 0);
+    ASSERT_GT(periods_until_question(policy, TickStatus::kFollowingBoundary, question_), 0);
     EXPECT_DOUBLE_EQ(question_.horizon, horizon);
     policy.answered();
   }
   EXPECT_EQ(periods_until_question(policy, TickStatus::kMoving, question_), -1);  // 1 s of free motion
-  ASSERT_GT(periods_until_question(policy, TickStatus::kFollowing, question_), 0);
+  ASSERT_GT(periods_until_question(policy, TickStatus::kFollowingBoundary, question_), 0);
   EXPECT_DOUBLE_EQ(question_.horizon, 2.0);
 }
 
 TEST_F(Policy, QuestionHoldsThePresentCell) {
   RolloutPolicy policy(parameters_, 1);
-  ASSERT_EQ(periods_until_question(policy, TickStatus::kFollowing, question_), 1);
+  ASSERT_EQ(periods_until_question(policy, TickStatus::kFollowingBoundary, question_), 1);
   ASSERT_EQ(question_.arms.size(), 2U);
   EXPECT_EQ(question_.arms[0].q, controller_.setpoint().q);
   EXPECT_EQ(question_.arms[0].q_goal, joints({1, 0}));
@@ -183,12 +183,12 @@ TEST_F(PolicyBesideABox, LooksAheadWithoutAGoalButNotWhenHeld) {
 
 TEST_F(PolicyBesideABox, LooksAheadBeforeItSearchesManoeuvres) {
   RolloutPolicy policy(parameters_, 1);
-  const auto asked = next(policy, TickStatus::kFollowing);
+  const auto asked = next(policy, TickStatus::kFollowingBoundary);
   ASSERT_TRUE(asked.has_value());
   EXPECT_TRUE(asked->lookahead);
   EXPECT_FALSE(policy.awaiting_rollout());
   policy.answered();
-  const auto then = next(policy, TickStatus::kFollowing);
+  const auto then = next(policy, TickStatus::kFollowingBoundary);
   ASSERT_TRUE(then.has_value()) << "it is too soon for another of those";
   EXPECT_FALSE(then->lookahead);
   EXPECT_TRUE(policy.awaiting_rollout());
