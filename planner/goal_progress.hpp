@@ -18,7 +18,6 @@ class Route {
     points_ = std::move(points);
     next_ = 0;
   }
-  void leave() { take({}); }
 
   /// Skips the points that are near `q` [rad | m].
   void pass(const JointLimits& limits, const JointVector& q) {

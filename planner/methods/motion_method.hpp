@@ -105,12 +105,12 @@ struct Redirection {
   bool awaiting_rollout = false;        ///< the arm is blocked and waits for a rollout before it deviates
 };
 
-/// Where an arm goes by what it has gathered between ticks.
+/// The kind of path that a guide has found.
 enum class GuidedPath : std::uint8_t {
-  kStraight,   ///< to the goal, as far as is known
-  kAround,     ///< what is known to be in the way
-  kSearching,  ///< stays until it is known
-  kNone,       ///< what is known leaves no way
+  kStraight,   ///< straight to the goal, as far as known
+  kAround,     ///< around known obstacles
+  kSearching,  ///< not known yet: the arm stays
+  kNone,       ///< there is no path in the known space
 };
 
 /// State of a method that is too large to copy into rollouts, such as a map. Rollouts run without it. The planner's
@@ -133,7 +133,7 @@ class MotionGuide {
   /// True if the arm may move from `from` to (q, q̇) in this period.
   [[nodiscard]] virtual bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const = 0;
   /// The reason why guide() found no path for an arm at `q`, as a clause; nothing if it found one.
-  [[nodiscard]] virtual std::optional<std::string> why_none(const JointVector& q) const = 0;
+  [[nodiscard]] virtual std::optional<std::string> no_path_reason(const JointVector& q) const = 0;
 };
 
 /// A motion method. Immutable once a cell is loaded, because planners and rollouts share it: then thread-safe.

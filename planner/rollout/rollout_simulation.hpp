@@ -45,7 +45,7 @@ class RolloutSimulation {
   void step();
 
   [[nodiscard]] double time() const { return time_; }  ///< since begin() [s]
-  [[nodiscard]] double dt() const { return dt_; }
+
   [[nodiscard]] const RolloutArm& arm(int i) const { return arms_[i]; }
   [[nodiscard]] RolloutArm& arm(int i) { return arms_[i]; }
   [[nodiscard]] const JointLimits& limits(int i) const { return geometries_[i].own_arm().limits; }

@@ -5,7 +5,7 @@
 namespace hecaton::planner {
 
 void sine_cosine(const double* angle, int count, double* sine, double* cosine) {
-  static const SineCosine chosen = fastest(baseline::sine_cosine, avx2::sine_cosine);
+  static const auto chosen = fastest(baseline::sine_cosine, avx2::sine_cosine);
   chosen(angle, count, sine, cosine);
 }
 

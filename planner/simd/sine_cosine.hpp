@@ -8,9 +8,7 @@ namespace hecaton::planner {
 /// every machine, unlike those of the C library. Thread-safe.
 void sine_cosine(const double* angle, int count, double* sine, double* cosine);
 
-/// One compilation for each instruction set; sine_cosine() selects one at run time.
-using SineCosine = void (*)(const double* angle, int count, double* sine, double* cosine);
-
+// One compilation for each instruction set; sine_cosine() selects one at run time.
 namespace baseline {
 void sine_cosine(const double* angle, int count, double* sine, double* cosine);
 }

@@ -13,11 +13,21 @@ struct OscillationMonitor {
   double time = 0.0;         ///< elapsed time in the window
   bool oscillating = false;  ///< as of the last complete window
 
-  /// Starts again.
-  void reset() { *this = {}; }
   /// Observes the arm at `q`, `dt` after the last call. The arm oscillates in a window of length `window` if its path
   /// is longer than `least` and its net displacement is below a third of the path.
-  void observe(const JointVector& q, double dt, double window, double least);
+  void observe(const JointVector& q, double dt, double window, double least) {
+    if (anchor.size() != q.size()) {
+      anchor = last = q;
+      return;
+    }
+    travelled += (q - last).norm();
+    last = q;
+    time += dt;
+    if (time < window) return;
+    oscillating = travelled > least && (q - anchor).norm() < 1.0 / 3.0 * travelled;
+    anchor = q;
+    travelled = time = 0.0;
+  }
 };
 
 }  // namespace hecaton::planner::potential

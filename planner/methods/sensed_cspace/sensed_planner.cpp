@@ -253,7 +253,7 @@ bool SensedPlanner::may_go(const JointVector& from, const JointVector& q, const 
   return slow && map().blocked(map().cell_at(from));
 }
 
-std::optional<std::string> SensedPlanner::why_none(const JointVector& q) const {
+std::optional<std::string> SensedPlanner::no_path_reason(const JointVector& q) const {
   if (!none_) return std::nullopt;
   const auto too_near = [&](const char* what) {
     return std::string(what) + " is nearer to a known obstacle than sensed.margin and a cell of its map allow";

@@ -31,7 +31,7 @@ class SensedPlanner : public MotionGuide {
   /// cell.
   [[nodiscard]] bool may_go(const JointVector& from, const JointVector& q, const JointVector& qd) const override;
 
-  [[nodiscard]] std::optional<std::string> why_none(const JointVector& q) const override;
+  [[nodiscard]] std::optional<std::string> no_path_reason(const JointVector& q) const override;
 
   [[nodiscard]] const SensedMap& map() const { return known_.map(); }
   [[nodiscard]] const std::vector<Cell3>& path() const { return path_; }

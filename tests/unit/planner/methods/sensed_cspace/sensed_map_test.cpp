@@ -253,7 +253,8 @@ TEST_F(Search, PathUsesFreeCellsOnly) {
   }
 }
 
-// For any blocked cells: a straight line from one cell of the way to the next, from corner to corner, stays in free ones.
+// For any blocked cells: a straight line from one cell of the way to the next, from corner to corner, stays in free
+// ones.
 TEST_F(Search, NeverCutsACorner) {
   Random random(3);
   int found = 0;

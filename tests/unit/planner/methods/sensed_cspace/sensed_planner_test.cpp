@@ -178,21 +178,21 @@ TEST_F(SensedPlannerTest, RefusedMotionContinuesFromRestToRest) {
 TEST_F(SensedPlannerTest, ExplainsWhyThereIsNoPath) {
   SensedPlanner planner = this->planner(Remember::kAlways);
   EXPECT_EQ(settle(planner), Path::kStraight);
-  EXPECT_EQ(planner.why_none(from_), std::nullopt);
+  EXPECT_EQ(planner.no_path_reason(from_), std::nullopt);
   see(planner, {0.3});
   ASSERT_EQ(settle(planner), Path::kNone);
-  EXPECT_EQ(planner.why_none(from_), "the known obstacles leave no path to the goal");
+  EXPECT_EQ(planner.no_path_reason(from_), "the known obstacles leave no path to the goal");
 
   SensedPlanner near_goal = this->planner(Remember::kAlways);
   see(near_goal, {0.75});
   to_ = Eigen::Vector2d(0.0, 0.0);
   ASSERT_EQ(settle(near_goal), Path::kNone);
-  EXPECT_TRUE(near_goal.why_none(from_).value_or("").starts_with("its goal is nearer to an obstacle"));
+  EXPECT_TRUE(near_goal.no_path_reason(from_).value_or("").starts_with("its goal is nearer to an obstacle"));
   from_ = Eigen::Vector2d(0.01, 0.0);
   SensedPlanner near = this->planner(Remember::kAlways);
   see(near, {0.75});
   ASSERT_EQ(settle(near), Path::kNone);
-  EXPECT_TRUE(near.why_none(from_).value_or("").starts_with("the arm's position is nearer to a known obstacle"));
+  EXPECT_TRUE(near.no_path_reason(from_).value_or("").starts_with("the arm's position is nearer to a known obstacle"));
 }
 
 // At a limit, the centre of the first cell is outside: an arm that moves to it would stand at the limit forever.
