@@ -25,9 +25,29 @@ ServiceOptions client_options(int domain) {
   return options;
 }
 
-/// The test ends here: what follows would act on what was never seen.
+/// Ends the test.
 [[noreturn]] void give_up(const std::string& what) {
   throw std::runtime_error(what);
+}
+
+/// Waits for a reader of the request, writes it, and waits for the reply with its client and request_id. Empty after
+/// the time-out.
+template <class Request, class Reply>
+std::optional<Reply> request_reply(bus::Writer<Request>& requests, bus::Reader<Reply>& replies, const Request& request,
+                                   bus::Clock::duration timeout) {
+  const auto until = bus::Clock::now() + timeout;
+  if (!requests.wait_matched(1, timeout) || !requests.write(request)) return std::nullopt;
+  while (true) {
+    for (auto& sample : replies.take()) {
+      if (sample.value.client() == request.client() && sample.value.request_id() == request.request_id()) {
+        return std::move(sample.value);
+      }
+    }
+    const auto now = bus::Clock::now();
+    if (now >= until) return std::nullopt;
+    // Another reader may share the mailbox, so only the clock tells a time-out.
+    [[maybe_unused]] const bool arrived = replies.wait_for_data(until - now);
+  }
 }
 
 }  // namespace
@@ -43,7 +63,7 @@ HealthCell::HealthCell(const std::vector<std::string>& agent_options, const std:
       modes_(participant_, &mailbox_),
       faults_(participant_, &mailbox_),
       goals_(participant_),
-      goal_news_(participant_, &mailbox_),
+      goal_statuses_(participant_, &mailbox_),
       edits_(participant_),
       edit_replies_(participant_, &mailbox_),
       states_(participant_, &mailbox_) {}
@@ -59,17 +79,17 @@ ChildCommand HealthCell::agent_command(const std::vector<std::string>& options) 
   return command;
 }
 
-std::optional<msg::SupervisorReply> HealthCell::ask(msg::RequestKind kind, const std::vector<std::string>& arms) {
+std::optional<msg::SupervisorReply> HealthCell::call(msg::RequestKind kind, const std::vector<std::string>& arms) {
   const auto until = bus::Clock::now() + kPatience;
   msg::SupervisorRequest request;
   request.client("test-" + std::to_string(getpid()));
   request.kind(kind);
   request.arms(arms);
-  // Asked again when the supervisor died with the question.
+  // Repeated if the supervisor died before its reply.
   while (bus::Clock::now() < until) {
     request.request_id(++request_);
-    auto answer = bus::ask(requests_, replies_, request, 500ms);
-    if (answer.reply) return answer.reply;
+    auto reply = request_reply(requests_, replies_, request, 500ms);
+    if (reply) return reply;
   }
   return std::nullopt;
 }
@@ -78,7 +98,7 @@ msg::CellStatus HealthCell::await(const std::string& what, const Condition& cond
   const auto until = bus::Clock::now() + kPatience;
   msg::CellStatus status;
   do {
-    const auto reply = ask(msg::RequestKind::REQUEST_STATUS);
+    const auto reply = call(msg::RequestKind::REQUEST_STATUS);
     if (!reply) break;
     status = reply->status();
     if (condition(status)) return status;
@@ -120,13 +140,13 @@ msg::Fault HealthCell::await_fault(const std::string& what, const std::function<
   const auto until = bus::Clock::now() + kPatience;
   while (bus::Clock::now() < until) {
     for (const auto& sample : faults_.take()) {
-      if (!sample.disposed) told_.push_back(sample.value);
+      if (!sample.disposed) published_.push_back(sample.value);
     }
-    const auto found = std::find_if(told_.begin(), told_.end(), condition);
-    if (found != told_.end()) return *found;
+    const auto found = std::find_if(published_.begin(), published_.end(), condition);
+    if (found != published_.end()) return *found;
     static_cast<void>(faults_.wait_for_data(1s));
   }
-  give_up("no such fault was told: " + what);
+  give_up("no such fault was published: " + what);
 }
 
 void HealthCell::await_dropped(const std::string& node) {
@@ -143,9 +163,9 @@ void HealthCell::await_dropped(const std::string& node) {
 msg::WorldEditReply HealthCell::edit(msg::WorldEditRequest request) {
   request.client("test-" + std::to_string(getpid()));
   request.request_id(++request_);
-  const auto answer = bus::ask(edits_, edit_replies_, request, kPatience);
-  EXPECT_TRUE(answer.reply);
-  return answer.reply.value_or(msg::WorldEditReply());
+  const auto reply = request_reply(edits_, edit_replies_, request, kPatience);
+  EXPECT_TRUE(reply);
+  return reply.value_or(msg::WorldEditReply());
 }
 
 msg::GoalStatus HealthCell::await_goal(const std::string& goal,
@@ -153,12 +173,12 @@ msg::GoalStatus HealthCell::await_goal(const std::string& goal,
   const auto until = bus::Clock::now() + kPatience;
   msg::GoalStatus last;
   while (bus::Clock::now() < until) {
-    for (const auto& sample : goal_news_.take()) {
+    for (const auto& sample : goal_statuses_.take()) {
       if (sample.disposed || sample.value.goal() != goal) continue;
       last = sample.value;
       if (condition(last)) return last;
     }
-    static_cast<void>(goal_news_.wait_for_data(1s));
+    static_cast<void>(goal_statuses_.wait_for_data(1s));
   }
   give_up("no such news of goal " + goal + "; last: " + std::to_string(static_cast<int>(last.state())) + ' ' +
           last.cause().text());
@@ -230,7 +250,7 @@ int open_faults(const msg::CellStatus& status, const std::string& kind, const st
   }));
 }
 
-Witnesses::Witnesses(const msg::CellStatus& status) {
+CellProcesses::CellProcesses(const msg::CellStatus& status) {
   for (const msg::HostStatus& host : status.hosts()) {
     for (const msg::ProcessEvent& process : host.processes()) {
       const auto descriptor = static_cast<int>(syscall(SYS_pidfd_open, process.pid(), 0));
@@ -240,11 +260,11 @@ Witnesses::Witnesses(const msg::CellStatus& status) {
   }
 }
 
-Witnesses::~Witnesses() {
+CellProcesses::~CellProcesses() {
   for (const int descriptor : descriptors_) close(descriptor);
 }
 
-bool Witnesses::await_all_ended() const {
+bool CellProcesses::await_all_ended() const {
   const auto until = bus::Clock::now() + kPatience;
   return std::all_of(descriptors_.begin(), descriptors_.end(), [&](int descriptor) {
     pollfd ended{descriptor, POLLIN, 0};

@@ -1,7 +1,6 @@
 #pragma once
-/// A whole cell, brought up by the real agent as the real processes, on a free domain of the loopback interface; and a
-/// client that talks to its supervisor. Whatever becomes of the test, nothing is left: the agent is a child that is
-/// killed with us, and its services with it.
+/// A cell of real processes, started by the real agent on a free domain of the loopback interface, and a client of its
+/// supervisor. No process is left after the test: the agent is a child that is killed with it, and so are its services.
 
 #include <chrono>
 #include <functional>
@@ -13,7 +12,6 @@
 #include <idl/supervisor.h>
 
 #include "services/agent/child_process.hpp"
-#include "services/bus/ask.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/options.hpp"
@@ -24,7 +22,7 @@ namespace hecaton::services::testing {
 
 using namespace std::chrono_literals;
 
-/// Long enough for a loaded machine under a sanitizer; no test waits so long when all is well.
+/// Long enough for a loaded machine under a sanitizer. No test that passes waits as long.
 constexpr auto kPatience = 60s;
 
 class HealthCell {
@@ -35,26 +33,26 @@ class HealthCell {
   using Condition = std::function<bool(const msg::CellStatus&)>;
 
   /// The supervisor's reply, or nothing when it did not answer within kPatience.
-  std::optional<msg::SupervisorReply> ask(msg::RequestKind kind, const std::vector<std::string>& arms = {});
-  // What is awaited and never comes ends the test by an exception.
-  /// Asks for the status again and again until it is as wanted.
+  std::optional<msg::SupervisorReply> call(msg::RequestKind kind, const std::vector<std::string>& arms = {});
+  // The await functions throw std::runtime_error after kPatience.
+  /// Requests the status until it satisfies `condition`.
   msg::CellStatus await(const std::string& what, const Condition& condition);
   /// Until every node is alive, every process is known, no fault is open and the cell is on run.
   msg::CellStatus await_healthy();
-  /// Until a mode on the bus is as wanted.
+  /// Until a cell mode satisfies `condition`.
   msg::CellMode await_mode(const std::string& what, const std::function<bool(const msg::CellMode&)>& condition);
-  /// Until the fault topic has told one as wanted.
+  /// Until a published fault satisfies `condition`.
   msg::Fault await_fault(const std::string& what, const std::function<bool(const msg::Fault&)>& condition);
-  /// Until the others' lease of `node`'s participant is over.
+  /// Until the peers have dropped the participant of `node`.
   void await_dropped(const std::string& node);
   /// The world's reply to an edit.
   msg::WorldEditReply edit(msg::WorldEditRequest request);
   /// Another agent of the same cell.
   [[nodiscard]] ChildCommand agent_command(const std::vector<std::string>& options) const;
-  /// How the agent ended.
+  /// How the agent ended; empty after kPatience.
   std::optional<ChildEnd> await_end();
 
-  /// The newest word on a goal.
+  /// Until the status of a goal satisfies `condition`.
   msg::GoalStatus await_goal(const std::string& goal, const std::function<bool(const msg::GoalStatus&)>& condition);
   /// The next state of the arm that arrives.
   msg::ArmState next_state(const std::string& arm);
@@ -67,7 +65,7 @@ class HealthCell {
   [[nodiscard]] bus::Mailbox& mailbox() { return mailbox_; }
 
  private:
-  /// A cell's agents are killed with it: what they remembered must not be found by the next cell in its domain.
+  /// Agents are killed with the cell. Their checkpoints must not stay for the next cell in the same domain.
   struct OwnRun {
     ~OwnRun();
     const config::CellFile& file;
@@ -86,15 +84,15 @@ class HealthCell {
   bus::Reader<msg::CellMode> modes_;
   bus::Reader<msg::Fault> faults_;
   bus::Writer<msg::Goal> goals_;
-  bus::Reader<msg::GoalStatus> goal_news_;
+  bus::Reader<msg::GoalStatus> goal_statuses_;
   bus::Writer<msg::WorldEditRequest> edits_;
   bus::Reader<msg::WorldEditReply> edit_replies_;
   bus::Reader<msg::ArmState> states_;
-  std::vector<msg::Fault> told_;
+  std::vector<msg::Fault> published_;
   std::uint64_t request_ = 0;
 };
 
-/// The status of one arm, of one process's newest event; fails the test when it is not there.
+/// The status of one arm, the newest event of one process; fails the test when there is none.
 msg::ArmStatus arm_of(const msg::CellStatus& status, const std::string& arm);
 std::optional<msg::ProcessEvent> process_of(const msg::CellStatus& status, const std::string& name);
 bool contains(const std::vector<std::string>& names, const std::string& name);
@@ -102,22 +100,22 @@ bool contains(const std::vector<std::string>& names, const std::string& name);
 int pid_of_node(const msg::CellStatus& status, const std::string& node);
 /// Open faults of a kind and subject.
 int open_faults(const msg::CellStatus& status, const std::string& kind, const std::string& subject);
-/// All processes that the cell has, by their pid; each is readable when it has ended.
-class Witnesses {
+/// All processes of a cell.
+class CellProcesses {
  public:
-  explicit Witnesses(const msg::CellStatus& status);
-  ~Witnesses();
-  Witnesses(const Witnesses&) = delete;
-  Witnesses& operator=(const Witnesses&) = delete;
+  explicit CellProcesses(const msg::CellStatus& status);
+  ~CellProcesses();
+  CellProcesses(const CellProcesses&) = delete;
+  CellProcesses& operator=(const CellProcesses&) = delete;
   [[nodiscard]] std::size_t count() const { return descriptors_.size(); }
   /// True when all have ended within kPatience.
   [[nodiscard]] bool await_all_ended() const;
 
  private:
-  std::vector<int> descriptors_;
+  std::vector<int> descriptors_;  // pidfds
 };
 
-/// Everything there is to know of a status, for failed tests.
+/// The whole status as text, for failed tests.
 std::string text_of(const msg::CellStatus& status);
 
 }  // namespace hecaton::services::testing

@@ -1,4 +1,4 @@
-// Real faults in a real cell: processes are killed and stopped, and the supervisor says what it sees.
+// Faults in a cell of real processes: processes are killed and stopped, and the supervisor publishes what it observes.
 
 #include <algorithm>
 #include <csignal>
@@ -21,15 +21,15 @@ bool fault_is(const msg::Fault& fault, const std::string& kind, const std::strin
   return cause_name(fault.cause().kind()) == kind && fault.cause().subject() == subject && fault.cleared() == cleared;
 }
 
-TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
+TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorRuns) {
   HealthCell cell;
   const auto before = cell.await_healthy();
   const int pid = pid_of(before, "planner-left");
   ASSERT_GT(pid, 0);
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
 
-  const auto fault = cell.await_fault("death of planner/left", [](const msg::Fault& told) {
-    return fault_is(told, "process_died", "planner/left", false);
+  const auto fault = cell.await_fault("death of planner/left", [](const msg::Fault& reported) {
+    return fault_is(reported, "process_died", "planner/left", false);
   });
   EXPECT_EQ(fault.cause().text(), "planner/left: process " + std::to_string(pid) + " was ended by signal 9 (Killed)");
   EXPECT_EQ(fault.severity(), msg::Severity::SEVERITY_ERROR);
@@ -39,8 +39,9 @@ TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
            causes_text(mode).find("signal 9") != std::string::npos;
   });
 
-  const auto cleared = cell.await_fault(
-      "end of that fault", [](const msg::Fault& told) { return fault_is(told, "process_died", "planner/left", true); });
+  const auto cleared = cell.await_fault("end of that fault", [](const msg::Fault& reported) {
+    return fault_is(reported, "process_died", "planner/left", true);
+  });
   EXPECT_EQ(cleared.id(), fault.id());
   const auto after = cell.await_healthy();
   EXPECT_NE(pid_of(after, "planner-left"), pid);
@@ -48,15 +49,15 @@ TEST(HealthFaults, KilledPlannerIsAFaultUntilItsSuccessorIsSteady) {
   EXPECT_EQ(process_of(after, "planner-right")->restarts(), 0U);
 }
 
-TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
+TEST(HealthFaults, StoppedPlannerIsSilentUntilItContinues) {
   HealthCell cell;
   const int pid = pid_of(cell.await_healthy(), "planner-right");
   ASSERT_GT(pid, 0);
   ASSERT_TRUE(test::signal_process(pid, SIGSTOP));
-  const auto fault = cell.await_fault("silence of planner/right", [](const msg::Fault& told) {
-    return fault_is(told, "node_silent", "planner/right", false);
+  const auto fault = cell.await_fault("silence of planner/right", [](const msg::Fault& reported) {
+    return fault_is(reported, "node_silent", "planner/right", false);
   });
-  const auto held = cell.await("right is held, and told why", [](const msg::CellStatus& status) {
+  const auto held = cell.await("right is held, with its cause", [](const msg::CellStatus& status) {
     const auto arm = arm_of(status, "right");
     return arm.mode() == msg::Mode::MODE_HOLD && !arm.planner_alive() && arm.driver_alive() &&
            arm.waiting_for().text().starts_with("held: planner/right: no heartbeat for more than ");
@@ -65,8 +66,8 @@ TEST(HealthFaults, StoppedPlannerIsSilentUntilItGoesOn) {
   EXPECT_EQ(open_faults(held, "node_silent", "planner/right"), 1);
 
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
-  const auto cleared = cell.await_fault("end of the silence", [](const msg::Fault& told) {
-    return fault_is(told, "node_silent", "planner/right", true);
+  const auto cleared = cell.await_fault("end of the silence", [](const msg::Fault& reported) {
+    return fault_is(reported, "node_silent", "planner/right", true);
   });
   EXPECT_EQ(cleared.id(), fault.id());
   EXPECT_EQ(pid_of(cell.await_healthy(), "planner-right"), pid);
@@ -87,7 +88,7 @@ TEST(HealthFaults, StoppedDriverIsOneFault) {
   cell.await_healthy();
 }
 
-TEST(HealthFaults, KilledWorldHoldsTheCellUntilItIsBack) {
+TEST(HealthFaults, KilledWorldHoldsTheCellUntilItsSuccessorRuns) {
   HealthCell cell;
   const int pid = pid_of(cell.await_healthy(), "world");
   ASSERT_GT(pid, 0);
@@ -101,12 +102,12 @@ TEST(HealthFaults, KilledWorldHoldsTheCellUntilItIsBack) {
   EXPECT_EQ(status.obstacles().front().name(), "ball");
 }
 
-TEST(HealthFaults, WithoutRestartTheFaultStays) {
+TEST(HealthFaults, FaultStaysWithoutRestart) {
   HealthCell cell({"--no-restart"});
   const int pid = pid_of(cell.await_healthy(), "driver-right");
   ASSERT_GT(pid, 0);
   ASSERT_TRUE(test::signal_process(pid, SIGTERM));
-  cell.await("the agent says that it is given up", [](const msg::CellStatus& status) {
+  cell.await("the agent reports the service", [](const msg::CellStatus& status) {
     for (const auto& node : status.nodes()) {
       if (node.heartbeat().kind() == msg::NodeKind::NODE_AGENT &&
           node.heartbeat().state() == msg::NodeState::NODE_DEGRADED) {
@@ -119,50 +120,54 @@ TEST(HealthFaults, WithoutRestartTheFaultStays) {
   });
 }
 
-TEST(HealthFaults, OthersWorkAroundAnArmWhoseDriverDied) {
+TEST(HealthFaults, OtherArmPlansAroundAnArmWhoseDriverDied) {
   HealthCell cell({"--no-restart"}, "lost_arm_cell.yaml");
   const int pid = pid_of(cell.await_healthy(), "driver-right");
   ASSERT_GT(pid, 0);
   cell.send_goal("right", "under way", "turned");
-  cell.await_goal("under way", [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
+  cell.await_goal("under way",
+                  [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_ACTIVE; });
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
-  const auto mode = cell.await_mode("right is lost", [](const msg::CellMode& told) {
-    return told.lost_arms().size() == 1 && contains(arms_on(told, msg::Mode::MODE_HOLD), "right");
+  const auto mode = cell.await_mode("right is lost", [](const msg::CellMode& reported) {
+    return reported.lost_arms().size() == 1 && contains(arms_on(reported, msg::Mode::MODE_HOLD), "right");
   });
   EXPECT_EQ(mode.lost_arms().front().arm(), "right");
   EXPECT_EQ(mode.lost_arms().front().q().size(), 6U);
-  EXPECT_NEAR(mode.lost_arms().front().moved_for(), 0.07, 1e-9) << "the command timeout, and what was not heard";
+  EXPECT_NEAR(mode.lost_arms().front().braking_delay_bound(), 0.07, 1e-9)
+      << "the command timeout and the margin for lost states";
 
   for (const char* named : {"turned", "home"}) {
     cell.send_goal("left", named, named);
-    cell.await_goal(named, [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_REACHED; });
+    cell.await_goal(named,
+                    [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_REACHED; });
   }
-  const auto status = cell.await("left's planner is well", [](const msg::CellStatus& seen) {
-    return seen.has_referee() && std::any_of(seen.nodes().begin(), seen.nodes().end(), [](const msg::NodeStatus& node) {
+  const auto status = cell.await("left's planner runs", [](const msg::CellStatus& seen) {
+    return seen.has_contact_report() &&
+           std::any_of(seen.nodes().begin(), seen.nodes().end(), [](const msg::NodeStatus& node) {
              return node.heartbeat().node() == "planner/left" &&
                     node.heartbeat().state() == msg::NodeState::NODE_RUNNING;
            });
   });
-  EXPECT_EQ(status.referee().contacts(), 0U);
+  EXPECT_EQ(status.contact_report().contacts(), 0U);
 }
 
-TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
+TEST(HealthFaults, SecondProcessOfANodeIsAFaultUntilItEnds) {
   HealthCell cell;
   const int pid = pid_of(cell.await_healthy(), "planner-left");
   bus::Writer<msg::Heartbeat> second(cell.participant());
-  const auto is = [](const msg::Fault& told, bool cleared) {
-    return fault_is(told, "duplicate_node", "planner/left", cleared);
+  const auto is = [](const msg::Fault& reported, bool cleared) {
+    return fault_is(reported, "duplicate_node", "planner/left", cleared);
   };
   bus::Reader<msg::Fault> faults(cell.participant(), &cell.mailbox());
-  msg::Heartbeat beat;
-  beat.node("planner/left");
-  beat.kind(msg::NodeKind::NODE_PLANNER);
-  beat.host("localhost");
-  beat.pid(1);
+  msg::Heartbeat heartbeat;
+  heartbeat.node("planner/left");
+  heartbeat.kind(msg::NodeKind::NODE_PLANNER);
+  heartbeat.host("localhost");
+  heartbeat.pid(1);
   std::string seen;
   for (const auto until = bus::Clock::now() + kPatience; seen.empty() && bus::Clock::now() < until;) {
-    beat.sequence_number(beat.sequence_number() + 1);
-    ASSERT_TRUE(second.write(beat));
+    heartbeat.sequence_number(heartbeat.sequence_number() + 1);
+    ASSERT_TRUE(second.write(heartbeat));
     static_cast<void>(cell.mailbox().wait(10ms));
     static_cast<void>(cell.mailbox().take_events());
     for (const auto& sample : faults.take()) {
@@ -170,7 +175,7 @@ TEST(HealthFaults, SecondProcessOfANodeIsToldUntilItIsGone) {
     }
   }
   EXPECT_NE(seen.find("processes 1 and " + std::to_string(pid)), std::string::npos) << seen;
-  cell.await_fault("its end", [&](const msg::Fault& told) { return is(told, true); });
+  cell.await_fault("its end", [&](const msg::Fault& reported) { return is(reported, true); });
   cell.await_healthy();
 }
 

@@ -1,4 +1,4 @@
-// A planner dies on its arm's way to a goal that nobody will give again.
+// A planner dies while its arm moves to a goal that no client will send again.
 
 #include <csignal>
 #include <optional>
@@ -13,8 +13,8 @@
 namespace hecaton::services::testing {
 namespace {
 
-/// Gives a goal, stays until its arm is on the way, and leaves.
-void give_and_leave(HealthCell& cell, const std::string& goal, const std::string& named) {
+/// Sends a goal from a client that leaves as soon as the arm moves.
+void send_and_leave(HealthCell& cell, const std::string& goal, const std::string& named) {
   ServiceOptions options;
   options.domain = cell.domain();
   bus::Mailbox mailbox;
@@ -28,16 +28,17 @@ void give_and_leave(HealthCell& cell, const std::string& goal, const std::string
   message.kind(msg::GoalKind::GOAL_NAMED);
   message.named(named);
   ASSERT_TRUE(goals.write(message));
-  cell.await_goal(goal, [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
+  cell.await_goal(goal,
+                  [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_ACTIVE; });
 }
 
-TEST(HealthGoal, OfAGuestThatHasLeftOutlivesThePlanner) {
+TEST(HealthGoal, SurvivesThePlannerAfterItsClientHasLeft) {
   HealthCell cell;
   const int pid = pid_of_node(cell.await_healthy(), "planner/left");
-  ASSERT_NO_FATAL_FAILURE(give_and_leave(cell, "left behind", "away"));
+  ASSERT_NO_FATAL_FAILURE(send_and_leave(cell, "left behind", "away"));
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   cell.await_goal("left behind",
-                  [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_REACHED; });
+                  [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_REACHED; });
   EXPECT_NEAR(cell.next_state("left").q().at(0), 2.5, 1e-2);
   cell.await("another planner", [&](const msg::CellStatus& seen) {
     const auto process = process_of(seen, "planner-left");
@@ -45,7 +46,7 @@ TEST(HealthGoal, OfAGuestThatHasLeftOutlivesThePlanner) {
   });
 }
 
-/// An arm whose planner has a standby on another host, which is up or not.
+/// An arm with a standby planner on another host, which runs or not.
 class HealthGoalOfTwo : public ::testing::Test {
  protected:
   void start_beta() { beta_.emplace(cell_.agent_command({"--host", "beta"})); }
@@ -58,24 +59,25 @@ class HealthGoalOfTwo : public ::testing::Test {
     });
   }
   void expect_arrival(const std::string& goal) {
-    cell_.await_goal(goal, [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_REACHED; });
+    cell_.await_goal(goal,
+                     [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_REACHED; });
     EXPECT_NEAR(cell_.next_state("left").q().at(0), 2.5, 1e-2);
   }
   HealthCell cell_{{"--host", "alpha"}, "standby_cell.yaml"};
   std::optional<ChildProcess> beta_;
 };
 
-// Whoever is back first: the one that was in charge, or the one that stood by and is put in its place.
-TEST_F(HealthGoalOfTwo, OutlivesBothPlanners) {
+// Either planner may be back first: the one that was in charge, or the standby.
+TEST_F(HealthGoalOfTwo, SurvivesTheDeathOfBothPlanners) {
   start_beta();
   const auto status = await_running(true);
   const msg::ArmStatus before = arm_of(status, "left");
   const int in_charge = pid_of_node(status, before.planner());
   const int standing_by = pid_of_node(status, before.standby());
-  ASSERT_NO_FATAL_FAILURE(give_and_leave(cell_, "left behind", "away"));
-  // It is told every 100 ms: by then the other has heard the first word of it, in its next period.
+  ASSERT_NO_FATAL_FAILURE(send_and_leave(cell_, "left behind", "away"));
+  // The planner publishes the status every 100 ms: by then the standby has received the first one.
   cell_.await_goal("left behind",
-                   [](const msg::GoalStatus& told) { return told.state() == msg::GoalState::GOAL_ACTIVE; });
+                   [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_ACTIVE; });
   ASSERT_TRUE(test::signal_process(in_charge, SIGKILL));
   ASSERT_TRUE(test::signal_process(standing_by, SIGKILL));
   expect_arrival("left behind");
@@ -87,10 +89,10 @@ TEST_F(HealthGoalOfTwo, OutlivesBothPlanners) {
   }
 }
 
-TEST_F(HealthGoalOfTwo, OutlivesThePlannerWhileTheStandbyIsNotThere) {
+TEST_F(HealthGoalOfTwo, SurvivesThePlannerWithoutARunningStandby) {
   const auto status = await_running(false);
   const int pid = pid_of_node(status, arm_of(status, "left").planner());
-  ASSERT_NO_FATAL_FAILURE(give_and_leave(cell_, "left alone", "away"));
+  ASSERT_NO_FATAL_FAILURE(send_and_leave(cell_, "left alone", "away"));
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   expect_arrival("left alone");
 }

@@ -1,4 +1,4 @@
-// People's orders to a real cell, and what of them outlives the supervisor.
+// Orders to a cell of real processes, and which of them survive the supervisor.
 
 #include <algorithm>
 #include <csignal>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/supervisor/replication/checkpoint.hpp"
+#include "services/runtime/atomic_file.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 
@@ -17,16 +17,16 @@ namespace {
 class HealthOrders : public ::testing::Test {
  protected:
   msg::SupervisorReply order(msg::RequestKind kind, const std::vector<std::string>& arms = {}) {
-    const auto reply = cell_.ask(kind, arms);
+    const auto reply = cell_.call(kind, arms);
     EXPECT_TRUE(reply);
     return reply.value_or(msg::SupervisorReply());
   }
   HealthCell cell_;
 };
 
-TEST_F(HealthOrders, StatusTellsTheWholeCell) {
+TEST_F(HealthOrders, StatusDescribesTheWholeCell) {
   const auto status = cell_.await("arms that wait for a goal", [](const msg::CellStatus& seen) {
-    return seen.has_referee() && seen.obstacles().size() == 1 && seen.arms().size() == 2 &&
+    return seen.has_contact_report() && seen.obstacles().size() == 1 && seen.arms().size() == 2 &&
            seen.arms()[0].waiting_for().text() == "a goal" && seen.arms()[1].waiting_for().text() == "a goal";
   });
   EXPECT_EQ(status.cell(), "health");
@@ -43,7 +43,7 @@ TEST_F(HealthOrders, StatusTellsTheWholeCell) {
   EXPECT_GE(left.state_age(), 0.0);
   EXPECT_EQ(status.obstacles()[0].shape(), "sphere ⌀ 0.2 m");
   EXPECT_EQ(status.obstacles()[0].motion(), "circle");
-  EXPECT_EQ(status.referee().contacts(), 0U);
+  EXPECT_EQ(status.contact_report().contacts(), 0U);
 }
 
 TEST_F(HealthOrders, StopIsLatchedUntilResume) {
@@ -64,7 +64,7 @@ TEST_F(HealthOrders, StopIsLatchedUntilResume) {
   cell_.await_mode("run", [](const msg::CellMode& mode) { return mode.mode() == msg::Mode::MODE_RUN; });
 }
 
-TEST_F(HealthOrders, SingleArmsAreHeldAndReleased) {
+TEST_F(HealthOrders, SingleArmsAreHeldAndResumed) {
   cell_.await_healthy();
   auto reply = order(msg::RequestKind::REQUEST_HOLD, {"left"});
   EXPECT_TRUE(reply.done());
@@ -77,7 +77,7 @@ TEST_F(HealthOrders, SingleArmsAreHeldAndReleased) {
   EXPECT_EQ(arms_on(reply.status().mode(), msg::Mode::MODE_STOP), std::vector<std::string>{"right"});
 }
 
-TEST_F(HealthOrders, UnknownArmIsRefusedWithTheNamesThatAreAllowed) {
+TEST_F(HealthOrders, UnknownArmIsRejectedWithTheAllowedNames) {
   cell_.await_healthy();
   const auto reply = order(msg::RequestKind::REQUEST_HOLD, {"middle"});
   EXPECT_FALSE(reply.done());
@@ -86,7 +86,7 @@ TEST_F(HealthOrders, UnknownArmIsRefusedWithTheNamesThatAreAllowed) {
   EXPECT_TRUE(arms_on(reply.status().mode(), msg::Mode::MODE_HOLD).empty());
 }
 
-TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
+TEST_F(HealthOrders, RestartedSupervisorLeadsUnderAHigherTermAndTheArmsContinue) {
   const auto before = cell_.await_healthy();
   const auto supervisor = process_of(before, "supervisor");
   ASSERT_TRUE(supervisor);
@@ -104,7 +104,7 @@ TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
            arm_of(status, "left").goal().state() == msg::GoalState::GOAL_REACHED;
   });
   cell_.send_goal("right", "g2", "turned");
-  const auto after = cell_.await("right obeys under the new term", [](const msg::CellStatus& status) {
+  const auto after = cell_.await("right executes orders under the new term", [](const msg::CellStatus& status) {
     return arm_of(status, "right").has_goal() && arm_of(status, "right").goal().state() == msg::GoalState::GOAL_REACHED;
   });
   EXPECT_GT(arm_of(after, "right").state().term(), before.mode().term());
@@ -118,7 +118,7 @@ TEST_F(HealthOrders, RestartedSupervisorLeadsWithAHigherTermAndTheArmsGoOn) {
   });
 }
 
-TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
+TEST_F(HealthOrders, StopSurvivesTheSupervisor) {
   const auto before = cell_.await_healthy();
   const auto supervisor = process_of(before, "supervisor");
   ASSERT_TRUE(supervisor);
@@ -136,12 +136,12 @@ TEST_F(HealthOrders, StopOutlivesTheSupervisor) {
   EXPECT_TRUE(arms_on(free, msg::Mode::MODE_STOP).empty());
 }
 
-TEST_F(HealthOrders, FaultsOutliveTheSupervisor) {
+TEST_F(HealthOrders, FaultsSurviveTheSupervisor) {
   const auto before = cell_.await_healthy();
   ASSERT_TRUE(test::signal_process(process_of(before, "planner-left")->pid(), SIGKILL));
-  const auto died = cell_.await_fault("death of planner/left", [](const msg::Fault& told) {
-    return told.cause().subject() == "planner/left" && told.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED &&
-           told.cleared();
+  const auto died = cell_.await_fault("death of planner/left", [](const msg::Fault& reported) {
+    return reported.cause().subject() == "planner/left" &&
+           reported.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && reported.cleared();
   });
   ASSERT_TRUE(test::signal_process(process_of(before, "supervisor")->pid(), SIGKILL));
   cell_.await_mode("a higher term", [&](const msg::CellMode& seen) { return seen.term() > before.mode().term(); });
@@ -164,27 +164,27 @@ std::string option_of(int pid, const std::string& option) {
   return {};
 }
 
-// A folder in the place of its file: nothing can be written there.
-TEST_F(HealthOrders, ThatCannotBeRememberedAreObeyedAndItIsSaidAloud) {
+// A folder in the place of the checkpoint file makes every write fail.
+TEST_F(HealthOrders, OrdersAreExecutedAndTheFailureReportedWithoutACheckpoint) {
   const int pid = process_of(cell_.await_healthy(), "supervisor")->pid();
-  const std::string memory = option_of(pid, "--memory");
-  ASSERT_FALSE(memory.empty());
-  const std::string next = other_checkpoint(memory);
-  // Again if it writes just then.
+  const std::string checkpoint = option_of(pid, "--checkpoint");
+  ASSERT_FALSE(checkpoint.empty());
+  const std::string next = spare_file_of(checkpoint);
+  // Repeated if the supervisor writes just then.
   for (std::error_code error; !std::filesystem::create_directory(next, error);) std::filesystem::remove(next, error);
   const auto reply = order(msg::RequestKind::REQUEST_STOP);
   EXPECT_TRUE(reply.done());
-  EXPECT_NE(reply.cause().text().find(memory + " cannot be written"), std::string::npos) << reply.cause().text();
+  EXPECT_NE(reply.cause().text().find(checkpoint + " cannot be written"), std::string::npos) << reply.cause().text();
   EXPECT_EQ(reply.status().mode().mode(), msg::Mode::MODE_STOP);
   const auto is_degraded = [](const msg::CellStatus& status) {
     return std::any_of(status.nodes().begin(), status.nodes().end(), [](const msg::NodeStatus& node) {
       return node.heartbeat().node() == "supervisor" && node.heartbeat().state() == msg::NodeState::NODE_DEGRADED;
     });
   };
-  const auto forgetful = cell_.await("a degraded supervisor", is_degraded);
-  EXPECT_EQ(open_faults(forgetful, "persistence_failed", "supervisor"), 1) << text_of(forgetful);
+  const auto degraded = cell_.await("a degraded supervisor", is_degraded);
+  EXPECT_EQ(open_faults(degraded, "persistence_failed", "supervisor"), 1) << text_of(degraded);
   ASSERT_TRUE(std::filesystem::remove(next));
-  cell_.await("that it remembers again", [&](const msg::CellStatus& status) {
+  cell_.await("a checkpoint that is written again", [&](const msg::CellStatus& status) {
     return !is_degraded(status) && open_faults(status, "persistence_failed", "supervisor") == 0;
   });
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));

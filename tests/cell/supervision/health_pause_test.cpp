@@ -1,5 +1,5 @@
-// A process is stopped for longer than its participant's lease and then goes on: it meets the others anew, nothing old
-// moves an arm, and every fault ends.
+// A process is stopped for longer than its participant's lease and then continues. Discovery matches it again, no old
+// command moves an arm, and every fault ends.
 
 #include <csignal>
 
@@ -13,7 +13,7 @@ namespace {
 
 class HealthPause : public ::testing::Test {
  protected:
-  /// Until all others have dropped it; what then happens to the cell is the test's matter.
+  /// Stops the process until all peers have dropped it.
   int stop(const std::string& process, const std::string& node) {
     const auto found = process_of(cell_.await_healthy(), process);
     EXPECT_TRUE(found);
@@ -40,13 +40,13 @@ class HealthPause : public ::testing::Test {
       if (cause_name(fault.cause().kind()) == kind && fault.cause().subject() == subject && fault.cleared())
         return fault;
     }
-    ADD_FAILURE() << "no " << kind << " of " << subject << " was told:\n" << text_of(status);
+    ADD_FAILURE() << "no " << kind << " of " << subject << " was published:\n" << text_of(status);
     return {};
   }
   HealthCell cell_;
 };
 
-TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
+TEST_F(HealthPause, PlannerContinuesItsGoal) {
   send_left_on_its_way();
   const int pid = stop("planner-left", "planner/left");
   const auto held = cell_.next_state("left");
@@ -58,11 +58,11 @@ TEST_F(HealthPause, PlannerGoesOnWithItsGoal) {
   EXPECT_EQ(process_of(cell_.await_healthy(), "planner-left")->pid(), pid);
 }
 
-TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
+TEST_F(HealthPause, DriverStandsStillUntilANewCommand) {
   send_left_on_its_way();
   const int pid = stop("driver-left", "driver/left");
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
-  // Its simulated arm went on as an arm does whose commands cease, and what lay in its sockets did not move it.
+  // The simulated arm braked as if its commands had ceased. Old commands in its socket did not move it.
   const auto first = cell_.next_state("left");
   EXPECT_EQ(first.mode(), msg::ArmMode::ARM_STOPPED) << first.cause().text();
   for (const double speed : first.qd()) EXPECT_EQ(speed, 0.0);
@@ -71,13 +71,13 @@ TEST_F(HealthPause, DriverStandsUntilItIsCommandedAnew) {
   EXPECT_EQ(process_of(cell_.await_healthy(), "driver-left")->pid(), pid);
 }
 
-TEST_F(HealthPause, WorldGoesOnWhereItWas) {
-  const auto before = cell_.await("a report", [](const msg::CellStatus& seen) { return seen.has_referee(); });
+TEST_F(HealthPause, WorldContinuesAtItsOwnTime) {
+  const auto before = cell_.await("a report", [](const msg::CellStatus& seen) { return seen.has_contact_report(); });
   const int pid = stop("world", "world");
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   static_cast<void>(fault_that_is_over("node_silent", "world"));
   const auto after = cell_.await("another report", [&](const msg::CellStatus& seen) {
-    return seen.referee().time() > before.referee().time() && seen.referee_age() < 1.0;
+    return seen.contact_report().time() > before.contact_report().time() && seen.contact_report_age() < 1.0;
   });
   EXPECT_EQ(process_of(after, "world")->pid(), pid);
   ASSERT_EQ(after.obstacles().size(), 1U);
@@ -86,11 +86,11 @@ TEST_F(HealthPause, WorldGoesOnWhereItWas) {
   expect_arrival();
 }
 
-TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
+TEST_F(HealthPause, SupervisorReportsNoOtherNodeForItsOwnAbsence) {
   const auto before = cell_.await_healthy();
   cell_.send_goal("left", "way", "away");
   const int pid = stop("supervisor", "supervisor");
-  expect_arrival();  // arms go on without it
+  expect_arrival();  // arms continue without the supervisor
   ASSERT_TRUE(test::signal_process(pid, SIGCONT));
   cell_.await_mode("a new term", [&](const msg::CellMode& mode) { return mode.term() > before.mode().term(); });
   const msg::Fault own = fault_that_is_over("node_silent", "supervisor");
@@ -107,8 +107,8 @@ TEST_F(HealthPause, SupervisorAccusesNobodyOfItsOwnAbsence) {
   });
 }
 
-// Too short for anybody to drop it.
-TEST_F(HealthPause, SupervisorTellsOfItsOwnStallWhereNobodyElseCan) {
+// The stop is too short for peers to drop the supervisor.
+TEST_F(HealthPause, SupervisorReportsItsOwnStall) {
   const auto before = cell_.await_healthy();
   const int pid = process_of(before, "supervisor")->pid();
   ASSERT_TRUE(test::signal_process(pid, SIGSTOP));
@@ -121,7 +121,7 @@ TEST_F(HealthPause, SupervisorTellsOfItsOwnStallWhereNobodyElseCan) {
   EXPECT_EQ(process_of(cell_.await_healthy(), "supervisor")->pid(), pid);
 }
 
-TEST_F(HealthPause, AgentComesBackWithAllThatItStarted) {
+TEST_F(HealthPause, AgentReturnsWithItsServices) {
   const auto before = cell_.await_healthy();
   ASSERT_TRUE(test::signal_process(cell_.agent().pid(), SIGSTOP));
   cell_.await_dropped("agent/localhost");

@@ -1,4 +1,4 @@
-// The world dies: its successor goes on with what people have edited and with the referee's account.
+// The world dies. Its successor continues with all edits and with the report of the contact monitor.
 
 #include <cmath>
 #include <csignal>
@@ -34,7 +34,7 @@ msg::WorldEditRequest add_ball(const std::string& name, double radius, const Eig
   return message;
 }
 
-/// Where the tool of the arm "left" is in its pose `named` [m].
+/// Position of the tool of arm "left" in its posture `named` [m].
 Eigen::Vector3d tool_at(const HealthCell& cell, const std::string& named) {
   const planner::Arm& arm = cell.file().cell.arms[0].arm;
   planner::Kinematics kinematics;
@@ -69,7 +69,7 @@ class HealthWorld : public ::testing::Test {
   HealthCell cell_;
 };
 
-TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
+TEST_F(HealthWorld, EditsContactsAndTimeSurviveTheDeathOfTheWorld) {
   cell_.await_healthy();
   ASSERT_TRUE(cell_.edit(add_ball("crate", 0.1, tool_at(cell_, "away"))).done());
   ASSERT_TRUE(cell_.edit(add_ball("far", 0.1, {3.0, 0.0, 0.5})).done());
@@ -77,9 +77,9 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   move.X_WO().position().x(4.0);
   ASSERT_TRUE(cell_.edit(move).done());
   ASSERT_TRUE(cell_.edit(request(msg::EditKind::EDIT_REMOVE, "ball")).done());
-  // The arm stands and has no goal; its shoulder is above (0, 2) at about 0.66 m, and a ball rolls through it. Where on
-  // its way it is goes by the world's time: now it is 1.5 m before the arm.
-  const double way = std::fmod(cell_.await_healthy().referee().time(), 10.0);
+  // The arm stands and has no goal. Its shoulder is above (0, 2) at about 0.66 m, and a ball rolls through it. The
+  // ball's position follows the world's time: now it is 1.5 m before the arm.
+  const double way = std::fmod(cell_.await_healthy().contact_report().time(), 10.0);
   msg::WorldEditRequest runner = add_ball("runner", 0.1, {-1.5 - way, 2.0, 0.66});
   runner.obstacle().motion().kind(msg::MotionKind::MOTION_CONVEYOR);
   runner.obstacle().motion().direction_W().x(1.0);
@@ -87,7 +87,7 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   runner.obstacle().motion().length(10.0);
   const auto rolls = cell_.edit(runner);
   ASSERT_TRUE(rolls.done()) << rolls.cause().text();
-  cell_.await("a contact", [](const msg::CellStatus& status) { return status.referee().contacts() > 0; });
+  cell_.await("a contact", [](const msg::CellStatus& status) { return status.contact_report().contacts() > 0; });
   ASSERT_TRUE(cell_.edit(request(msg::EditKind::EDIT_REMOVE, "runner")).done());
   cell_.await("a hold", [](const msg::CellStatus& status) {
     return status.mode().mode() == msg::Mode::MODE_HOLD &&
@@ -96,20 +96,20 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
   const msg::Fault touch = cell_.await_fault(
       "the contact", [](const msg::Fault& f) { return f.cause().kind() == msg::CauseKind::CAUSE_CONTACT; });
   EXPECT_NE(touch.cause().text().find("runner"), std::string::npos) << touch.cause().text();
-  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_RESUME)->done());
+  ASSERT_TRUE(cell_.call(msg::RequestKind::REQUEST_RESUME)->done());
   const auto gone = cell_.await("no runner", [](const msg::CellStatus& status) { return !obstacle(status, "runner"); });
-  const auto before = cell_.await("the whole account", [&](const msg::CellStatus& status) {
-    return status.referee().time() > gone.referee().time();
+  const auto before = cell_.await("the whole report", [&](const msg::CellStatus& status) {
+    return status.contact_report().time() > gone.contact_report().time();
   });
 
   for (int deaths = 0; deaths < 2; ++deaths) {
     kill_world_and_await_its_successor();
     const auto after = cell_.await("a report of the successor", [&](const msg::CellStatus& status) {
-      return status.referee().time() > before.referee().time();
+      return status.contact_report().time() > before.contact_report().time();
     });
-    EXPECT_EQ(after.referee().contacts(), before.referee().contacts());
-    EXPECT_EQ(after.referee().smallest(), before.referee().smallest());
-    ASSERT_EQ(after.obstacles().size(), 2U) << "what was removed stays removed";
+    EXPECT_EQ(after.contact_report().contacts(), before.contact_report().contacts());
+    EXPECT_EQ(after.contact_report().smallest(), before.contact_report().smallest());
+    ASSERT_EQ(after.obstacles().size(), 2U) << "the removed obstacle stays removed";
     ASSERT_TRUE(obstacle(after, "crate"));
     ASSERT_TRUE(obstacle(after, "far"));
     EXPECT_EQ(obstacle(after, "far")->X_WO().position().x(), 4.0);
@@ -123,16 +123,16 @@ TEST_F(HealthWorld, EditsContactsAndTimeSurviveItsDeath) {
       << refused.cause().text();
 }
 
-/// The file that a service was told to keep its memory in.
-std::string memory_of(int pid) {
+/// The checkpoint file of a service.
+std::string checkpoint_of(int pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/cmdline");
   for (std::string word; std::getline(file, word, '\0');) {
-    if (word == "--memory" && std::getline(file, word, '\0')) return word;
+    if (word == "--checkpoint" && std::getline(file, word, '\0')) return word;
   }
   return {};
 }
 
-/// While it is there the process opens no files, beside those that it has.
+/// While it exists, the process can open no further files.
 class NoFiles {
  public:
   explicit NoFiles(int pid) : pid_(pid) {
@@ -149,7 +149,7 @@ class NoFiles {
   rlimit before_{};
 };
 
-/// What the world says of itself.
+/// Heartbeat of the world.
 msg::Heartbeat world_in(const msg::CellStatus& status) {
   for (const msg::NodeStatus& node : status.nodes()) {
     if (node.heartbeat().node() == "world") return node.heartbeat();
@@ -157,28 +157,28 @@ msg::Heartbeat world_in(const msg::CellStatus& status) {
   return {};
 }
 
-TEST_F(HealthWorld, SaysWhichEditsItDoesNotRememberAndKeepsTheOthers) {
+TEST_F(HealthWorld, ReportsEditsThatItCannotPersistAndKeepsTheRest) {
   const int pid = pid_of_world();
   ASSERT_GT(pid, 0);
-  const std::string forgetful = "not remembered, and lost with the world's process: " + memory_of(pid) +
-                                " cannot be written: Too many open files";
+  const std::string not_persisted = "not persisted and will be lost when the world restarts: " + checkpoint_of(pid) +
+                                    " cannot be written: Too many open files";
   EXPECT_EQ(cell_.edit(add_ball("first", 0.1, {3.0, 0.0, 0.5})).cause().text(), "");
   {
     const NoFiles none(pid);
     const auto second = cell_.edit(add_ball("second", 0.1, {3.0, 1.0, 0.5}));
     EXPECT_TRUE(second.done());
-    EXPECT_EQ(second.cause().text(), "the edit is " + forgetful);
+    EXPECT_EQ(second.cause().text(), "the edit is " + not_persisted);
     const auto status = cell_.await("that the world says so", [](const msg::CellStatus& seen) {
       return world_in(seen).state() == msg::NodeState::NODE_DEGRADED;
     });
-    EXPECT_EQ(world_in(status).cause().text(), "edits are " + forgetful);
+    EXPECT_EQ(world_in(status).cause().text(), "edits are " + not_persisted);
     EXPECT_TRUE(obstacle(status, "second"));
   }
   cell_.await("that it remembers again", [](const msg::CellStatus& seen) {
     return world_in(seen).state() == msg::NodeState::NODE_RUNNING && is_none(world_in(seen).cause());
   });
   const NoFiles none(pid);
-  EXPECT_EQ(cell_.edit(add_ball("third", 0.1, {3.0, 2.0, 0.5})).cause().text(), "the edit is " + forgetful);
+  EXPECT_EQ(cell_.edit(add_ball("third", 0.1, {3.0, 2.0, 0.5})).cause().text(), "the edit is " + not_persisted);
   kill_world_and_await_its_successor();
   const auto after = cell_.await("what the successor has", [](const msg::CellStatus& seen) {
     return world_in(seen).state() == msg::NodeState::NODE_RUNNING && obstacle(seen, "second") &&
@@ -187,18 +187,19 @@ TEST_F(HealthWorld, SaysWhichEditsItDoesNotRememberAndKeepsTheOthers) {
   EXPECT_TRUE(obstacle(after, "first"));
 }
 
-TEST_F(HealthWorld, WhatCannotBeRecoveredHoldsTheCellAndIsTold) {
+TEST_F(HealthWorld, HoldsTheCellWhenItsCheckpointCannotBeUsed) {
   const int pid = pid_of_world();
-  const std::string memory = memory_of(pid);
-  cell_.await("the memory " + memory, [&](const msg::CellStatus&) { return std::filesystem::exists(memory); });
-  ASSERT_TRUE(test::signal_process(pid, SIGSTOP));  // so that it does not write any more
-  std::ofstream(memory, std::ios::trunc) << "not a memory";
+  const std::string checkpoint = checkpoint_of(pid);
+  cell_.await("the checkpoint " + checkpoint,
+              [&](const msg::CellStatus&) { return std::filesystem::exists(checkpoint); });
+  ASSERT_TRUE(test::signal_process(pid, SIGSTOP));  // so that it writes no more
+  std::ofstream(checkpoint, std::ios::trunc) << "not a checkpoint";
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const auto status = cell_.await("the failure", [](const msg::CellStatus& seen) {
     return open_faults(seen, "node_failed", "world") == 1 && seen.mode().mode() == msg::Mode::MODE_HOLD;
   });
-  EXPECT_EQ(causes_text(status.mode()), "world: what was edited in the world before it died cannot be recovered (" +
-                                            memory + " is damaged): end the cell and start it again");
+  EXPECT_EQ(causes_text(status.mode()), "world: the edits before the world's restart cannot be restored (" +
+                                            checkpoint + " is damaged); shut the cell down and start it again");
   const auto refused = cell_.edit(add_ball("crate", 0.1, {3.0, 0.0, 0.5}));
   EXPECT_FALSE(refused.done());
   EXPECT_EQ("world: " + refused.cause().text(), causes_text(status.mode()));

@@ -1,5 +1,5 @@
-// Two hosts of one cell on this machine: planner and supervisor are killed and stopped, and their standbys take over.
-// Which of two is in charge when a test begins does not matter: a busy machine may have exchanged them before.
+// Failover of planner and supervisor, with two hosts of one cell on this machine. A test begins with either one in
+// charge, because a busy machine may have exchanged them before.
 
 #include <algorithm>
 #include <csignal>
@@ -23,7 +23,7 @@ class Standby : public ::testing::Test {
  protected:
   ~Standby() override { expect_one_planner_a_term(); }
 
-  /// Until somebody is in charge of the arm and of the cell, and somebody stands by for both.
+  /// Until the arm and the cell have a node in charge and a standby each.
   msg::CellStatus await_ready() {
     return cell_.await("standbys that are ready", [](const msg::CellStatus& status) {
       return !status.standby().empty() && !arm_of(status, "left").standby().empty() &&
@@ -59,7 +59,7 @@ class Standby : public ::testing::Test {
       });
     });
   }
-  /// What the drivers told from the beginning: terms never go back, and each is that of one planner.
+  /// Checks all states that the driver sent: terms never decrease, and each belongs to one planner.
   void expect_one_planner_a_term() {
     std::uint64_t followed = 0;
     std::uint64_t newest = 0;
@@ -67,7 +67,7 @@ class Standby : public ::testing::Test {
     for (const auto& sample : states_.take()) {
       if (sample.disposed) continue;
       EXPECT_GE(sample.value.newest_term(), newest);
-      if (sample.value.term() > 0) {  // 0: a driver that has followed nobody yet
+      if (sample.value.term() > 0) {  // 0: the driver has followed no planner yet
         EXPECT_GE(sample.value.term(), followed);
         followed = sample.value.term();
       }
@@ -84,12 +84,12 @@ class Standby : public ::testing::Test {
   bus::Reader<msg::ArmState> states_{cell_.participant(), &cell_.mailbox(), every_sample()};
 };
 
-TEST_F(Standby, OfAKilledPlannerBringsTheArmToItsGoal) {
+TEST_F(Standby, ContinuesTheGoalOfAKilledPlanner) {
   const auto status = send_left_on_its_way();
   const msg::ArmStatus before = arm_of(status, "left");
   ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
   const msg::ArmStatus after = await_successor(before);
-  EXPECT_TRUE(after.mode() == msg::Mode::MODE_RUN) << "its fault holds nobody: " << after.waiting_for().text();
+  EXPECT_TRUE(after.mode() == msg::Mode::MODE_RUN) << "its fault holds no arm: " << after.waiting_for().text();
   expect_arrival();
   cell_.await_fault("the death", [&](const msg::Fault& fault) {
     return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == before.planner();
@@ -97,7 +97,7 @@ TEST_F(Standby, OfAKilledPlannerBringsTheArmToItsGoal) {
   await_standing_by(before.planner());
 }
 
-TEST_F(Standby, OfAStoppedPlannerGoesOnAlsoWhenThatComesBack) {
+TEST_F(Standby, StaysInChargeWhenAStoppedPlannerContinues) {
   const auto status = send_left_on_its_way();
   const msg::ArmStatus before = arm_of(status, "left");
   const int pid = pid_of_node(status, before.planner());
@@ -108,8 +108,8 @@ TEST_F(Standby, OfAStoppedPlannerGoesOnAlsoWhenThatComesBack) {
   await_standing_by(before.planner());
 }
 
-// What a planner sends that slept through its replacement, and does not know of it yet.
-TEST_F(Standby, CommandsOfAReplacedPlannerAreRefusedAndCounted) {
+// Commands of a planner that was stopped during its replacement and has not received the new lease yet.
+TEST_F(Standby, IsProtectedFromCommandsOfTheReplacedPlanner) {
   const auto status = await_ready();
   const msg::ArmStatus before = arm_of(status, "left");
   const int pid = pid_of_node(status, before.planner());
@@ -126,7 +126,7 @@ TEST_F(Standby, CommandsOfAReplacedPlannerAreRefusedAndCounted) {
   command.q({1.0, -1.9, 2.6, 0, 0.6, 0});
   command.qd(std::vector<double>(6, 0.0));
   msg::ArmState state = cell_.next_state("left");
-  // The supervisor tells of the successor before the driver has heard of it.
+  // The supervisor publishes the lease before the driver has received it.
   for (const auto until = bus::Clock::now() + kPatience; state.term() < after.term();) {
     ASSERT_LT(bus::Clock::now(), until) << "the successor is not followed";
     state = cell_.next_state("left");
@@ -143,8 +143,8 @@ TEST_F(Standby, CommandsOfAReplacedPlannerAreRefusedAndCounted) {
   await_standing_by(before.planner());
 }
 
-// A driver's process does not take with it who was replaced: its successor begins with the newest mandate.
-TEST_F(Standby, WasTakenOverFromAlsoForADriverThatIsRestarted) {
+// A restarted driver begins with the newest lease of its checkpoint.
+TEST_F(Standby, KeepsItsLeaseWhenTheDriverRestarts) {
   const auto status = await_ready();
   const msg::ArmStatus before = arm_of(status, "left");
   ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
@@ -159,7 +159,7 @@ TEST_F(Standby, WasTakenOverFromAlsoForADriverThatIsRestarted) {
   EXPECT_GE(after.term(), arm_of(taken_over, "left").term());
 }
 
-TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
+TEST_F(Standby, KeepsOrdersFaultsAndLeasesOfAKilledSupervisor) {
   const auto started = await_ready();
   const msg::ArmStatus first = arm_of(started, "left");
   ASSERT_EQ(kill(pid_of_node(started, first.planner()), SIGKILL), 0);
@@ -170,7 +170,7 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
   const auto before = cell_.await("a standby", [](const auto& status) { return !status.standby().empty(); });
   const std::string leader = before.supervisor();
   ASSERT_TRUE(
-      cell_.ask(msg::RequestKind::REQUEST_HOLD, {"left"})->done());  // from then on it outlives who acknowledged it
+      cell_.call(msg::RequestKind::REQUEST_HOLD, {"left"})->done());  // acknowledged: it survives the supervisor
   ASSERT_EQ(kill(pid_of_node(before, leader), SIGKILL), 0);
 
   const msg::CellMode mode = cell_.await_mode("another leader's", [&](const msg::CellMode& seen) {
@@ -186,7 +186,7 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
     return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == leader;
   });
 
-  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_RESUME)->done());
+  ASSERT_TRUE(cell_.call(msg::RequestKind::REQUEST_RESUME)->done());
   const auto way = send_left_on_its_way();
   const msg::ArmStatus arm = arm_of(way, "left");
   ASSERT_EQ(kill(pid_of_node(way, arm.planner()), SIGKILL), 0);
@@ -194,10 +194,10 @@ TEST_F(Standby, OfAKilledSupervisorKnowsOrdersAndFaultsAndGrants) {
   expect_arrival();
 }
 
-// Both supervisors die at one time, and the host of the one that led with all that it remembered.
-TEST_F(Standby, RemembersOrdersForWhenBothSupervisorsDie) {
+// Both supervisors die at one time, and with the leader's host its checkpoint.
+TEST_F(Standby, HasTheOrdersAfterBothSupervisorsDied) {
   const auto started = await_ready();
-  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_STOP)->done());
+  ASSERT_TRUE(cell_.call(msg::RequestKind::REQUEST_STOP)->done());
   const bool first_leads = started.supervisor() == "supervisor";
   const int standby = pid_of_node(started, started.standby());
   (first_leads ? cell_.agent() : beta_).signal(SIGKILL);
@@ -208,8 +208,8 @@ TEST_F(Standby, RemembersOrdersForWhenBothSupervisorsDie) {
   EXPECT_EQ(after.mode().mode(), msg::Mode::MODE_STOP);
 }
 
-// It hangs while the leader is told to stop, and leads when that hangs, too.
-TEST_F(Standby, IsToldWhatWasOrderedWhileItHung) {
+// The standby hangs while a person stops the cell, and leads when the leader hangs, too.
+TEST_F(Standby, ReceivesOrdersThatWereGivenWhileItHung) {
   const auto started = await_ready();
   const std::string leader = started.supervisor();
   const std::string other = started.standby();
@@ -217,8 +217,7 @@ TEST_F(Standby, IsToldWhatWasOrderedWhileItHung) {
   const int goes_on = pid_of_node(started, other);
   ASSERT_EQ(kill(goes_on, SIGSTOP), 0);
   cell_.await_dropped(other);
-  ASSERT_TRUE(cell_.ask(msg::RequestKind::REQUEST_STOP, {"left"})->done())
-      << "a standby that hangs keeps nobody waiting";
+  ASSERT_TRUE(cell_.call(msg::RequestKind::REQUEST_STOP, {"left"})->done()) << "a hanging standby delays no reply";
   ASSERT_EQ(kill(led, SIGSTOP), 0);
   cell_.await_dropped(leader);
   ASSERT_EQ(kill(goes_on, SIGCONT), 0);
@@ -226,13 +225,13 @@ TEST_F(Standby, IsToldWhatWasOrderedWhileItHung) {
     return mode.node() == other && mode.term() > started.mode().term();
   });
   ASSERT_EQ(kill(led, SIGCONT), 0);
-  cell_.await("the stop, from who leads now", [&](const msg::CellStatus& status) {
+  cell_.await("the stop, from the new leader", [&](const msg::CellStatus& status) {
     return contains(arms_on(status.mode(), msg::Mode::MODE_STOP), "left") && !status.standby().empty();
   });
 }
 
-// Both hang, and one of them goes on: it has heard nothing of the other's hanging.
-TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
+// Both supervisors hang, and one of them continues: it has not observed the hang of the other one.
+TEST_F(Standby, ReportsTheOtherSupervisorAsSilentAfterBothHung) {
   const auto started = await_ready();
   const std::string leader = started.supervisor();
   const std::string other = started.standby();
@@ -242,14 +241,14 @@ TEST_F(Standby, ThatGoesOnAloneTellsThatTheOtherSupervisorIsMissing) {
   ASSERT_EQ(kill(hung, SIGSTOP), 0);
   cell_.await_dropped(leader);
   ASSERT_EQ(kill(goes_on, SIGCONT), 0);
-  const msg::Fault fault = cell_.await_fault("that the other is silent", [&](const msg::Fault& told) {
-    return told.cause().kind() == msg::CauseKind::CAUSE_NODE_SILENT && told.cause().subject() == leader &&
-           !told.cleared();
+  const msg::Fault fault = cell_.await_fault("that the other is silent", [&](const msg::Fault& reported) {
+    return reported.cause().kind() == msg::CauseKind::CAUSE_NODE_SILENT && reported.cause().subject() == leader &&
+           !reported.cleared();
   });
   ASSERT_EQ(kill(hung, SIGCONT), 0);
   cell_.await_fault("that it is back",
-                    [&](const msg::Fault& told) { return told.id() == fault.id() && told.cleared(); });
-  // Its loop waited while it stayed away after that.
+                    [&](const msg::Fault& reported) { return reported.id() == fault.id() && reported.cleared(); });
+  // Its loop waited while the participant recovered.
   const auto status = await_ready();
   for (const msg::NodeStatus& node : status.nodes()) {
     if (node.heartbeat().kind() != msg::NodeKind::NODE_SUPERVISOR) continue;

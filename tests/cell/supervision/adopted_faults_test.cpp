@@ -1,4 +1,4 @@
-// Faults that one supervisor told are kept by the one that leads after it. The other supervisor is this test.
+// A supervisor adopts the faults that another leader published. The test acts as the other leader.
 
 #include <algorithm>
 #include <chrono>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/supervisor/messages.hpp"
+#include "services/supervisor/cell_publisher.hpp"
 #include "tests/cell/supervision/health_cell.hpp"
 #include "tests/support/signal_process.hpp"
 
@@ -19,42 +19,42 @@ const msg::Fault* find_fault(const msg::CellStatus& status, const std::string& i
   return found == status.faults().end() ? nullptr : &*found;
 }
 
-TEST(FaultAccount, WhatAnotherToldWhileItLedIsKeptAndOutlivesTheSupervisor) {
+TEST(AdoptedFaults, SurviveTheSupervisorThatAdoptedThem) {
   HealthCell cell;
   const auto before = cell.await_healthy();
-  msg::Fault told;
-  told.id("f1-7");
-  told.term(1);
-  told.sequence_number(1);
-  told.severity(msg::Severity::SEVERITY_ERROR);
-  told.cause(
+  msg::Fault published;
+  published.id("f1-7");
+  published.term(1);
+  published.sequence_number(1);
+  published.severity(msg::Severity::SEVERITY_ERROR);
+  published.cause(
       make_cause(msg::CauseKind::CAUSE_NODE_SILENT, "planner/left", "planner/left: no heartbeat on the other side"));
-  told.since_unix_ms(read_clocks().now_unix_ms - 5000);
+  published.since_unix_ms(read_clocks().now_unix_ms - 5000);
   bus::Writer<msg::Fault> another(cell.participant());
-  ASSERT_TRUE(another.write(told));
+  ASSERT_TRUE(another.write(published));
   const auto is_over = [&](const msg::CellStatus& status) {
-    const msg::Fault* kept = find_fault(status, told.id());
-    return kept && kept->cleared() && kept->cause() == told.cause();
+    const msg::Fault* kept = find_fault(status, published.id());
+    return kept && kept->cleared() && kept->cause() == published.cause();
   };
-  cell.await("another's fault, over because its cause is gone", is_over);
+  cell.await("the other leader's fault, cleared because its cause has ended", is_over);
   cell.await_healthy();
 
   ASSERT_TRUE(test::signal_process(pid_of_node(before, "supervisor"), SIGKILL));
-  cell.await("the same, from the next supervisor", [&](const msg::CellStatus& status) {
+  cell.await("the same fault from the next supervisor", [&](const msg::CellStatus& status) {
     return status.mode().term() > before.mode().term() && is_over(status);
   });
 }
 
-TEST(FaultAccount, WhatNobodyHasAdoptedStaysWhenItsTellerStandsBack) {
+TEST(AdoptedFaults, StayPublishedAfterTheirSupervisorStepsDown) {
   HealthCell cell;
   const int pid = pid_of_node(cell.await_healthy(), "planner/left");
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
-  const msg::Fault fault = cell.await_fault("a fault that is over", [](const msg::Fault& told) {
-    return told.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && told.cause().subject() == "planner/left" &&
-           told.cleared();
+  const msg::Fault fault = cell.await_fault("a cleared fault", [](const msg::Fault& reported) {
+    return reported.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED &&
+           reported.cause().subject() == "planner/left" && reported.cleared();
   });
 
-  bus::Reader<msg::Heartbeat> beats(cell.participant(), &cell.mailbox());
+  bus::Reader<msg::Heartbeat> heartbeats(cell.participant(), &cell.mailbox());
   bus::Writer<msg::CellMode> leader(cell.participant());
   msg::CellMode mode;
   mode.term(fault.term() + 1000);
@@ -71,20 +71,20 @@ TEST(FaultAccount, WhatNobodyHasAdoptedStaysWhenItsTellerStandsBack) {
     return false;
   };
   ASSERT_TRUE(lead_until([&] {
-    const auto taken = beats.take();
+    const auto taken = heartbeats.take();
     return std::any_of(taken.begin(), taken.end(), [](const auto& sample) {
       return !sample.disposed && sample.value.node() == "supervisor" &&
              sample.value.state() == msg::NodeState::NODE_STANDBY;
     });
-  })) << "it does not stand back";
+  })) << "the supervisor does not step down";
   bus::Reader<msg::Fault> newcomer(cell.participant(), &cell.mailbox());
   EXPECT_TRUE(lead_until([&] {
     const auto taken = newcomer.take();
     return std::any_of(taken.begin(), taken.end(), [&](const auto& sample) {
       return !sample.disposed && sample.value.id() == fault.id() && sample.value.cleared();
     });
-  })) << "its account is gone";
-  cell.await("its account, when it leads again", [&](const msg::CellStatus& status) {
+  })) << "its fault is no longer published";
+  cell.await("the fault, when the supervisor leads again", [&](const msg::CellStatus& status) {
     return status.mode().term() > mode.term() && find_fault(status, fault.id()) != nullptr;
   });
 }

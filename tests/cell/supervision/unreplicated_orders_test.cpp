@@ -1,4 +1,4 @@
-// Orders that the other supervisor may not have heard are given to it when it leads. It is this test.
+// A supervisor that no longer leads requests its unreplicated orders from the new leader. The test acts as that leader.
 
 #include <algorithm>
 
@@ -19,10 +19,10 @@ class OtherLeader {
   }
   msg::CellMode& mode() { return mode_; }
 
-  /// Leads until it has been asked for something as wanted.
-  bool is_asked_for(const std::function<bool(const msg::SupervisorRequest&)>& wanted) {
+  /// Leads until the supervisor has sent a request that satisfies `wanted`. False after kPatience.
+  bool receives_request(const std::function<bool(const msg::SupervisorRequest&)>& wanted) {
     for (const auto until = bus::Clock::now() + kPatience; bus::Clock::now() < until;) {
-      tell();
+      publish();
       const auto taken = requests_.take();
       const auto is_it = [&](const auto& sample) {
         return !sample.disposed && sample.value.client() == "supervisor" && wanted(sample.value);
@@ -33,7 +33,7 @@ class OtherLeader {
     }
     return false;
   }
-  void tell() {
+  void publish() {
     mode_.sequence_number(mode_.sequence_number() + 1);
     EXPECT_TRUE(modes_.write(mode_));
   }
@@ -45,25 +45,25 @@ class OtherLeader {
   bus::Reader<msg::SupervisorRequest> requests_;
 };
 
-TEST(OrderAccount, WhatWasOrderedUnheardIsOrderedFromWhoLeads) {
+TEST(UnreplicatedOrders, AreRequestedFromTheNewLeaderUntilItPublishesThem) {
   HealthCell cell;
   const auto before = cell.await_healthy();
-  ASSERT_TRUE(cell.ask(msg::RequestKind::REQUEST_STOP, {"left"})->done());
+  ASSERT_TRUE(cell.call(msg::RequestKind::REQUEST_STOP, {"left"})->done());
   {
     OtherLeader other(cell, before.mode().term() + 1000);
-    EXPECT_TRUE(other.is_asked_for([](const msg::SupervisorRequest& request) {
+    EXPECT_TRUE(other.receives_request([](const msg::SupervisorRequest& request) {
       return request.kind() == msg::RequestKind::REQUEST_STOP && request.arms() == std::vector<std::string>{"left"};
     }));
-    other.mode().ordered(msg::Mode::MODE_HOLD);  // but not what it was asked for: it goes before it has obeyed
+    other.mode().ordered(msg::Mode::MODE_HOLD);  // another order: this leader ends before it executes the request
     other.mode().mode(msg::Mode::MODE_HOLD);
     EXPECT_TRUE(
-        other.is_asked_for([](const auto& request) { return request.kind() == msg::RequestKind::REQUEST_STOP; }));
+        other.receives_request([](const auto& request) { return request.kind() == msg::RequestKind::REQUEST_STOP; }));
   }
-  const auto after = cell.await("the first, leading again", [&](const msg::CellStatus& status) {
+  const auto after = cell.await("the first supervisor, leading again", [&](const msg::CellStatus& status) {
     return status.mode().term() > before.mode().term() + 1000;
   });
   EXPECT_EQ(arms_on(after.mode(), msg::Mode::MODE_STOP), std::vector<std::string>{"left"});
-  EXPECT_EQ(after.mode().ordered(), msg::Mode::MODE_HOLD) << "the other's orders hold, too";
+  EXPECT_EQ(after.mode().ordered(), msg::Mode::MODE_HOLD) << "the orders of the other leader are in force, too";
 }
 
 }  // namespace
