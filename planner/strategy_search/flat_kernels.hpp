@@ -1,29 +1,28 @@
 #pragma once
-/// Where a flat arm's capsules are and what they are clear of, for four configurations at a time or against four bodies
-/// at a time.
+/// Places of an arm's capsules in four configurations at a time, and their distances, against four bodies at a time.
 
 #include "planner/collision/segment_kernels.hpp"
 #include "planner/simd/lanes.hpp"
-#include "planner/simd/sine_cosine_kernel.hpp"
+#include "planner/simd/sine_cosine.hpp"
 #include "planner/strategy_search/run_kernel.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 
 using Point = Vector<Lanes>;
 
-/// Four configurations of one arm: where each of its bodies is in them, and in which it is clear of all but other arms.
+/// Four configurations of one arm: the segments of its bodies in W.
 struct FourPlaces {
   Point p[kFlatBodies];
   Point d[kFlatBodies];
-  Point middle[kFlatBodies];  ///< of its segment
-  unsigned alone = 0;         ///< bit k: configuration k is within limits, clear of itself and of boxes
+  Point middle[kFlatBodies];  ///< midpoint of the segment
+  unsigned self_free = 0;     ///< bit k: configuration k is within limits, clear of itself and of boxes
 };
 
 inline Lanes four(double x) {
   return all<Lanes>(x);
 }
 
-/// s · x + y where most s are 0 or 1: constants of the arm, so that branches cost nothing.
+/// sum += s · x. Most s are constants 0, so the branch is well predicted.
 inline void add_scaled(Point& sum, double s, const Point& x) {
   if (s == 0.0) return;
   sum = sum + four(s) * x;
@@ -45,7 +44,7 @@ struct FourFrames {
   }
 };
 
-/// q: of each joint, four.
+/// q: by joint, four values.
 inline void place(const FlatArm& arm, const Lanes* q, FourPlaces& places) {
   alignas(32) double angle[kFlatJoints * kLanes];
   alignas(32) double sine[kFlatJoints * kLanes];
@@ -63,10 +62,10 @@ inline void place(const FlatArm& arm, const Lanes* q, FourPlaces& places) {
   for (int j = 0; j < arm.joints; ++j) {
     const FlatJoint& joint = arm.joint[j];
     frame.origin = frame.origin + frame.turned(joint.p);
-    if (joint.turned) {
+    if (joint.rotated) {
       frame = {frame.turned(joint.R), frame.turned(joint.R + 3), frame.turned(joint.R + 6), frame.origin};
     }
-    if (joint.slides) {
+    if (joint.prismatic) {
       frame.origin = frame.origin + q[j] * frame.z;
     } else {
       const Lanes s = load(sine + std::ptrdiff_t{kLanes} * j);
@@ -106,7 +105,7 @@ inline T segment_distance2(const Vector<T>& p, const Vector<T>& d, const T& inve
 
 inline constexpr unsigned kAllLanes = 0xFU;
 
-/// Bit k: in configuration k the bounding box of the segment from `low` to `high` is within `reach` of that other one.
+/// Bit k: in configuration k, the box from `low` to `high`, enlarged by `reach`, overlaps the other box.
 inline unsigned overlap(const Point& low, const Point& high, const Lanes& reach, const double* other_low,
                         const double* other_high) {
   const LaneMask apart = (low.x - reach > four(other_high[0])) | (high.x + reach < four(other_low[0])) |
@@ -115,7 +114,7 @@ inline unsigned overlap(const Point& low, const Point& high, const Lanes& reach,
   return ~bits(apart) & kAllLanes;
 }
 
-/// Bit k: in configuration k the body is nearer than `reach` to the box; of those in `candidates`.
+/// Bit k, if set in `candidates`: in configuration k, the body is nearer than `reach` to the box.
 inline unsigned near_box(const FlatBox& box, const Point& p, const Point& q, const Lanes& reach, unsigned candidates) {
   const Point x = constant(box.R);
   const Point y = constant(box.R + 3);
@@ -127,7 +126,7 @@ inline unsigned near_box(const FlatBox& box, const Point& p, const Point& q, con
   return candidates & bits(dot(gap.way, gap.way) < reach * reach);
 }
 
-/// Bit k: in configuration k the body is nearer than h to a box.
+/// Bit k: in configuration k, the body is nearer than h to a box.
 inline unsigned near_boxes(const FlatProblem& problem, const FlatBody& body, const Point& p, const Point& d) {
   const Lanes reach = four(body.radius + problem.distance);
   const Point q = p + d;
@@ -143,16 +142,16 @@ inline unsigned near_boxes(const FlatProblem& problem, const FlatBody& body, con
   return near;
 }
 
-/// Whether two capsules may be nearer than `limit` to each other in any lane, by the balls that hold them. What is
-/// rounded off is less than kRounding.
+/// Upper bound of the rounding error of bounding spheres [m].
 inline constexpr double kRounding = 1e-9;
+/// True if the centres of two bounding spheres are within `limit` in any lane.
 inline unsigned may_be_near(const Point& middle, const Point& other, const Lanes& limit) {
-  const Point way = middle - other;
-  return bits(dot(way, way) < limit * limit);
+  const Point apart = middle - other;
+  return bits(dot(apart, apart) < limit * limit);
 }
 
-/// Fills places.alone.
-inline void check_alone(const FlatProblem& problem, const FlatArm& arm, const Lanes* q, FourPlaces& places) {
+/// Fills places.self_free.
+inline void check_self_free(const FlatProblem& problem, const FlatArm& arm, const Lanes* q, FourPlaces& places) {
   unsigned bad = 0;
   for (int j = 0; j < arm.joints; ++j) {
     bad |= bits((q[j] < four(arm.joint[j].lower)) | (q[j] > four(arm.joint[j].upper)));
@@ -164,22 +163,22 @@ inline void check_alone(const FlatProblem& problem, const FlatArm& arm, const La
     const FlatPair& pair = arm.pair[k];
     const FlatBody& a = arm.body[pair.first];
     const FlatBody& b = arm.body[pair.second];
-    const double ball = a.reach + b.reach + problem.self_distance + kRounding;
-    if (may_be_near(places.middle[pair.first], places.middle[pair.second], four(ball)) == 0) continue;
+    const double bound = a.reach + b.reach + problem.self_distance + kRounding;
+    if (may_be_near(places.middle[pair.first], places.middle[pair.second], four(bound)) == 0) continue;
     const double limit = a.radius + b.radius + problem.self_distance;
     bad |= bits(segment_distance2(places.p[pair.first], places.d[pair.first], four(a.inverse2), places.p[pair.second],
                                   places.d[pair.second], four(b.inverse2)) < four(limit * limit));
   }
-  places.alone = ~bad & kAllLanes;
+  places.self_free = ~bad & kAllLanes;
 }
 
-/// Where an arm is, as others see it: its bodies in lanes. What fills the last group up is far away.
+/// An arm's bodies in lanes, as the other side of a distance. Padding lanes are far away.
 struct SeenArm {
   static constexpr double kFarAway = 1e6;
   alignas(32) double px[kFlatBodies], py[kFlatBodies], pz[kFlatBodies];
   alignas(32) double dx[kFlatBodies], dy[kFlatBodies], dz[kFlatBodies];
-  alignas(32) double mx[kFlatBodies], my[kFlatBodies], mz[kFlatBodies];  ///< middles
-  alignas(32) double reach[kFlatBodies];                                 ///< FlatBody's
+  alignas(32) double mx[kFlatBodies], my[kFlatBodies], mz[kFlatBodies];  ///< midpoints
+  alignas(32) double reach[kFlatBodies];                                 ///< FlatBody::reach
   alignas(32) double inverse2[kFlatBodies];
   alignas(32) double radius[kFlatBodies];
   int groups = 0;
@@ -187,16 +186,16 @@ struct SeenArm {
   void begin(const FlatArm& arm) {
     groups = (arm.bodies + kLanes - 1) / kLanes;
     for (int i = 0; i < kLanes * groups; ++i) {
-      const bool is = i < arm.bodies;
-      px[i] = py[i] = pz[i] = is ? 0.0 : kFarAway;
+      const bool used = i < arm.bodies;
+      px[i] = py[i] = pz[i] = used ? 0.0 : kFarAway;
       mx[i] = my[i] = mz[i] = px[i];
-      reach[i] = is ? arm.body[i].reach : 0.0;
+      reach[i] = used ? arm.body[i].reach : 0.0;
       dx[i] = dy[i] = dz[i] = 0.0;
-      inverse2[i] = is ? arm.body[i].inverse2 : 0.0;
-      radius[i] = is ? arm.body[i].radius : 0.0;
+      inverse2[i] = used ? arm.body[i].inverse2 : 0.0;
+      radius[i] = used ? arm.body[i].radius : 0.0;
     }
   }
-  /// As it is in configuration k.
+  /// Copies configuration k.
   void set(const FlatArm& arm, const FourPlaces& places, int k) {
     for (int i = 0; i < arm.bodies; ++i) {
       px[i] = places.p[i].x[k];
@@ -216,7 +215,7 @@ inline double least_of(const Lanes& x) {
   return min(min(x[0], x[1]), min(x[2], x[3]));
 }
 
-/// One body of an arm and a group of another's.
+/// A body of one arm, and a group of four of another.
 struct NearestBodies {
   int body = -1;
   int group = 0;
@@ -234,9 +233,9 @@ inline double body_distance(const FlatArm& arm, const FourPlaces& places, int k,
   return least_of(sqrt(distance2) - four(arm.body[i].radius) - load(other.radius + at));
 }
 
-/// Distance of an arm in configuration k to another arm, fixed bodies of the first left out: no motion of it changes
-/// theirs [m]. Below `enough` only that it is at most so much. `nearest` is looked at first, and told: most often the
-/// balls of the rest then say that these are farther.
+/// Distance of an arm in configuration k to another arm [m], without the fixed bodies of the first. An upper bound if
+/// it is below `enough`. `nearest`: input, checked first, so that bounding spheres exclude most of the rest; output:
+/// the nearest.
 inline double arm_distance(const FlatArm& arm, const FourPlaces& places, int k, const SeenArm& other, double enough,
                            NearestBodies& nearest) {
   const NearestBodies before = nearest;

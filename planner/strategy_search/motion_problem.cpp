@@ -6,13 +6,13 @@
 #include "planner/local/random.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 #include "planner/simd/instruction_set.hpp"
-#include "planner/strategy_search/flat_arm.hpp"
 
 namespace hecaton::planner {
 namespace {
 
+/// Draws of a free configuration before an error.
 constexpr int kAttempts = 2000;
-/// At the beginning and after faults, in turn.
+/// Number of starts; after faults they are reused in turn.
 constexpr int kStarts = 64;
 
 FlatBox flat_box(const Pose& X_WS, const Eigen::Vector3d& half) {
@@ -29,11 +29,12 @@ FlatBox flat_box(const Pose& X_WS, const Eigen::Vector3d& half) {
   return box;
 }
 
-/// Half extents of the box along S's axes that encloses the shape, and its centre there.
+/// Half extents and centre of the bounding box in the shape's frame S [m].
 std::pair<Eigen::Vector3d, Eigen::Vector3d> enclosing_box(const world::Shape& shape) {
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   if (const auto* box = std::get_if<world::Box>(&shape)) return {box->half_extents, origin};
-  if (const auto* ball = std::get_if<world::Sphere>(&shape)) return {Eigen::Vector3d::Constant(ball->radius), origin};
+  if (const auto* sphere = std::get_if<world::Sphere>(&shape))
+    return {Eigen::Vector3d::Constant(sphere->radius), origin};
   if (const auto* capsule = std::get_if<world::Capsule>(&shape)) {
     return {{capsule->radius, capsule->radius, capsule->half_length + capsule->radius}, origin};
   }
@@ -45,7 +46,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> enclosing_box(const world::Shape& sh
   return {0.5 * bounds.sizes(), bounds.center()};
 }
 
-/// Uniform in the ball of that radius around the centre.
+/// Uniform in the ball of radius `radius` about `centre` [rad].
 JointVector draw_in_ball(Random& random, const JointVector& centre, double radius) {
   const auto n = static_cast<double>(centre.size());
   JointVector direction(centre.size());
@@ -54,7 +55,7 @@ JointVector draw_in_ball(Random& random, const JointVector& centre, double radiu
   return centre + (r / direction.norm()) * direction;
 }
 
-/// Which boxes each body can come near: those within its reach round the first joint.
+/// Sets FlatBody::boxes: boxes within the reach of the body from the first joint.
 void find_boxes_in_reach(const FlatProblem& problem, FlatArm& arm) {
   const Eigen::Vector3d origin(arm.joint[0].p);
   for (int i = arm.fixed; i < arm.bodies; ++i) {
@@ -67,8 +68,8 @@ void find_boxes_in_reach(const FlatProblem& problem, FlatArm& arm) {
   }
 }
 
-/// What distances in single precision are off by at most, with room to spare: coordinates and products are rounded to
-/// 6·10⁻⁸ of what they are, and nearly parallel capsules lose 10⁻⁶ |d|² of their squared distance (rough_distance.hpp).
+/// Upper bound of the error of distances in single precision [m]. Coordinates and products have a relative error of
+/// 6·10⁻⁸; the squared distance of nearly parallel capsules has an error of 10⁻⁶ |d|² (rough_distance.hpp).
 double rounding_of(const FlatProblem& problem) {
   double farthest = 1.0;
   double longest2 = 0.0;
@@ -87,7 +88,7 @@ double rounding_of(const FlatProblem& problem) {
   return 1e-5 * farthest + 2e-6 * longest2 / (problem.distance + 2.0 * thinnest);
 }
 
-/// A stream of its own for each purpose, arm and task: N tasks begin like N + 1 do.
+/// A random stream for each purpose, arm and task, so that the first N of N + 1 tasks are the same as N tasks.
 Random stream(std::uint64_t seed, int purpose, int arm, int index) {
   Random mixed(seed);
   const std::uint64_t a = mixed.next() ^ (static_cast<std::uint64_t>(purpose) << 56U);
@@ -113,7 +114,7 @@ StrategyProblem::StrategyProblem(const Cell& cell)
   const auto& areas = cell.tasks.problem.areas;
   if (areas.empty()) throw ProblemError("tasks.areas is missing: the cell has no motion problem");
   if (cell.arms.size() > kFlatArms) {
-    throw ProblemError("strategies are searched for up to " + std::to_string(kFlatArms) + " arms, and the cell has " +
+    throw ProblemError("the strategy search supports " + std::to_string(kFlatArms) + " arms; the cell has " +
                        std::to_string(cell.arms.size()));
   }
   const auto strategy = parameters_of<StrategyParameters>(cell.arms.front().methods);
@@ -123,10 +124,10 @@ StrategyProblem::StrategyProblem(const Cell& cell)
   for (const PlannedArm& planned : cell.arms) {
     const Arm& arm = planned.arm;
     const auto found = areas.find(arm.name);
-    if (found == areas.end()) throw ProblemError("tasks.areas must name arm " + arm.name + ", too");
+    if (found == areas.end()) throw ProblemError("tasks.areas has no entry for arm " + arm.name);
     const int avoiding = avoiding_joints(parameters_of<StrategyParameters>(planned.methods), arm.model->joints());
     if (avoiding < 2 || avoiding > arm.model->joints()) {
-      throw ProblemError("arm " + arm.name + " has not the two joints at least that a strategy needs");
+      throw ProblemError("arm " + arm.name + " needs at least two moving joints for a strategy");
     }
     flat_.arm[flat_.arms++] = flatten(arm, avoiding, arm.named.at(found->second.front()));
     names_.push_back(arm.name);
@@ -141,20 +142,21 @@ StrategyProblem::StrategyProblem(const Cell& cell)
 
 void StrategyProblem::add_obstacle(const world::Obstacle& obstacle) {
   if (obstacle.attachment) {
-    notes_.push_back("obstacle " + obstacle.name + " is carried by an arm and left out");
+    notes_.push_back("obstacle " + obstacle.name + " is carried by an arm and is ignored");
     return;
   }
   if (!std::holds_alternative<world::StaticMotion>(obstacle.motion)) {
-    notes_.push_back("obstacle " + obstacle.name + " moves and is taken where it begins");
+    notes_.push_back("obstacle " + obstacle.name + " moves; the search uses its initial place");
   }
   for (const world::PlacedShape& placed : obstacle.shapes) {
     if (flat_.boxes == kFlatBoxes) {
-      throw ProblemError("strategies are searched for among up to " + std::to_string(kFlatBoxes) + " obstacle shapes");
+      throw ProblemError("the strategy search supports " + std::to_string(kFlatBoxes) + " obstacle shapes");
     }
     const auto [half, centre] = enclosing_box(placed.shape);
     flat_.box[flat_.boxes++] = flat_box(obstacle.X_WO * placed.X_BS * Pose(Eigen::Translation3d(centre)), half);
     if (!std::holds_alternative<world::Box>(placed.shape)) {
-      notes_.push_back("obstacle " + obstacle.name + " has a shape that is no box; the box around it is simulated");
+      notes_.push_back("obstacle " + obstacle.name +
+                       " has a shape that is not a box; the search uses its bounding box");
     }
   }
 }
@@ -186,7 +188,7 @@ TaskSet StrategyProblem::draw(std::uint64_t seed, int tasks) const {
         int attempt = 0;
         do {
           if (++attempt > kAttempts) {
-            throw ProblemError("arm " + names_[i] + " finds no goal clear of itself and of obstacles near its pose " +
+            throw ProblemError("arm " + names_[i] + " has no goal clear of itself and of obstacles near pose " +
                                area_names_[i][area]);
           }
           drawn[i] = draw_in_ball(random, areas_[i][area], spread_);
@@ -199,7 +201,7 @@ TaskSet StrategyProblem::draw(std::uint64_t seed, int tasks) const {
     Random random = stream(seed, kStart, 0, start);
     int attempt = 0;
     do {
-      if (++attempt > kAttempts) throw ProblemError("arms in their first areas are never clear of each other");
+      if (++attempt > kAttempts) throw ProblemError("the arms are never clear of each other in their first areas");
       for (int i = 0; i < arms(); ++i) drawn[i] = draw_in_ball(random, areas_[i].front(), spread_);
     } while (!is_clear(-1, true));
     for (int i = 0; i < arms(); ++i) {
@@ -216,8 +218,8 @@ TaskSet StrategyProblem::draw(std::uint64_t seed, int tasks) const {
 }
 
 void StrategyProblem::precheck_paths(TaskSet& set) const {
-  constexpr std::size_t kMostNumbers = 12'000'000;  // of each arm: 48 MB
-  constexpr std::size_t kSpare = 2 * kRoughLanes;   // what is looked at together may go beyond the goal
+  constexpr std::size_t kMaxNumbers = 12'000'000;  // per arm: 48 MB
+  constexpr std::size_t kSpare = 2 * kRoughLanes;  // groups may extend beyond the goal
   set.paths.resize(arms());
   for (int i = 0; i < arms(); ++i) {
     const FlatArm& arm = flat_.arm[i];
@@ -233,17 +235,18 @@ void StrategyProblem::precheck_paths(TaskSet& set) const {
       const Eigen::Map<const Eigen::VectorXd> q_from(from, arm.joints);
       const Eigen::Map<const Eigen::VectorXd> q_to(goal, arm.joints);
       const std::size_t more = static_cast<std::size_t>((q_to - q_from).norm() / flat_.step) + kSpare;
-      if ((steps + more) * numbers > kMostNumbers) break;
+      if ((steps + more) * numbers > kMaxNumbers) break;
       paths.first.push_back(static_cast<std::int32_t>(steps));
       steps += more;
       from = goal;
     }
-    paths.alone.resize(steps);
+    paths.self_free.resize(steps);
     paths.places.resize(steps * numbers);
-    set.flat.paths[i] = {static_cast<int>(paths.first.size()), paths.first.data(), paths.alone.data(), paths.places.data()};
+    set.flat.paths[i] = {static_cast<int>(paths.first.size()), paths.first.data(), paths.self_free.data(),
+                         paths.places.data()};
   }
-  static const PathsKernel look = fastest_paths();
-  look(flat_, set.flat);
+  static const PathsKernel kernel = fastest_paths();
+  kernel(flat_, set.flat);
 }
 
 }  // namespace hecaton::planner

@@ -1,6 +1,6 @@
 #pragma once
-/// Distances of two arms in single precision, eight capsules at a time: they never decide where rounding could matter,
-/// so that what is simulated is the same to the last bit.
+/// Distances of two arms in single precision, eight capsules at a time. Where rounding could matter, double precision
+/// decides, so that the simulation is the same to the last bit.
 
 #include <bit>
 
@@ -8,32 +8,32 @@
 
 namespace hecaton::planner::HECATON_ISA {
 
-/// Where an arm's capsules are in one configuration, in W: of each coordinate of their segments' middles, then of the
-/// ways from there to an end, the bodies in lanes [m]; rough_numbers() floats. What fills a group up is far away.
+/// Places of an arm's capsules in W: x, y, z of the segments' midpoints, then of the vectors from there to an end;
+/// bodies in lanes [m]. rough_numbers() floats; padding lanes are far away.
 struct RoughPlace {
-  alignas(32) float numbers[kRoughMost];
+  alignas(32) float numbers[kMaxRoughNumbers];
 };
 
-/// What an arm's capsules are, bodies in lanes.
+/// The shapes of an arm's capsules, bodies in lanes.
 struct RoughArm {
   alignas(32) float length2[kFlatBodies] = {};   ///< of half a segment, squared [m²]
   alignas(32) float inverse2[kFlatBodies] = {};  ///< 1/length2, 0 for a point [1/m²]
   alignas(32) float radius[kFlatBodies] = {};    ///< [m]
-  alignas(32) float reach[kFlatBodies] = {};     ///< FlatBody's
-  /// Beyond everything for what is no body, and for bodies that never move: 0 for all others.
-  alignas(32) float nothing[kFlatBodies] = {};
-  alignas(32) float at_rest[kFlatBodies] = {};
+  alignas(32) float reach[kFlatBodies] = {};     ///< FlatBody::reach [m]
+  /// A large distance for padding lanes (`padding`), and for these and fixed bodies (`excluded`); 0 otherwise [m].
+  alignas(32) float padding[kFlatBodies] = {};
+  alignas(32) float excluded[kFlatBodies] = {};
   int fixed = 0;
   int bodies = 0;
-  std::ptrdiff_t stride = 0;  ///< from one coordinate to the next in a RoughPlace: groups of eight, filled up
+  std::ptrdiff_t stride = 0;  ///< floats from one coordinate to the next in a RoughPlace
 
   void begin(const FlatArm& arm) {
     fixed = arm.fixed;
     bodies = arm.bodies;
     stride = rough_numbers(arm) / 6;
     constexpr float kBeyond = 1e7F;
-    for (int i = arm.bodies; i < kFlatBodies; ++i) nothing[i] = at_rest[i] = kBeyond;
-    for (int i = 0; i < arm.fixed; ++i) at_rest[i] = kBeyond;
+    for (int i = arm.bodies; i < kFlatBodies; ++i) padding[i] = excluded[i] = kBeyond;
+    for (int i = 0; i < arm.fixed; ++i) excluded[i] = kBeyond;
     for (int i = 0; i < arm.bodies; ++i) {
       const FlatBody& body = arm.body[i];
       length2[i] = static_cast<float>(body.inverse2 > 0.0 ? 0.25 / body.inverse2 : 0.0);
@@ -44,7 +44,7 @@ struct RoughArm {
   }
 };
 
-/// Four lanes of four configurations become four bodies of each.
+/// Transposes four bodies in four configurations.
 inline void put_transposed(const Lanes* bodies, float* const* configurations) {
   using Four = FourFloats;
   const Four a = rounded(bodies[0]);
@@ -61,7 +61,7 @@ inline void put_transposed(const Lanes* bodies, float* const* configurations) {
   store(configurations[3], __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7));
 }
 
-/// Each of the four configurations by itself.
+/// Rounds four configurations to separate RoughPlaces.
 inline void round_places(const FlatArm& arm, const FourPlaces& places, float* const* rough) {
   constexpr double kFarAway = 1e6;
   const std::ptrdiff_t stride = rough_numbers(arm) / 6;
@@ -69,9 +69,9 @@ inline void round_places(const FlatArm& arm, const FourPlaces& places, float* co
     Lanes p[kLanes];
     Lanes d[kLanes];
     for (int k = 0; k < kLanes; ++k) {
-      const bool is = from + k < arm.bodies;
-      p[k] = is ? places.middle[from + k].*coordinate : four(kFarAway);
-      d[k] = is ? four(0.5) * places.d[from + k].*coordinate : four(0.0);
+      const bool used = from + k < arm.bodies;
+      p[k] = used ? places.middle[from + k].*coordinate : four(kFarAway);
+      d[k] = used ? four(0.5) * places.d[from + k].*coordinate : four(0.0);
     }
     float* to[kLanes];
     for (int k = 0; k < kLanes; ++k) to[k] = rough[k] + axis * stride + from;
@@ -86,7 +86,7 @@ inline void round_places(const FlatArm& arm, const FourPlaces& places, float* co
   }
 }
 
-/// One body of an arm, in all lanes.
+/// One body in all lanes.
 struct RoughBody {
   FloatLanes mx, my, mz;
   FloatLanes dx, dy, dz;
@@ -100,7 +100,7 @@ struct RoughBody {
         dz(all_floats(at[5 * stride + i])) {}
 };
 
-/// Below this share of |d|²|d'|² the determinant is rounding, mostly: either way |gap|² is off by at most so much |d|².
+/// A determinant below this share of |d|²|d'|² is mostly rounding; |gap|² is then wrong by at most this share of |d|².
 inline constexpr float kParallel = 1e-6F;
 
 struct RoughGaps {
@@ -108,8 +108,8 @@ struct RoughGaps {
   FloatLanes x, y, z;   ///< from the other's segments to this one's [m]
 };
 
-/// Distances of body i of an arm to eight bodies of another. As segment_distance2, but from the middles, with
-/// parameters from −1 to 1; where segments are nearly parallel the first hardly matters.
+/// Distances of body i of an arm to eight bodies of another. As segment_distance2(), but from the midpoints, with
+/// parameters in [−1, 1].
 inline RoughGaps rough_gaps(const RoughArm& arm, const RoughBody& body, int i, const RoughArm& other,
                             const float* there, int from) {
   const FloatLanes one = all_floats(1.0F);
@@ -136,7 +136,7 @@ inline RoughGaps rough_gaps(const RoughArm& arm, const RoughBody& body, int i, c
   return {length - all_floats(arm.radius[i]) - load(other.radius + from), gx, gy, gz};
 }
 
-/// Whether any of eight bodies may be nearer to body i than `limit` more than the balls that hold them.
+/// True if the bounding sphere of any of eight bodies is within `limit` of that of body i.
 inline bool rough_may_be_near(const RoughArm& arm, const RoughBody& body, int i, const RoughArm& other,
                               const float* there, int from, float limit) {
   const FloatLanes rx = body.mx - load(there + from);
@@ -152,15 +152,15 @@ inline float least_of(const FloatLanes& x) {
   return pairs[0] < pairs[1] ? pairs[0] : pairs[1];
 }
 
-/// A direction in W: what lies between two arms.
+/// Normal in W of a plane between two arms.
 struct RoughNormal {
   float x = 0.0F;
   float y = 0.0F;
   float z = 0.0F;
 };
 
-/// How far apart planes across n are between which an arm (fixed bodies left out) and another have nothing [m]: no more
-/// than their distance. n points towards the first; its length is 1, or 0: then it is no more than 0.
+/// Gap along n between an arm, without its fixed bodies, and another arm [m]: a lower bound of their distance. n points
+/// towards the first arm and has length 1; if its length is 0, the result is ≤ 0.
 inline float rough_gap_along(const RoughArm& arm, const float* at, const RoughArm& other, const float* there,
                              const RoughNormal& n) {
   const FloatLanes x = all_floats(n.x);
@@ -176,25 +176,24 @@ inline float rough_gap_along(const RoughArm& arm, const float* at, const RoughAr
   FloatLanes low = all_floats(1e7F);
   for (int k = 0; k < arm.stride; k += kFloatLanes) {
     low =
-        min(low, middle(at + k, arm.stride) - half(at + k, arm.stride) - load(arm.radius + k) + load(arm.at_rest + k));
+        min(low, middle(at + k, arm.stride) - half(at + k, arm.stride) - load(arm.radius + k) + load(arm.excluded + k));
   }
-  FloatLanes high = all_floats(1e7F);  // the other way round: of its negative, the least
+  FloatLanes high = all_floats(1e7F);  // minimum of the negative
   for (int k = 0; k < other.stride; k += kFloatLanes) {
-    high = min(high, load(other.nothing + k) - middle(there + k, other.stride) - half(there + k, other.stride) -
+    high = min(high, load(other.padding + k) - middle(there + k, other.stride) - half(there + k, other.stride) -
                          load(other.radius + k));
   }
   return least_of(low) + least_of(high);
 }
 
-/// Distance of an arm to another, fixed bodies of the first left out [m]. Below `enough` only that it is at most so
-/// much. `nearest` is the body that is looked at first, and told: most often balls rule out the rest. `n` is told where
-/// the distance is `enough`.
+/// Distance of an arm, without its fixed bodies, to another arm [m]. An upper bound if it is below `enough`. `nearest`:
+/// body checked first, and output: the nearest body. `n`: output, set if the distance is at least `enough`.
 inline float rough_distance(const RoughArm& arm, const float* at, const RoughArm& other, const float* there,
                             float enough, int& nearest, RoughNormal& n) {
   constexpr float kNothing = 1e6F;
   float least = kNothing;
   RoughGaps best;
-  const auto look = [&](int i, bool all) {
+  const auto check = [&](int i, bool all) {
     const RoughBody body(at, arm.stride, i);
     for (int from = 0; from < other.stride; from += kFloatLanes) {
       if (!all && !rough_may_be_near(arm, body, i, other, there, from, least)) continue;
@@ -208,9 +207,9 @@ inline float rough_distance(const RoughArm& arm, const float* at, const RoughArm
   };
   if (arm.bodies == arm.fixed) return least;
   const int before = nearest;
-  look(before, true);
+  check(before, true);
   for (int i = arm.bodies - 1; i >= arm.fixed && least >= enough; --i) {
-    if (i != before) look(i, false);
+    if (i != before) check(i, false);
   }
   if (least < enough || least == kNothing) return least;
   const int lane = std::countr_zero(bits(best.distance <= all_floats(least)));

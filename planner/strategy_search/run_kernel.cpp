@@ -9,18 +9,19 @@
 namespace hecaton::planner::HECATON_ISA {
 namespace {
 
-/// States of a cycle agree as exactly as this in every coordinate of their planes [rad].
-constexpr double kSame = 1e-9;
-/// In the paper's order, and nearest to the goal first: of the last two, straight back is nearer than back and aside.
+/// States of a cycle agree within this in each coordinate of their planes [rad].
+constexpr double kCycleTolerance = 1e-9;
+/// Order of neighbours: as in the paper, and nearest to the goal first. They differ in the last two, back and
+/// back-aside.
 constexpr int kOrder[2][kNeighbours] = {{0, 1, 2, 3, 4}, {0, 1, 2, 4, 3}};
 
-/// So many steps towards the goal after one aside, and the way counts as clear.
+/// After so many steps towards the goal, four steps are checked at a time again.
 constexpr int kStepsInRow = 2;
 
-/// What is known of the distance of two arms: it was so much when they had travelled so far.
+/// A cached lower bound of the distance of two arms.
 struct KnownDistance {
-  RoughNormal n;        ///< from the arm of the higher number to the other, across what lay between them last
-  double slack = -1.0;  ///< distance − h − what both had travelled, at an earlier time; + what they have: a bound
+  RoughNormal n;        ///< of a plane that separates them, from the arm with the higher number to the other
+  double slack = -1.0;  ///< distance − h + travel of both, at an earlier time; minus the present travel: a bound
 };
 
 class Run {
@@ -53,7 +54,7 @@ class Run {
         if (!runner.moving && (earliest < 0 || runner.until < earliest)) earliest = runner.until;
         if (was_reset_) break;
       }
-      if (options_.find_cycles && !was_reset_ && !finished_ && earliest < 0) watch_for_cycle();
+      if (options_.detect_cycles && !was_reset_ && !finished_ && earliest < 0) detect_cycle();
       if (was_reset_) {
         was_reset_ = false;
         continue;
@@ -71,31 +72,31 @@ class Run {
       const FlatArm& arm = *runner.arm;
       for (int j = 0; j < arm.joints; ++j) runner.q[j] = tasks_.start[i][start * arm.joints + j];
       FourPlaces places;
-      place_all(arm, runner.q, places);
-      put_rough(arm, places, runner.ahead);
-      stand_at(runner, runner.ahead.places[0]);
+      place_in_all_lanes(arm, runner.q, places);
+      round_to(arm, places, runner.ahead);
+      set_place(runner, runner.ahead.places[0]);
       runner.moving = false;
       runner.area = 0;
       runner.until = tick_ + wait(i);
     }
-    forget_distances();
+    clear_distances();
     unchanged_since_ = tick_;
   }
 
-  /// The same configuration four times.
-  static void place_all(const FlatArm& arm, const double* q, FourPlaces& places) {
+  /// Places one configuration in all four lanes.
+  static void place_in_all_lanes(const FlatArm& arm, const double* q, FourPlaces& places) {
     Lanes lanes[kFlatJoints];
     for (int j = 0; j < arm.joints; ++j) lanes[j] = four(q[j]);
     place(arm, lanes, places);
   }
 
-  static void put_rough(const FlatArm& arm, const FourPlaces& places, Looked& looked) {
+  static void round_to(const FlatArm& arm, const FourPlaces& places, CheckedPlaces& checked) {
     float* to[kLanes];
-    for (int k = 0; k < kLanes; ++k) to[k] = looked.places[k].numbers;
+    for (int k = 0; k < kLanes; ++k) to[k] = checked.places[k].numbers;
     round_places(arm, places, to);
   }
 
-  static void stand_at(Runner& runner, const RoughPlace& place) {
+  static void set_place(Runner& runner, const RoughPlace& place) {
     for (int k = 0; k < 6 * runner.rough.stride; k += kFloatLanes) {
       store(runner.own.numbers + k, load(place.numbers + k));
     }
@@ -122,9 +123,9 @@ class Run {
     }
     runner.state = {};
     runner.ahead.count = runner.ahead.next = 0;
-    runner.forget_places();
+    runner.clear_cache();
     runner.heads_for_goal = true;
-    // Until a fault, who has arrived has done so on the same goals whatever the strategy.
+    // Until the first fault, an arm starts each task from the goal before, whatever the strategy.
     const FlatPaths& paths = tasks_.paths[i];
     runner.known_step = resets_ == 1 && runner.task < paths.tasks ? paths.first[runner.task] : -1;
     runner.moving = true;
@@ -134,65 +135,65 @@ class Run {
     unchanged_since_ = tick_;
   }
 
-  /// The next four places of the straight way, or fewer up to the goal.
+  /// Checks the next four places of the straight path.
   void look_ahead(Runner& runner) {
-    Looked& ahead = runner.ahead;
+    CheckedPlaces& ahead = runner.ahead;
     ahead.next = 0;
     ahead.count = runner.plane.next_places(runner.state, problem_.step, ahead.at);
-    look(runner, ahead);
+    check(runner, ahead);
   }
 
-  /// Neighbours of the present place, from `first` on, in the order in which they are tried.
-  Looked& neighbours(Runner& runner, int first) {
+  /// Checked neighbours of the present place from number `first` on, in the order of trial.
+  CheckedPlaces& neighbours(Runner& runner, int first) {
     const PlaneState& now = runner.state;
-    for (int k = 0; k < kKnownPlaces; ++k) {
-      if (runner.known_by[k].is(now, first)) return runner.known[k];
+    for (int k = 0; k < kCachedPlaces; ++k) {
+      if (runner.cache_key[k].is(now, first)) return runner.cache[k];
     }
-    Looked& looked = runner.known[runner.forgotten];
-    runner.known_by[runner.forgotten] = {now.at, now.side, first};
-    runner.forgotten = runner.forgotten + 1 == kKnownPlaces ? 0 : runner.forgotten + 1;
-    looked.count = kNeighbours - first < kLanes ? kNeighbours - first : kLanes;
+    CheckedPlaces& checked = runner.cache[runner.replaced_next];
+    runner.cache_key[runner.replaced_next] = {now.at, now.side, first};
+    runner.replaced_next = runner.replaced_next + 1 == kCachedPlaces ? 0 : runner.replaced_next + 1;
+    checked.count = kNeighbours - first < kLanes ? kNeighbours - first : kLanes;
     const PlaneFrame frame = plane_frame(now.at, runner.plane.distance);
     for (int k = 0; k < kLanes; ++k) {
-      const int order = kOrder[problem_.nearest_first ? 1 : 0][k < looked.count ? first + k : first];
-      looked.at[k] = neighbour(now, frame, runner.plane.distance, problem_.step, order);
+      const int order = kOrder[problem_.nearest_first ? 1 : 0][k < checked.count ? first + k : first];
+      checked.at[k] = neighbour(now, frame, runner.plane.distance, problem_.step, order);
     }
-    look(runner, looked);
-    return looked;
+    check(runner, checked);
+    return checked;
   }
 
-  void look(Runner& runner, Looked& looked) const {
-    for (int& blocker : looked.blocker) blocker = -1;
+  void check(Runner& runner, CheckedPlaces& checked) const {
+    for (int& blocker : checked.blocker) blocker = -1;
     Lanes q[kFlatJoints];
-    runner.plane.four_q(*runner.arm, looked.at, q);
+    runner.plane.four_q(*runner.arm, checked.at, q);
     FourPlaces places;
     place(*runner.arm, q, places);
-    check_alone(problem_, *runner.arm, q, places);
-    looked.alone = places.alone;
-    put_rough(*runner.arm, places, looked);
+    check_self_free(problem_, *runner.arm, q, places);
+    checked.self_free = places.self_free;
+    round_to(*runner.arm, places, checked);
   }
 
-  /// Arm i may go to what it looked at in lane k.
-  bool is_free(int i, Looked& looked, int k) {
-    if ((looked.alone & (1U << k)) == 0) return false;
-    if (looked.blocker[k] >= 0 && runners_[looked.blocker[k]].travelled < looked.blocked_until[k]) return false;
+  /// True if arm i may move to place k of `checked`.
+  bool is_free(int i, CheckedPlaces& checked, int k) {
+    if ((checked.self_free & (1U << k)) == 0) return false;
+    if (checked.blocker[k] >= 0 && runners_[checked.blocker[k]].travelled < checked.blocked_until[k]) return false;
     double excess = 0.0;
-    const int blocker = nearer_than_h(i, looked.at[k], looked.places[k].numbers, excess);
+    const int blocker = blocker_of(i, checked.at[k], checked.places[k].numbers, excess);
     if (blocker < 0) return true;
-    looked.blocker[k] = blocker;
-    looked.blocked_until[k] = runners_[blocker].travelled + excess;
+    checked.blocker[k] = blocker;
+    checked.blocked_until[k] = runners_[blocker].travelled + excess;
     return false;
   }
 
-  /// Which arm is nearer than h to arm i there (−1: none), and by how much at least [m].
-  int nearer_than_h(int i, const PlanePoint& at, const float* place, double& excess) {
+  /// An arm that is nearer than h to arm i at this place (−1: none). `excess`: lower bound of how much nearer [m].
+  int blocker_of(int i, const PlanePoint& at, const float* place, double& excess) {
     Runner& runner = runners_[i];
-    const double way = distance_to(runner, at);
+    const double step = distance_to(runner, at);
     const double surely = problem_.distance - problem_.rounding;
     for (int other = 0; other < problem_.arms; ++other) {
       if (other == i) continue;
       KnownDistance& known = known_[i < other ? i : other][i < other ? other : i];
-      const double travelled = runner.travelled + way + runners_[other].travelled;
+      const double travelled = runner.travelled + step + runners_[other].travelled;
       if (known.slack > travelled) continue;
       const double distance = measure(i, place, other, known);
       if (distance < problem_.distance + problem_.rounding &&
@@ -200,13 +201,13 @@ class Run {
         excess = surely - distance;
         return other;
       }
-      // From there back to here it is `way` at most: true for either place.
-      known.slack = distance - problem_.rounding - problem_.distance + travelled - 2.0 * way;
+      // The bound must hold at the present place as well, at most `step` away.
+      known.slack = distance - problem_.rounding - problem_.distance + travelled - 2.0 * step;
     }
     return -1;
   }
 
-  /// Distance of arm i there to another; if they are clear of each other it may say less.
+  /// Distance of arm i at this place to another arm [m]; a lower bound if a plane separates them by h.
   double measure(int i, const float* place, int other, KnownDistance& known) {
     Runner& runner = runners_[i];
     const Runner& theirs = runners_[other];
@@ -222,19 +223,19 @@ class Run {
     return distance;
   }
 
-  /// In double precision.
+  /// Checks the distance in double precision.
   [[nodiscard]] bool is_clear(const Runner& runner, const PlanePoint& at, const Runner& other) const {
     double q[kFlatJoints];
     FourPlaces places;
     runner.plane.q(*runner.arm, at, q);
-    place_all(*runner.arm, q, places);
+    place_in_all_lanes(*runner.arm, q, places);
     if (other.moving) {
       other.plane.q(*other.arm, other.state.at, q);
     } else {
       std::copy(other.q, other.q + other.arm->joints, q);
     }
     FourPlaces theirs;
-    place_all(*other.arm, q, theirs);
+    place_in_all_lanes(*other.arm, q, theirs);
     SeenArm seen;
     seen.begin(*other.arm);
     seen.set(*other.arm, theirs, 0);
@@ -247,13 +248,13 @@ class Run {
            std::fabs(to.y - runner.state.at.y) * runner.plane.speed2;
   }
 
-  void go_to(Runner& runner, const Looked& looked, int k) {
-    runner.travelled += distance_to(runner, looked.at[k]);
-    runner.state.at = looked.at[k];
-    stand_at(runner, looked.places[k]);
+  void go_to(Runner& runner, const CheckedPlaces& checked, int k) {
+    runner.travelled += distance_to(runner, checked.at[k]);
+    runner.state.at = checked.at[k];
+    set_place(runner, checked.places[k]);
   }
 
-  /// The three behaviours.
+  /// The three behaviours of [Mediavilla02]: towards the goal, aside, turn.
   void move(int i) {
     Runner& runner = runners_[i];
     if (runner.heads_for_goal ? continue_to_goal(i) : go_towards_goal(i)) {
@@ -270,7 +271,7 @@ class Run {
       runner.heads_for_goal = continue_prechecked(i);
       return runner.heads_for_goal;
     }
-    Looked& ahead = runner.ahead;
+    CheckedPlaces& ahead = runner.ahead;
     if (ahead.next == ahead.count) look_ahead(runner);
     if (is_free(i, ahead, ahead.next)) {
       go_to(runner, ahead, ahead.next++);
@@ -284,12 +285,12 @@ class Run {
   bool continue_prechecked(int i) {
     Runner& runner = runners_[i];
     const FlatPaths& paths = tasks_.paths[i];
-    if (paths.alone[runner.known_step] == 0) return false;
+    if (paths.self_free[runner.known_step] == 0) return false;
     const PlaneFrame frame = plane_frame(runner.state.at, runner.plane.distance);
     const PlanePoint at = neighbour(runner.state, frame, runner.plane.distance, problem_.step, 0);
     const float* place = paths.places + runner.known_step * 6 * runner.rough.stride;
     double excess = 0.0;
-    if (nearer_than_h(i, at, place, excess) >= 0) return false;
+    if (blocker_of(i, at, place, excess) >= 0) return false;
     runner.travelled += distance_to(runner, at);
     runner.state.at = at;
     runner.here = place;
@@ -300,7 +301,7 @@ class Run {
 
   bool go_towards_goal(int i) {
     Runner& runner = runners_[i];
-    Looked& around = neighbours(runner, 0);
+    CheckedPlaces& around = neighbours(runner, 0);
     if (!is_free(i, around, 0)) return false;
     go_to(runner, around, 0);
     if (runner.known_step >= 0) ++runner.known_step;
@@ -311,20 +312,20 @@ class Run {
   bool go_aside(int i) {
     Runner& runner = runners_[i];
     runner.steps_in_row = 0;
-    Looked* looked = &neighbours(runner, 0);
+    CheckedPlaces* checked = &neighbours(runner, 0);
     int k = 1;
-    while (k < kLanes && !is_free(i, *looked, k)) ++k;
+    while (k < kLanes && !is_free(i, *checked, k)) ++k;
     if (k == kLanes) {
-      looked = &neighbours(runner, kLanes);
+      checked = &neighbours(runner, kLanes);
       k = 0;
-      if (!is_free(i, *looked, k)) return false;
+      if (!is_free(i, *checked, k)) return false;
     }
-    go_to(runner, *looked, k);
+    go_to(runner, *checked, k);
     runner.known_step = -1;
     return true;
   }
 
-  /// The task is over, reached or as a fault; those beyond N are done, but not counted.
+  /// Ends a task, at its goal or as a fault. Tasks beyond N are simulated but not counted.
   void finish(int i, bool fault) {
     Runner& runner = runners_[i];
     const std::int64_t time = fault ? runner.limit - runner.began : tick_ + 1 - runner.began;
@@ -346,7 +347,8 @@ class Run {
     bool all_done = true;
     for (int k = 0; k < problem_.arms; ++k) all_done = all_done && runners_[k].task >= tasks_.tasks;
     finished_ = finished_ || all_done;
-    // differs from paper: what follows a fault it leaves open; all arms begin anew, and who was interrupted repeats.
+    // Differs from the paper, which leaves open what follows a fault: all arms restart, and interrupted tasks are
+    // repeated.
     if (fault && !finished_) {
       tick_ = runner.limit;
       reset();
@@ -354,9 +356,9 @@ class Run {
     }
   }
 
-  /// While all arms are under way nothing but their places and sides decides what comes (Brent's method): when these
-  /// come again, nobody arrives any more, and the first whose time is over is the fault.
-  void watch_for_cycle() {
+  /// Cycle detection by Brent's method. While all arms move, their places and sides determine the future. If they
+  /// repeat, no arm will arrive, and the first time-out is the fault.
+  void detect_cycle() {
     if (snapshot_tick_ < unchanged_since_) {
       take_snapshot(1);
       return;
@@ -364,8 +366,8 @@ class Run {
     bool same = true;
     for (int i = 0; i < problem_.arms && same; ++i) {
       const PlaneState& now = runners_[i].state;
-      same = now.side == snapshot_[i].side && std::fabs(now.at.x - snapshot_[i].at.x) < kSame &&
-             std::fabs(now.at.y - snapshot_[i].at.y) < kSame;
+      same = now.side == snapshot_[i].side && std::fabs(now.at.x - snapshot_[i].at.x) < kCycleTolerance &&
+             std::fabs(now.at.y - snapshot_[i].at.y) < kCycleTolerance;
     }
     if (same) {
       int first = 0;
@@ -384,7 +386,7 @@ class Run {
     power_ = power;
   }
 
-  void forget_distances() {
+  void clear_distances() {
     for (auto& row : known_) {
       for (KnownDistance& known : row) known = {};
     }
@@ -402,11 +404,34 @@ class Run {
   int resets_ = 0;
   bool finished_ = false;
   bool was_reset_ = false;
-  std::int64_t unchanged_since_ = 0;  ///< the last time that an arm began or ended a task
+  std::int64_t unchanged_since_ = 0;  ///< when an arm last began or ended a task
   PlaneState snapshot_[kFlatArms];
   std::int64_t snapshot_tick_ = -1;
   std::int64_t power_ = 1;
 };
+
+/// Checks the places of a straight path, four at a time, up to the goal.
+void precheck_path(const FlatProblem& problem, const FlatArm& arm, const Plane& plane, std::uint8_t* self_free,
+                   float* places) {
+  const std::ptrdiff_t numbers = rough_numbers(arm);
+  PlaneState state;
+  while (plane_frame(state.at, plane.distance).left > 0.0) {
+    PlanePoint at[kLanes];
+    const int count = plane.next_places(state, problem.step, at);
+    Lanes q[kFlatJoints];
+    plane.four_q(arm, at, q);
+    FourPlaces four_places;
+    place(arm, q, four_places);
+    check_self_free(problem, arm, q, four_places);
+    float* to[kLanes];
+    for (int k = 0; k < kLanes; ++k) to[k] = places + k * numbers;
+    round_places(arm, four_places, to);
+    for (int k = 0; k < kLanes; ++k) self_free[k] = (four_places.self_free >> k) & 1U;
+    self_free += count;
+    places += count * numbers;
+    state.at = at[count - 1];
+  }
+}
 
 }  // namespace
 
@@ -426,8 +451,8 @@ unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool oth
     Lanes lanes[kFlatJoints];
     for (int j = 0; j < arm.joints; ++j) lanes[j] = four(q[i][j]);
     place(arm, lanes, places[i]);
-    check_alone(problem, arm, lanes, places[i]);
-    if ((places[i].alone & 1U) != 0) clear |= 1U << i;
+    check_self_free(problem, arm, lanes, places[i]);
+    if ((places[i].self_free & 1U) != 0) clear |= 1U << i;
     seen[i].begin(arm);
     seen[i].set(arm, places[i], 0);
   }
@@ -440,6 +465,25 @@ unsigned clear_arms(const FlatProblem& problem, const double* const* q, bool oth
     }
   }
   return clear;
+}
+
+void precheck_paths(const FlatProblem& problem, const FlatTasks& tasks) {
+  for (int i = 0; i < problem.arms; ++i) {
+    const FlatArm& arm = problem.arm[i];
+    const FlatPaths& paths = tasks.paths[i];
+    double q[kFlatJoints];
+    for (int j = 0; j < arm.joints; ++j) q[j] = tasks.start[i][j];
+    int area = 0;
+    for (int task = 0; task < paths.tasks; ++task) {
+      area = area + 1 == tasks.areas[i] ? 0 : area + 1;
+      Plane plane;
+      plane.begin(q, tasks.goals[i] + (static_cast<std::int64_t>(task) * tasks.areas[i] + area) * arm.joints,
+                  arm.joints);
+      const auto first = static_cast<std::int64_t>(paths.first[task]);
+      precheck_path(problem, arm, plane, paths.self_free + first, paths.places + first * rough_numbers(arm));
+      plane.q(arm, {plane.distance, 0.0}, q);
+    }
+  }
 }
 
 }  // namespace hecaton::planner::HECATON_ISA

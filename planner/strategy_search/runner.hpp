@@ -1,20 +1,21 @@
 #pragma once
-/// One arm of a run of the fast simulation: its task, where it is, and what it has looked at.
+/// One arm in a run of the fast simulation: its task, its place, and cached checks.
 
 #include "planner/methods/strategy/plane.hpp"
 #include "planner/strategy_search/rough_distance.hpp"
 
 namespace hecaton::planner::HECATON_ISA {
 
+/// The plane of a task in joint space [Mediavilla02]: start + x u₁ + y u₂.
 struct Plane {
   double start[kFlatJoints];
   double u1[kFlatJoints];
   double u2[kFlatJoints] = {};
   double distance = 0.0;
-  double speed1 = 0.0;  ///< no segment moves faster per unit along u₁ [m/rad]
-  double speed2 = 0.0;  ///< … along u₂
+  double speed1 = 0.0;  ///< upper bound of the speed of segments per unit along u₁ [m/rad]
+  double speed2 = 0.0;  ///< the same along u₂
 
-  /// u₁ of a task from `q` to the goal.
+  /// Sets start, distance and u₁ of a task from `q` to `goal` [rad].
   void begin(const double* q, const double* goal, int n) {
     for (int j = 0; j < n; ++j) {
       start[j] = q[j];
@@ -32,8 +33,8 @@ struct Plane {
     for (int j = 0; j < arm.joints; ++j) out[j] = four(start[j]) + x * four(u1[j]) + y * four(u2[j]);
   }
 
-  /// The next four places of the straight way from there, or fewer up to the goal: their number. What is left of the
-  /// four is the last again.
+  /// The next four places on the straight path, or fewer up to the goal; returns their number. Unused entries repeat
+  /// the last place.
   int next_places(PlaneState state, double step, PlanePoint* at) const {
     int count = 0;
     for (int k = 0; k < kLanes; ++k) {
@@ -48,24 +49,25 @@ struct Plane {
   }
 };
 
-inline constexpr int kKnownPlaces = 8;
+/// Places whose neighbours are cached.
+inline constexpr int kCachedPlaces = 8;
 
-/// Four configurations looked at together, and where in the plane they are.
-struct Looked {
+/// Four places in the plane, checked together.
+struct CheckedPlaces {
   PlanePoint at[kLanes];
   RoughPlace places[kLanes];
-  unsigned alone = 0;  ///< bit k: configuration k is within limits, clear of itself and of boxes
-  int count = 0;       ///< that are valid
-  int next = 0;        ///< the first that was not gone to yet
-  /// Which arm was found too near each, and how far it may have travelled at most while it certainly still is [m].
+  unsigned self_free = 0;  ///< bit k: place k is within limits, clear of itself and of boxes
+  int count = 0;           ///< valid entries
+  int next = 0;            ///< the next entry to move to
+  /// By place: the arm that was too close; it still is while its `travelled` is below blocked_until [m].
   int blocker[kLanes];
   double blocked_until[kLanes];
 };
 
-/// Neighbours of which place, and from which on: what a Looked is known by.
-struct LookedAt {
+/// Key of cached neighbours: the place, and the number of the first neighbour.
+struct CacheKey {
   PlanePoint at;
-  double side = 0.0;  ///< 0: nothing is known
+  double side = 0.0;  ///< 0: empty
   int first = 0;
 
   [[nodiscard]] bool is(const PlaneState& state, int from) const {
@@ -73,33 +75,33 @@ struct LookedAt {
   }
 };
 
-/// One arm of a run.
+/// The state of one arm.
 struct Runner {
   const FlatArm* arm = nullptr;
   RoughArm rough;
-  double q[kFlatJoints];  ///< where it last stood
+  double q[kFlatJoints];  ///< at the last rest [rad]
   Plane plane;
   PlaneState state;
   RoughPlace own;
-  const float* here = own.numbers;  ///< where it is
-  std::int64_t known_step = -1;     ///< its next step on a prechecked path; −1: on none
-  Looked ahead;                     ///< on the straight way
-  bool heads_for_goal = true;            ///< the last steps led towards the goal: several of them are looked at together
-  Looked known[kKnownPlaces];  ///< neighbours of the last places: who is held up comes to the same ones again and again
-  LookedAt known_by[kKnownPlaces];  ///< apart from them: it is what is searched
-  int forgotten = 0;                ///< the next of these to be replaced
-  int steps_in_row = 0;             ///< towards the goal, since one aside
-  double travelled = 0.0;           ///< no segment has moved farther since the run began [m]
-  int nearest[kFlatArms];           ///< its body when its distance to another arm was measured last
+  const float* here = own.numbers;     ///< present place
+  std::int64_t known_step = -1;        ///< next step on a prechecked path; −1: none
+  CheckedPlaces ahead;                 ///< on the straight path
+  bool heads_for_goal = true;          ///< the last steps led towards the goal; the next four are checked together
+  CheckedPlaces cache[kCachedPlaces];  ///< neighbours of the last places, to which a blocked arm returns
+  CacheKey cache_key[kCachedPlaces];   ///< apart from the entries, because only the keys are searched
+  int replaced_next = 0;               ///< index of the cache
+  int steps_in_row = 0;                ///< towards the goal since the last step aside
+  double travelled = 0.0;              ///< upper bound of the motion of its segments since the last reset [m]
+  int nearest[kFlatArms];              ///< by other arm: body of the last distance
   bool moving = false;
-  int area = 0;            ///< where it is, or where it comes from
-  int task = 0;            ///< the number of the present or next
-  std::int64_t until = 0;  ///< waits
+  int area = 0;            ///< of the last goal
+  int task = 0;            ///< number of the present or next task
+  std::int64_t until = 0;  ///< start of the next task [steps]
   std::int64_t began = 0;
-  std::int64_t limit = 0;  ///< the task's time is over
+  std::int64_t limit = 0;  ///< time-out of the task [steps]
 
-  void forget_places() {
-    for (LookedAt& place : known_by) place.side = 0.0;
+  void clear_cache() {
+    for (CacheKey& key : cache_key) key.side = 0.0;
   }
   [[nodiscard]] int next_area(int areas) const { return area + 1 == areas ? 0 : area + 1; }
 };

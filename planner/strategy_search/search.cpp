@@ -8,8 +8,7 @@
 
 #include <nlopt.hpp>
 
-#include "planner/methods/strategy/coefficient_limit.hpp"
-#include "planner/strategy_search/flat_arm.hpp"
+#include "planner/methods/strategy/strategy.hpp"
 
 namespace hecaton::planner {
 
@@ -35,13 +34,13 @@ std::vector<Strategy> StrategyGrid::of_arm(int coefficients) const {
   return both;
 }
 
-std::vector<SystemStrategy> StrategyGrid::of(const StrategyProblem& problem, std::size_t most) const {
+std::vector<SystemStrategy> StrategyGrid::of(const StrategyProblem& problem, std::size_t limit) const {
   std::vector<SystemStrategy> grid(1);
   for (int arm = 0; arm < problem.arms(); ++arm) {
     const std::vector<Strategy> own = of_arm(problem.coefficients(arm));
-    if (grid.size() * own.size() > most) {
-      throw ProblemError("the grid has more than " + std::to_string(most) +
-                         " strategies: it needs fewer values of α and β");
+    if (grid.size() * own.size() > limit) {
+      throw ProblemError("the grid has more than " + std::to_string(limit) +
+                         " strategies: give fewer values of α and β");
     }
     std::vector<SystemStrategy> wider;
     for (const SystemStrategy& system : grid) {
@@ -57,9 +56,9 @@ std::vector<SystemStrategy> StrategyGrid::of(const StrategyProblem& problem, std
 
 namespace {
 
-/// work(i) for each candidate of this process, on all its threads. What one of them throws is thrown here.
+/// Calls work(i) for each candidate of this process, on all its threads. Rethrows an exception of work.
 template <typename Work>
-void for_own(const SearchHooks& hooks, std::size_t count, const Work& work) {
+void for_each_own(const SearchHooks& hooks, std::size_t count, const Work& work) {
   std::atomic<std::size_t> next{static_cast<std::size_t>(hooks.part)};
   const auto parts = static_cast<std::size_t>(hooks.parts);
   const auto take = [&] {
@@ -71,7 +70,7 @@ void for_own(const SearchHooks& hooks, std::size_t count, const Work& work) {
   for (std::future<void>& other : others) other.get();
 }
 
-/// Brings what other processes have found, if there are any.
+/// Exchanges results with the other processes, if there are any.
 template <typename Found, typename FromText>
 void share(const SearchHooks& hooks, std::vector<Found>& found, const FromText& from_text) {
   if (!hooks.share) return;
@@ -83,7 +82,7 @@ void share(const SearchHooks& hooks, std::vector<Found>& found, const FromText& 
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (is_own(hooks, i)) continue;
     auto theirs = from_text(texts.at(i));
-    if (!theirs) throw std::runtime_error("another process of the search has sent something else than a result");
+    if (!theirs) throw std::runtime_error("another process of the search has sent an invalid result");
     found[i] = std::move(*theirs);
   }
 }
@@ -120,16 +119,16 @@ struct Objective {
 std::vector<Evaluation> evaluate_round(const StrategyProblem& problem, std::span<const SystemStrategy> strategies,
                                        const Round& round, const SearchHooks& hooks) {
   TaskSet tasks = problem.draw(round.seed, round.tasks);
-  constexpr std::size_t kWorthLooking = 4;
-  if (strategies.size() >= kWorthLooking) problem.precheck_paths(tasks);
+  constexpr std::size_t kPrecheckFrom = 4;  // candidates
+  if (strategies.size() >= kPrecheckFrom) problem.precheck_paths(tasks);
   const EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
   std::vector<Evaluation> evaluations(strategies.size());
-  std::mutex telling;
-  for_own(hooks, strategies.size(), [&](std::size_t i) {
+  std::mutex reporting;
+  for_each_own(hooks, strategies.size(), [&](std::size_t i) {
     const Evaluation* known = hooks.known ? hooks.known(round, i) : nullptr;
     evaluations[i] = known != nullptr ? *known : evaluate(problem, tasks, strategies[i], options);
     if (!hooks.evaluated) return;
-    const std::lock_guard lock(telling);
+    const std::lock_guard lock(reporting);
     hooks.evaluated(round, i, strategies.size(), evaluations[i]);
   });
   share(hooks, evaluations, evaluation_of);
@@ -145,7 +144,8 @@ bool better(const Evaluation& a, const Evaluation& b) {
 
 namespace {
 
-/// Rounds of successive halving before the last have 1/9 and 1/3 of its tasks, and keep a third of their candidates.
+/// Successive halving: two rounds with 1/9 and 1/3 of the tasks of the last one, each keeping a third of the
+/// candidates.
 constexpr int kKeptShare = 3;
 constexpr int kHalvings = 2;
 
@@ -158,7 +158,7 @@ class Search {
     for (const SystemStrategy& strategy : strategies) report_.best.push_back({strategy, {}});
   }
 
-  /// Evaluates all that are left and sorts them.
+  /// Evaluates the remaining candidates and sorts them.
   void run(Round round) {
     round.seed = plan_.seed + report_.stages.size();
     std::vector<SystemStrategy> strategies;
@@ -175,7 +175,7 @@ class Search {
                      [](const Candidate& a, const Candidate& b) { return better(a.evaluation, b.evaluation); });
   }
 
-  /// Those without fault; if there are none, as many as the plan keeps.
+  /// Keeps the candidates without faults; if there are none, the best SearchPlan::keep.
   void keep_faultless() {
     const auto first_faulty = std::find_if(report_.best.begin(), report_.best.end(),
                                            [](const Candidate& c) { return c.evaluation.all_faults() > 0; });
@@ -188,20 +188,20 @@ class Search {
     if (report_.best.size() > count) report_.best.resize(count);
   }
 
-  /// New candidates near the best; what those have done does not count for these.
+  /// Adds candidates near the best ones, and resets all evaluations.
   void refine() {
     std::vector<SystemStrategy> refined(std::min<std::size_t>(plan_.refine, report_.best.size()));
     TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
     problem_.precheck_paths(tasks);
-    for_own(hooks_, refined.size(), [&](std::size_t i) {
+    for_each_own(hooks_, refined.size(), [&](std::size_t i) {
       SimplexOptions options;
-      options.most_steps = plan_.refine_steps;
+      options.max_steps = plan_.refine_steps;
       refined[i] = refine_by_simplex(problem_, tasks, report_.best[i].strategy, options).strategy;
     });
     share(hooks_, refined, strategy_of);
     for (Candidate& candidate : report_.best) candidate.evaluation = {};
     for (SystemStrategy& strategy : refined) {
-      // Where nothing better was found, it is one that is there already.
+      // Without an improvement, the result is the initial strategy.
       const bool known = std::any_of(report_.best.begin(), report_.best.end(),
                                      [&](const Candidate& other) { return other.strategy == strategy; });
       if (!known) report_.best.push_back({std::move(strategy), {}});
@@ -265,14 +265,14 @@ SimplexResult refine_by_simplex(const StrategyProblem& problem, const TaskSet& t
                            &objective);
   search.set_lower_bounds(-kMostCoefficient);
   search.set_upper_bounds(kMostCoefficient);
-  search.set_initial_step(options.first_size);
+  search.set_initial_step(options.initial_size);
   search.set_ftol_abs(options.tolerance);
-  search.set_maxeval(options.most_steps);
+  search.set_maxeval(options.max_steps);
   double least = 0.0;
   try {
     search.optimize(x, least);
   } catch (const nlopt::roundoff_limited&) {
-    // As near as can be: the best so far counts.
+    // Rounding prevents further progress; the best value so far counts.
   }
   return objective.result;
 }

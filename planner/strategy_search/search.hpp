@@ -1,6 +1,6 @@
 #pragma once
-/// Searches for the strategies of a motion problem [Mediavilla02, section 3.2]: systematic trials as in the paper,
-/// successive halving on the same grid [Jamieson16], and local refinement of what they find.
+/// Search for strategies of a motion problem [Mediavilla02, section 3.2]: exhaustive trials as in the paper, or
+/// successive halving on the same grid [Jamieson16], and local refinement.
 
 #include <functional>
 #include <span>
@@ -10,17 +10,16 @@
 
 namespace hecaton::planner {
 
-/// The values of each α and β, and both local directions, for each arm: all combinations are tried. Coefficients beyond
-/// the second have β's values.
+/// Values of α and β; combined with both directions, for each arm. Further coefficients have the values of β.
 struct StrategyGrid {
   std::vector<double> alpha = {-2.0, 0.0, 2.0};
   std::vector<double> beta = {-2.5, -1.0, 1.0, 2.5};
 
-  /// Strategies of one arm with so many coefficients.
+  /// All strategies of an arm with this number of coefficients.
   [[nodiscard]] std::vector<Strategy> of_arm(int coefficients) const;
-  /// All combinations over the problem's arms; the first arm's strategy changes slowest. Throws ProblemError when there
-  /// are more than `most`.
-  [[nodiscard]] std::vector<SystemStrategy> of(const StrategyProblem& problem, std::size_t most = 2'000'000) const;
+  /// All combinations over the problem's arms; the first arm's strategy changes slowest. Throws ProblemError if there
+  /// are more than `limit`.
+  [[nodiscard]] std::vector<SystemStrategy> of(const StrategyProblem& problem, std::size_t limit = 2'000'000) const;
 };
 
 struct Candidate {
@@ -28,56 +27,56 @@ struct Candidate {
   Evaluation evaluation;
 };
 
-/// Fewest faults per task first, then the shortest T(L).
+/// True if `a` has fewer faults per task or, with equally many, a shorter T(L).
 [[nodiscard]] bool better(const Evaluation& a, const Evaluation& b);
 
-/// One round of a search: so many tasks of one seed for each candidate.
+/// One round of a search: each candidate is evaluated on the same tasks.
 struct Round {
   std::string name;
   int tasks = 300;  ///< of each arm
   std::uint64_t seed = 1;
-  bool stop_at_fault = true;  ///< a candidate's first fault ends its round
+  bool stop_at_fault = true;  ///< end an evaluation at its first fault
 };
 
-/// How a search is carried out; none of it changes what it finds.
+/// Execution of a search: threads, processes, progress. Does not change the result.
 struct SearchHooks {
   int threads = 1;
-  /// Told after each evaluation, from the thread that made it, one at a time.
+  /// Called after each evaluation, by its thread; calls are serialized.
   std::function<void(const Round& round, std::size_t index, std::size_t all, const Evaluation& evaluation)> evaluated =
       {};
-  /// An evaluation that is known already, of a search that is resumed; nullptr: it is made.
+  /// Returns an evaluation of a resumed search, or null if there is none.
   std::function<const Evaluation*(const Round& round, std::size_t index)> known = {};
-  int part = 0;   ///< only candidates whose index has this remainder …
-  int parts = 1;  ///< … when divided by this are evaluated here, as one of several processes
-  /// Then brings what the others have: a text for each candidate, at first empty for theirs (planner/strategy_search/
-  /// text_of()).
+  int part = 0;   ///< rank of this process; it evaluates the candidates with index % parts == part
+  int parts = 1;  ///< number of processes
+  /// Exchanges results with the other processes: one text (text_of()) per candidate, empty for candidates of the
+  /// others; on return, all are filled.
   std::function<void(std::vector<std::string>& texts)> share = {};
 };
 
-/// Whether this process evaluates that candidate.
+/// True if this process evaluates the candidate.
 [[nodiscard]] inline bool is_own(const SearchHooks& hooks, std::size_t index) {
   return index % static_cast<std::size_t>(hooks.parts) == static_cast<std::size_t>(hooks.part);
 }
 
-/// Evaluates each, in the order given, whatever the number of threads and parts.
+/// Evaluates all strategies; results in their order.
 [[nodiscard]] std::vector<Evaluation> evaluate_round(const StrategyProblem& problem,
                                                      std::span<const SystemStrategy> strategies, const Round& round,
                                                      const SearchHooks& hooks = {});
 
 struct SearchPlan {
-  bool complete = false;      ///< only screens, but with every task of every candidate, and keeps all
-  bool halving = false;       ///< successive halving instead of systematic trials
+  bool complete = false;      ///< only screening, with all tasks of all candidates, and without elimination
+  bool halving = false;       ///< successive halving instead of exhaustive trials
   int screening_tasks = 300;  ///< of each arm
-  int confirm_tasks = 1800;   ///< of each arm and set
+  int confirm_tasks = 1800;   ///< of each arm, per set
   int confirm_sets = 2;
-  std::uint64_t seed = 1;  ///< of the first round; the others use those after it
-  std::size_t keep = 20;   ///< candidates that are confirmed although none is without fault, ≥ 1
-  int refine = 0;          ///< so many of the best are refined by the simplex method before they are confirmed
-  int refine_steps = 120;  ///< evaluations of each
+  std::uint64_t seed = 1;  ///< of the first round; later rounds use the following seeds
+  std::size_t keep = 20;   ///< candidates to confirm if all have faults, ≥ 1
+  int refine = 0;          ///< number of best candidates to refine by the simplex method before confirmation
+  int refine_steps = 120;  ///< evaluations per refinement
 };
 
 struct SearchReport {
-  std::vector<Candidate> best;  ///< of the last round, best first; evaluated over all tasks of all rounds they were in
+  std::vector<Candidate> best;  ///< of the last round, best first; with the tasks of all their rounds
   struct Stage {
     Round round;
     std::size_t candidates = 0;
@@ -87,28 +86,27 @@ struct SearchReport {
   std::vector<Stage> stages;
 };
 
-/// Screening, refinement, confirmation on fresh seeds.
+/// Screening, refinement, and confirmation with other seeds.
 [[nodiscard]] SearchReport search_strategies(const StrategyProblem& problem,
                                              const std::vector<SystemStrategy>& candidates, const SearchPlan& plan,
                                              const SearchHooks& hooks = {});
 
-/// Local optimisation of a strategy by the flexible polyhedron search of Nelder and Mead [Mediavilla02, section 3.2],
-/// as NLopt has it.
+/// Options of the local optimisation by Nelder and Mead [Mediavilla02, section 3.2], with NLopt.
 struct SimplexOptions {
-  int most_steps = 200;      ///< evaluations of T(L)
-  double tolerance = 0.5;    ///< of T(L), as in table 2 [steps]
-  double first_size = 0.25;  ///< of the first simplex, in α and β
+  int max_steps = 200;         ///< evaluations of T(L)
+  double tolerance = 0.5;      ///< of T(L), as in table 2 [steps]
+  double initial_size = 0.25;  ///< of the first simplex, in α and β
 };
 
 struct SimplexResult {
-  SystemStrategy strategy;  ///< the best that was evaluated
+  SystemStrategy strategy;  ///< the best one
   Evaluation initial;
   Evaluation final;
-  int steps = 0;  ///< evaluations that were made
+  int steps = 0;  ///< number of evaluations
 };
 
-/// Minimises T(L) over the coefficients of all arms on these tasks; directions stay. A fault counts with its time
-/// limit, so that strategies with faults lose.
+/// Minimises T(L) over the coefficients of all arms on these tasks. Directions stay. A fault counts with its time
+/// limit, so that strategies with faults are worse.
 [[nodiscard]] SimplexResult refine_by_simplex(const StrategyProblem& problem, const TaskSet& tasks,
                                               const SystemStrategy& initial, const SimplexOptions& options = {});
 

@@ -1,4 +1,4 @@
-// The fast simulation against the planner's own kinematics and distances, and against itself told differently.
+// The fast simulation against exact kinematics and distances, and against itself with other settings; statistics.
 
 #include "planner/strategy_search/evaluate.hpp"
 
@@ -28,15 +28,16 @@ Strategy strategy(double alpha, double beta, double direction) {
   return s;
 }
 
-/// Configurations in a larger ball round the areas, so that arms are near each other, obstacles and themselves.
+/// Configurations in a larger ball about the areas, so that arms are close to each other, to obstacles and to
+/// themselves.
 JointVector anywhere(const PlannedArm& planned, Random& random) {
   JointVector q = planned.arm.named.at(random.uniform() < 0.5 ? "left" : "right");
   for (Eigen::Index j = 0; j + 1 < q.size(); ++j) q[j] += random.uniform(-1.0, 1.0);
   return q;
 }
 
-// Whoever is clear to the kernel is at least that far away by exact distances, and the other way round.
-TEST(FlatArmTest, IsClearWhereExactDistancesSaySo) {
+// The kernel reports clear if and only if the exact distances are large enough.
+TEST(FlatArmTest, IsClearIfExactDistancesAre) {
   const Cell cell = scorbots("3a");
   const StrategyProblem problem(cell);
   const std::vector<Arm> arms = arms_of(cell);
@@ -68,7 +69,7 @@ TEST(FlatArmTest, IsClearWhereExactDistancesSaySo) {
       bool near = !within;
       bool nearly = false;
       for (int k = 0; k < count; ++k) {
-        // Of the own base the kernel looks at nothing: no motion changes where that is.
+        // The kernel ignores the fixed base of the arm.
         const bool self = found[k].counterpart == Counterpart::kSelf;
         const double limit = self ? problem.flat().self_distance : problem.flat().distance;
         near = near || found[k].distance < limit;
@@ -87,7 +88,7 @@ TEST(FlatArmTest, IsClearWhereExactDistancesSaySo) {
   EXPECT_LT(undecided, 10);
 }
 
-TEST(EvaluateTest, IsTheSameOnEveryInstructionSet) {
+TEST(EvaluateTest, IsTheSameOnAllInstructionSets) {
   if (!has_avx2()) GTEST_SKIP();
   const StrategyProblem problem(scorbots("3a"));
   const TaskSet tasks = problem.draw(7, 40);
@@ -113,7 +114,7 @@ TEST(EvaluateTest, IsTheSameOnEveryInstructionSet) {
   }
 }
 
-/// Some of the grid's strategies have the same results in both problems, each with its tasks. Returns their faults.
+/// Requires equal results of some strategies of the grid in both problems. Returns their faults.
 std::int64_t expect_same(const StrategyProblem& a, const TaskSet& tasks_a, const StrategyProblem& b,
                          const TaskSet& tasks_b) {
   const std::vector<SystemStrategy> grid = StrategyGrid{{-2, 2}, {-1, 1}}.of(a);
@@ -130,21 +131,21 @@ std::int64_t expect_same(const StrategyProblem& a, const TaskSet& tasks_a, const
   return faults;
 }
 
-// Distances in single precision must never decide what those in double precision would decide otherwise.
-TEST(EvaluateTest, SinglePrecisionDecidesNothing) {
+// Distances in single precision must not change any decision of double precision.
+TEST(EvaluateTest, SinglePrecisionChangesNoResult) {
   std::int64_t faults = 0;
   for (const char* name : {"2a", "3a"}) {
     const StrategyProblem problem(scorbots(name));
     StrategyProblem exact(scorbots(name));
-    EXPECT_LT(problem.flat().rounding, 1e-3) << "or it would be of little use";
-    exact.flat().rounding = 10.0;  // more than any distance: each is looked at in double precision
+    EXPECT_LT(problem.flat().rounding, 1e-3) << "a larger bound would be useless";
+    exact.flat().rounding = 10.0;  // larger than all distances: each is computed in double precision
     faults += expect_same(problem, problem.draw(5, 20), exact, exact.draw(5, 20));
   }
   EXPECT_GT(faults, 0);
 }
 
-// Nor must it matter whether straight ways were looked at beforehand, also after faults and beyond an arm's N.
-TEST(EvaluateTest, LookingAtWaysBeforehandChangesNoResult) {
+// Prechecked paths must not change results, also after faults and beyond an arm's N tasks.
+TEST(EvaluateTest, PrecheckedPathsChangeNoResult) {
   std::int64_t faults = 0;
   for (const char* name : {"2a", "2c", "3a"}) {
     const StrategyProblem problem(scorbots(name));
@@ -156,15 +157,15 @@ TEST(EvaluateTest, LookingAtWaysBeforehandChangesNoResult) {
   EXPECT_GT(faults, 0);
 }
 
-// Who repeats himself is not simulated until his time is over; nothing else may change by that.
-TEST(EvaluateTest, FindingCyclesChangesNoResult) {
+// Cycle detection skips steps but changes no result.
+TEST(EvaluateTest, CycleDetectionChangesNoResult) {
   const StrategyProblem problem(scorbots("2a"));
   const TaskSet tasks = problem.draw(2, 30);
   const std::vector<SystemStrategy> grid = StrategyGrid{}.of(problem);
   std::int64_t faults = 0;
   for (std::size_t i = 0; i < grid.size(); i += 23) {
     const Evaluation quick = evaluate(problem, tasks, grid[i]);
-    const Evaluation slow = evaluate(problem, tasks, grid[i], {.find_cycles = false});
+    const Evaluation slow = evaluate(problem, tasks, grid[i], {.detect_cycles = false});
     EXPECT_EQ(quick.faults, slow.faults) << i;
     EXPECT_EQ(quick.time, slow.time) << i;
     EXPECT_LE(quick.arm_ticks, slow.arm_ticks);
@@ -173,8 +174,8 @@ TEST(EvaluateTest, FindingCyclesChangesNoResult) {
   EXPECT_GT(faults, 20);
 }
 
-// One arm alone has nothing in its way: each task takes ‖q_F − q_I‖/Δ steps, rounded up.
-TEST(EvaluateTest, WithoutOthersTheWayIsStraight) {
+// A single arm moves straight: each task takes ‖q_F − q_I‖/Δ steps, rounded up.
+TEST(EvaluateTest, SingleArmMovesStraight) {
   Cell cell = scorbots("2a");
   cell.arms.resize(1);
   cell.tasks.problem.areas.erase("robot2");
@@ -193,8 +194,8 @@ TEST(EvaluateTest, WithoutOthersTheWayIsStraight) {
   }
 }
 
-// Of the grid's strategies, some do not lead past each other.
-TEST(EvaluateTest, TimeOverIsAFaultAndTheOthersBeginAnew) {
+// With some strategies of the grid, the arms cannot pass each other.
+TEST(EvaluateTest, TimeoutIsAFaultAndAllArmsRestart) {
   const StrategyProblem problem(scorbots("2a"));
   const TaskSet tasks = problem.draw(1, 20);
   int examined = 0;
@@ -209,7 +210,7 @@ TEST(EvaluateTest, TimeOverIsAFaultAndTheOthersBeginAnew) {
       std::int64_t over = 0;
       for (const std::int32_t t : times[arm]) {
         sum += t;
-        over += t >= 200 * 33 ? 1 : 0;  // no way is shorter than 33 steps: 2.27 rad, less twice the spread
+        over += t >= 200 * 33 ? 1 : 0;  // each path has at least 33 steps: 2.27 rad, less twice the spread
       }
       EXPECT_EQ(sum, evaluation.time[arm]);
       EXPECT_EQ(over, evaluation.faults[arm]);
@@ -220,6 +221,37 @@ TEST(EvaluateTest, TimeOverIsAFaultAndTheOthersBeginAnew) {
     if (++examined == 20) break;
   }
   EXPECT_EQ(examined, 20);
+}
+
+// No fault in N: P(X ≤ 0) = (1 − p)^N = 2.5 % → p = 1 − 0.025^(1/N).
+TEST(FaultBoundsTest, NoFaultInSomeTasks) {
+  const FaultBounds bounds = fault_bounds(0, 4200);
+  EXPECT_EQ(bounds.low, 0.0);
+  EXPECT_NEAR(bounds.high, 1.0 - std::pow(0.025, 1.0 / 4200), 1e-12);
+}
+
+// The textbook example of exact limits: 2 of 10, 95 %: 0.0252 to 0.5561.
+TEST(FaultBoundsTest, TwoOfTen) {
+  const FaultBounds bounds = fault_bounds(2, 10);
+  EXPECT_NEAR(bounds.low, 0.02521, 1e-5);
+  EXPECT_NEAR(bounds.high, 0.55610, 1e-5);
+}
+
+TEST(FaultBoundsTest, AllFaultsAndNoTasks) {
+  EXPECT_EQ(fault_bounds(7, 7).high, 1.0);
+  EXPECT_NEAR(fault_bounds(7, 7).low, std::pow(0.025, 1.0 / 7), 1e-12);
+  EXPECT_EQ(fault_bounds(0, 0).high, 1.0);
+}
+
+// a = 1, 3, 1, 3: mean 2, deviation 1; lag 1: Σ of three products of −1 over 4; lag 2: two of +1 over 4.
+TEST(CorrelationTest, OfAnAlternatingSeries) {
+  const std::vector<std::int32_t> a = {1, 3, 1, 3};
+  const std::vector<double> own = correlations(a, a, 2);
+  EXPECT_DOUBLE_EQ(own[0], -0.75);
+  EXPECT_DOUBLE_EQ(own[1], 0.5);
+  EXPECT_DOUBLE_EQ(correlation(a, a), 1.0);
+  EXPECT_DOUBLE_EQ(correlation(a, {std::vector<std::int32_t>{3, 1, 3, 1}}), -1.0);
+  EXPECT_DOUBLE_EQ(correlation(a, {std::vector<std::int32_t>{5, 5, 5, 5}}), 0.0);
 }
 
 }  // namespace

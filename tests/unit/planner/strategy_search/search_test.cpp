@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "planner/strategy_search/flat_arm.hpp"
+#include "planner/strategy_search/motion_problem.hpp"
 #include "services/config/cell_file.hpp"
 
 namespace hecaton::planner {
@@ -20,7 +20,7 @@ bool same(const Evaluation& a, const Evaluation& b) {
 }
 
 // Section 5: three values of α, four of β, two directions, two robots: 576.
-TEST(StrategyGridTest, HasThePapersCombinations) {
+TEST(StrategyGridTest, HasTheCombinationsOfThePaper) {
   const StrategyProblem problem(two_scorbots());
   const std::vector<SystemStrategy> grid = StrategyGrid{}.of(problem);
   EXPECT_EQ(grid.size(), 576U);
@@ -33,7 +33,7 @@ TEST(StrategyGridTest, HasThePapersCombinations) {
   EXPECT_THROW(static_cast<void>(StrategyGrid{}.of(problem, 100)), ProblemError);
 }
 
-TEST(SearchTest, IsTheSameForAnyNumberOfThreadsPartsAndResumptions) {
+TEST(SearchTest, IsTheSameForAllThreadsPartsAndResumptions) {
   const StrategyProblem problem(two_scorbots());
   const std::vector<SystemStrategy> grid = StrategyGrid{}.of(problem);
   const std::vector<SystemStrategy> some(grid.begin(), grid.begin() + 60);
@@ -64,8 +64,8 @@ TEST(SearchTest, IsTheSameForAnyNumberOfThreadsPartsAndResumptions) {
   }
 }
 
-// Each of three processes has its own texts; sharing gives all of them to all.
-TEST(SearchTest, ProcessesShareWhatTheyFound) {
+// Each of three processes has its own texts; the exchange gives all texts to all.
+TEST(SearchTest, ProcessesExchangeTheirResults) {
   const StrategyProblem problem(two_scorbots());
   const std::vector<SystemStrategy> grid = StrategyGrid{}.of(problem);
   const std::vector<SystemStrategy> some(grid.begin() + 100, grid.begin() + 150);
@@ -94,7 +94,7 @@ TEST(SearchTest, ProcessesShareWhatTheyFound) {
   EXPECT_THROW(static_cast<void>(evaluate_round(problem, some, round, garbled)), std::runtime_error);
 }
 
-TEST(AsTextTest, ReadsWhatItWroteAndNothingElse) {
+TEST(TextTest, ReadsWrittenTextAndRejectsOtherText) {
   Evaluation evaluation;
   evaluation.tasks = {3, 4};
   evaluation.faults = {0, 1};
@@ -120,7 +120,7 @@ TEST(AsTextTest, ReadsWhatItWroteAndNothingElse) {
   EXPECT_FALSE(strategy_of(text));
 }
 
-TEST(SearchTest, ConfirmsWhatWasWithoutFault) {
+TEST(SearchTest, ConfirmsCandidatesWithoutFault) {
   const StrategyProblem problem(two_scorbots());
   SearchPlan plan;
   plan.screening_tasks = 60;
@@ -139,21 +139,21 @@ TEST(SearchTest, ConfirmsWhatWasWithoutFault) {
   }
 }
 
-TEST(SimplexTest, FindsNoWorseThanWhereItBegan) {
+TEST(SimplexTest, ResultIsNotWorseThanTheInitialStrategy) {
   const StrategyProblem problem(two_scorbots());
   const TaskSet tasks = problem.draw(1, 100);
   SystemStrategy initial(2);
   initial[0].coefficients = {0.0, 1.0};
   initial[1].coefficients = {2.0, 1.0};
   SimplexOptions options;
-  options.most_steps = 40;
+  options.max_steps = 40;
   const SimplexResult result = refine_by_simplex(problem, tasks, initial, options);
   EXPECT_LE(result.steps, 40);
   EXPECT_LT(result.final.mean_time(), result.initial.mean_time());
   EXPECT_DOUBLE_EQ(evaluate(problem, tasks, result.strategy).mean_time(), result.final.mean_time());
 }
 
-TEST(StrategyProblemTest, RefusesWhatItCannotSimulate) {
+TEST(StrategyProblemTest, RejectsCellsThatItCannotSimulate) {
   Cell cell = two_scorbots();
   cell.tasks.problem.areas.clear();
   EXPECT_THROW(StrategyProblem{cell}, ProblemError);
