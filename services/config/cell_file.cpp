@@ -17,10 +17,6 @@ constexpr Bounds kLoopPeriod{0.0005, 1.0, "s"};
 constexpr std::array<std::string_view, 2> kConflicting = {"some", "all"};
 constexpr std::array<std::string_view, 2> kFrame = {"world", "base"};
 
-std::string milliseconds_text(double seconds) {
-  return number_text(seconds * 1e3) + "ms";
-}
-
 void read_clutter(const MapView& map, planner::Clutter& clutter) {
   constexpr Bounds kSize{0.001, kFarthest, "m"};
   clutter.count = map.at("count").integer(1, 64);
@@ -48,8 +44,8 @@ void read_problem(const MapView& map, const YamlView& areas, planner::MotionProb
   read_number(map, "mean_wait", {0.0, 1e6, "steps"}, problem.mean_wait);
 }
 
-void leave_out(const MapView& map, std::string_view key, const char* why) {
-  if (const auto given = map.find(key)) given->fail(std::string("left out, because ") + why);
+void leave_out(const MapView& map, std::string_view key, const std::string& why) {
+  if (const auto given = map.find(key)) given->fail("left out, because " + why);
 }
 
 planner::Timing read_timing(const MapView& root) {
@@ -79,6 +75,25 @@ bool read_real_time(const MapView& root) {
   return real_time;
 }
 
+/// Fails for keys of the random task area that the key `instead` replaces.
+void leave_out_task_area(const MapView& map, const char* instead) {
+  for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
+    leave_out(map, key, std::string("tasks.") + instead + " defines the goals");
+  }
+}
+
+void read_task_area(const MapView& map, planner::TaskArea& tasks) {
+  for (const char* key : {"spread", "mean_wait"}) leave_out(map, key, "it belongs to tasks.areas");
+  read_choice(map, "frame", kFrame, tasks.of_each_arm);
+  tasks.centre = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
+  read_number(map, "radius", kLength, tasks.radius);
+  read_number(map, "half_height", {0.0, kFarthest, "m"}, tasks.half_height);
+  if (const auto posture = map.find("posture")) tasks.posture = posture->name();
+  read_choice(map, "conflicting", kConflicting, tasks.all_conflict);
+  if (const auto clutter = map.find("clutter")) read_clutter(clutter->map(section::kClutter), tasks.clutter);
+}
+
+/// Without the section the radius is 0: no random goals.
 planner::TaskArea read_tasks(const MapView& root) {
   planner::TaskArea tasks;
   const auto view = root.find("tasks");
@@ -88,29 +103,15 @@ planner::TaskArea read_tasks(const MapView& root) {
   }
   const MapView map = view->map(section::kTasks);
   if (const auto sequence = map.find("pose_sequence")) {
-    for (const char* key : {"areas", "frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
-      leave_out(map, key, "tasks.pose_sequence defines the goals");
-    }
+    leave_out(map, "areas", "tasks.pose_sequence defines the goals");
+    leave_out_task_area(map, "pose_sequence");
     for (const YamlView& pose : sequence->items(2, 64, "pose names")) tasks.pose_sequence.push_back(pose.name());
-    read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
-    return tasks;
-  }
-  if (const auto areas = map.find("areas")) {
-    for (const char* key : {"frame", "centre", "radius", "half_height", "posture", "conflicting", "clutter"}) {
-      leave_out(map, key, "tasks.areas defines the goals");
-    }
+  } else if (const auto areas = map.find("areas")) {
+    leave_out_task_area(map, "areas");
     read_problem(map, *areas, tasks.problem);
-    read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
-    return tasks;
+  } else {
+    read_task_area(map, tasks);
   }
-  for (const char* key : {"spread", "mean_wait"}) leave_out(map, key, "it belongs to tasks.areas");
-  if (const auto frame = map.find("frame")) tasks.of_each_arm = frame->choice(kFrame) == 1;
-  tasks.centre = read_vector(map.at("centre"), kCoordinate, "numbers [x, y, z] in m");
-  read_number(map, "radius", kLength, tasks.radius);
-  read_number(map, "half_height", {0.0, kFarthest, "m"}, tasks.half_height);
-  if (const auto posture = map.find("posture")) tasks.posture = posture->name();
-  if (const auto arms = map.find("conflicting")) tasks.all_conflict = arms->choice(kConflicting) == 1;
-  if (const auto clutter = map.find("clutter")) read_clutter(clutter->map(section::kClutter), tasks.clutter);
   read_seconds(map, "time_limit", {0.0, 3600.0, "s", true}, tasks.time_limit);
   return tasks;
 }
@@ -178,8 +179,8 @@ void check_relations(const MapView& root, const CellFile& file) {
   const std::chrono::duration<double> deadline = file.supervision.heartbeat_deadline;
   const auto require_below = [&](const char* key, double period) {
     if (period < deadline.count()) return;
-    root.fail(std::string("timing.") + key, number_text(period * 1e3) + "ms",
-              "below supervision.heartbeat_deadline = " + number_text(deadline.count() * 1e3) + "ms");
+    root.fail(std::string("timing.") + key, milliseconds_text(period),
+              "below supervision.heartbeat_deadline = " + milliseconds_text(deadline.count()));
   };
   require_below("control_period", file.cell.timing.control_period);
   require_below("world_period", file.cell.timing.world_period);

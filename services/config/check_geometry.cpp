@@ -67,8 +67,8 @@ std::string apart_text(const NearestPair& pair) {
 
 void add(const std::string& key, const NearestPair& pair, double needed, const std::string& consequence,
          Findings& findings) {
-  findings.push_back({Severity::kWarning, key + ": " + apart_text(pair) + ", nearer than the security distance of " +
-                                              number_text(needed * 1e3) + " mm: " + consequence});
+  warn(findings, key + ": " + apart_text(pair) + ", nearer than the security distance of " + number_text(needed * 1e3) +
+                     " mm: " + consequence);
 }
 
 Bodies standing_obstacles(const planner::Cell& cell, const planner::CellGeometry& geometry) {
@@ -158,9 +158,9 @@ void check_acceleration(const planner::Cell& cell, const world::Obstacle& obstac
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     const double allowed = cell.arms[arm].parameters.acceleration_of_obstacles;
     if (needed <= allowed) continue;
-    findings.push_back({Severity::kWarning, key + " accelerates by up to " + number_text(needed) + " m/s², more than " +
-                                                arm_key(arm) + ".acceleration_of_obstacles = " + number_text(allowed) +
-                                                ": the arm underestimates how near the obstacle may come"});
+    warn(findings, key + " accelerates by up to " + number_text(needed) + " m/s², more than " + arm_key(arm) +
+                       ".acceleration_of_obstacles = " + number_text(allowed) +
+                       ": the arm underestimates how near the obstacle may come");
     return;
   }
 }
@@ -196,9 +196,8 @@ void check_breaks(const planner::Cell& cell, const planner::CellGeometry& geomet
       const std::string what = one.jump > 0.0
                                    ? " starts again"
                                    : " changes its velocity by " + number_text(one.velocity_change) + " m/s at once";
-      findings.push_back({Severity::kWarning, key + what + " at " + point_text(one.X_WO.translation()) +
-                                                  ", within reach of " + arm_key(arm) +
-                                                  ": an arm that is there cannot avoid it in time"});
+      warn(findings, key + what + " at " + point_text(one.X_WO.translation()) + ", within reach of " + arm_key(arm) +
+                         ": an arm that is there cannot avoid it in time");
       return;
     }
   }
@@ -221,15 +220,13 @@ void check_one(const planner::Cell& cell, const planner::CellGeometry& geometry,
     if (pair.found) deepest = pair;
   }
   if (deepest.found) {
-    findings.push_back(
-        {Severity::kWarning, key + " passes through a part that no joint moves: " + overlap_text(deepest)});
+    warn(findings, key + " passes through a part that no joint moves: " + overlap_text(deepest));
   }
   check_acceleration(cell, obstacle, key, findings);
   check_breaks(cell, geometry, index, key, findings);
   if (speed > slowest_arm) {
-    findings.push_back({Severity::kWarning, key + " reaches " + number_text(speed) +
-                                                " m/s, but an arm's tool at most " + number_text(slowest_arm) +
-                                                " m/s: it cannot always be avoided"});
+    warn(findings, key + " reaches " + number_text(speed) + " m/s, but an arm's tool at most " +
+                       number_text(slowest_arm) + " m/s: it cannot always be avoided");
   }
 }
 
@@ -241,13 +238,9 @@ void check_obstacles(const planner::Cell& cell, Findings& findings) {
                    [](const auto& one) { return world::is_scripted(one.motion); })) {
     return;
   }
-  std::vector<planner::Arm> models;
   double slowest = std::numeric_limits<double>::infinity();
-  for (const auto& planned : cell.arms) {
-    models.push_back(planned.arm);
-    slowest = std::min(slowest, top_tool_speed(planned.arm));
-  }
-  planner::CellGeometry geometry(models, 0);
+  for (const auto& planned : cell.arms) slowest = std::min(slowest, top_tool_speed(planned.arm));
+  planner::CellGeometry geometry(arms_of(cell), 0);
   geometry.set_obstacles(obstacles);
   const Bodies fixed = fixed_parts(cell, geometry);
   for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {

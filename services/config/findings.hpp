@@ -1,6 +1,8 @@
 #pragma once
 /// The geometric checks of validate(), in check_geometry.cpp. Each appends its findings.
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "planner/model/arm.hpp"
@@ -9,6 +11,10 @@
 namespace hecaton::config {
 
 using Findings = std::vector<Finding>;
+
+inline void warn(Findings& findings, std::string sentence) {
+  findings.push_back({Severity::kWarning, std::move(sentence)});
+}
 
 /// Named poses, starts and stops of the pose sequence at which dampers keep an arm away.
 void check_clearances(const planner::Cell& cell, Findings& findings);

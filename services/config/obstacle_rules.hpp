@@ -5,7 +5,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 
 #include "services/config/text.hpp"
 #include "world/model/scene.hpp"

@@ -1,7 +1,6 @@
 #include "services/config/overlaps.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <variant>
 
 #include "planner/collision/exact_distance.hpp"

@@ -20,10 +20,7 @@ constexpr std::size_t kMostDeviceKeys = 64;
 constexpr std::size_t kMostSensors = 64;
 constexpr int kMostRays = 256;
 constexpr std::array<std::string_view, 2> kGeometryNames = {"fast", "exact"};
-constexpr std::array<planner::LinkShapes, 2> kGeometries = {planner::LinkShapes::kFast, planner::LinkShapes::kExact};
 constexpr std::array<std::string_view, 2> kMeshNames = {"hull", "capsule"};
-constexpr std::array<planner::MeshGeometry, 2> kMeshes = {planner::MeshGeometry::kConvexHull,
-                                                          planner::MeshGeometry::kCapsule};
 
 // For joints without velocity limit in the URDF: the largest velocity of the cell file. read_limits() then limits each
 // joint to its own value.
@@ -50,7 +47,9 @@ planner::UrdfOptions read_options(const ArmView& arm) {
       options.packages[name] = beside(folder.file(), folder.text());
     }
   }
-  if (const auto meshes = arm.find("meshes")) options.meshes = kMeshes[meshes->choice(kMeshNames)];
+  if (const auto meshes = arm.find("meshes")) {
+    options.meshes = static_cast<planner::MeshGeometry>(meshes->choice(kMeshNames));
+  }
   options.default_velocity = fallback_velocity(arm);
   options.name_of_default_velocity = arm.own.view().path() + ".limits.velocity";
   return options;
@@ -226,8 +225,8 @@ void read_arms(const MapView& root, const planner::MethodRegistry& methods, Cell
   const ArmSections sections(methods);
   std::optional<MapView> defaults;
   if (const auto view = root.find("defaults")) defaults = view->map(sections.defaults());
-  const auto geometry = root.find("geometry");
-  const planner::LinkShapes shapes = geometry ? kGeometries[geometry->choice(kGeometryNames)] : planner::LinkShapes::kFast;
+  planner::LinkShapes shapes = planner::LinkShapes::kFast;
+  read_choice(root, "geometry", kGeometryNames, shapes);
   for (const YamlView& view : root.at("arms").items(1, kMostArms, "arms")) {
     const ArmView arm{view.map(sections.arm()), defaults};
     require_unique_name(arm.own.at("name"), file.cell.arms);

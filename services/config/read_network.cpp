@@ -104,11 +104,10 @@ std::string declared_host(const YamlView& view, const std::vector<Host>& hosts) 
   return name;
 }
 
-std::chrono::nanoseconds read_silence(const MapView& map, std::string_view key, std::chrono::nanoseconds fallback) {
-  const auto view = map.find(key);
-  if (!view) return fallback;
-  const double seconds = view->seconds({0.001, 60.0, "s"});
-  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+void read_time_limit(const MapView& map, std::string_view key, std::chrono::nanoseconds& out) {
+  if (const auto view = map.find(key)) {
+    out = std::chrono::nanoseconds(std::llround(view->seconds({0.001, 60.0, "s"}) * 1e9));
+  }
 }
 
 void read_watchdog(const MapView& map, Supervision& supervision) {
@@ -119,27 +118,14 @@ void read_watchdog(const MapView& map, Supervision& supervision) {
   supervision.watchdog = std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
-std::string milliseconds_text(std::chrono::nanoseconds time) {
-  return number_text(std::chrono::duration<double, std::milli>(time).count()) + "ms";
-}
-
-// Either duration may be a default.
-void require_above(const MapView& map, std::string_view key, std::chrono::nanoseconds value, std::string_view other_key,
-                   std::chrono::nanoseconds other) {
-  if (value > other) return;
-  map.fail(key, milliseconds_text(value), "above " + std::string(other_key) + " = " + milliseconds_text(other));
-}
-
 void read_discovery(const MapView& map, Network& network) {
   if (const auto peers = map.find("peers")) {
     for (const YamlView& peer : peers->items(0, kMostHosts, "addresses")) network.peers.push_back(read_ipv4(peer));
   }
   if (!network.peers.empty()) network.discovery = Discovery::kUnicast;
-  const auto discovery = map.find("discovery");
-  if (!discovery) return;
-  network.discovery = discovery->choice(kDiscoveries) == 0 ? Discovery::kMulticast : Discovery::kUnicast;
+  read_choice(map, "discovery", kDiscoveries, network.discovery);
   if (network.discovery == Discovery::kMulticast && !network.peers.empty()) {
-    discovery->fail("unicast where there are peers");
+    map.at("discovery").fail("unicast where there are peers");
   }
 }
 
@@ -163,9 +149,7 @@ Network read_network(const MapView& root) {
   if (!view) return network;
   const MapView map = view->map(section::kNetwork);
   if (const auto domain = map.find("domain")) network.domain = domain->integer(0, kLastDomain);
-  if (const auto transport = map.find("transport")) {
-    network.transport = transport->choice(kTransports) == 0 ? Transport::kUdp : Transport::kSharedMemory;
-  }
+  read_choice(map, "transport", kTransports, network.transport);
   if (const auto interface = map.find("interface")) network.interface = read_interface(*interface);
   read_discovery(map, network);
   return network;
@@ -206,20 +190,24 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   const MapView map = view->map(section::kSupervision);
   supervision.host = read_host(map, "host", hosts);
   supervision.standby_host = read_standby_host(map, "standby_host", hosts, supervision.host);
-  supervision.heartbeat_period = read_silence(map, "heartbeat_period", supervision.heartbeat_period);
-  supervision.heartbeat_deadline = read_silence(map, "heartbeat_deadline", supervision.heartbeat_deadline);
-  supervision.host_lease = read_silence(map, "host_lease", supervision.host_lease);
-  supervision.failover_timeout = read_silence(map, "failover_timeout", supervision.failover_timeout);
+  read_time_limit(map, "heartbeat_period", supervision.heartbeat_period);
+  read_time_limit(map, "heartbeat_deadline", supervision.heartbeat_deadline);
+  read_time_limit(map, "host_lease", supervision.host_lease);
+  read_time_limit(map, "failover_timeout", supervision.failover_timeout);
   read_watchdog(map, supervision);
   read_recovery(map, supervision);
   if (supervision.heartbeat_deadline % std::chrono::milliseconds(1) != std::chrono::nanoseconds(0)) {
     map.at("heartbeat_deadline").fail("a whole number of milliseconds, because DDS deadlines are");
   }
-  require_above(map, "heartbeat_deadline", supervision.heartbeat_deadline, "heartbeat_period",
-                supervision.heartbeat_period);
-  require_above(map, "host_lease", supervision.host_lease, "heartbeat_deadline", supervision.heartbeat_deadline);
-  require_above(map, "failover_timeout", supervision.failover_timeout, "heartbeat_period",
-                supervision.heartbeat_period);
+  const auto require_order = [&](const char* low, std::chrono::nanoseconds shorter, const char* high,
+                                 std::chrono::nanoseconds longer) {
+    const auto text = [](std::chrono::duration<double> time) { return milliseconds_text(time.count()); };
+    if (longer <= shorter) map.fail(high, text(longer), std::string("above ") + low + " = " + text(shorter));
+  };
+  const auto& [period, deadline] = std::pair(supervision.heartbeat_period, supervision.heartbeat_deadline);
+  require_order("heartbeat_period", period, "heartbeat_deadline", deadline);
+  require_order("heartbeat_deadline", deadline, "host_lease", supervision.host_lease);
+  require_order("heartbeat_period", period, "failover_timeout", supervision.failover_timeout);
   return supervision;
 }
 

@@ -166,8 +166,8 @@ planner::LocalParameters read_parameters(const ArmView& view, const ArmSections&
   }
   const auto require = [&](const char* key, double period) {
     if (parameters.state_age_limit >= 2.0 * period) return;
-    view.own.fail("state_age_limit", number_text(parameters.state_age_limit * 1e3) + "ms",
-                  std::string("at least twice timing.") + key + " = " + number_text(period * 1e3) + "ms");
+    view.own.fail("state_age_limit", milliseconds_text(parameters.state_age_limit),
+                  std::string("at least twice timing.") + key + " = " + milliseconds_text(period));
   };
   require("control_period", timing.control_period);
   require("world_period", timing.world_period);

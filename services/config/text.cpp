@@ -96,6 +96,10 @@ std::string number_text(double value) {
   return buffer;
 }
 
+std::string milliseconds_text(double seconds) {
+  return number_text(seconds * 1e3) + "ms";
+}
+
 std::string printable(std::string_view text) {
   std::string line;
   for (std::size_t i = 0; i < text.size(); ++i) {

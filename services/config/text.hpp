@@ -28,6 +28,9 @@ inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits
 /// The shortest decimal text that reads back as `value`, at most 6 significant digits.
 [[nodiscard]] std::string number_text(double value);
 
+/// "12.5ms" for a time in seconds.
+[[nodiscard]] std::string milliseconds_text(double seconds);
+
 /// `text` on one line: control characters escaped, long texts cut with "…".
 [[nodiscard]] std::string printable(std::string_view text);
 

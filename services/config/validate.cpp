@@ -74,10 +74,9 @@ void check_latency(const planner::Cell& cell, int arm, Findings& findings) {
   const double speed = std::min(damper.convergence_speed, top_tool_speed(planned.arm));
   const double needed = speed * latency;
   if (damper.security_distance >= needed * (1.0 - kRelativeTolerance)) return;
-  findings.push_back({Severity::kWarning,
-                      arm_key(arm) + ".damper.security_distance = " + number_text(damper.security_distance) +
-                          " should be at least " + number_text(needed) + " m: an approach at " + number_text(speed) +
-                          " m/s continues for " + number_text(latency * 1e3) + " ms before the arm reacts"});
+  warn(findings, arm_key(arm) + ".damper.security_distance = " + number_text(damper.security_distance) +
+                     " should be at least " + number_text(needed) + " m: an approach at " + number_text(speed) +
+                     " m/s continues for " + number_text(latency * 1e3) + " ms before the arm reacts");
 }
 
 // docs/design/0001-braking.md: an arm can brake along a damper's line only when k = ξ/(dᵢ − dₛ) ≤ 1/(T + dt).
@@ -88,12 +87,11 @@ void check_slope(const planner::Cell& cell, int arm, const char* kind, double se
   const double response = planner::longest_stop_time(planned.arm.limits) + cell.timing.control_period;
   const double braking_distance = speed * response;
   if (influence - security >= braking_distance * (1.0 - kRelativeTolerance)) return;
-  findings.push_back({Severity::kWarning,
-                      arm_key(arm) + ".damper." + kind + "influence_distance = " + number_text(influence) +
-                          " should be at least " + number_text(security + braking_distance) +
-                          " m: braking from convergence_speed = " + number_text(speed) + " m/s, with stops that take " +
-                          number_text(response * 1e3) + " ms, needs " + number_text(braking_distance) + " m before " +
-                          kind + "security_distance = " + number_text(security)});
+  warn(findings, arm_key(arm) + ".damper." + kind + "influence_distance = " + number_text(influence) +
+                     " should be at least " + number_text(security + braking_distance) +
+                     " m: braking from convergence_speed = " + number_text(speed) + " m/s, with stops that take " +
+                     number_text(response * 1e3) + " ms, needs " + number_text(braking_distance) + " m before " + kind +
+                     "security_distance = " + number_text(security));
 }
 
 void check_dampers(const planner::Cell& cell, Findings& findings) {
@@ -136,10 +134,10 @@ void check_sensors(const planner::Cell& cell, Findings& findings) {
       worst = &sensor;
     }
     if (worst == nullptr) continue;
-    findings.push_back({Severity::kWarning, arm_key(arm) + "." + std::string(sensing_margin->key) + " = " +
-                                                number_text(margin) + " should be at least " + number_text(needed) +
-                                                " m: half of the distance between two beams of sensor " + worst->name +
-                                                ", and three times its noise"});
+    warn(findings, arm_key(arm) + "." + std::string(sensing_margin->key) + " = " + number_text(margin) +
+                       " should be at least " + number_text(needed) +
+                       " m: half of the distance between two beams of sensor " + worst->name +
+                       ", and three times its noise");
   }
 }
 

@@ -84,6 +84,11 @@ class TreeBuilder : public YAML::EventHandler {
     fail(mark, "maps and lists must not nest deeper than " + std::to_string(kDeepest) + " levels");
   }
 
+  void count(const YAML::Mark& mark, std::size_t nodes) {
+    nodes_ += nodes;
+    if (nodes_ > kMostNodes) fail(mark, "the file must not hold more than " + std::to_string(kMostNodes) + " values");
+  }
+
   bool expects_key() const {
     return !stack_.empty() && stack_.back().node.kind == YamlNode::Kind::kMap &&
            stack_.back().node.keys.size() == stack_.back().node.items.size();
@@ -94,9 +99,8 @@ class TreeBuilder : public YAML::EventHandler {
     if (stack_.size() + 1 >= kDeepest) fail_too_deep(mark);
     Open& opened = stack_.emplace_back();
     opened.node.kind = kind;
-    opened.node.line = mark.line + 1;
     opened.anchor = anchor;
-    if (++nodes_ > kMostNodes) fail(mark, "the file must not hold more than " + std::to_string(kMostNodes) + " values");
+    count(mark, 1);
   }
 
   void close() {
@@ -107,9 +111,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void add_leaf(const YAML::Mark& mark, YAML::anchor_t anchor, YamlNode node) {
-    node.line = mark.line + 1;
-    nodes_ += count_nodes(node);
-    if (nodes_ > kMostNodes) fail(mark, "the file must not hold more than " + std::to_string(kMostNodes) + " values");
+    count(mark, count_nodes(node));
     if (anchor != 0) anchors_[anchor] = node;
     if (!expects_key()) {
       place(std::move(node));

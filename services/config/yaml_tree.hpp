@@ -20,7 +20,6 @@ struct YamlNode {
   enum class Kind { kEmpty, kScalar, kSequence, kMap };
 
   Kind kind = Kind::kEmpty;
-  int line = 0;                   ///< from 1
   std::string text;               ///< of a scalar
   bool quoted = false;            ///< a scalar in quotes is always a text
   std::vector<std::string> keys;  ///< of a map, in the file's order, each once

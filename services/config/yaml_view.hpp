@@ -110,6 +110,11 @@ void read_number(const MapView& map, std::string_view key, double& out);  ///< a
 void read_number(const MapView& map, std::string_view key, const Bounds& bounds, double& out);
 void read_seconds(const MapView& map, std::string_view key, const Bounds& bounds, double& out);
 void read_boolean(const MapView& map, std::string_view key, bool& out);
+/// `out`: a bool or an enumeration with the values 0, 1, … in the order of `words`.
+template <class Choice>
+void read_choice(const MapView& map, std::string_view key, std::span<const std::string_view> words, Choice& out) {
+  if (const auto view = map.find(key)) out = static_cast<Choice>(view->choice(words));
+}
 
 [[nodiscard]] Eigen::Vector3d read_vector(const YamlView& view, const Bounds& bounds, std::string_view of);
 /// Any three numbers, also ones that are not finite; the caller checks them.

@@ -1,4 +1,4 @@
-"""Durations with their unit, as everywhere in Hecaton (services/config/duration.cpp).
+"""Durations with their unit, as everywhere in Hecaton (services/config/text.cpp).
 
 usage: duration.py --self-test"""
 import re
