@@ -10,19 +10,19 @@ namespace {
 using device::DeviceMode;
 using msg::CauseKind;
 
-/// A device that failed is configured again after this time.
+/// Delay before a failed device is configured again.
 constexpr std::chrono::seconds kRetry{1};
-/// After a stall that is longer, the stop profile is over anyway.
+/// After a longer stall the stop profile is over anyway.
 constexpr int kMostPeriodsAtOnce = 500;
 /// A joint that moves faster than this is not at rest [rad/s | m/s].
 constexpr double kMoving = 1e-3;
 
-/// Names the joint that is farthest from where it has to be.
+/// Names the joint that is farthest from its set-point.
 std::string far_text(const planner::JointVector& commanded, const planner::JointVector& measured) {
   Eigen::Index joint = 0;
   (commanded - measured).cwiseAbs().maxCoeff(&joint);
   char text[128];
-  std::snprintf(text, sizeof text, "the set-point is too far away: joint %d is at %.3f and has to be at %.3f",
+  std::snprintf(text, sizeof text, "the set-point is too far from the arm: joint %d measured at %.3f, set-point %.3f",
                 static_cast<int>(joint) + 1, measured[joint], commanded[joint]);
   return text;
 }
@@ -40,10 +40,10 @@ ArmControl::ArmControl(ArmControlSetup setup, device::ArmDevice& device)
       device_(device),
       gate_(static_cast<int>(setup_.limits.lower.size())),
       interpolator_(setup_.limits, planner::JointVector::Zero(setup_.limits.lower.size()), setup_.command_timeout),
-      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup_.arm, "no supervisor was heard yet")) {}
+      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup_.arm, "no cell mode received yet")) {}
 
 ArmControl::~ArmControl() {
-  device_.stop("the driver ends");
+  device_.stop("the driver shuts down");
   device_.deactivate();
 }
 
@@ -54,10 +54,10 @@ void ArmControl::read(Clock::time_point now) {
   if (!configured()) return;
   state_ = device_.read(now);
   if (state_.measured.q.size() > 0) measured_at_ = now - state_.age;
-  if (const auto complaint = unusable_state()) return fail(*complaint);
+  if (const auto reason = unusable_state()) return fail(*reason);
   const bool ready = state_.mode == DeviceMode::kReady;
   if (phase_ == Phase::kActive && !ready) release();
-  if (stalled) stop(state_.measured);  // the device has begun a stop of its own meanwhile
+  if (stalled) stop(state_.measured);  // the device has begun its own stop meanwhile
   if (phase_ != Phase::kInactive || !ready) return;
   if (const auto failure = device_.activate()) return fail(failure->text);
   phase_ = Phase::kActive;
@@ -76,7 +76,7 @@ bool ArmControl::configured() {
   return true;
 }
 
-// Why the arm must not be moved on this state; nothing when it may.
+// Why the arm must not be moved on this state; empty when it may be.
 std::optional<std::string> ArmControl::unusable_state() const {
   if (state_.mode == DeviceMode::kFailed) return state_.text;
   const auto joints = setup_.limits.lower.size();
@@ -116,17 +116,17 @@ void ArmControl::stop(const planner::JointState& from) {
   reference_at_ = now_;
 }
 
-void ArmControl::order(std::optional<msg::Cause> hold) {
+void ArmControl::set_hold(std::optional<msg::Cause> hold) {
   hold_ = std::move(hold);
   if (hold_) stop(continues_from());
 }
 
-// What lags behind its set-points goes on from the last of them, see ArmDevice::tracking_delay().
+// A device that lags behind continues from its last set-point, see ArmDevice::tracking_delay().
 const planner::JointState& ArmControl::continues_from() const {
   return device_.tracking_delay() > 0.0 ? interpolator_.reference() : state_.measured;
 }
 
-// A command counts as accepted also while the arm is held, so that its sender knows that it is heard.
+// A command counts as accepted also while the arm is held, so that its planner knows that the driver receives it.
 Judgement ArmControl::command(const msg::ArmCommand& command) {
   Judgement judgement = gate_.judge(command);
   if (judgement.verdict == Verdict::kRepeated) return judgement;
@@ -158,7 +158,7 @@ void ArmControl::write() {
   ran_ = ran_ || interpolator_.mode() == planner::DriveMode::kTracking;
 }
 
-// In steps of at most a period: a stop within one step ends where it has to.
+// Steps of at most a period make a stop within one step end at the right position.
 void ArmControl::interpolate() {
   const Clock::time_point due = now_ + setup_.period;
   reference_at_ = std::max(reference_at_, due - kMostPeriodsAtOnce * setup_.period);
@@ -196,12 +196,12 @@ msg::Cause ArmControl::cause() const {
   }
   if (hold_) return *hold_;
   if (refusal_) return *refusal_;
-  if (!commanded_) return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "no command came yet");
+  if (!commanded_) return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "no command received yet");
   if (command_age() > setup_.command_timeout) {
     return make_cause(CauseKind::CAUSE_COMMANDS_CEASED, setup_.arm,
                       milliseconds_text("commands ceased: none for more than %.0f ms", setup_.command_timeout));
   }
-  return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "begins to follow commands");
+  return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "starts to follow commands");
 }
 
 }  // namespace hecaton::services

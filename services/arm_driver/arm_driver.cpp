@@ -6,18 +6,15 @@
 #include "services/arm_driver/device_choice.hpp"
 #include "services/messages/convert.hpp"
 #include "services/runtime/join.hpp"
-#include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/node_name.hpp"
-#include "services/runtime/process_info.hpp"
 #include "services/runtime/run_service.hpp"
 
 namespace hecaton::services {
 namespace {
 
-/// A set-point of the driver is good for as long as a planner's, and a period more: the driver sends one in each of its
-/// periods, and a planner knows what the arm does while no set-point follows.
+/// The driver sends a set-point in each of its periods. It is valid for a control period, as a planner's is, plus a
+/// driver period.
 ArmControlSetup control_setup(const config::CellFile& file, int arm) {
   const planner::Timing& timing = file.cell.timing;
   const planner::Arm& planned = file.cell.arms[arm].arm;
@@ -34,17 +31,17 @@ std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& a
 
 int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> types) {
   return run_service(
-      argc, argv, "Drives one arm of a cell: follows its planner's commands, stops by itself when they cease",
+      argc, argv, "Drives one arm of a cell: follows its planner's commands and stops the arm when they cease",
       Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
         const config::CellFile file = config::load_cell_file(options.cell, options.sources);
         const int arm = find_arm(file, options.arm);
-        const std::string checkpoint = options.memory.empty() ? std::string() : options.memory + ".device";
+        const std::string checkpoint = options.checkpoint.empty() ? std::string() : options.checkpoint + ".device";
         auto device = make_device(file, arm, checkpoint, types);
         const LogScope log(driver_node(options.arm), options);
         lock_memory();
-        hold_life_line(options.life_fd);
+        start_exit_notifier(options.exit_fd);
         ArmDriver driver(file, arm, options, shutdown, std::move(device));
-        hurry(file, Urgency::kSafety);
+        raise_service_priority(file, ThreadPriority::kSafety);
         driver.run();
       });
 }
@@ -57,16 +54,16 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       commands_(participant_, &mailbox_),
       shapes_(participant_, &mailbox_),
       states_(participant_),
-      pulse_(participant_,
-             {driver_node(name_), msg::NodeKind::NODE_DRIVER, name_,
-              options.host.empty() ? file.arm_hosts[arm].host : options.host},
-             pulse_timing(file, options)),
+      heartbeat_(participant_,
+                 {driver_node(name_), msg::NodeKind::NODE_DRIVER, name_,
+                  options.host.empty() ? file.arm_hosts[arm].host : options.host},
+                 heartbeat_timing(file, options)),
       loop_(nanoseconds(file.cell.timing.driver_period), shutdown),
       command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
-      checkpoint_(options.memory),
+      checkpoint_(options.checkpoint),
       device_(std::move(device)),
       control_(control_setup(file, arm), *device_) {
-  if (const auto last = checkpoint_.recall()) control_.saw(*last);
+  if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
   state_.arm(name_);
 }
 
@@ -75,26 +72,26 @@ void ArmDriver::run() {
            {{"arm", name_}, {"period_ms", std::chrono::duration<double>(loop_.period()).count() * 1e3}});
   while (loop_.next()) {
     control_.read(loop_.now());
-    listen();
+    receive();
     note_lease();
     control_.write();
     publish();
-    if (pulse_.due(loop_.now(), loop_.period() / 2)) beat();
+    if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
-  log_info("driver ends", {{"arm", name_}});
+  log_info("driver shuts down", {{"arm", name_}});
 }
 
-void ArmDriver::listen() {
+void ArmDriver::receive() {
   (void)mailbox_.take_events();
   modes_.update();
-  control_.saw(modes_.view().lease(name_));
-  control_.order(hold_of(modes_.view(), name_));
+  control_.observe_lease(modes_.view().lease(name_));
+  control_.set_hold(hold_of(modes_.view(), name_));
   for (const auto& sample : commands_.take()) {
-    // What lay here while this process was stopped is no command any more.
+    // A command that waited here while this process was stopped is out of date.
     const bool current = sample.age(loop_.now()) <= command_timeout_;
     if (!sample.disposed && sample.value.arm() == name_ && current) take(sample);
   }
-  look_at_tool();
+  update_carried();
 }
 
 void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
@@ -107,8 +104,8 @@ void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
   }
 }
 
-// From now on commands of older terms are refused, whether or not one of this term ever comes: also by our successor,
-// should this process be killed when the arm has just moved by it. The log tells it when it is kept.
+// The checkpoint comes before the log and the next set-point: when this process is killed, its successor must refuse
+// commands of older terms, too.
 void ArmDriver::note_lease() {
   const ArmLease& newest = control_.gate().lease();
   if (newest == log_.lease()) return;
@@ -116,7 +113,7 @@ void ArmDriver::note_lease() {
   log_.lease(newest);
 }
 
-void ArmDriver::look_at_tool() {
+void ArmDriver::update_carried() {
   if (shapes_.take().empty()) return;
   state_.carried().clear();
   for (const auto& [name, sample] : shapes_.latest()) {
@@ -139,20 +136,20 @@ void ArmDriver::publish() {
   state_.planner(control_.gate().lease().planner);
   state_.stale_rejected(control_.gate().stale_rejected());
   state_.cause(control_.cause());
-  (void)states_.write(state_);  // best effort, and the bus has logged a refusal
+  (void)states_.write(state_);  // best effort; the bus logs a refusal
   log_.state(state_);
 }
 
-void ArmDriver::beat() {
-  Vital vital;
-  vital.term = modes_.view().term();
-  vital.cause = state_.cause();
+void ArmDriver::publish_heartbeat() {
+  HealthReport report;
+  report.term = modes_.view().term();
+  report.cause = state_.cause();
   const bool runs = control_.mode() == msg::ArmMode::ARM_RUNNING;
   const bool as_ordered = runs || modes_.view().order(name_) != msg::Mode::MODE_RUN;
-  vital.state = as_ordered && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
-  vital.oldest_input = "ArmCommand/" + name_;
-  vital.oldest_input_age = control_.command_age();
-  pulse_.beat(loop_.now(), vital, loop_.statistics());
+  report.state = as_ordered && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
+  report.oldest_input = "ArmCommand/" + name_;
+  report.oldest_input_age = control_.command_age();
+  heartbeat_.publish(loop_.now(), report, loop_.statistics());
 }
 
 }  // namespace hecaton::services

@@ -1,7 +1,5 @@
 #pragma once
-/// The driver of one arm on the bus: commands in, measured state out, at the driver's period. Below it, the device
-/// moves the arm (devices/arm_device.hpp). The driver stops the arm by itself when commands cease; it needs no
-/// supervisor for that.
+/// The driver node of one arm.
 
 #include <memory>
 #include <span>
@@ -11,36 +9,37 @@
 
 #include "services/arm_driver/arm_control.hpp"
 #include "services/arm_driver/driver_log.hpp"
-#include "services/arm_driver/lease_checkpoint.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/cell_mode.hpp"
+#include "services/runtime/heartbeat_publisher.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/periodic_loop.hpp"
-#include "services/runtime/pulse.hpp"
 
 namespace hecaton::services {
 
-/// main() of a driver: parses the command line, loads the cell file and drives its arm until the process is to end. The
-/// exit code. A program with devices of its own passes more types than device_types().
+/// main() of a driver: parses the command line, loads the cell file and drives the arm until the process shall end.
+/// Returns the exit code. A program with its own devices passes their types beside device_types().
 [[nodiscard]] int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> types);
 
+/// Receives commands and publishes the measured state in each period of the driver; its device moves the arm
+/// (devices/arm_device.hpp). It stops the arm by itself when commands cease, without a supervisor.
 class ArmDriver {
  public:
   /// `arm`: index in the cell. Throws std::runtime_error with a sentence when the bus cannot be joined.
   ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options, const ShutdownSignal& shutdown,
             std::unique_ptr<device::ArmDevice> device);
 
-  /// Until the process is to end.
+  /// Runs until the process shall end.
   void run();
 
  private:
-  void listen();
+  void receive();
   void take(const bus::Sample<msg::ArmCommand>& sample);
   void note_lease();
-  void look_at_tool();
+  void update_carried();
   void publish();
-  void beat();
+  void publish_heartbeat();
 
   std::string name_;
   bus::Mailbox mailbox_;
@@ -49,7 +48,7 @@ class ArmDriver {
   bus::Reader<msg::ArmCommand> commands_;
   bus::Reader<msg::ObstacleShapes> shapes_;
   bus::Writer<msg::ArmState> states_;
-  Pulse pulse_;
+  HeartbeatPublisher heartbeat_;
   PeriodicLoop loop_;
   std::chrono::nanoseconds command_timeout_;
   LeaseCheckpoint checkpoint_;

@@ -1,5 +1,6 @@
 #include "services/arm_driver/command_gate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,17 +10,17 @@ namespace hecaton::services {
 
 CommandGate::CommandGate(int joints) : joints_(joints) {}
 
-// Why its sender is not, or no longer, the one to command; nothing when it is.
+// Why the sender may not, or no longer, command the arm; empty when it may.
 std::optional<std::string> CommandGate::fence(const msg::ArmCommand& command) const {
   const ArmLease& newest = lease_.newest();
-  const auto claim = [&] { return "commands of " + command.node() + " carry term " + std::to_string(command.term()); };
-  if (command.term() < newest.term) return claim() + ", which is older than " + std::to_string(newest.term);
+  const auto term = [&] { return "commands of " + command.node() + " have term " + std::to_string(command.term()); };
+  if (command.term() < newest.term) return term() + ", older than term " + std::to_string(newest.term);
   const bool taken = command.term() == newest.term && !newest.planner.empty() && newest.planner != command.node();
-  if (taken) return claim() + ", which is that of " + newest.planner;
+  if (taken) return term() + ", which belongs to " + newest.planner;
   return std::nullopt;
 }
 
-// The contents are judged before the term counts as seen: a broken sender must not fence off a sound one.
+// The contents are judged before the term counts: a broken planner must not fence off a sound one.
 Judgement CommandGate::judge(const msg::ArmCommand& command) {
   const auto refuse = [&](Verdict verdict, std::string why) {
     return Judgement{verdict, make_cause(msg::CauseKind::CAUSE_COMMAND_REFUSED, command.node(), std::move(why))};
@@ -39,11 +40,25 @@ Judgement CommandGate::judge(const msg::ArmCommand& command) {
                                                   std::to_string(command.period()) + " must be above 0 s");
   }
   if (command.term() == term_ && command.sequence_number() <= sequence_) return {Verdict::kRepeated};
-  lease_.hear({command.node(), command.term()});
+  lease_.update({command.node(), command.term()});
   term_ = command.term();
   sequence_ = command.sequence_number();
   set_point_ = {{*q, *qd}, command.period()};
   return {Verdict::kAccepted};
+}
+
+LeaseCheckpoint::LeaseCheckpoint(const std::string& path) : record_(path, 0, "the driver's lease") {}
+
+std::optional<ArmLease> LeaseCheckpoint::recall() const {
+  const auto stored = record_.recall();
+  if (!stored || stored->planner.back() != 0) return std::nullopt;
+  return ArmLease{stored->planner.data(), stored->term};
+}
+
+void LeaseCheckpoint::remember(const ArmLease& lease) {
+  Stored stored{lease.term, {}};
+  if (lease.planner.size() < stored.planner.size()) std::ranges::copy(lease.planner, stored.planner.begin());
+  record_.remember(stored);
 }
 
 }  // namespace hecaton::services

@@ -1,7 +1,7 @@
 #pragma once
-/// Decides which commands an arm may follow: whole, finite, of the newest term, of the one planner that has it, in
-/// order.
+/// Decides which commands an arm may follow, and keeps the arm's lease beyond the driver's process.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,16 +10,17 @@
 
 #include "planner/trajectory/set_point_interpolator.hpp"
 #include "services/runtime/arm_lease.hpp"
+#include "services/runtime/atomic_file.hpp"
 #include "services/runtime/cause.hpp"
 
 namespace hecaton::services {
 
 enum class Verdict {
   kAccepted,
-  kRepeated,   ///< sent twice or overtaken within its term: nothing to tell
-  kStaleTerm,  ///< its sender has been replaced, or another has its term
-  kUnusable,   ///< wrong number of joints, not finite, no period
-  kTooFar,     ///< the arm is somewhere else than its sender believes
+  kRepeated,   ///< a repetition, or overtaken within its term; not worth a report
+  kStaleTerm,  ///< of an older term, or of a term that another planner has
+  kUnusable,   ///< wrong number of joints, a value that is not finite, or no period
+  kTooFar,     ///< the set-point is too far from the arm's position
 };
 
 struct Judgement {
@@ -27,19 +28,20 @@ struct Judgement {
   msg::Cause cause = {};  ///< of a refusal; its subject is the sender
 };
 
+/// Accepts commands that are complete, finite, in order, of the newest term and of the planner that has this term.
 class CommandGate {
  public:
   explicit CommandGate(int joints);
 
-  /// Some message proved that this lease exists: commands of older terms are refused from now on.
-  void saw(const ArmLease& lease) { lease_.hear(lease); }
+  /// A message has proved that this lease exists: the gate refuses commands of older terms from now on.
+  void observe_lease(const ArmLease& lease) { lease_.update(lease); }
 
-  /// Judges all but the distance to the arm: never kTooFar. On kAccepted set_point() is the command's; otherwise it
-  /// stays what it was.
+  /// Judges a command, except for its distance from the arm (never kTooFar). With kAccepted, set_point() becomes the
+  /// command's; otherwise it stays.
   [[nodiscard]] Judgement judge(const msg::ArmCommand& command);
 
   [[nodiscard]] const planner::TimedSetPoint& set_point() const { return set_point_; }
-  [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }  ///< that commands must have
+  [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }  ///< the one that commands must have
   [[nodiscard]] std::uint64_t term() const { return term_; }               ///< of the last accepted command
   [[nodiscard]] std::uint64_t sequence() const { return sequence_; }       ///< of the last accepted command
   [[nodiscard]] std::uint64_t stale_rejected() const { return stale_rejected_; }
@@ -55,6 +57,26 @@ class CommandGate {
   std::uint64_t sequence_ = 0;
   std::uint64_t stale_rejected_ = 0;
   std::uint64_t unusable_ = 0;
+};
+
+/// The newest lease that a driver knows, in a mapped file: a restarted driver without it would follow a planner that
+/// has been replaced (docs/design/0008-arm-leases.md). The file need not survive the machine.
+class LeaseCheckpoint {
+ public:
+  /// An empty path keeps nothing. Throws std::runtime_error with a sentence when the file cannot be used.
+  explicit LeaseCheckpoint(const std::string& path);
+
+  /// The lease that was stored last.
+  [[nodiscard]] std::optional<ArmLease> recall() const;
+  /// Stores the lease. Of a planner with a name above 255 bytes it stores the term alone.
+  void remember(const ArmLease& lease);
+
+ private:
+  struct Stored {
+    std::uint64_t term;
+    std::array<char, 256> planner;  ///< ends with 0
+  };
+  MappedRecord<Stored> record_;
 };
 
 }  // namespace hecaton::services

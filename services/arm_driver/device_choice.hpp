@@ -1,5 +1,5 @@
 #pragma once
-/// From `device:` in the cell file to the device.
+/// Selects and creates the device that `device:` in the cell file names.
 
 #include <memory>
 #include <span>
@@ -10,13 +10,13 @@
 
 namespace hecaton::services {
 
-/// Throws config::ConfigError when an arm's `device:` names a type that is not among `types`, or a key that the type
-/// does not have: where the cell file is checked before anything starts.
+/// Throws config::ConfigError when an arm's `device:` has a type that is not among `types`, or a key that its type does
+/// not have. Call it before anything starts.
 void require_known_devices(const config::CellFile& file,
                            std::span<const device::DeviceType> types = device::device_types());
 
-/// The device of the arm. `checkpoint`: a file for what must survive the process; empty: none. Throws
-/// std::runtime_error with a sentence when it cannot be made.
+/// Creates the arm's device. `arm`: index in the cell. `checkpoint`: a file that the device may use to survive its
+/// process; empty: none. Throws std::runtime_error with a sentence when a value cannot be used.
 [[nodiscard]] std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm,
                                                              const std::string& checkpoint,
                                                              std::span<const device::DeviceType> types);

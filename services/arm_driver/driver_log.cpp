@@ -14,8 +14,8 @@ Commander commander_of(const bus::Sample<msg::ArmCommand>& sample) {
 
 }  // namespace
 
-// A planner in another's place is told apart from one that goes on in another process or under another term: the gap
-// before the first is what a standby costs.
+// "planner changed" means another planner, whose gap is the cost of a failover; "planner continues" means another
+// process or term of the same planner.
 void DriverLog::accepted(const bus::Sample<msg::ArmCommand>& sample) {
   const std::chrono::duration<double, std::milli> gap = sample.received - std::exchange(accepted_at_, sample.received);
   const Commander commander = commander_of(sample);
@@ -41,7 +41,7 @@ void DriverLog::refused(const bus::Sample<msg::ArmCommand>& sample, const Judgem
 }
 
 void DriverLog::lease(const ArmLease& newest) {
-  log_info("mandate", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
+  log_info("arm lease", {{"planner", newest.planner}, {"term", newest.term}, {"instead_of_term", lease_.term}});
   lease_ = newest;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
-/// Which planner has moved the arm since when, and which was refused, as the driver's log tells it: so that a person
-/// can say afterwards which planner moved the arm at any time. It decides nothing.
+/// The driver's log of planners: which planner moved the arm at which time, and which was refused. It decides nothing.
 
 #include <algorithm>
 #include <bit>
@@ -17,27 +16,27 @@
 
 namespace hecaton::services {
 
-/// A process of a planner, and the term under which it commands.
+/// A planner's process and the lease under which it commands.
 struct Commander {
   ArmLease lease;
-  bus::EndpointId writer;  ///< of its commands: two lives of one node differ
+  bus::EndpointId writer;  ///< of its commands; a restarted node has another
   bool operator==(const Commander&) const = default;
 };
 
+/// Decides which accepted and refused commands are worth a line. Pure.
 class CommandRecord {
  public:
-  static constexpr std::size_t kRemembered = 64;  ///< refused commanders; of an older one a refusal is a first again
+  static constexpr std::size_t kRemembered = 64;  ///< most refused commanders; the oldest in excess are forgotten
 
-  /// A command of `commander` was accepted. Whose was before when that was another's, or of another term: term 0 for
-  /// the first.
+  /// Call it for each accepted command. Returns the former commander when `commander` differs from it; the first time,
+  /// that is one of term 0.
   [[nodiscard]] std::optional<Commander> accepted(const Commander& commander) {
     if (commander == followed_) return std::nullopt;
     return std::exchange(followed_, commander);
   }
 
-  /// A command of `commander` was refused, for the same kind of reason as others with this `why`. How often that
-  /// happened so far when it is to be told, which is the 1st, 2nd, 4th, 8th … time: a stale sender repeats itself a
-  /// hundred times a second. Otherwise 0.
+  /// Call it for each refused command; `why` is the kind of reason. Returns how often that has happened at the 1st,
+  /// 2nd, 4th, 8th … time, otherwise 0: a stale planner repeats itself a hundred times a second.
   [[nodiscard]] std::uint64_t refused(const Commander& commander, int why) {
     auto found = std::find_if(refused_.begin(), refused_.end(),
                               [&](const Refused& one) { return one.commander == commander && one.why == why; });
@@ -55,23 +54,23 @@ class CommandRecord {
     std::uint64_t times = 0;
   };
   Commander followed_;
-  std::deque<Refused> refused_;  ///< who was refused first comes first
+  std::deque<Refused> refused_;  ///< in the order of their first refusals
 };
 
-/// Writes the driver's log: each change once.
+/// Logs each change once.
 class DriverLog {
  public:
   void accepted(const bus::Sample<msg::ArmCommand>& sample);
   void refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
-  /// Another lease than lease().
+  /// Call it for a lease that differs from lease().
   void lease(const ArmLease& newest);
-  /// As written last.
+  /// The lease that was logged last.
   [[nodiscard]] const ArmLease& lease() const { return lease_; }
   void state(const msg::ArmState& state);
 
  private:
   CommandRecord record_;
-  bus::Clock::time_point accepted_at_{};  ///< when the command that was accepted last arrived
+  bus::Clock::time_point accepted_at_{};  ///< arrival of the last accepted command
   ArmLease lease_;
   msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;
 };

@@ -1,13 +1,15 @@
 #include "services/bus/endpoint.hpp"
 
+#include <algorithm>
 #include <deque>
+#include <map>
 #include <mutex>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "services/bus/reader_base.hpp"
-#include "services/bus/sample_queue.hpp"
+#include "services/bus/endpoint_base.hpp"
 #include "services/bus/type_support.hpp"
-#include "services/bus/writer_base.hpp"
 
 namespace hecaton::bus {
 namespace {
@@ -18,6 +20,47 @@ dds::TypeSupport type_support() {
   return dds::TypeSupport(new GuardedType<T>());
 }
 
+/// Samples between the middleware's thread and the service's loop. The owner locks it.
+template <class T>
+class SampleQueue {
+ public:
+  /// `conflate`: keep only the newest sample of each key.
+  SampleQueue(bool conflate, std::size_t capacity)
+      : conflate_(conflate), capacity_(std::max<std::size_t>(capacity, 1)) {}
+
+  /// Returns the number of samples dropped to make room.
+  std::size_t push(Sample<T> sample) {
+    if (conflate_) {
+      newest_.insert_or_assign(sample.key, std::move(sample));
+      return 0;
+    }
+    std::size_t dropped = 0;
+    for (; queue_.size() >= capacity_; ++dropped) queue_.pop_front();
+    queue_.push_back(std::move(sample));
+    return dropped;
+  }
+
+  /// Returns and removes all samples, in order of arrival.
+  std::vector<Sample<T>> take() {
+    std::vector<Sample<T>> samples;
+    samples.reserve(queue_.size() + newest_.size());
+    for (auto& sample : queue_) samples.push_back(std::move(sample));
+    for (auto& [key, sample] : newest_) samples.push_back(std::move(sample));
+    queue_.clear();
+    newest_.clear();
+    if (conflate_) {
+      std::sort(samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.received < b.received; });
+    }
+    return samples;
+  }
+
+ private:
+  bool conflate_;
+  std::size_t capacity_;
+  std::deque<Sample<T>> queue_;
+  std::map<std::string, Sample<T>> newest_;
+};
+
 }  // namespace
 
 template <class T>
@@ -26,7 +69,7 @@ struct Writer<T>::Impl : WriterBase {
       : WriterBase(participant.impl(), Topic<T>::kInfo, type_support<T>(), options) {}
 
   std::mutex retained_mutex;
-  std::deque<std::pair<std::string, T>> retained;  ///< keys that this writer keeps alive, the oldest first
+  std::deque<std::pair<std::string, T>> retained;  ///< living keys, the oldest first
 };
 
 template <class T>
@@ -43,7 +86,7 @@ template <class T>
 WriteResult Writer<T>::write(const T& sample) {
   auto& impl = *impl_;
   const std::string key = key_of(sample);
-  // Fast DDS takes void*, and serialisation only reads.
+  // Fast DDS takes void*, but serialisation only reads.
   auto result = impl.send(WriterBase::Action::kWrite, const_cast<T*>(&sample), key);
   constexpr auto kRetained = static_cast<std::size_t>(Topic<T>::kInfo.qos.retained);
   if constexpr (kRetained > 0) {
@@ -79,8 +122,8 @@ bool Writer<T>::wait_matched(int readers, Clock::duration timeout) const {
   return impl_->wait_matched(readers, timeout);
 }
 template <class T>
-void Writer<T>::forget() {
-  impl_->forget();
+void Writer<T>::clear_history() {
+  impl_->clear_history();
 }
 template <class T>
 bool Writer<T>::wait_acknowledged(Clock::duration timeout) const {
@@ -133,7 +176,7 @@ struct Reader<T>::Impl : ReaderBase {
     return queue.take();
   }
 
-  void remember(const Sample<T>& sample) {
+  void note(const Sample<T>& sample) {
     if (sample.disposed) {
       newest.erase(sample.key);
     } else {
@@ -142,8 +185,8 @@ struct Reader<T>::Impl : ReaderBase {
   }
 
   SampleQueue<T> queue;
-  T scratch;      ///< of drain
-  Latest newest;  ///< of the service's thread alone
+  T scratch;      ///< of drain()
+  Latest newest;  ///< of the loop's thread alone
 };
 
 template <class T>
@@ -159,13 +202,13 @@ Reader<T>& Reader<T>::operator=(Reader&&) noexcept = default;
 template <class T>
 std::vector<Sample<T>> Reader<T>::take() {
   auto samples = impl_->take();
-  for (const auto& sample : samples) impl_->remember(sample);
+  for (const auto& sample : samples) impl_->note(sample);
   return samples;
 }
 
 template <class T>
 const typename Reader<T>::Latest& Reader<T>::latest() {
-  for (const auto& sample : impl_->take()) impl_->remember(sample);
+  for (const auto& sample : impl_->take()) impl_->note(sample);
   return impl_->newest;
 }
 

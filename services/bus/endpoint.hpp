@@ -1,6 +1,6 @@
 #pragma once
-/// Typed writers and readers of the topics in topics.hpp. Only those types exist; include their idl/*.h beside this.
-/// No endpoint may be made or destroyed inside a callback; there are none in this interface.
+/// Typed writers and readers of the topics in topics.hpp. Include the message type's idl header beside this one. The
+/// interface has no callbacks; a Mailbox reports what happens.
 
 #include <chrono>
 #include <cstdint>
@@ -18,38 +18,41 @@
 namespace hecaton::bus {
 
 struct WriterOptions {
-  int strength = 0;                                   ///< on exclusive topics the strongest living writer is heard
-  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the table's
-  std::optional<std::chrono::milliseconds> lease;     ///< instead of the table's
-  Mailbox* mailbox = nullptr;                         ///< told about readers; must outlive the writer
+  int strength = 0;                                   ///< on exclusive topics the strongest living writer counts
+  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's
+  std::optional<std::chrono::milliseconds> lease;     ///< instead of the topic's
+  Mailbox* mailbox = nullptr;                         ///< gets events about readers; must outlive the writer
 };
 
-/// True when the middleware took the sample (not: when somebody received it); otherwise a sentence says why not.
+/// True when the middleware has accepted the sample, which does not mean that a reader has received it. Otherwise
+/// `reason` is a sentence.
 struct [[nodiscard]] WriteResult {
   bool accepted = false;
   std::string reason;
   explicit operator bool() const { return accepted; }
 };
 
+/// Thread-safe. The participant must outlive the constructor only.
 template <class T>
 class Writer {
  public:
-  /// Throws std::runtime_error with a sentence when the endpoint cannot be made.
+  /// Throws std::runtime_error with a sentence when the endpoint cannot be created.
   explicit Writer(Participant& participant, const WriterOptions& options = {});
   ~Writer();
   Writer(Writer&&) noexcept;
   Writer& operator=(Writer&&) noexcept;
 
-  /// Thread-safe. Refusals are also logged on stderr, the first of each kind.
+  /// The writer's first refusal is also printed on stderr.
   WriteResult write(const T& sample);
-  /// Withdraws the sample's key: readers see it disposed, late joiners not at all.
+  /// Withdraws the sample's key: readers get it as disposed, late joiners do not get it.
   WriteResult retire(const T& sample);
-  /// Who joins from now on gets nothing of what was written so far; readers keep what they have.
-  void forget();
+  /// Readers that join later do not get what was written so far; present readers keep it.
+  void clear_history();
 
-  [[nodiscard]] int matched() const;
+  [[nodiscard]] int matched() const;  ///< number of readers
+  /// Blocks until so many readers are matched; false after the time-out.
   [[nodiscard]] bool wait_matched(int readers, Clock::duration timeout) const;
-  /// Blocks until all matched reliable readers have acknowledged everything written.
+  /// Blocks until all matched reliable readers have acknowledged all samples; false after the time-out.
   [[nodiscard]] bool wait_acknowledged(Clock::duration timeout) const;
   void set_strength(int strength);
   [[nodiscard]] EndpointId id() const;
@@ -62,9 +65,9 @@ class Writer {
 /// One received sample.
 template <class T>
 struct Sample {
-  T value;                     ///< when disposed: without contents, see `key`
+  T value;                     ///< default when disposed, see `key`
   std::string key;             ///< as key_of()
-  Clock::time_point received;  ///< on this process's monotonic clock: ages are measured from here
+  Clock::time_point received;  ///< on this process's monotonic clock; ages count from here
   EndpointId writer;
   bool disposed = false;  ///< the key was withdrawn
 
@@ -72,25 +75,26 @@ struct Sample {
 };
 
 struct ReaderOptions {
-  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the table's; not below the writers'; 0: none
+  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's; at least the writers'; 0: none
   /// Queue only the newest sample of each key. Default: on best-effort topics.
   std::optional<bool> conflate;
-  std::size_t queue = 4096;  ///< samples that wait for take(); beyond, the oldest are dropped and counted
+  std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
 };
 
 struct ReaderCounters {
   std::uint64_t received = 0;
-  std::uint64_t overflowed = 0;        ///< dropped because nobody took them
-  std::uint64_t unreadable = 0;        ///< malformed or of another schema version: dropped
-  std::uint64_t deadlines_missed = 0;  ///< silences of living keys
+  std::uint64_t overflowed = 0;        ///< dropped because the queue was full
+  std::uint64_t unreadable = 0;        ///< dropped as malformed or of another schema version
+  std::uint64_t deadlines_missed = 0;  ///< of living keys, once for each silence
   std::uint64_t liveliness_lost = 0;
 };
 
+/// take() and latest() are for one thread; the rest is thread-safe. The participant must outlive the constructor only.
 template <class T>
 class Reader {
  public:
-  /// Everything that happens is announced in `mailbox`, which must outlive the reader; without, in one of its own.
-  /// Throws std::runtime_error with a sentence when the endpoint cannot be made.
+  /// Samples and events are announced in `mailbox`, which must outlive the reader, or in a mailbox of its own. Throws
+  /// std::runtime_error with a sentence when the endpoint cannot be created.
   explicit Reader(Participant& participant, Mailbox* mailbox = nullptr, const ReaderOptions& options = {});
   ~Reader();
   Reader(Reader&&) noexcept;
@@ -98,21 +102,22 @@ class Reader {
 
   using Latest = std::map<std::string, Sample<T>, std::less<>>;
 
-  /// What has arrived since the last take() or latest(), oldest first. Never blocks.
+  /// The samples that have arrived since the last take() or latest(), oldest first. Never blocks.
   [[nodiscard]] std::vector<Sample<T>> take();
-  /// The newest sample of each key that is not disposed, however long ago; consumes what take() would have returned.
-  /// Valid until the next call of take() or latest(); like take(), for one thread.
+  /// The newest sample of each key that is not disposed, however old. Consumes what take() would return. Valid until
+  /// the next call of take() or latest().
   [[nodiscard]] const Latest& latest();
-  /// The newest sample of one key, or null.
+  /// The newest sample of one key, or null. Valid as above.
   [[nodiscard]] const Sample<T>* latest(std::string_view key);
 
-  /// Blocks on the mailbox until something arrives (for whomever, when the mailbox is shared) or the time-out.
+  /// Blocks on the mailbox until something arrives, for any of its readers; false after the time-out.
   [[nodiscard]] bool wait_for_data(Clock::duration timeout);
   [[nodiscard]] Mailbox& mailbox();
 
-  [[nodiscard]] int matched() const;
+  [[nodiscard]] int matched() const;  ///< number of writers
+  /// Blocks until so many writers are matched; false after the time-out.
   [[nodiscard]] bool wait_matched(int writers, Clock::duration timeout) const;
-  [[nodiscard]] int alive_writers() const;  ///< matched ones whose lease is running
+  [[nodiscard]] int alive_writers() const;  ///< matched ones whose liveliness is not lost
   [[nodiscard]] ReaderCounters counters() const;
 
  private:

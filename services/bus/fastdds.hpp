@@ -1,6 +1,6 @@
 #pragma once
-/// One set of names for Fast DDS 2 (Debian 12) and Fast DDS 3 (Debian 13), which renamed headers, namespaces,
-/// signatures and settings. Private to services/bus, and the only file of the project that asks which release this is.
+/// Common names for Fast DDS 2 (Debian 12) and Fast DDS 3 (Debian 13), which renamed headers, namespaces, signatures
+/// and settings. Private to services/bus; no other file depends on the release.
 
 #include <algorithm>
 #include <chrono>
@@ -64,7 +64,7 @@ inline const Duration kInfinite = eprosima::fastrtps::c_TimeInfinite;
 using LivelinessChanged = eprosima::fastrtps::LivelinessChangedStatus;
 #endif
 
-/// What calls return, as the DDS specification numbers it.
+/// Return codes, as the DDS specification numbers them.
 enum class Outcome : std::uint32_t { kOk = 0, kPreconditionNotMet = 4, kOutOfResources = 5, kTimeout = 10 };
 
 template <class ReturnCode>
@@ -84,8 +84,8 @@ template <class ReturnCode>
 #endif
 }
 
-/// Several participants of one process talk over the network like any others: delivery inside the writer's thread would
-/// run a reader's work in a control loop.
+/// Makes participants of one process exchange data over the network. Delivery inside the process would run a reader's
+/// callbacks in the writer's control loop.
 inline void use_network_inside_process() {
 #if HECATON_FAST_DDS == 3
   eprosima::fastdds::LibrarySettings settings;
@@ -98,7 +98,7 @@ inline void use_network_inside_process() {
 #endif
 }
 
-/// A reliable writer tells what it has once after `first` and then every `period`, and repeats at once what is missing.
+/// A reliable writer sends a heartbeat after `first` and then every `period`, and repeats missing samples at once.
 inline void set_heartbeats(dds::DataWriterQos& qos, const Duration& first, const Duration& period) {
   auto& times = qos.reliable_writer_qos().times;
 #if HECATON_FAST_DDS == 3
@@ -112,7 +112,7 @@ inline void set_heartbeats(dds::DataWriterQos& qos, const Duration& first, const
 #endif
 }
 
-/// A reliable reader presents itself after `first` and answers heartbeats at once.
+/// A reliable reader sends its first acknowledgement after `first` and answers heartbeats at once.
 inline void set_acknowledgements(dds::DataReaderQos& qos, const Duration& first) {
   auto& times = qos.reliable_reader_qos().times;
 #if HECATON_FAST_DDS == 3
@@ -124,30 +124,30 @@ inline void set_acknowledgements(dds::DataReaderQos& qos, const Duration& first)
 #endif
 }
 
-/// Discovery has news of another participant.
-struct PeerNews {
+/// A change of another participant, from discovery.
+struct PeerEvent {
   enum class Kind : std::uint8_t { kFound, kChanged, kLeft, kDropped } kind{};
   rtps::GUID_t guid;
   std::string name;
-  std::vector<rtps::Locator_t> unicast;  ///< where it listens
+  std::vector<rtps::Locator_t> unicast;  ///< where it receives
 };
 
-/// A participant's listener, which hears of other participants.
+/// A participant's listener for changes of other participants.
 class PeerListener : public dds::DomainParticipantListener {
  protected:
-  virtual void on_peer(const PeerNews& news) = 0;
+  virtual void on_peer(const PeerEvent& event) = 0;
 
  private:
   template <class Status, class Data>
-  static PeerNews news_of(Status status, const rtps::GUID_t& guid, std::string name, const Data& data) {
-    PeerNews news{PeerNews::Kind::kFound, guid, std::move(name), {}};
-    if (status == Status::CHANGED_QOS_PARTICIPANT) news.kind = PeerNews::Kind::kChanged;
-    if (status == Status::REMOVED_PARTICIPANT) news.kind = PeerNews::Kind::kLeft;
-    if (status == Status::DROPPED_PARTICIPANT) news.kind = PeerNews::Kind::kDropped;
+  static PeerEvent event_of(Status status, const rtps::GUID_t& guid, std::string name, const Data& data) {
+    PeerEvent event{PeerEvent::Kind::kFound, guid, std::move(name), {}};
+    if (status == Status::CHANGED_QOS_PARTICIPANT) event.kind = PeerEvent::Kind::kChanged;
+    if (status == Status::REMOVED_PARTICIPANT) event.kind = PeerEvent::Kind::kLeft;
+    if (status == Status::DROPPED_PARTICIPANT) event.kind = PeerEvent::Kind::kDropped;
     for (const auto* locators : {&data.metatraffic_locators, &data.default_locators}) {
-      news.unicast.insert(news.unicast.end(), locators->unicast.begin(), locators->unicast.end());
+      event.unicast.insert(event.unicast.end(), locators->unicast.begin(), locators->unicast.end());
     }
-    return news;
+    return event;
   }
 
 #if HECATON_FAST_DDS == 3
@@ -155,16 +155,16 @@ class PeerListener : public dds::DomainParticipantListener {
                                 const rtps::ParticipantBuiltinTopicData& data, bool& ignored) override {
     ignored = false;
     if (status == rtps::ParticipantDiscoveryStatus::IGNORED_PARTICIPANT) return;
-    on_peer(news_of(status, data.guid, data.participant_name.to_string(), data));
+    on_peer(event_of(status, data.guid, data.participant_name.to_string(), data));
   }
 #else
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
-    on_peer(news_of(info.status, info.info.m_guid, info.info.m_participantName.to_string(), info.info));
+    on_peer(event_of(info.status, info.info.m_guid, info.info.m_participantName.to_string(), info.info));
   }
 #endif
 };
 
-/// What a transport is given to send.
+/// A datagram to be sent.
 class Datagram {
  public:
 #if HECATON_FAST_DDS == 3
@@ -186,12 +186,13 @@ class Datagram {
   std::uint32_t size_;
 };
 
-/// A transport in front of another one, `behind`.
+/// A transport in front of another one.
 class FrontTransport : public rtps::ChainingTransport {
  public:
   using ChainingTransport::ChainingTransport;
 
  protected:
+  /// Sends to the locators in [begin, end) through `behind`, or not. Returns false on failure.
   virtual bool pass_on(const Datagram& datagram, rtps::SenderResource& behind, rtps::LocatorsIterator& begin,
                        rtps::LocatorsIterator& end, const std::chrono::steady_clock::time_point& until) = 0;
 
@@ -207,15 +208,14 @@ class FrontTransport : public rtps::ChainingTransport {
   }
 };
 
-/// A generated type support `Base`, made safe for several threads and for what the wire may bring. T: its message.
+/// A generated type support `Base` for messages T, made thread-safe and safe against malformed payloads.
 template <class Base, class T>
 class GuardedSupport : public Base {
  public:
-  /// What identifies the sample's key. Thread-safe: the generated code serialises every key of every writer into one
-  /// buffer.
+  /// The handle of the sample's key. Thread-safe, unlike the generated code, which serialises all keys into one buffer.
   bool key_handle(const T& sample, rtps::InstanceHandle_t& handle) { return guarded_key(&sample, handle, false); }
 
-  /// The sample as it travels, encapsulation included; empty when it cannot be serialised.
+  /// The serialised sample, encapsulation included; empty when it cannot be serialised.
   [[nodiscard]] std::string bytes_of(const T& sample) {
     rtps::SerializedPayload_t payload(size_of(sample));
 #if HECATON_FAST_DDS == 3
@@ -226,7 +226,7 @@ class GuardedSupport : public Base {
     return done ? std::string(reinterpret_cast<const char*>(payload.data), payload.length) : std::string();
   }
 
-  /// The other way; what cannot be read becomes a sample of schema 0.
+  /// The inverse of bytes_of(). Malformed bytes give a sample of schema 0.
   void read(const std::string& bytes, T& sample) {
     rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
     payload.length = static_cast<std::uint32_t>(bytes.size());
@@ -269,7 +269,7 @@ class GuardedSupport : public Base {
 #endif
   }
 
-  /// Always true: a payload that is refused here would stay in the history. The reader counts schema 0 and drops it.
+  /// Returns true always, because a refused payload would stay in the history. The reader drops samples of schema 0.
   bool guarded_read(rtps::SerializedPayload_t& payload, T& sample) {
     try {
 #if HECATON_FAST_DDS == 3

@@ -28,7 +28,7 @@ std::string EndpointId::text() const {
 }
 
 Mailbox::Mailbox() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "bus: eventfd for a mailbox");
+  if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "bus: cannot create a mailbox (eventfd)");
 }
 
 Mailbox::~Mailbox() {
@@ -50,7 +50,7 @@ bool Mailbox::wait(Clock::duration timeout) {
 
 void Mailbox::notify() {
   const std::uint64_t one = 1;
-  // Fails only when the counter is full, and then the mailbox is readable anyway.
+  // Fails only when the counter is full, and the mailbox is readable then.
   [[maybe_unused]] const auto written = ::write(fd_, &one, sizeof one);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Where everything that happens on the bus ends up for one service loop: it blocks until something arrives, then reads
-/// events here and samples from its readers. Callbacks of the middleware only copy and notify.
+/// Wakes a service's loop when something happens on the bus. The loop waits on its mailbox, then takes events from it
+/// and samples from its readers. Callbacks of the middleware only copy and notify.
 
 #include <array>
 #include <chrono>
@@ -15,7 +15,7 @@ namespace hecaton::bus {
 
 using Clock = std::chrono::steady_clock;
 
-/// Identity of a writer or reader: the first 12 bytes are its participant's.
+/// Identity of a writer or reader (its GUID). The first 12 bytes are those of its participant.
 struct EndpointId {
   std::array<std::uint8_t, 16> bytes{};
   bool operator==(const EndpointId&) const = default;
@@ -25,24 +25,25 @@ struct EndpointId {
 };
 
 enum class EventKind : std::uint8_t {
-  kPeerMatched,       ///< an endpoint of the other direction was found
-  kPeerLost,          ///< it left, or its participant's lease ran out
-  kDeadlineMissed,    ///< no sample of `key` for the deadline; told once until the next sample
-  kLivelinessLost,    ///< `peer` wrote nothing for its lease; `key` is one that it wrote
-  kLivelinessGained,  ///< it writes again
-  kIncompatible,      ///< an endpoint of this topic was refused for its quality of service: `key` names the policy
+  kPeerMatched,       ///< a matching endpoint of the other direction was found
+  kPeerLost,          ///< it left, or the lease of its participant expired
+  kDeadlineMissed,    ///< no sample of `key` within the deadline; once until the next sample
+  kLivelinessLost,    ///< `peer` wrote nothing within its lease; `key` is one of its keys
+  kLivelinessGained,  ///< `peer` writes again
+  kIncompatible,      ///< an endpoint of this topic was refused for its quality of service; `key` names the policy
   kParticipantFound,  ///< `key` is its name
-  kParticipantLost,   ///< left or its lease ran out; `key` is its name
+  kParticipantLost,   ///< it left, or its lease expired; `key` is its name
 };
 
 struct Event {
   EventKind kind{};
-  std::string_view topic;  ///< as in the table; empty for participants
+  std::string_view topic;  ///< TopicInfo::name; empty for participants
   std::string key;
   EndpointId peer;
-  Clock::time_point at;  ///< when this process noticed
+  Clock::time_point at;  ///< when this process noticed it
 };
 
+/// Thread-safe, but wait() and take_events() are for one thread.
 class Mailbox {
  public:
   /// Throws std::system_error when the kernel has no descriptor left.
@@ -51,14 +52,14 @@ class Mailbox {
   Mailbox(const Mailbox&) = delete;
   Mailbox& operator=(const Mailbox&) = delete;
 
-  /// Blocks until something has arrived since the last call that returned true, or the time-out. Afterwards read all
-  /// events and all readers: what arrived meanwhile does not wake the next call if it was announced before.
+  /// Blocks until something has arrived since the last call that returned true, or until the time-out (false). Then
+  /// read all events and all readers: what has already been announced does not wake the next call.
   [[nodiscard]] bool wait(Clock::duration timeout);
-  /// Wakes the loop. Safe in a signal handler.
+  /// Wakes the loop. Async-signal-safe.
   void notify();
-  /// Readable when wait() would not block; for loops that poll other descriptors, too.
+  /// Readable when wait() would not block; for loops that poll several descriptors.
   [[nodiscard]] int fd() const { return fd_; }
-  /// Events since the last call, oldest first; at most kCapacity, of which the oldest are dropped.
+  /// Events since the last call, oldest first. Of more than kCapacity the oldest are dropped.
   [[nodiscard]] std::vector<Event> take_events();
   void post(Event event);
 

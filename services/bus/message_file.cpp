@@ -10,12 +10,12 @@
 namespace hecaton::bus {
 namespace {
 
-using MemorySupport = GuardedSupport<msg::WorldMemoryPubSubType, msg::WorldMemory>;
+using CheckpointSupport = GuardedSupport<msg::WorldCheckpointPubSubType, msg::WorldCheckpoint>;
 
-/// The message whose file_contents() these bytes are, with zeros after them.
-std::optional<msg::WorldMemory> decoded(const std::string& bytes) {
-  msg::WorldMemory message;
-  MemorySupport().read(bytes, message);
+/// The inverse of file_contents(), zeros behind it allowed.
+std::optional<msg::WorldCheckpoint> decoded(const std::string& bytes) {
+  msg::WorldCheckpoint message;
+  CheckpointSupport().read(bytes, message);
   if (message.schema() != msg::SCHEMA_VERSION) return std::nullopt;
   const std::string contents = file_contents(message);
   if (!bytes.starts_with(contents)) return std::nullopt;
@@ -25,8 +25,8 @@ std::optional<msg::WorldMemory> decoded(const std::string& bytes) {
 
 }  // namespace
 
-std::string file_contents(const msg::WorldMemory& message) {
-  return MemorySupport().bytes_of(message);
+std::string file_contents(const msg::WorldCheckpoint& message) {
+  return CheckpointSupport().bytes_of(message);
 }
 
 ReadMessage read_message(const std::string& path) {

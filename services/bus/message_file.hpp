@@ -1,5 +1,5 @@
 #pragma once
-/// A message as a file's contents.
+/// The world's checkpoint as the contents of a file.
 
 #include <optional>
 #include <string>
@@ -8,13 +8,14 @@
 
 namespace hecaton::bus {
 
-/// Zeros may follow them in the file.
-[[nodiscard]] std::string file_contents(const msg::WorldMemory& message);
+/// The serialised checkpoint. In the file, zeros may follow it.
+[[nodiscard]] std::string file_contents(const msg::WorldCheckpoint& message);
 
 struct ReadMessage {
-  std::optional<msg::WorldMemory> message;
-  std::string error;  ///< a sentence; empty when there is no such file
+  std::optional<msg::WorldCheckpoint> message;
+  std::string error;  ///< a sentence when the file exists and is unreadable or damaged
 };
+/// Reads the file at `path`. Without such a file both members are empty.
 [[nodiscard]] ReadMessage read_message(const std::string& path);
 
 }  // namespace hecaton::bus

@@ -12,21 +12,18 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "services/bus/discovery_server.hpp"
 #include "services/bus/participant_impl.hpp"
-#include "services/bus/quality.hpp"
-#include "services/bus/removal.hpp"
-#include "services/bus/transport.hpp"
+#include "services/bus/qos.hpp"
 
 namespace hecaton::bus {
 namespace {
 
-/// On which all participants of a domain hear announcements (RTPS 2.2, section 9.6.1.1).
+/// The port on which all participants of a domain receive announcements (RTPS 2.2, section 9.6.1.1).
 int announcement_port(int domain) {
   return 7400 + 250 * domain;
 }
 
-/// Whether a program that shares it with nobody has that port: Fast DDS would go on without, and hear nobody.
+/// True when a program holds that port without sharing it. Fast DDS would go on without the port and discover no peer.
 bool announcements_are_blocked(int domain) {
   const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return false;
@@ -41,8 +38,8 @@ bool announcements_are_blocked(int domain) {
   return blocked;
 }
 
-/// Fast DDS numbers the participants of a process without end, and ports, which follow the number, run out of what
-/// peers try. The smallest free number is asked for instead.
+/// The numbers of this process's participants, the smallest free one first. Fast DDS would count up without end, and
+/// the ports, which follow the number, would leave the range that peers try.
 class Numbers {
  public:
   int take() {
@@ -66,7 +63,7 @@ Numbers& numbers() {
   return all;
 }
 
-/// Once a participant is found its endpoints are within this.
+/// The endpoints of a participant are found within this time after the participant itself.
 constexpr std::chrono::milliseconds kMatching{50};
 
 dds::DomainParticipantQos participant_qos(const std::string& name, const ParticipantOptions& options) {
@@ -96,7 +93,7 @@ EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
 }
 
 Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
-    : mailbox_(options.mailbox), farewell_(options.farewell) {
+    : mailbox_(options.mailbox), announce_departure_(options.announce_departure) {
   constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
   const std::string who = "bus: participant \"" + name + "\": ";
   if (domain < 0 || domain > kLastDomain) {
@@ -106,25 +103,25 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   if (announcements_are_blocked(domain)) {
     throw std::runtime_error(
         who + "UDP port " + std::to_string(announcement_port(domain)) + " of domain " + std::to_string(domain) +
-        " is taken by another program; choose another domain, below 101 at best: the ports of later "
-        "ones are given to anybody");
+        " is taken by another program; choose another domain, preferably below 101: the system gives the ports "
+        "of higher domains to any program");
   }
-  ignore_discovery_servers();  // before Fast DDS first looks for them
+  ignore_discovery_servers();  // before Fast DDS reads the environment
   use_network_inside_process();
   auto qos = participant_qos(name, options);
-  gate_ = add_transports(qos, domain, options);
-  // After an absence others are found with their next announcements; who is not found so long is gone.
-  back_after_ = quarantine(options.lease) + options.lease / 2;
+  filter_ = add_transports(qos, domain, options);
+  // After a stall, peers are found with their next announcements. A peer that is not found by then is gone.
+  rediscovery_ = quarantine(options.lease) + options.lease / 2;
   number_ = numbers().take();
   qos.wire_protocol().participant_id = number_;
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  // StatusMask::none(): this listener hears of participants only and leaves readers their own callbacks.
+  // StatusMask::none(): this listener receives discovery only and leaves the readers their own callbacks.
   participant = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, this, dds::StatusMask::none());
   if (participant == nullptr) {
     numbers().give_back(number_);
     throw std::runtime_error(who + "cannot join domain " + std::to_string(domain));
   }
-  gate_->open();
+  filter_->open();
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
   if (!options.partition.empty()) {
@@ -137,8 +134,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
     leave();
     throw std::runtime_error(who + "cannot create its publisher and subscriber");
   }
-  listening_since_ = next_look_ = Clock::now();
-  watcher_ = std::thread([this] { look_around(); });
+  receiving_since_ = next_check_ = Clock::now();
+  monitor_thread_ = std::thread([this] { run_monitor(); });
 }
 
 Participant::Impl::~Impl() {
@@ -151,20 +148,20 @@ void Participant::Impl::leave() {
     ending_ = true;
   }
   alarm_.notify_all();
-  if (watcher_.joinable()) watcher_.join();
-  if (!farewell_) gate_->close();
+  if (monitor_thread_.joinable()) monitor_thread_.join();
+  if (!announce_departure_) filter_->close();
   participant->set_listener(nullptr, dds::StatusMask::none());
   remove([self = participant] {
     self->delete_contained_entities();
     dds::DomainParticipantFactory::get_instance()->delete_participant(self);
   });
-  if (!locked_up_) numbers().give_back(number_);
+  if (!deadlocked_) numbers().give_back(number_);
 }
 
 void Participant::Impl::remove(std::function<void()> removal) {
-  if (locked_up_ || done_within(kRemoval, std::move(removal))) return;
-  locked_up_ = true;
-  std::fprintf(stderr, "bus: Fast DDS has locked itself up while something of it was removed, which is left behind\n");
+  if (deadlocked_ || finishes_within(kRemovalLimit, std::move(removal))) return;
+  deadlocked_ = true;
+  std::fprintf(stderr, "bus: Fast DDS has deadlocked while an endpoint or the participant was removed, which stays\n");
 }
 
 dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSupport& type) {
@@ -181,67 +178,68 @@ dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSuppo
   return topic;
 }
 
-void Participant::Impl::look_around() {
+void Participant::Impl::run_monitor() {
   std::unique_lock lock(alarm_mutex_);
   while (!ending_) {
     const auto now = Clock::now();
-    // Woken late, this process did not listen either: what its sockets hold may have come in time.
-    if (now - next_look_ > Absence::kBacklog) listening_since_ = now;
-    next_look_ = now + Absence::kLook;
+    // Woken late, this process did not receive either: data in its sockets may have come in time.
+    if (now - next_check_ > LocalStallGuard::kBacklog) receiving_since_ = now;
+    next_check_ = now + LocalStallGuard::kPeriod;
     lock.unlock();
-    look_for_stalls(now);
-    gate_->hearing.look(now, listening_since_);
-    end_if_locked_up(now);
-    const auto next = look_for_silence(now);
+    check_stall(now);
+    filter_->quarantine.update(now, receiving_since_);
+    abort_if_deadlocked(now);
+    const auto next = check_monitored(now);
     lock.lock();
-    next_look_ = std::min(next_look_, next);
-    while (!ending_ && Clock::now() < next_look_) alarm_.wait_until(lock, next_look_);
+    next_check_ = std::min(next_check_, next);
+    while (!ending_ && Clock::now() < next_check_) alarm_.wait_until(lock, next_check_);
   }
 }
 
-void Participant::Impl::look_for_stalls(Clock::time_point now) {
+void Participant::Impl::check_stall(Clock::time_point now) {
   const std::scoped_lock lock(peers_mutex_);
-  if (!gate_->absence.look(now)) return;
-  missed_.insert(peers_.begin(), peers_.end());
-  settled_ = now + back_after_;
+  if (!filter_->stall_guard.update(now)) return;
+  missing_.insert(peers_.begin(), peers_.end());
+  recovered_ = now + rediscovery_;
 }
 
-void Participant::Impl::end_if_locked_up(Clock::time_point now) const {
-  if (gate_->receivers.longest(now, listening_since_) < Receivers::kHung) return;
-  std::fprintf(stderr, "bus: a receiving thread has not come back; Fast DDS has locked itself up, the process ends\n");
+void Participant::Impl::abort_if_deadlocked(Clock::time_point now) const {
+  if (filter_->receivers.longest(now, receiving_since_) < ReceiverWatchdog::kLimit) return;
+  std::fprintf(stderr,
+               "bus: Fast DDS has deadlocked: a receiving thread has not returned for 20 s; the process aborts\n");
   std::abort();
 }
 
-Clock::time_point Participant::Impl::look_for_silence(Clock::time_point now) {
-  const std::scoped_lock lock(watched_mutex_);
+Clock::time_point Participant::Impl::check_monitored(Clock::time_point now) {
+  const std::scoped_lock lock(monitored_mutex_);
   auto next = Clock::time_point::max();
-  for (auto* watched : watched_) next = std::min(next, watched->look(now, listening_since_));
+  for (auto* monitored : monitored_) next = std::min(next, monitored->check(now, receiving_since_));
   return next;
 }
 
-void Participant::Impl::watch(Watched& watched) {
-  const std::scoped_lock lock(watched_mutex_);
-  watched_.insert(&watched);
+void Participant::Impl::monitor(Monitored& monitored) {
+  const std::scoped_lock lock(monitored_mutex_);
+  monitored_.insert(&monitored);
 }
 
-void Participant::Impl::unwatch(Watched& watched) {
-  const std::scoped_lock lock(watched_mutex_);
-  watched_.erase(&watched);
+void Participant::Impl::unmonitor(Monitored& monitored) {
+  const std::scoped_lock lock(monitored_mutex_);
+  monitored_.erase(&monitored);
 }
 
-void Participant::Impl::look_by(Clock::time_point at) {
+void Participant::Impl::check_by(Clock::time_point at) {
   {
     const std::scoped_lock lock(alarm_mutex_);
-    if (next_look_ <= at) return;
-    next_look_ = at;
+    if (next_check_ <= at) return;
+    next_check_ = at;
   }
   alarm_.notify_one();
 }
 
-bool Participant::Impl::away() const {
+bool Participant::Impl::recovering() const {
   const auto now = Clock::now();
   const std::scoped_lock lock(peers_mutex_);
-  return gate_->absence.overslept(now) || now < settled_;
+  return filter_->stall_guard.long_stall(now) || now < recovered_;
 }
 
 void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
@@ -249,33 +247,33 @@ void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   const std::scoped_lock lock(peers_mutex_);
   if (!found) {
     peers_.erase(peer);
-    if (gate_->absence.away(now)) missed_.insert(peer);  // also before the watcher has seen the stall
+    if (filter_->stall_guard.isolated(now)) missing_.insert(peer);  // also before the monitor thread has seen the stall
     return;
   }
   peers_.insert(peer);
-  missed_.erase(peer);
-  if (missed_.empty()) settled_ = std::min(settled_, now + kMatching);
+  missing_.erase(peer);
+  if (missing_.empty()) recovered_ = std::min(recovered_, now + kMatching);
 }
 
-void Participant::Impl::note_addresses(const PeerNews& news) {
-  Hearing::Prefix prefix{};
-  std::copy_n(news.guid.guidPrefix.value, prefix.size(), prefix.begin());
-  if (news.kind == PeerNews::Kind::kDropped) return gate_->hearing.dropped(prefix, Clock::now());
-  if (news.kind == PeerNews::Kind::kLeft) return gate_->hearing.left(prefix, Clock::now());
-  std::vector<Hearing::Address> addresses;
-  for (const auto& locator : news.unicast) addresses.push_back(address_of(locator));
-  gate_->hearing.found(prefix, std::move(addresses), Clock::now());
+void Participant::Impl::note_addresses(const PeerEvent& event) {
+  PeerQuarantine::Prefix prefix{};
+  std::copy_n(event.guid.guidPrefix.value, prefix.size(), prefix.begin());
+  if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
+  if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
+  std::vector<PeerQuarantine::Address> addresses;
+  for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
+  filter_->quarantine.found(prefix, std::move(addresses), Clock::now());
 }
 
-void Participant::Impl::on_peer(const PeerNews& news) {
-  if (news.kind == PeerNews::Kind::kChanged) return;
-  const bool found = news.kind == PeerNews::Kind::kFound;
-  const EndpointId peer = endpoint_id(news.guid);
-  note_addresses(news);
+void Participant::Impl::on_peer(const PeerEvent& event) {
+  if (event.kind == PeerEvent::Kind::kChanged) return;
+  const bool found = event.kind == PeerEvent::Kind::kFound;
+  const EndpointId peer = endpoint_id(event.guid);
+  note_addresses(event);
   note_peer(peer, found);
   if (mailbox_ == nullptr) return;
   mailbox_->post(
-      {found ? EventKind::kParticipantFound : EventKind::kParticipantLost, {}, news.name, peer, Clock::now()});
+      {found ? EventKind::kParticipantFound : EventKind::kParticipantLost, {}, event.name, peer, Clock::now()});
 }
 
 Participant::Participant(int domain, const std::string& name, const ParticipantOptions& options)
@@ -284,15 +282,28 @@ Participant::~Participant() = default;
 Participant::Participant(Participant&&) noexcept = default;
 Participant& Participant::operator=(Participant&&) noexcept = default;
 
-bool Participant::away() const {
-  return impl_->away();
+bool Participant::recovering() const {
+  return impl_->recovering();
+}
+
+std::vector<std::string> ignore_discovery_servers() {
+  static std::mutex mutex;
+  const std::scoped_lock lock(mutex);
+  std::vector<std::string> ignored;
+  for (const char* name : {"ROS_DISCOVERY_SERVER", "FASTDDS_ENVIRONMENT_FILE"}) {
+    const char* value = std::getenv(name);
+    if (value == nullptr) continue;
+    ignored.push_back(std::string(name) + "=" + value);
+    ::unsetenv(name);
+  }
+  return ignored;
 }
 
 }  // namespace hecaton::bus
 
 #ifdef __SANITIZE_ADDRESS__
-// Debian's Fast DDS frees its statistics objects with another size than it made them with. Defaults, so that services
-// and tests run under the sanitizer as they are; ASAN_OPTIONS still overrides them.
+// Debian's Fast DDS frees its statistics objects with another size than it allocated them with. This is a default,
+// which ASAN_OPTIONS overrides.
 extern "C" const char* __asan_default_options();
 extern "C" const char* __asan_default_options() {
   return "new_delete_type_mismatch=0";
@@ -300,8 +311,8 @@ extern "C" const char* __asan_default_options() {
 #endif
 
 #ifdef __SANITIZE_THREAD__
-// Seen inside Fast DDS and nowhere else: its timed locks (pthread_mutex_clocklock, which this sanitizer does not know),
-// and an order of its locks that Impl::endpoints_mutex keeps from becoming a deadlock. Data races are not suppressed.
+// Suppressed inside Fast DDS only: its timed locks (pthread_mutex_clocklock, which this sanitizer does not know), and
+// an order of its locks that Impl::endpoints_mutex keeps from becoming a deadlock. Data races are not suppressed.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "mutex:libfastrtps\ndeadlock:libfastrtps\nmutex:libfastdds\ndeadlock:libfastdds\n";

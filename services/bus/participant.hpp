@@ -1,5 +1,5 @@
 #pragma once
-/// A process's membership in a cell's DDS domain. Endpoints keep the membership alive; one per process is enough.
+/// A process's membership in a cell's DDS domain.
 
 #include <chrono>
 #include <functional>
@@ -8,51 +8,54 @@
 #include <vector>
 
 #include "services/bus/mailbox.hpp"
-#include "services/bus/reunion.hpp"
+#include "services/bus/rediscovery.hpp"
 
 namespace hecaton::bus {
 
-/// A machine to announce ourselves to by unicast.
+/// A machine to which a participant announces itself by unicast.
 struct Peer {
   std::string address;  ///< IPv4
-  /// How many participants of the domain may be there: each has a port of its own, and as many are tried, for ever.
+  /// The number of participants that the machine may have in the domain. Each has a port of its own, and the
+  /// participant keeps sending announcements to so many ports.
   int participants = 64;
 };
 
 struct ParticipantOptions {
   /// Addresses of the interfaces to use, e.g. {"127.0.0.1"} for a cell on one host; empty: all.
   std::vector<std::string> interfaces;
-  /// Where multicast is not routed. Must include this machine when others on it are to be found. Empty: multicast.
+  /// For networks that do not route multicast. Add this machine when its other participants are to be found. Empty:
+  /// multicast.
   std::vector<Peer> peers;
-  /// Shared memory beside UDP. Off: it fails silently between containers and leaks when a process is killed.
+  /// Shared memory beside UDP. It fails silently between containers and leaks when a process is killed.
   bool shared_memory = false;
-  /// A participant that says nothing this long is taken for gone, with all its endpoints.
+  /// Peers drop a participant, with all its endpoints, that sends nothing for this long.
   std::chrono::milliseconds lease = kParticipantLease;
-  /// Cells that share a domain are kept apart by this name; empty: the default partition.
+  /// Separates cells that share a domain; empty: the default partition.
   std::string partition;
-  /// Others are told when we leave; otherwise they notice after the lease. For who comes and goes often: in Fast
-  /// DDS 2.9.1 a process aborts when it hears of a departure in the instant in which the leaver's lease is due to be
-  /// looked at.
-  bool farewell = true;
-  /// Told when participants come and go; must outlive the participant.
+  /// Announce the departure to peers; otherwise they drop this participant at the end of its lease. Switch it off for
+  /// short-lived clients: a process with Fast DDS 2.9.1 aborts when it receives a departure in the instant in which the
+  /// leaving participant's lease is checked.
+  bool announce_departure = true;
+  /// Gets an event when a participant is found or lost; must outlive the participant.
   Mailbox* mailbox = nullptr;
-  /// Called for each datagram that this participant sends, from several threads; true discards it. Empty: none is.
+  /// Called for each datagram to be sent, from several threads; true discards it. Empty: none is discarded.
   std::function<bool()> discard;
 };
 
+/// One per process is enough; endpoints keep it alive. Thread-safe.
 class Participant {
  public:
-  /// `name` is what others see. Throws std::runtime_error with a sentence when the domain cannot be joined
+  /// `name` is the one that peers see. Throws std::runtime_error with a sentence when the domain cannot be joined
   /// (0 ≤ domain ≤ 232; an interface that does not exist).
   Participant(int domain, const std::string& name, const ParticipantOptions& options = {});
   ~Participant();
   Participant(Participant&&) noexcept;
   Participant& operator=(Participant&&) noexcept;
 
-  /// This process was stopped for so long (half the lease or more) that others may have dropped us: nothing is sent
-  /// and nothing received until the lease is over on both sides and the others are found again. Who judges or
-  /// simulates by what it hears should do neither meanwhile.
-  [[nodiscard]] bool away() const;
+  /// True from a long stall of this process (half the lease or more) until its peers are found again. Peers may have
+  /// dropped it, so it sends and receives nothing until the lease is over on both sides. Do not judge or simulate by
+  /// received data meanwhile.
+  [[nodiscard]] bool recovering() const;
 
   struct Impl;
   [[nodiscard]] const std::shared_ptr<Impl>& impl() const { return impl_; }
@@ -60,5 +63,11 @@ class Participant {
  private:
   std::shared_ptr<Impl> impl_;
 };
+
+/// Removes the variables that name a Discovery Server from the environment of this process: ROS_DISCOVERY_SERVER, and
+/// FASTDDS_ENVIRONMENT_FILE, a file that may set it. With such a server, as ROS 2 shells may name one, Fast DDS makes
+/// every participant its client, which no other participant of the cell discovers (docs/design/0012-discovery.md).
+/// Every Participant does this before it joins. Returns the removed variables as "NAME=value". Thread-safe.
+std::vector<std::string> ignore_discovery_servers();
 
 }  // namespace hecaton::bus

@@ -12,21 +12,21 @@
 #include <thread>
 
 #include "services/bus/fastdds.hpp"
-#include "services/bus/gate_transport.hpp"
+#include "services/bus/filtering_transport.hpp"
 #include "services/bus/participant.hpp"
 #include "services/bus/topics.hpp"
 
 namespace hecaton::bus {
 
-/// Something that may fall silent, and is looked at when that could have happened.
-class Watched {
+/// Something whose deadlines the participant's monitor thread checks.
+class Monitored {
  public:
-  /// Tells what has fallen silent, and returns when to look again. `since`: silence before this is not held against
-  /// anybody, because this process did not listen itself.
-  virtual Clock::time_point look(Clock::time_point now, Clock::time_point since) = 0;
+  /// Reports missed deadlines and returns when to check again. Silence before `since` does not count, because this
+  /// process did not receive then.
+  virtual Clock::time_point check(Clock::time_point now, Clock::time_point since) = 0;
 
  protected:
-  ~Watched() = default;
+  ~Monitored() = default;
 };
 
 struct Participant::Impl : PeerListener {
@@ -35,65 +35,65 @@ struct Participant::Impl : PeerListener {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// The topic of a row, made on first use.
+  /// The topic of a row, created on first use. Throws std::runtime_error.
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
-  void on_peer(const PeerNews& news) override;
+  void on_peer(const PeerEvent& event) override;
 
-  /// Does what removes something of this participant from Fast DDS; nothing any more once that has locked itself up
-  /// (removal.hpp).
+  /// Runs `removal`, which removes an entity of this participant from Fast DDS. After Fast DDS has deadlocked in a
+  /// removal (deadlock_guard.hpp) it does nothing.
   void remove(std::function<void()> removal);
 
-  /// From now on it is looked at; after unwatch() it is not being looked at either.
-  void watch(Watched& watched);
-  void unwatch(Watched& watched);
-  /// The watched are to be looked at no later than `at`. May be called while a watched one's lock is held.
-  void look_by(Clock::time_point at);
+  /// The monitor thread calls check() from now on; after unmonitor() it does not, nor is a call under way.
+  void monitor(Monitored& monitored);
+  void unmonitor(Monitored& monitored);
+  /// Makes the monitor thread check no later than `at`. May be called while a lock of the monitored object is held.
+  void check_by(Clock::time_point at);
 
-  [[nodiscard]] bool away() const;
-  /// When what a reader takes now arrived, see Absence.
-  [[nodiscard]] Clock::time_point arrival() const { return gate_->absence.arrival(Clock::now()); }
+  [[nodiscard]] bool recovering() const;
+  /// Arrival time of a sample that a reader takes now, see LocalStallGuard.
+  [[nodiscard]] Clock::time_point arrival() const { return filter_->stall_guard.arrival(Clock::now()); }
 
   dds::DomainParticipant* participant = nullptr;
   dds::Publisher* publisher = nullptr;
   dds::Subscriber* subscriber = nullptr;
-  /// Held while a type, topic or endpoint is made or destroyed, of whatever participant: with two threads at it, Fast
-  /// DDS 2.9.1 may lock its discovery and its list of endpoints in both orders, and its registry of types is one for
-  /// all participants and not guarded.
+  /// Hold it while a type, topic or endpoint of any participant is created or destroyed. With two threads at once, Fast
+  /// DDS 2.9.1 may lock its discovery and its list of endpoints in both orders. Its registry of types is shared by all
+  /// participants and not guarded.
   inline static std::mutex endpoints_mutex;
 
  private:
   void leave();
-  void look_around();
-  void look_for_stalls(Clock::time_point now);
-  /// Ends the process when it can never hear anything again, so that its agent starts it anew.
-  void end_if_locked_up(Clock::time_point now) const;
-  [[nodiscard]] Clock::time_point look_for_silence(Clock::time_point now);
+  void run_monitor();
+  void check_stall(Clock::time_point now);
+  /// Aborts the process, which the agent then restarts, when a receiving thread will never return.
+  void abort_if_deadlocked(Clock::time_point now) const;
+  [[nodiscard]] Clock::time_point check_monitored(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
-  void note_addresses(const PeerNews& news);
+  void note_addresses(const PeerEvent& event);
 
   Mailbox* mailbox_;
-  std::shared_ptr<Gate> gate_;
-  bool farewell_;
-  std::atomic<bool> locked_up_ = false;
-  Clock::duration back_after_{};  ///< an absence: others are found again, or gone
-  int number_ = 0;                ///< of this participant in this process
+  std::shared_ptr<DatagramFilter> filter_;
+  bool announce_departure_;
+  std::atomic<bool> deadlocked_ = false;
+  Clock::duration rediscovery_{};  ///< after a stall, peers are found again within this or gone
+  int number_ = 0;                 ///< of this participant in this process
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
 
-  std::mutex watched_mutex_;
-  std::set<Watched*> watched_;
-  Clock::time_point listening_since_{};  ///< of the watcher alone
+  std::mutex monitored_mutex_;
+  std::set<Monitored*> monitored_;
+  Clock::time_point receiving_since_{};  ///< of the monitor thread alone
 
   mutable std::mutex peers_mutex_;
-  std::set<EndpointId> peers_;   ///< participants that are known
-  std::set<EndpointId> missed_;  ///< known before the absence and not found again yet
-  Clock::time_point settled_{};  ///< an absence ends, for services
+  std::set<EndpointId> peers_;     ///< known participants
+  std::set<EndpointId> missing_;   ///< known before the stall and not found again yet
+  Clock::time_point recovered_{};  ///< when recovering() ends
 
-  std::mutex alarm_mutex_;  ///< nothing else is locked while it is held
+  std::mutex alarm_mutex_;  ///< no other lock is taken while it is held
   std::condition_variable alarm_;
-  Clock::time_point next_look_{};
+  Clock::time_point next_check_{};
   bool ending_ = false;
-  std::thread watcher_;
+  std::thread monitor_thread_;
 };
 
 [[nodiscard]] EndpointId endpoint_id(const rtps::GUID_t& guid);

@@ -1,6 +1,6 @@
 #pragma once
-/// Every topic of a cell: one row of HECATON_TOPICS says its type, key, who writes, who reads, and its quality of
-/// service. To add a topic: write its type in idl/, include the type's header in topics.cpp, add a row here.
+/// All topics of a cell. A row of HECATON_TOPICS has the topic's type, key, writers, readers and quality of service. To
+/// add a topic, write its type in idl/, include the type's headers in topics.cpp and type_support.hpp, and add a row.
 
 #include <array>
 #include <chrono>
@@ -11,17 +11,17 @@ namespace hecaton::bus {
 
 using namespace std::chrono_literals;
 
-/// How a topic is delivered. Unset durations mean "never".
+/// Quality of service. Durations of 0 mean "never".
 struct Qos {
-  bool reliable = false;                    ///< lost samples are sent again; otherwise the next one must do
-  bool transient_local = false;             ///< who joins late gets what is there
-  int depth = 1;                            ///< samples kept for each key
-  bool exclusive = false;                   ///< of several writers of one key only the strongest living one is heard
-  std::chrono::milliseconds deadline{0};    ///< for each key; whole milliseconds, as Fast DDS truncates the rest
-  std::chrono::milliseconds lease{0};       ///< MANUAL_BY_TOPIC: only written samples show that a writer lives
-  std::chrono::milliseconds heartbeat{20};  ///< of reliable writers while something is unacknowledged
-  int instances = 512;                      ///< most keys at one time; the default of Fast DDS is 10
-  int retained = 0;  ///< keys one writer leaves alive, the oldest is retired for a new one; 0: all
+  bool reliable = false;                    ///< lost samples are sent again
+  bool transient_local = false;             ///< late joiners get the samples that the writer keeps
+  int depth = 1;                            ///< number of samples kept for each key
+  bool exclusive = false;                   ///< of several writers of a key only the strongest living one counts
+  std::chrono::milliseconds deadline{0};    ///< for each key; Fast DDS cuts off fractions of a millisecond
+  std::chrono::milliseconds lease{0};       ///< MANUAL_BY_TOPIC liveliness: only written samples count
+  std::chrono::milliseconds heartbeat{20};  ///< of reliable writers with unacknowledged samples
+  int instances = 512;                      ///< most keys at a time (Fast DDS has 10 by default)
+  int retained = 0;                         ///< most living keys of a writer; a new one retires the oldest; 0: no limit
 };
 
 struct TopicInfo {
@@ -32,10 +32,10 @@ struct TopicInfo {
   Qos qos;
 };
 
-// Commands are not exclusive: the strongest writer that wakes up would own them again, and the driver would never learn
-// of the others. Their terms decide, and the driver counts what it refuses. Replies are transient-local because the
-// replying side may discover the asker's reader only after its request. They are unkeyed and everybody picks his own by
-// client and request number.
+// Commands are not exclusive: the strongest writer that resumes would own them again, and the driver would not learn of
+// other writers. Their terms decide instead, and the driver counts refused commands. Replies are transient-local
+// because the replying side may discover the client's reader only after the request. They have no key; clients select
+// theirs by client and request number.
 // clang-format off: a table
 #define HECATON_TOPICS(TOPIC)                                                                                          \
   /*    type               key                                   writers           readers                     QoS */  \
@@ -46,7 +46,7 @@ struct TopicInfo {
   TOPIC(WorldEditRequest, "", "cli perception", "world", .reliable = true, .depth = 32)                                \
   TOPIC(WorldEditReply, "", "world", "cli perception", .reliable = true, .transient_local = true, .depth = 32)         \
   TOPIC(RangeScan, sample.sensor(), "world driver", "planner", .reliable = false)                                      \
-  TOPIC(RefereeReport, "", "world", "supervisor cli", .reliable = true, .transient_local = true)                       \
+  TOPIC(ContactReport, "", "world", "supervisor cli", .reliable = true, .transient_local = true)                       \
   TOPIC(Goal, sample.arm() + "/" + sample.goal(), "cli clients", "planner", .reliable = true, .transient_local = true, \
         .instances = 4096, .retained = 256)                                                                            \
   TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "planner cli clients supervisor", .reliable = true, \
@@ -85,7 +85,7 @@ struct Topic;
   struct Topic<msg::Type> {                                                                        \
     static constexpr TopicInfo kInfo{#Type, "hecaton/" #Type, writers, readers, Qos{__VA_ARGS__}}; \
   };                                                                                               \
-  /** Text of the key of a sample, "" for a topic without. */                                      \
+  /** The sample's key as text; "" for a topic without a key. */                                   \
   std::string key_of(const msg::Type& sample);
 HECATON_TOPICS(HECATON_ROW)
 #undef HECATON_ROW

@@ -1,5 +1,5 @@
 #pragma once
-/// Serialisation of the table's types. Private to services/bus.
+/// Serialisation of the message types. Private to services/bus.
 
 #include <idl/armPubSubTypes.h>
 #include <idl/goalPubSubTypes.h>
@@ -23,7 +23,7 @@ struct PubSubOf;
 HECATON_TOPICS(HECATON_PUBSUB)
 #undef HECATON_PUBSUB
 
-/// The generated type support, made safe for several threads and for what the wire may bring.
+/// The type support of a message, see GuardedSupport.
 template <class T>
 using GuardedType = GuardedSupport<typename PubSubOf<T>::type, T>;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Sentences about numbers that came from the wire. Private to services/messages.
+/// Checks of received numbers. Private to services/messages.
 
 #include <cmath>
 #include <optional>
@@ -11,7 +11,7 @@ namespace hecaton::messages {
   return what + " = " + std::to_string(value) + " must be finite";
 }
 
-/// Nothing when the number is finite and above `bound` (or equal to it, when `or_equal`).
+/// Returns a sentence unless the value is finite and above `bound` (or equal to it, with `or_equal`).
 [[nodiscard]] inline std::optional<std::string> check_above(const std::string& what, double value, double bound,
                                                             bool or_equal = false) {
   if (std::isfinite(value) && (value > bound || (or_equal && value >= bound))) return std::nullopt;

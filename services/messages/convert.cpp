@@ -7,9 +7,9 @@
 namespace hecaton::messages {
 namespace {
 
-/// Of a ray's direction, as read from a file or computed: a unit vector within rounding.
+/// The tolerance of a ray direction's length: a unit vector within rounding.
 constexpr double kUnitTolerance = 1e-3;
-/// What a planner can map in a period is not endless.
+/// Bounds the work of a planner in one period.
 constexpr std::size_t kMostRays = 4096;
 
 }  // namespace

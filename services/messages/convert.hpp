@@ -1,7 +1,7 @@
 #pragma once
-/// Values of planner and world to messages and back. `from_message` checks what comes from the wire (finite numbers,
-/// sizes, unit quaternions, indices) and returns one sentence for a message that cannot be used; it never throws.
-/// All functions are pure and thread-safe.
+/// Conversion of planner and world values to messages and back. `from_message` checks the message (finite numbers,
+/// sizes, unit quaternions, indices) and returns one sentence for an unusable one; it never throws. All functions are
+/// pure and thread-safe.
 
 #include <array>
 #include <optional>
@@ -16,12 +16,11 @@
 #include "planner/model/limits.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "world/model/scene.hpp"
-#include "world/model/separation.hpp"
 #include "world/model/snapshot.hpp"
 
 namespace hecaton::messages {
 
-/// A value, or the sentence that says why there is none.
+/// A value, or a sentence that says why there is none.
 template <class V>
 struct [[nodiscard]] Converted {
   std::optional<V> value;
@@ -33,7 +32,7 @@ struct [[nodiscard]] Converted {
 };
 
 [[nodiscard]] std::vector<double> to_message(const planner::JointVector& q);
-/// Writes into a field of a message that is kept: allocates only while the field grows. For what is sent each period.
+/// Writes into a field of a reused message; allocates only while the field grows. For messages of each period.
 void to_message(const planner::JointVector& q, std::vector<double>& field);
 [[nodiscard]] msg::Vec3 to_message(const Eigen::Vector3d& vector);
 [[nodiscard]] msg::Pose to_message(const world::Pose& pose);
@@ -43,16 +42,16 @@ void to_message(const planner::JointVector& q, std::vector<double>& field);
 [[nodiscard]] msg::Obstacle to_message(const world::Obstacle& obstacle);
 [[nodiscard]] msg::Separation to_message(const world::Separation& separation);
 
-/// `obstacles` in the order of the snapshot. Throws std::invalid_argument when their numbers differ.
-/// Term and stamp are left to the caller.
+/// `obstacles` in the order of the snapshot. Throws std::invalid_argument when their numbers differ. The caller sets
+/// term and stamp.
 [[nodiscard]] msg::ObstacleStates to_message(const world::ObstacleSnapshot& snapshot,
                                              std::span<const world::Obstacle> obstacles);
 
-/// Names, number and stamp are left to the caller.
+/// The caller sets names, sequence number and stamp.
 [[nodiscard]] msg::RangeScan to_message(const planner::RangeScan& scan, const planner::RangeSensor& sensor);
 
-/// The name of a value in a sentence, in up to three parts ("ArmState of ", arm, ": q"): they are joined only when
-/// there is something to say. Refers to its parts, so it lives no longer than the call that it is passed to.
+/// The name of a value for a sentence, in up to three parts ("ArmState of ", arm, ": q") that are joined only when
+/// needed. It refers to its parts and must not outlive the call that it is passed to.
 class ValueName {
  public:
   ValueName(const char* whole) : parts_{whole} {}         // NOLINT(google-explicit-constructor)
@@ -65,7 +64,7 @@ class ValueName {
   std::array<std::string_view, 3> parts_;
 };
 
-/// `size`: number of joints; -1: any up to kMaxJoints. Does not allocate unless it refuses.
+/// `size`: expected number of joints; -1: any up to kMaxJoints. Allocates only when it refuses the values.
 Converted<planner::JointVector> joints_from_message(std::span<const double> values, const ValueName& what,
                                                     int size = -1);
 Converted<Eigen::Vector3d> from_message(const msg::Vec3& vector, const std::string& what);
@@ -73,18 +72,18 @@ Converted<world::Pose> from_message(const msg::Pose& pose, const std::string& wh
 Converted<world::Twist> from_message(const msg::Twist& twist, const std::string& what);
 Converted<world::PlacedShape> from_message(const msg::PlacedShape& shape, const std::string& what);
 Converted<world::Motion> from_message(const msg::Motion& motion, const std::string& what);
-/// Names the obstacle in its sentences.
+/// Its sentences name the obstacle.
 Converted<world::Obstacle> from_message(const msg::Obstacle& obstacle);
 Converted<world::Separation> from_message(const msg::Separation& separation, const std::string& what);
 
-/// Names the sensor in its sentences.
+/// Its sentences name the sensor.
 Converted<std::vector<planner::RangeReading>> from_message(const msg::RangeScan& scan);
 
 struct NamedSnapshot {
   world::ObstacleSnapshot snapshot;
-  std::vector<std::string> names;  ///< of the states, same order
+  std::vector<std::string> names;  ///< of the states, in the same order
 };
-/// `age`: since the message arrived, on the reader's clock [s].
+/// `age`: time since the message's arrival, on the reader's clock [s].
 Converted<NamedSnapshot> from_message(const msg::ObstacleStates& states, double age);
 
 }  // namespace hecaton::messages

@@ -50,9 +50,9 @@ Converted<world::Shape> hull_from_message(const msg::PlacedShape& message, const
   return {world::Shape{world::Convex{std::move(hull)}}, {}};
 }
 
-std::optional<std::string> first_of(std::initializer_list<std::optional<std::string>> complaints) {
-  for (const auto& complaint : complaints) {
-    if (complaint) return complaint;
+std::optional<std::string> first_of(std::initializer_list<std::optional<std::string>> errors) {
+  for (const auto& error : errors) {
+    if (error) return error;
   }
   return std::nullopt;
 }
@@ -88,7 +88,7 @@ Converted<world::Shape> shape_from_message(const msg::PlacedShape& message, cons
   return {{}, *error};
 }
 
-/// Sets the fields that its kind of motion has.
+/// Sets the fields of one kind of motion.
 struct MotionWriter {
   msg::Motion& to;
 
@@ -129,7 +129,6 @@ struct MotionWriter {
   }
 };
 
-/// A unit vector, or the reason why it is none.
 Converted<Eigen::Vector3d> direction_from_message(const msg::Vec3& vector, const std::string& what) {
   auto direction = from_message(vector, what);
   constexpr double kTolerance = 1e-6;

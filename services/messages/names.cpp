@@ -5,7 +5,7 @@
 
 namespace hecaton::msg {
 
-// No default in any switch: the compiler then tells which new value has no word yet.
+// No switch has a default, so that the compiler reports new values without a word.
 std::string text(Mode mode) {
   switch (mode) {
     case Mode::MODE_RUN:
@@ -136,22 +136,6 @@ std::string text(MotionKind kind) {
       return "dynamic";
   }
   return "unknown";
-}
-
-bool is_final(GoalState state) {
-  switch (state) {
-    case GoalState::GOAL_ACCEPTED:
-    case GoalState::GOAL_ACTIVE:
-    case GoalState::GOAL_BLOCKED:
-      return false;
-    case GoalState::GOAL_REACHED:
-    case GoalState::GOAL_REJECTED:
-    case GoalState::GOAL_CANCELLED:
-    case GoalState::GOAL_REPLACED:
-    case GoalState::GOAL_TIMED_OUT:
-      return true;
-  }
-  return false;
 }
 
 std::string text(const PlacedShape& shape) {

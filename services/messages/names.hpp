@@ -1,6 +1,6 @@
 #pragma once
-/// The words for the enumerations of messages, the same in logs, on the command line and in JSON. In the namespace of
-/// the messages, so that `text(status.state())` finds them from everywhere. A value that is unknown is "unknown".
+/// Words for the enumerations of messages, the same in logs, on the command line and in JSON. They are in the namespace
+/// of the messages, so that `text(status.state())` finds them from everywhere. Unknown values give "unknown".
 
 #include <string>
 
@@ -18,8 +18,5 @@ namespace hecaton::msg {
 [[nodiscard]] std::string text(MotionKind kind);    ///< "static", "waypoints", …
 /// "box 0.4 × 0.4 × 0.2 m" (full sizes)
 [[nodiscard]] std::string text(const PlacedShape& shape);
-
-/// The goal has ended: its state changes no more.
-[[nodiscard]] bool is_final(GoalState state);
 
 }  // namespace hecaton::msg

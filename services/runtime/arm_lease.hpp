@@ -1,5 +1,5 @@
 #pragma once
-/// Which planner may command an arm, as one process knows it. Pure; docs/design/0008-terms.md has the proof.
+/// The right to command an arm, as one process knows it (docs/design/0008-arm-leases.md). Pure.
 
 #include <cstdint>
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace hecaton::services {
 
-/// The right of one planner to command an arm. Its term is the fencing token: a driver refuses commands of older terms.
+/// The right of one planner to command an arm. The term is its fencing token: a driver refuses commands of older terms.
 struct ArmLease {
-  std::string planner;     ///< its node; empty: the planner that commands first under the term
+  std::string planner;     ///< node name; empty: the first planner that commands under the term
   std::uint64_t term = 0;  ///< 0: no lease yet
   bool operator==(const ArmLease&) const = default;
 };
@@ -26,21 +26,22 @@ struct ArmLease {
   return message;
 }
 
-/// The newest lease that anything proved to exist. It never goes back to an older term.
+/// The newest lease that a message has proved to exist. Its term never decreases.
 class NewestArmLease {
  public:
-  /// The higher term counts, and of one term the planner that was named first. True when it changed.
-  bool hear(const ArmLease& other) {
+  /// The higher term counts; of one term, the planner that was named first. True when the newest lease has changed.
+  bool update(const ArmLease& other) {
     const bool names_holder = other.term == newest_.term && newest_.planner.empty() && !other.planner.empty();
     if (other.term <= newest_.term && !names_holder) return false;
     newest_ = other;
     return true;
   }
 
-  /// The lease that the arm's driver obeys: of two planners of one term (a supervisor lost its checkpoint) the driver
-  /// has chosen.
-  bool hear_driver(const ArmLease& driver) {
-    if (driver.term != newest_.term || driver.planner.empty() || driver.planner == newest_.planner) return hear(driver);
+  /// As update(), for the lease in force at the arm's driver. The driver decides between two planners of one term,
+  /// which exist after a supervisor has lost its checkpoint.
+  bool update_from_driver(const ArmLease& driver) {
+    if (driver.term != newest_.term || driver.planner.empty() || driver.planner == newest_.planner)
+      return update(driver);
     newest_ = driver;
     return true;
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Causes as values: made in one line, asked by kind, named by one table. No decision is taken on a text.
+/// Causes of holds, faults, refusals and outcomes as values. Decide on their kinds; their texts are for people only.
 /// Standard library and the generated values only.
 
 #include <algorithm>
@@ -11,10 +11,11 @@
 #include <utility>
 
 #include <idl/cause.h>
+#include <idl/goal.h>
 
 namespace hecaton::services {
 
-/// `subject`: the node, host, arm, obstacle, joint or link that it is about; `text`: one sentence for people.
+/// `subject`: the node, host, arm, obstacle, joint or link concerned; `text`: one sentence.
 [[nodiscard]] inline msg::Cause make_cause(msg::CauseKind kind, std::string subject, std::string text) {
   msg::Cause cause;
   cause.kind(kind);
@@ -36,20 +37,20 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
                 // missing inputs
                 "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
                 // commands and the device
-                "commands_ceased", "command_refused", "command_too_far", "device_failed", "device_not_ready", "protective_stop",
-                "emergency_stop",
+                "commands_ceased", "command_refused", "command_too_far", "device_failed", "device_not_ready",
+                "protective_stop", "emergency_stop",
                 // faults
                 "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
                 "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "contact",
                 "arm_failed",
                 // goals
                 "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
-                "goal_not_resolved", "way_blocked", "at_joint_limits", "giving_way", "device_does_not_follow",
+                "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way", "device_does_not_follow",
                 "time_limit", "goal_replaced", "goal_cancelled", "goal_resumed",
                 // requests and edits
                 "unknown_name", "name_taken", "invalid_value", "not_allowed_now", "not_persisted"};
 
-/// The kind's name in JSON, logs, cell files and checkpoints: "node_silent". A kind of a newer peer is "unknown".
+/// The kind's name in JSON, logs, cell files and checkpoints: "node_silent". A kind of a newer version is "unknown".
 [[nodiscard]] inline std::string_view cause_name(msg::CauseKind kind) {
   const auto index = static_cast<std::size_t>(kind);
   return index < kCauseNames.size() ? kCauseNames[index] : "unknown";
@@ -67,9 +68,31 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
   return kind >= msg::CauseKind::CAUSE_DRIVER_SILENT && kind <= msg::CauseKind::CAUSE_ARM_FAILED;
 }
 
-/// True for the kinds that say what becomes of a goal; CAUSE_NO_GOAL is none of them.
+/// True for the kinds that explain a goal's state, CAUSE_NO_GOAL excluded.
 [[nodiscard]] inline bool is_about_goal(msg::CauseKind kind) {
   return kind >= msg::CauseKind::CAUSE_GOAL_MALFORMED && kind <= msg::CauseKind::CAUSE_GOAL_RESUMED;
 }
 
 }  // namespace hecaton::services
+
+namespace hecaton::msg {
+
+/// True when the goal has ended: its state does not change any more. In the namespace of the messages, so that
+/// `is_final(status.state())` finds it from everywhere.
+[[nodiscard]] inline bool is_final(GoalState state) {
+  switch (state) {
+    case GoalState::GOAL_ACCEPTED:
+    case GoalState::GOAL_ACTIVE:
+    case GoalState::GOAL_BLOCKED:
+      return false;
+    case GoalState::GOAL_REACHED:
+    case GoalState::GOAL_REJECTED:
+    case GoalState::GOAL_CANCELLED:
+    case GoalState::GOAL_REPLACED:
+    case GoalState::GOAL_TIMED_OUT:
+      return true;
+  }
+  return false;
+}
+
+}  // namespace hecaton::msg

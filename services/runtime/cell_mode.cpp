@@ -14,13 +14,13 @@ msg::Mode mode_in(const msg::CellMode& mode, std::string_view arm) {
   return own == nullptr ? mode.mode() : std::max(mode.mode(), own->mode());
 }
 
-/// The same, as far as people ordered it: whatever faults hold beside.
+/// The same for the operators' orders alone, without holds by faults.
 msg::Mode ordered_in(const msg::CellMode& mode, std::string_view arm) {
   const msg::ArmOrder* own = order_in(mode, arm);
   return own == nullptr ? mode.ordered() : std::max(mode.ordered(), own->ordered());
 }
 
-/// True when `mode` has all of people's orders in `former`, as strictly.
+/// True when `mode` has all operator orders of `former`, at least as strict.
 bool knows_orders_of(const msg::CellMode& former, const msg::CellMode& mode) {
   return beyond(orders_in(former), orders_in(mode)).empty();
 }
@@ -34,15 +34,15 @@ msg::ModeNumber number_of(const msg::CellMode& mode) {
   return number;
 }
 
-// Within a term the latest arrival counts, not the highest sequence number: a supervisor that restarted within its term
-// counts from one again.
+// Within a term the latest arrival counts, not the highest sequence number: a restarted supervisor counts from one
+// again.
 bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point received) {
   if (mode.term() < term_) return false;
   if (mode.term() > term_ && !former_) {
     if (!knows_orders_of(mode_, mode)) former_ = mode_;
     changed_ = received;
   }
-  if (former_ && (received - changed_ >= kDoubt || knows_orders_of(*former_, mode))) former_.reset();
+  if (former_ && (received - changed_ >= kOrderHandover || knows_orders_of(*former_, mode))) former_.reset();
   heard_ = true;
   term_ = mode.term();
   mode_ = mode;
@@ -72,16 +72,16 @@ msg::Mode CellModeView::order(std::string_view arm) const {
 
 msg::Cause CellModeView::why(std::string_view arm) const {
   if (!heard_) {
-    return make_cause(msg::CauseKind::CAUSE_MODE_UNKNOWN, {},
-                      mode_.term() == 0 ? "no supervisor was heard yet"
-                                        : "no supervisor was heard since this process was stopped and away");
+    return make_cause(
+        msg::CauseKind::CAUSE_MODE_UNKNOWN, {},
+        mode_.term() == 0 ? "no cell mode received yet" : "no cell mode received since this process was stalled");
   }
   const msg::Mode what = order(arm);
   if (what == msg::Mode::MODE_RUN) return {};
   const bool stop = what == msg::Mode::MODE_STOP;
   if (what != mode_in(mode_, arm)) {
     return make_cause(stop ? msg::CauseKind::CAUSE_STOP_ORDERED : msg::CauseKind::CAUSE_HOLD_ORDERED, std::string(arm),
-                      mode_.node() + " has begun to lead and does not know of an order of " + former_->node() +
+                      mode_.node() + " leads now and does not know an order of " + former_->node() +
                           " yet: " + causes_text(*former_));
   }
   const bool whole_cell = mode_.mode() == what;
@@ -110,7 +110,7 @@ bool CellModeListener::update() {
   for (const auto& sample : impl_->reader.take()) {
     if (!sample.disposed) changed = impl_->view.apply(sample.value, sample.received) || changed;
   }
-  if (impl_->participant.away()) impl_->view.forget_order();
+  if (impl_->participant.recovering()) impl_->view.forget_order();
   return changed;
 }
 

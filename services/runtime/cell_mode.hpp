@@ -1,5 +1,5 @@
 #pragma once
-/// What the supervisor orders, as one arm's planner or driver understands it.
+/// The supervisor's cell mode, as a planner, a driver or the world evaluates it.
 
 #include <chrono>
 #include <cstdint>
@@ -18,28 +18,29 @@ namespace hecaton::services {
 
 [[nodiscard]] msg::ModeNumber number_of(const msg::CellMode& mode);
 
-/// The newest cell mode of the highest term. Stays what it was while the supervisor is silent.
+/// The newest cell mode of the highest term. It stays in force while the supervisor is silent.
 ///
-/// People's orders hold for kDoubt after another supervisor has begun to lead, also where it does not know of them: who
-/// had them, on the other side of a partition or started again by now, hands them over within that time.
+/// After a change of leader the former leader's operator orders stay in force for kOrderHandover unless the new leader
+/// knows them. Within that time the former leader, restarted or on the other side of a partition, hands them over.
 class CellModeView {
  public:
-  static constexpr std::chrono::seconds kDoubt{2};
+  static constexpr std::chrono::seconds kOrderHandover{2};
 
-  /// `received`: when it arrived. False when it was ignored because its term is older than one already seen.
+  /// `received`: arrival on this process's clock. Returns false when it is ignored because its term is older than a
+  /// known one.
   bool apply(const msg::CellMode& mode, bus::Clock::time_point received = {});
-  /// The order may have changed unheard: it is unknown until the next cell mode. Terms stay what they were.
+  /// For a process that may have missed a change: the order is unknown until the next cell mode. The term stays.
   void forget_order() { heard_ = false; }
 
   [[nodiscard]] bool heard() const { return heard_; }
-  [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before any was heard
+  [[nodiscard]] std::uint64_t term() const { return term_; }  ///< 0 before the first cell mode
   [[nodiscard]] const msg::CellMode& mode() const { return mode_; }
-  /// Which planner commands the arm. An arm without a standby is not listed: its planner commands under the cell's
+  /// The arm's lease. An arm without a standby planner has none in the cell mode: its planner commands under the cell's
   /// term.
   [[nodiscard]] ArmLease lease(std::string_view arm) const;
-  /// When the last one that counted arrived.
+  /// Arrival of the newest cell mode that was not ignored.
   [[nodiscard]] bus::Clock::time_point received() const { return received_; }
-  /// What is known of the arm if it was lost, else null. Valid until the next cell mode.
+  /// The last known state of a lost arm; null for other arms. Valid until the next cell mode.
   [[nodiscard]] const msg::LostArm* lost(std::string_view arm) const;
   /// The stricter of the cell's order and the arm's own; MODE_HOLD while the order is unknown.
   [[nodiscard]] msg::Mode order(std::string_view arm) const;
@@ -51,18 +52,18 @@ class CellModeView {
   std::uint64_t term_ = 0;
   msg::CellMode mode_;
   bus::Clock::time_point received_;
-  std::optional<msg::CellMode> former_;  // the last of the leader before, while its orders hold
-  bus::Clock::time_point changed_;       // when the leader did
+  std::optional<msg::CellMode> former_;  ///< of the former leader, while its orders are in force
+  bus::Clock::time_point changed_;       ///< when the leader changed
 };
 
-/// A CellModeView that is fed from the bus, and forgets the order while its participant is away.
+/// A CellModeView fed from the bus. It forgets the order while the participant recovers from a stall. For one thread.
 class CellModeListener {
  public:
   /// The participant must outlive it.
   explicit CellModeListener(bus::Participant& participant, bus::Mailbox* mailbox = nullptr);
   ~CellModeListener();
 
-  /// Takes what has arrived; true when the order or the term changed. Never blocks.
+  /// Takes the cell modes that have arrived; true when one was applied. Never blocks.
   bool update();
   [[nodiscard]] const CellModeView& view() const;
   [[nodiscard]] CellModeView& view();

@@ -1,17 +1,19 @@
 #include "services/runtime/join.hpp"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <memory>
 #include <stdexcept>
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <netdb.h>
 #include <netinet/in.h>
 
-#include "services/bus/discovery_server.hpp"
+#include "services/bus/participant.hpp"
 #include "services/bus/topics.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/peers.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -36,7 +38,7 @@ std::vector<Interface> interfaces_of_this_machine() {
   return found;
 }
 
-/// Addresses of the interface that the cell file wants; empty: of all.
+/// Addresses of the interface that the cell file names; empty: no restriction.
 std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
   const std::string& wanted = file.network.interface;
   if (wanted.empty()) return {};
@@ -53,10 +55,70 @@ std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
   return addresses;
 }
 
+/// Participants of clients on each machine, beside the cell's own processes.
+constexpr int kClients = 8;
+constexpr int kMostParticipants = 119;  ///< of a machine in a DDS domain
+
+/// The host's IPv4 address; empty, with a warning, when its name cannot be resolved.
+std::string resolved(const config::Host& host) {
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* list = nullptr;
+  const int error = getaddrinfo(host.address.c_str(), nullptr, &hints, &list);
+  if (error != 0) {
+    log_warning("host name cannot be resolved: this process waits for the announcements of that host",
+                {{"key", "hosts." + host.name}, {"name", host.address}, {"reason", gai_strerror(error)}});
+    return {};
+  }
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(list, freeaddrinfo);
+  std::array<char, INET_ADDRSTRLEN> text{};
+  const auto* address = reinterpret_cast<const sockaddr_in*>(list->ai_addr);
+  inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size());
+  return text.data();
+}
+
+/// The number of participants that the cell file places on each host, by the host's name.
+std::map<std::string, int> placed(const config::CellFile& file) {
+  std::map<std::string, int> count;
+  for (const config::Host& host : file.hosts) count[host.name] = 1;  // its agent
+  ++count[file.world_host];
+  ++count[file.supervision.host];
+  if (!file.supervision.standby_host.empty()) ++count[file.supervision.standby_host];
+  for (const config::ArmHosts& arm : file.arm_hosts) {
+    count[arm.host] += 2;  // driver and planner
+    if (!arm.standby_host.empty()) ++count[arm.standby_host];
+  }
+  return count;
+}
+
 }  // namespace
 
 void require_interface(const config::CellFile& file) {
   static_cast<void>(wanted_interfaces(file));
+}
+
+std::vector<bus::Peer> peers_of(const config::CellFile& file, const std::vector<std::string>& interfaces) {
+  if (file.network.discovery == config::Discovery::kMulticast) return {};
+  const auto count = placed(file);
+  std::map<std::string, int> participants;  // by address
+  int all = 0;
+  for (const config::Host& host : file.hosts) {
+    const std::string address = resolved(host);
+    if (!address.empty()) participants[address] += count.at(host.name);
+    all += count.at(host.name);
+  }
+  const auto at_least_all = [&](const std::vector<std::string>& addresses) {
+    for (const std::string& address : addresses) participants[address] = std::max(participants[address], all);
+  };
+  // For a trial the whole cell may run on this machine, whatever the addresses say.
+  at_least_all(interfaces.empty() ? std::vector<std::string>{"127.0.0.1"} : interfaces);
+  at_least_all(file.network.peers);
+  std::vector<bus::Peer> peers;
+  for (const auto& [address, number] : participants) {
+    peers.push_back({address, std::min(number + kClients, kMostParticipants)});
+  }
+  return peers;
 }
 
 bus::ParticipantOptions participant_options(const config::CellFile& file) {
@@ -71,20 +133,20 @@ bus::ParticipantOptions participant_options(const config::CellFile& file) {
 bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
                                   bus::Mailbox* mailbox) {
   for (const std::string& server : bus::ignore_discovery_servers()) {
-    log_warning("environment is ignored: a cell has no Discovery Server", {{"variable", server}});
+    log_warning("environment variable ignored: a cell uses no Discovery Server", {{"variable", server}});
   }
   bus::ParticipantOptions participant = participant_options(file);
   participant.mailbox = mailbox;
   return {choose_domain(options, file.network.domain), node, participant};
 }
 
-PulseTiming pulse_timing(const config::CellFile& file, const ServiceOptions& options) {
-  constexpr bus::Qos kAsked = bus::Topic<msg::Heartbeat>::kInfo.qos;
+HeartbeatTiming heartbeat_timing(const config::CellFile& file, const ServiceOptions& options) {
+  constexpr bus::Qos kRow = bus::Topic<msg::Heartbeat>::kInfo.qos;
   const auto at_most = [](std::chrono::nanoseconds wanted, std::chrono::milliseconds limit) {
     return std::min(std::chrono::ceil<std::chrono::milliseconds>(wanted), limit);
   };
-  return {file.supervision.heartbeat_period, at_most(file.supervision.heartbeat_deadline, kAsked.deadline),
-          at_most(file.supervision.host_lease, kAsked.lease), options.alive_fd};
+  return {file.supervision.heartbeat_period, at_most(file.supervision.heartbeat_deadline, kRow.deadline),
+          at_most(file.supervision.host_lease, kRow.lease), options.heartbeat_fd};
 }
 
 int find_arm(const config::CellFile& file, const std::string& name) {

@@ -2,30 +2,38 @@
 /// How a service joins its cell's DDS domain.
 
 #include <string>
+#include <vector>
 
 #include "services/bus/participant.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/runtime/heartbeat_publisher.hpp"
 #include "services/runtime/options.hpp"
-#include "services/runtime/pulse.hpp"
 
 namespace hecaton::services {
 
 /// Index in the cell of the arm that --arm names. Throws std::runtime_error with a sentence when there is none.
 [[nodiscard]] int find_arm(const config::CellFile& file, const std::string& name);
 
-/// Throws std::runtime_error, naming those that exist, when the cell's network.interface is none of this machine's.
+/// Throws std::runtime_error with a sentence that lists this machine's interfaces when the cell's network.interface is
+/// none of them.
 void require_interface(const config::CellFile& file);
 
-/// What the cell file's network section says. Throws std::runtime_error with a sentence: unknown interface.
+/// The machines to which a participant announces itself when network.discovery is unicast; empty with multicast. They
+/// are this machine (`interfaces`: its addresses in use; empty: all), the cell's hosts with as many participants as the
+/// cell file places on each, and network.peers. A host whose name cannot be resolved is left out with a warning: that
+/// host finds this process, and a running cell must not wait for its name server.
+[[nodiscard]] std::vector<bus::Peer> peers_of(const config::CellFile& file, const std::vector<std::string>& interfaces);
+
+/// The participant's options from the cell file's network section. Throws std::runtime_error with a sentence when the
+/// interface is unknown.
 [[nodiscard]] bus::ParticipantOptions participant_options(const config::CellFile& file);
 
-/// The same, joined, in the domain that the options may override. Throws std::runtime_error with a sentence:
-/// unknown interface, domain out of range.
+/// Joins the domain that the options choose with these participant_options(). Throws std::runtime_error with a sentence
+/// when the interface is unknown or the domain out of range.
 [[nodiscard]] bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options,
                                                 const std::string& node, bus::Mailbox* mailbox = nullptr);
 
-/// Heartbeat timing as the cell file's supervision section says, never laxer than readers of the topic ask by default;
-/// and who else waits for signs of life.
-[[nodiscard]] PulseTiming pulse_timing(const config::CellFile& file, const ServiceOptions& options);
+/// Heartbeat timing from the cell file's supervision section, at most the deadline and lease of the topic's row.
+[[nodiscard]] HeartbeatTiming heartbeat_timing(const config::CellFile& file, const ServiceOptions& options);
 
 }  // namespace hecaton::services

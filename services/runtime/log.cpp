@@ -13,7 +13,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "services/runtime/urgency.hpp"
+#include "services/runtime/thread_priority.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -79,7 +79,7 @@ LogField::LogField(std::string_view field_key, double field_value) : key(field_k
 }
 
 LogScope::LogScope(const std::string& node, const ServiceOptions& options) {
-  spdlog::init_thread_pool(kQueue, 1, stay_behind_loops);
+  spdlog::init_thread_pool(kQueue, 1, keep_startup_priority);
   spdlog::sink_ptr sink;
   if (options.log_file.empty()) {
     sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
@@ -100,7 +100,7 @@ LogScope::LogScope(const std::string& node, const ServiceOptions& options) {
 }
 
 LogScope::~LogScope() {
-  const auto logger = current().exchange(nullptr);  // outlives the thread that writes its lines
+  const auto logger = current().exchange(nullptr);  // keeps it until its thread has ended
   spdlog::shutdown();
 }
 

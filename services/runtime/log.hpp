@@ -1,8 +1,8 @@
 #pragma once
 /// Structured log lines on stderr or in a file:
 ///   time=2026-01-31T12:00:00.000Z level=info node=planner/arm1 event="goal rejected" goal=g7 reason="joint 2 = …"
-/// A loop never waits for the log: lines go to a thread of their own, and the oldest are dropped when it cannot keep
-/// up.
+/// A separate thread writes the lines, so that no loop waits for the log. When it cannot keep up, the oldest lines are
+/// dropped.
 
 #include <concepts>
 #include <cstdint>
@@ -29,7 +29,7 @@ struct LogField {
 };
 using LogFields = std::initializer_list<LogField>;
 
-/// Opens the log of this process; the destructor writes out what is left. One at a time.
+/// Opens the log of this process; its destructor writes the remaining lines. Only one may exist at a time.
 class LogScope {
  public:
   /// Throws std::runtime_error with a sentence when the file cannot be opened.
@@ -39,13 +39,13 @@ class LogScope {
   LogScope& operator=(const LogScope&) = delete;
 };
 
-/// Without a LogScope these are silent. Thread-safe.
+/// Thread-safe. Without a LogScope they do nothing.
 void log_debug(std::string_view event, LogFields fields = {});
 void log_info(std::string_view event, LogFields fields = {});
 void log_warning(std::string_view event, LogFields fields = {});
 void log_error(std::string_view event, LogFields fields = {});
 
-/// One line's text without time, level and node; values are quoted when they need it.
+/// A line without time, level and node. Values with special characters are quoted.
 [[nodiscard]] std::string log_text(std::string_view event, LogFields fields);
 
 }  // namespace hecaton::services

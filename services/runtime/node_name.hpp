@@ -1,5 +1,5 @@
 #pragma once
-/// What the nodes of a cell are called in heartbeats, logs and faults.
+/// The names of a cell's nodes in heartbeats, logs and faults.
 
 #include <string>
 #include <string_view>
@@ -9,7 +9,7 @@ namespace hecaton::services {
 [[nodiscard]] inline std::string planner_node(std::string_view arm) {
   return "planner/" + std::string(arm);
 }
-/// Of the same duty on its standby host.
+/// The standby instance of `node` on its standby host.
 [[nodiscard]] inline std::string standby_node(const std::string& node, std::string_view host) {
   return node + "@" + std::string(host);
 }

@@ -38,10 +38,10 @@ void add_common_options(CLI::App& app, ServiceOptions& options) {
   app.add_option_function<std::string>("--domain", set_domain,
                                        "DDS domain; otherwise HECATON_DOMAIN, otherwise the cell file's");
   app.add_option("--host", options.host,
-                 "name of the cell's host that this is; otherwise where the cell file places it");
-  app.add_option("--log-level", options.log_level, "least severity that is logged")
+                 "the cell's host that the program runs on; otherwise where the cell file places it");
+  app.add_option("--log-level", options.log_level, "lowest severity that is logged")
       ->transform(CLI::CheckedTransformer(kLevels, CLI::ignore_case).description("debug|info|warning|error"));
-  app.add_option("--log-file", options.log_file, "where the log goes instead of stderr");
+  app.add_option("--log-file", options.log_file, "file for the log instead of stderr");
 }
 
 std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv) {
@@ -49,7 +49,7 @@ std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* co
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
-  } catch (const std::exception& error) {  // a value that cannot be
+  } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return ExitCode::kBadInput;
   }
@@ -62,13 +62,14 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   app.set_version_flag("--version", std::string(kVersion));
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
   if (subject == Subject::kArm) {
-    app.add_option("--arm", options.arm, "the arm of the cell that it serves")->required();
+    app.add_option("--arm", options.arm, "the arm of the cell that the service serves")->required();
   }
-  app.add_option("--memory", options.memory, "file in which what it must not forget survives its restart");
-  app.add_option("--sources", options.sources, "folder with copies of the cell's files, to read instead of these");
-  app.add_option("--alive-fd", options.alive_fd, "descriptor on which its agent waits for signs of life")
+  app.add_option("--checkpoint", options.checkpoint, "file from which the service continues after a restart");
+  app.add_option("--sources", options.sources,
+                 "folder with copies of the cell file and what it names, read instead of the originals");
+  app.add_option("--heartbeat-fd", options.heartbeat_fd, "socket on which the loop shows its agent that it runs")
       ->check(CLI::Range(0, kHighestDescriptor));
-  app.add_option("--life-fd", options.life_fd, "descriptor by whose end its agent learns that it ends")
+  app.add_option("--exit-fd", options.exit_fd, "pipe that closes when the process ends")
       ->check(CLI::Range(0, kHighestDescriptor));
   add_common_options(app, options);
   return parse_or_explain(app, argc, argv);

@@ -1,10 +1,8 @@
 #pragma once
-/// The command line that all services share.
+/// The command line that all services share, and what every program of the project returns.
 
 #include <optional>
 #include <string>
-
-#include "services/runtime/exit_code.hpp"
 
 namespace CLI {
 class App;
@@ -12,19 +10,28 @@ class App;
 
 namespace hecaton::services {
 
-inline constexpr int kHighestDomain = 199;  ///< beyond, the ports of many participants leave the range of 16 bits
+enum class ExitCode : int {
+  kDone = 0,
+  kNegative = 1,  ///< the program ran and the outcome is negative
+  kUsage = 2,     ///< no such command, option or choice, or one too many or too few
+  kBadInput = 3,  ///< a value that is not allowed (option, file, environment): one sentence on stderr
+  kTimeOut = 4,
+  kUnreachable = 5,  ///< no such cell
+};
+
+inline constexpr int kHighestDomain = 199;  ///< above, ports of large domains exceed 65535
 
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
 struct ServiceOptions {
   std::string cell;           ///< path of the cell file
-  std::string arm;            ///< which arm it serves; empty for services of the whole cell
+  std::string arm;            ///< the arm that the service serves; empty for services of the whole cell
   std::optional<int> domain;  ///< DDS domain 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's
   std::string host;           ///< the cell's host it runs on; empty: where the cell file places it
-  std::string sources;        ///< folder with copies of the files to be read; empty: they are read where they are
-  std::string memory;         ///< file in which survives what must; empty: nothing does
-  int alive_fd = -1;          ///< a descriptor on which its agent waits for signs of life; −1: nobody waits
-  int life_fd = -1;           ///< one whose end tells its agent that it ends (life_line.hpp); −1: nobody waits
+  std::string sources;        ///< folder with copies of the cell's files; empty: they are read where they are
+  std::string checkpoint;     ///< file whose contents survive a restart of the service; empty: none
+  int heartbeat_fd = -1;      ///< a socket on which the loop shows its agent that it runs; −1: none
+  int exit_fd = -1;           ///< a pipe that closes when the process ends, see start_exit_notifier(); −1: none
   LogLevel log_level = LogLevel::kInfo;
   std::string log_file;  ///< empty: stderr
 };
@@ -32,8 +39,8 @@ struct ServiceOptions {
 /// Adds --domain, --host, --log-level and --log-file to any command.
 void add_common_options(CLI::App& app, ServiceOptions& options);
 
-/// Parses; the exit code to leave with when there is nothing to run: --help, --version, or what was wrong and is
-/// explained on stderr.
+/// Parses the command line. Returns the exit code when the program shall not run on: after --help or --version, or
+/// after a usage error, which it explains on stderr.
 [[nodiscard]] std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv);
 
 enum class Subject {
@@ -41,11 +48,12 @@ enum class Subject {
   kArm,   ///< one arm
 };
 
-/// CELL [--arm NAME], with --memory FILE, and the common options, as parse_or_explain does it.
+/// Parses a service's command line: CELL, --arm NAME for Subject::kArm, --checkpoint FILE and the common options.
+/// Returns as parse_or_explain().
 [[nodiscard]] std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
                                                     Subject subject, ServiceOptions& options);
 
-/// The DDS domain: option, else HECATON_DOMAIN, else `of_cell`. Throws std::runtime_error with a sentence when
+/// The DDS domain: the option, else HECATON_DOMAIN, else `of_cell`. Throws std::runtime_error with a sentence when
 /// HECATON_DOMAIN is no number from 0 to 199.
 [[nodiscard]] int choose_domain(const ServiceOptions& options, int of_cell);
 

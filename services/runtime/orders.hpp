@@ -1,5 +1,5 @@
 #pragma once
-/// The cell mode and people's orders as values. Standard library and the generated values only.
+/// Operator orders (run, hold, stop) as values. Standard library and the generated values only.
 
 #include <algorithm>
 #include <map>
@@ -13,7 +13,7 @@
 
 namespace hecaton::services {
 
-/// "run", "hold" or "stop": as in logs and checkpoints.
+/// "run", "hold" or "stop", as in logs and checkpoints.
 [[nodiscard]] inline std::string_view mode_name(msg::Mode mode) {
   switch (mode) {
     case msg::Mode::MODE_RUN:
@@ -26,15 +26,15 @@ namespace hecaton::services {
   return "unknown";
 }
 
-/// People's orders, and those that faults gave in their place. Of two modes the greater is the stricter.
+/// The operators' orders for the cell and its arms. Of two modes the greater is the stricter.
 struct Orders {
   msg::Mode cell = msg::Mode::MODE_RUN;
-  std::map<std::string, msg::Mode, std::less<>> arms;  ///< those with an order of their own: hold or stop
+  std::map<std::string, msg::Mode, std::less<>> arms;  ///< arms with an order of their own: hold or stop
   bool operator==(const Orders&) const = default;
   [[nodiscard]] bool empty() const { return cell == msg::Mode::MODE_RUN && arms.empty(); }
 };
 
-/// Of `orders`, those that `known` does not have, or has less strictly.
+/// The part of `orders` that `known` lacks or has less strictly.
 [[nodiscard]] inline Orders beyond(const Orders& orders, const Orders& known) {
   Orders rest;
   if (orders.cell > known.cell) rest.cell = orders.cell;
@@ -45,7 +45,7 @@ struct Orders {
   return rest;
 }
 
-/// People's orders in a leader's cell mode.
+/// The operators' orders in a cell mode.
 [[nodiscard]] inline Orders orders_in(const msg::CellMode& mode) {
   Orders orders;
   orders.cell = mode.ordered();
@@ -55,14 +55,14 @@ struct Orders {
   return orders;
 }
 
-/// The arm's own order; null when it has none. Valid as long as `mode`.
+/// The arm's own order, null when it has none. Valid as long as `mode`.
 [[nodiscard]] inline const msg::ArmOrder* order_in(const msg::CellMode& mode, std::string_view arm) {
   const auto found = std::find_if(mode.arms().begin(), mode.arms().end(),
                                   [&](const msg::ArmOrder& order) { return order.arm() == arm; });
   return found == mode.arms().end() ? nullptr : &*found;
 }
 
-/// The arms whose own order is exactly `what`, in the cell's order.
+/// The arms whose own order is exactly `what`, in the order of the cell file.
 [[nodiscard]] inline std::vector<std::string> arms_on(const msg::CellMode& mode, msg::Mode what) {
   std::vector<std::string> names;
   for (const msg::ArmOrder& order : mode.arms()) {
@@ -71,7 +71,7 @@ struct Orders {
   return names;
 }
 
-/// Why the cell and its arms are not on run, for people: "hold by operator; arm1: stop by operator".
+/// Why the cell and its arms do not run: "hold by operator; arm1: stop by operator".
 [[nodiscard]] inline std::string causes_text(const msg::CellMode& mode) {
   std::string text = mode.cause().text();
   for (const msg::ArmOrder& order : mode.arms()) {

@@ -1,6 +1,7 @@
 #include "services/runtime/periodic_loop.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 
 #include <sys/prctl.h>
@@ -8,7 +9,7 @@
 namespace hecaton::services {
 namespace {
 
-/// Wakes early when a signal arrives in this thread; the caller looks at the clock again.
+/// May return early when this thread receives a signal.
 void sleep_until(std::chrono::steady_clock::time_point at) {
   const auto since_boot = at.time_since_epoch();
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(since_boot);
@@ -18,12 +19,49 @@ void sleep_until(std::chrono::steady_clock::time_point at) {
   clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr);
 }
 
+float microseconds(std::chrono::nanoseconds duration) {
+  return static_cast<float>(static_cast<double>(duration.count()) / 1e3);
+}
+
 }  // namespace
+
+void LoopStatistics::record_lateness(std::chrono::nanoseconds lateness, std::uint64_t skipped) {
+  lateness_us_[starts_++ % kWindow] = microseconds(lateness);
+  skipped_ += skipped;
+}
+
+void LoopStatistics::record_tick(std::chrono::nanoseconds spent) {
+  tick_us_[ticks_++ % kWindow] = microseconds(spent);
+}
+
+double LoopStatistics::lateness_max_us() const {
+  const auto count = static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(starts_, kWindow));
+  return count == 0 ? 0.0 : *std::max_element(lateness_us_.begin(), lateness_us_.begin() + count);
+}
+
+LoopSummary LoopStatistics::summary() const {
+  LoopSummary result;
+  result.ticks = ticks_;
+  result.skipped = skipped_;
+  result.lateness_max_us = lateness_max_us();
+  const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(ticks_, kWindow));
+  if (count == 0) return result;
+  std::array<float, kWindow> sorted = tick_us_;
+  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count));
+  const auto quantile = [&](double p) {
+    const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(count)));
+    return static_cast<double>(sorted[std::max<std::size_t>(rank, 1) - 1]);
+  };
+  result.tick_p50_us = quantile(0.50);
+  result.tick_p99_us = quantile(0.99);
+  result.tick_max_us = sorted[count - 1];
+  return result;
+}
 
 NextDeadline next_deadline(std::chrono::steady_clock::time_point deadline, std::chrono::steady_clock::time_point now,
                            std::chrono::nanoseconds period) {
   deadline += period;
-  if (now < deadline + period) return {deadline, 0};  // on time, or late by less than a period: keep the grid
+  if (now < deadline + period) return {deadline, 0};  // late by less than a period: keep the grid
   const auto skipped = (now - deadline) / period;
   return {deadline + skipped * period, static_cast<std::uint64_t>(skipped)};
 }
@@ -54,7 +92,7 @@ void PeriodicLoop::plan_next() {
     deadline_ = next.at;
     skipped_ = next.skipped;
   } else {
-    prctl(PR_SET_TIMERSLACK, 1UL);  // the kernel's default would add up to 50 µs to every period
+    prctl(PR_SET_TIMERSLACK, 1UL);  // the default adds up to 50 µs to every period
     deadline_ = finished;
     running_ = true;
   }
@@ -62,7 +100,7 @@ void PeriodicLoop::plan_next() {
 
 bool PeriodicLoop::begin() {
   began_ = Clock::now();
-  // A stall of the machine while asleep shows here, one in the work in the tick's own time.
+  // A stall during the sleep counts as lateness, one during the work as a long tick.
   statistics_.record_lateness(std::max(began_ - deadline_, Clock::duration::zero()), skipped_);
   return !shutdown_.requested();
 }

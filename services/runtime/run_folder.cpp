@@ -18,6 +18,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "planner/model/fnv1a.hpp"
+#include "services/runtime/version.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -25,13 +28,13 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSharedMemory = "/dev/shm";
 constexpr const char* kPrefix = "hecaton-";
-/// In no name of a cell or host, nor in any other folder of ours.
+/// No name of a cell or host contains it, nor any other folder of Hecaton.
 constexpr char kBeforeHost = '@';
 constexpr const char* kOrigin = "origin";
 
-// A killed agent's child has the lock, too, between its fork and its end, which comes with the agent's.
-constexpr int kLooks = 100;
-constexpr int kBetweenLooks = 10;  // [ms]
+// Between fork and exec a child of a killed agent holds the lock, too. It ends shortly after the agent.
+constexpr int kAttempts = 100;
+constexpr int kBetweenAttempts = 10;  // [ms]
 
 fs::path parent_of_runs() {
   const char* chosen = std::getenv("TMPDIR");
@@ -43,13 +46,13 @@ fs::path folder_of(const RunName& run) {
   return parent_of_runs() / (kPrefix + std::to_string(run.domain) + "-" + run.cell + kBeforeHost + run.host);
 }
 
-[[noreturn]] void cannot_be_had(const fs::path& path, const std::string& why) {
-  throw std::runtime_error("the folder of the run, " + path.string() + ", cannot be had: " + why +
-                           "; TMPDIR may name another place for it");
+[[noreturn]] void fail(const fs::path& path, const std::string& why) {
+  throw std::runtime_error("the folder of the run, " + path.string() + ", cannot be used: " + why +
+                           "; set TMPDIR to another folder");
 }
 
-/// A descriptor of the folder, with the lock on it; −1 and errno: EWOULDBLOCK when another process has it, ESTALE when
-/// that has removed it meanwhile.
+/// Opens the folder and locks it. Returns its descriptor, or −1 and errno: EWOULDBLOCK when another process holds the
+/// lock, ESTALE when that process has removed the folder meanwhile.
 int open_locked(const fs::path& path) {
   const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (folder < 0) return -1;
@@ -72,14 +75,15 @@ bool is_ours(const fs::path& path) {
   return ::lstat(path.c_str(), &about) == 0 && S_ISDIR(about.st_mode) && about.st_uid == ::geteuid();
 }
 
-/// By who has the lock. A service that is being killed may still make a file in it, so first what makes it a memory.
+/// For the holder of the lock. The origin goes first: a dying service may still create a file, and a folder without an
+/// origin counts as empty.
 void remove_locked(const fs::path& path) {
   std::error_code ignored;
   fs::remove(path / kOrigin, ignored);
   fs::remove_all(path, ignored);
 }
 
-/// Not when a process has it.
+/// Does nothing when a process holds the lock.
 void remove_unlocked(const fs::path& path) {
   const int folder = open_locked(path);
   if (folder < 0) return;
@@ -87,17 +91,38 @@ void remove_unlocked(const fs::path& path) {
   ::close(folder);
 }
 
+std::string bytes_of(std::ifstream& file) {
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 std::string read(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return bytes_of(file);
+}
+
+std::string read_source(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(path + " cannot be read any more");
+  return bytes_of(file);
 }
 
 }  // namespace
 
-RunFolder::RunFolder(const RunName& run, const std::string& origin, bool anew) : path_(folder_of(run)) {
+std::string run_origin(const planner::SourceFiles& sources) {
+  std::string boot;
+  std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
+  std::string text = "version " + std::string(kVersion) + "\nboot " + boot + '\n';
+  for (const std::string& path : sources.read()) {
+    const std::string bytes = read_source(sources.place(path));
+    text += "file " + std::to_string(bytes.size()) + ' ' + std::to_string(planner::fnv1a(bytes)) + ' ' + path + '\n';
+  }
+  return text;
+}
+
+RunFolder::RunFolder(const RunName& run, const std::string& origin, bool clean) : path_(folder_of(run)) {
   take(run);
   try {
-    begin(origin, anew);
+    begin(origin, clean);
   } catch (...) {
     give_back();
     throw;
@@ -108,8 +133,8 @@ RunFolder::RunFolder(const RunName& run, const std::string& origin, bool anew) :
 RunFolder::RunFolder(RunFolder&& other) noexcept
     : path_(std::move(other.path_)),
       folder_(std::exchange(other.folder_, -1)),
-      goes_on_(other.goes_on_),
-      forgot_(other.forgot_),
+      resumed_(other.resumed_),
+      discarded_(other.discarded_),
       kept_(other.kept_) {}
 
 RunFolder::~RunFolder() {
@@ -122,32 +147,32 @@ void RunFolder::give_back() {
 }
 
 void RunFolder::take(const RunName& run) {
-  for (int look = 0; look < kLooks; ++look) {
-    if (::mkdir(path_.c_str(), 0700) != 0 && errno != EEXIST) cannot_be_had(path_, std::strerror(errno));
-    // Where everybody may make folders, anybody may have made this one, and would decide what we remember.
-    if (!is_ours(path_)) cannot_be_had(path_, "it is somebody else's");
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (::mkdir(path_.c_str(), 0700) != 0 && errno != EEXIST) fail(path_, std::strerror(errno));
+    // In a folder that all users may write to, another user could plant checkpoints.
+    if (!is_ours(path_)) fail(path_, "it belongs to another user");
     folder_ = open_locked(path_);
     if (folder_ >= 0) return;
-    if (errno != EWOULDBLOCK && errno != ESTALE && errno != ENOENT) cannot_be_had(path_, std::strerror(errno));
-    ::poll(nullptr, 0, kBetweenLooks);
+    if (errno != EWOULDBLOCK && errno != ESTALE && errno != ENOENT) fail(path_, std::strerror(errno));
+    ::poll(nullptr, 0, kBetweenAttempts);
   }
   throw std::runtime_error("host " + run.host + " of cell " + run.cell + " in DDS domain " +
-                           std::to_string(run.domain) + " has an agent on this machine already: it keeps " +
+                           std::to_string(run.domain) + " already has an agent on this machine, which holds " +
                            path_.string());
 }
 
-void RunFolder::begin(const std::string& origin, bool anew) {
+void RunFolder::begin(const std::string& origin, bool clean) {
   const fs::path file = path_ / kOrigin;
   const bool was_used = !fs::is_empty(path_);
-  goes_on_ = !anew && read(file) == origin;
-  kept_ = goes_on_;
-  if (!goes_on_) {
-    forgot_ = was_used && !anew;
-    fs::remove(file);  // first: whoever is interrupted here must not leave half of a memory that has an origin
+  resumed_ = !clean && read(file) == origin;
+  kept_ = resumed_;
+  if (!resumed_) {
+    discarded_ = was_used && !clean;
+    fs::remove(file);  // first: an interruption here must not leave some checkpoints with an origin
     for (const auto& entry : fs::directory_iterator(path_)) fs::remove_all(entry.path());
     std::ofstream written(file, std::ios::binary);
     written << origin;
-    if (!written.flush()) cannot_be_had(path_, std::strerror(errno));
+    if (!written.flush()) fail(path_, std::strerror(errno));
   }
   touch();
 }

@@ -1,66 +1,73 @@
 #pragma once
-/// Where a host's part of a cell keeps what it must remember while it is up. In memory (/dev/shm) unless TMPDIR names
-/// another folder: drivers keep theirs in a mapped file every period, and a page that is being written to a disk would
-/// make them wait.
-///
-/// A run begins with an agent and ends when that is asked to end. An agent that is killed does not end it: who takes
-/// its place finds the folder by its name, which says what there may be one of on a machine at a time: a host of a cell
-/// in a DDS domain.
+/// The folder in which one host's part of a cell keeps its checkpoints while it runs.
 
 #include <chrono>
 #include <filesystem>
 #include <string>
 
+#include "planner/model/source_file.hpp"
+
 namespace hecaton::services {
 
+/// Identifies a run on a machine: one host of a cell in a DDS domain.
 struct RunName {
   std::string cell;
   int domain = 0;  ///< of DDS
   std::string host;
 };
 
+/// A text that is equal for two runs exactly when the checkpoints of one are valid for the other. It holds the
+/// program's version (the checkpoints' format), this machine's boot (its clock) and the names and hashes of the cell's
+/// files in `sources.read()` (robots and world). Throws std::runtime_error with a sentence when one of the files is
+/// gone.
+[[nodiscard]] std::string run_origin(const planner::SourceFiles& sources);
+
+/// A run begins with an agent and ends when that agent is asked to end. After the agent was killed, its successor finds
+/// the folder by the run's name and continues the run.
+///
+/// The folder is in /dev/shm, or in TMPDIR when that is set. Drivers write to a mapped file every period, and a page
+/// that the kernel is writing to a disk would delay them.
 class RunFolder {
  public:
-  /// Of runs whose agents were killed and never started again, folders as old as this are removed by the next agent.
+  /// The next agent on this machine removes folders of other runs that nobody has used for this long.
   static constexpr std::chrono::hours kAbandoned{7 * 24};
 
-  /// `origin`: what the memory in it is of, see run_origin(); what was remembered of anything else is removed, and so
-  /// is everything when `anew`. Throws std::runtime_error with a sentence when the folder cannot be had, also when
-  /// another process has it.
-  RunFolder(const RunName& run, const std::string& origin, bool anew = false);
-  /// Removes the folder unless it was kept.
+  /// Creates or takes over the folder and locks it. Checkpoints of another `origin` (see run_origin) are removed; with
+  /// `clean` all are. Throws std::runtime_error with a sentence when the folder cannot be had, for example because
+  /// another process holds it.
+  RunFolder(const RunName& run, const std::string& origin, bool clean = false);
+  /// Removes the folder unless keep() was called.
   ~RunFolder();
   RunFolder(RunFolder&& other) noexcept;
   RunFolder& operator=(RunFolder&&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// There is a memory of the same origin in it.
-  [[nodiscard]] bool goes_on() const { return goes_on_; }
-  /// There was one of another origin.
-  [[nodiscard]] bool forgot() const { return forgot_; }
+  /// The folder has checkpoints of the same origin: the run continues.
+  [[nodiscard]] bool resumed() const { return resumed_; }
+  /// The folder had checkpoints of another origin, which were removed.
+  [[nodiscard]] bool discarded() const { return discarded_; }
 
-  /// The run has begun: from now on the folder outlives us, however we end.
+  /// The run has begun: from now on the folder outlives this process however it ends.
   void keep() { kept_ = true; }
-  /// The run is over.
+  /// The run is over: the destructor removes the folder.
   void end() { kept_ = false; }
-  /// Now and then from an agent that lives: else its folder could be taken for abandoned.
+  /// Marks the folder as used. Call it at least once a day.
   void touch() const;
 
  private:
   void take(const RunName& run);
-  void begin(const std::string& origin, bool anew);
+  void begin(const std::string& origin, bool clean);
   void remove_abandoned() const;
   void give_back();
 
   std::filesystem::path path_;
-  int folder_ = -1;  ///< a descriptor of it, which holds the lock
-  bool goes_on_ = false;
-  bool forgot_ = false;
+  int folder_ = -1;  ///< its descriptor, which holds the lock
+  bool resumed_ = false;
+  bool discarded_ = false;
   bool kept_ = false;
 };
 
-/// What a run has left whose agent was killed, and shall not go on. Nothing happens when there is no such folder, or
-/// somebody has it.
+/// Removes what a run with a killed agent has left. Does nothing when there is no such folder or a process holds it.
 void remove_run(const RunName& run);
 
 }  // namespace hecaton::services

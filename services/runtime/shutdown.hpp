@@ -1,5 +1,5 @@
 #pragma once
-/// SIGTERM and SIGINT end a service's loop at once; destructors then run as after any other return.
+/// SIGTERM and SIGINT end a service's loop at once, and destructors run as after a normal return.
 
 namespace hecaton::bus {
 class Mailbox;
@@ -7,18 +7,19 @@ class Mailbox;
 
 namespace hecaton::services {
 
+/// Only one may exist at a time. Thread-safe after construction.
 class ShutdownSignal {
  public:
-  /// Takes over SIGTERM and SIGINT of the process (and ignores SIGPIPE). One at a time, before any thread is started.
+  /// Takes over SIGTERM and SIGINT of the process and ignores SIGPIPE. Call it before any thread starts.
   ShutdownSignal();
   ~ShutdownSignal();
   ShutdownSignal(const ShutdownSignal&) = delete;
   ShutdownSignal& operator=(const ShutdownSignal&) = delete;
 
   [[nodiscard]] bool requested() const;
-  /// Wakes the mailbox when a signal comes. It must outlive this, or be replaced by null.
+  /// A signal wakes this mailbox. It must outlive this object or be replaced by null.
   void wake(bus::Mailbox* mailbox);
-  /// As if a signal had come.
+  /// Acts as if a signal had arrived.
   void request();
 };
 

@@ -1,8 +1,5 @@
 #pragma once
-/// A clock that an observer uses to measure the silence of others. Standard library only: time is an argument.
-///
-/// The observer's own loop may stand still. Of such a stall the clock counts one loop period only, because the observer
-/// cannot tell what others did meanwhile.
+/// A clock for measuring the silence of other processes. Standard library only: time is an argument.
 
 #include <algorithm>
 #include <chrono>
@@ -11,9 +8,11 @@ namespace hecaton::services {
 
 using Time = std::chrono::nanoseconds;  ///< since any fixed instant; never goes back
 
+/// After a stall of the observer's own loop it advances by one loop period only, because the observer cannot tell what
+/// the others did meanwhile.
 class StallCompensatedClock {
  public:
-  /// After a stall of this a process has thrown away what waited in its sockets (services/bus/absence.hpp).
+  /// After a stall of this length the bus discards the backlog of its sockets (services/bus/local_stall_guard.hpp).
   static constexpr Time kLongStall = std::chrono::milliseconds(250);
 
   /// An interval between two calls of advance() above `limit` is a stall, of which only `period` counts.
@@ -32,9 +31,9 @@ class StallCompensatedClock {
   }
 
   [[nodiscard]] Time now() const { return compensated_; }
-  /// The latest compensated instant that `at` can have been. `at` is not later than the last advance().
+  /// The latest compensated time that corresponds to `at`, which is not later than the last advance().
   [[nodiscard]] Time at(Time at) const { return std::min(compensated_before_ + (at - before_), compensated_); }
-  [[nodiscard]] Time last_stall() const { return last_stall_; }  ///< duration of the latest; 0: none
+  [[nodiscard]] Time last_stall() const { return last_stall_; }  ///< duration of the latest stall; 0: none
 
  private:
   Time period_, limit_;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a world writes down of itself, so that its successor goes on where it died.
+/// The world's checkpoint: the state with which a restarted world continues.
 
 #include <chrono>
 #include <condition_variable>
@@ -15,104 +15,105 @@
 #include "services/config/cell_file.hpp"
 #include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
-#include "services/runtime/turn_watch.hpp"
+#include "services/runtime/progress_watchdog.hpp"
 #include "world/sim/bullet_world.hpp"
 
 namespace hecaton::services {
 
-/// Cell and stamp are left to the caller.
-[[nodiscard]] msg::WorldMemory memory_of(const world::BulletWorld& world);
+/// The caller sets cell and stamp.
+[[nodiscard]] msg::WorldCheckpoint checkpoint_of(const world::BulletWorld& world);
 
-/// Where a world goes on.
-struct Continuation {
+/// A checkpoint as values.
+struct RestoredWorld {
   world::Scene scene;
   double time = 0.0;          ///< of the world [s]
-  std::int64_t stamp_ns = 0;  ///< when that was, on this host's steady clock
+  std::int64_t stamp_ns = 0;  ///< of that instant, on this host's steady clock
   std::uint64_t edition = 0;
-  world::RefereeMemory account;
+  world::ContactCheckpoint contacts;
 };
-/// `scene`: of the cell file, for all but the obstacles.
-messages::Converted<Continuation> continuation(const msg::WorldMemory& memory, const world::Scene& scene);
+/// `scene`: the cell file's, from which everything but the obstacles is taken.
+messages::Converted<RestoredWorld> restored(const msg::WorldCheckpoint& checkpoint, const world::Scene& scene);
 
-/// Writes memories from a thread of its own: the world's loop never waits for a disk. When memories come faster than
-/// they can be written only the newest counts. What cannot be written leaves the last one that could.
+/// Writes checkpoints to a file on a thread of its own, so that the world's loop never waits for a disk. When
+/// checkpoints come faster than they can be written, only the newest is written. After a failure the file keeps the
+/// last good one. All calls are for the loop's thread.
 class CheckpointWriter {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// After this the thread counts as hanging: sooner than clients give up.
+  /// A longer write counts as a failure. It is shorter than the time-outs of clients.
   static constexpr std::chrono::seconds kLongestWrite{1};
 
-  /// An empty path: nothing is kept, and all of it at once.
+  /// With an empty path it writes nothing and reports success at once.
   explicit CheckpointWriter(std::string path);
-  /// Writes what is left.
+  /// Writes the checkpoint that is left.
   ~CheckpointWriter();
   CheckpointWriter(const CheckpointWriter&) = delete;
   CheckpointWriter& operator=(const CheckpointWriter&) = delete;
 
-  /// The memory's number, from 1.
-  std::uint64_t keep(msg::WorldMemory memory);
+  /// Hands over a checkpoint and returns its number, from 1.
+  std::uint64_t write(msg::WorldCheckpoint checkpoint);
   struct Outcome {
-    bool known = false;                    ///< the file has it or a newer one, or it is known why not
-    std::optional<std::string> failure{};  ///< why not, a sentence
+    bool known = false;                    ///< it, or a newer one, is in the file, or its write has failed
+    std::optional<std::string> failure{};  ///< a sentence when the write has failed
   };
-  /// What became of the memory of this number.
+  /// The outcome of the checkpoint with this number.
   [[nodiscard]] Outcome outcome(std::uint64_t number) const;
-  /// Why the newest is not in the file, a sentence; empty: it is, or that is not known yet.
+  /// A sentence when the newest write has failed.
   [[nodiscard]] std::optional<std::string> failure() const;
-  /// Every turn of the loop: notes for how long the thread has not answered.
-  void look(Clock::time_point now);
+  /// Supervises the thread. Call it in each turn of the loop.
+  void update(Clock::time_point now);
 
  private:
-  void write();
+  void run();
   [[nodiscard]] std::optional<std::string> silence() const;
 
   std::string path_;
-  TurnWatch watch_;  ///< of the loop alone
+  ProgressWatchdog watchdog_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::optional<msg::WorldMemory> next_;
-  std::uint64_t given_ = 0;
-  std::uint64_t tried_ = 0;
-  std::uint64_t kept_ = 0;
-  std::optional<std::string> failure_;  ///< of the last that was tried
+  std::optional<msg::WorldCheckpoint> next_;
+  std::uint64_t given_ = 0;             ///< number of the newest checkpoint
+  std::uint64_t tried_ = 0;             ///< number of the last one whose write has ended
+  std::uint64_t written_ = 0;           ///< number of the one in the file
+  std::optional<std::string> failure_;  ///< of the last write
   bool ending_ = false;
   std::thread writer_;
 };
 
-/// The world's checkpoint file: what an earlier world left there, and what this one writes.
+/// The world's checkpoint file: the checkpoint of an earlier process, and those of this one. For the loop's thread.
 class WorldPersistence {
  public:
-  /// An empty path: nothing is kept. A file that is there and cannot be used stays as it is.
+  /// An empty path keeps nothing. An unusable file is not overwritten.
   WorldPersistence(const config::CellFile& file, const std::string& path);
 
-  /// The scene of the world that died; that of the cell file where there was none.
+  /// The scene of the earlier process, or the cell file's without one.
   [[nodiscard]] const world::Scene& scene(const config::CellFile& file) const {
     return before_ ? before_->scene : file.cell.scene;
   }
-  /// Why what was edited before cannot be recovered, a sentence; empty: it can, or there was nothing.
-  [[nodiscard]] const std::optional<std::string>& lost() const { return lost_; }
-  /// `world`: of scene(), before its first step. Brings it to the time, edition and contacts of the world that died;
-  /// returns its number of contacts, or nothing when there was none.
-  std::optional<std::uint64_t> go_on(world::BulletWorld& world);
+  /// A sentence when the earlier process's checkpoint is unusable, so that its edits are lost.
+  [[nodiscard]] const std::optional<std::string>& unusable() const { return unusable_; }
+  /// Sets time, edition and contacts of `world`, made from scene() and not stepped yet, to those of the earlier
+  /// process. Returns the number of its contacts; empty when there was no earlier process.
+  std::optional<std::uint64_t> restore(world::BulletWorld& world);
 
-  /// The number of what is to be written, see CheckpointWriter.
+  /// Writes a checkpoint and returns its number, see CheckpointWriter.
   std::uint64_t write(const world::BulletWorld& world);
-  /// Once in every turn of the loop.
-  void look(bus::Clock::time_point now);
-  /// Why edits are not persisted, a sentence; empty: they are.
+  /// Supervises the writer and logs its failures. Call it in each turn of the loop.
+  void update(bus::Clock::time_point now);
+  /// A sentence while edits are not persisted.
   [[nodiscard]] const std::optional<std::string>& failure() const { return failure_; }
   [[nodiscard]] const CheckpointWriter& writer() const { return writer_; }
 
  private:
   std::string cell_;
-  std::optional<std::string> lost_;
-  std::optional<Continuation> before_;
+  std::optional<std::string> unusable_;
+  std::optional<RestoredWorld> before_;
   CheckpointWriter writer_;
-  std::optional<std::string> failure_;  ///< as it was logged
+  std::optional<std::string> failure_;  ///< the logged one
 };
 
-/// `what`: "the edit is "; `why`: as of CheckpointWriter.
+/// `what`: "the edit is "; `why`: a failure of CheckpointWriter.
 [[nodiscard]] msg::Cause not_persisted(const std::string& what, const std::string& why);
 
 }  // namespace hecaton::services

@@ -22,7 +22,7 @@ std::string about(const std::string& obstacle, const std::string& sentence) {
   return "obstacle '" + obstacle + "': " + sentence;
 }
 
-/// Nothing but a refusal when the obstacle would overlap an arm at X_WO.
+/// A refusal when the obstacle at X_WO would overlap an arm; otherwise empty.
 std::optional<world::EditResult> refuse_place(const world::BulletWorld& world, const EditedCell& cell,
                                               const world::Obstacle& obstacle, const world::Pose& X_WO) {
   const std::string overlap = config::overlap_with_arms(cell.arms, cell.q, world.obstacles(), obstacle, X_WO);
@@ -74,7 +74,7 @@ world::EditResult move(world::BulletWorld& world, const EditedCell& cell, const 
   return world.move(request.name(), *X_WO);
 }
 
-/// The tool frame of the arm, if it is one of the cell's and was measured.
+/// The tool frame X_WT of the arm; empty when the cell has no such arm or its state is unknown.
 std::optional<world::Pose> tool_of(const EditedCell& cell, const std::string& name) {
   for (std::size_t i = 0; i < cell.arms.size(); ++i) {
     const planner::Arm& arm = cell.arms[i].arm;
@@ -93,14 +93,14 @@ world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, cons
     const auto index = static_cast<std::size_t>(obstacle - world.obstacles().data());
     world::Obstacle carried = *obstacle;
     carried.attachment = {request.arm(), X_WT->inverse() * world.snapshot().states[index].X_WO};
-    if (world::is_scripted(carried.motion)) carried.motion = world::StaticMotion{};  // as attaching ends a script
+    if (world::is_scripted(carried.motion)) carried.motion = world::StaticMotion{};  // attaching ends a scripted motion
     if (const auto complaint = config::complain(carried))
       return refused(carried.name, about(carried.name, complaint->sentence()), world::EditRefusal::kNotNow);
   }
   return world.attach(request.name(), request.arm());
 }
 
-/// A request that names an arm is refused when another arm carries the obstacle.
+/// Refuses a request with an arm when another arm carries the obstacle.
 world::EditResult detach(world::BulletWorld& world, const msg::WorldEditRequest& request) {
   const world::Obstacle* obstacle = find(world, request.name());
   const bool names_arm = !request.arm().empty();
@@ -151,23 +151,23 @@ world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, 
 
 std::vector<msg::WorldEditReply> EditReplies::take(const CheckpointWriter& writer) {
   std::vector<msg::WorldEditReply> ready;
-  while (!due_.empty()) {
-    const CheckpointWriter::Outcome outcome = writer.outcome(due_.front().first);
+  while (!waiting_.empty()) {
+    const CheckpointWriter::Outcome outcome = writer.outcome(waiting_.front().first);
     if (!outcome.known) break;
-    ready.push_back(std::move(due_.front().second));
-    due_.pop_front();
+    ready.push_back(std::move(waiting_.front().second));
+    waiting_.pop_front();
     if (outcome.failure) ready.back().cause(not_persisted("the edit is ", *outcome.failure));
   }
   return ready;
 }
 
-void EditService::obey(const Edited& edited) {
-  const auto& lost = edited.persistence.lost();
+void EditService::apply(const Edited& edited) {
+  const auto& unusable = edited.persistence.unusable();
   for (const auto& sample : requests_.take()) {
     if (sample.disposed) continue;
     const msg::WorldEditRequest& request = sample.value;
-    const world::EditResult result = lost ? world::EditResult{world::EditRefusal::kNotNow, world_node(), *lost}
-                                          : apply_edit(edited.world, edited.cell, request);
+    const world::EditResult result = unusable ? world::EditResult{world::EditRefusal::kNotNow, world_node(), *unusable}
+                                              : apply_edit(edited.world, edited.cell, request);
     if (result.done()) edited.obstacles.publish_shapes(edited.world, edited_name(request), edited.term);
     msg::WorldEditReply reply;
     reply.client(request.client());
@@ -175,7 +175,7 @@ void EditService::obey(const Edited& edited) {
     reply.done(result.done());
     reply.cause(cause_of(result));
     reply.edition(edited.world.snapshot().edition);
-    due_.owe(result.done() ? edited.persistence.write(edited.world) : 0, std::move(reply));
+    waiting_.add(result.done() ? edited.persistence.write(edited.world) : 0, std::move(reply));
     log_info("world edit", {{"client", request.client()},
                             {"obstacle", edited_name(request)},
                             {"done", result.done()},
@@ -184,7 +184,7 @@ void EditService::obey(const Edited& edited) {
 }
 
 void EditService::reply(const CheckpointWriter& writer) {
-  for (const msg::WorldEditReply& reply : due_.take(writer)) static_cast<void>(replies_.write(reply));
+  for (const msg::WorldEditReply& reply : waiting_.take(writer)) static_cast<void>(replies_.write(reply));
 }
 
 }  // namespace hecaton::services

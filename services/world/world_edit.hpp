@@ -1,5 +1,5 @@
 #pragma once
-/// Edits of the world: obeys requests, and answers each once the checkpoint has its change.
+/// Edits of the world: applies requests, and replies to each once the checkpoint file has its change.
 
 #include <cstdint>
 #include <deque>
@@ -12,51 +12,51 @@
 
 #include "planner/cell.hpp"
 #include "services/bus/endpoint.hpp"
-#include "services/config/obstacle_place.hpp"
+#include "services/config/overlaps.hpp"
 #include "services/world/world_checkpoint.hpp"
-#include "services/world/world_parts.hpp"
+#include "services/world/world_topics.hpp"
 #include "world/sim/bullet_world.hpp"
 
 namespace hecaton::services {
 
-/// Among whom an edit is made.
+/// The arms of the cell, of which an edit must be clear.
 struct EditedCell {
   std::span<const planner::PlannedArm> arms;
   config::MeasuredJoints q;  ///< of each arm
 };
 
-/// Done, or one sentence that says why not; then nothing has changed. The rules are those of the cell file: what an
-/// obstacle may be, that it must be clear of the arms, and that what an arm takes must be near its tool.
+/// Applies an edit, or refuses it with one sentence and changes nothing. The rules are those of the cell file: allowed
+/// values, clearance from the arms, and an attached obstacle near the arm's tool.
 [[nodiscard]] world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell,
                                            const msg::WorldEditRequest& request);
 
-/// As in the reply: CAUSE_NONE when it was done.
+/// The reply's cause; CAUSE_NONE when the edit is done.
 [[nodiscard]] msg::Cause cause_of(const world::EditResult& result);
 
-/// The obstacle that a request is about.
+/// The name of the obstacle that a request edits.
 [[nodiscard]] const std::string& edited_name(const msg::WorldEditRequest& request);
 
-/// Replies to edits. Each waits until the checkpoint file has what it has changed, or is known not to have it, which
-/// the reply then says: a client that was told no more than that an edit is done does not lose it with the world's
-/// process.
+/// Holds replies until the checkpoint file has the edit, or its write has failed, which the reply then says. So an edit
+/// that a client knows as done survives the world's process.
 class EditReplies {
  public:
-  /// `memory`: the number of the one that has the edit; 0: nothing has changed.
-  void owe(std::uint64_t memory, msg::WorldEditReply reply) { due_.emplace_back(memory, std::move(reply)); }
+  /// `checkpoint`: the number of the checkpoint with the edit; 0: nothing has changed.
+  void add(std::uint64_t checkpoint, msg::WorldEditReply reply) { waiting_.emplace_back(checkpoint, std::move(reply)); }
 
-  /// Those that have waited long enough, in the order of the edits.
+  /// Removes and returns the replies that need not wait any more, in the order of the edits.
   [[nodiscard]] std::vector<msg::WorldEditReply> take(const CheckpointWriter& writer);
 
  private:
-  std::deque<std::pair<std::uint64_t, msg::WorldEditReply>> due_;
+  std::deque<std::pair<std::uint64_t, msg::WorldEditReply>> waiting_;
 };
 
+/// Edits over the bus. For the loop's thread.
 class EditService {
  public:
   EditService(bus::Participant& participant, bus::Mailbox& mailbox)
       : requests_(participant, &mailbox), replies_(participant) {}
 
-  /// What the edits change.
+  /// What edits act on.
   struct Edited {
     world::BulletWorld& world;
     EditedCell cell;
@@ -64,16 +64,15 @@ class EditService {
     ObstaclePublisher& obstacles;
     std::uint64_t term;
   };
-  /// Makes the edits that have arrived, and publishes what they change. Refuses all of them while what was edited
-  /// before is lost.
-  void obey(const Edited& edited);
-  /// Sends the replies that have waited long enough.
+  /// Applies the edits that have arrived and publishes the changes. Refuses all edits while the checkpoint is unusable.
+  void apply(const Edited& edited);
+  /// Sends the replies that need not wait any more.
   void reply(const CheckpointWriter& writer);
 
  private:
   bus::Reader<msg::WorldEditRequest> requests_;
   bus::Writer<msg::WorldEditReply> replies_;
-  EditReplies due_;
+  EditReplies waiting_;
 };
 
 }  // namespace hecaton::services

@@ -1,12 +1,12 @@
-// One process of a cell that the tests of the bus can kill, pause and listen to:
+// A process that the tests of the bus kill, stop and observe:
 //   bus_peer ROLE DOMAIN NAME LEASE_MS [unicast]
 // heartbeat: writes Heartbeat NAME every 10 ms and ArmState NAME every 5 ms.
 // process:   writes ProcessEvents NAME/0 … NAME/29 once, then stays.
 // command:   writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
-// measure:   joins, waits until it has found the writer of ProcessEvents, prints how long that took, leaves.
+// measure:   joins, waits for 30 keys of ProcessEvent, prints how long that took [ms], leaves.
 // gather:    reads ProcessEvents.
-// listen:    says "at N" at every hundredth ArmState it hears, and "silent" when one missed its deadline of 1 s.
-// Says "ready" on stdout once its endpoints exist. Ends at the end of its stdin, so it never outlives its test.
+// listen:    prints "at N" at every hundredth ArmState, and "silent" when a deadline of 1 s is missed.
+// Prints "ready" once its endpoints exist. Ends at the end of its stdin, so that it does not outlive its test.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -31,25 +31,25 @@ bool pause_for(int milliseconds) {
   return ::read(STDIN_FILENO, &byte, 1) > 0;
 }
 
-void say_ready() {
+void print_ready() {
   std::puts("ready");
   std::fflush(stdout);
 }
 
 int heartbeat(bus::Participant& participant, const std::string& name) {
-  bus::Writer<msg::Heartbeat> beats(participant);
+  bus::Writer<msg::Heartbeat> heartbeats(participant);
   bus::Writer<msg::ArmState> states(participant);
-  msg::Heartbeat beat;
-  beat.node(name);
-  beat.pid(::getpid());
+  msg::Heartbeat heartbeat;
+  heartbeat.node(name);
+  heartbeat.pid(::getpid());
   msg::ArmState state;
   state.arm(name);
-  say_ready();
+  print_ready();
   for (std::uint64_t i = 0; pause_for(5); ++i) {
     state.sequence_number(i);
-    beat.sequence_number(i / 2);
+    heartbeat.sequence_number(i / 2);
     if (!states.write(state)) return 1;
-    if (i % 2 == 0 && !beats.write(beat)) return 1;
+    if (i % 2 == 0 && !heartbeats.write(heartbeat)) return 1;
   }
   return 0;
 }
@@ -61,7 +61,7 @@ int process(bus::Participant& participant, const std::string& name) {
     event.process(name + "/" + std::to_string(i));
     if (!events.write(event)) return 1;
   }
-  say_ready();
+  print_ready();
   while (pause_for(-1)) {
   }
   return 0;
@@ -74,7 +74,7 @@ int command(bus::Participant& participant, const std::string& name) {
   msg::ArmCommand command;
   command.arm("arm1");
   command.node(name);
-  say_ready();
+  print_ready();
   for (std::uint64_t i = 0; pause_for(10); ++i) {
     command.sequence_number(i);
     if (!commands.write(command)) return 1;
@@ -84,7 +84,7 @@ int command(bus::Participant& participant, const std::string& name) {
 
 int gather(bus::Participant& participant) {
   const bus::Reader<msg::ProcessEvent> reader(participant);
-  say_ready();
+  print_ready();
   while (pause_for(-1)) {
   }
   return 0;
@@ -94,8 +94,8 @@ int listen(bus::Participant& participant) {
   bus::ReaderOptions options;
   options.deadline = 1s;
   bus::Reader<msg::ArmState> states(participant, nullptr, options);
-  say_ready();
-  std::uint64_t told = 0;
+  print_ready();
+  std::uint64_t printed = 0;
   while (pause_for(0)) {
     [[maybe_unused]] const bool arrived = states.wait_for_data(50ms);
     for (const auto& event : states.mailbox().take_events()) {
@@ -103,8 +103,8 @@ int listen(bus::Participant& participant) {
     }
     for (const auto& sample : states.take()) {
       const auto hundred = sample.value.sequence_number() / 100;
-      if (hundred > told) std::printf("at %llu\n", 100ULL * hundred);
-      told = hundred;
+      if (hundred > printed) std::printf("at %llu\n", 100ULL * hundred);
+      printed = hundred;
     }
     std::fflush(stdout);
   }

@@ -1,5 +1,5 @@
-// Processes that die and hang, seen over the bus alone. The participants' lease is a minute: what notices is the
-// topic's.
+// Processes that die or hang, observed over the bus only. The participants' lease is a minute, so the topic's lease
+// detects them.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -15,14 +15,14 @@ namespace {
 
 class Faults : public testing::Test {
  protected:
-  static PeerOptions patient_peer() { return {.lease_ms = 60'000}; }
-  static ParticipantOptions patient() {
+  static PeerOptions long_lease_peer() { return {.lease_ms = 60'000}; }
+  static ParticipantOptions long_lease() {
     auto options = one_host();
     options.lease = 60s;
     return options;
   }
 
-  /// The first event of a kind about a key, and those about others meanwhile.
+  /// Waits for the first event of a kind about a key; collects those about other keys in others_.
   template <class T>
   [[nodiscard]] std::optional<Event> wait_event(Reader<T>& reader, EventKind kind, const std::string& key) {
     std::optional<Event> found;
@@ -48,27 +48,27 @@ class Faults : public testing::Test {
   }
 
   test::FreeDomain domain_;
-  Participant here_{domain_.number(), "supervisor", patient()};
+  Participant here_{domain_.number(), "supervisor", long_lease()};
   std::vector<Event> others_;
 };
 
-// Trap 1: with the other kinds of liveliness any living writer of the topic keeps the dead ones alive.
-TEST_F(Faults, KilledProcessIsNoticedWhileOthersLive) {
+// With the other kinds of liveliness any living writer of a topic asserts the liveliness of dead ones.
+TEST_F(Faults, DetectsAKilledProcessWhileOthersLive) {
   Reader<msg::Heartbeat> reader(here_);
-  PeerProcess alive("heartbeat", domain_.number(), "alive", patient_peer());
-  PeerProcess also("heartbeat", domain_.number(), "also-alive", patient_peer());
+  PeerProcess alive("heartbeat", domain_.number(), "alive", long_lease_peer());
+  PeerProcess also("heartbeat", domain_.number(), "also-alive", long_lease_peer());
   for (int round = 0; round < 5; ++round) {
     const std::string name = "victim" + std::to_string(round);
-    PeerProcess victim("heartbeat", domain_.number(), name, patient_peer());
+    PeerProcess victim("heartbeat", domain_.number(), name, long_lease_peer());
     expect_heard(reader, {name.c_str(), "alive", "also-alive"});
     const auto killed = Clock::now();
     victim.kill();
     const auto event = wait_event(reader, EventKind::kLivelinessLost, name);
     ASSERT_TRUE(event) << name;
-    std::printf("kill -9 noticed by its lease of 100 ms after %.1f ms\n",
+    std::printf("kill -9 detected by the lease of 100 ms after %.1f ms\n",
                 std::chrono::duration<double, std::milli>(event->at - killed).count());
   }
-  // The others are still heard, and the dead are not.
+  // Samples of the living processes still arrive, and none of the dead.
   const auto now = Clock::now();
   ASSERT_TRUE(wait_until(reader, [&] {
     const auto* sample = reader.latest("alive");
@@ -77,18 +77,18 @@ TEST_F(Faults, KilledProcessIsNoticedWhileOthersLive) {
   EXPECT_LT(reader.latest("victim0")->received, now);
 }
 
-// Enough samples, writers and rounds for the thread of timers to come upon a writer while it is destroyed.
-TEST_F(Faults, WhoDiedWithoutAcknowledgingKeepsNoWriterFromBeingDestroyed) {
+// Enough samples, writers and rounds for the thread of timers to handle a writer while it is destroyed.
+TEST_F(Faults, DestroysWritersWhoseReaderDiedWithoutAcknowledging) {
   constexpr int kRounds = 30;
   constexpr int kWriters = 20;
   constexpr int kSamples = 250;
   for (int round = 0; round < kRounds; ++round) {
-    PeerProcess victim("gather", domain_.number(), "victim", patient_peer());
+    PeerProcess victim("gather", domain_.number(), "victim", long_lease_peer());
     ::testing::internal::CaptureStderr();
     {
       std::vector<std::unique_ptr<Writer<msg::ProcessEvent>>> writers;
       for (int i = 0; i < kWriters; ++i) writers.push_back(std::make_unique<Writer<msg::ProcessEvent>>(here_));
-      // Of the victims of earlier rounds one reader each is still known: the participants' lease is a minute.
+      // One reader of each earlier victim is still known, because the participants' lease is a minute.
       for (const auto& writer : writers) EXPECT_TRUE(writer->wait_matched(round + 1, kPatience));
       victim.kill();
       for (const auto& writer : writers) {
@@ -99,14 +99,14 @@ TEST_F(Faults, WhoDiedWithoutAcknowledgingKeepsNoWriterFromBeingDestroyed) {
         }
       }
     }
-    ASSERT_EQ(::testing::internal::GetCapturedStderr(), "") << "or something is left behind, in round " << round;
+    ASSERT_EQ(::testing::internal::GetCapturedStderr(), "") << "a removal has deadlocked in round " << round;
   }
 }
 
-TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
+TEST_F(Faults, DetectsAStoppedProcessByItsDeadline) {
   Reader<msg::ArmState> reader(here_);
-  PeerProcess busy("heartbeat", domain_.number(), "busy", patient_peer());
-  PeerProcess hung("heartbeat", domain_.number(), "hung", patient_peer());
+  PeerProcess busy("heartbeat", domain_.number(), "busy", long_lease_peer());
+  PeerProcess hung("heartbeat", domain_.number(), "hung", long_lease_peer());
   expect_heard(reader, {"busy", "hung"});
   for (int round = 0; round < 5; ++round) {
     [[maybe_unused]] const auto before = reader.mailbox().take_events();
@@ -114,7 +114,7 @@ TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
     hung.send(SIGSTOP);
     const auto event = wait_event(reader, EventKind::kDeadlineMissed, "hung");
     ASSERT_TRUE(event);
-    std::printf("SIGSTOP noticed by its deadline of 20 ms after %.1f ms\n",
+    std::printf("SIGSTOP detected by the deadline of 20 ms after %.1f ms\n",
                 std::chrono::duration<double, std::milli>(event->at - paused).count());
     hung.send(SIGCONT);
     const auto resumed = Clock::now();
@@ -122,10 +122,10 @@ TEST_F(Faults, PausedProcessMissesItsDeadlineAndComesBack) {
   }
 }
 
-// Who was stopped himself heard nothing for longer than the deadline, and that is nobody else's fault.
-TEST_F(Faults, StoppedListenerAccusesNobody) {
-  PeerProcess speaker("heartbeat", domain_.number(), "speaker", patient_peer());
-  PeerProcess listener("listen", domain_.number(), "listener", patient_peer());
+// A stopped reader received nothing for longer than the deadline, which is no fault of its writers.
+TEST_F(Faults, ReportsNoMissedDeadlinesAfterAStopOfTheReader) {
+  PeerProcess speaker("heartbeat", domain_.number(), "speaker", long_lease_peer());
+  PeerProcess listener("listen", domain_.number(), "listener", long_lease_peer());
   Reader<msg::ArmState> reader(here_);
   expect_heard(reader, {"speaker"});
   std::string line = listener.line();
@@ -143,26 +143,26 @@ TEST_F(Faults, StoppedListenerAccusesNobody) {
   }
 }
 
-TEST_F(Faults, StandbyIsHeardWhenThePrimaryIsKilled) {
+TEST_F(Faults, ReceivesTheStandbyWhenThePrimaryIsKilled) {
   Reader<msg::ArmCommand> reader(here_);
-  PeerProcess standby("command", domain_.number(), "standby", patient_peer());
-  PeerProcess primary("command", domain_.number(), "primary", patient_peer());
-  const auto heard_from = [&](const std::string& node, Clock::time_point since) {
+  PeerProcess standby("command", domain_.number(), "standby", long_lease_peer());
+  PeerProcess primary("command", domain_.number(), "primary", long_lease_peer());
+  const auto received_from = [&](const std::string& node, Clock::time_point since) {
     return wait_until(reader, [&] {
       const auto* sample = reader.latest("arm1");
       return sample != nullptr && sample->value.node() == node && sample->received > since;
     });
   };
   ASSERT_TRUE(reader.wait_matched(2, kPatience));
-  ASSERT_TRUE(heard_from("primary", Clock::now()));
+  ASSERT_TRUE(received_from("primary", Clock::now()));
   primary.kill();
   const auto killed = Clock::now();
-  ASSERT_TRUE(heard_from("standby", killed));
-  std::printf("standby heard %.1f ms after kill -9 of the primary\n",
+  ASSERT_TRUE(received_from("standby", killed));
+  std::printf("standby received %.1f ms after kill -9 of the primary\n",
               std::chrono::duration<double, std::milli>(reader.latest("arm1")->received - killed).count());
 }
 
-TEST_F(Faults, SupervisorThatStartsLateKnowsEveryProcess) {
+TEST_F(Faults, GivesALateSupervisorAllProcessEvents) {
   PeerProcess agent("process", domain_.number(), "host1");
   PeerProcess other("process", domain_.number(), "host2");
   ASSERT_EQ(agent.line(), "ready");

@@ -17,7 +17,7 @@ namespace hecaton::bus {
 
 struct PeerOptions {
   int lease_ms = 2000;   ///< of the participant
-  bool unicast = false;  ///< find others through 127.0.0.1 instead of multicast
+  bool unicast = false;  ///< discovery through 127.0.0.1 instead of multicast
 };
 
 class PeerProcess {
@@ -58,7 +58,7 @@ class PeerProcess {
   void send(int signal) const {
     if (pid_ > 0) ::kill(pid_, signal);
   }
-  /// kill -9, and gone when this returns.
+  /// Sends SIGKILL and waits for the end.
   void kill() {
     send(SIGKILL);
     ::waitpid(std::exchange(pid_, -1), nullptr, 0);

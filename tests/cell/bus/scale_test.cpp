@@ -1,4 +1,4 @@
-// Many processes on one host find each other, by multicast and by unicast peers.
+// Discovery among many processes on one host, by multicast and by unicast peers.
 #include <fstream>
 #include <memory>
 
@@ -18,10 +18,10 @@ double resident_mb(pid_t pid) {
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-// Trap: a unicast peer is tried on its first four participants only, unless told otherwise.
+// By default Fast DDS tries only the first four participants of a unicast peer.
 class Scale : public testing::TestWithParam<bool> {};
 
-TEST_P(Scale, ThirtySixProcessesOnOneHostAllMatch) {
+TEST_P(Scale, MatchesThirtySixProcessesOnOneHost) {
   const bool unicast = GetParam();
   const test::FreeDomain domain;
   constexpr int kProcesses = 36;
@@ -34,7 +34,7 @@ TEST_P(Scale, ThirtySixProcessesOnOneHostAllMatch) {
   }
   for (const auto& peer : peers) ASSERT_EQ(peer->line(), "ready");
   const auto ready = Clock::now();
-  // Last: its number on this host is the highest, where nobody looks who tries only the first few.
+  // It joins last, so that its number on this host is the highest.
   auto options = one_host();
   if (unicast) options.peers = {{"127.0.0.1"}};
   Participant here(domain.number(), "here", options);
@@ -42,16 +42,16 @@ TEST_P(Scale, ThirtySixProcessesOnOneHostAllMatch) {
   ASSERT_TRUE(reader.wait_matched(kProcesses, kPatience)) << reader.matched();
   ASSERT_TRUE(wait_until(reader, [&] { return reader.latest().size() == kProcesses; })) << reader.latest().size();
   const auto ms = [](Clock::duration d) { return std::chrono::duration<double, std::milli>(d).count(); };
-  std::printf("%d processes ready after %.0f ms, all heard %.0f ms later; resident %.1f MB each\n", kProcesses,
+  std::printf("%d processes ready after %.0f ms, all received %.0f ms later; resident %.1f MB each\n", kProcesses,
               ms(ready - start), ms(Clock::now() - ready), resident_mb(peers[0]->pid()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Discovery, Scale, testing::Values(false, true),
                          [](const auto& discovery) { return discovery.param ? "Unicast" : "Multicast"; });
 
-// Participants of such a lease announce themselves every 30 s, and nobody waits that long here: whoever misses the
-// answers to his first announcements fails. Without the gate of services/bus one start in five did.
-TEST(Match, ANewProcessGetsTheStateOfAnother) {
+// Participants with this lease announce themselves every 12 s, so a process that misses the answers to its first
+// announcements is late. Without DatagramFilter one start in five was.
+TEST(Match, GivesANewProcessTheStateOfAnother) {
   constexpr PeerOptions kRarelyAnnounced{.lease_ms = 120'000};
   const test::FreeDomain domain;
   PeerProcess agent("process", domain.number(), "host1", kRarelyAnnounced);

@@ -22,17 +22,17 @@ TEST_F(MotionGoal, IsReachedByTheMeasuredArm) {
   send(joint_goal("g1", kReady));
   ASSERT_TRUE(await([&] { return is("g1", msg::GoalState::GOAL_REACHED); }));
   EXPECT_TRUE(ever("g1", msg::GoalState::GOAL_ACTIVE));
-  // Twice the cell's goal tolerance of 2 mrad, and what the drive may drift while the status travels.
+  // Twice the cell's goal tolerance of 2 mrad, plus the drive's drift while the status is on its way.
   EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
   EXPECT_LT(status("g1")->distance_to_goal(), 5e-3 * std::sqrt(6.0));
   ASSERT_TRUE(await([&] {
     const auto& reports = reports_.latest();
-    return !reports.empty() && reports.begin()->second.value.judged();
+    return !reports.empty() && reports.begin()->second.value.has_smallest();
   }));
   EXPECT_EQ(reports_.latest().begin()->second.value.contacts(), 0U);
 }
 
-TEST_F(MotionGoal, NamedAndToolPoseGoalsAreReached) {
+TEST_F(MotionGoal, ReachesNamedAndToolPoseGoals) {
   start_all();
   msg::Goal named = joint_goal("named", {});
   named.kind(msg::GoalKind::GOAL_NAMED);
@@ -55,7 +55,7 @@ TEST_F(MotionGoal, NamedAndToolPoseGoalsAreReached) {
   EXPECT_EQ(status("pose")->state(), msg::GoalState::GOAL_REACHED) << status("pose")->cause().text();
 }
 
-TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
+TEST_F(MotionGoal, IsRejectedWithASentenceWhenBadWhileTheArmMovesOn) {
   start_all();
   send(joint_goal("good", {2.5, -1.9, 2.6, 0, 0.6, 0}));
   ASSERT_TRUE(await([&] { return is("good", msg::GoalState::GOAL_ACTIVE) && moves(); }));
@@ -64,7 +64,7 @@ TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
   struct Bad {
     std::string goal;
     std::vector<double> q;
-    std::string said;  ///< part of the sentence
+    std::string text;  ///< part of the sentence
   };
   const std::vector<Bad> bad{
       {"limits", {9.0, -1.9, 2.6, 0, 0.6, 0}, " = 9 must be within "},
@@ -83,7 +83,7 @@ TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
   send(far);
   for (const Bad& goal : bad) {
     ASSERT_TRUE(await([&] { return is(goal.goal, msg::GoalState::GOAL_REJECTED); })) << goal.goal;
-    EXPECT_NE(status(goal.goal)->cause().text().find(goal.said), std::string::npos)
+    EXPECT_NE(status(goal.goal)->cause().text().find(goal.text), std::string::npos)
         << status(goal.goal)->cause().text();
   }
   ASSERT_TRUE(
@@ -97,11 +97,11 @@ TEST_F(MotionGoal, BadOnesAreRejectedWithASentenceWhileTheArmGoesOn) {
   EXPECT_FALSE(ever("good", msg::GoalState::GOAL_REPLACED));
 }
 
-TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
+TEST_F(MotionGoal, IsRejectedInCollisionWithAnObstacle) {
   start_all();
   msg::WorldEditRequest add;
   add.kind(msg::EditKind::EDIT_ADD);
-  // The tool's place in the "ready" pose, from the URDF's own chain, is found by driving there first.
+  // A first goal finds the tool's position in the "ready" pose.
   send(joint_goal("there", kReady));
   ASSERT_TRUE(await([&] { return is("there", msg::GoalState::GOAL_REACHED); }));
   send(joint_goal("back", kHome));
@@ -114,7 +114,7 @@ TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
   add.obstacle(wall);
   const auto reply = edit(add);
   ASSERT_TRUE(reply.done()) << reply.cause().text();
-  // The planner knows the wall when it answers: edits and goals come over different topics, so ask until it does.
+  // Edits and goals use different topics, so the test repeats the goal until the planner knows the wall.
   int attempt = 0;
   ASSERT_TRUE(await([&] {
     const std::string goal = "into" + std::to_string(attempt);
@@ -129,7 +129,7 @@ TEST_F(MotionGoal, InCollisionWithAnObstacleIsRejectedNamingBoth) {
   EXPECT_NE(reason.find("wall"), std::string::npos) << reason;
 }
 
-TEST_F(MotionGoal, ALaterOneReplacesAnEarlierAndACancelledOneLetsTheArmRest) {
+TEST_F(MotionGoal, IsReplacedByALaterGoalAndStopsWhenCancelled) {
   start_all();
   send(joint_goal("first", {2.5, -1.9, 2.6, 0, 0.6, 0}));
   ASSERT_TRUE(await([&] { return is("first", msg::GoalState::GOAL_ACTIVE) && moves(); }));
@@ -154,12 +154,12 @@ TEST_F(MotionGoal, EndsAtItsTimeLimit) {
   EXPECT_NE(status("hasty")->cause().text().find("not reached within 0.3 s"), std::string::npos);
 }
 
-// The arm stands, held, so that nothing but the planner's memory can bring it there afterwards.
-TEST_F(MotionGoal, ThatWasJustAcceptedIsResumedByAPlannerThatIsRestarted) {
-  const std::string memory = path_ + ".goals";
+// The arm is held, so that only the planner's checkpoint can bring it to the goal afterwards.
+TEST_F(MotionGoal, IsResumedByARestartedPlanner) {
+  const std::string checkpoint = path_ + ".goals";
   start_world();
   start_driver();
-  const ChildProcess& first = start_planner("arm1", memory);
+  const ChildProcess& first = start_planner("arm1", checkpoint);
   ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->mode() == msg::ArmMode::ARM_RUNNING; }));
   set_mode(msg::Mode::MODE_HOLD, 1, "for the test");
   send(joint_goal("replaced", kHome));
@@ -167,12 +167,12 @@ TEST_F(MotionGoal, ThatWasJustAcceptedIsResumedByAPlannerThatIsRestarted) {
   ASSERT_TRUE(await([&] { return status("g") != nullptr; }));
   first.signal(SIGKILL);
   ASSERT_TRUE(processes_.back().wait(10s).ended);
-  goals_.forget();  // as if its client had left
-  start_planner("arm1", memory);
+  goals_.clear_history();  // as if its client had left
+  start_planner("arm1", checkpoint);
   set_mode(msg::Mode::MODE_RUN, 1);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
   EXPECT_LT(farthest_joint(arm()->q(), kReady), 5e-3);
-  std::filesystem::remove(memory);
+  std::filesystem::remove(checkpoint);
 }
 
 }  // namespace

@@ -78,18 +78,18 @@ MotionCell::~MotionCell() {
   std::filesystem::remove(path_);
 }
 
-ChildProcess& MotionCell::start(const std::string& program, const std::string& arm, const std::string& memory) {
+ChildProcess& MotionCell::start(const std::string& program, const std::string& arm, const std::string& checkpoint) {
   std::vector<std::string> arguments{path_, "--domain", std::to_string(domain_.number()), "--log-level", "debug"};
   if (!arm.empty()) arguments.insert(arguments.end(), {"--arm", arm});
-  if (!memory.empty()) arguments.insert(arguments.end(), {"--memory", memory});
+  if (!checkpoint.empty()) arguments.insert(arguments.end(), {"--checkpoint", checkpoint});
   return processes_.emplace_back(program, arguments);
 }
 
 ChildProcess& MotionCell::start_driver(const std::string& arm) {
   return start(driver_program_, arm);
 }
-ChildProcess& MotionCell::start_planner(const std::string& arm, const std::string& memory) {
-  return start("hecaton-planner", arm, memory);
+ChildProcess& MotionCell::start_planner(const std::string& arm, const std::string& checkpoint) {
+  return start("hecaton-planner", arm, checkpoint);
 }
 ChildProcess& MotionCell::start_world() {
   return start("hecaton-world", "");
@@ -107,18 +107,18 @@ void MotionCell::start_all() {
       if (state == nullptr || state->mode() != msg::ArmMode::ARM_RUNNING) return false;
     }
     return true;
-  })) << "the cell does not come up";
+  })) << "the cell does not start";
 }
 
 bool MotionCell::await(const std::function<bool()>& event) {
   const auto until = bus::Clock::now() + kLimit;
-  auto beat = bus::Clock::now();
+  auto due = bus::Clock::now();
   while (bus::Clock::now() < until) {
     read_all();
     if (event()) return true;
-    if (bus::Clock::now() >= beat) {
+    if (bus::Clock::now() >= due) {
       set_mode(mode_.mode(), mode_.term(), mode_.cause().text());
-      beat = bus::Clock::now() + kSupervisorPeriod;
+      due = bus::Clock::now() + kSupervisorPeriod;
     }
     (void)mailbox_.wait(kSupervisorPeriod);
   }
@@ -131,7 +131,7 @@ void MotionCell::read_all() {
     if (!sample.disposed) history_.push_back(std::move(sample.value));
   }
   for (const auto& sample : statuses_.take()) {
-    if (!sample.disposed) told_[sample.value.goal()].push_back(sample.value);
+    if (!sample.disposed) statuses_of_[sample.value.goal()].push_back(sample.value);
   }
   for (const auto& sample : heartbeats_.take()) {
     if (!sample.disposed) alive_[sample.key] = sample.value;
@@ -213,9 +213,10 @@ bool MotionCell::is(const std::string& goal, msg::GoalState state, const std::st
 }
 
 bool MotionCell::ever(const std::string& goal, msg::GoalState state) const {
-  const auto found = told_.find(goal);
-  return found != told_.end() && std::any_of(found->second.begin(), found->second.end(),
-                                             [&](const msg::GoalStatus& status) { return status.state() == state; });
+  const auto found = statuses_of_.find(goal);
+  return found != statuses_of_.end() &&
+         std::any_of(found->second.begin(), found->second.end(),
+                     [&](const msg::GoalStatus& status) { return status.state() == state; });
 }
 
 bool MotionCell::moves(const std::string& name) const {

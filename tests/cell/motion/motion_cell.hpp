@@ -1,5 +1,5 @@
 #pragma once
-/// A cell of real processes, and the test as its supervisor and client. Waits for events, never for a fixed time.
+/// A cell of real processes; the test is its supervisor and client. It waits for events, never for a fixed time.
 
 #include <chrono>
 #include <csignal>
@@ -22,24 +22,24 @@ namespace hecaton::test {
 
 using namespace std::chrono_literals;
 
-/// Far beyond what anything here takes, also on a loaded machine with sanitizers.
+/// A time-out for any machine, also with sanitizers.
 constexpr auto kLimit = 60s;
 
 class MotionCell : public testing::Test {
  protected:
-  /// Writes a cell file with `arms` PUMAs (arm1, arm2, … 1.2 m apart), the obstacles given as YAML list items, and more
-  /// lines of the arms' defaults; all of them, if there is a urdf among them.
+  /// Writes a cell file with `arms` PUMAs (arm1, arm2, … 1.2 m apart), obstacles as YAML list items, and further lines
+  /// of the arms' defaults. With a urdf among these lines, they are all the defaults.
   explicit MotionCell(int arms = 1, const std::string& obstacles = "", const std::string& defaults = "");
   ~MotionCell() override;
 
   ChildProcess& start_driver(const std::string& arm = "arm1");
-  /// `memory`: the file in which it keeps what its successor must know; empty: none.
-  ChildProcess& start_planner(const std::string& arm = "arm1", const std::string& memory = "");
+  /// `checkpoint`: the planner's checkpoint file; empty: none.
+  ChildProcess& start_planner(const std::string& arm = "arm1", const std::string& checkpoint = "");
   ChildProcess& start_world();
-  /// All services of all arms, and waits until every arm stands ready to follow goals.
+  /// Starts all services of all arms and waits until every arm runs.
   void start_all();
 
-  /// Keeps the cell mode alive and reads everything until `event`; false when kLimit was not enough.
+  /// Publishes the cell mode and reads all topics until `event` holds; false after kLimit.
   [[nodiscard]] bool await(const std::function<bool()>& event);
 
   void set_mode(msg::Mode mode, std::uint64_t term, const std::string& reason = "");
@@ -69,18 +69,18 @@ class MotionCell : public testing::Test {
   bus::Reader<msg::ArmState> states_;
   bus::Reader<msg::GoalStatus> statuses_;
   bus::Reader<msg::ObstacleShapes> shapes_;
-  bus::Reader<msg::RefereeReport> reports_;
+  bus::Reader<msg::ContactReport> reports_;
   bus::Reader<msg::Heartbeat> heartbeats_;
 
-  std::vector<msg::ArmState> history_;                        ///< every state since the test cleared it
-  std::map<std::string, std::vector<msg::GoalStatus>> told_;  ///< of each goal, in order
+  std::vector<msg::ArmState> history_;                               ///< all states since the test cleared it
+  std::map<std::string, std::vector<msg::GoalStatus>> statuses_of_;  ///< by goal, in order
   std::map<std::string, msg::Heartbeat> alive_;
   msg::CellMode mode_;
   std::vector<ChildProcess> processes_;
   int arm_count_;
 
  private:
-  ChildProcess& start(const std::string& program, const std::string& arm, const std::string& memory = "");
+  ChildProcess& start(const std::string& program, const std::string& arm, const std::string& checkpoint = "");
   void read_all();
   std::uint64_t goal_count_ = 0;
   std::uint64_t request_count_ = 0;

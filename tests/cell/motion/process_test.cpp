@@ -1,4 +1,4 @@
-// The services as programs: signals, exit codes, heartbeats.
+// Services as programs: signals, exit codes, heartbeats.
 #include "tests/cell/motion/motion_cell.hpp"
 
 namespace hecaton::test {
@@ -6,7 +6,7 @@ namespace {
 
 using MotionProcess = MotionCell;
 
-TEST_F(MotionProcess, EachEndsAtOnceOnSigtermWithExitCodeZero) {
+TEST_F(MotionProcess, EndsOnSigtermWithExitCodeZero) {
   start_all();
   for (ChildProcess& process : processes_) {
     process.signal(SIGTERM);
@@ -17,13 +17,13 @@ TEST_F(MotionProcess, EachEndsAtOnceOnSigtermWithExitCodeZero) {
   }
 }
 
-TEST_F(MotionProcess, AlsoWhileTheyStartUp) {
+TEST_F(MotionProcess, EndsOnSigtermDuringItsStart) {
   for (const bool interrupt : {false, true}) {
     start_world();
     start_driver();
     start_planner();
     for (ChildProcess& process : processes_) {
-      // Any instant after main() has begun; the log's first line is written before the loop.
+      // Any instant after main() has begun: the log's first line is written before the loop.
       ASSERT_TRUE(await([&] { return !process.standard_error().empty() || process.wait(0ms).ended; }));
       process.signal(interrupt ? SIGINT : SIGTERM);
       EXPECT_EQ(process.wait(10s).code, 0);
@@ -32,7 +32,7 @@ TEST_F(MotionProcess, AlsoWhileTheyStartUp) {
   }
 }
 
-TEST_F(MotionProcess, HeartbeatsTellWhoServesWhatAndHow) {
+TEST_F(MotionProcess, PublishesItsIdentityAndStateInHeartbeats) {
   start_all();
   ASSERT_TRUE(await([&] {
     return alive_.contains("planner/arm1") && alive_["planner/arm1"].state() == msg::NodeState::NODE_RUNNING &&
@@ -52,7 +52,7 @@ TEST_F(MotionProcess, HeartbeatsTellWhoServesWhatAndHow) {
   ASSERT_TRUE(await([&] { return alive_["planner/arm1"].ticks() > ticks; }));
 }
 
-TEST_F(MotionProcess, BadInputIsOneSentenceAndExitCodeThree) {
+TEST_F(MotionProcess, ReportsBadInputInOneSentenceWithExitCodeThree) {
   const std::vector<std::vector<std::string>> bad{
       {"no_such_cell.yaml", "--arm", "arm1"}, {path_, "--arm", "arm9"}, {path_, "--arm", "arm1", "--log-file", "/"}};
   for (const auto& arguments : bad) {
@@ -68,7 +68,7 @@ TEST_F(MotionProcess, BadInputIsOneSentenceAndExitCodeThree) {
   EXPECT_EQ(unknown.standard_error(), path_ + ": --arm arm9 must be one of arm1\n");
 }
 
-TEST_F(MotionProcess, WrongUsageIsExitCodeTwoAndABadValueThree) {
+TEST_F(MotionProcess, DistinguishesWrongUsageFromABadValue) {
   for (const auto& arguments :
        std::vector<std::vector<std::string>>{{}, {path_}, {path_, "--arm", "arm1", "--nonsense"}}) {
     ChildProcess process("hecaton-planner", arguments);

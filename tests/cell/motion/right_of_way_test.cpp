@@ -1,4 +1,4 @@
-// The right of way between two planners that know of each other only what goes over DDS
+// The right of way between two planners that communicate over DDS only
 // (docs/design/0007-right-of-way.md).
 #include <algorithm>
 
@@ -7,8 +7,8 @@
 namespace hecaton::test {
 namespace {
 
-// Forearms stretched out level, pointing past each other: each must sweep through the place between the bases, and they
-// meet there head-on.
+// The forearms are level and point past each other. Each must sweep through the place between the bases, where they
+// meet head-on.
 const std::vector<double> kFrom1{0.6, -0.6, 2.6, 0, 0.6, 0};
 const std::vector<double> kTo1{2.5, -0.6, 2.6, 0, 0.6, 0};
 const std::vector<double> kFrom2{-2.5, -0.6, 2.6, 0, 0.6, 0};
@@ -17,7 +17,7 @@ const std::vector<double> kTo2{-0.6, -0.6, 2.6, 0, 0.6, 0};
 class MotionRightOfWay : public MotionCell {
  protected:
   // Nobody looks ahead, and whoever is held back asks soon.
-  MotionRightOfWay() : MotionCell(2, "", "  rollout: {candidates: 0}\n  yielding: {patience: 1s}\n") {}
+  MotionRightOfWay() : MotionCell(2, "", "  rollout: {candidates: 0}\n  yielding: {yield_request_delay: 1s}\n") {}
 
   void go(const std::string& goal, const std::vector<double>& q, const std::string& arm) {
     send(joint_goal(goal, q, arm));
@@ -25,20 +25,22 @@ class MotionRightOfWay : public MotionCell {
   [[nodiscard]] bool arrived(const std::string& goal, const std::string& arm) const {
     return is(goal, msg::GoalState::GOAL_REACHED, arm);
   }
-  /// The arm made room for `other` on its way to `goal`, as it told everybody.
+  /// The arm yielded to `other` on its way to `goal`, as its goal statuses say.
   [[nodiscard]] bool yielded(const std::string& goal, const std::string& other) const {
     return std::any_of(told(goal).begin(), told(goal).end(), [&](const msg::GoalStatus& status) {
-      return status.recovery_action() == "makes room for arm " + other && status.blocked_duration() > 0.0;
+      return status.recovery_action() == "yields to arm " + other && status.blocked_duration() > 0.0;
     });
   }
   [[nodiscard]] bool asked(const std::string& goal) const {
     return std::any_of(told(goal).begin(), told(goal).end(),
                        [](const msg::GoalStatus& status) { return status.priority() > 0; });
   }
-  [[nodiscard]] const std::vector<msg::GoalStatus>& told(const std::string& goal) const { return told_.at(goal); }
+  [[nodiscard]] const std::vector<msg::GoalStatus>& told(const std::string& goal) const {
+    return statuses_of_.at(goal);
+  }
 };
 
-TEST_F(MotionRightOfWay, OneMakesRoomAndBothArriveWithoutTouching) {
+TEST_F(MotionRightOfWay, OneArmYieldsAndBothArriveWithoutContact) {
   start_all();
   go("start2", kFrom2, "arm2");
   ASSERT_TRUE(await([&] { return arrived("start2", "arm2"); }));
@@ -52,8 +54,8 @@ TEST_F(MotionRightOfWay, OneMakesRoomAndBothArriveWithoutTouching) {
 
   const auto reports = reports_.latest();
   ASSERT_FALSE(reports.empty());
-  const msg::RefereeReport& report = reports.begin()->second.value;
-  EXPECT_TRUE(report.judged());
+  const msg::ContactReport& report = reports.begin()->second.value;
+  EXPECT_TRUE(report.has_smallest());
   EXPECT_EQ(report.contacts(), 0U);
 }
 

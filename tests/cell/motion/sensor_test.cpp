@@ -1,4 +1,4 @@
-// A real distance sensor: whoever publishes RangeScan shows an arm what is in its way.
+// A real range sensor: any process may publish its RangeScan.
 #include <idl/world.h>
 
 #include "services/bus/endpoint.hpp"
@@ -7,7 +7,7 @@
 namespace hecaton::test {
 namespace {
 
-/// A planar arm with one beam along x, from its base, that the world does not simulate: the test is the sensor.
+/// A planar arm with one beam from its base along x. The world does not simulate it; the test is the sensor.
 class MotionSensor : public MotionCell {
  protected:
   MotionSensor()
@@ -40,7 +40,7 @@ class MotionSensor : public MotionCell {
   std::uint64_t sequence_ = 0;
 };
 
-TEST_F(MotionSensor, WhoeverPublishesScansShowsTheArmItsWay) {
+TEST_F(MotionSensor, MakesTheArmAvoidScannedObstacles) {
   start_driver();
   start_planner();
   start_world();
@@ -48,16 +48,16 @@ TEST_F(MotionSensor, WhoeverPublishesScansShowsTheArmItsWay) {
   send(joint_goal("silent", across));
   ASSERT_TRUE(await([&] {
     const msg::GoalStatus* told = status("silent");
-    return told != nullptr && told->cause().text().find("sensor eye was never heard") != std::string::npos;
+    return told != nullptr && told->cause().text().find("sensor eye has sent no scan") != std::string::npos;
   })) << "without its sensor it stays";
 
-  // Something stops the first link on its way; to the other side there is none.
+  // An obstacle blocks the first link on one side; the other side is free.
   send(joint_goal("barred", across));
   ASSERT_TRUE(await([&] {
     publish(0.3, true);
     const msg::GoalStatus* told = status("barred");
     return told != nullptr && told->state() == msg::GoalState::GOAL_BLOCKED &&
-           told->cause().text().find("what it knows of the obstacles leaves no way to the goal") != std::string::npos;
+           told->cause().text().find("the known obstacles leave no path to the goal") != std::string::npos;
   }));
   ASSERT_NE(arm(), nullptr);
   EXPECT_LT(arm()->q()[0], -0.05);

@@ -1,4 +1,4 @@
-// What stops an arm, whoever else lives or dies.
+// Stops of an arm while other processes fail.
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +30,7 @@ class MotionStop : public MotionCell {
   }
 };
 
-TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
+TEST_F(MotionStop, DriverBrakesWhenItsPlannerIsKilled) {
   start_world();
   start_driver();
   ChildProcess& planner = start_planner();
@@ -46,8 +46,8 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
   constexpr double kAtRest = 1e-3;  // the driver calls slower joints at rest [rad/s]
   for (const double speed : arm()->qd()) EXPECT_LE(std::abs(speed), kAtRest);
 
-  // On its stop profile, all joints together at the cell's 10 rad/s²: from every sample on the way the arm comes to
-  // rest q̇ T/2 further, T = maxⱼ |q̇ⱼ| / 10.
+  // On the stop profile all joints brake together at the cell's 10 rad/s²: from every sample on the way the arm comes
+  // to rest q̇ T/2 further, T = maxⱼ |q̇ⱼ| / 10.
   const std::vector<double> q_rest = arm()->q();
   for (const msg::ArmState& state : history_) {
     if (state.mode() != msg::ArmMode::ARM_BRAKING) continue;
@@ -58,35 +58,35 @@ TEST_F(MotionStop, TheDriverStopsByItselfWhenItsPlannerIsKilled) {
     }
   }
 
-  // A planner that is started again in the same term is obeyed at once: it counts on where the driver stands.
+  // The driver follows a planner restarted in the same term at once: the planner continues the driver's sequence.
   start_planner();
   ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_RUNNING); }));
   send(joint_goal("again", kHome));
   ASSERT_TRUE(await([&] { return is("again", msg::GoalState::GOAL_REACHED); }));
 }
 
-TEST_F(MotionStop, HoldStopsTheArmAndRunLetsItGoOnToTheSameGoal) {
+TEST_F(MotionStop, HoldStopsTheArmAndRunContinuesToTheSameGoal) {
   start_all();
   move_away("g");
-  set_mode(msg::Mode::MODE_HOLD, 1, "somebody opened the door");
+  set_mode(msg::Mode::MODE_HOLD, 1, "the door is open");
   ASSERT_TRUE(await([&] { return in(msg::ArmMode::ARM_STOPPED); }));
-  EXPECT_EQ(arm()->cause().text(), "the cell is held: somebody opened the door");
-  ASSERT_TRUE(await([&] { return status("g")->cause().text() == "the cell is held: somebody opened the door"; }));
+  EXPECT_EQ(arm()->cause().text(), "the cell is held: the door is open");
+  ASSERT_TRUE(await([&] { return status("g")->cause().text() == "the cell is held: the door is open"; }));
   EXPECT_EQ(status("g")->state(), msg::GoalState::GOAL_ACTIVE);
   set_mode(msg::Mode::MODE_RUN, 1);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
 }
 
-TEST_F(MotionStop, ASupervisorThatFallsSilentStopsNothing) {
+TEST_F(MotionStop, SilentSupervisorStopsNoArm) {
   start_all();
   send(joint_goal("g", kFarAway));
-  // Reads without writing the cell mode: nobody keeps it alive.
+  // Reads without publishing the cell mode.
   const auto until = bus::Clock::now() + kLimit;
   while (!is("g", msg::GoalState::GOAL_REACHED) && bus::Clock::now() < until) (void)mailbox_.wait(20ms);
   EXPECT_TRUE(is("g", msg::GoalState::GOAL_REACHED));
 }
 
-TEST_F(MotionStop, ThePlannerStopsForASilentWorldSaysSoAndGoesOnWithTheNext) {
+TEST_F(MotionStop, PlannerStopsWithoutAWorldAndContinuesWithTheNext) {
   ChildProcess& world = start_world();
   start_driver();
   start_planner();
@@ -94,7 +94,7 @@ TEST_F(MotionStop, ThePlannerStopsForASilentWorldSaysSoAndGoesOnWithTheNext) {
   move_away("g");
   world.signal(SIGKILL);
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_BLOCKED); }));
-  EXPECT_EQ(status("g")->cause().text(), "the world is silent");
+  EXPECT_EQ(status("g")->cause().text(), "the world service sends no states");
   EXPECT_FALSE(moves());
   start_world();
   ASSERT_TRUE(await([&] { return is("g", msg::GoalState::GOAL_REACHED); }));
@@ -105,7 +105,7 @@ class MotionStopOfTwo : public MotionCell {
   MotionStopOfTwo() : MotionCell(2) {}
 };
 
-TEST_F(MotionStopOfTwo, AnArmWhoseNeighbourFallsSilentStopsSaysSoAndGoesOnWhenItIsBack) {
+TEST_F(MotionStopOfTwo, ArmStopsWhileItsNeighbourIsSilent) {
   start_world();
   start_driver("arm1");
   start_planner("arm1");
@@ -122,7 +122,7 @@ TEST_F(MotionStopOfTwo, AnArmWhoseNeighbourFallsSilentStopsSaysSoAndGoesOnWhenIt
 }
 
 // The test is the planner here, twice: the second with an older term.
-TEST_F(MotionStop, CommandsOfAnOlderTermAreRefusedCountedAndNeverMoveTheArm) {
+TEST_F(MotionStop, RefusesAndCountsCommandsOfAnOlderTerm) {
   bus::Writer<msg::ArmCommand> commands(participant_);
   start_driver();
   ASSERT_TRUE(commands.wait_matched(1, kLimit));
@@ -144,10 +144,10 @@ TEST_F(MotionStop, CommandsOfAnOlderTermAreRefusedCountedAndNeverMoveTheArm) {
   EXPECT_EQ(arm()->term(), 5U);
   EXPECT_EQ(arm()->stale_rejected(), 0U);
 
-  command.q(kReady);  // where the stale sender would take the arm
+  command.q(kReady);  // where the stale planner would move the arm
   ASSERT_TRUE(send_until(4, [&] { return arm()->stale_rejected() >= 10 && in(msg::ArmMode::ARM_STOPPED); }));
   EXPECT_EQ(arm()->term(), 5U);
-  EXPECT_EQ(arm()->cause().text(), "commands of planner/test carry term 4, which is older than 5");
+  EXPECT_EQ(arm()->cause().text(), "commands of planner/test have term 4, older than term 5");
   for (std::size_t j = 0; j < kHome.size(); ++j) EXPECT_NEAR(arm()->q()[j], kHome[j], 1e-9);
 
   // A cell mode of a newer term outdates the commands, too.
@@ -160,11 +160,11 @@ TEST_F(MotionStop, CommandsOfAnOlderTermAreRefusedCountedAndNeverMoveTheArm) {
   EXPECT_EQ(arm()->term(), 7U);
 }
 
-TEST_F(MotionStop, UnusableCommandsAreRefusedWithASentence) {
+TEST_F(MotionStop, RefusesUnusableCommandsWithASentence) {
   bus::Writer<msg::ArmCommand> commands(participant_);
   start_driver();
   ASSERT_TRUE(commands.wait_matched(1, kLimit));
-  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->cause().text() == "no command came yet"; }));
+  ASSERT_TRUE(await([&] { return arm() != nullptr && arm()->cause().text() == "no command received yet"; }));
   msg::ArmCommand command;
   command.arm("arm1");
   command.node("planner/test");

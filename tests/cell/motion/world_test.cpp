@@ -1,4 +1,4 @@
-// The world service: edits are seen by everybody, or refused with a sentence.
+// The world service: edits reach all nodes or are refused with a sentence.
 #include "tests/cell/motion/motion_cell.hpp"
 
 namespace hecaton::test {
@@ -30,8 +30,7 @@ class MotionWorld : public MotionCell {
     return reply.cause().text();
   }
 
-  /// The world's answer to `attach` once the arm's state has reached it: before that it refuses for want of a measured
-  /// state, however near the obstacle is.
+  /// The world's reply to `attach` after the arm's state has reached the world, which refuses before.
   [[nodiscard]] msg::WorldEditReply attach(const std::string& name, const std::string& arm) {
     msg::WorldEditReply reply;
     EXPECT_TRUE(await([&] {
@@ -42,7 +41,7 @@ class MotionWorld : public MotionCell {
   }
 };
 
-TEST_F(MotionWorld, PublishesTheObstaclesOfItsCellAlsoToLateJoiners) {
+TEST_F(MotionWorld, PublishesItsObstaclesToLateJoiners) {
   start_world();
   ASSERT_TRUE(await([&] { return obstacle("post") != nullptr; }));
   EXPECT_EQ(obstacle("post")->obstacle().shapes()[0].dimensions().x(), 0.05);
@@ -50,7 +49,7 @@ TEST_F(MotionWorld, PublishesTheObstaclesOfItsCellAlsoToLateJoiners) {
   EXPECT_TRUE(await([&] { return late.latest("post") != nullptr; }));
 }
 
-TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
+TEST_F(MotionWorld, PublishesEditsInShapesAndStates) {
   bus::Reader<msg::ObstacleStates> states(participant_, &mailbox_);
   const auto state = [&](const std::string& name) -> const msg::ObstacleState* {
     const auto& newest = states.latest();
@@ -90,7 +89,8 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   ASSERT_TRUE(attached.done()) << attached.cause().text();
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to() == "arm1"; }));
   ASSERT_TRUE(await([&] { return arm()->carried() == "crate"; }));
-  EXPECT_NE(refusal(request(msg::EditKind::EDIT_DETACH, "crate", "arm2")).find("attached to 'arm1'"), std::string::npos);
+  EXPECT_NE(refusal(request(msg::EditKind::EDIT_DETACH, "crate", "arm2")).find("attached to 'arm1'"),
+            std::string::npos);
   ASSERT_TRUE(edit(request(msg::EditKind::EDIT_DETACH, "crate")).done());
   ASSERT_TRUE(await([&] { return obstacle("crate")->obstacle().attached_to().empty() && arm()->carried().empty(); }));
 
@@ -101,7 +101,7 @@ TEST_F(MotionWorld, EditsAreSeenInShapesAndStates) {
   EXPECT_NE(obstacle("post"), nullptr);
 }
 
-TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
+TEST_F(MotionWorld, RefusesEditsWithASentenceAndWithoutAChange) {
   start_world();
   ASSERT_TRUE(await([&] { return obstacle("post") != nullptr; }));
   const auto edition = obstacle("post")->edition();
@@ -120,7 +120,8 @@ TEST_F(MotionWorld, RefusedEditsSayWhyAndChangeNothing) {
   EXPECT_NE(refusal(request(msg::EditKind::EDIT_DETACH, "post")).find("post"), std::string::npos);
   start_driver();
   ASSERT_TRUE(await([&] { return arm() != nullptr; }));
-  // At home the tool is at (0.2194, 0.15, 1.4507) [m]; once the world has heard of the arm, nothing may be put there.
+  // At home the tool is at (0.2194, 0.15, 1.4507) [m]; once the world knows the arm's state, it refuses obstacles
+  // there.
   again.obstacle(box("hat", 0.2194, 0.15, 1.4507));
   msg::WorldEditReply reply;
   ASSERT_TRUE(await([&] {

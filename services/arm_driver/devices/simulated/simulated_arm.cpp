@@ -4,12 +4,12 @@
 #include <array>
 
 #include "planner/simulation/arm_model.hpp"
-#include "services/runtime/mapped_file.hpp"
+#include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::device {
 namespace {
 
-/// After a stall that is longer, the arm is at rest anyway.
+/// After a longer stall the arm is at rest anyway.
 constexpr std::chrono::seconds kLongestStall{2};
 
 using Positions = std::array<double, planner::kMaxJoints>;
@@ -18,7 +18,7 @@ class SimulatedArm final : public ArmDevice {
  public:
   explicit SimulatedArm(const DeviceSetup& setup)
       : period_(setup.period),
-        checkpoint_(setup.checkpoint, static_cast<std::uint64_t>(setup.start.size()), "where the simulated arm stands"),
+        checkpoint_(setup.checkpoint, static_cast<std::uint64_t>(setup.start.size()), "the simulated arm's position"),
         joints_(setup.limits, start_of(setup)) {}
 
   DeviceResult configure() override { return {}; }
@@ -28,7 +28,7 @@ class SimulatedArm final : public ArmDevice {
     if (!at_) at_ = now;
     at_ = std::max(*at_, now - kLongestStall);
     while (*at_ < now) advance(std::min(now, *at_ + period_));
-    remember();
+    store();
     return {joints_.state(), {}, 1.0, DeviceMode::kReady, {}};
   }
 
@@ -54,7 +54,7 @@ class SimulatedArm final : public ArmDevice {
     return q.allFinite() ? q : setup.start;
   }
 
-  // Until the next set-point comes, and as long as the last one is valid, the arm goes on with its velocity.
+  // Between set-points the arm moves on with the velocity of the last one as long as that is valid.
   void advance(Clock::time_point to) {
     const double dt = std::chrono::duration<double>(to - *at_).count();
     if (set_point_ && to <= set_point_->valid_until) {
@@ -66,7 +66,7 @@ class SimulatedArm final : public ArmDevice {
     at_ = to;
   }
 
-  void remember() {
+  void store() {
     Positions q{};
     std::copy(joints_.state().q.begin(), joints_.state().q.end(), q.begin());
     checkpoint_.remember(q);

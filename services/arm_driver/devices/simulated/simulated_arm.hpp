@@ -1,6 +1,6 @@
 #pragma once
-/// The simulated arm: joints with a position controller that never fails, in real time. Where it stands survives its
-/// process, as a real arm's position does.
+/// The simulated arm: joints with a position controller that never fails, in real time. Its position survives its
+/// process, as a real arm's does.
 
 #include <memory>
 

@@ -24,7 +24,7 @@ planner::JointLimits limits() {
   return limits;
 }
 
-/// A device whose failures the test decides, and the simulated arm otherwise.
+/// The simulated arm, with failures that the test sets.
 class FaultyArm final : public device::ArmDevice {
  public:
   using Clock = device::Clock;
@@ -91,7 +91,7 @@ class ArmControlTest : public testing::Test {
   void period(std::chrono::nanoseconds late = 0ns) {
     now_ += kPeriod + late;
     control_.read(now_);
-    control_.order(may_run_ ? std::nullopt : std::optional(cause_));
+    control_.set_hold(may_run_ ? std::nullopt : std::optional(cause_));
     if (command_) last_ = control_.command(*command_);
     command_.reset();
     control_.write();
@@ -105,7 +105,7 @@ class ArmControlTest : public testing::Test {
     command_->q({q_});
     command_->qd({0.5});
   }
-  /// A planner that moves at 0.5 rad/s, ten milliseconds a command.
+  /// Commands of a planner that moves at 0.5 rad/s, one every 10 ms.
   void plan(std::uint64_t term = 1) {
     q_ += 0.005;
     send(term);
@@ -128,19 +128,19 @@ class ArmControlTest : public testing::Test {
   ArmControl control_{{"arm1", limits(), kTimeout, kPeriod, 12ms}, device_};
   device::Clock::time_point now_{std::chrono::hours(1)};
   bool may_run_ = false;
-  msg::Cause cause_ = make_cause(CauseKind::CAUSE_MODE_UNKNOWN, "arm1", "no supervisor was heard yet");
+  msg::Cause cause_ = make_cause(CauseKind::CAUSE_MODE_UNKNOWN, "arm1", "no cell mode received yet");
   std::optional<msg::ArmCommand> command_;
   Judgement last_;
   double q_ = 0.0;
   std::uint64_t sequence_ = 0;
 };
 
-TEST_F(ArmControlTest, StandsStillUntilASupervisorWasHeard) {
+TEST_F(ArmControlTest, HoldsTheArmUntilACellModeArrives) {
   for (int k = 0; k < 20; ++k) plan();
   EXPECT_EQ(control_.mode(), ArmMode::ARM_STARTING);
   EXPECT_EQ(q(), 0.0);
   EXPECT_EQ(kind(), CauseKind::CAUSE_MODE_UNKNOWN);
-  EXPECT_EQ(control_.gate().sequence(), 20U) << "but says that it hears its planner";
+  EXPECT_EQ(control_.gate().sequence(), 20U) << "but acknowledges its planner's commands";
 }
 
 TEST_F(ArmControlTest, BrakesWhenCommandsStop) {
@@ -156,12 +156,12 @@ TEST_F(ArmControlTest, BrakesWhenCommandsStop) {
   EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
   EXPECT_EQ(kind(), CauseKind::CAUSE_COMMANDS_CEASED);
   EXPECT_EQ(text(), "commands ceased: none for more than 50 ms");
-  wait(0.054);  // 0.5 rad/s at 10 rad/s² take 50 ms, and what is measured is a period old
+  wait(0.054);  // 0.5 rad/s at 10 rad/s² take 50 ms, and the measurement is a period old
   EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
   EXPECT_EQ(control_.measured().qd[0], 0.0);
 }
 
-TEST_F(ArmControlTest, HoldBrakesAndCommandsDoNotMoveItMeanwhile) {
+TEST_F(ArmControlTest, BrakesAndIgnoresCommandsWhileHeld) {
   run();
   may_run_ = false;
   cause_ = make_cause(CauseKind::CAUSE_HOLD_ORDERED, "arm1", "the cell is held: door");
@@ -173,7 +173,7 @@ TEST_F(ArmControlTest, HoldBrakesAndCommandsDoNotMoveItMeanwhile) {
   const double stands = q();
   may_run_ = true;
   wait(0.1);
-  EXPECT_EQ(q(), stands) << "an old command is not taken up again";
+  EXPECT_EQ(q(), stands) << "an old command has no effect";
   q_ = stands;
   plan();
   EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
@@ -186,19 +186,19 @@ TEST_F(ArmControlTest, BrakesWhenTheSetPointIsFarFromTheArm) {
   EXPECT_EQ(last_.verdict, Verdict::kTooFar);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
   EXPECT_EQ(kind(), CauseKind::CAUSE_COMMAND_TOO_FAR);
-  EXPECT_EQ(text(), "the set-point is too far away: joint 1 is at 0.500 and has to be at 0.575");
+  EXPECT_EQ(text(), "the set-point is too far from the arm: joint 1 measured at 0.500, set-point 0.575");
   wait(0.1);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
-  EXPECT_GT(control_.command_age(), 0.1) << "it was not accepted";
+  EXPECT_GT(control_.command_age(), 0.1) << "the command is not accepted";
   q_ = q();
   plan();
   EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
   EXPECT_EQ(kind(), CauseKind::CAUSE_NONE);
 }
 
-TEST_F(ArmControlTest, AnOutdatedPlannerCannotKeepItMoving) {
+TEST_F(ArmControlTest, BrakesWhenOnlyCommandsOfAnOlderTermArrive) {
   run();
-  control_.saw({{}, 2});
+  control_.observe_lease({{}, 2});
   for (int k = 0; k < 20; ++k) plan(1);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
   EXPECT_EQ(control_.gate().stale_rejected(), 20U);
@@ -207,7 +207,7 @@ TEST_F(ArmControlTest, AnOutdatedPlannerCannotKeepItMoving) {
   EXPECT_EQ(kind(), CauseKind::CAUSE_COMMAND_REFUSED);
 }
 
-TEST_F(ArmControlTest, ReportsADeviceThatFailsAndHoldsTheArm) {
+TEST_F(ArmControlTest, ReportsAFailedDeviceAndHoldsTheArm) {
   run();
   device_.mode = DeviceMode::kFailed;
   device_.text = "joint 3: overcurrent";
@@ -216,19 +216,19 @@ TEST_F(ArmControlTest, ReportsADeviceThatFailsAndHoldsTheArm) {
   EXPECT_EQ(control_.cause(), make_cause(CauseKind::CAUSE_DEVICE_FAILED, "arm1", "joint 3: overcurrent"));
   EXPECT_EQ(device_.stopped_for, "joint 3: overcurrent");
   EXPECT_FALSE(device_.active);
-  EXPECT_EQ(control_.measured().q.size(), 1) << "what was measured last is still told";
+  EXPECT_EQ(control_.measured().q.size(), 1) << "the last measurement is still reported";
   for (int k = 0; k < 10; ++k) plan();
-  EXPECT_EQ(last_.verdict, Verdict::kAccepted) << "the planner is heard, but nothing moves";
+  EXPECT_EQ(last_.verdict, Verdict::kAccepted) << "the command is accepted, but the arm stands";
   EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
 }
 
-TEST_F(ArmControlTest, ARecoveredDeviceBeginsWhereTheArmIs) {
+TEST_F(ArmControlTest, StartsARecoveredDeviceAtTheMeasuredPosition) {
   run();
   device_.mode = DeviceMode::kFailed;
   period();
   device_.mode = DeviceMode::kReady;
   wait(0.9);
-  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED) << "it is configured again after a second";
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED) << "configured again after a second";
   EXPECT_EQ(device_.configured, 1);
   wait(0.2);
   EXPECT_EQ(device_.configured, 2);
@@ -275,7 +275,7 @@ TEST_F(ArmControlTest, FailsWhenTheMeasuredStateIsOldOrNotFinite) {
   EXPECT_EQ(text(), "the device measures a value that is not finite");
 }
 
-TEST_F(ArmControlTest, AStopOfTheDeviceIsNoFailure) {
+TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
   run();
   device_.text = "protective stop: release it at the pendant";
   for (const auto& [mode, expected] : {std::pair(DeviceMode::kProtectiveStop, CauseKind::CAUSE_PROTECTIVE_STOP),
@@ -294,7 +294,7 @@ TEST_F(ArmControlTest, AStopOfTheDeviceIsNoFailure) {
   EXPECT_EQ(device_.configured, 1);
 }
 
-TEST_F(ArmControlTest, AfterAStallTheStopBeginsWhereTheArmIs) {
+TEST_F(ArmControlTest, BeginsTheStopAtTheMeasuredPositionAfterAStall) {
   run();
   const double before = q();
   period(200ms);  // the device has stopped by itself: 12 ms at 0.5 rad/s, then 50 ms of braking
@@ -303,7 +303,7 @@ TEST_F(ArmControlTest, AfterAStallTheStopBeginsWhereTheArmIs) {
   EXPECT_NE(control_.mode(), ArmMode::ARM_RUNNING);
 }
 
-TEST_F(ArmControlTest, LateLoopsDoNotDisturbTheMotion) {
+TEST_F(ArmControlTest, MovesSmoothlyWithALateLoop) {
   run();
   const double before = q();
   std::chrono::nanoseconds late = 0ns;
@@ -319,7 +319,7 @@ TEST_F(ArmControlTest, LateLoopsDoNotDisturbTheMotion) {
   EXPECT_NEAR(q(), before + 0.1, 0.001);
 }
 
-TEST_F(ArmControlTest, StopsTheDeviceInTheEnd) {
+TEST_F(ArmControlTest, StopsTheDeviceAtItsEnd) {
   device::DeviceSetup setup{"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}};
   FaultyArm arm(setup);
   {
@@ -328,7 +328,7 @@ TEST_F(ArmControlTest, StopsTheDeviceInTheEnd) {
     ASSERT_TRUE(arm.active);
   }
   EXPECT_FALSE(arm.active);
-  EXPECT_EQ(arm.stopped_for, "the driver ends");
+  EXPECT_EQ(arm.stopped_for, "the driver shuts down");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What survives a driver's process: its lease, and where its simulated arm stands.
+// State that survives a driver's process: its lease, and the simulated arm's position.
 #include <array>
 #include <csignal>
 #include <filesystem>
@@ -7,9 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "services/arm_driver/command_gate.hpp"
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
-#include "services/arm_driver/lease_checkpoint.hpp"
-#include "services/runtime/mapped_file.hpp"
+#include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -20,7 +20,7 @@ class CheckpointTest : public ::testing::Test {
  protected:
   ~CheckpointTest() override { std::filesystem::remove(path_); }
 
-  /// An arm that starts at `start` unless the checkpoint says otherwise.
+  /// An arm that starts at `start` without a checkpoint.
   [[nodiscard]] std::unique_ptr<device::ArmDevice> arm(const planner::JointVector& start) const {
     const auto n = start.size();
     device::DeviceSetup setup;
@@ -38,17 +38,17 @@ class CheckpointTest : public ::testing::Test {
   const ArmLease second_{"planner/arm1", 8};
 };
 
-TEST_F(CheckpointTest, ANewFileHasNoLease) {
+TEST_F(CheckpointTest, IsEmptyInANewFile) {
   EXPECT_FALSE(LeaseCheckpoint(path_).recall());
 }
 
-TEST_F(CheckpointTest, WithoutAFileNothingIsRemembered) {
+TEST_F(CheckpointTest, IsEmptyWithoutAFile) {
   LeaseCheckpoint checkpoint("");
   checkpoint.remember(first_);
   EXPECT_FALSE(checkpoint.recall());
 }
 
-TEST_F(CheckpointTest, TheLastLeaseCounts) {
+TEST_F(CheckpointTest, HasTheLastLease) {
   LeaseCheckpoint checkpoint(path_);
   for (int i = 0; i < 5; ++i) {
     checkpoint.remember(first_);
@@ -58,7 +58,7 @@ TEST_F(CheckpointTest, TheLastLeaseCounts) {
   }
 }
 
-TEST_F(CheckpointTest, ALeaseSurvivesKill) {
+TEST_F(CheckpointTest, KeepsTheLeaseOfAKilledProcess) {
   const pid_t child = fork();
   if (child == 0) {
     LeaseCheckpoint checkpoint(path_);
@@ -70,11 +70,11 @@ TEST_F(CheckpointTest, ALeaseSurvivesKill) {
   LeaseCheckpoint successor(path_);
   EXPECT_EQ(successor.recall(), second_);
   successor.remember(first_);
-  EXPECT_EQ(successor.recall(), first_) << "goes on counting";
+  EXPECT_EQ(successor.recall(), first_) << "the successor continues with it";
 }
 
 TEST_F(CheckpointTest, FindsTheLeaseBesideASlotOfAnotherLayout) {
-  using Other = std::array<std::uint64_t, 33>;  // as large as a lease's record
+  using Other = std::array<std::uint64_t, 33>;  // of a lease record's size
   MappedRecord<Other> other(path_, 1, "a test's record");
   for (int i = 0; i < 3; ++i) other.remember({});
   LeaseCheckpoint checkpoint(path_);
@@ -83,8 +83,8 @@ TEST_F(CheckpointTest, FindsTheLeaseBesideASlotOfAnotherLayout) {
   EXPECT_EQ(checkpoint.recall(), first_);
 }
 
-// Half a name would name no planner: no planner could ever command the arm.
-TEST_F(CheckpointTest, OfANameThatIsTooLongTheTermIsKept) {
+// A cut name would belong to no planner, and no planner could command the arm.
+TEST_F(CheckpointTest, KeepsTheTermAloneOfAnOverlongName) {
   LeaseCheckpoint checkpoint(path_);
   checkpoint.remember({std::string(256, 'p'), 9});
   EXPECT_EQ(checkpoint.recall(), (ArmLease{"", 9}));
@@ -102,7 +102,7 @@ TEST_F(CheckpointTest, RefusesAFolder) {
   }
 }
 
-TEST_F(CheckpointTest, ASimulatedArmStandsWhereItsProcessLeftIt) {
+TEST_F(CheckpointTest, KeepsThePositionOfASimulatedArm) {
   const planner::JointVector start = planner::JointVector::Constant(2, 0.1);
   device::Clock::time_point now{1h};
   const pid_t child = fork();
@@ -120,7 +120,7 @@ TEST_F(CheckpointTest, ASimulatedArmStandsWhereItsProcessLeftIt) {
   EXPECT_TRUE(found.measured.qd.isZero());
 }
 
-TEST_F(CheckpointTest, OfAnArmWithOtherJointsNothingIsTaken) {
+TEST_F(CheckpointTest, IgnoresThePositionOfAnArmWithOtherJoints) {
   device::Clock::time_point now{1h};
   (void)arm(planner::JointVector::Constant(2, 0.5))->read(now);
   EXPECT_EQ(arm(planner::JointVector::Constant(3, 0.1))->read(now).measured.q, planner::JointVector::Constant(3, 0.1));

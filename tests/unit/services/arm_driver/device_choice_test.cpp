@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "services/config/config_error.hpp"
+#include "services/config/yaml_tree.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -19,7 +19,7 @@ config::CellFile cell(const std::string& device) {
   return config::parse_cell_file(text, std::string(HECATON_SOURCE_DIR) + "/deploy/cells/tiny.yaml");
 }
 
-/// What is refused, from the key on.
+/// The sentence of a refusal, from the key on.
 std::string refusal(const std::string& device) {
   try {
     require_known_devices(cell(device));
@@ -30,7 +30,7 @@ std::string refusal(const std::string& device) {
   return "nothing";
 }
 
-TEST(DeviceChoice, ASimulatedArmIsTheDefault) {
+TEST(DeviceChoice, IsASimulatedArmByDefault) {
   EXPECT_EQ(cell("").devices.at(0).type, "simulated");
   EXPECT_EQ(refusal(""), "nothing");
   EXPECT_EQ(refusal("    device: {type: simulated}\n"), "nothing");

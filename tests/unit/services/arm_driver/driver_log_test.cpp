@@ -1,4 +1,4 @@
-// Who moved the arm when, as the driver's log tells it.
+// The driver's log of planners.
 #include "services/arm_driver/driver_log.hpp"
 
 #include <vector>
@@ -14,14 +14,14 @@ Commander commander(const std::string& planner, std::uint64_t term, std::uint8_t
   return one;
 }
 
-TEST(CommandRecord, EveryChangeOfTermPlannerOrProcessIsToldOnce) {
+TEST(CommandRecord, ReportsEachChangeOfTermPlannerOrProcessOnce) {
   CommandRecord record;
   const std::vector<Commander> lives = {commander("a", 3, 1),   // the first
                                         commander("a", 4, 1),   // the same process under another term
                                         commander("b", 5, 2),   // its standby
                                         commander("b", 5, 3),   // restarted within its term
                                         commander("a", 6, 1)};  // back
-  Commander before;                                             // nobody
+  Commander before;                                             // none
   for (const Commander& life : lives) {
     EXPECT_EQ(record.accepted(life), before);
     EXPECT_FALSE(record.accepted(life));
@@ -29,7 +29,7 @@ TEST(CommandRecord, EveryChangeOfTermPlannerOrProcessIsToldOnce) {
   }
 }
 
-TEST(CommandRecord, TheFirstRefusalOfEachIsToldHoweverOftenOthersWereRefused) {
+TEST(CommandRecord, ReportsTheFirstRefusalOfEachCommander) {
   CommandRecord record;
   const Commander old = commander("a", 3, 1);
   std::vector<std::uint64_t> told;
@@ -39,12 +39,12 @@ TEST(CommandRecord, TheFirstRefusalOfEachIsToldHoweverOftenOthersWereRefused) {
   EXPECT_EQ(told, (std::vector<std::uint64_t>{1, 2, 4, 8}));
   EXPECT_EQ(record.refused(commander("b", 3, 2), 0), 1U);
   EXPECT_EQ(record.refused(commander("a", 4, 1), 0), 1U);  // under another term
-  EXPECT_EQ(record.refused(commander("a", 3, 3), 0), 1U);  // another life of it
+  EXPECT_EQ(record.refused(commander("a", 3, 3), 0), 1U);  // another process of it
   EXPECT_EQ(record.refused(old, 1), 1U);                   // for another reason
   EXPECT_EQ(record.refused(old, 0), 0U);                   // the 10th
 }
 
-TEST(CommandRecord, RefusedCommandersThatItForgetsAreToldAnew) {
+TEST(CommandRecord, ReportsForgottenCommandersAgain) {
   CommandRecord record;
   for (std::uint64_t term = 1; term <= CommandRecord::kRemembered + 1; ++term) {
     EXPECT_EQ(record.refused(commander("a", term, 1), 0), 1U);

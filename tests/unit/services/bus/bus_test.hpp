@@ -1,5 +1,5 @@
 #pragma once
-/// What the tests of the bus share: a domain of their own and patience.
+/// Shared by the tests of the bus: a free domain, time-outs and waiting.
 
 #include <algorithm>
 #include <atomic>
@@ -15,7 +15,7 @@
 
 namespace hecaton::bus {
 
-/// Long enough for any machine; tests wait for events and fail only when one never comes.
+/// A time-out for any machine; tests wait for events and fail only when one never comes.
 inline constexpr auto kPatience = std::chrono::seconds(20);
 
 inline constexpr auto kOnceMore = std::chrono::milliseconds(50);
@@ -38,8 +38,8 @@ inline std::function<bool()> one_in(std::uint64_t n) {
   };
 }
 
-/// Waits on the reader's mailbox until `done()` holds. It is asked at every event, and again after a while without one:
-/// what it writes may be a best-effort sample that gets lost.
+/// Waits on the reader's mailbox until `done()` holds. It is evaluated at every event, and after kOnceMore without one:
+/// a best-effort sample that `done()` writes may get lost.
 template <class T, class Condition>
 [[nodiscard]] bool wait_until(Reader<T>& reader, Condition done) {
   const auto until = Clock::now() + kPatience;
@@ -51,7 +51,7 @@ template <class T, class Condition>
   return true;
 }
 
-/// Two participants of one domain that talk over UDP, as two processes would.
+/// Two participants of one domain that communicate over UDP, as two processes do.
 class BusTest : public testing::Test {
  protected:
   test::FreeDomain domain_;

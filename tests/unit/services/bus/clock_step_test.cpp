@@ -1,4 +1,4 @@
-// Wall clocks are set, and then what waits for a repeated sample must not be lost, nor stop the process
+// A step of the wall clock must neither lose samples that wait for a repeated one nor stop the process
 // (source_time.hpp).
 #include <atomic>
 #include <ctime>
@@ -19,7 +19,7 @@ std::atomic<std::time_t> wall_offset = 0;  // [s]
 
 }  // namespace
 
-/// This process's clocks, for the libraries, too.
+/// Replaces the clocks of this process, also for its libraries.
 extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   const auto result = static_cast<int>(syscall(SYS_clock_gettime, clock, time));
   if (clock == CLOCK_REALTIME) time->tv_sec += wall_offset;
@@ -29,14 +29,14 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
 namespace hecaton::bus {
 namespace {
 
-TEST(ClockStep, TheWallClockIsThisTestsOwn) {
+TEST(ClockStep, AffectsThisProcess) {
   const auto before = std::chrono::system_clock::now();
   wall_offset = -86400;
   EXPECT_LT(std::chrono::system_clock::now(), before);
   wall_offset = 0;
 }
 
-TEST(ClockStep, SourceTimesStartAtTheWallClockAndNeverGoBack) {
+TEST(ClockStep, LeavesSourceTimesMonotonicAndNearTheWallClock) {
   const auto begin = source_time();
   wall_offset = -86400;
   EXPECT_GE(source_time(), begin);
@@ -45,9 +45,8 @@ TEST(ClockStep, SourceTimesStartAtTheWallClockAndNeverGoBack) {
   EXPECT_LT(std::chrono::abs(now - source_time()), std::chrono::hours(1));
 }
 
-/// Four writers behind lossy links, so that their samples wait for each other in the reader's history while the clock
-/// jumps to and fro.
-TEST(ClockStep, EverySampleArrivesWhileTheClockJumpsAndSamplesAreLost) {
+/// The links of four writers are lossy, so that samples wait for repeated ones in the reader's history.
+TEST(ClockStep, LosesNoSampleOnLossyLinks) {
   const test::FreeDomain domain;
   Participant there(domain.number(), "there", one_host());
   Reader<msg::Fault> reader(there);
@@ -67,7 +66,7 @@ TEST(ClockStep, EverySampleArrivesWhileTheClockJumpsAndSamplesAreLost) {
     for (int i = 0; i < kFaults; ++i) {
       wall_offset = i % 3 == 0 ? 86400 * (i % 2) : -60 * i;
       msg::Fault fault;
-      fault.id(std::to_string(i));  // a key comes again when all of its round have arrived
+      fault.id(std::to_string(i));  // a key is used again when all samples of its round have arrived
       ASSERT_TRUE(writers[static_cast<std::size_t>(i) % writers.size()]->write(fault));
     }
     const auto wanted = static_cast<std::uint64_t>(round + 1) * kFaults;

@@ -1,4 +1,4 @@
-// Who gets which samples: many keys, late joiners, withdrawn keys, depth 1.
+// Delivery of samples: many keys, late joiners, withdrawn keys, depth 1.
 #include <set>
 #include <thread>
 
@@ -28,13 +28,13 @@ msg::ProcessEvent process_event(const std::string& process) {
   return event;
 }
 
-// Trap 2: Fast DDS has room for 10 keys unless told otherwise, and says nothing about the eleventh.
-TEST_F(Delivery, ThirtyArmsAreAllReceived) {
+// By default Fast DDS has room for 10 keys and silently drops the eleventh.
+TEST_F(Delivery, ReceivesThirtyArmsOfOneWriter) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
   constexpr int kArms = 30;
-  // Best-effort: what is lost in a full socket buffer comes with the next round, as in a cell.
+  // Best-effort: a sample lost in a full socket buffer comes with the next round, as in a cell.
   std::uint64_t round = 0;
   const auto until = Clock::now() + kPatience;
   while (reader.latest().size() < kArms && Clock::now() < until) {
@@ -47,7 +47,7 @@ TEST_F(Delivery, ThirtyArmsAreAllReceived) {
   EXPECT_EQ(reader.latest().size(), kArms);
 }
 
-TEST_F(Delivery, ThirtyArmsCommandedByOneWriterAreAllReceived) {
+TEST_F(Delivery, ReceivesCommandsForThirtyArmsOfOneWriter) {
   Writer<msg::ArmCommand> writer(here_);
   Reader<msg::ArmCommand> reader(there_);
   expect_matched(writer, reader);
@@ -59,21 +59,21 @@ TEST_F(Delivery, ThirtyArmsCommandedByOneWriterAreAllReceived) {
   EXPECT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 30; }));
 }
 
-TEST_F(Delivery, OneKeyTooManyIsRefusedWithASentence) {
+TEST_F(Delivery, RefusesAKeyBeyondTheTopicsLimit) {
   Writer<msg::ProcessEvent> writer(here_);
   const int room = Topic<msg::ProcessEvent>::kInfo.qos.instances;
   for (int i = 0; i < room; ++i) ASSERT_TRUE(writer.write(process_event("host/p" + std::to_string(i))));
-  const auto refused = writer.write(process_event("host/straw"));
+  const auto refused = writer.write(process_event("host/last"));
   EXPECT_FALSE(refused);
   EXPECT_EQ(
       refused.reason,
-      "hecaton/ProcessEvent \"host/straw\" not written: no room within 10 ms: the topic allows 512 keys at one time");
+      "hecaton/ProcessEvent \"host/last\" not written: no room within 10 ms: the topic allows 512 keys at a time");
   // A withdrawn key makes room.
   ASSERT_TRUE(writer.retire(process_event("host/p0")));
-  EXPECT_TRUE(writer.write(process_event("host/straw")));
+  EXPECT_TRUE(writer.write(process_event("host/last")));
 }
 
-TEST_F(Delivery, KeysThatCannotBeSentAreRefused) {
+TEST_F(Delivery, RefusesEmptyAndOverlongKeys) {
   Writer<msg::ArmState> writer(here_);
   EXPECT_FALSE(writer.write(arm_state("", 1)));
   EXPECT_FALSE(writer.write(arm_state(std::string(300, 'x'), 1)));
@@ -82,7 +82,7 @@ TEST_F(Delivery, KeysThatCannotBeSentAreRefused) {
   EXPECT_FALSE(mode.retire({})) << "a topic without key has nothing to withdraw";
 }
 
-TEST_F(Delivery, LateJoinerGetsEveryObstacle) {
+TEST_F(Delivery, GivesALateJoinerAllObstacles) {
   Writer<msg::ObstacleShapes> writer(here_);
   constexpr int kObstacles = 100;
   for (int i = 0; i < kObstacles; ++i) {
@@ -100,7 +100,7 @@ TEST_F(Delivery, LateJoinerGetsEveryObstacle) {
   EXPECT_EQ(late.latest("obstacle0")->value.obstacle().shapes()[0].vertices().size(), 3000U);
 }
 
-TEST_F(Delivery, RemovedObstacleIsDisposedForReadersAndUnknownToLateJoiners) {
+TEST_F(Delivery, DisposesARemovedObstacleAndHidesItFromLateJoiners) {
   Writer<msg::ObstacleShapes> writer(here_);
   Reader<msg::ObstacleShapes> reader(there_);
   msg::ObstacleShapes pallet;
@@ -128,12 +128,12 @@ TEST_F(Delivery, RemovedObstacleIsDisposedForReadersAndUnknownToLateJoiners) {
   EXPECT_TRUE(wait_until(reader, [&] { return reader.latest("pallet") != nullptr; }));
 }
 
-// A cell that runs for weeks makes millions of goals: the writer keeps the newest alive and withdraws the others.
-TEST_F(Delivery, GoalsBeyondTheRetainedOnesAreRetired) {
+// A cell that runs for weeks gets millions of goals: the writer keeps the newest alive and withdraws the others.
+TEST_F(Delivery, RetiresGoalsBeyondTheRetainedOnes) {
   Writer<msg::Goal> writer(here_);
   Reader<msg::Goal> reader(there_);
   expect_matched(writer, reader);
-  constexpr int kGoals = 6000;  // more than the topic has room for at one time
+  constexpr int kGoals = 6000;  // more than the topic has room for
   const int retained = Topic<msg::Goal>::kInfo.qos.retained;
   std::uint64_t received = 0;
   std::uint64_t disposed = 0;
@@ -164,13 +164,12 @@ TEST_F(Delivery, GoalsBeyondTheRetainedOnesAreRetired) {
   EXPECT_EQ(late.latest("arm1/" + std::to_string(kGoals - retained - 1)), nullptr);
 }
 
-// Trap 4: state is the newest sample, never a queue of old ones.
-TEST_F(Delivery, StateReaderSeesOnlyTheNewest) {
+TEST_F(Delivery, GivesAStateReaderOnlyTheNewestSample) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
   for (std::uint64_t i = 1; i <= 50; ++i) ASSERT_TRUE(writer.write(arm_state("arm1", i)));
-  // The last sample may be lost (best-effort): write on until one from here on has come.
+  // The last sample may be lost (best-effort), so write on until a later one arrives.
   std::uint64_t number = 50;
   std::uint64_t newest = 0;
   const auto until = Clock::now() + kPatience;
@@ -187,7 +186,7 @@ TEST_F(Delivery, StateReaderSeesOnlyTheNewest) {
   EXPECT_GT(newest, 50U);
 }
 
-TEST_F(Delivery, ReliableReaderSeesAllInOrder) {
+TEST_F(Delivery, GivesAReliableReaderAllSamplesInOrder) {
   Writer<msg::WorldEditRequest> writer(here_);
   Reader<msg::WorldEditRequest> reader(there_);
   expect_matched(writer, reader);
@@ -210,7 +209,7 @@ TEST_F(Delivery, ReliableReaderSeesAllInOrder) {
   for (std::uint64_t i = 0; i < 320; ++i) EXPECT_EQ(seen[i], i);
 }
 
-TEST_F(Delivery, UnreadSamplesAreDroppedOldestFirstAndCounted) {
+TEST_F(Delivery, DropsAndCountsTheOldestUnreadSamples) {
   Writer<msg::WorldEditRequest> writer(here_);
   ReaderOptions options;
   options.queue = 4;
@@ -228,9 +227,9 @@ TEST_F(Delivery, UnreadSamplesAreDroppedOldestFirstAndCounted) {
   EXPECT_EQ(reader.counters().overflowed, 6U);
 }
 
-// Fast DDS 2.9 has a sending thread that deadlocks with the thread that hears of a reader's leaving, see quality.cpp.
-// With that thread in use about one leaving in fifty hung the writer's process on a busy machine.
-TEST_F(Delivery, ReadersMayLeaveWhileSamplesAreUnderWay) {
+// The sending thread of Fast DDS 2.9 can deadlock with the thread that learns of a reader's departure, see qos.cpp.
+// With that sending thread one departure in fifty hung the writer's process on a busy machine.
+TEST_F(Delivery, SurvivesDeparturesOfReadersWhileSamplesAreOnTheirWay) {
   constexpr int kRounds = 60;
   Writer<msg::WorldEditRequest> writer(here_);
   for (int round = 0; round < kRounds; ++round) {
@@ -251,28 +250,28 @@ TEST_F(Delivery, ReadersMayLeaveWhileSamplesAreUnderWay) {
   }
 }
 
-TEST_F(Delivery, WhatTheWriterForgotIsNotForLateJoiners) {
+TEST_F(Delivery, HidesAClearedHistoryFromLateJoiners) {
   Writer<msg::CellMode> modes(here_);
   Reader<msg::CellMode> early(there_);
   msg::CellMode mode;
   mode.term(1);
   ASSERT_TRUE(modes.write(mode));
   ASSERT_TRUE(wait_until(early, [&] { return early.counters().received == 1; }));
-  modes.forget();
+  modes.clear_history();
   Reader<msg::CellMode> late(there_);
   ASSERT_TRUE(modes.wait_matched(2, kPatience));
   ASSERT_TRUE(late.wait_matched(1, kPatience));
   mode.term(2);
   ASSERT_TRUE(modes.write(mode));
-  std::vector<std::uint64_t> heard;
+  std::vector<std::uint64_t> terms;
   ASSERT_TRUE(wait_until(late, [&] {
-    for (const auto& sample : late.take()) heard.push_back(sample.value.term());
-    return !heard.empty() && heard.back() == 2;
+    for (const auto& sample : late.take()) terms.push_back(sample.value.term());
+    return !terms.empty() && terms.back() == 2;
   }));
-  EXPECT_EQ(heard, std::vector<std::uint64_t>{2});
+  EXPECT_EQ(terms, std::vector<std::uint64_t>{2});
 }
 
-TEST_F(Delivery, RequestsAreNotForLateJoiners) {
+TEST_F(Delivery, HidesRequestsFromLateJoiners) {
   Writer<msg::WorldEditRequest> writer(here_);
   Reader<msg::WorldEditRequest> early(there_);
   expect_matched(writer, early);
@@ -293,7 +292,7 @@ TEST_F(Delivery, RequestsAreNotForLateJoiners) {
   EXPECT_EQ(heard.front().value.request_id(), 2U);
 }
 
-TEST_F(Delivery, ArrivalIsOnTheReadersOwnClock) {
+TEST_F(Delivery, StampsArrivalsOnTheReadersClock) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);

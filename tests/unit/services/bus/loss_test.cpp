@@ -1,4 +1,4 @@
-// Trap 3: a lost command must come again within milliseconds; the defaults of Fast DDS take up to 3 s.
+// A lost command must be repeated within milliseconds; the defaults of Fast DDS take up to 3 s.
 #include <algorithm>
 
 #include <idl/arm.h>
@@ -9,7 +9,7 @@
 namespace hecaton::bus {
 namespace {
 
-TEST(Loss, OneDatagramInFiveLostCostsMillisecondsNotSeconds) {
+TEST(Loss, DelaysCommandsByMillisecondsWhenOneDatagramInFiveIsLost) {
   const test::FreeDomain domain;
   Participant here(domain.number(), "here", one_host());
   Participant there(domain.number(), "there", one_host());
@@ -41,12 +41,12 @@ TEST(Loss, OneDatagramInFiveLostCostsMillisecondsNotSeconds) {
   std::printf("delay [ms] with 20 %% loss: p50 %.2f, p99 %.2f, max %.2f\n", ms(delays[150]), ms(delays[297]),
               ms(delays[299]));
   RecordProperty("p99_ms", std::to_string(ms(delays[297])));
-  // About 60 of the 300 are lost at first. With the default heartbeat of 3 s a fifth would take that long; half of it
-  // tells the two apart on any machine.
+  // About 60 of the 300 are lost at first and would take the default heartbeat of 3 s. Half of it is a limit for any
+  // machine.
   EXPECT_LT(delays[297], 1500ms);
 }
 
-TEST(Loss, LateJoinersGetEverythingThroughLoss) {
+TEST(Loss, LeavesLateJoinersAllSamples) {
   const test::FreeDomain domain;
   auto lossy = one_host();
   lossy.discard = one_in(4);

@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(Mailbox, WaitsInVainWithoutAnything) {
+TEST(Mailbox, TimesOutWhenNothingArrives) {
   Mailbox mailbox;
   const auto start = Clock::now();
   EXPECT_FALSE(mailbox.wait(5ms));
@@ -18,7 +18,7 @@ TEST(Mailbox, WaitsInVainWithoutAnything) {
   EXPECT_FALSE(mailbox.wait(0ms));
 }
 
-TEST(Mailbox, WakesForWhatCameBeforeTheCall) {
+TEST(Mailbox, WakesForANotificationBeforeTheCall) {
   Mailbox mailbox;
   mailbox.notify();
   mailbox.notify();
@@ -47,7 +47,7 @@ TEST(Mailbox, DescriptorIsReadableWhenWaitWouldNotBlock) {
   EXPECT_EQ(::poll(&readable, 1, 0), 0);
 }
 
-TEST(Mailbox, DropsTheOldestEventsWhenNobodyReads) {
+TEST(Mailbox, DropsTheOldestEventsBeyondItsCapacity) {
   Mailbox mailbox;
   for (std::size_t i = 0; i < Mailbox::kCapacity + 3; ++i) {
     mailbox.post({EventKind::kDeadlineMissed, {}, std::to_string(i), {}, Clock::now()});
@@ -57,7 +57,7 @@ TEST(Mailbox, DropsTheOldestEventsWhenNobodyReads) {
   EXPECT_EQ(events.front().key, "3");
 }
 
-TEST(EndpointId, ParticipantIsTheFirstTwelveBytes) {
+TEST(EndpointId, ComparesParticipantsByTheFirstTwelveBytes) {
   EndpointId a;
   EndpointId b;
   b.bytes[12] = 0xa1;

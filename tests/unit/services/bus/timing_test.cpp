@@ -29,7 +29,7 @@ struct Seen {
   }
 };
 
-/// That something does not happen needs a while to be seen.
+/// Waits for the whole span, to see that something does not happen.
 template <class T>
 void let_pass(Reader<T>& reader, Clock::duration span) {
   const auto until = Clock::now() + span;
@@ -38,8 +38,7 @@ void let_pass(Reader<T>& reader, Clock::duration span) {
   }
 }
 
-// Trap 8: for each key, and once for each silence.
-TEST_F(Timing, DeadlineIsToldOncePerKeyAndSilence) {
+TEST_F(Timing, ReportsAMissedDeadlineOncePerKeyAndSilence) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
@@ -51,15 +50,15 @@ TEST_F(Timing, DeadlineIsToldOncePerKeyAndSilence) {
     seen.collect(reader.mailbox());
     return seen.count(EventKind::kDeadlineMissed, "quiet") >= 1;
   }));
-  // It may have been written more than once, with a silence between; by now all of it has arrived.
+  // "quiet" may have been written more than once, with a silence between. After this wait all samples have arrived.
   let_pass(reader, 200ms);
   seen.collect(reader.mailbox());
-  const auto told = seen.count(EventKind::kDeadlineMissed, "quiet");
+  const auto reported = seen.count(EventKind::kDeadlineMissed, "quiet");
   let_pass(reader, 200ms);  // ten deadlines
   seen.collect(reader.mailbox());
-  EXPECT_EQ(seen.count(EventKind::kDeadlineMissed, "quiet"), told);
+  EXPECT_EQ(seen.count(EventKind::kDeadlineMissed, "quiet"), reported);
 
-  // It speaks again and falls silent again: told again.
+  // The key is written again and falls silent again.
   const auto heard = [&] {
     for (const auto& sample : reader.take()) {
       if (sample.key == "quiet") return true;
@@ -69,12 +68,12 @@ TEST_F(Timing, DeadlineIsToldOncePerKeyAndSilence) {
   ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("quiet")) && heard(); }));
   EXPECT_TRUE(wait_until(reader, [&] {
     seen.collect(reader.mailbox());
-    return seen.count(EventKind::kDeadlineMissed, "quiet") > told;
+    return seen.count(EventKind::kDeadlineMissed, "quiet") > reported;
   }));
 }
 
-// Trap 8: Fast DDS goes on reporting keys whose writer is gone.
-TEST_F(Timing, DeadlineOfAGoneWriterIsNotReportedForEver) {
+// Fast DDS goes on reporting keys whose writer has left.
+TEST_F(Timing, ReportsNoMissedDeadlinesOfAWriterThatLeft) {
   ReaderOptions options;
   options.deadline = 20ms;
   Reader<msg::ArmState> reader(there_, nullptr, options);
@@ -92,13 +91,13 @@ TEST_F(Timing, DeadlineOfAGoneWriterIsNotReportedForEver) {
   EXPECT_EQ(reader.counters().deadlines_missed, missed);
 }
 
-TEST_F(Timing, NoDeadlineEventsForARetiredKey) {
+TEST_F(Timing, ReportsNoMissedDeadlinesOfARetiredKey) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
   ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("arm1")) && reader.latest("arm1") != nullptr; }));
-  // Best-effort: the withdrawal itself may be lost. The next one is not sent before the last had time to arrive: its
-  // sample would revive the key.
+  // Best-effort: the withdrawal may be lost. Its repetition waits until the last one had time to arrive, because the
+  // new sample revives the key.
   ASSERT_TRUE(wait_until(reader, [&] {
     if (!writer.write(state_of("arm1")) || !writer.retire(state_of("arm1"))) return false;
     let_pass(reader, 100ms);
@@ -110,9 +109,9 @@ TEST_F(Timing, NoDeadlineEventsForARetiredKey) {
   EXPECT_EQ(reader.counters().deadlines_missed, missed);
 }
 
-/// Writes `kept` until told that its silence was noticed.
-[[nodiscard]] bool silence_is_noticed(Writer<msg::ArmState>& writer, Reader<msg::ArmState>& reader,
-                                      const std::string& kept) {
+/// Writes `kept` and waits for its missed deadline.
+[[nodiscard]] bool reports_silence(Writer<msg::ArmState>& writer, Reader<msg::ArmState>& reader,
+                                   const std::string& kept) {
   Seen seen;
   seen.collect(reader.mailbox());
   seen.events.clear();
@@ -129,23 +128,23 @@ TEST_F(Timing, NoDeadlineEventsForARetiredKey) {
   });
 }
 
-// A key that goes, in whatever way, must not take the other keys' deadlines with it.
-TEST_F(Timing, DeadlinesGoOnAfterAnotherKeyWasRetired) {
+// The end of a key must not end the deadlines of other keys.
+TEST_F(Timing, KeepsDeadlinesAfterAnotherKeyWasRetired) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
   for (const auto* gone : {"arm1", "arm2", "arm3"}) {
-    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept"));
-    ASSERT_TRUE(silence_is_noticed(writer, reader, gone));
+    ASSERT_TRUE(reports_silence(writer, reader, "kept"));
+    ASSERT_TRUE(reports_silence(writer, reader, gone));
     ASSERT_TRUE(wait_until(reader, [&] {
       if (reader.latest(gone) == nullptr) return true;
       return !(writer.write(state_of(gone)) && writer.retire(state_of(gone)));
     }));
-    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept")) << gone;
+    ASSERT_TRUE(reports_silence(writer, reader, "kept")) << gone;
   }
 }
 
-TEST_F(Timing, DeadlinesGoOnAfterAnotherWriterWent) {
+TEST_F(Timing, KeepsDeadlinesAfterAnotherWriterLeft) {
   Writer<msg::ArmState> writer(here_);
   Reader<msg::ArmState> reader(there_);
   expect_matched(writer, reader);
@@ -154,18 +153,18 @@ TEST_F(Timing, DeadlinesGoOnAfterAnotherWriterWent) {
     auto other = std::make_unique<Writer<msg::ArmState>>(brief);
     expect_matched(*other, reader);
     ASSERT_TRUE(reader.wait_matched(2, kPatience));
-    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept"));
-    ASSERT_TRUE(silence_is_noticed(*other, reader, gone));
+    ASSERT_TRUE(reports_silence(writer, reader, "kept"));
+    ASSERT_TRUE(reports_silence(*other, reader, gone));
     other.reset();
     ASSERT_TRUE(wait_until(reader, [&] { return reader.matched() == 1; }));
-    ASSERT_TRUE(silence_is_noticed(writer, reader, "kept")) << gone;
+    ASSERT_TRUE(reports_silence(writer, reader, "kept")) << gone;
   }
 }
 
-/// Two keys of which the first is due first, goes before it is due, and must not hide the silence of the second.
-class DeadlineOwner : public BusTest {
+/// Of two keys the first is due first and ends before that. The silence of the second must be reported all the same.
+class SecondDeadline : public BusTest {
  protected:
-  void expect_second_noticed(const std::function<void(Writer<msg::ArmState>&)>& go) {
+  void expect_second_reported(const std::function<void(Writer<msg::ArmState>&)>& go) {
     constexpr auto kDeadline = 300ms;
     ReaderOptions reader_options;
     reader_options.deadline = kDeadline;
@@ -193,27 +192,27 @@ class DeadlineOwner : public BusTest {
   std::unique_ptr<Writer<msg::ArmState>> first_;
 };
 
-TEST_F(DeadlineOwner, FirstIsRetired) {
-  expect_second_noticed([](auto& writer) { ASSERT_TRUE(writer.retire(state_of("first"))); });
+TEST_F(SecondDeadline, IsReportedWhenTheFirstKeyIsRetired) {
+  expect_second_reported([](auto& writer) { ASSERT_TRUE(writer.retire(state_of("first"))); });
 }
 
-TEST_F(DeadlineOwner, FirstWriterLeaves) {
-  expect_second_noticed([this](auto&) { first_.reset(); });
+TEST_F(SecondDeadline, IsReportedWhenTheFirstWriterLeaves) {
+  expect_second_reported([this](auto&) { first_.reset(); });
 }
 
-TEST_F(DeadlineOwner, FirstIsSilent) {
-  expect_second_noticed([](auto&) {});
+TEST_F(SecondDeadline, IsReportedWhenTheFirstKeyIsSilent) {
+  expect_second_reported([](auto&) {});
 }
 
-// Trap 7: on a best-effort writer only a written sample shows life, and it does so after a loss, too.
-TEST_F(Timing, LivelinessIsLostInSilenceAndRegainedByASample) {
+// Only a written sample of a best-effort writer asserts its liveliness, also after a loss.
+TEST_F(Timing, LosesLivelinessInSilenceAndRegainsItByASample) {
   Writer<msg::Heartbeat> writer(here_);
   Reader<msg::Heartbeat> reader(there_);
   expect_matched(writer, reader);
-  msg::Heartbeat beat;
-  beat.node("planner1");
+  msg::Heartbeat heartbeat;
+  heartbeat.node("planner1");
   Seen seen;
-  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(beat) && reader.latest("planner1") != nullptr; }));
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(heartbeat) && reader.latest("planner1") != nullptr; }));
   ASSERT_TRUE(wait_until(reader, [&] {
     seen.collect(reader.mailbox());
     return seen.count(EventKind::kLivelinessLost, "planner1") == 1;
@@ -223,7 +222,7 @@ TEST_F(Timing, LivelinessIsLostInSilenceAndRegainedByASample) {
   seen.events.clear();
   ASSERT_TRUE(wait_until(reader, [&] {
     seen.collect(reader.mailbox());
-    return writer.write(beat) && seen.count(EventKind::kLivelinessGained, "planner1") >= 1;
+    return writer.write(heartbeat) && seen.count(EventKind::kLivelinessGained, "planner1") >= 1;
   }));
   EXPECT_EQ(reader.alive_writers(), 1);
 }
@@ -234,7 +233,7 @@ msg::CellMode mode_of(const std::string& node) {
   return mode;
 }
 
-/// Who is heard of two that both tell the cell's mode.
+/// Two writers of the cell mode, of which the reader hears the stronger.
 class Ownership : public BusTest {
  protected:
   WriterOptions strength(int value) {
@@ -245,7 +244,7 @@ class Ownership : public BusTest {
 
   [[nodiscard]] bool heard_until(Writer<msg::CellMode>* primary, Writer<msg::CellMode>* standby,
                                  Reader<msg::CellMode>& reader, const std::string& node) {
-    // The last one heard in a row of ten from one node is the owner.
+    // Ten samples in a row from one node show the owner.
     int in_row = 0;
     const auto until = Clock::now() + kPatience;
     while (in_row < 10 && Clock::now() < until) {
@@ -258,7 +257,7 @@ class Ownership : public BusTest {
   }
 };
 
-TEST_F(Ownership, StrongestLivingWriterIsHeard) {
+TEST_F(Ownership, IsTheStrongestLivingWriters) {
   Participant third(domain_.number(), "third", one_host());
   auto primary = std::make_unique<Writer<msg::CellMode>>(here_, strength(10));
   Writer<msg::CellMode> standby(third, strength(5));
@@ -269,13 +268,13 @@ TEST_F(Ownership, StrongestLivingWriterIsHeard) {
   EXPECT_TRUE(heard_until(primary.get(), &standby, reader, "primary"));
   // The primary falls silent without leaving: its lease ends its ownership.
   EXPECT_TRUE(heard_until(nullptr, &standby, reader, "standby"));
-  // It wakes up: without terms it would own the stream again (trap 6), which is why modes and commands carry terms.
+  // It writes again and owns the topic again, which is why modes and commands carry terms.
   EXPECT_TRUE(heard_until(primary.get(), &standby, reader, "primary"));
   primary.reset();
   EXPECT_TRUE(heard_until(nullptr, &standby, reader, "standby"));
 }
 
-TEST_F(Ownership, StrengthCanBeChanged) {
+TEST_F(Ownership, FollowsAChangeOfStrength) {
   Participant third(domain_.number(), "third", one_host());
   Writer<msg::CellMode> primary(here_, strength(10));
   Writer<msg::CellMode> standby(third, strength(5));

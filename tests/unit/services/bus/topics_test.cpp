@@ -10,7 +10,7 @@
 namespace hecaton::bus {
 namespace {
 
-TEST(Topics, NamesAreUnique) {
+TEST(Topics, HaveUniqueNames) {
   std::set<std::string_view> names;
   for (const auto& topic : kTopics) {
     EXPECT_TRUE(names.insert(topic.name).second) << topic.name;
@@ -21,8 +21,8 @@ TEST(Topics, NamesAreUnique) {
   EXPECT_EQ(names.size(), 19U);
 }
 
-// What the design demands, written out: a change of the table must be meant.
-TEST(Topics, StateIsBestEffortWithoutHistory) {
+// These tests repeat the design, so that a change of the table is deliberate.
+TEST(Topics, SendStateBestEffortWithoutHistory) {
   for (const auto& qos : {Topic<msg::ArmState>::kInfo.qos, Topic<msg::ObstacleStates>::kInfo.qos}) {
     EXPECT_FALSE(qos.reliable);
     EXPECT_FALSE(qos.transient_local);
@@ -31,15 +31,15 @@ TEST(Topics, StateIsBestEffortWithoutHistory) {
   }
 }
 
-TEST(Topics, CommandsAreReliableTunedAndAllHeard) {
+TEST(Topics, SendCommandsReliablyFromAllWriters) {
   const auto qos = Topic<msg::ArmCommand>::kInfo.qos;
   EXPECT_TRUE(qos.reliable);
-  EXPECT_FALSE(qos.exclusive) << "the driver must see, refuse and count a stale planner's";
+  EXPECT_FALSE(qos.exclusive) << "the driver must refuse and count commands of a stale planner";
   EXPECT_EQ(qos.depth, 1);
   EXPECT_LE(qos.heartbeat, 5ms);
 }
 
-TEST(Topics, WhatLateJoinersNeedIsTransientLocal) {
+TEST(Topics, AreTransientLocalWhereLateJoinersNeedThem) {
   for (const auto& qos :
        {Topic<msg::ObstacleShapes>::kInfo.qos, Topic<msg::Goal>::kInfo.qos, Topic<msg::GoalStatus>::kInfo.qos,
         Topic<msg::ProcessEvent>::kInfo.qos, Topic<msg::CellMode>::kInfo.qos, Topic<msg::Fault>::kInfo.qos}) {
@@ -48,7 +48,7 @@ TEST(Topics, WhatLateJoinersNeedIsTransientLocal) {
   }
 }
 
-TEST(Topics, ExclusiveOnesHaveALeaseOrTheirOwnerWouldNeverLoseThem) {
+TEST(Topics, HaveALeaseWhenExclusive) {
   for (const auto& topic : kTopics) {
     if (topic.qos.exclusive) {
       EXPECT_GT(topic.qos.lease, 0ms) << topic.name;
@@ -56,16 +56,16 @@ TEST(Topics, ExclusiveOnesHaveALeaseOrTheirOwnerWouldNeverLoseThem) {
   }
 }
 
-TEST(Topics, RequestsAreNeverReplayedToAServiceThatStartsLater) {
+TEST(Topics, DoNotReplayRequestsToLateServices) {
   EXPECT_FALSE(Topic<msg::WorldEditRequest>::kInfo.qos.transient_local);
   EXPECT_FALSE(Topic<msg::SupervisorRequest>::kInfo.qos.transient_local);
 }
 
-TEST(Topics, RoomForManyMoreThanTenKeys) {
+TEST(Topics, HaveRoomForManyKeys) {
   for (const auto& topic : kTopics) EXPECT_GE(topic.qos.instances, 512) << topic.name;
 }
 
-TEST(Topics, KeysAreTheSamplesOwn) {
+TEST(Topics, TakeKeysFromSamples) {
   msg::ArmState state;
   state.arm("arm1");
   EXPECT_EQ(key_of(state), "arm1");
@@ -76,7 +76,7 @@ TEST(Topics, KeysAreTheSamplesOwn) {
   EXPECT_EQ(key_of(msg::CellMode()), "");
 }
 
-TEST(Topics, NewMessagesCarryTheSchema) {
+TEST(Topics, PutTheSchemaIntoNewMessages) {
   EXPECT_EQ(msg::ArmState().schema(), msg::SCHEMA_VERSION);
   EXPECT_EQ(msg::Goal().schema(), msg::SCHEMA_VERSION);
   EXPECT_EQ(msg::Heartbeat().schema(), msg::SCHEMA_VERSION);

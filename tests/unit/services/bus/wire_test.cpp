@@ -1,4 +1,4 @@
-// What the serialisation layer must survive: two threads, other schemas, garbage.
+// Serialisation with several threads, other schemas and malformed bytes.
 #include <array>
 #include <thread>
 
@@ -18,8 +18,8 @@ msg::ArmState sample_state(const std::string& arm) {
   return state;
 }
 
-// The generated code writes every key into one buffer of the type.
-TEST(Wire, HandlesAreRightFromTwoThreads) {
+// The generated code serialises all keys of a type into one buffer.
+TEST(Wire, GivesRightKeyHandlesInTwoThreads) {
   GuardedType<msg::ArmState> type;
   const auto left = sample_state("left");
   const auto right = sample_state("right");
@@ -45,7 +45,7 @@ TEST(Wire, HandlesAreRightFromTwoThreads) {
 
 class WireBus : public BusTest {};
 
-TEST_F(WireBus, TwoThreadsWriteTheirOwnKeys) {
+TEST_F(WireBus, KeepsKeysOfTwoWritingThreadsApart) {
   Writer<msg::ArmCommand> first(here_);
   Reader<msg::ArmCommand> reader(there_);
   expect_matched(first, reader);
@@ -81,8 +81,8 @@ TEST_F(WireBus, TwoThreadsWriteTheirOwnKeys) {
   }
 }
 
-// Endpoints come and go in several threads of one participant, in both directions at once.
-TEST_F(WireBus, EndpointsOfSeveralThreadsMatch) {
+// Threads create and destroy endpoints of one participant, in both directions at once.
+TEST_F(WireBus, MatchesEndpointsOfSeveralThreads) {
   const auto churn = [](Participant& own, Participant& other) {
     for (int i = 0; i < 10; ++i) {
       const Writer<msg::ArmCommand> writer(own);
@@ -96,7 +96,7 @@ TEST_F(WireBus, EndpointsOfSeveralThreadsMatch) {
   churn(here_, there_);
 }
 
-TEST_F(WireBus, AnotherSchemaIsCountedAndDropped) {
+TEST_F(WireBus, CountsAndDropsSamplesOfAnotherSchema) {
   Writer<msg::ArmCommand> writer(here_);
   Reader<msg::ArmCommand> reader(there_);
   expect_matched(writer, reader);
@@ -111,14 +111,14 @@ TEST_F(WireBus, AnotherSchemaIsCountedAndDropped) {
   EXPECT_TRUE(wait_until(reader, [&] { return reader.latest("arm1") != nullptr; }));
 }
 
-TEST(Wire, GarbageBecomesASampleOfNoSchema) {
+TEST(Wire, TurnsMalformedBytesIntoASampleOfSchemaZero) {
   GuardedType<msg::ArmState> type;
   const std::string whole = type.bytes_of(sample_state("arm1"));
   msg::ArmState read;
   type.read(whole, read);
   EXPECT_EQ(read.schema(), msg::SCHEMA_VERSION);
   EXPECT_EQ(read.arm(), "arm1");
-  // Cut anywhere, it is never taken for a sample.
+  // A cut payload is never taken for a sample.
   for (std::size_t length = 0; length + 4 < whole.size(); ++length) {
     type.read(whole.substr(0, length), read);
     ASSERT_EQ(read.schema(), 0U) << length << " of " << whole.size();

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(Convert, PoseIsPositionAndQuaternion) {
+TEST(Convert, ConvertsAPoseToPositionAndQuaternion) {
   // 90° about z: (w, x, y, z) = (√½, 0, 0, √½).
   const auto pose = world::pose_from_xyz_rpy({1, 2, 3}, {0, 0, std::numbers::pi / 2});
   const auto message = to_message(pose);
@@ -27,13 +27,13 @@ TEST(Convert, PoseIsPositionAndQuaternion) {
   EXPECT_TRUE((back->linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
 }
 
-TEST(Convert, NewPoseMessageIsTheIdentity) {
+TEST(Convert, TreatsANewPoseMessageAsIdentity) {
   const auto pose = from_message(msg::Pose(), "pose");
   ASSERT_TRUE(pose);
   EXPECT_TRUE(pose->isApprox(world::Pose::Identity()));
 }
 
-TEST(Convert, BadPosesAreRefused) {
+TEST(Convert, RefusesBadPoses) {
   msg::Pose pose;
   pose.qw(0);
   EXPECT_EQ(from_message(pose, "X_WO").error, "X_WO: quaternion must be of unit length, its square is 0.000000");
@@ -44,7 +44,7 @@ TEST(Convert, BadPosesAreRefused) {
   EXPECT_EQ(from_message(pose, "X_WO").error, "X_WO: position must be finite");
 }
 
-TEST(Convert, JointsOfTheRightNumberAndFinite) {
+TEST(Convert, RefusesJointsOfWrongNumberOrNotFinite) {
   planner::JointVector q(3);
   q << 0.1, -0.2, 0.3;
   const auto message = to_message(q);
@@ -70,7 +70,7 @@ world::Shape tetrahedron() {
   return world::Convex{hull};
 }
 
-TEST(Convert, ShapesSurviveTheWire) {
+TEST(Convert, KeepsShapes) {
   const auto box = to_message(placed(world::Box{{0.2, 0.3, 0.4}}));
   EXPECT_EQ(box.kind(), msg::ShapeKind::SHAPE_BOX);
   EXPECT_EQ(text(box), "box 0.4 × 0.6 × 0.8 m");
@@ -97,7 +97,7 @@ TEST(Convert, ShapesSurviveTheWire) {
   EXPECT_EQ(hull.faces[3], (std::vector<int>{1, 2, 3}));
 }
 
-TEST(Convert, BadShapesAreRefused) {
+TEST(Convert, RefusesBadShapes) {
   auto box = to_message(placed(world::Box{{0.2, 0.3, 0.4}}));
   box.dimensions().y(-0.3);
   EXPECT_EQ(from_message(box, "shapes[0]").error,
@@ -128,7 +128,7 @@ M round_trip(const M& motion) {
   return std::get<M>(*back);
 }
 
-TEST(Convert, MotionsSurviveTheWire) {
+TEST(Convert, KeepsMotions) {
   round_trip(world::StaticMotion{});
   const auto waypoints = round_trip(
       world::WaypointMotion{{world::Pose::Identity(), world::pose_from_xyz_rpy({1, 0, 0}, {0, 0, 0})}, 0.25, false});
@@ -153,7 +153,7 @@ TEST(Convert, MotionsSurviveTheWire) {
   EXPECT_EQ(dynamic.initial_velocity.angular.z(), 2);
 }
 
-TEST(Convert, BadMotionsAreRefused) {
+TEST(Convert, RefusesBadMotions) {
   auto motion = to_message(world::Motion{world::CircleMotion{}});
   motion.direction_W().z(2);
   EXPECT_EQ(from_message(motion, "motion").error, "motion.direction_W must be of unit length");
@@ -175,7 +175,7 @@ world::Obstacle pallet() {
   return obstacle;
 }
 
-TEST(Convert, ObstaclesSurviveTheWire) {
+TEST(Convert, KeepsObstacles) {
   auto obstacle = pallet();
   auto back = from_message(to_message(obstacle));
   ASSERT_TRUE(back) << back.error;
@@ -189,7 +189,7 @@ TEST(Convert, ObstaclesSurviveTheWire) {
   EXPECT_EQ(back->attachment->X_TO.translation().z(), 0.1);
 }
 
-TEST(Convert, BadObstaclesAreNamedInTheSentence) {
+TEST(Convert, NamesABadObstacleInTheSentence) {
   auto message = to_message(pallet());
   message.shapes().clear();
   EXPECT_EQ(from_message(message).error, "obstacle \"pallet\": shapes must have at least one");
@@ -202,7 +202,7 @@ TEST(Convert, BadObstaclesAreNamedInTheSentence) {
             "obstacle \"pallet\": X_WO: quaternion must be of unit length, its square is 0.250000");
 }
 
-TEST(Convert, SnapshotKeepsOrderNamesAndEdition) {
+TEST(Convert, KeepsOrderNamesAndEditionOfASnapshot) {
   world::ObstacleSnapshot snapshot;
   snapshot.edition = 7;
   snapshot.sequence = 1234;
@@ -226,7 +226,7 @@ TEST(Convert, SnapshotKeepsOrderNamesAndEdition) {
   EXPECT_THROW((void)to_message(snapshot, obstacles), std::invalid_argument);
 }
 
-TEST(Convert, SeparationSurvivesTheWire) {
+TEST(Convert, KeepsASeparation) {
   const world::Separation separation{-0.01, world::ContactKind::kArmObstacle, "arm1/forearm", "pallet", 3.5};
   const auto back = from_message(to_message(separation), "smallest");
   ASSERT_TRUE(back);

@@ -9,7 +9,7 @@
 namespace hecaton::services {
 namespace {
 
-TEST(Cause, EveryKindHasANameOfItsOwn) {
+TEST(Cause, HasAUniqueNameForEachKind) {
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < kCauseNames.size(); ++i) {
     const auto kind = static_cast<msg::CauseKind>(i);
@@ -17,16 +17,16 @@ TEST(Cause, EveryKindHasANameOfItsOwn) {
     EXPECT_EQ(cause_kind(cause_name(kind)), kind);
   }
   EXPECT_EQ(cause_name(msg::CauseKind::CAUSE_HOST_LOST), "host_lost");
-  EXPECT_EQ(cause_name(msg::CauseKind::CAUSE_WAY_BLOCKED), "way_blocked");
+  EXPECT_EQ(cause_name(msg::CauseKind::CAUSE_PATH_BLOCKED), "path_blocked");
   EXPECT_EQ(cause_name(msg::CauseKind::CAUSE_NOT_PERSISTED), "not_persisted");
 }
 
-TEST(Cause, AKindOfANewerPeerIsUnknown) {
+TEST(Cause, IsUnknownForAKindOfANewerVersion) {
   EXPECT_EQ(cause_name(static_cast<msg::CauseKind>(kCauseNames.size())), "unknown");
   EXPECT_EQ(cause_kind("no_such_kind"), std::nullopt);
 }
 
-TEST(Cause, SectionsEndWhereTheNextOneBegins) {
+TEST(Cause, KnowsItsSection) {
   EXPECT_FALSE(is_fault(msg::CauseKind::CAUSE_DEVICE_FAILED));
   EXPECT_TRUE(is_fault(msg::CauseKind::CAUSE_DRIVER_SILENT));
   EXPECT_TRUE(is_fault(msg::CauseKind::CAUSE_ARM_FAILED));
@@ -36,7 +36,7 @@ TEST(Cause, SectionsEndWhereTheNextOneBegins) {
   EXPECT_FALSE(is_about_goal(msg::CauseKind::CAUSE_UNKNOWN_NAME));
 }
 
-TEST(Cause, RecoveryKeysOfTheCellFileAreNamesOfFaults) {
+TEST(Cause, NamesFaultsInTheCellFilesRecoveryKeys) {
   for (const std::string_view key : config::section::kRecovery.keys) {
     const auto kind = cause_kind(key);
     EXPECT_TRUE(kind && is_fault(*kind)) << key;

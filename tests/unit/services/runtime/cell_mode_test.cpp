@@ -28,7 +28,7 @@ TEST(CellModeView, BeforeAnyIsHeardNothingMoves) {
   const CellModeView view;
   EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_HOLD);
   EXPECT_EQ(view.why("arm1").kind(), msg::CauseKind::CAUSE_MODE_UNKNOWN);
-  EXPECT_EQ(view.why("arm1").text(), "no supervisor was heard yet");
+  EXPECT_EQ(view.why("arm1").text(), "no cell mode received yet");
   EXPECT_EQ(view.term(), 0U);
 }
 
@@ -67,7 +67,7 @@ TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
   view.forget_order();
   EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_HOLD);
   EXPECT_EQ(view.why("arm1").kind(), msg::CauseKind::CAUSE_MODE_UNKNOWN);
-  EXPECT_EQ(view.why("arm1").text(), "no supervisor was heard since this process was stopped and away");
+  EXPECT_EQ(view.why("arm1").text(), "no cell mode received since this process was stalled");
   EXPECT_FALSE(view.apply(mode(msg::Mode::MODE_RUN, 4)));
   EXPECT_EQ(view.why("arm1").kind(), msg::CauseKind::CAUSE_MODE_UNKNOWN);
   ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_STOP, 5)));
@@ -92,14 +92,13 @@ TEST(CellModeView, AnOrderThatTheNextLeaderDoesNotKnowHoldsUntilItHadTimeToHearO
   EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
   EXPECT_EQ(view.order("arm2"), msg::Mode::MODE_HOLD);
   EXPECT_EQ(view.order("arm3"), msg::Mode::MODE_RUN);
-  EXPECT_EQ(
-      view.why("arm1").text(),
-      "supervisor@beta has begun to lead and does not know of an order of supervisor yet: arm1: stop by operator; "
-      "arm2: door; arm3: planner/arm3: dead");
+  EXPECT_EQ(view.why("arm1").text(),
+            "supervisor@beta leads now and does not know an order of supervisor yet: arm1: stop by operator; "
+            "arm2: door; arm3: planner/arm3: dead");
   EXPECT_EQ(view.lease("arm1"), (ArmLease{"", 6}));
-  ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kDoubt - 1ms));
+  ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kOrderHandover - 1ms));
   EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
-  ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kDoubt));
+  ASSERT_TRUE(view.apply(next, start + 5s + CellModeView::kOrderHandover));
   EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_RUN);
   EXPECT_EQ(view.order("arm2"), msg::Mode::MODE_RUN);
 }

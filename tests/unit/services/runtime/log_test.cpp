@@ -9,7 +9,7 @@
 namespace hecaton::services {
 namespace {
 
-TEST(Log, ValuesAreQuotedWhenTheyNeedIt) {
+TEST(Log, QuotesValuesThatNeedIt) {
   EXPECT_EQ(log_text("started", {{"arm", "north"}, {"period_ms", 2.5}, {"count", 3}, {"done", true}}),
             "event=started arm=north period_ms=2.5 count=3 done=true");
   EXPECT_EQ(log_text("goal rejected", {{"reason", "a=b \"c\""}, {"empty", ""}}),
@@ -17,17 +17,17 @@ TEST(Log, ValuesAreQuotedWhenTheyNeedIt) {
   EXPECT_EQ(log_text("x", {{"text", "two\nlines\x1b[31m"}}), R"(event=x text="two\nlines[31m")");
 }
 
-TEST(Log, LinesOfTheWantedLevelReachTheFileWhenTheScopeEnds) {
+TEST(Log, WritesLinesOfTheLevelToTheFileAtTheEndOfTheScope) {
   const auto path = std::filesystem::temp_directory_path() / ("hecaton-log-" + std::to_string(getpid()));
   ServiceOptions options;
   options.log_file = path.string();
   options.log_level = LogLevel::kWarning;
   {
     const LogScope scope("planner/north", options);
-    log_info("not wanted");
+    log_info("below the level");
     log_warning("wanted", {{"n", 1}});
   }
-  log_error("nobody listens");
+  log_error("after the scope");
   std::ifstream file(path);
   std::string line;
   ASSERT_TRUE(std::getline(file, line));
@@ -37,7 +37,7 @@ TEST(Log, LinesOfTheWantedLevelReachTheFileWhenTheScopeEnds) {
   std::filesystem::remove(path);
 }
 
-TEST(Log, AFileThatCannotBeOpenedIsNamed) {
+TEST(Log, RefusesAFileThatCannotBeOpened) {
   ServiceOptions options;
   options.log_file = "/";
   EXPECT_THROW(LogScope("x", options), std::runtime_error);

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "services/bus/mailbox.hpp"
-#include "services/runtime/loop_statistics.hpp"
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/shutdown.hpp"
 
@@ -22,9 +21,9 @@ TEST(NextDeadline, KeepsTheGridWhileLateByLessThanAPeriod) {
   EXPECT_EQ(next_deadline(start, start + 13ms, 10ms).skipped, 0U);
 }
 
-TEST(NextDeadline, SkipsWhatAStallSwallowed) {
+TEST(NextDeadline, SkipsDeadlinesOfAStall) {
   const Time start{100ms};
-  // Deadlines at +10, +20, +30, +40. At +37 those of +10 and +20 are over, that of +30 is late by 7 ms and is run.
+  // Deadlines at +10, +20, +30, +40. At +37 those of +10 and +20 are skipped, and that of +30 is run 7 ms late.
   const NextDeadline next = next_deadline(start, start + 37ms, 10ms);
   EXPECT_EQ(next.at, start + 30ms);
   EXPECT_EQ(next.skipped, 2U);
@@ -38,7 +37,7 @@ TEST(PeriodicLoop, DoesNotCatchUpInABurst) {
   std::this_thread::sleep_for(95ms);
   ASSERT_TRUE(loop.next());
   EXPECT_GE(loop.skipped(), 8U);
-  // Whatever the machine does: each later period begins on the grid, so k of them take at least (k − 1) periods.
+  // On any machine each later period begins on the grid, so k of them take at least (k − 1) periods.
   const Time after_stall = loop.now();
   for (int k = 0; k < 4; ++k) ASSERT_TRUE(loop.next());
   EXPECT_GE(loop.now() - after_stall, 30ms);
@@ -48,7 +47,7 @@ TEST(PeriodicLoop, DoesNotCatchUpInABurst) {
   EXPECT_GE(loop.statistics().summary().skipped, 8U);
 }
 
-TEST(PeriodicLoop, EndsAtASignalAlsoWhileItSleeps) {
+TEST(PeriodicLoop, EndsAtASignal) {
   ShutdownSignal shutdown;
   PeriodicLoop loop(10ms, shutdown);
   ASSERT_TRUE(loop.next());
@@ -67,12 +66,12 @@ TEST(ShutdownSignal, WakesTheMailbox) {
   shutdown.wake(nullptr);
 }
 
-TEST(ShutdownSignal, ANewOneHasNotBeenRequested) {
+TEST(ShutdownSignal, IsNotRequestedAtFirst) {
   { ShutdownSignal().request(); }
   EXPECT_FALSE(ShutdownSignal().requested());
 }
 
-TEST(LoopStatistics, QuantilesByHand) {
+TEST(LoopStatistics, HasTheQuantilesOfItsTicks) {
   LoopStatistics statistics;
   for (int us = 100; us >= 1; --us) statistics.record_tick(std::chrono::microseconds(us));
   statistics.record_lateness(30us, 0);
@@ -86,7 +85,7 @@ TEST(LoopStatistics, QuantilesByHand) {
   EXPECT_EQ(summary.skipped, 2U);
 }
 
-TEST(LoopStatistics, ForgetsWhatIsOlderThanItsWindow) {
+TEST(LoopStatistics, ForgetsPeriodsBeforeItsWindow) {
   LoopStatistics statistics;
   statistics.record_tick(1s);
   statistics.record_lateness(1s, 0);
@@ -99,12 +98,12 @@ TEST(LoopStatistics, ForgetsWhatIsOlderThanItsWindow) {
   EXPECT_EQ(statistics.ticks(), LoopStatistics::kWindow + 1);
 }
 
-TEST(LoopStatistics, NothingYetIsZero) {
+TEST(LoopStatistics, IsZeroWithoutTicks) {
   EXPECT_EQ(LoopStatistics().summary().tick_max_us, 0.0);
   EXPECT_EQ(LoopStatistics().lateness_max_us(), 0.0);
 }
 
-TEST(PeriodicLoop, BeginsAPeriodAtOnceWhenItIsDueBeforeItsTime) {
+TEST(PeriodicLoop, BeginsAPeriodEarlyWhenItIsDue) {
   ShutdownSignal shutdown;
   PeriodicLoop loop(1h, shutdown);
   bus::Mailbox mailbox;
@@ -116,7 +115,7 @@ TEST(PeriodicLoop, BeginsAPeriodAtOnceWhenItIsDueBeforeItsTime) {
     if (++asked == 1) mailbox.notify();
     return asked == 2;
   }));
-  EXPECT_EQ(asked, 2) << "what arrives without being due does not begin it";
+  EXPECT_EQ(asked, 2) << "an arrival that is not due does not begin the period";
   EXPECT_LT(loop.now(), first + 30min);
   EXPECT_EQ(loop.skipped(), 0U);
 }

@@ -14,7 +14,7 @@ std::optional<ExitCode> parse(std::vector<const char*> arguments, ServiceOptions
   return parse_options(static_cast<int>(arguments.size()), arguments.data(), "tests", subject, options);
 }
 
-TEST(Options, AllOfThem) {
+TEST(Options, AreParsed) {
   ServiceOptions options;
   ASSERT_EQ(parse({"cell.yaml", "--arm", "north", "--domain", "7", "--host", "left-pc", "--log-level", "Debug",
                    "--log-file", "x.log"},
@@ -28,15 +28,15 @@ TEST(Options, AllOfThem) {
   EXPECT_EQ(options.log_file, "x.log");
 }
 
-TEST(Options, ServicesHaveAMemory) {
+TEST(Options, IncludeACheckpointFile) {
   ServiceOptions options;
-  ASSERT_EQ(parse({"cell.yaml", "--memory", "run/world"}, options, Subject::kCell), std::nullopt);
-  EXPECT_EQ(options.memory, "run/world");
-  ASSERT_EQ(parse({"cell.yaml", "--arm", "north", "--memory", "run/north"}, options, Subject::kArm), std::nullopt);
-  EXPECT_EQ(options.memory, "run/north");
+  ASSERT_EQ(parse({"cell.yaml", "--checkpoint", "run/world"}, options, Subject::kCell), std::nullopt);
+  EXPECT_EQ(options.checkpoint, "run/world");
+  ASSERT_EQ(parse({"cell.yaml", "--arm", "north", "--checkpoint", "run/north"}, options, Subject::kArm), std::nullopt);
+  EXPECT_EQ(options.checkpoint, "run/north");
 }
 
-TEST(Options, TellsWrongUsageFromBadValues) {
+TEST(Options, DistinguishWrongUsageFromBadValues) {
   ServiceOptions options;
   EXPECT_EQ(parse({}, options), ExitCode::kUsage);
   EXPECT_EQ(parse({"cell.yaml"}, options), ExitCode::kUsage) << "--arm is missing";
@@ -53,7 +53,7 @@ class Domain : public testing::Test {
   ~Domain() override { unsetenv("HECATON_DOMAIN"); }
 };
 
-TEST_F(Domain, OptionBeforeEnvironmentBeforeCellFile) {
+TEST_F(Domain, IsTheOptionsThenTheEnvironmentsThenTheCellFiles) {
   ServiceOptions options;
   unsetenv("HECATON_DOMAIN");
   EXPECT_EQ(choose_domain(options, 42), 42);
@@ -63,7 +63,7 @@ TEST_F(Domain, OptionBeforeEnvironmentBeforeCellFile) {
   EXPECT_EQ(choose_domain(options, 42), 3);
 }
 
-TEST_F(Domain, ABadEnvironmentIsNamed) {
+TEST_F(Domain, RefusesABadEnvironmentVariable) {
   for (const char* value : {"200", "-1", "4x", "1.5", " 7"}) {
     setenv("HECATON_DOMAIN", value, 1);
     try {

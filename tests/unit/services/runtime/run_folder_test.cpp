@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 #include "planner/model/source_file.hpp"
-#include "services/runtime/run_origin.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -31,7 +30,7 @@ std::string refusal(const RunName& run) {
   }
 }
 
-/// Each test has a folder of its own for runs.
+/// Each test has its own parent folder of runs.
 class RunFolderTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -45,11 +44,11 @@ class RunFolderTest : public ::testing::Test {
     before_ ? ::setenv("TMPDIR", before_->c_str(), 1) : ::unsetenv("TMPDIR");
     fs::remove_all(parent_);
   }
-  /// As an agent leaves it that is killed.
+  /// Leaves a folder as a killed agent does.
   static fs::path killed(const RunName& run, const std::string& origin) {
     RunFolder folder(run, origin);
     folder.keep();
-    std::ofstream(folder.path() / "memory") << "kept";
+    std::ofstream(folder.path() / "checkpoint") << "kept";
     return folder.path();
   }
   static void make_old(const fs::path& folder, std::chrono::hours age) {
@@ -65,7 +64,7 @@ class RunFolderTest : public ::testing::Test {
   std::optional<std::string> before_;
 };
 
-TEST_F(RunFolderTest, IsInMemorySoThatNobodyWaitsForADisk) {
+TEST_F(RunFolderTest, IsInMemoryByDefault) {
   if (::access("/dev/shm", W_OK | X_OK) != 0) GTEST_SKIP() << "this machine has no /dev/shm";
   ::unsetenv("TMPDIR");
   const RunFolder folder({"run_folder_test-" + std::to_string(::getpid()), 0, "here"}, "files");
@@ -74,68 +73,68 @@ TEST_F(RunFolderTest, IsInMemorySoThatNobodyWaitsForADisk) {
   EXPECT_EQ(about.f_type, TMPFS_MAGIC) << folder.path();
 }
 
-TEST_F(RunFolderTest, IsWhereTmpdirSaysAndGoneWithARunThatNeverBegan) {
+TEST_F(RunFolderTest, IsInTmpdirAndRemovedWithARunThatNeverBegan) {
   {
     const RunFolder folder(kRun, "files");
     EXPECT_EQ(folder.path(), parent_ / "hecaton-42-cell@pc1");
-    EXPECT_FALSE(folder.goes_on());
-    std::ofstream(folder.path() / "memory") << "kept";
+    EXPECT_FALSE(folder.resumed());
+    std::ofstream(folder.path() / "checkpoint") << "kept";
   }
   EXPECT_TRUE(fs::is_empty(parent_));
 }
 
-TEST_F(RunFolderTest, OutlivesAnAgentThatIsKilledAndIsGoneWithTheRun) {
+TEST_F(RunFolderTest, OutlivesAKilledAgentAndIsRemovedWithTheRun) {
   const fs::path path = killed(kRun, "files");
   {
-    const RunFolder folder(kRun, "files");  // of one that could not begin
-    EXPECT_TRUE(folder.goes_on());
+    const RunFolder folder(kRun, "files");  // of an agent that could not begin
+    EXPECT_TRUE(folder.resumed());
   }
   {
     RunFolder folder(kRun, "files");
-    EXPECT_TRUE(folder.goes_on());
-    EXPECT_FALSE(folder.forgot());
+    EXPECT_TRUE(folder.resumed());
+    EXPECT_FALSE(folder.discarded());
     EXPECT_EQ(folder.path(), path);
-    EXPECT_TRUE(fs::exists(path / "memory"));
+    EXPECT_TRUE(fs::exists(path / "checkpoint"));
     folder.keep();
     folder.end();
   }
   EXPECT_TRUE(fs::is_empty(parent_));
 }
 
-TEST_F(RunFolderTest, RemembersNothingOfOtherFiles) {
+TEST_F(RunFolderTest, DiscardsCheckpointsOfOtherFiles) {
   const fs::path path = killed(kRun, "files");
   const RunFolder folder(kRun, "other files");
-  EXPECT_FALSE(folder.goes_on());
-  EXPECT_TRUE(folder.forgot());
-  EXPECT_FALSE(fs::exists(path / "memory"));
+  EXPECT_FALSE(folder.resumed());
+  EXPECT_TRUE(folder.discarded());
+  EXPECT_FALSE(fs::exists(path / "checkpoint"));
 }
 
-TEST_F(RunFolderTest, RemembersNothingOfAFolderThatWasHalfMade) {
+TEST_F(RunFolderTest, DiscardsCheckpointsWithoutAnOrigin) {
   fs::create_directory(parent_ / "hecaton-42-cell@pc1");
-  std::ofstream(parent_ / "hecaton-42-cell@pc1" / "memory") << "whose?";
+  std::ofstream(parent_ / "hecaton-42-cell@pc1" / "checkpoint") << "of unknown origin";
   const RunFolder folder(kRun, "files");
-  EXPECT_FALSE(folder.goes_on());
-  EXPECT_FALSE(fs::exists(folder.path() / "memory"));
+  EXPECT_FALSE(folder.resumed());
+  EXPECT_FALSE(fs::exists(folder.path() / "checkpoint"));
 }
 
-TEST_F(RunFolderTest, BeginsAnewWhenToldSo) {
+TEST_F(RunFolderTest, DiscardsAllCheckpointsWhenClean) {
   const fs::path path = killed(kRun, "files");
   const RunFolder folder(kRun, "files", true);
-  EXPECT_FALSE(folder.goes_on());
-  EXPECT_FALSE(folder.forgot());
-  EXPECT_FALSE(fs::exists(path / "memory"));
+  EXPECT_FALSE(folder.resumed());
+  EXPECT_FALSE(folder.discarded());
+  EXPECT_FALSE(fs::exists(path / "checkpoint"));
 }
 
-TEST_F(RunFolderTest, IsOneAgents) {
+TEST_F(RunFolderTest, IsRefusedToASecondAgent) {
   RunFolder folder(kRun, "files");
   folder.keep();
-  EXPECT_EQ(refusal(kRun), "host pc1 of cell cell in DDS domain 42 has an agent on this machine already: it keeps " +
+  EXPECT_EQ(refusal(kRun), "host pc1 of cell cell in DDS domain 42 already has an agent on this machine, which holds " +
                                folder.path().string());
   remove_run(kRun);
   EXPECT_TRUE(fs::exists(folder.path()));
 }
 
-TEST_F(RunFolderTest, OtherHostsDomainsAndCellsAreApart) {
+TEST_F(RunFolderTest, DiffersForOtherHostsDomainsAndCells) {
   const RunFolder folder(kRun, "files");
   const RunFolder host({"cell", 42, "pc2"}, "files");
   const RunFolder domain({"cell", 43, "pc1"}, "files");
@@ -143,23 +142,23 @@ TEST_F(RunFolderTest, OtherHostsDomainsAndCellsAreApart) {
   EXPECT_EQ(std::distance(fs::directory_iterator(parent_), fs::directory_iterator()), 4);
 }
 
-TEST_F(RunFolderTest, IsNotWhatSomebodyHasPutThere) {
+TEST_F(RunFolderTest, IsNotASymbolicLink) {
   fs::create_directory(parent_ / "elsewhere");
   fs::create_directory_symlink(parent_ / "elsewhere", parent_ / "hecaton-42-cell@pc1");
   EXPECT_EQ(refusal(kRun), "the folder of the run, " + (parent_ / "hecaton-42-cell@pc1").string() +
-                               ", cannot be had: it is somebody else's; TMPDIR may name another place for it");
+                               ", cannot be used: it belongs to another user; set TMPDIR to another folder");
 }
 
-TEST_F(RunFolderTest, CannotBeWhereNothingMayBeMade) {
+TEST_F(RunFolderTest, IsRefusedWhereNothingCanBeCreated) {
   for (const auto& [parent, why] :
        {std::pair{"/nonexistent", "No such file or directory"}, std::pair{"/dev/null", "Not a directory"}}) {
     ::setenv("TMPDIR", parent, 1);
-    EXPECT_EQ(refusal(kRun), "the folder of the run, " + std::string(parent) + "/hecaton-42-cell@pc1, cannot be had: " +
-                                 why + "; TMPDIR may name another place for it");
+    EXPECT_EQ(refusal(kRun), "the folder of the run, " + std::string(parent) +
+                                 "/hecaton-42-cell@pc1, cannot be used: " + why + "; set TMPDIR to another folder");
   }
 }
 
-TEST_F(RunFolderTest, OfRunsThatNobodyTakesUpIsRemovedAfterDays) {
+TEST_F(RunFolderTest, OfAnAbandonedRunIsRemovedAfterDays) {
   const fs::path old = killed({"old", 42, "pc1"}, "files");
   const fs::path young = killed({"young", 42, "pc1"}, "files");
   RunFolder busy({"busy", 42, "pc1"}, "files");
@@ -176,7 +175,7 @@ TEST_F(RunFolderTest, OfRunsThatNobodyTakesUpIsRemovedAfterDays) {
   EXPECT_TRUE(fs::exists(parent_ / "hecaton-logs"));
 }
 
-TEST_F(RunFolderTest, OfAnAgentThatLivesIsNeverOld) {
+TEST_F(RunFolderTest, OfALivingAgentIsNotAbandoned) {
   RunFolder folder(kRun, "files");
   folder.keep();
   make_old(folder.path(), 2 * RunFolder::kAbandoned);
@@ -184,14 +183,14 @@ TEST_F(RunFolderTest, OfAnAgentThatLivesIsNeverOld) {
   EXPECT_GT(fs::last_write_time(folder.path()), fs::file_time_type::clock::now() - RunFolder::kAbandoned);
 }
 
-TEST_F(RunFolderTest, OfAKilledAgentCanBeRemoved) {
+TEST_F(RunFolderTest, OfAKilledAgentIsRemovedOnRequest) {
   const fs::path path = killed(kRun, "files");
   remove_run(kRun);
   EXPECT_FALSE(fs::exists(path));
-  remove_run(kRun);  // there is nothing
+  remove_run(kRun);  // does nothing
 }
 
-TEST_F(RunFolderTest, OriginIsWhatTheFilesSay) {
+TEST_F(RunFolderTest, OriginDependsOnTheFilesContents) {
   const fs::path file = parent_ / "cell.yaml";
   std::ofstream(file) << "one";
   planner::SourceFiles sources;

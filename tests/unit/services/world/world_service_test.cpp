@@ -2,7 +2,7 @@
 
 #include "services/messages/convert.hpp"
 #include "services/world/world_edit.hpp"
-#include "services/world/world_parts.hpp"
+#include "services/world/world_topics.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -28,7 +28,7 @@ class Edit : public testing::Test {
   EditedCell cell_;  // without arms
 };
 
-TEST_F(Edit, AddMoveRemove) {
+TEST_F(Edit, AddsMovesAndRemoves) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "ignored");
   add.obstacle(messages::to_message(ball("b")));
   EXPECT_EQ(edited_name(add), "b");
@@ -43,7 +43,7 @@ TEST_F(Edit, AddMoveRemove) {
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
 
-TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
+TEST_F(Edit, RefusesUnusableMessagesWithASentence) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
   EXPECT_EQ(apply_edit(world_, cell_, add).reason, "obstacle: name must not be empty");
   msg::WorldEditRequest move = request(msg::EditKind::EDIT_MOVE, "a");
@@ -56,7 +56,7 @@ TEST_F(Edit, UnusableMessagesAreRefusedWithASentence) {
   EXPECT_EQ(world_.snapshot().edition, world::BulletWorld(world::Scene{{ball("a")}}, {}).snapshot().edition);
 }
 
-TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
+TEST_F(Edit, AppliesTheRulesOfTheCellFile) {
   const auto refusal = [&](const world::Obstacle& obstacle) {
     msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
     add.obstacle(messages::to_message(obstacle));
@@ -76,14 +76,14 @@ TEST_F(Edit, KeepsTheRulesOfTheCellFile) {
   EXPECT_EQ(world_.snapshot().states[0].X_WO.translation().z(), 0.0);
 }
 
-TEST(RefereeMessage, CarriesTheWholeAccount) {
-  world::RefereeReport report;
+TEST(ContactReportMessage, CarriesAllFields) {
+  world::ContactReport report;
   report.contacts = 2;
-  report.judged = true;
+  report.has_smallest = true;
   report.smallest = {-0.003, world::ContactKind::kArmObstacle, "arm1/hand", "pallet", 1.5};
   report.kinds[1] = {2, true, report.smallest};
   report.events = {report.smallest};
-  const msg::RefereeReport message = contact_report(report, 7.25, true);
+  const msg::ContactReport message = contact_report(report, 7.25, true);
   EXPECT_TRUE(message.running());
   EXPECT_EQ(message.time(), 7.25);
   EXPECT_EQ(message.contacts(), 2U);
@@ -92,7 +92,7 @@ TEST(RefereeMessage, CarriesTheWholeAccount) {
   EXPECT_EQ(message.kinds()[1].kind(), msg::ContactKind::CONTACT_ARM_OBSTACLE);
   EXPECT_EQ(message.kinds()[1].contacts(), 2U);
   EXPECT_EQ(message.kinds()[1].smallest().b(), "pallet");
-  EXPECT_FALSE(message.kinds()[0].judged());
+  EXPECT_FALSE(message.kinds()[0].has_smallest());
   ASSERT_EQ(message.events().size(), 1U);
   EXPECT_EQ(message.events()[0].a(), "arm1/hand");
 }

@@ -1,0 +1,252 @@
+#include "services/bus/endpoint_base.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "services/bus/qos.hpp"
+#include "services/bus/source_time.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+/// The generated key buffer holds 255 characters of each key string.
+constexpr std::size_t kLongestKey = 200;
+
+/// Fast DDS reports a full history as a time-out, too. A history of fixed depth can only lack room for another key.
+std::string explain(Outcome code, const TopicInfo& info) {
+  if (code == Outcome::kOutOfResources || code == Outcome::kTimeout) {
+    return "no room within 10 ms: the topic allows " + std::to_string(info.qos.instances) + " keys at a time";
+  }
+  if (code == Outcome::kPreconditionNotMet) return "the key was never written";
+  return "Fast DDS returned code " + std::to_string(static_cast<std::uint32_t>(code));
+}
+
+}  // namespace
+
+WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info,
+                       const dds::TypeSupport& type, const WriterOptions& options)
+    : participant_(std::move(participant)), info_(info), type_(type), keyed_(has_key(type)), mailbox_(options.mailbox) {
+  Qos qos = info.qos;
+  qos.deadline = options.deadline.value_or(qos.deadline);
+  qos.lease = options.lease.value_or(qos.lease);
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+  auto* topic = participant_->topic(info, type_);
+  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(qos, keyed_, options.strength), this);
+  if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + std::string(info.name));
+}
+
+WriterBase::~WriterBase() {
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+  writer_->set_listener(nullptr, dds::StatusMask::none());
+  participant_->remove([from = participant_->publisher, writer = writer_] {
+    // Otherwise Fast DDS 2.9.1 removes the samples one by one while its thread of timers announces the rest to readers
+    // without acknowledgement. From the number of a removed sample that thread counts on for ever, and holds a lock.
+    std::size_t removed = 0;
+    writer->clear_history(&removed);
+    from->delete_datawriter(writer);
+  });
+}
+
+WriteResult WriterBase::send(Action action, void* data, const std::string& key) {
+  if (keyed_ && key.empty()) return refuse(action, key, "the key is empty");
+  if (key.size() > kLongestKey) return refuse(action, key, "the key is longer than 200 characters");
+  if (action == Action::kRetire && !keyed_) return refuse(action, key, "the topic has no key");
+  const auto code = [&] {
+    // The order of numbers and of source times must agree.
+    const std::scoped_lock lock(order_);
+    const auto now = duration(source_time());
+    return outcome(action == Action::kWrite ? writer_->write_w_timestamp(data, dds::HANDLE_NIL, now)
+                                            : writer_->unregister_instance_w_timestamp(data, dds::HANDLE_NIL, now));
+  }();
+  if (code == Outcome::kOk) return {true, {}};
+  return refuse(action, key, explain(code, info_));
+}
+
+WriteResult WriterBase::refuse(Action action, const std::string& key, const std::string& why) {
+  WriteResult result{false, std::string(info_.name) + (key.empty() ? "" : " \"" + key + "\"") +
+                                (action == Action::kWrite ? " not written: " : " not retired: ") + why};
+  if (!refused_before_.exchange(true)) std::fprintf(stderr, "bus: %s\n", result.reason.c_str());
+  return result;
+}
+
+void WriterBase::clear_history() {
+  std::size_t removed = 0;
+  writer_->clear_history(&removed);
+}
+
+bool WriterBase::wait_matched(int readers, Clock::duration timeout) const {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, timeout, [&] { return matched_ >= readers; });
+}
+
+bool WriterBase::wait_acknowledged(Clock::duration timeout) const {
+  return outcome(writer_->wait_for_acknowledgments(duration(timeout))) == Outcome::kOk;
+}
+
+void WriterBase::set_strength(int strength) {
+  auto qos = writer_->get_qos();
+  qos.ownership_strength().value = static_cast<std::uint32_t>(strength);
+  writer_->set_qos(qos);
+}
+
+EndpointId WriterBase::id() const {
+  return endpoint_id(writer_->guid());
+}
+
+void WriterBase::on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) {
+  {
+    const std::scoped_lock lock(mutex_);
+    matched_ = status.current_count;
+  }
+  changed_.notify_all();
+  if (mailbox_ == nullptr) return;
+  const auto kind = status.current_count_change > 0 ? EventKind::kPeerMatched : EventKind::kPeerLost;
+  mailbox_->post({kind, info_.name, {}, endpoint_id(status.last_subscription_handle), Clock::now()});
+}
+
+void WriterBase::on_offered_incompatible_qos(dds::DataWriter*, const dds::OfferedIncompatibleQosStatus& status) {
+  if (mailbox_ == nullptr) return;
+  mailbox_->post({EventKind::kIncompatible, info_.name, policy_name(status.last_policy_id), {}, Clock::now()});
+}
+
+ReaderBase::ReaderBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info, Mailbox* mailbox)
+    : participant_(std::move(participant)),
+      info_(info),
+      own_mailbox_(mailbox == nullptr ? std::make_unique<Mailbox>() : nullptr),
+      mailbox_(mailbox == nullptr ? own_mailbox_.get() : mailbox) {}
+
+ReaderBase::~ReaderBase() = default;
+
+void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options) {
+  type_ = type;
+  Qos qos = info_.qos;
+  qos.deadline = options.deadline.value_or(qos.deadline);
+  deadline_ = qos.deadline;
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+  auto* topic = participant_->topic(info_, type_);
+  reader_ = participant_->subscriber->create_datareader(topic, reader_qos(qos, has_key(type_)), this);
+  if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
+  if (deadline_ > Clock::duration::zero()) participant_->monitor(*this);
+}
+
+void ReaderBase::close() {
+  if (reader_ == nullptr) return;
+  participant_->unmonitor(*this);
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+  reader_->set_listener(nullptr, dds::StatusMask::none());
+  participant_->remove([from = participant_->subscriber, reader = reader_] { from->delete_datareader(reader); });
+  reader_ = nullptr;
+}
+
+bool ReaderBase::wait_matched(int writers, Clock::duration timeout) const {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, timeout, [&] { return matched_ >= writers; });
+}
+
+int ReaderBase::alive_writers() const {
+  const std::scoped_lock lock(mutex_);
+  return matched_ - static_cast<int>(silent_.size());
+}
+
+ReaderCounters ReaderBase::counters() const {
+  const std::scoped_lock lock(mutex_);
+  return counters_;
+}
+
+void ReaderBase::note_alive(const dds::SampleInfo& info, const std::string& key) {
+  auto& known = keys_[info.instance_handle];
+  if (known.text != key) known.text = key;
+  known.writer = endpoint_id(info.publication_handle);
+  known.heard = Clock::now();
+  if (std::exchange(known.missing, false) && deadline_ > Clock::duration::zero()) {
+    participant_->check_by(known.heard + deadline_);
+  }
+  if (silent_.erase(known.writer) > 0) {
+    mailbox_->post({EventKind::kLivelinessGained, info_.name, key, known.writer, Clock::now()});
+  }
+}
+
+std::string ReaderBase::forget(const dds::SampleInfo& info) {
+  const auto known = keys_.find(info.instance_handle);
+  if (known == keys_.end()) return {};
+  std::string key = std::move(known->second.text);
+  keys_.erase(known);
+  return key;
+}
+
+void ReaderBase::on_data_available(dds::DataReader* reader) {
+  // Two receiving threads may announce data at the same time. One drains for both, which keeps the order of arrival. It
+  // takes no lock, because Fast DDS holds its own ones during this call.
+  if (announcements_.fetch_add(1) > 0) return;
+  int served = 0;
+  do {
+    served = announcements_.load();
+    drain(*reader);
+  } while (announcements_.fetch_sub(served) != served);
+  mailbox_->notify();
+}
+
+void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) {
+  const auto peer = endpoint_id(status.last_publication_handle);
+  const bool found = status.current_count_change > 0;
+  std::string last_key;
+  {
+    const std::scoped_lock lock(mutex_);
+    matched_ = status.current_count;
+    // A writer that has left is reported as lost; its keys then miss no deadlines.
+    if (!found) {
+      last_key = last_key_of(peer);
+      silent_.erase(peer);
+      std::erase_if(keys_, [&](const auto& entry) { return entry.second.writer == peer; });
+    }
+  }
+  changed_.notify_all();
+  mailbox_->post({found ? EventKind::kPeerMatched : EventKind::kPeerLost, info_.name, last_key, peer, Clock::now()});
+}
+
+Clock::time_point ReaderBase::check(Clock::time_point now, Clock::time_point since) {
+  const std::scoped_lock lock(mutex_);
+  auto next = Clock::time_point::max();
+  for (auto& [handle, key] : keys_) {
+    if (key.missing) continue;
+    const auto due = std::max(key.heard, since) + deadline_;
+    if (due > now) {
+      next = std::min(next, due);
+      continue;
+    }
+    key.missing = true;
+    ++counters_.deadlines_missed;
+    mailbox_->post({EventKind::kDeadlineMissed, info_.name, key.text, key.writer, now});
+  }
+  return next;
+}
+
+// A change during another callback is counted in the status's totals and missing from its changes. So the return of a
+// writer is detected from its samples instead.
+void ReaderBase::on_liveliness_changed(dds::DataReader*, const LivelinessChanged& status) {
+  Event event{EventKind::kLivelinessLost, info_.name, {}, endpoint_id(status.last_publication_handle), Clock::now()};
+  {
+    const std::scoped_lock lock(mutex_);
+    const int before = std::exchange(not_alive_, status.not_alive_count);
+    if (status.not_alive_count_change <= 0 && status.not_alive_count <= before) return;
+    if (!silent_.insert(event.peer).second) return;
+    ++counters_.liveliness_lost;
+    event.key = last_key_of(event.peer);
+  }
+  mailbox_->post(std::move(event));
+}
+
+std::string ReaderBase::last_key_of(const EndpointId& writer) const {
+  for (const auto& [handle, key] : keys_) {
+    if (key.writer == writer) return key.text;
+  }
+  return {};
+}
+
+void ReaderBase::on_requested_incompatible_qos(dds::DataReader*, const dds::RequestedIncompatibleQosStatus& status) {
+  mailbox_->post({EventKind::kIncompatible, info_.name, policy_name(status.last_policy_id), {}, Clock::now()});
+}
+
+}  // namespace hecaton::bus

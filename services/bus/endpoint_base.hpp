@@ -1,0 +1,123 @@
+#pragma once
+/// The parts of writers and readers that do not depend on the message type. Private to services/bus.
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "services/bus/endpoint.hpp"
+#include "services/bus/participant_impl.hpp"
+
+namespace hecaton::bus {
+
+class WriterBase : public dds::DataWriterListener {
+ public:
+  WriterBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info, const dds::TypeSupport& type,
+             const WriterOptions& options);
+  ~WriterBase() override;
+  WriterBase(const WriterBase&) = delete;
+  WriterBase& operator=(const WriterBase&) = delete;
+
+  enum class Action : std::uint8_t { kWrite, kRetire };
+  /// `data` points to a sample of the writer's type, whose key is `key`.
+  WriteResult send(Action action, void* data, const std::string& key);
+
+  void clear_history();
+
+  [[nodiscard]] int matched() const { return matched_; }
+  [[nodiscard]] bool wait_matched(int readers, Clock::duration timeout) const;
+  [[nodiscard]] bool wait_acknowledged(Clock::duration timeout) const;
+  void set_strength(int strength);
+  [[nodiscard]] EndpointId id() const;
+
+ private:
+  void on_publication_matched(dds::DataWriter* writer, const dds::PublicationMatchedStatus& status) override;
+  void on_offered_incompatible_qos(dds::DataWriter* writer, const dds::OfferedIncompatibleQosStatus& status) override;
+  WriteResult refuse(Action action, const std::string& key, const std::string& why);
+
+  std::shared_ptr<Participant::Impl> participant_;
+  const TopicInfo& info_;
+  dds::TypeSupport type_;
+  bool keyed_;
+  Mailbox* mailbox_;
+  std::mutex order_;  ///< held while a sample gets its source time and its number
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::atomic<int> matched_ = 0;
+  std::atomic<bool> refused_before_ = false;
+  dds::DataWriter* writer_ = nullptr;
+};
+
+class ReaderBase : public dds::DataReaderListener, private Monitored {
+ public:
+  ReaderBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info, Mailbox* mailbox);
+  ~ReaderBase() override;
+  ReaderBase(const ReaderBase&) = delete;
+  ReaderBase& operator=(const ReaderBase&) = delete;
+
+  [[nodiscard]] int matched() const { return matched_; }
+  [[nodiscard]] int alive_writers() const;
+  [[nodiscard]] bool wait_matched(int writers, Clock::duration timeout) const;
+  [[nodiscard]] ReaderCounters counters() const;
+  [[nodiscard]] Mailbox& mailbox() { return *mailbox_; }
+
+ protected:
+  /// For the last line of the most derived constructor and the first of its destructor: callbacks run in between.
+  void open(const dds::TypeSupport& type, const ReaderOptions& options);
+  void close();
+
+  /// Takes all samples out of the middleware. Never runs twice at a time.
+  virtual void drain(dds::DataReader& reader) = 0;
+
+  /// Arrival time of samples that are drained now, see LocalStallGuard.
+  [[nodiscard]] Clock::time_point arrival() const { return participant_->arrival(); }
+  /// Notes the key of a living sample, so that later events can name it.
+  void note_alive(const dds::SampleInfo& info, const std::string& key);
+  /// Forgets the key of a withdrawn sample and returns it; empty when it is unknown.
+  [[nodiscard]] std::string forget(const dds::SampleInfo& info);
+
+  mutable std::mutex mutex_;  ///< guards counters_ and the derived class's queue; never held while calling Fast DDS
+  ReaderCounters counters_;
+
+ private:
+  void on_data_available(dds::DataReader* reader) override;
+  void on_subscription_matched(dds::DataReader* reader, const dds::SubscriptionMatchedStatus& status) override;
+  void on_liveliness_changed(dds::DataReader* reader, const LivelinessChanged& status) override;
+  void on_requested_incompatible_qos(dds::DataReader* reader,
+                                     const dds::RequestedIncompatibleQosStatus& status) override;
+
+  /// Reports missed deadlines. Fast DDS reports them as well, but also for the time in which this process was stopped,
+  /// and for keys of writers that have left.
+  Clock::time_point check(Clock::time_point now, Clock::time_point since) override;
+
+  /// A key that the writer wrote; empty when unknown.
+  [[nodiscard]] std::string last_key_of(const EndpointId& writer) const;
+
+  struct Key {
+    std::string text;
+    EndpointId writer;
+    Clock::time_point heard;
+    bool missing = true;  ///< its missed deadline has been reported, or it is new
+  };
+
+  std::shared_ptr<Participant::Impl> participant_;
+  const TopicInfo& info_;
+  std::unique_ptr<Mailbox> own_mailbox_;
+  Mailbox* mailbox_;
+  dds::TypeSupport type_;
+  dds::DataReader* reader_ = nullptr;
+  Clock::duration deadline_{};  ///< zero: none
+  std::atomic<int> matched_ = 0;
+  std::atomic<int> announcements_ = 0;  ///< of data, not drained yet
+  mutable std::condition_variable changed_;
+  std::map<rtps::InstanceHandle_t, Key> keys_;  ///< the living ones
+  std::set<EndpointId> silent_;                 ///< matched writers whose liveliness is lost
+  int not_alive_ = 0;                           ///< as Fast DDS counted last
+};
+
+}  // namespace hecaton::bus

@@ -1,0 +1,147 @@
+#include "services/bus/filtering_transport.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+
+namespace hecaton::bus {
+namespace {
+
+struct FilteringTransportDescriptor : rtps::ChainingTransportDescriptor {
+  FilteringTransportDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> behind,
+                               std::shared_ptr<DatagramFilter> its_filter)
+      : ChainingTransportDescriptor(std::move(behind)), filter(std::move(its_filter)) {}
+
+  [[nodiscard]] rtps::TransportInterface* create_transport() const override;
+
+  std::shared_ptr<DatagramFilter> filter;
+};
+
+class FilteringTransport : public FrontTransport {
+ public:
+  explicit FilteringTransport(const FilteringTransportDescriptor& descriptor)
+      : FrontTransport(descriptor), descriptor_(descriptor), filter_(descriptor.filter) {}
+
+  [[nodiscard]] rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+
+  bool pass_on(const Datagram& datagram, rtps::SenderResource& behind, rtps::LocatorsIterator& begin,
+               rtps::LocatorsIterator& end, const std::chrono::steady_clock::time_point& until) override {
+    if (!filter_->may_send()) return true;
+    if (!filter_->quarantine.any_quarantined()) return datagram.send(behind, begin, end, until);
+    rtps::LocatorList others;
+    for (; begin != end; ++begin) {
+      if (!filter_->quarantine.is_quarantined(address_of(*begin))) others.push_back(*begin);
+    }
+    rtps::Locators first(others.begin());
+    rtps::Locators last(others.end());
+    return others.empty() || datagram.send(behind, first, last, until);
+  }
+
+  void receive(rtps::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (!filter_->may_receive()) return;
+    // RTPS header: "RTPS", version, vendor, then the sender's prefix.
+    PeerQuarantine::Prefix sender{};
+    constexpr std::size_t kPrefixAt = 8;
+    if (size < kPrefixAt + sender.size()) return;
+    std::copy_n(data + kPrefixAt, sender.size(), sender.begin());
+    if (!filter_->quarantine.accepts(sender, Clock::now())) return;
+    const std::size_t slot = filter_->receivers.enter(Clock::now());
+    next->OnDataReceived(data, size, local, remote);
+    filter_->receivers.leave(slot);
+  }
+
+ private:
+  FilteringTransportDescriptor descriptor_;
+  std::shared_ptr<DatagramFilter> filter_;
+};
+
+rtps::TransportInterface* FilteringTransportDescriptor::create_transport() const {
+  return new FilteringTransport(*this);
+}
+
+constexpr std::uint32_t kSendBuffer = 1U << 20U;  ///< requested [byte]
+
+std::vector<std::string> local_addresses() {
+  std::vector<std::string> addresses;
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return addresses;
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, &::freeifaddrs);
+  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = {};
+    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
+    if (::inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) != nullptr) addresses.emplace_back(text);
+  }
+  return addresses;
+}
+
+void require_interfaces(const std::vector<std::string>& wanted) {
+  const auto present = local_addresses();
+  std::string all;
+  for (const auto& address : present) all.append(all.empty() ? "" : ", ").append(address);
+  for (const auto& address : wanted) {
+    if (std::find(present.begin(), present.end(), address) != present.end()) continue;
+    std::string sentence = "bus: interfaces: \"";
+    sentence.append(address).append("\" must be an address of this host: ").append(all);
+    throw std::runtime_error(sentence);
+  }
+}
+
+std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& options) {
+  auto descriptor = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  descriptor->interfaceWhiteList = options.interfaces;
+  // Datagrams to a neighbour that does not answer wait in the kernel for seconds and fill the socket's buffer. A sender
+  // that blocks there would cut the process off from all peers, on its own host, too. Datagrams that do not fit are
+  // lost. The kernel grants the buffer up to net.core.wmem_max.
+  descriptor->non_blocking_send = true;
+  descriptor->sendBufferSize = kSendBuffer;
+  return descriptor;
+}
+
+/// Adds one locator for each participant that the peer's machine may have. Without ports Fast DDS would try the first
+/// 4, or on every machine as many as on the fullest.
+void add_peer(dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
+  constexpr int kMostParticipants = 119;  // the ports of the next ones belong to the next domain
+  in_addr address{};
+  if (::inet_pton(AF_INET, peer.address.c_str(), &address) != 1) {
+    throw std::runtime_error("bus: peers: \"" + peer.address + "\" must be an IPv4 address, e.g. \"10.0.0.2\"");
+  }
+  if (peer.participants < 1 || peer.participants > kMostParticipants) {
+    throw std::runtime_error("bus: peers: " + peer.address + ": participants = " + std::to_string(peer.participants) +
+                             " must be between 1 and 119");
+  }
+  for (int id = 0; id < peer.participants; ++id) {
+    rtps::Locator_t locator;
+    locator.kind = LOCATOR_KIND_UDPv4;
+    rtps::IPLocator::setIPv4(locator, peer.address);
+    locator.port =
+        qos.wire_protocol().port.getUnicastPort(static_cast<std::uint32_t>(domain), static_cast<std::uint32_t>(id));
+    qos.wire_protocol().builtin.initialPeersList.push_back(locator);
+  }
+}
+
+}  // namespace
+
+PeerQuarantine::Address address_of(const rtps::Locator_t& locator) {
+  std::uint32_t ipv4 = 0;
+  for (int i = 12; i < 16; ++i) ipv4 = ipv4 << 8U | locator.address[i];
+  return PeerQuarantine::address_of(ipv4, static_cast<std::uint16_t>(locator.port));
+}
+
+std::shared_ptr<DatagramFilter> add_transports(dds::DomainParticipantQos& qos, int domain,
+                                               const ParticipantOptions& options) {
+  require_interfaces(options.interfaces);
+  qos.transport().use_builtin_transports = false;
+  auto filter = std::make_shared<DatagramFilter>(options.discard, options.lease);
+  qos.transport().user_transports.push_back(std::make_shared<FilteringTransportDescriptor>(udp(options), filter));
+  if (options.shared_memory) {
+    qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());
+  }
+  for (const Peer& peer : options.peers) add_peer(qos, domain, peer);
+  return filter;
+}
+
+}  // namespace hecaton::bus

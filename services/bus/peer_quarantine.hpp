@@ -1,0 +1,126 @@
+#pragma once
+/// Ignores peers for a while after a loss. Private to services/bus; standard library only.
+///
+/// When a link is down for about as long as the lease, one side may drop the other but not the reverse, or each side's
+/// new announcements may reach the other before that has dropped it. Fast DDS 2.9.1 does not heal this: the two never
+/// exchange their endpoints again (docs/design/0005-process-recovery.md). So a participant quarantines a peer that is
+/// silent for most of the lease, and a peer that Fast DDS drops: it neither receives from the peer nor sends to it
+/// until the lease is over on both sides. Then both discover each other again. LocalStallGuard does the same for a
+/// process that was itself stopped.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "services/bus/mailbox.hpp"
+#include "services/bus/rediscovery.hpp"
+
+namespace hecaton::bus {
+
+/// Thread-safe.
+class PeerQuarantine {
+ public:
+  using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
+  /// IPv4 address and port, see address_of().
+  using Address = std::uint64_t;
+  static Address address_of(std::uint32_t ipv4, std::uint16_t port) { return Address{ipv4} << 16U | port; }
+
+  explicit PeerQuarantine(Clock::duration lease) : lease_(lease) {}
+
+  /// Discovery has found a participant that receives at these addresses. A former peer with one of them is gone.
+  void found(const Prefix& peer, std::vector<Address> addresses, Clock::time_point now) {
+    const std::scoped_lock lock(mutex_);
+    for (auto entry = peers_.begin(); entry != peers_.end();) {
+      const bool replaced = entry->first != peer && entry->second.has_any(addresses);
+      // Found before update() has ended its quarantine: a later update() must not forget the peer.
+      const bool returned = entry->first == peer && entry->second.quarantined && now >= entry->second.back;
+      entry = replaced || returned ? forget(entry) : std::next(entry);
+    }
+    Peer& known = peers_[peer];
+    known.heard = std::max(known.heard, now);
+    known.addresses = std::move(addresses);
+  }
+  /// The peer has announced its departure. A quarantine goes on to its end.
+  void left(const Prefix& peer, Clock::time_point now) {
+    const std::scoped_lock lock(mutex_);
+    const auto known = peers_.find(peer);
+    if (known != peers_.end() && now >= known->second.back) forget(known);
+  }
+  /// Fast DDS has dropped the peer at the end of its lease. The quarantine begins now unless it has begun before: the
+  /// peer may have received this participant an instant ago, and would otherwise not drop it.
+  void dropped(const Prefix& peer, Clock::time_point now) {
+    const std::scoped_lock lock(mutex_);
+    const auto known = peers_.find(peer);
+    if (known != peers_.end() && !known->second.quarantined) begin_quarantine(known->second, now);
+  }
+
+  /// True when a datagram of the peer may be received; it then counts as a sign of life. Call it once for each
+  /// datagram.
+  [[nodiscard]] bool accepts(const Prefix& peer, Clock::time_point now) {
+    const std::scoped_lock lock(mutex_);
+    const auto known = peers_.find(peer);
+    if (known == peers_.end()) return true;
+    if (now < known->second.back) return false;
+    known->second.heard = now;
+    return true;
+  }
+  /// Cheap enough for every datagram that is sent.
+  [[nodiscard]] bool any_quarantined() const { return quarantined_.load() > 0; }
+  [[nodiscard]] bool is_quarantined(Address address) const {
+    const std::scoped_lock lock(mutex_);
+    return std::any_of(peers_.begin(), peers_.end(),
+                       [&](const auto& entry) { return entry.second.quarantined && entry.second.has_any({address}); });
+  }
+
+  /// Begins and ends quarantines; for one thread. Silence before `since` does not count, because this process did not
+  /// receive then.
+  void update(Clock::time_point now, Clock::time_point since) {
+    const std::scoped_lock lock(mutex_);
+    for (auto entry = peers_.begin(); entry != peers_.end();) {
+      Peer& peer = entry->second;
+      if (peer.quarantined && now >= peer.back) {
+        entry = forget(entry);  // discovery finds it again
+        continue;
+      }
+      if (!peer.quarantined && now - std::max(peer.heard, since) > silence_limit(lease_)) begin_quarantine(peer, now);
+      ++entry;
+    }
+  }
+
+ private:
+  struct Peer {
+    Clock::time_point heard{};
+    Clock::time_point back{};  ///< end of its quarantine
+    bool quarantined = false;
+    std::vector<Address> addresses;
+
+    [[nodiscard]] bool has_any(const std::vector<Address>& others) const {
+      return std::find_first_of(addresses.begin(), addresses.end(), others.begin(), others.end()) != addresses.end();
+    }
+  };
+  using Peers = std::map<Prefix, Peer>;
+
+  void begin_quarantine(Peer& peer, Clock::time_point now) {
+    peer.quarantined = true;
+    peer.back = now + quarantine(lease_);
+    ++quarantined_;
+  }
+  Peers::iterator forget(Peers::iterator entry) {
+    if (entry->second.quarantined) --quarantined_;
+    return peers_.erase(entry);
+  }
+
+  Clock::duration lease_;
+  mutable std::mutex mutex_;
+  Peers peers_;
+  std::atomic<int> quarantined_ = 0;
+};
+
+}  // namespace hecaton::bus

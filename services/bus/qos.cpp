@@ -1,0 +1,88 @@
+#include "services/bus/qos.hpp"
+
+#include <algorithm>
+
+namespace hecaton::bus {
+namespace {
+
+dds::DurabilityQosPolicyKind durability(bool keeps) {
+  return keeps ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+}
+
+Duration or_infinite(std::chrono::milliseconds value) {
+  return value.count() > 0 ? duration(value) : kInfinite;
+}
+
+/// What writers and readers have in common.
+template <class EntityQos>
+void set_common(EntityQos& to, const Qos& qos, bool keyed) {
+  to.reliability().kind = qos.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  to.reliability().max_blocking_time = duration(std::chrono::milliseconds(10));
+  to.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  to.history().depth = qos.depth;
+  to.ownership().kind = qos.exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
+  to.deadline().period = or_infinite(qos.deadline);
+  if (qos.lease.count() > 0) {
+    to.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    to.liveliness().lease_duration = duration(qos.lease);
+    to.liveliness().announcement_period = duration(qos.lease / 2);
+  }
+  auto& limits = to.resource_limits();
+  limits.max_instances = keyed ? qos.instances : 1;
+  limits.max_samples_per_instance = qos.depth;
+  limits.max_samples = limits.max_instances * qos.depth;
+  limits.allocated_samples = std::min(limits.max_samples, 8);
+  // Strings and sequences have no fixed size, and data sharing refuses keyed types.
+  to.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  to.data_sharing().off();
+}
+
+}  // namespace
+
+Duration duration(std::chrono::nanoseconds value) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(value);
+  return {static_cast<std::int32_t>(seconds.count()), static_cast<std::uint32_t>((value - seconds).count())};
+}
+
+dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength) {
+  dds::DataWriterQos to;
+  set_common(to, qos, keyed);
+  // Fast DDS 2.9 deadlocks the participant when a reader leaves while the sending thread still has a sample of a
+  // volatile reliable writer in its queue: the reader makes the writer forget the sample, and the two threads take the
+  // locks of writer and queue in opposite orders. So the caller sends everything but repetitions, fragments included,
+  // and reliable writers keep acknowledged samples. The reader's durability decides whether a late joiner gets them.
+  to.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  to.durability().kind = durability(qos.reliable);
+  to.ownership_strength().value = static_cast<std::uint32_t>(strength);
+  set_heartbeats(to, duration(std::chrono::milliseconds(1)), duration(qos.heartbeat));
+  return to;
+}
+
+dds::DataReaderQos reader_qos(const Qos& qos, bool keyed) {
+  dds::DataReaderQos to;
+  set_common(to, qos, keyed);
+  to.durability().kind = durability(qos.transient_local);
+  set_acknowledgements(to, duration(std::chrono::milliseconds(1)));
+  return to;
+}
+
+std::string policy_name(dds::QosPolicyId_t id) {
+  switch (id) {
+    case dds::RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    case dds::DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    case dds::DEADLINE_QOS_POLICY_ID:
+      return "deadline";
+    case dds::LIVELINESS_QOS_POLICY_ID:
+      return "liveliness";
+    case dds::OWNERSHIP_QOS_POLICY_ID:
+      return "ownership";
+    case dds::PARTITION_QOS_POLICY_ID:
+      return "partition";
+    default:
+      return "policy " + std::to_string(static_cast<int>(id));
+  }
+}
+
+}  // namespace hecaton::bus

@@ -1,0 +1,116 @@
+#include "services/bus/peer_quarantine.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hecaton::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Clock::time_point kBeginning{1h};
+constexpr PeerQuarantine::Prefix kPeer{1};
+constexpr PeerQuarantine::Prefix kOther{2};
+constexpr PeerQuarantine::Address kPeerAddress = 11;
+constexpr PeerQuarantine::Address kOtherAddress = 22;
+
+/// Of two peers found at kBeginning only kOther goes on sending.
+struct Silence {
+  PeerQuarantine quarantine{2s};
+  Clock::time_point now = kBeginning;
+
+  Silence() {
+    quarantine.found(kPeer, {kPeerAddress}, now);
+    quarantine.found(kOther, {kOtherAddress}, now);
+  }
+  void last(Clock::duration duration) {
+    for (const auto end = now + duration; now < end;) {
+      now += 50ms;
+      EXPECT_TRUE(quarantine.accepts(kOther, now));
+      quarantine.update(now, kBeginning);
+    }
+  }
+};
+
+TEST(PeerQuarantine, AcceptsPeersThatSend) {
+  Silence silence;
+  silence.last(1600ms);
+  EXPECT_FALSE(silence.quarantine.any_quarantined());
+  EXPECT_TRUE(silence.quarantine.accepts(kPeer, silence.now));
+  EXPECT_TRUE(silence.quarantine.accepts({3}, silence.now)) << "an unknown peer";
+  silence.last(1600ms);
+  EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress));
+}
+
+TEST(PeerQuarantine, LastsLongerThanTheLeaseAfterSilenceForMostOfIt) {
+  Silence silence;
+  silence.last(1650ms);
+  EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
+  EXPECT_FALSE(silence.quarantine.is_quarantined(kOtherAddress));
+  EXPECT_FALSE(silence.quarantine.accepts(kPeer, silence.now)) << "the link is back, but the peer may drop this side";
+  silence.quarantine.dropped(kPeer, silence.now + 400ms);  // the lease on this side
+  silence.last(2450ms);
+  EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
+  silence.last(100ms);
+  EXPECT_FALSE(silence.quarantine.any_quarantined());
+  EXPECT_TRUE(silence.quarantine.accepts(kPeer, silence.now));
+}
+
+TEST(PeerQuarantine, WatchesAPeerThatIsFoundBeforeTheUpdateAfterItsQuarantine) {
+  Silence silence;
+  silence.last(1650ms);
+  silence.last(2450ms);
+  ASSERT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
+  silence.now += 60ms;  // the quarantine is over
+  ASSERT_TRUE(silence.quarantine.accepts(kPeer, silence.now));
+  silence.quarantine.found(kPeer, {kPeerAddress}, silence.now);
+  EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress)) << "it is answered at once";
+  silence.last(1600ms);
+  EXPECT_FALSE(silence.quarantine.any_quarantined());
+  silence.last(100ms);
+  EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
+}
+
+TEST(PeerQuarantine, IgnoresSilenceWhileThisProcessDidNotReceive) {
+  PeerQuarantine quarantine{2s};
+  quarantine.found(kPeer, {kPeerAddress}, kBeginning);
+  quarantine.update(kBeginning + 3s, kBeginning + 3s);
+  EXPECT_FALSE(quarantine.any_quarantined());
+  quarantine.update(kBeginning + 4700ms, kBeginning + 3s);
+  EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress));
+}
+
+TEST(PeerQuarantine, EndsWhenASuccessorAppearsAtTheSameAddress) {
+  Silence silence;
+  silence.last(1650ms);
+  ASSERT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
+  silence.quarantine.found({3}, {kPeerAddress}, silence.now);
+  EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress));
+  EXPECT_FALSE(silence.quarantine.any_quarantined());
+}
+
+// This process did not receive for a while, so the peer's silence did not count; but Fast DDS has counted it.
+TEST(PeerQuarantine, BeginsWhenFastDdsDropsThePeer) {
+  PeerQuarantine quarantine{2s};
+  quarantine.found(kPeer, {kPeerAddress}, kBeginning);
+  quarantine.update(kBeginning + 2s, kBeginning + 1s);
+  ASSERT_FALSE(quarantine.any_quarantined());
+  quarantine.dropped(kPeer, kBeginning + 2s);
+  EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress));
+  EXPECT_FALSE(quarantine.accepts(kPeer, kBeginning + 2001ms))
+      << "it may still know this side, which would be one-sided";
+  quarantine.update(kBeginning + 4499ms, kBeginning + 1s);
+  EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress));
+  quarantine.update(kBeginning + 4500ms, kBeginning + 1s);
+  EXPECT_FALSE(quarantine.any_quarantined());
+  EXPECT_TRUE(quarantine.accepts(kPeer, kBeginning + 4501ms));
+}
+
+TEST(PeerQuarantine, ForgetsAPeerThatLeft) {
+  Silence silence;
+  silence.quarantine.left(kPeer, silence.now);
+  silence.last(5s);
+  EXPECT_FALSE(silence.quarantine.any_quarantined());
+}
+
+}  // namespace
+}  // namespace hecaton::bus
