@@ -11,8 +11,8 @@ namespace hecaton::planner {
 [[nodiscard]] ShapeDistance convex_distance(const SweptCore& a, const world::Pose& X_WA, const SweptCore& b,
                                             const world::Pose& X_WB);
 
-/// The volume that a body sweeps on a straight way, with a position uncertainty that grows: the hull of a ball of radius
-/// `radius_begin` around each of its points at the beginning and of `radius_end` at the end of the way.
+/// The volume that a body sweeps on a straight way, with a position uncertainty that grows. It is the hull of balls
+/// around all points of the body, of radius `radius_begin` at the beginning and `radius_end` at the end of the way.
 struct Sweep {
   Eigen::Vector3d way_W = Eigen::Vector3d::Zero();  ///< [m]
   double radius_begin = 0.0;                         ///< [m], ≥ 0

@@ -91,7 +91,7 @@ struct LanePair {
   Quad p_other_W;  ///< [m]
 };
 
-/// One pass. Own bodies are 0 … own_count − 1, the others follow.
+/// One pass. Own bodies are 0 … own_count − 1, other bodies follow.
 struct LanePass {
   const LaneBody* bodies = nullptr;
   const double* const* carrier = nullptr;  ///< X_WC of each body, 4 × 4, column by column

@@ -1,7 +1,7 @@
 #pragma once
-/// A shape as a core and a ball that is swept along it: a sphere is a swept point, a capsule a swept segment; the other
-/// shapes are their own cores. Radii stay out of the iterative algorithms, so that touching and overlapping spheres and
-/// capsules are no special case.
+/// A shape as a core and a ball that is swept along it. A sphere is a swept point, a capsule a swept segment; other shapes
+/// are their own cores. Radii stay out of the iterative algorithms, so that touching and overlapping spheres and capsules
+/// are no special case.
 
 #include <cmath>
 #include <cstdint>
@@ -15,8 +15,8 @@
 namespace hecaton::planner {
 
 /// Vertices of a convex polyhedron with their support function, which GJK evaluates thousands of times per pass. It
-/// compares all vertices, four at a time: without adjacency, without a worst case, and, for the few dozen vertices of a
-/// link's hull, faster than a walk along edges. The result is the same with and without AVX2.
+/// compares all vertices, four at a time, and needs no adjacency. For the few dozen vertices of a link's hull this is
+/// faster than a walk along edges. The result is the same with and without AVX2.
 class HullVertices {
  public:
   HullVertices() = default;

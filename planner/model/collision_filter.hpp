@@ -11,7 +11,7 @@
 namespace hecaton::planner {
 
 /// All pairs of geometry indices (first < second) except pairs of one rigid body and of two bodies that one joint
-/// connects: these touch by construction, or the joint's limits keep them apart.
+/// connects. Those touch by construction, or the joint's limits keep them apart.
 [[nodiscard]] std::vector<std::pair<int, int>> pairs_of_separate_bodies(const RobotModel& model);
 
 /// Signed distance [m] of two shapes at two poses in a common frame. It exceeds the true distance by at most 1e-6 m.
@@ -24,9 +24,9 @@ struct FilterOptions {
   int proof_budget = 2000;  ///< distance evaluations per pair; the filter keeps pairs whose proof needs more
 };
 
-/// Removes two kinds of pairs from model.self_pairs: those that touch in every sampled configuration, because they
-/// overlap by construction, and those that provably stay apart in all configurations within the limits. A pair without
-/// proof stays, even if no sample touches. Adds a note with the removed pairs. Deterministic for a random_seed.
+/// Removes two kinds of pairs from model.self_pairs. Pairs that touch in every sampled configuration overlap by
+/// construction. Other pairs provably stay apart in all configurations within the limits. A pair without proof stays,
+/// even if no sample touches. Adds a note with the removed pairs. Deterministic for a random_seed.
 void automatic_filter(RobotModel& model, const PairDistance& distance, const FilterOptions& options = {});
 
 /// True when geometry a and b provably stay further apart than `apart` [m] in every configuration within the limits.

@@ -24,14 +24,14 @@ struct TreeLink {
   std::optional<Mimic> mimic;
 };
 
-/// Index of the tool link: the link named `wanted`, or, if that is empty, the tip of the chain with the most moving
-/// joints, with a note. Throws ModelError (beginning with `path`) when it does not exist or several chains qualify.
+/// Index of the tool link named `wanted`. If that is empty, takes the tip of the chain with the most moving joints and
+/// adds a note. Throws ModelError (beginning with `path`) when the link does not exist or several chains qualify.
 [[nodiscard]] int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted, const std::string& path,
                                  std::vector<std::string>& notes);
 
-/// Numbers the moving joints from the root to `tool` (Link::joint) and turns all other joints into fixed ones at their
-/// zero position, or the nearest limit, with a note each. Returns the chain's link indices, base to tip. Throws
-/// ModelError for a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
+/// Numbers the moving joints from the root to `tool` (Link::joint). All other joints become fixed ones at their zero
+/// position, or the nearest limit, with a note each. Returns the chain's link indices, base to tip. Throws ModelError for
+/// a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
 [[nodiscard]] std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::string& path,
                                             std::vector<std::string>& notes);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Checks a URDF file element by element before urdfdom parses it. urdfdom accepts files that no planner can use (a zero
-/// axis, NaN, a loop of joints beside the tree), and its messages name neither file nor value.
+/// Checks a URDF file element by element before urdfdom parses it. urdfdom accepts files that no planner can use, for
+/// example a zero axis, NaN or a loop of joints. Its messages name neither file nor value.
 
 #include <string>
 
@@ -8,9 +8,9 @@
 
 namespace hecaton::planner {
 
-/// The URDF at `path` as text for urdfdom, reduced to joints and to links with their collision elements; missing limits
-/// of effort and velocity are written as 0. Names are unique, references resolve, joints form one tree, numbers are
-/// finite, axes not zero, sizes positive, ranges not empty. Throws ModelError.
+/// The URDF at `path` as text for urdfdom, reduced to joints and to links with their collision elements. Missing limits
+/// of effort and velocity are 0. Names are unique, references resolve, joints form one tree, numbers are finite, axes
+/// not zero, sizes positive, ranges not empty. Throws ModelError.
 [[nodiscard]] std::string read_urdf_document(const std::string& path, SourceFiles& sources);
 
 }  // namespace hecaton::planner

@@ -57,9 +57,9 @@ struct NearestPair {
 /// Joint positions of each arm of a cell; empty for an arm without measurement.
 using MeasuredJoints = std::span<const std::optional<planner::JointVector>>;
 
-/// Checks a new pose of an obstacle in a running cell. "north/forearm and crate overlap by 12 mm" when the obstacle at
-/// X_WO overlaps a body that a joint moves, a carried obstacle, or, unless it is static, an arm's fixed base; else
-/// empty. `others`: the cell's obstacles; those that arms carry count.
+/// Checks a new pose X_WO of an obstacle in a running cell. It must not overlap a body that a joint moves, a carried
+/// obstacle, or, unless the obstacle is static, an arm's fixed base. `others`: the cell's obstacles; those that arms
+/// carry count. Returns a sentence such as "north/forearm and crate overlap by 12 mm"; empty without overlap.
 [[nodiscard]] std::string overlap_with_arms(std::span<const planner::PlannedArm> arms, MeasuredJoints q,
                                             std::span<const world::Obstacle> others, const world::Obstacle& obstacle,
                                             const world::Pose& X_WO);
@@ -68,8 +68,7 @@ using MeasuredJoints = std::span<const std::optional<planner::JointVector>>;
 /// - bodies of two arms that no joint moves overlap,
 /// - an arm overlaps itself at its start or in a named pose,
 /// - at the start an arm overlaps another arm, or one of its moving bodies an obstacle,
-/// - at a stop of the pose sequence, where all arms are at the same time, an arm overlaps another arm, or one of its
-///   moving bodies a static obstacle.
+/// - at a stop of the pose sequence an arm overlaps another arm, or one of its moving bodies a static obstacle.
 /// `file` is for messages.
 void check_start(const planner::Cell& cell, const std::string& file);
 

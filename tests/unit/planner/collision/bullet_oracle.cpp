@@ -49,7 +49,7 @@ std::unique_ptr<btConvexShape> to_bullet(const world::Shape& shape) {
     }
   };
   auto converted = std::visit(Visitor{}, shape);
-  // A sphere's and a capsule's margin is its radius; the others' would round their edges.
+  // A sphere's and a capsule's margin is its radius; other margins would round edges.
   const bool is_round = std::holds_alternative<world::Sphere>(shape) || std::holds_alternative<world::Capsule>(shape);
   if (!is_round) converted->setMargin(0.0);
   return converted;

@@ -39,8 +39,8 @@ TEST(SweepDistance, IsMeasuredAtTheEndOfAShortWay) {
 }
 
 TEST(SweepDistance, UncertaintyGrowsAlongTheWay) {
-  // Balls of 0.1 and 0.3 around x = −1 and x = 1: their hull's side rises by (0.3 − 0.1)/2 = sin β, so with its normal
-  // (−sin β, cos β) it is 0.2 from the origin, and the ball's centre 0.6 cos β.
+  // Balls of 0.1 and 0.3 around x = −1 and x = 1: their hull's side rises by (0.3 − 0.1)/2 = sin β. Its normal is
+  // (−sin β, cos β): the side is 0.2 from the origin, and the ball's centre 0.6 cos β.
   const auto d =
       sweep_between(world::Sphere{0.1}, at(0, 0.6, 0), world::Sphere{1e-9}, at(-1, 0, 0), {{2, 0, 0}, 0.1, 0.3});
   EXPECT_NEAR(d.distance, 0.6 * std::sqrt(1.0 - 0.01) - 0.2 - 0.1, 1e-8);

@@ -16,8 +16,8 @@ double sticks_out(const PlacedCapsule& placed, const Eigen::Vector3d& p_F) {
   return (p - along * Eigen::Vector3d::UnitZ()).norm() - placed.capsule.radius;
 }
 
-// With b the caps' bulge over the rims, the volume π R² · 2 (h − b) + 4/3 π R³, R² = r² + b², is least where
-// 2 b (h − b) = r² + b² − 2 b R: for r = 12, b = 5, R = 13 at h = 8.9.
+// Let b be the caps' bulge over the rims. The volume π R² · 2 (h − b) + 4/3 π R³ with R² = r² + b² is least at
+// 2 b (h − b) = r² + b² − 2 b R. For r = 12 and h = 8.9 this gives b = 5, R = 13.
 TEST(LinkCapsule, IsSmallestAlongTheAxisOfACylinder) {
   const auto found = link_capsule(world::Cylinder{0.12, 0.089});
   ASSERT_TRUE(found);

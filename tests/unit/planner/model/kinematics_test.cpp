@@ -44,7 +44,7 @@ TEST_F(Puma, PoseAtZeroIsAnLWithTheForearmUp) {
 }
 
 TEST_F(Puma, StretchedForward) {
-  // q3 = 90°: forearm and tool along x; the elbow's offset a3 now lifts the forearm: −a3 = 0.0203 above the shoulder.
+  // q3 = 90°: forearm and tool along x. The elbow's offset a3 lifts the forearm by −a3 = 0.0203 above the shoulder.
   // x = 0.4318 + 0.4318 + 0.1, z = 0.672 + 0.0203
   const Pose X_WT = tool_of(*model_, {0, 0, kQuarter, 0, 0, 0});
   EXPECT_TRUE(X_WT.translation().isApprox(Eigen::Vector3d(0.9636, 0.15, 0.6923), 1e-9));
@@ -73,7 +73,7 @@ TEST_F(Puma, ReadyPoseMatchesTheUrdf) {
 }
 
 TEST_F(Puma, MatchesTheClosedFormEverywhere) {
-  // The DH product multiplied out by hand: joints 2, 3 and 5 turn about y, joints 1, 4 and 6 about z:
+  // The DH product multiplied by hand. Joints 2, 3 and 5 rotate about y, joints 1, 4 and 6 about z.
   // R = Rz(q1) Ry(q2 + q3) Rz(q4) Ry(q5) Rz(q6)
   // p = h z + Rz(q1) [ Ry(q2) (a2, d2, 0) + Ry(q2 + q3) (a3, 0, d4) ] + tool · R z
   const Eigen::Vector3d y = Eigen::Vector3d::UnitY();

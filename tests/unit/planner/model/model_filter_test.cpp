@@ -38,8 +38,8 @@ Names names(const RobotModel& model) {
 }
 
 TEST(ModelFilter, KeepsOnlyPairsOfThePumaWithItsBase) {
-  // Smallest distances over 4,000 random configurations, computed apart from this project with the same dimensions:
-  // base to forearm 16 mm, to wrist roll 10 mm, to wrist bend −10 mm, to flange −31 mm; all other pairs 51 mm and more.
+  // Smallest distances over 4,000 random configurations, computed independently with the same dimensions. From the base
+  // to forearm 16 mm, wrist roll 10 mm, wrist bend −10 mm, flange −31 mm. All other pairs: 51 mm and more.
   const Names expected{
       {"base_link", "forearm"}, {"base_link", "wrist_roll"}, {"base_link", "wrist_bend"}, {"base_link", "flange"}};
   const auto six = load_arm_model(test::kPuma);
@@ -81,8 +81,8 @@ std::string planar(const std::string& extra_on_c, const std::string& limit) {
 }
 
 TEST(ModelFilter, DropsPairsThatAlwaysTouch) {
-  // A ball of 3 m on the tip encloses link a in every configuration (a is at most 2 m away), but b only as neighbour;
-  // the base, at most 3 m away, too: 3 − 0.05 < 3.
+  // A ball of 3 m on the tip encloses link a in every configuration, because a is at most 2 m away. It also encloses
+  // the base, at most 3 m away: 3 − 0.05 < 3. Link b is a neighbour.
   const test::TemporaryFolder folder;
   const auto path = folder.write("r.urdf", planar(R"(<geometry><sphere radius="3"/></geometry>)", test::kLimit));
   EXPECT_EQ(load_urdf(path)->self_pairs.size(), 3U);  // base–b, base–c, a–c
@@ -100,10 +100,8 @@ TEST(ModelFilter, KeepsPairsThatSometimesTouch) {
 }
 
 TEST(SeparationProof, IsTightOnAPlanarArm) {
-  // Balls of 5 cm at joints one metre apart, base to b over joints 1 and 2: link a's origin is 1 m from the base
-  // whatever q1 is; b's distance from it is √(2 + 2 cos θ), θ = the angle of joint 2's link against joint 1's … here
-  // the origin of j1 is 1 m from the base too: with q1 = θ the points base (0,0), a (1,0), b (1 + cos θ, sin θ).
-  // Smallest at |θ| = 2: √(2 + 2 cos 2) = 2 cos 1 = 1.0806, less two radii: 0.9806.
+  // Balls of 5 cm at joints one metre apart. With θ = q1 the base is at (0, 0), a at (1, 0), b at (1 + cos θ, sin θ).
+  // The distance of base and b is √(2 + 2 cos θ). It is smallest at |θ| = 2: 2 cos 1 = 1.0806, minus two radii 0.9806.
   const auto model = test::load_text(planar(R"(<geometry><sphere radius="0.05"/></geometry>)", test::kLimit));
   int base = -1;
   int b = -1;

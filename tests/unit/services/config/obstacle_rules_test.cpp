@@ -85,8 +85,8 @@ TEST(ObstacleRulesTest, RefuseNamesOfArmsAndOtherObstacles) {
   EXPECT_EQ(complain_about_name("crate", arms, obstacles)->must_be, "unique, but another obstacle has the same name");
 }
 
-// At home the tool of arm north is at (0.4806, −0.15, 1.4507) [m], 0.03 m beyond the centre of the rounded end of its
-// flange, whose radius is 0.03 m: a ball of 0.05 m around the tool overlaps it by 0.05 + 0.03 − 0.03 = 0.05 m.
+// At home the tool of arm north is at (0.4806, −0.15, 1.4507) [m]. The rounded end of its flange has a radius of 0.03 m
+// and its centre 0.03 m from the tool. A ball of 0.05 m around the tool overlaps it by 0.05 + 0.03 − 0.03 = 0.05 m.
 TEST(OverlapWithArmsTest, FindsOverlapsWithMovingBodies) {
   const CellFile file = load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml");
   std::vector<std::optional<planner::JointVector>> q;

@@ -135,8 +135,8 @@ TEST(ValidateTest, WarnsWhenStopsAreTooNear) {
 }
 
 TEST(ValidateTest, WarnsWhenObstaclesPassThroughBases) {
-  // A ball of radius 0.1 goes to the base's axis, 0.1 m deep in a cylinder of radius 0.1 and height 0.2: out of it by
-  // 0.2 m along either.
+  // A ball of radius 0.1 moves to the axis of the base, a cylinder of radius 0.1 and height 0.2. The overlap is 0.2 m
+  // in either direction.
   expect_only(kHead + arm("left", "[0, 1]") +
                   "obstacles:\n  - name: ball\n    shapes: [{type: sphere, radius: 0.1}]\n    pose: {xyz: [-1, 0, 0]}\n"
                   "    motion: {type: sine, direction: [1, 0, 0], amplitude: 1, period: 6s}\n",
@@ -191,9 +191,9 @@ TEST(ValidateTest, ReportsAnErrorWhenTheTaskAreaIsOutOfReach) {
 }
 
 TEST(ValidateTest, CountsPointsOfTheTaskAreaOutOfReach) {
-  // Of a disc around (2, 0) the arm reaches what is no further than 2 m from its base: of the centre and the rings'
-  // points at 90°, 135°, 180°, 225° and 270° the centre (just), and three each: at 90° and 270° √(4 + r²) > 2.
-  // Seven points at each of three (equal) heights: 21 of 51, less than half.
+  // The disc is around (2, 0), the arm reaches 2 m. It reaches the centre, and three points of each ring: those at
+  // 135°, 180° and 225°. At 90° and 270° the distance is √(4 + r²) > 2. Seven points at each of three equal heights make
+  // 21 of 51, less than half.
   expect_only(
       "name: test\ntasks: {centre: [1.9995, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
       Severity::kWarning, {"arms[0] (left)", "21 of 51"});
