@@ -16,7 +16,7 @@ TEST_F(CellModeStateTest, RunsWithoutOrders) {
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
-TEST_F(CellModeStateTest, HoldAndResumeTheCell) {
+TEST_F(CellModeStateTest, HoldsAndResumesTheCell) {
   EXPECT_TRUE(is_none(mode_.hold({})));
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_HOLD);
   EXPECT_EQ(causes_text(mode_.decide()), "hold by operator");
@@ -24,7 +24,7 @@ TEST_F(CellModeStateTest, HoldAndResumeTheCell) {
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
-TEST_F(CellModeStateTest, StopIsLatched) {
+TEST_F(CellModeStateTest, LatchesStop) {
   EXPECT_TRUE(is_none(mode_.stop({})));
   EXPECT_TRUE(is_none(mode_.hold({})));
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
@@ -35,7 +35,7 @@ TEST_F(CellModeStateTest, StopIsLatched) {
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_RUN);
 }
 
-TEST_F(CellModeStateTest, ArmsHaveOrdersOfTheirOwn) {
+TEST_F(CellModeStateTest, KeepsOrdersOfSingleArms) {
   EXPECT_TRUE(is_none(mode_.hold({"arm3"})));
   EXPECT_TRUE(is_none(mode_.stop({"arm1"})));
   EXPECT_TRUE(is_none(mode_.hold({"arm1"})));
@@ -53,7 +53,7 @@ TEST_F(CellModeStateTest, ArmsHaveOrdersOfTheirOwn) {
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
-TEST_F(CellModeStateTest, WhoWasStoppedByNameIsResumedByNameOnly) {
+TEST_F(CellModeStateTest, ResumesAnArmStoppedByNameOnlyByName) {
   EXPECT_TRUE(is_none(mode_.stop({"arm1"})));
   EXPECT_TRUE(is_none(mode_.hold({"arm2"})));
   EXPECT_TRUE(is_none(mode_.stop({})));
@@ -66,14 +66,14 @@ TEST_F(CellModeStateTest, WhoWasStoppedByNameIsResumedByNameOnly) {
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
-TEST_F(CellModeStateTest, UnknownArmIsRefusedAndNothingChanges) {
+TEST_F(CellModeStateTest, RejectsAnUnknownArmWithoutAChange) {
   EXPECT_EQ(mode_.stop({"arm1", "arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
   EXPECT_EQ(mode_.hold({"arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
   EXPECT_EQ(mode_.resume({"arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
-TEST_F(CellModeStateTest, ResumeDoesNotReleaseWhatFaultsHold) {
+TEST_F(CellModeStateTest, ResumeKeepsAutomaticHolds) {
   AutomaticHolds holds;
   holds.arms["arm2"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "planner/arm2: dead");
   mode_.set_automatic(holds);
@@ -83,7 +83,7 @@ TEST_F(CellModeStateTest, ResumeDoesNotReleaseWhatFaultsHold) {
   EXPECT_EQ(mode_.cause_of("arm2").text(), "held: planner/arm2: dead");
 }
 
-TEST_F(CellModeStateTest, EndOfAFaultDoesNotReleaseWhatPeopleHold) {
+TEST_F(CellModeStateTest, ClearedFaultKeepsOrders) {
   EXPECT_TRUE(is_none(mode_.hold({"arm2"})));
   AutomaticHolds holds;
   holds.arms["arm2"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "planner/arm2: dead");
@@ -93,7 +93,7 @@ TEST_F(CellModeStateTest, EndOfAFaultDoesNotReleaseWhatPeopleHold) {
   EXPECT_EQ(mode_.cause_of("arm2").text(), "on hold by operator: waits for resume");
 }
 
-TEST_F(CellModeStateTest, AutomaticHoldOfTheCellDoesNotWeakenStop) {
+TEST_F(CellModeStateTest, AutomaticHoldDoesNotWeakenStop) {
   EXPECT_TRUE(is_none(mode_.stop({})));
   mode_.set_automatic({make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "world", "world: silent"), {}});
   EXPECT_EQ(mode_.decide().mode(), msg::Mode::MODE_STOP);
@@ -102,7 +102,7 @@ TEST_F(CellModeStateTest, AutomaticHoldOfTheCellDoesNotWeakenStop) {
   EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_HOLD);
 }
 
-TEST_F(CellModeStateTest, HoldsAlsoForACauseWithoutAText) {
+TEST_F(CellModeStateTest, HoldsForACauseWithoutText) {
   AutomaticHolds holds;
   holds.cell = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "world", "");
   holds.arms["arm2"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "");
@@ -113,7 +113,7 @@ TEST_F(CellModeStateTest, HoldsAlsoForACauseWithoutAText) {
   EXPECT_EQ(mode_.cause_of("arm1").kind(), msg::CauseKind::CAUSE_HELD_BY_FAULT);
 }
 
-TEST_F(CellModeStateTest, CausesSayWhoOrderedAndWhichFaultHolds) {
+TEST_F(CellModeStateTest, CausesNameTheOrderAndTheFault) {
   EXPECT_TRUE(is_none(mode_.stop({"arm1"})));
   mode_.hold_until_resumed("arm3", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm3", "signal 9"));
   const msg::CellMode decision = mode_.decide();

@@ -1,4 +1,4 @@
-// What people are told, from values alone: no network.
+// The status of a cell from values, without a network.
 
 #include "services/supervisor/cell_status.hpp"
 
@@ -84,7 +84,7 @@ class CellStatusTest : public ::testing::Test {
   msg::CellMode mode_;
 };
 
-TEST_F(CellStatusTest, ExpectsWhatTheCellFilePromises) {
+TEST_F(CellStatusTest, ExpectsTheNodesOfTheCellFile) {
   std::vector<std::string> names;
   for (const ExpectedNode& node : expected_nodes(file_, "supervisor")) names.push_back(node.name);
   EXPECT_EQ(names, (std::vector<std::string>{"world", "driver/left", "planner/left", "driver/right", "planner/right",
@@ -95,16 +95,16 @@ TEST_F(CellStatusTest, ExpectsWhatTheCellFilePromises) {
   EXPECT_EQ(limits.arm_stream, 250ms);
 }
 
-TEST_F(CellStatusTest, WaitsForAGoalWhenAllIsWell) {
+TEST_F(CellStatusTest, WaitsForAGoalInAHealthyCell) {
   EXPECT_EQ(waits(), "a goal");
 }
 
-TEST_F(CellStatusTest, MovingArmWaitsForNothing) {
+TEST_F(CellStatusTest, HasNoCauseForAMovingArm) {
   state("left", msg::ArmMode::ARM_RUNNING, 0.2, {});
   EXPECT_EQ(waits(), "");
 }
 
-TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
+TEST_F(CellStatusTest, ReportsTheEndOfTheLastGoalWhileTheArmBrakes) {
   snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
   state("left", msg::ArmMode::ARM_RUNNING, 0.2, {});
   EXPECT_EQ(waits(), "a goal; the last was reached");
@@ -112,7 +112,7 @@ TEST_F(CellStatusTest, SaysHowTheLastGoalEndedAlsoWhileTheArmComesToRest) {
   EXPECT_EQ(waits(), "a goal; the last was reached");
 }
 
-TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
+TEST_F(CellStatusTest, NamesTheBodyThatBlocksTheGoal) {
   auto blocked = goal(1, "g1", msg::GoalState::GOAL_BLOCKED);
   blocked.value.cause(make_cause(msg::CauseKind::CAUSE_PATH_BLOCKED, "pallet", "no way for now"));
   blocked.value.has_binding(true);
@@ -123,7 +123,7 @@ TEST_F(CellStatusTest, NamesWhatBlocksTheGoal) {
   EXPECT_EQ(waits(), "blocked: no way for now (left/forearm – pallet, 18 mm)");
 }
 
-TEST_F(CellStatusTest, GivesTheKindsOfThePlannerAndTheDriver) {
+TEST_F(CellStatusTest, UsesTheCauseKindsOfPlannerAndDriver) {
   auto yielding = goal(1, "g1", msg::GoalState::GOAL_ACTIVE);
   snapshot_.update_goal(yielding);
   EXPECT_TRUE(is_none(waiting_for("left", watch_, snapshot_))) << "it is about to move";
@@ -136,19 +136,19 @@ TEST_F(CellStatusTest, GivesTheKindsOfThePlannerAndTheDriver) {
   EXPECT_EQ(waiting_for("left", watch_, snapshot_).kind(), msg::CauseKind::CAUSE_COMMANDS_CEASED);
 }
 
-TEST_F(CellStatusTest, DriversReasonComesBeforeTheGoal) {
+TEST_F(CellStatusTest, PrefersTheDriversCauseToTheGoals) {
   snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
   EXPECT_EQ(waits(), "driver has stopped: no command for 60 ms");
 }
 
-TEST_F(CellStatusTest, DegradedPlannersDetailComesBeforeTheDriver) {
+TEST_F(CellStatusTest, PrefersTheCauseOfADegradedPlannerToTheDrivers) {
   state("left", msg::ArmMode::ARM_STOPPED, 0.0, "no command for 60 ms");
   heartbeat("planner/left", msg::NodeState::NODE_DEGRADED, "no state of right for 0.2 s");
   EXPECT_EQ(waits(), "planner/left: no state of right for 0.2 s");
 }
 
-TEST_F(CellStatusTest, OrdersComeFirst) {
+TEST_F(CellStatusTest, PrefersOrdersToAllOtherCauses) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   EXPECT_EQ(waits(), "held: planner/left: process 1 was ended by signal 9 (Killed)");
@@ -156,7 +156,7 @@ TEST_F(CellStatusTest, OrdersComeFirst) {
   EXPECT_TRUE(waits().starts_with("on stop by operator: waits for resume; held: "));
 }
 
-TEST_F(CellStatusTest, NewestGoalCountsInWhateverOrderTheyArrive) {
+TEST_F(CellStatusTest, KeepsTheNewestGoalInAnyOrderOfArrival) {
   snapshot_.update_goal(goal(8, "g2", msg::GoalState::GOAL_ACTIVE));
   snapshot_.update_goal(goal(5, "g1", msg::GoalState::GOAL_REACHED));
   EXPECT_EQ(snapshot_.goals.at("left").value.goal(), "g2");
@@ -164,7 +164,7 @@ TEST_F(CellStatusTest, NewestGoalCountsInWhateverOrderTheyArrive) {
   EXPECT_FALSE(status().arms()[1].has_goal());
 }
 
-TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
+TEST_F(CellStatusTest, PrefersTheGoalOfTheNewPlanner) {
   snapshot_.update_goal(goal(800, "g1", msg::GoalState::GOAL_ACTIVE));
   auto next = goal(1, "g2", msg::GoalState::GOAL_ACCEPTED);
   next.writer.bytes[0] = 1;
@@ -172,7 +172,7 @@ TEST_F(CellStatusTest, GoalOfAReplacedPlannerGivesWay) {
   EXPECT_EQ(snapshot_.goals.at("left").value.goal(), "g2");
 }
 
-TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) {
+TEST_F(CellStatusTest, LosesTheGoalOfARestartedPlannerUnlessItIsPublishedAgain) {
   auto heartbeat = beat_of_left(800);
   snapshot_.update_heartbeat(heartbeat);
   auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
@@ -180,7 +180,7 @@ TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) 
   snapshot_.update_goal(active);
   snapshot_.update_heartbeat(beat_of_left(801));
   EXPECT_TRUE(status().arms()[0].has_goal());
-  // Its successor has its process id, as in a container, and has lived longer before it is heard.
+  // The successor has the same pid, as in a container, and a higher sequence number.
   heartbeat = beat_of_left(900);
   heartbeat.writer.bytes[0] = 1;
   snapshot_.update_heartbeat(heartbeat);
@@ -188,23 +188,23 @@ TEST_F(CellStatusTest, GoalOfAPlannerThatWasRestartedIsLostUnlessItIsToldAgain) 
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
   snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_ACTIVE));
   EXPECT_TRUE(status().arms()[0].has_goal());
-  // What is over stays true.
+  // The status of an ended goal stays valid.
   snapshot_.update_goal(goal(2, "g1", msg::GoalState::GOAL_REACHED));
   heartbeat.writer.bytes[0] = 2;
   snapshot_.update_heartbeat(heartbeat);
   EXPECT_EQ(waits(), "a goal; the last was reached");
 }
 
-TEST_F(CellStatusTest, APlannerThatCountsItsHeartbeatsAnewIsAnotherProcess) {
+TEST_F(CellStatusTest, DetectsANewPlannerProcessByItsSequenceNumber) {
   snapshot_.update_heartbeat(beat_of_left(800));
   auto active = goal(800, "g1", msg::GoalState::GOAL_ACTIVE);
   active.value.node(planner_node("left"));
   snapshot_.update_goal(active);
-  snapshot_.update_heartbeat(beat_of_left(1));  // also the id of its endpoint was drawn again
+  snapshot_.update_heartbeat(beat_of_left(1));  // its endpoint has the same id, too
   EXPECT_EQ(waits(), "a goal; g1 was lost with the process of planner/left");
 }
 
-TEST_F(CellStatusTest, AgesAreSinceArrival) {
+TEST_F(CellStatusTest, MeasuresAgesFromArrival) {
   turn(40ms);
   const auto told = status();
   ASSERT_EQ(told.arms().size(), 2U);
@@ -215,7 +215,7 @@ TEST_F(CellStatusTest, AgesAreSinceArrival) {
   EXPECT_LT(told.contact_report_age(), 0.0);
 }
 
-TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
+TEST_F(CellStatusTest, ListsUnheardNodesAsAwaited) {
   snapshot_.heartbeats.erase("planner/left");
   FaultDetector fresh(expected_nodes(file_, "supervisor"), arm_names(file_), detection_limits(file_, 5ms), now_);
   const auto told = cell_status({file_, fresh, snapshot_, failover_, mode_}, {now_, 0});
@@ -230,7 +230,7 @@ TEST_F(CellStatusTest, UnheardNodesAreListedAsAwaited) {
             make_cause(msg::CauseKind::CAUSE_NODE_MISSING, "planner/left", "planner/left has not appeared yet"));
 }
 
-TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
+TEST_F(CellStatusTest, KeepsIdentityAndBeginningOfFaults) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   turn(2s);
@@ -244,7 +244,7 @@ TEST_F(CellStatusTest, FaultsKeepTheirIdentityAndTheirBeginning) {
   EXPECT_FALSE(fault.cleared());
 }
 
-TEST_F(CellStatusTest, ModeIsToldArmByArm) {
+TEST_F(CellStatusTest, ReportsTheModeOfEachArm) {
   EXPECT_TRUE(is_none(watch_.mode().hold({"right"})));
   const msg::CellMode message = mode_message(watch_.mode(), failover_, "supervisor");
   EXPECT_EQ(message.mode(), msg::Mode::MODE_RUN);
@@ -255,18 +255,18 @@ TEST_F(CellStatusTest, ModeIsToldArmByArm) {
   EXPECT_EQ(status().arms()[1].mode(), msg::Mode::MODE_HOLD);
 }
 
-TEST_F(CellStatusTest, OrdersAreToldApartFromWhatFaultsMakeOfThem) {
+TEST_F(CellStatusTest, SeparatesOrdersFromAutomaticHolds) {
   EXPECT_TRUE(is_none(watch_.mode().hold({"right"})));
   EXPECT_TRUE(is_none(watch_.mode().stop({"left"})));
   watch_.process_exited("world", {1, -1, 9, false});
   watch_.judge(now_);
   const msg::CellMode message = mode_message(watch_.mode(), failover_, "supervisor");
-  EXPECT_EQ(message.mode(), msg::Mode::MODE_HOLD) << "for the world's sake";
+  EXPECT_EQ(message.mode(), msg::Mode::MODE_HOLD) << "because of the world";
   EXPECT_EQ(orders_in(message), watch_.mode().orders());
   EXPECT_EQ(orders_in(message).cell, msg::Mode::MODE_RUN);
 }
 
-TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
+TEST_F(CellStatusTest, ConvertsFaultsOfAnotherSupervisorUnchanged) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   turn(500ms);
@@ -291,8 +291,8 @@ TEST_F(CellStatusTest, FaultsThatAnotherTellsGoOnAsTheyWere) {
   }
 }
 
-// Two supervisors told one death, each as a fault of its own; the one that leads ended its own.
-TEST_F(CellStatusTest, FaultsThatTheLastLeaderDidNotTellAreOver) {
+// Two supervisors published one death as a fault each; the leader cleared its own.
+TEST_F(CellStatusTest, ClearsFaultsThatTheLastLeaderDidNotPublish) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
@@ -303,11 +303,11 @@ TEST_F(CellStatusTest, FaultsThatTheLastLeaderDidNotTellAreOver) {
   EXPECT_EQ(after.cleared.front().cleared_at, now_ + 1s);
 }
 
-TEST_F(CellStatusTest, WhatALeaderLeftIsStruckOutOnceALaterOneToldIt) {
+TEST_F(CellStatusTest, RemovesUnreplicatedFaultsThatALaterLeaderPublished) {
   watch_.process_exited("planner/left", {1, -1, 9, false});
   watch_.judge(now_);
   UnreplicatedFaults unreplicated;
-  EXPECT_FALSE(unreplicated.remove_published({})) << "there was nothing";
+  EXPECT_FALSE(unreplicated.remove_published({})) << "nothing is pending";
   unreplicated.step_down(watch_.faults().history(), 7);
   ASSERT_EQ(unreplicated.pending().size(), 1U);
   msg::Fault fault = fault_message(watch_.faults().open().front(), {now_, 1'000'000});
@@ -326,7 +326,7 @@ class StandbyStatus : public CellStatusTest {
   StandbyStatus() { failover_ = PlannerFailover({{"left", {"planner/left", "planner/left@beta"}}}); }
 };
 
-TEST_F(StandbyStatus, TellsWhoIsInChargeAndUnderWhichTerm) {
+TEST_F(StandbyStatus, ReportsThePlannerInChargeAndItsTerm) {
   failover_.update("left", {"planner/left@beta", 6});
   watch_.put_in_charge("left", "planner/left@beta");
   heartbeat("planner/left", msg::NodeState::NODE_STANDBY, {});

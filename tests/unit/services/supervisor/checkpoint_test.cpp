@@ -32,8 +32,8 @@ Checkpoint some_checkpoint() {
                                         std::chrono::nanoseconds(4),
                                         {}};
   memory.faults.cleared.push_back({6, 9, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "world",
-                                "world: no beat", std::chrono::nanoseconds(10), std::nullopt,
-                                std::chrono::nanoseconds(30)});
+                                   "world: no beat", std::chrono::nanoseconds(10), std::nullopt,
+                                   std::chrono::nanoseconds(30)});
   memory.unreplicated.cell = msg::Mode::MODE_HOLD;
   memory.unreplicated.arms = {{"left", msg::Mode::MODE_STOP}};
   return memory;
@@ -48,7 +48,7 @@ class CheckpointFileTest : public ::testing::Test {
   std::string path_ = (std::filesystem::temp_directory_path() / ("memory_test-" + std::to_string(getpid()))).string();
 };
 
-TEST(CheckpointText, SaysWhatIsRemembered) {
+TEST(CheckpointText, ContainsTermOrdersAndFaults) {
   const std::string text =
       "term 7\ncell hold\narm left stop\narm right hold\n"
       "because / held_by_fault arm1/wrist arm1/wrist touched pallet\n"
@@ -60,8 +60,8 @@ TEST(CheckpointText, SaysWhatIsRemembered) {
   EXPECT_EQ(parse_checkpoint(text), some_checkpoint());
 }
 
-// Another supervisor's words are remembered, too, whatever it said.
-TEST(CheckpointText, CanBeReadAgainWhateverWasTold) {
+// Texts of another supervisor's faults may contain anything.
+TEST(CheckpointText, ReadsBackAnyText) {
   Checkpoint memory = some_checkpoint();
   for (const auto* text : {"", " ", "two\nlines", "tab\tin it", "\n"}) {
     memory.faults.cleared.front().subject = text;
@@ -74,7 +74,7 @@ TEST(CheckpointText, CanBeReadAgainWhateverWasTold) {
   }
 }
 
-TEST(CheckpointText, RefusesWhatItDidNotWrite) {
+TEST(CheckpointText, RejectsMalformedText) {
   for (const auto* text :
        {"", "term\n", "term x\n", "cell run\n", "term 1\ncell sleep\n", "term 1\narm left\n",
         "term 1\nsomething else\n", "term 1\nunreplicated left\n", "term 1\nbecause left no_such_kind a b\n",
@@ -85,7 +85,7 @@ TEST(CheckpointText, RefusesWhatItDidNotWrite) {
   }
 }
 
-TEST_F(CheckpointFileTest, SurvivesAndIsReplaced) {
+TEST_F(CheckpointFileTest, IsReadBackAndReplaced) {
   EXPECT_FALSE(read_checkpoint(path_));
   ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
   EXPECT_EQ(read_checkpoint(path_), some_checkpoint());
@@ -96,16 +96,16 @@ TEST_F(CheckpointFileTest, SurvivesAndIsReplaced) {
   EXPECT_EQ(read_checkpoint(path_), next);
 }
 
-TEST_F(CheckpointFileTest, DamageIsNotTakenForFreedom) {
+TEST_F(CheckpointFileTest, RejectsADamagedFile) {
   std::ofstream(path_) << "term 7\ncell st";
   EXPECT_THROW(static_cast<void>(read_checkpoint(path_)), std::runtime_error);
 }
 
-TEST_F(CheckpointFileTest, UnwritablePlaceIsTold) {
+TEST_F(CheckpointFileTest, ReportsAnUnwritablePath) {
   EXPECT_NE(write_checkpoint(path_ + "/no/such/folder", some_checkpoint()), "");
 }
 
-TEST_F(CheckpointFileTest, TakesItsRoomBeforehand) {
+TEST_F(CheckpointFileTest, ReservesRoomBeforehand) {
   ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
   for (const std::string& file : {path_, spare_file_of(path_)}) {
     struct stat room {};
@@ -127,10 +127,10 @@ TEST_F(CheckpointFileTest, TakesItsRoomBeforehand) {
   EXPECT_EQ(after.st_size, before.st_size);
 }
 
-TEST_F(CheckpointFileTest, WithoutRoomWhatWasRememberedStays) {
+TEST_F(CheckpointFileTest, KeepsTheFormerCheckpointOnAFullDisk) {
   {
     const test::FullDisk full(1000);
-    EXPECT_NE(write_checkpoint(path_, some_checkpoint()), "") << "no room was taken yet";
+    EXPECT_NE(write_checkpoint(path_, some_checkpoint()), "") << "no room is reserved yet";
   }
   ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
   Checkpoint large = some_checkpoint();
@@ -141,7 +141,7 @@ TEST_F(CheckpointFileTest, WithoutRoomWhatWasRememberedStays) {
     EXPECT_EQ(read_checkpoint(path_), some_checkpoint());
     Checkpoint next = some_checkpoint();
     next.term = 8;
-    EXPECT_EQ(write_checkpoint(path_, next), "") << "what has room still is remembered";
+    EXPECT_EQ(write_checkpoint(path_, next), "") << "the reserved room suffices";
     EXPECT_EQ(read_checkpoint(path_), next);
   }
   EXPECT_EQ(write_checkpoint(path_, large), "");

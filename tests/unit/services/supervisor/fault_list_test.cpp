@@ -7,12 +7,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const FaultObservation kSilent{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "planner/a", "silent"};
+const FaultObservation kSilent{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_WARNING, "planner/a",
+                               "silent"};
 const FaultObservation kSilentLong{msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/a",
-                             "silent for long"};
-const FaultObservation kDied{msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_ERROR, "planner/a", "signal 9"};
+                                   "silent for long"};
+const FaultObservation kDied{msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_ERROR, "planner/a",
+                             "signal 9"};
 
-TEST(FaultList, OneRecordForOneOccurrence) {
+TEST(FaultList, HasOneRecordForOneOccurrence) {
   FaultList faults;
   for (int i = 0; i < 3; ++i) faults.raise("planner/a", kSilent, 5ms * i);
   ASSERT_EQ(faults.open().size(), 1U);
@@ -20,7 +22,7 @@ TEST(FaultList, OneRecordForOneOccurrence) {
   EXPECT_EQ(faults.take_changes().size(), 1U);
 }
 
-TEST(FaultList, GoesOnWithTheFaultsOfAnEarlierLife) {
+TEST(FaultList, ContinuesWithRestoredFaults) {
   FaultList first;
   first.begin_term(3);
   first.raise("planner/a", kSilent, 10ms);
@@ -30,8 +32,8 @@ TEST(FaultList, GoesOnWithTheFaultsOfAnEarlierLife) {
   FaultList second;
   second.restore(first.history());
   second.begin_term(4);
-  EXPECT_EQ(second.take_restored(), (std::vector<FaultRecord>{first.cleared().front()})) << "told again";
-  EXPECT_EQ(second.take_changes(), first.open()) << "news: they are not over";
+  EXPECT_EQ(second.take_restored(), (std::vector<FaultRecord>{first.cleared().front()})) << "published again";
+  EXPECT_EQ(second.take_changes(), first.open()) << "open faults are changes";
   EXPECT_TRUE(second.take_restored().empty());
   second.raise("planner/a", kSilentLong, 40ms);
   ASSERT_EQ(second.open().size(), 1U) << "the same occurrence";
@@ -45,7 +47,7 @@ TEST(FaultList, GoesOnWithTheFaultsOfAnEarlierLife) {
   EXPECT_EQ(second.cleared().front().cleared_at, 50ms);
 }
 
-TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
+TEST(FaultList, AssignsTheFirstTermToEarlierFaults) {
   FaultList faults;
   faults.raise("planner/a", kDied, 10ms);
   faults.clear("planner/a", 20ms);
@@ -58,7 +60,7 @@ TEST(FaultList, WhatWasSeenBeforeAnyLifeIsToldInTheFirst) {
   EXPECT_EQ(faults.open().front().opening_term, 4U);
 }
 
-TEST(FaultList, EveryKindHasANameOfItsOwn) {
+TEST(FaultList, HasAUniqueNameForEachKind) {
   for (int i = 0; i <= static_cast<int>(msg::CauseKind::CAUSE_HOST_LOST); ++i) {
     const auto kind = static_cast<msg::CauseKind>(i);
     EXPECT_EQ(cause_kind(cause_name(kind)), kind);
@@ -66,7 +68,7 @@ TEST(FaultList, EveryKindHasANameOfItsOwn) {
   EXPECT_FALSE(cause_kind("unknown"));
 }
 
-TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
+TEST(FaultList, CorrectsTheRecordByAStrongerExplanation) {
   FaultList faults;
   faults.raise("planner/a", kSilent, 10ms);
   faults.raise("planner/a", kDied, 15ms);
@@ -78,7 +80,7 @@ TEST(FaultList, StrongerExplanationCorrectsTheRecord) {
   EXPECT_EQ(record.number, 1U);
 }
 
-TEST(FaultList, WeakerExplanationIsNoNews) {
+TEST(FaultList, IgnoresAWeakerExplanation) {
   FaultList faults;
   faults.raise("planner/a", kDied, 10ms);
   static_cast<void>(faults.take_changes());
@@ -87,7 +89,7 @@ TEST(FaultList, WeakerExplanationIsNoNews) {
   EXPECT_TRUE(faults.take_changes().empty());
 }
 
-TEST(FaultList, MoreSevereIsTold) {
+TEST(FaultList, ReportsAHigherSeverity) {
   FaultList faults;
   faults.raise("planner/a", kSilent, 10ms);
   faults.raise("planner/a", kSilentLong, 90ms);
@@ -97,7 +99,7 @@ TEST(FaultList, MoreSevereIsTold) {
   EXPECT_EQ(changes[1].number, changes[0].number);
 }
 
-TEST(FaultList, ClearedIsRememberedAndTheNextIsAnother) {
+TEST(FaultList, OpensANewFaultAfterAClearedOne) {
   FaultList faults;
   faults.raise("planner/a", kSilent, 10ms);
   faults.clear("planner/a", 30ms);
@@ -110,7 +112,7 @@ TEST(FaultList, ClearedIsRememberedAndTheNextIsAnother) {
   EXPECT_EQ(faults.open("planner/a")->since, 50ms);
 }
 
-TEST(FaultList, CausesAreIndependent) {
+TEST(FaultList, KeepsFaultsOfDifferentKeysApart) {
   FaultList faults;
   faults.raise("planner/a", kSilent, 10ms);
   faults.raise("planner/b", kDied, 10ms);
@@ -119,7 +121,7 @@ TEST(FaultList, CausesAreIndependent) {
   EXPECT_NE(faults.open("planner/b"), nullptr);
 }
 
-TEST(FaultList, RemembersTheLatest) {
+TEST(FaultList, KeepsTheLatestClearedFaults) {
   FaultList faults;
   const auto more = FaultList::kClearedKept + 3;
   for (std::size_t i = 0; i < more; ++i) {
@@ -135,22 +137,22 @@ FaultRecord of_another(std::uint64_t number, std::optional<std::chrono::nanoseco
           3ms, cleared};
 }
 
-TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
+TEST(FaultList, AdoptsAFaultUnchanged) {
   FaultList faults;
   faults.begin_term(10);
   faults.raise("planner/b", kSilent, 15ms);
   faults.clear("planner/b", 25ms);
   static_cast<void>(faults.take_changes());
-  const FaultRecord over = of_another(1, 20ms);
+  const FaultRecord cleared = of_another(1, 20ms);
   const FaultRecord lasting = of_another(2, std::nullopt);
-  faults.adopt("planner/a", over, 40ms);
+  faults.adopt("planner/a", cleared, 40ms);
   faults.adopt("planner/a", lasting, 40ms);
   ASSERT_EQ(faults.cleared().size(), 2U);
-  EXPECT_EQ(faults.cleared().back(), over) << "after what ended later";
+  EXPECT_EQ(faults.cleared().back(), cleared) << "behind those that were cleared later";
   ASSERT_NE(faults.open("planner/a"), nullptr);
   EXPECT_EQ(*faults.open("planner/a"), lasting);
-  EXPECT_EQ(faults.take_changes(), (std::vector{over, lasting})) << "told under our own term";
-  faults.adopt("planner/a", over, 50ms);
+  EXPECT_EQ(faults.take_changes(), (std::vector{cleared, lasting})) << "published under the own term";
+  faults.adopt("planner/a", cleared, 50ms);
   faults.adopt("planner/a", lasting, 50ms);
   EXPECT_TRUE(faults.take_changes().empty()) << "known";
   faults.clear("planner/a", 60ms);
@@ -158,7 +160,7 @@ TEST(FaultList, AdoptsWhatAnotherToldAsItWas) {
   EXPECT_EQ(faults.cleared().front().cleared_at, 60ms);
 }
 
-TEST(FaultList, AdoptsABetterExplanationOfWhatItKnows) {
+TEST(FaultList, AdoptsABetterExplanationOfAKnownFault) {
   FaultList faults;
   faults.adopt("planner/a", of_another(1, 20ms), 40ms);
   faults.adopt("planner/a", of_another(2, std::nullopt), 40ms);
@@ -170,11 +172,11 @@ TEST(FaultList, AdoptsABetterExplanationOfWhatItKnows) {
   }
   EXPECT_EQ(faults.cleared().front().description, "signal 9");
   EXPECT_EQ(faults.cleared().front().cleared_at, 20ms);
-  ASSERT_NE(faults.open("planner/a"), nullptr) << "whoever leads judges when it is over";
+  ASSERT_NE(faults.open("planner/a"), nullptr) << "only the detector clears it";
   EXPECT_EQ(faults.open("planner/a")->kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
-TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
+TEST(FaultList, KeepsOneOfTwoAdoptedFaultsOfOneKeyOpen) {
   FaultList faults;
   faults.begin_term(10);
   faults.raise("planner/a", kSilent, 15ms);
@@ -190,8 +192,8 @@ TEST(FaultList, OfTwoRecordsOfOneCauseOneStaysOpen) {
   EXPECT_EQ(faults.cleared().front().cleared_at, 40ms);
 }
 
-// Chaos saw two leaders that did so for the second until one heard of the other, some thousand times.
-TEST(FaultList, TwoThatAdoptWhatTheOtherTellsComeToAnEnd) {
+// Two leaders may exist for a second, until one hears the other.
+TEST(FaultList, TwoListsThatAdoptFromEachOtherConverge) {
   constexpr std::uint64_t kEach = FaultList::kClearedKept;
   FaultList one;
   FaultList other;
@@ -214,7 +216,7 @@ TEST(FaultList, TwoThatAdoptWhatTheOtherTellsComeToAnEnd) {
   EXPECT_EQ(one.cleared().back().number, kEach + 2);
 }
 
-TEST(FaultList, AdoptsNoMoreThanItRemembers) {
+TEST(FaultList, AdoptsNoFaultOlderThanAllThatItKeeps) {
   FaultList faults;
   for (std::uint64_t i = 1; i <= FaultList::kClearedKept + 3; ++i) {
     faults.adopt("planner/a", of_another(i, std::chrono::milliseconds(i)), 1s);

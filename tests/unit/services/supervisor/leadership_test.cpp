@@ -8,10 +8,10 @@ namespace {
 using namespace std::chrono_literals;
 using Role = Leadership::Role;
 
-/// Whatever is heard, is heard without pauses that count.
+/// No gap between packets limits the silence of the leader.
 constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 1h};
 
-TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
+TEST(Leadership, ListensAndThenLeadsAboveAllObservedTerms) {
   Leadership own(kLimits, 0, 0ms);
   own.observe_term(7, 0ms);
   own.observe_lease(3);
@@ -23,18 +23,17 @@ TEST(Leadership, ListensFirstThenLeadsAboveAllThatItHeard) {
   EXPECT_FALSE(own.decide(205ms, 205ms));
 }
 
-TEST(Leadership, LeadsAboveItsEarlierLife) {
+TEST(Leadership, LeadsAboveTheTermOfItsCheckpoint) {
   Leadership own(kLimits, 41, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   EXPECT_EQ(own.term(), 42U);
 }
 
-// Whoever led or stood by before has most likely been replaced; the cell had better have no supervisor for a while than
-// two.
-TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
+// A supervisor that led or stood by before has most likely been replaced. No supervisor for a while is better than two.
+TEST(Leadership, SearchesForALeaderBeforeItLeadsAgain) {
   constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms, .pause = 1h};
   Leadership fresh(kSearches, 0, 0ms);
-  EXPECT_TRUE(fresh.decide(200ms, 200ms)) << "nobody was before it";
+  EXPECT_TRUE(fresh.decide(200ms, 200ms)) << "it has no checkpoint";
   fresh.restart_listening(5s);
   EXPECT_FALSE(fresh.decide(6999ms, 6999ms));
   EXPECT_TRUE(fresh.decide(7s, 7s));
@@ -47,10 +46,10 @@ TEST(Leadership, SearchesForItsSuccessorBeforeItLeadsAgain) {
   replaced.observe_leader(43, 100ms);
   EXPECT_FALSE(replaced.decide(200ms, 200ms));
   EXPECT_EQ(replaced.role(), Role::kStandingBy) << "found";
-  EXPECT_TRUE(replaced.decide(401ms, 401ms)) << "it has fallen silent: whoever stands by does not search";
+  EXPECT_TRUE(replaced.decide(401ms, 401ms)) << "the leader is silent: a standby does not search";
 }
 
-TEST(Leadership, ListensAgainAfterAnAbsenceAndLeadsWithANewTerm) {
+TEST(Leadership, ListensAfterAnAbsenceAndLeadsUnderANewTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.restart_listening(5s);
@@ -60,7 +59,7 @@ TEST(Leadership, ListensAgainAfterAnAbsenceAndLeadsWithANewTerm) {
   EXPECT_EQ(own.term(), 2U);
 }
 
-TEST(Leadership, StandsByAfterAnAbsenceInWhichAnotherTookOver) {
+TEST(Leadership, StandsByAfterAnAbsenceWithAnotherLeader) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.restart_listening(5s);
@@ -69,7 +68,7 @@ TEST(Leadership, StandsByAfterAnAbsenceInWhichAnotherTookOver) {
   EXPECT_EQ(own.role(), Role::kStandingBy);
 }
 
-TEST(Leadership, ListensAnewWhenTheCellHasFollowedAHigherTerm) {
+TEST(Leadership, ListensAgainWhenNodesHaveFollowedAHigherTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.observe_term(1, 210ms);
@@ -90,7 +89,7 @@ TEST(Leadership, DoesNotListenAgainForTheTermOfALease) {
   EXPECT_EQ(own.take_term(), 10U);
 }
 
-TEST(Leadership, TwoNeverTakeTheSameTerm) {
+TEST(Leadership, TwoSupervisorsNeverTakeTheSameTerm) {
   Leadership first(kLimits, 0, 0ms, {0, 2});
   Leadership second(kLimits, 0, 0ms, {1, 2});
   EXPECT_TRUE(first.decide(200ms, 200ms));
@@ -103,7 +102,7 @@ TEST(Leadership, TwoNeverTakeTheSameTerm) {
   EXPECT_EQ(first.take_term(), 4U);
 }
 
-TEST(Leadership, TakesOverAtOnceFromALeaderWhoseProcessEnded) {
+TEST(Leadership, LeadsAtOnceWhenTheLeadersProcessEnded) {
   Leadership own(kLimits, 0, 0ms);
   own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
@@ -121,7 +120,7 @@ TEST(Leadership, StandsByWhileAnotherLeads) {
   EXPECT_EQ(own.role(), Role::kStandingBy);
 }
 
-TEST(Leadership, TakesOverFromASilentLeader) {
+TEST(Leadership, LeadsWhenTheLeaderIsSilent) {
   Leadership own(kLimits, 0, 0ms);
   own.observe_leader(3, 150ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
@@ -130,19 +129,19 @@ TEST(Leadership, TakesOverFromASilentLeader) {
   EXPECT_EQ(own.term(), 4U);
 }
 
-// What the leader said meanwhile may lie in our socket.
-TEST(Leadership, DoesNotTakeOverWhileItHearsNobody) {
+// The leader's messages may still wait in the socket.
+TEST(Leadership, DoesNotLeadWhileItHearsNoOtherHost) {
   Leadership own(kLimits, 0, 0ms);
   own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 195ms));
   EXPECT_FALSE(own.decide(5s, 195ms));
-  EXPECT_FALSE(own.decide(5005ms, 490ms)) << "as it arrives, in its order";
+  EXPECT_FALSE(own.decide(5005ms, 490ms)) << "messages arrive in their order";
   own.observe_leader(3, 4990ms);
   EXPECT_FALSE(own.decide(5010ms, 5005ms));
   EXPECT_TRUE(own.decide(5300ms, 5291ms)) << "others are heard, and the leader is not";
 }
 
-// Who was cut off does not hear everybody again in the same instant.
+// After a partition hosts are not heard again all at once.
 TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
   Leadership own({.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 100ms}, 0, 0ms);
   own.observe_leader(3, 190ms);
@@ -150,11 +149,11 @@ TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
   for (auto now = 5000ms; now <= 5180ms; now += 20ms)
     EXPECT_FALSE(own.decide(now, now)) << "cut off, now others are heard";
   own.observe_leader(3, 5190ms);
-  for (auto now = 5200ms; now <= 5480ms; now += 20ms) EXPECT_FALSE(own.decide(now, now)) << "so is the leader";
+  for (auto now = 5200ms; now <= 5480ms; now += 20ms) EXPECT_FALSE(own.decide(now, now)) << "the leader is heard, too";
   EXPECT_TRUE(own.decide(5500ms, 5500ms));
 }
 
-TEST(Leadership, StandsBackFromAHigherTerm) {
+TEST(Leadership, StepsDownForAHigherTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.observe_leader(9, 210ms);
@@ -164,7 +163,7 @@ TEST(Leadership, StandsBackFromAHigherTerm) {
   EXPECT_EQ(own.term(), 10U);
 }
 
-TEST(Leadership, IgnoresAnOldLeader) {
+TEST(Leadership, IgnoresALeaderOfALowerTerm) {
   Leadership own(kLimits, 4, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.observe_leader(4, 210ms);
@@ -172,8 +171,8 @@ TEST(Leadership, IgnoresAnOldLeader) {
   EXPECT_EQ(own.term(), 5U);
 }
 
-// Only when one of them lost its memory. Whoever leads again takes another.
-TEST(Leadership, StandsBackFromItsOwnTermInAnothersHands) {
+// Possible only when a supervisor has lost its checkpoint. It takes another term when it leads again.
+TEST(Leadership, StepsDownForAnotherLeaderOfItsOwnTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.observe_leader(1, 210ms);

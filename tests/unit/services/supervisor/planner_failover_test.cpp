@@ -28,22 +28,22 @@ class PlannerFailoverTest : public ::testing::Test {
   std::set<std::string> out_, ready_;
 };
 
-TEST_F(PlannerFailoverTest, TheFirstIsInChargeAtTheBeginning) {
+TEST_F(PlannerFailoverTest, GrantsTheFirstLeaseToTheFirstPlanner) {
   EXPECT_EQ(lease(), ArmLease());
   EXPECT_TRUE(decide());
   EXPECT_EQ(lease(), (ArmLease{"p", 4}));
-  EXPECT_FALSE(decide()) << "nothing is to change";
+  EXPECT_FALSE(decide()) << "no change";
   EXPECT_EQ(failover_.lease("arm2"), ArmLease());
 }
 
-TEST_F(PlannerFailoverTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
+TEST_F(PlannerFailoverTest, ReplacesAFailedPlannerByAReadyOneUnderANewTerm) {
   EXPECT_TRUE(decide());
   out_ = {"p"};
-  EXPECT_FALSE(decide()) << "nobody is ready";
+  EXPECT_FALSE(decide()) << "no planner is ready";
   ready_ = {"q"};
   EXPECT_TRUE(decide());
   EXPECT_EQ(lease(), (ArmLease{"q", 6}));
-  // The roles are exchanged: who comes back stands by.
+  // The roles are exchanged: the planner that returns stands by.
   out_ = {};
   ready_ = {"p"};
   EXPECT_FALSE(decide());
@@ -52,29 +52,29 @@ TEST_F(PlannerFailoverTest, WhoIsOutIsReplacedByWhoIsReadyUnderANewTerm) {
   EXPECT_EQ(lease(), (ArmLease{"p", 8}));
 }
 
-TEST_F(PlannerFailoverTest, WhatAnotherLeaderGrantedStays) {
+TEST_F(PlannerFailoverTest, KeepsTheLeaseOfAnotherLeader) {
   failover_.update("arm1", {"q", 7});
   EXPECT_FALSE(decide());
   EXPECT_EQ(lease(), (ArmLease{"q", 7}));
   out_ = {"q"};
   ready_ = {"p"};
   EXPECT_TRUE(decide());
-  EXPECT_EQ(lease(), (ArmLease{"p", 8})) << "above what it heard";
+  EXPECT_EQ(lease(), (ArmLease{"p", 8})) << "above the observed term";
   failover_.update("arm1", {"q", 7});
-  EXPECT_EQ(lease(), (ArmLease{"p", 8})) << "old news";
+  EXPECT_EQ(lease(), (ArmLease{"p", 8})) << "an older lease";
 }
 
-TEST_F(PlannerFailoverTest, TheDriverKnowsBetterWhoHasATerm) {
+TEST_F(PlannerFailoverTest, AdoptsTheDriversPlannerForATerm) {
   EXPECT_TRUE(decide());
   failover_.update_from_driver("arm1", {"q", 4});
-  EXPECT_EQ(lease(), (ArmLease{"q", 4})) << "our memory was lost, and the term given before";
+  EXPECT_EQ(lease(), (ArmLease{"q", 4})) << "the checkpoint was lost, and the term granted before";
   failover_.update_from_driver("arm1", {"p", 2});
   EXPECT_EQ(lease(), (ArmLease{"q", 4}));
   EXPECT_FALSE(decide());
 }
 
-TEST_F(PlannerFailoverTest, AStrangerInChargeIsReplaced) {
-  failover_.update_from_driver("arm1", {"somebody", 9});
+TEST_F(PlannerFailoverTest, ReplacesAnUnknownPlanner) {
+  failover_.update_from_driver("arm1", {"unknown", 9});
   EXPECT_TRUE(decide());
   EXPECT_EQ(lease(), (ArmLease{"p", 10}));
 }
@@ -88,7 +88,7 @@ PlannerObservations at_work() {
   return observed;
 }
 
-TEST(PlannerHealth, WhoWorksIsLeftInCharge) {
+TEST(PlannerHealth, KeepsAWorkingPlannerHealthy) {
   EXPECT_FALSE(health_of(at_work(), {}).failed);
   EXPECT_FALSE(health_of({}, {}).failed) << "not heard yet";
   PlannerObservations standby;
@@ -97,10 +97,10 @@ TEST(PlannerHealth, WhoWorksIsLeftInCharge) {
   standby.stands_by = true;
   EXPECT_TRUE(health_of(standby, {}).ready);
   standby.silence.reset();
-  EXPECT_FALSE(health_of(standby, {}).ready) << "it was restarted, and has said nothing yet";
+  EXPECT_FALSE(health_of(standby, {}).ready) << "it was restarted and has sent no heartbeat yet";
 }
 
-TEST(PlannerHealth, WhoDiedOrHangsIsOut) {
+TEST(PlannerHealth, FailsAPlannerThatDiedOrHangs) {
   PlannerObservations observed = at_work();
   observed.ended = true;
   EXPECT_TRUE(health_of(observed, {}).failed);
@@ -111,13 +111,13 @@ TEST(PlannerHealth, WhoDiedOrHangsIsOut) {
   EXPECT_TRUE(health_of(observed, {}).failed) << "the driver is silent, too";
 }
 
-TEST(PlannerHealth, LostHeartbeatsAloneReplaceNobody) {
+TEST(PlannerHealth, IgnoresLostHeartbeatsWhileCommandsArrive) {
   PlannerObservations observed = at_work();
   observed.silence = 1s;
   EXPECT_FALSE(health_of(observed, {}).failed) << "its commands arrive";
 }
 
-TEST(PlannerHealth, WhomTheDriverDoesNotHearIsOut) {
+TEST(PlannerHealth, FailsAPlannerThatTheDriverDoesNotHear) {
   PlannerObservations observed = at_work();
   observed.command_silence = 100ms;
   EXPECT_TRUE(health_of(observed, {}).failed);
@@ -125,12 +125,42 @@ TEST(PlannerHealth, WhomTheDriverDoesNotHearIsOut) {
   EXPECT_FALSE(health_of(observed, {}).failed) << "it has just been put in charge";
 }
 
-TEST(PlannerHealth, WhoIsSilentIsNotReady) {
+TEST(PlannerHealth, ASilentPlannerIsNotReady) {
   PlannerObservations observed;
   observed.stands_by = true;
   observed.silence = 20ms;
   observed.command_silence = 1ms;
-  EXPECT_FALSE(health_of(observed, {}).ready) << "those commands are not its own";
+  EXPECT_FALSE(health_of(observed, {}).ready) << "those commands are of another planner";
+}
+
+TEST(FailoverBackoff, DoublesWithEachReplacementUpToTheUpperLimit) {
+  FailoverBackoff backoff(20ms, 100ms);
+  EXPECT_EQ(backoff.at(100s), 20ms);
+  backoff.replaced(100s);
+  EXPECT_EQ(backoff.at(100s), 40ms);
+  backoff.replaced(101s);
+  EXPECT_EQ(backoff.at(101s), 80ms);
+  backoff.replaced(102s);
+  backoff.replaced(103s);
+  EXPECT_EQ(backoff.at(103s), 100ms);
+}
+
+TEST(FailoverBackoff, IsHalvedAfterEachQuietPeriod) {
+  FailoverBackoff backoff(20ms, 100ms);
+  backoff.replaced(100s);
+  backoff.replaced(100s);
+  EXPECT_EQ(backoff.at(109s), 80ms);
+  EXPECT_EQ(backoff.at(110s), 40ms);
+  backoff.replaced(111s);
+  EXPECT_EQ(backoff.at(111s), 80ms) << "twice the limit at that time";
+  EXPECT_EQ(backoff.at(131s), 20ms);
+  EXPECT_EQ(backoff.at(1000s), 20ms);
+}
+
+TEST(FailoverBackoff, IsNeverBelowTheFailoverTimeout) {
+  FailoverBackoff backoff(150ms, 100ms);
+  backoff.replaced(1s);
+  EXPECT_EQ(backoff.at(1s), 150ms);
 }
 
 }  // namespace

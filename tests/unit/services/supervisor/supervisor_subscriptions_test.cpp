@@ -1,4 +1,4 @@
-// What a supervisor makes of the events that agents tell to whoever meets them.
+// Reception of samples: past process events for late joiners, heartbeats, states and rows.
 #include "services/supervisor/supervisor_subscriptions.hpp"
 
 #include "services/runtime/node_name.hpp"
@@ -11,8 +11,8 @@ namespace {
 using testing::cell_limits;
 using testing::cell_nodes;
 
-/// An agent that has told of a death and of the successor, and of another death without one.
-class Past : public bus::BusTest {
+/// An agent that has published an exit and its successor, and another exit without one.
+class PastEvents : public bus::BusTest {
  protected:
   void SetUp() override {
     die("driver/arm1", 11);
@@ -67,7 +67,7 @@ struct Listener {
     static_cast<void>(mailbox.take_events());
     ears.receive(own.id(), {snapshot, watch, leadership, succession});
   }
-  /// Until the event of this number has been taken in; `meanwhile` is called again and again.
+  /// Receives until the event of this number has arrived; calls `meanwhile` repeatedly.
   template <class Act>
   [[nodiscard]] bool hears(std::uint64_t number, Act meanwhile) {
     const auto heard = [&] {
@@ -80,20 +80,20 @@ struct Listener {
     }
     return heard();
   }
-  /// Sends again and again until the only open fault is this one, or, without a subject, there is none.
+  /// Sends repeatedly until the only open fault is this one, or, without a subject, there is none.
   template <class Send>
   [[nodiscard]] bool accuses(const std::string& subject, msg::CauseKind kind, Send send) {
     for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; receive()) {
       if (!send()) return false;
       static_cast<void>(mailbox.wait(cell_limits().loop_period));
-      const auto names = suspected();
+      const auto names = faulty();
       if (subject.empty() ? names.empty() : names == std::vector<std::string>{subject}) {
         return subject.empty() || watch.faults().open().front().kind == kind;
       }
     }
     return false;
   }
-  [[nodiscard]] std::vector<std::string> suspected() {
+  [[nodiscard]] std::vector<std::string> faulty() {
     watch.judge(bus::Clock::now().time_since_epoch());
     std::vector<std::string> subjects;
     for (const FaultRecord& fault : watch.faults().open()) subjects.push_back(fault.subject);
@@ -109,22 +109,22 @@ struct Listener {
   bus::Writer<msg::CellMode> own;
 };
 
-using Accused = std::vector<std::string>;
+using Subjects = std::vector<std::string>;
 
-TEST_F(Past, IsHistoryForWhoHasNoAccountOfItExceptWhatStillHolds) {
+TEST_F(PastEvents, AreNoFaultsWithoutACheckpointUnlessTheyLast) {
   Listener newcomer(there_, false);
   ASSERT_TRUE(newcomer.hears(3, [&] { heartbeat(); }));
-  EXPECT_EQ(newcomer.suspected(), Accused{"driver/arm2"});
+  EXPECT_EQ(newcomer.faulty(), Subjects{"driver/arm2"});
   die("driver/arm1", 12);
   start("driver/arm1", 13);
   ASSERT_TRUE(newcomer.hears(5, [] {}));
-  EXPECT_EQ(newcomer.suspected(), (Accused{"driver/arm2", "driver/arm1"})) << "news, though its successor is there";
+  EXPECT_EQ(newcomer.faulty(), (Subjects{"driver/arm2", "driver/arm1"})) << "a new exit, although its successor runs";
 }
 
-// Of two beats within a turn each counts.
-TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
+// Of two heartbeats within a turn each counts.
+TEST_F(PastEvents, HeartbeatsOfTwoProcessesOfOneNodeAreBothReceived) {
   Listener listener(there_, false);
-  bus::Writer<msg::Heartbeat> twin(here_);
+  bus::Writer<msg::Heartbeat> second(here_);
   bus::Reader<msg::Heartbeat> probe(there_);
   ASSERT_TRUE(probe.wait_matched(2, bus::kPatience));
   const auto is_told = [&] {
@@ -141,7 +141,7 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
     sample.sequence_number(number);
     return by.write(sample);
   };
-  // The first ones may be lost: a writer may have been met that has not met its readers yet.
+  // The first samples may be lost: discovery may have matched one side only.
   const auto arrives = [&](const std::string& node, std::uint64_t number) {
     for (const auto until = bus::Clock::now() + bus::kOnceMore; bus::Clock::now() < until;) {
       static_cast<void>(probe.wait_for_data(until - bus::Clock::now()));
@@ -152,17 +152,17 @@ TEST_F(Past, TwinsAreHeardAlsoWhenTheyBeatInStep) {
   };
   for (std::uint64_t turn = 1; turn <= 100 && !is_told(); ++turn) {
     ASSERT_TRUE(heartbeat(beats_, "planner/arm1", 1, turn));
-    ASSERT_TRUE(heartbeat(twin, "planner/arm1", 2, turn));
-    // Whatever was sent before is with every reader.
-    ASSERT_TRUE(heartbeat(twin, "planner/arm2", 3, turn));
+    ASSERT_TRUE(heartbeat(second, "planner/arm1", 2, turn));
+    // Earlier samples have reached every reader.
+    ASSERT_TRUE(heartbeat(second, "planner/arm2", 3, turn));
     arrives("planner/arm2", turn);
     listener.receive();
-    static_cast<void>(listener.suspected());
+    static_cast<void>(listener.faulty());
   }
   EXPECT_TRUE(is_told());
 }
 
-TEST_F(Past, NodeThatReportsAFailureWithoutWordsIsAFault) {
+TEST_F(PastEvents, NodeFailureWithoutTextIsAFault) {
   Listener listener(there_, false);
   msg::Heartbeat sample;
   sample.node("planner/arm3");
@@ -173,7 +173,7 @@ TEST_F(Past, NodeThatReportsAFailureWithoutWordsIsAFault) {
       listener.accuses("planner/arm3", msg::CauseKind::CAUSE_NODE_FAILED, [&] { return beats_.write(sample); }));
 }
 
-TEST_F(Past, DeviceThatReportsAFailureIsAFaultOfItsArm) {
+TEST_F(PastEvents, DeviceFailureIsAFaultOfItsArm) {
   Listener listener(there_, false);
   bus::Writer<msg::ArmState> states(here_);
   msg::ArmState sample;
@@ -185,7 +185,7 @@ TEST_F(Past, DeviceThatReportsAFailureIsAFaultOfItsArm) {
 }
 
 // The rows of h1 and h2 say that neither has heard the listener's host.
-TEST_F(Past, RowsOfAgentsTellThatTheHostIsNotHeard) {
+TEST_F(PastEvents, RowsShowThatTheOwnHostIsNotHeard) {
   Listener listener(there_, false, testing::nodes_of_three_hosts(), "h3");
   bus::Writer<msg::Reachability> rows(here_);
   const auto write = [&](float age) {
@@ -211,36 +211,36 @@ TEST_F(Past, RowsOfAgentsTellThatTheHostIsNotHeard) {
   EXPECT_TRUE(listener.accuses("h3", msg::CauseKind::CAUSE_HOST_ISOLATED, [&] { return write(0.2F); }));
 }
 
-TEST_F(Past, IsNotJudgedBeforeItsAgentHasBeaten) {
+TEST_F(PastEvents, WaitForTheFirstHeartbeatOfTheirAgent) {
   Listener newcomer(there_, false);
-  // Of the same participant, and younger: what it has, the newcomer has.
+  // A younger reader of the same participant: its samples have reached the newcomer, too.
   bus::Reader<msg::ProcessEvent> probe(there_);
   ASSERT_TRUE(bus::wait_until(probe, [&] {
     static_cast<void>(probe.take());
     return probe.latest().size() == 2;
   }));
   newcomer.receive();
-  EXPECT_EQ(newcomer.suspected(), Accused{});
+  EXPECT_EQ(newcomer.faulty(), Subjects{});
   EXPECT_TRUE(newcomer.hears(3, [&] { heartbeat(); }));
 }
 
-TEST_F(Past, IsToldByWhoRemembersWhatWasToldAsOfWhenItWas) {
+TEST_F(PastEvents, AreFaultsOfTheirOwnTimeWithACheckpoint) {
   Listener successor(there_, true);
   ASSERT_TRUE(successor.hears(3, [&] { heartbeat(); }));
   const Time now = bus::Clock::now().time_since_epoch();
-  EXPECT_EQ(successor.suspected(), (Accused{"driver/arm1", "driver/arm2"}));
+  EXPECT_EQ(successor.faulty(), (Subjects{"driver/arm1", "driver/arm2"}));
   for (const FaultRecord& fault : successor.watch.faults().open()) {
     EXPECT_LT(fault.since, now - std::chrono::seconds(56))
-        << "the agent's clock said 1 and 3 s, and 60 s when it was met";
+        << "1 s and 3 s by the agent's clock, 60 s at its first heartbeat";
     EXPECT_FALSE(fault.detection_latency_bound);
   }
 }
 
-TEST_F(Past, SaysWhoEndedAProcessAndWhy) {
+TEST_F(PastEvents, NameTheAgentAndItsReasonForAKill) {
   die("driver/arm3", 31, "its loop was silent for 10012 ms");
   Listener newcomer(there_, false);
   ASSERT_TRUE(newcomer.hears(4, [&] { heartbeat(); }));
-  EXPECT_EQ(newcomer.suspected(), (Accused{"driver/arm2", "driver/arm3"}));
+  EXPECT_EQ(newcomer.faulty(), (Subjects{"driver/arm2", "driver/arm3"}));
   std::vector<std::string> seen;
   for (const FaultRecord& fault : newcomer.watch.faults().open()) seen.push_back(fault.description);
   EXPECT_EQ(seen,

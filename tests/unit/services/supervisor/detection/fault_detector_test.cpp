@@ -7,7 +7,7 @@
 namespace hecaton::services::testing {
 namespace {
 
-TEST_F(FaultDetectorTest, HealthyCellRuns) {
+TEST_F(FaultDetectorTest, RunsAHealthyCell) {
   run_for(10s);
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_TRUE(detector.faults().cleared().empty());
@@ -15,7 +15,7 @@ TEST_F(FaultDetectorTest, HealthyCellRuns) {
   for (const auto& node : detector.nodes()) EXPECT_TRUE(detector.alive(node.name)) << node.name;
 }
 
-TEST_F(FaultDetectorTest, DeathIsToldAtOnceAndHoldsTheArm) {
+TEST_F(FaultDetectorTest, ReportsADeathAtOnceAndHoldsTheArm) {
   kill("planner/arm2", 9);
   detector.judge(now);
   const FaultRecord fault = the_fault();
@@ -23,13 +23,13 @@ TEST_F(FaultDetectorTest, DeathIsToldAtOnceAndHoldsTheArm) {
   EXPECT_EQ(fault.subject, "planner/arm2");
   EXPECT_EQ(fault.description, "planner/arm2: process 107 was ended by signal 9 (Killed)");
   ASSERT_TRUE(fault.detection_latency_bound) << "it was heard";
-  EXPECT_LE(*fault.detection_latency_bound, 10ms) << "a beat";
+  EXPECT_LE(*fault.detection_latency_bound, 10ms) << "a heartbeat period";
   EXPECT_EQ(held(), Names{"arm2"});
   EXPECT_EQ(detector.mode().cause_of("arm2").text(), "held: " + fault.description);
   EXPECT_FALSE(detector.alive("planner/arm2"));
 }
 
-TEST_F(FaultDetectorTest, NodeThatReportsAFailureIsFailedInItsOwnWords) {
+TEST_F(FaultDetectorTest, ReportsAFailedNodeWithItsOwnText) {
   kill("world", 9);
   detector.judge(now);
   start("world");
@@ -44,11 +44,11 @@ TEST_F(FaultDetectorTest, NodeThatReportsAFailureIsFailedInItsOwnWords) {
   EXPECT_EQ(causes_text(detector.mode().decide()), "world: cannot be recovered");
   mute.clear();
   run_for(200ms);
-  EXPECT_TRUE(detector.faults().open().empty()) << "its beats do not say so any more";
+  EXPECT_TRUE(detector.faults().open().empty()) << "its heartbeats report no failure any more";
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
-TEST_F(FaultDetectorTest, NodeThatReportsAFailureWithoutWordsIsFailed) {
+TEST_F(FaultDetectorTest, ReportsAFailedNodeWithoutText) {
   mute.insert("world");
   turn(10ms);
   detector.heard("world", {pids["world"], now, 0, msg::Cause()});
@@ -58,7 +58,7 @@ TEST_F(FaultDetectorTest, NodeThatReportsAFailureWithoutWordsIsFailed) {
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
-TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
+TEST_F(FaultDetectorTest, ReportsAFailedDeviceAsAFaultOfItsArm) {
   detector.device_heard("arm3", "joint 2: following error");
   turn();
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED);
@@ -70,21 +70,21 @@ TEST_F(FaultDetectorTest, DeviceThatReportsAFailureIsAFaultOfItsArm) {
   EXPECT_EQ(detector.faults().open().size(), 2U) << "beside the death of its driver";
   start("driver/arm3");
   run_for(500ms);
-  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED) << "until the driver says otherwise";
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED) << "until the driver reports that it works";
   detector.device_heard("arm3", std::nullopt);
   turn();
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_TRUE(held().empty());
 }
 
-TEST_F(FaultDetectorTest, DeathIsOneFaultHoweverLongItLasts) {
+TEST_F(FaultDetectorTest, ReportsALongDeathAsOneFault) {
   kill("driver/arm1", 11);
   run_for(5s);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
   EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
-TEST_F(FaultDetectorTest, RestartReleasesTheArmOnceItIsSteady) {
+TEST_F(FaultDetectorTest, ReleasesTheArmOnceTheRestartedNodeIsSteady) {
   kill("driver/arm1", 9);
   run_for(50ms);
   start("driver/arm1");
@@ -96,7 +96,7 @@ TEST_F(FaultDetectorTest, RestartReleasesTheArmOnceItIsSteady) {
   EXPECT_EQ(detector.faults().cleared().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
-TEST_F(FaultDetectorTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
+TEST_F(FaultDetectorTest, DetectsARestartWithoutAnAgentByHeartbeats) {
   kill("planner/arm1", 9);
   run_for(50ms);
   start("planner/arm1", false);
@@ -104,7 +104,7 @@ TEST_F(FaultDetectorTest, RestartWithoutAnAgentIsNoticedByItsHeartbeat) {
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
-TEST_F(FaultDetectorTest, LateHeartbeatOfTheDeadIsIgnored) {
+TEST_F(FaultDetectorTest, IgnoresALateHeartbeatOfADeadProcess) {
   kill("planner/arm1", 9);
   detector.heard("planner/arm1", {pids["planner/arm1"], now});
   detector.judge(now);
@@ -113,15 +113,15 @@ TEST_F(FaultDetectorTest, LateHeartbeatOfTheDeadIsIgnored) {
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
-TEST_F(FaultDetectorTest, OldNewsOfAPredecessorIsNoFault) {
+TEST_F(FaultDetectorTest, IgnoresALateExitOfAPredecessor) {
   detector.process_exited("planner/arm1", {99, -1, 9, false});
   run_for(100ms);
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
-// A supervisor that was kept from running for a moment hears of both at once.
-TEST_F(FaultDetectorTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant) {
+// A supervisor that did not run for a moment receives both at once.
+TEST_F(FaultDetectorTest, ReportsADeathWhoseSuccessorIsHeardInTheSameTurn) {
   detector.process_exited("planner/arm1", {pids["planner/arm1"], -1, 9, false});
   detector.process_started("planner/arm1", ++pids["planner/arm1"]);
   detector.heard("planner/arm1", {pids["planner/arm1"], now});
@@ -133,8 +133,8 @@ TEST_F(FaultDetectorTest, DeathIsAFaultEvenIfItsSuccessorIsHeardInTheSameInstant
   EXPECT_EQ(detector.faults().cleared().front().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
-// Its agent could not be heard when it ended, and when it can be again the successor's beats come first.
-TEST_F(FaultDetectorTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndHoldsNobody) {
+// The agent was not heard when the process ended. When it is heard again, the successor's heartbeats arrive first.
+TEST_F(FaultDetectorTest, ReportsALateDeathOnceAndHoldsNoArm) {
   const std::int64_t killed = pids["planner/arm1"];
   pids["planner/arm1"] += 1000;
   run_for(1s);
@@ -152,11 +152,11 @@ TEST_F(FaultDetectorTest, DeathThatIsToldAfterItsSuccessorIsThereIsOneRecordAndH
   EXPECT_TRUE(arms_on(detector.mode().decide(), msg::Mode::MODE_HOLD).empty());
   detector.process_exited("planner/arm1", exit);
   run_for(1s);
-  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "told once";
+  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "one fault";
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
-TEST_F(FaultDetectorTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
+TEST_F(FaultDetectorTest, DoesNotRepeatFaultsOfItsPredecessor) {
   kill("driver/arm1", 9);
   detector.judge(now);
   start("driver/arm1");
@@ -170,32 +170,32 @@ TEST_F(FaultDetectorTest, SuccessorOfASupervisorDoesNotRepeatWhatWasTold) {
   successor.judge(now);
   EXPECT_TRUE(successor.faults().open().empty());
   EXPECT_EQ(successor.faults().cleared().size(), 1U);
-  // What nobody has told is told.
+  // Unreported exits are reported.
   successor.process_exited("driver/arm2", {pids["driver/arm2"], -1, 9, false});
   successor.process_started("driver/arm2", pids["driver/arm2"] + 1000);
   successor.judge(now);
   EXPECT_EQ(successor.faults().open().size(), 1U);
 }
 
-TEST_F(FaultDetectorTest, WhatEndedLongAgoAndWasNeverToldIsToldAndHoldsNobody) {
+TEST_F(FaultDetectorTest, ReportsAnOldUnreportedDeathAndHoldsNoArm) {
   ProcessExit exit{pids["driver/arm1"] - 50, -1, 9, false};
   exit.at = now - 30s;
   FaultDetector late(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
   late.process_exited("driver/arm1", exit);
   late.process_started("driver/arm1", pids["driver/arm1"]);
-  // Its successor is heard for long enough to count as well.
+  // Its successor is heard for long enough to be alive.
   for (int k = 0; k < 40; ++k) {
     late.advance(now + 5ms * k);
     late.heard("driver/arm1", {pids["driver/arm1"], now + 5ms * k});
     late.stream_heard("driver/arm1", now + 5ms * k);
   }
   late.judge(now + 200ms);
-  ASSERT_EQ(late.faults().cleared().size(), 1U) << "at once: nobody waits for what is over";
+  ASSERT_EQ(late.faults().cleared().size(), 1U) << "cleared at once";
   EXPECT_EQ(late.faults().cleared().front().since, now - 30s);
   EXPECT_TRUE(arms_on(late.mode().decide(), msg::Mode::MODE_HOLD).empty());
 }
 
-TEST_F(FaultDetectorTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
+TEST_F(FaultDetectorTest, ReportsOnlyLastingFaultsOfThePastWithoutACheckpoint) {
   FaultDetector newcomer(cell_nodes(), {"arm1", "arm2", "arm3"}, cell_limits(), now);
   newcomer.process_exited("driver/arm1", {99, -1, 9, false}, false);
   newcomer.process_started("driver/arm1", pids["driver/arm1"]);
@@ -203,10 +203,10 @@ TEST_F(FaultDetectorTest, WhoHasNoAccountOfThePastTellsOnlyWhatStillHolds) {
   newcomer.judge(now);
   const auto open = newcomer.faults().open();
   ASSERT_EQ(open.size(), 1U);
-  EXPECT_EQ(open.front().subject, "driver/arm2") << "nobody has taken its place";
+  EXPECT_EQ(open.front().subject, "driver/arm2") << "it has no successor";
 }
 
-TEST_F(FaultDetectorTest, WantedEndIsNoFault) {
+TEST_F(FaultDetectorTest, IgnoresAnOrderedEnd) {
   dead.insert("planner/arm1");
   detector.process_exited("planner/arm1", {pids["planner/arm1"], 0, 0, true});
   run_for(5s);
@@ -214,7 +214,7 @@ TEST_F(FaultDetectorTest, WantedEndIsNoFault) {
   EXPECT_EQ(detector.awaited("planner/arm1").text(), "planner/arm1 was ordered to end");
 }
 
-TEST_F(FaultDetectorTest, HangIsNodeSilentAndClearsByItself) {
+TEST_F(FaultDetectorTest, ReportsAHangAsNodeSilentUntilItEnds) {
   hung.insert("planner/arm3");
   run_for(35ms);
   const FaultRecord fault = the_fault();
@@ -230,14 +230,14 @@ TEST_F(FaultDetectorTest, HangIsNodeSilentAndClearsByItself) {
   EXPECT_TRUE(held().empty());
 }
 
-TEST_F(FaultDetectorTest, HungDriverIsOneFaultOfTheNode) {
+TEST_F(FaultDetectorTest, ReportsAHungDriverAsOneFault) {
   hung.insert("driver/arm1");
   run_for(5s);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
   EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
-TEST_F(FaultDetectorTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
+TEST_F(FaultDetectorTest, ReportsADriverWithoutStatesAsDriverSilent) {
   mute.insert("driver/arm1");
   run_for(60ms);
   const FaultRecord fault = the_fault();
@@ -249,7 +249,7 @@ TEST_F(FaultDetectorTest, DriverThatBeatsWithoutStatesIsDriverSilent) {
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
-TEST_F(FaultDetectorTest, SilentStreamThatTurnsIntoDeathStaysOneFault) {
+TEST_F(FaultDetectorTest, CorrectsASilentStreamToADeath) {
   mute.insert("driver/arm1");
   run_for(100ms);
   hung.insert("driver/arm1");
@@ -260,7 +260,7 @@ TEST_F(FaultDetectorTest, SilentStreamThatTurnsIntoDeathStaysOneFault) {
   EXPECT_EQ(the_fault().number, 1U);
 }
 
-TEST_F(FaultDetectorTest, SilentWorldHoldsTheCell) {
+TEST_F(FaultDetectorTest, HoldsTheCellForASilentWorld) {
   mute.insert("world");
   run_for(100ms);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_WORLD_SILENT);
@@ -274,11 +274,11 @@ TEST_F(FaultDetectorTest, SilentWorldHoldsTheCell) {
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
-TEST_F(FaultDetectorTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHeard) {
+TEST_F(FaultDetectorTest, LosesAnArmWithItsDriversProcessUntilASuccessorIsHeard) {
   EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone);
   kill("planner/arm1", 9);
   turn();
-  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone) << "its driver tells where it is";
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone) << "its driver sends states";
   kill("driver/arm1", 9);
   turn();
   EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kEnded);
@@ -288,10 +288,10 @@ TEST_F(FaultDetectorTest, AnArmIsLostWithItsDriversProcessUntilItsSuccessorIsHea
   EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kNone);
   hung.insert("driver/arm2");
   run_for(200ms);
-  EXPECT_EQ(detector.loss_of_driver("arm2"), DriverLoss::kNone) << "who hangs may go on at any moment";
+  EXPECT_EQ(detector.loss_of_driver("arm2"), DriverLoss::kNone) << "a hanging driver may continue at any moment";
 }
 
-TEST_F(FaultDetectorTest, SimultaneousFaultsAreAllTold) {
+TEST_F(FaultDetectorTest, ReportsAllSimultaneousFaults) {
   kill("planner/arm1", 9);
   hung.insert("driver/arm2");
   mute.insert("driver/arm3");
@@ -305,7 +305,7 @@ TEST_F(FaultDetectorTest, SimultaneousFaultsAreAllTold) {
   EXPECT_EQ(held(), (Names{"arm1", "arm2", "arm3"}));
 }
 
-TEST_F(FaultDetectorTest, FlappingIsOneFault) {
+TEST_F(FaultDetectorTest, ReportsFlappingAsOneFault) {
   for (int i = 0; i < 40; ++i) {
     hung.insert("planner/arm1");
     run_for(40ms);
@@ -317,7 +317,7 @@ TEST_F(FaultDetectorTest, FlappingIsOneFault) {
   EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
-TEST_F(FaultDetectorTest, OwnStallsAccuseNobody) {
+TEST_F(FaultDetectorTest, ReportsNoFaultForOwnStalls) {
   for (int i = 0; i < 20; ++i) {
     now += 126ms;  // nothing arrived while the whole machine stood still
     detector.advance(now);
@@ -328,7 +328,7 @@ TEST_F(FaultDetectorTest, OwnStallsAccuseNobody) {
   EXPECT_TRUE(detector.faults().cleared().empty());
 }
 
-TEST_F(FaultDetectorTest, HangDuringOwnStallIsFoundAfterwards) {
+TEST_F(FaultDetectorTest, DetectsAHangDuringAnOwnStallAfterwards) {
   hung.insert("planner/arm1");
   now += 126ms;
   detector.advance(now);
@@ -338,7 +338,7 @@ TEST_F(FaultDetectorTest, HangDuringOwnStallIsFoundAfterwards) {
   EXPECT_EQ(the_fault().subject, "planner/arm1");
 }
 
-TEST(FaultDetectorStart, StartUpIsNoFaultUntilTheGraceIsOver) {
+TEST(FaultDetectorStart, ReportsMissingNodesAfterTheGrace) {
   VirtualCell cell;
   for (const auto& node : cell.detector.nodes()) cell.dead.insert(node.name);
   for (const auto* node : {"agent/h1", "agent/h2", "world"}) cell.dead.erase(node);
@@ -359,7 +359,7 @@ TEST(FaultDetectorStart, StartUpIsNoFaultUntilTheGraceIsOver) {
   EXPECT_TRUE(cell.detector.faults().open().empty());
 }
 
-TEST(FaultDetectorStandby, OnlyThePlannerInChargeHoldsItsArm) {
+TEST(FaultDetectorStandby, HoldsAnArmForThePlannerInChargeOnly) {
   const std::vector<ExpectedNode> nodes{{"agent/h1", msg::NodeKind::NODE_AGENT, "", "h1"},
                                         {"planner/arm1", msg::NodeKind::NODE_PLANNER, "arm1", "h1"},
                                         {"planner/arm1@h2", msg::NodeKind::NODE_PLANNER, "arm1", "h2"},
@@ -387,8 +387,8 @@ TEST(FaultDetectorStandby, OnlyThePlannerInChargeHoldsItsArm) {
   EXPECT_EQ(detector.silence("planner/arm1@h3"), std::nullopt);
 }
 
-// What another supervisor told on its side of a partition: here all are well.
-TEST_F(FaultDetectorTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
+// Faults that another supervisor published on its side of a partition: here all nodes are healthy.
+TEST_F(FaultDetectorTest, ClearsAdoptedFaultsWhoseCauseHasEnded) {
   FaultRecord theirs{
       9,  4, msg::CauseKind::CAUSE_NODE_SILENT, msg::Severity::SEVERITY_ERROR, "planner/arm1", "silent", now - 1s,
       {}, {}};
@@ -396,7 +396,7 @@ TEST_F(FaultDetectorTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
   theirs.number = 5;
   theirs.subject = "supervisor";
   detector.adopt("supervisor", theirs, now);
-  EXPECT_EQ(the_fault().subject, "planner/arm1") << "nobody judges itself";
+  EXPECT_EQ(the_fault().subject, "planner/arm1") << "it does not judge its own node";
   turn();
   EXPECT_TRUE(detector.faults().open().empty());
   ASSERT_EQ(detector.faults().cleared().size(), 2U);
@@ -404,7 +404,7 @@ TEST_F(FaultDetectorTest, AdoptsFaultsAndEndsThemWhenTheirCauseIsGone) {
   EXPECT_EQ(detector.faults().cleared().front().cleared_at, now);
 }
 
-TEST_F(FaultDetectorTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
+TEST_F(FaultDetectorTest, KeepsAdoptedFaultsWhileTheirCauseLasts) {
   hung.insert("planner/arm1");
   run_for(100ms);
   const FaultRecord ours = the_fault();
@@ -419,28 +419,28 @@ TEST_F(FaultDetectorTest, AdoptedFaultsLastAsLongAsTheirCauseDoes) {
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
-TEST_F(FaultDetectorTest, TwoProcessesOfOneNodeAreTold) {
+TEST_F(FaultDetectorTest, ReportsTwoProcessesOfOneNode) {
   const auto beat_of_another = [&](int beats) {
     for (int i = 0; i < beats; ++i) {
-      turn(10ms);  // it beats, and then the other
+      turn(10ms);  // first one process sends a heartbeat, then the other
       detector.heard("planner/arm1", {7, now});
       detector.judge(now);
     }
   };
   beat_of_another(2);
-  EXPECT_TRUE(detector.faults().open().empty()) << "they may be stragglers";
+  EXPECT_TRUE(detector.faults().open().empty()) << "they may be late samples";
   beat_of_another(10);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_DUPLICATE_NODE);
   EXPECT_EQ(the_fault().subject, "planner/arm1");
   EXPECT_EQ(the_fault().description, "planner/arm1: processes 7 and " + std::to_string(pids["planner/arm1"]) +
-                                  " are this node at one time: end one of them");
+                                         " are this node at one time: end one of them");
   EXPECT_TRUE(held().empty());
   run_for(2s);
   EXPECT_TRUE(detector.faults().open().empty());
   kill("planner/arm1", 9);
   start("planner/arm1");
   run_for(2s);
-  EXPECT_EQ(detector.faults().cleared().size(), 2U) << "a successor is no twin";
+  EXPECT_EQ(detector.faults().cleared().size(), 2U) << "a successor is no duplicate";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Whole hosts that fall silent and return, as the detector judges them.
+// Detection of hosts that fall silent and return.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 namespace hecaton::services::testing {
 namespace {
 
-TEST_F(FaultDetectorTest, LostHostIsOneFaultAndHoldsItsArms) {
+TEST_F(FaultDetectorTest, ReportsALostHostAsOneFaultAndHoldsItsArms) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(60ms);
   EXPECT_EQ(held(), Names{"arm3"}) << "a driver that is not heard may hear its planner";
@@ -27,8 +27,8 @@ TEST_F(FaultDetectorTest, LostHostIsOneFaultAndHoldsItsArms) {
   EXPECT_EQ(detector.faults().cleared().size(), 1U);
 }
 
-// Without a majority each half of a cell that is cut in two would work around the other, which goes on.
-TEST(Hosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
+// Without a majority each half of a partitioned cell would plan around the other half, which continues.
+TEST(Hosts, LosesArmsOfALostHostWhileMostHostsAreHeard) {
   for (const bool third_host_is_heard : {true, false}) {
     VirtualCell cell(nodes_of_three_hosts());
     cell.run_for(200ms);
@@ -45,7 +45,7 @@ TEST(Hosts, AnArmIsLostWithItsHostWhileMostHostsAreHeard) {
   }
 }
 
-TEST(Hosts, OfTwoHostsTheirLinkIsLost) {
+TEST(Hosts, ReportsTheLinkAsLostBetweenTwoHosts) {
   VirtualCell cell(cell_nodes(), cell_limits(), "h1");
   cell.run_for(200ms);
   cell.fall_silent("h2");
@@ -59,7 +59,7 @@ TEST(Hosts, OfTwoHostsTheirLinkIsLost) {
   EXPECT_EQ(cell.held(), Names{});
 }
 
-TEST_F(FaultDetectorTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
+TEST_F(FaultDetectorTest, ReportsNoNodeOfALostHostThatIsHeardForAMoment) {
   const auto all = {"agent/h2", "driver/arm3", "planner/arm3"};
   for (const auto* node : all) hung.insert(node);
   run_for(150ms);
@@ -74,10 +74,10 @@ TEST_F(FaultDetectorTest, NodeHeardForAMomentIsNotAccusedWhileItsHostIsLost) {
   EXPECT_EQ(detector.faults().cleared().size(), 1U);
 }
 
-TEST(Hosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep) {
+TEST(Hosts, ReportsOnlyNodesThatStayAwayWhenAHostReturns) {
   VirtualCell cell(cell_nodes(), patient_limits());
   cell.run_for(200ms);
-  cell.hung.insert("planner/arm3");  // it beats before the others
+  cell.hung.insert("planner/arm3");  // heard before the other nodes
   cell.run_for(20ms);
   for (const auto* node : {"agent/h2", "driver/arm3"}) cell.hung.insert(node);
   cell.run_for(235ms);
@@ -85,11 +85,11 @@ TEST(Hosts, NodesReturnOneAfterTheOtherAlsoFromASilenceThatANodeMayKeep) {
   cell.run_for(20ms);
   EXPECT_TRUE(cell.detector.faults().open().empty());
   cell.run_for(150ms);
-  ASSERT_EQ(cell.detector.faults().open().size(), 1U) << "who stays away is a fault";
+  ASSERT_EQ(cell.detector.faults().open().size(), 1U) << "the node that stays away";
   EXPECT_EQ(cell.detector.faults().open().front().subject, "planner/arm3");
 }
 
-TEST_F(FaultDetectorTest, SilentAgentAloneHoldsNothing) {
+TEST_F(FaultDetectorTest, HoldsNoArmForASilentAgent) {
   hung.insert("agent/h2");
   run_for(200ms);
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_SILENT);
@@ -101,7 +101,7 @@ TEST_F(FaultDetectorTest, SilentAgentAloneHoldsNothing) {
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
-TEST_F(FaultDetectorTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
+TEST_F(FaultDetectorTest, ReportsANodeThatStaysAwayWhenItsHostReturns) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(200ms);
   hung = {"driver/arm3"};
@@ -112,7 +112,7 @@ TEST_F(FaultDetectorTest, NodeThatStaysAwayWhenItsHostReturnsIsAFaultOfItsOwn) {
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
-TEST_F(FaultDetectorTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeAnyOther) {
+TEST_F(FaultDetectorTest, ReportsANodeThatHangsAfterItsReturn) {
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(200ms);
   hung = {"planner/arm3"};
@@ -121,7 +121,7 @@ TEST_F(FaultDetectorTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeA
   run_for(50ms);
   hung.clear();
   run_for(200ms);
-  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "a reunion";
+  EXPECT_EQ(detector.faults().cleared().size(), 1U) << "a return";
   run_for(900ms);
   hung = {"driver/arm3"};
   run_for(30ms);
@@ -129,7 +129,7 @@ TEST_F(FaultDetectorTest, NodeThatHangsOnceItHasReturnedWithItsHostIsAFaultLikeA
   EXPECT_EQ(the_fault().subject, "driver/arm3");
 }
 
-TEST(FaultDetectorStart, HostThatNeverAppearsIsOneFault) {
+TEST(FaultDetectorStart, ReportsAHostThatNeverAppearsAsOneFault) {
   VirtualCell cell;
   cell.dead = {"agent/h2", "driver/arm3", "planner/arm3"};
   cell.run_for(2s);

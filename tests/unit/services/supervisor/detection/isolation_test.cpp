@@ -1,4 +1,4 @@
-// A supervisor whose own host hears no other host, or is heard by none; and hosts that are deaf.
+// Detection of isolation: of the supervisor's own host (deaf or mute) and of other hosts that are deaf.
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 namespace hecaton::services::testing {
 namespace {
 
-/// A third host, on which there is the supervisor alone.
+/// The supervisor runs alone on a third host.
 class Isolation : public ::testing::Test, protected VirtualCell {
  protected:
   explicit Isolation(const DetectionLimits& limits = cell_limits())
@@ -28,8 +28,8 @@ class Isolation : public ::testing::Test, protected VirtualCell {
   msg::CauseKind kind_of_first() { return detector.faults().open().front().kind; }
 };
 
-// Its own link is more likely to have failed than all of the others'. The hosts return one after the other.
-TEST_F(Isolation, HostThatHearsNoOtherIsIsolatedItselfAndBlamesNone) {
+// The own link is more likely to have failed than all other links. The hosts return one after the other.
+TEST_F(Isolation, ReportsOnlyItsOwnHostWhenItHearsNoOther) {
   cut_off();
   run_for(2s);
   ASSERT_EQ(faulty(), Names{"h3"});
@@ -41,10 +41,10 @@ TEST_F(Isolation, HostThatHearsNoOtherIsIsolatedItselfAndBlamesNone) {
   EXPECT_EQ(faulty(), Names{}) << "it has just returned";
   EXPECT_EQ(held(), Names{"arm3"});
   run_for(150ms);
-  EXPECT_EQ(faulty(), Names{"h2"}) << "h1 has heard it and does not any more";
+  EXPECT_EQ(faulty(), Names{"h2"}) << "h1 has heard it and no longer does";
   hung.insert("driver/arm1");
   run_for(50ms);
-  EXPECT_EQ(faulty(), Names{"h2"}) << "the middleware may still find it";
+  EXPECT_EQ(faulty(), Names{"h2"}) << "discovery may still match it";
   hung.erase("driver/arm1");
   run_for(1100ms);
   hung.insert("driver/arm1");
@@ -52,23 +52,23 @@ TEST_F(Isolation, HostThatHearsNoOtherIsIsolatedItselfAndBlamesNone) {
   EXPECT_EQ(faulty(), (Names{"h2", "driver/arm1"})) << "it had returned";
 }
 
-// Heartbeats are not in phase, and some are later than others.
-TEST_F(Isolation, NoHostIsLostThatFellSilentALittleBeforeTheOthers) {
-  std::size_t over = 0;  // faults of its own
+// Heartbeats have different phases and delays.
+TEST_F(Isolation, ReportsNoHostThatFellSilentALittleEarlier) {
+  std::size_t cleared = 0;  // faults of its own host
   for (const Time before : {Time(10ms), Time(20ms), Time(40ms)}) {
     cut_link("h2", "h3");
     run_for(before);
     cut_off();
     run_for(1s);
     EXPECT_EQ(faulty(), Names{"h3"}) << before.count();
-    EXPECT_EQ(detector.faults().cleared().size(), over) << "none was told before";
+    EXPECT_EQ(detector.faults().cleared().size(), cleared) << "none before";
     cut.clear();
     run_for(10s);
-    over = detector.faults().cleared().size();
+    cleared = detector.faults().cleared().size();
   }
 }
 
-TEST_F(Isolation, OneHeartbeatNowAndThenIsNoReturn) {
+TEST_F(Isolation, SingleHeartbeatsAreNoReturn) {
   cut_off();
   run_for(300ms);
   for (int i = 0; i < 5; ++i) {
@@ -81,7 +81,7 @@ TEST_F(Isolation, OneHeartbeatNowAndThenIsNoReturn) {
   EXPECT_TRUE(detector.faults().cleared().empty()) << "one long fault";
 }
 
-TEST_F(Isolation, HostThatWasLostBeforeLeavesTwoAndTheirLinkIsLost) {
+TEST_F(Isolation, ReportsTheLinkOfTheTwoHostsThatRemain) {
   fall_silent("h2");
   run_for(300ms);
   fall_silent("h1");
@@ -89,7 +89,7 @@ TEST_F(Isolation, HostThatWasLostBeforeLeavesTwoAndTheirLinkIsLost) {
   EXPECT_EQ(faulty(), (Names{"h2", "h1<->h3"}));
 }
 
-TEST_F(Isolation, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
+TEST_F(Isolation, JudgesItsOwnAgentAfreshAfterItsReturn) {
   cut_off();
   run_for(200ms);
   cut.clear();
@@ -101,7 +101,7 @@ TEST_F(Isolation, AfterItsReturnItsOwnAgentIsJudgedAfresh) {
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_NODE_SILENT);
 }
 
-TEST_F(Isolation, DriversThatSendNoStatesAreNotBackYet) {
+TEST_F(Isolation, WaitsForStatesOfReturningDrivers) {
   cut_off();
   run_for(200ms);
   cut.clear();
@@ -115,7 +115,7 @@ TEST_F(Isolation, DriversThatSendNoStatesAreNotBackYet) {
   EXPECT_EQ(detector.mode().decide(), msg::CellMode{});
 }
 
-TEST_F(Isolation, NodeThatStaysAwayIsHeldUntilItIsTold) {
+TEST_F(Isolation, HoldsTheArmOfANodeThatStaysAwayUntilItIsReported) {
   cut_off();
   run_for(1s);
   cut.clear();
@@ -127,7 +127,7 @@ TEST_F(Isolation, NodeThatStaysAwayIsHeldUntilItIsTold) {
   EXPECT_EQ(faulty(), Names{"driver/arm3"});
 }
 
-TEST_F(Isolation, NodeThatHasReturnedIsJudgedLikeAnyOther) {
+TEST_F(Isolation, JudgesReturnedNodesLikeAnyOther) {
   cut_off();
   run_for(1s);
   cut.clear();
@@ -139,10 +139,10 @@ TEST_F(Isolation, NodeThatHasReturnedIsJudgedLikeAnyOther) {
   EXPECT_EQ(faulty(), Names{});
   hung = {"driver/arm3"};
   run_for(50ms);
-  EXPECT_EQ(faulty(), Names{"driver/arm3"}) << "also when it hangs again before it has been well for long";
+  EXPECT_EQ(faulty(), Names{"driver/arm3"}) << "also if it hangs again soon";
 }
 
-TEST_F(Isolation, MuteHostTellsItselfWithinALease) {
+TEST_F(Isolation, ReportsItsOwnMuteHostWithinALease) {
   mute_own();
   run_for(90ms);
   EXPECT_EQ(faulty(), Names{});
@@ -155,8 +155,8 @@ TEST_F(Isolation, MuteHostTellsItselfWithinALease) {
   EXPECT_EQ(faulty(), Names{});
 }
 
-// The middleware of the others drops a mute host, process by process, and the silence lasts 2.5 s longer.
-TEST_F(Isolation, MuteHostBlamesNoneOfThoseThatDropIt) {
+// Peers drop a mute host, process by process, which prolongs the silence by 2.5 s.
+TEST_F(Isolation, ReportsNoHostThatDroppedItsMuteHost) {
   mute_own();
   run_for(1400ms);
   for (const char* node : {"agent/h1", "planner/arm3", "world"}) {
@@ -182,7 +182,7 @@ TEST_F(Isolation, MuteHostBlamesNoneOfThoseThatDropIt) {
   EXPECT_EQ(faulty(), Names{"h2"}) << "it had returned";
 }
 
-TEST_F(Isolation, DeathsAreToldWhateverHostIsHeard) {
+TEST_F(Isolation, ReportsDeathsOfIsolatedHosts) {
   mute_own();
   for (const ExpectedNode& node : detector.nodes()) {
     if (node.role != msg::NodeKind::NODE_AGENT && node.host != "h3") kill(node.name, 9);
@@ -191,7 +191,7 @@ TEST_F(Isolation, DeathsAreToldWhateverHostIsHeard) {
   EXPECT_EQ(faulty().size(), 8U) << "seven, and its own host";
 }
 
-TEST_F(Isolation, HungAgentOfItsOwnHostIsolatesNothing) {
+TEST_F(Isolation, ReportsNoIsolationForItsOwnHungAgent) {
   hung.insert("agent/h3");
   run_for(5s);
   EXPECT_EQ(faulty(), Names{"agent/h3"});
@@ -200,14 +200,14 @@ TEST_F(Isolation, HungAgentOfItsOwnHostIsolatesNothing) {
   EXPECT_EQ(faulty(), Names{});
 }
 
-TEST_F(Isolation, DeafHostIsIsolatedAndItsNodesAreNotBlamed) {
+TEST_F(Isolation, ReportsADeafHostAndNoneOfItsNodes) {
   deafen_host("h2");
   cut.erase({"h2", "h2"});
   run_for(150ms);
   ASSERT_EQ(faulty(), Names{"h2"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_HOST_ISOLATED);
   EXPECT_TRUE(detector.is_isolated("planner/arm3"));
-  hung.insert("planner/arm3");  // the middleware drops one process after the other
+  hung.insert("planner/arm3");  // peers drop one process after the other
   run_for(100ms);
   EXPECT_EQ(faulty(), Names{"h2"});
   fall_silent("h2");
@@ -220,28 +220,28 @@ TEST_F(Isolation, DeafHostIsIsolatedAndItsNodesAreNotBlamed) {
   EXPECT_EQ(detector.faults().cleared().size(), 1U) << "one long fault";
 }
 
-TEST_F(Isolation, LinkToTheSupervisorIsLostWhereAnotherHostHearsTheSender) {
+TEST_F(Isolation, ReportsALostLinkToTheSupervisorWhenAnotherHostHearsTheSender) {
   cut_link("h2", "h3");
   run_for(180ms);
   ASSERT_EQ(faulty(), Names{"h2<->h3"});
   EXPECT_EQ(kind_of_first(), msg::CauseKind::CAUSE_LINK_LOST);
   EXPECT_EQ(held(), Names{"arm3"});
-  EXPECT_EQ(detector.loss_of_driver("arm3"), DriverLoss::kNone) << "others hear where it is";
+  EXPECT_EQ(detector.loss_of_driver("arm3"), DriverLoss::kNone) << "other hosts receive its states";
   cut.clear();
   hung.insert("planner/arm3");
   run_for(200ms);
-  EXPECT_EQ(faulty(), Names{}) << "the middleware may still find it";
+  EXPECT_EQ(faulty(), Names{}) << "discovery may still match it";
   EXPECT_EQ(held(), Names{"arm3"});
 }
 
-TEST_F(Isolation, LinkFromTheSupervisorIsLostWhereAnotherHostHearsIt) {
+TEST_F(Isolation, ReportsALostLinkFromTheSupervisorWhenAnotherHostHearsIt) {
   cut_link("h3", "h2");
   run_for(180ms);
   EXPECT_EQ(faulty(), Names{"h2<->h3"});
   EXPECT_TRUE(held().empty());
 }
 
-TEST_F(Isolation, LinkBetweenOthersIsAWarningAndHoldsNothing) {
+TEST_F(Isolation, ReportsALostLinkBetweenOtherHostsAsAWarning) {
   cut_link("h1", "h2");
   run_for(200ms);
   ASSERT_EQ(faulty(), Names{"h1<->h2"});
@@ -256,7 +256,7 @@ struct IsolationOnASharedMachine : Isolation {
   IsolationOnASharedMachine() : Isolation(patient_limits()) { run_for(2s); }
 };
 
-TEST_F(IsolationOnASharedMachine, HostThatIsHeardByOneNewProcessIsIsolatedAllTheSame) {
+TEST_F(IsolationOnASharedMachine, ReportsADeafHostThatOneNewProcessHears) {
   cut_off();
   run_for(2s);
   detector.heard("planner/arm3", {pids["planner/arm3"], now});
@@ -270,7 +270,7 @@ TEST_F(IsolationOnASharedMachine, HostThatIsHeardByOneNewProcessIsIsolatedAllThe
 }
 
 // A mute of 1.54 s is too short for most processes to drop this host, but one does just then.
-TEST_F(IsolationOnASharedMachine, AgentThatDropsTheHostAsTheMuteEndsIsNotLost) {
+TEST_F(IsolationOnASharedMachine, ReportsNoAgentThatDropsTheHostAsTheMuteEnds) {
   mute_own();
   run_for(1540ms);
   EXPECT_EQ(faulty(), Names{"h3"});
@@ -297,7 +297,7 @@ struct IsolationThatWaits : Isolation {
   IsolationThatWaits() : Isolation(limits()) {}
 };
 
-TEST_F(IsolationThatWaits, ArmsThatItDidNotHearWaitForResume) {
+TEST_F(IsolationThatWaits, HoldsUnheardArmsUntilResume) {
   cut_off();
   run_for(200ms);
   cut.clear();
@@ -306,13 +306,13 @@ TEST_F(IsolationThatWaits, ArmsThatItDidNotHearWaitForResume) {
   EXPECT_NE(detector.mode().decide(), msg::CellMode{});
 }
 
-TEST_F(IsolationThatWaits, ArmOfADeafHostWaitsForResumeOnceTheHostIsNotHeard) {
+TEST_F(IsolationThatWaits, HoldsTheArmOfADeafHostUntilResumeOnceItIsSilent) {
   deafen_host("h2");
   cut.erase({"h2", "h2"});
   run_for(150ms);
   ASSERT_EQ(faulty(), Names{"h2"});
   EXPECT_TRUE(held().empty()) << "its nodes are heard";
-  fall_silent("h2");  // the middleware of h2 has dropped the others
+  fall_silent("h2");  // h2 has dropped its peers
   run_for(1s);
   EXPECT_EQ(detector.mode().orders().arms,
             (std::map<std::string, msg::Mode, std::less<>>{{"arm3", msg::Mode::MODE_HOLD}}));
@@ -323,7 +323,7 @@ TEST_F(IsolationThatWaits, ArmOfADeafHostWaitsForResumeOnceTheHostIsNotHeard) {
   EXPECT_EQ(held(), Names{"arm3"}) << "until resumed";
 }
 
-TEST_F(IsolationThatWaits, ArmOfADeafHostIsResumedOnce) {
+TEST_F(IsolationThatWaits, NeedsOneResumeForTheArmOfADeafHost) {
   deafen_host("h2");
   cut.erase({"h2", "h2"});
   run_for(150ms);

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 
 constexpr LivenessLimits kNodeLimits{.silence = 20ms, .lost = 100ms, .grace = 1s, .recovery = 50ms};
 
-// A judge whose loop turns every 5 ms and who counts a turn above 12 ms as a stall of his own.
+// An observer whose loop turns every 5 ms; a turn above 12 ms is a stall.
 class LivenessTest : public ::testing::Test {
  protected:
   LivenessTest() { liveness_.expect("a", kNodeLimits); }
@@ -30,20 +30,20 @@ class LivenessTest : public ::testing::Test {
   Liveness liveness_{clock_};
 };
 
-TEST_F(LivenessTest, NotYetHeardIsAwaitedForTheGraceAndThenMissing) {
+TEST_F(LivenessTest, IsMissingAfterTheGrace) {
   run_for(1s, false);
   EXPECT_EQ(presence(), Presence::kWaiting);
   run_for(5ms, false);
   EXPECT_EQ(presence(), Presence::kMissing);
 }
 
-TEST_F(LivenessTest, FirstSignOfLifeIsEnoughAtTheStart) {
+TEST_F(LivenessTest, IsAliveAfterTheFirstPacket) {
   run_for(500ms, false);
   turn(now_ + 5ms, true);
   EXPECT_EQ(presence(), Presence::kAlive);
 }
 
-TEST_F(LivenessTest, SilenceIsSuspectedThenLost) {
+TEST_F(LivenessTest, IsSuspectedAndThenLostWhileSilent) {
   run_for(100ms, true);
   run_for(20ms, false);
   EXPECT_EQ(presence(), Presence::kAlive);
@@ -55,16 +55,16 @@ TEST_F(LivenessTest, SilenceIsSuspectedThenLost) {
   EXPECT_EQ(presence(), Presence::kLost);
 }
 
-TEST_F(LivenessTest, ReturnsOnlyAfterSteadySignsOfLife) {
+TEST_F(LivenessTest, ReturnsAfterSteadyPackets) {
   run_for(100ms, true);
   run_for(30ms, false);
-  run_for(50ms, true);  // the first sign of life is at 5 ms, so 45 ms without a gap
+  run_for(50ms, true);  // the first packet arrives at 5 ms, so 45 ms without a gap
   EXPECT_EQ(presence(), Presence::kReturning);
   run_for(5ms, true);
   EXPECT_EQ(presence(), Presence::kAlive);
 }
 
-TEST_F(LivenessTest, FlappingNeverReturns) {
+TEST_F(LivenessTest, DoesNotReturnWhileFlapping) {
   run_for(100ms, true);
   run_for(30ms, false);
   for (int i = 0; i < 50; ++i) {
@@ -75,7 +75,7 @@ TEST_F(LivenessTest, FlappingNeverReturns) {
   }
 }
 
-TEST_F(LivenessTest, OwnStallAccusesNobody) {
+TEST_F(LivenessTest, SuspectsNoSenderAfterAnOwnStall) {
   run_for(100ms, true);
   turn(now_ + 126ms, false);
   EXPECT_EQ(presence(), Presence::kAlive);
@@ -83,7 +83,7 @@ TEST_F(LivenessTest, OwnStallAccusesNobody) {
   EXPECT_EQ(clock_.now(), 105ms);
 }
 
-TEST_F(LivenessTest, SilenceBeginsAnewAfterOwnStall) {
+TEST_F(LivenessTest, CountsSilenceAfreshAfterAnOwnStall) {
   run_for(100ms, true);
   run_for(20ms, false);
   turn(now_ + 126ms, false);
@@ -93,7 +93,7 @@ TEST_F(LivenessTest, SilenceBeginsAnewAfterOwnStall) {
   EXPECT_EQ(presence(), Presence::kSuspected);
 }
 
-TEST_F(LivenessTest, AfterALongStallThereIsMoreToHear) {
+TEST_F(LivenessTest, AllowsMoreSilenceAfterALongStall) {
   run_for(100ms, true);
   turn(now_ + 800ms, false);
   run_for(120ms, false);
@@ -103,20 +103,20 @@ TEST_F(LivenessTest, AfterALongStallThereIsMoreToHear) {
 }
 
 // Ten turns of 20 ms each are ten stalls: each counts 5 ms, and only the first is excused within 2 × 20 ms.
-TEST_F(LivenessTest, StallsInARowDoNotHideASilenceForEver) {
+TEST_F(LivenessTest, DetectsASilenceDespiteStallsInARow) {
   run_for(100ms, true);
   for (int i = 0; i < 10; ++i) turn(now_ + 20ms, false);
   EXPECT_EQ(presence(), Presence::kSuspected);
 }
 
-TEST_F(LivenessTest, StallDoesNotAcquitWhoIsAlreadySuspected) {
+TEST_F(LivenessTest, KeepsASenderSuspectedAfterAStall) {
   run_for(100ms, true);
   run_for(30ms, false);
   turn(now_ + 126ms, false);
   EXPECT_EQ(presence(), Presence::kSuspected);
 }
 
-TEST_F(LivenessTest, AgesAreMeasuredFromArrival) {
+TEST_F(LivenessTest, MeasuresAgesFromArrival) {
   run_for(100ms, true);
   clock_.advance(now_ + 10ms);
   liveness_.heard("a", now_ + 2ms);
@@ -124,7 +124,7 @@ TEST_F(LivenessTest, AgesAreMeasuredFromArrival) {
   EXPECT_EQ(liveness_.silence("a"), 8ms);
 }
 
-TEST_F(LivenessTest, OlderArrivalsDoNotTurnTheClockBack) {
+TEST_F(LivenessTest, IgnoresOlderArrivals) {
   run_for(100ms, true);
   clock_.advance(now_ + 10ms);
   liveness_.heard("a", now_ + 9ms);
@@ -132,7 +132,7 @@ TEST_F(LivenessTest, OlderArrivalsDoNotTurnTheClockBack) {
   EXPECT_EQ(liveness_.silence("a"), 1ms);
 }
 
-TEST_F(LivenessTest, RestartedHasANewGraceAndMustProveItself) {
+TEST_F(LivenessTest, GivesARestartedSenderANewGraceAndRecovery) {
   run_for(100ms, true);
   liveness_.restarted("a");
   run_for(900ms, false);
@@ -143,7 +143,7 @@ TEST_F(LivenessTest, RestartedHasANewGraceAndMustProveItself) {
   EXPECT_EQ(presence(), Presence::kAlive);
 }
 
-TEST_F(LivenessTest, UnknownNamesAreIgnored) {
+TEST_F(LivenessTest, IgnoresUnknownNames) {
   liveness_.heard("b", 0ms);
   liveness_.restarted("b");
   EXPECT_FALSE(liveness_.knows("b"));
@@ -158,7 +158,7 @@ TEST(StallCompensatedClock, CountsOnlyOnePeriodOfAStall) {
   EXPECT_EQ(clock.now(), 17ms);
 }
 
-TEST(StallCompensatedClock, ArrivalsWithinAStallAreAsLateAsTheyCanBe) {
+TEST(StallCompensatedClock, DatesArrivalsWithinAStallAsLateAsPossible) {
   StallCompensatedClock clock(5ms, 12ms, 0ms);
   clock.advance(10ms);
   clock.advance(110ms);

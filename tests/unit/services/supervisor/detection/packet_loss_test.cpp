@@ -1,4 +1,4 @@
-// A network that loses heartbeats, which is no node's doing.
+// Detection on a network that loses heartbeats.
 
 #include <map>
 #include <random>
@@ -12,7 +12,7 @@
 namespace hecaton::services::testing {
 namespace {
 
-/// Nodes beat in phases of their own and a little late, and some of that is lost. The supervisor is on a third host.
+/// Nodes send heartbeats with phases of their own and some delay, and some are lost. The supervisor is on a third host.
 class LossyCell {
  public:
   explicit LossyCell(unsigned seed)
@@ -31,7 +31,7 @@ class LossyCell {
       detector.judge(now_);
     }
   }
-  [[nodiscard]] bool told() const { return !detector.faults().open().empty() || !detector.faults().cleared().empty(); }
+  [[nodiscard]] bool has_fault() const { return !detector.faults().open().empty() || !detector.faults().cleared().empty(); }
 
  private:
   struct Sender {
@@ -78,47 +78,47 @@ class LossyCell {
  public:
   FaultDetector detector;
   double lost = 0.0;
-  std::string lossy;  ///< what this host sends is lost; empty: what comes to us
+  std::string lossy;  ///< what this host sends is lost; empty: what comes to the supervisor
   std::set<std::string> hung;
 };
 
-/// Of a hundred onsets, so many in which somebody was blamed within two seconds.
-int blamed(double lost, const std::string& lossy) {
-  int blamed = 0;
+/// Of a hundred onsets of loss, the number with a fault within two seconds.
+int false_faults(double lost, const std::string& lossy) {
+  int faults = 0;
   for (unsigned seed = 0; seed < 100; ++seed) {
     LossyCell cell(seed);
     cell.run_for(1s);
     cell.lost = lost;
     cell.lossy = lossy;
     cell.run_for(2s);
-    blamed += cell.told() ? 1 : 0;
+    faults += cell.has_fault() ? 1 : 0;
   }
-  return blamed;
+  return faults;
 }
 
-// Two lost heartbeats of a planner before any other is missed cannot be told from a loop that hangs.
-TEST(PacketLoss, NobodyIsBlamedForWhatTheNetworkLoses) {
+// Two lost heartbeats of a planner before any other loss cannot be distinguished from a hanging loop.
+TEST(PacketLoss, ReportsNoFaultForLostPackets) {
   for (const double lost : {0.01, 0.1, 0.3}) {
-    EXPECT_LE(blamed(lost, ""), 1) << lost << " of what comes to us";
-    EXPECT_LE(blamed(lost, "h1"), 1) << lost << " of what h1 sends";
+    EXPECT_LE(false_faults(lost, ""), 1) << lost << " of packets to the supervisor";
+    EXPECT_LE(false_faults(lost, "h1"), 1) << lost << " of packets from h1";
   }
 }
 
-TEST(PacketLoss, WhoHangsIsToldAllTheSame) {
+TEST(PacketLoss, ReportsAHangDespiteLosses) {
   LossyCell cell(1);
   cell.run_for(1s);
   cell.lost = 0.3;
   cell.run_for(1s);
-  ASSERT_FALSE(cell.told());
+  ASSERT_FALSE(cell.has_fault());
   cell.hung.insert("planner/arm1");
-  cell.run_for(240ms);  // 22 beats of 10 ms at most, and a turn
+  cell.run_for(240ms);  // 22 heartbeats of 10 ms at most, and a turn
   ASSERT_EQ(cell.detector.faults().open().size(), 1U);
   const FaultRecord fault = cell.detector.faults().open().front();
   EXPECT_EQ(fault.subject, "planner/arm1");
   EXPECT_TRUE(fault.description.ends_with(" ms, while the network loses others")) << fault.description;
 }
 
-TEST(PacketLoss, OnceNothingIsLostAnyMoreWhoHangsIsToldAsSoonAsBefore) {
+TEST(PacketLoss, ReportsAHangWithinTheLimitOnceLossesHaveEnded) {
   LossyCell cell(1);
   cell.run_for(1s);
   cell.lost = 0.3;
@@ -127,10 +127,10 @@ TEST(PacketLoss, OnceNothingIsLostAnyMoreWhoHangsIsToldAsSoonAsBefore) {
   cell.run_for(9s);
   cell.hung.insert("planner/arm1");
   cell.run_for(25ms);
-  EXPECT_TRUE(cell.told());
+  EXPECT_TRUE(cell.has_fault());
 }
 
-TEST(PacketLoss, AHostThatIsLostIsNoLoss) {
+TEST(PacketLoss, CountsALostHostAsNoPacketLoss) {
   LossyCell cell(1);
   cell.run_for(1s);
   for (const auto* node : {"agent/h2", "driver/arm3", "planner/arm3"}) cell.hung.insert(node);

@@ -1,5 +1,5 @@
-// Random histories of links and processes, judged by the supervisors of two hosts and by a reference that sees the true
-// state: no fault may be told that never was, and every fault is told within its limit.
+// Random histories of links and processes, judged by the supervisors of two hosts and by a reference that knows the
+// true state. No false fault is reported, and every fault is reported within its limit.
 
 #include <algorithm>
 #include <array>
@@ -203,7 +203,7 @@ class History {
     peer.heard = now;
     return true;
   }
-  /// A process that stood still for more than a second stays away from the network.
+  /// A process that stood still for more than a second recovers before it uses the network again.
   [[nodiscard]] bool away(int process) const {
     return setting_.drops_peers && std::any_of(injections.begin(), injections.end(), [&](const Injection& one) {
              const bool hit = one.kind == Kind::kPause ? one.host == host_of(process)
@@ -308,7 +308,7 @@ class History {
     };
     const auto host = static_cast<std::size_t>(record.subject[1] - '0');
     const auto own = static_cast<std::size_t>(judge);
-    // A host that was away is dropped and found again by one process after the other.
+    // Processes drop a host that was away, and match it again, one after the other.
     const Time dropped = setting_.drops_peers ? Time(9s) : Time(400ms);
     switch (record.kind) {
       case msg::CauseKind::CAUSE_PROCESS_DIED:
@@ -378,7 +378,7 @@ std::string text(const History& history, const Setting& setting, unsigned seed) 
   return text;
 }
 
-/// What the judge has to tell of the only fault of a history, and within which time; without a kind: nothing.
+/// What the judge must report about the only fault of a history, and within which time; without a kind: nothing.
 struct Due {
   std::vector<msg::CauseKind> kinds;
   std::string subject;
@@ -420,7 +420,7 @@ Due due_of(const Injection& one, const Setting& setting, int judge) {
 
 struct Counts {
   int wrong = 0;
-  int onsets = 0;  // of losses, in which a process is blamed
+  int onsets = 0;  // of losses, with a fault of a process
   int missed = 0;
   int histories = 0;
   std::map<std::string, std::vector<double>> latency;  // [ms], by class
@@ -440,7 +440,7 @@ void judge_history(const Setting& setting, unsigned seed, Counts& counts) {
     const bool onset = setting.loss > 0.0 && told.at < 500ms && told.kind == msg::CauseKind::CAUSE_NODE_SILENT;
     ++(onset ? counts.onsets : counts.wrong);
     if (onset) continue;
-    show("wrong blame");
+    show("false fault");
   }
   for (int judge = 0; judge < 2; ++judge) {
     if (!history.detectors[static_cast<std::size_t>(judge)]->faults().open().empty()) show("a fault without an end");
@@ -464,7 +464,7 @@ void judge_history(const Setting& setting, unsigned seed, Counts& counts) {
 }
 
 void print(const Counts& counts, const char* title) {
-  std::printf("%s: %d histories, %d wrong, %d missed, %d onsets of loss blamed\n", title, counts.histories,
+  std::printf("%s: %d histories, %d wrong, %d missed, %d onsets of loss with a fault\n", title, counts.histories,
               counts.wrong, counts.missed, counts.onsets);
   EXPECT_LE(counts.onsets * 20, counts.histories);
   for (auto [name, values] : counts.latency) {
@@ -477,7 +477,7 @@ void print(const Counts& counts, const char* title) {
   }
 }
 
-TEST(RandomHistories, OneFaultIsToldInTimeAndNothingElse) {
+TEST(RandomHistories, ReportsOneFaultInTimeAndNoOther) {
   for (const double loss : {0.0, 0.01, 0.05}) {
     Counts counts;
     for (const int hosts : {2, 3, 5, 8}) {
@@ -487,7 +487,7 @@ TEST(RandomHistories, OneFaultIsToldInTimeAndNothingElse) {
   }
 }
 
-TEST(RandomHistories, SeveralFaultsBlameNoneThatIsWell) {
+TEST(RandomHistories, ReportsNoHealthyComponentAmongSeveralFaults) {
   for (const int faults : {2, 3}) {
     Counts counts;
     for (const int hosts : {2, 3, 5, 8}) {
@@ -499,7 +499,7 @@ TEST(RandomHistories, SeveralFaultsBlameNoneThatIsWell) {
   }
 }
 
-TEST(RandomHistories, PeersThatAreDroppedAndFoundAgainAreNotBlamed) {
+TEST(RandomHistories, ReportsNoFaultForPeersThatAreDroppedAndMatchedAgain) {
   for (const int faults : {1, 2}) {
     Counts counts;
     for (const int hosts : {2, 3, 5}) {

@@ -1,8 +1,8 @@
-// Random histories of a cell, with fixed seeds. Whatever happens:
+// Random histories of a cell, with fixed seeds. Invariants:
 // - while stop is latched nothing is on run;
-// - one cause has at most one open fault;
+// - a key has at most one open fault;
 // - an arm one of whose nodes is known to be faulty is not on run;
-// - once everything is well again for a while, every fault is cleared and the mode is what people ordered.
+// - after a while without failures every fault is cleared, and the mode is the ordered one.
 
 #include <algorithm>
 #include <random>
@@ -116,7 +116,7 @@ class RandomHistory : public ::testing::TestWithParam<unsigned> {
   bool stopped_ = false;
 };
 
-TEST_P(RandomHistory, KeepsItsPromises) {
+TEST_P(RandomHistory, KeepsItsInvariants) {
   cell_.run_for(100ms);
   for (int episode = 0; episode < 10; ++episode) {
     for (int event = 0; event < 40; ++event) {

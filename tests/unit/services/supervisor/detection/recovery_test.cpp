@@ -1,4 +1,4 @@
-/// Faults whose recovery waits for people.
+/// Faults whose recovery waits for a person.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ class Recovery : public ::testing::Test, protected VirtualCell {
     run_for(50ms);
     start(node);
     run_for(500ms);
-    EXPECT_TRUE(detector.faults().open().empty()) << "it is back";
+    EXPECT_TRUE(detector.faults().open().empty()) << "it has returned";
   }
 };
 
@@ -41,7 +41,7 @@ TEST_F(Recovery, WaitsForResumeAfterADeath) {
   EXPECT_EQ(held(), Names{});
 }
 
-TEST_F(Recovery, IsAutomaticWhereTheCellFileDoesNotSayOtherwise) {
+TEST_F(Recovery, IsAutomaticByDefault) {
   hung.insert("planner/arm2");
   run_for(100ms);
   EXPECT_EQ(held(), Names{"arm2"});
@@ -50,7 +50,7 @@ TEST_F(Recovery, IsAutomaticWhereTheCellFileDoesNotSayOtherwise) {
   EXPECT_EQ(held(), Names{});
 }
 
-TEST_F(Recovery, NeedNotBeAskedForAgainByWhoResumedWhileTheFaultLasted) {
+TEST_F(Recovery, NeedsNoSecondResumeAfterTheFault) {
   kill("planner/arm2", 9);
   run_for(50ms);
   EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
@@ -61,7 +61,7 @@ TEST_F(Recovery, NeedNotBeAskedForAgainByWhoResumedWhileTheFaultLasted) {
   EXPECT_EQ(held(), Names{});
 }
 
-TEST_F(Recovery, OfALostHostIsThatOfItsArms) {
+TEST_F(Recovery, OfALostHostAppliesToItsArms) {
   for (const char* node : {"agent/h2", "driver/arm3", "planner/arm3"}) hung.insert(node);
   run_for(1s);
   hung.clear();
@@ -72,14 +72,14 @@ TEST_F(Recovery, OfALostHostIsThatOfItsArms) {
   EXPECT_EQ(held(), Names{});
 }
 
-TEST_F(Recovery, OfTheWorldIsThatOfTheCell) {
+TEST_F(Recovery, OfTheWorldAppliesToTheCell) {
   die_and_return("world");
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
   EXPECT_TRUE(is_none(detector.mode().resume({})));
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
-TEST_F(Recovery, OfAContactIsThatOfTheCell) {
+TEST_F(Recovery, OfAContactAppliesToTheCell) {
   detector.contacts(0, "", "");
   run_for(50ms);
   detector.contacts(1, "arm1/wrist", "arm1/wrist touched pallet");
@@ -95,7 +95,7 @@ TEST_F(Recovery, OfAContactIsThatOfTheCell) {
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN) << "one contact, one fault";
 }
 
-TEST_F(Recovery, OfAContactThatWasToldBeforeIsHistory) {
+TEST_F(Recovery, IgnoresAContactThatWasPublishedBefore) {
   FaultHistory history;
   history.cleared.push_back(
       {1, 1, msg::CauseKind::CAUSE_CONTACT, msg::Severity::SEVERITY_CRITICAL, "a", "a touched b", 1ms, {}, 1ms});
@@ -109,7 +109,7 @@ struct RecoveryOfTheHung : Recovery {
   RecoveryOfTheHung() : Recovery({msg::CauseKind::CAUSE_NODE_SILENT, msg::CauseKind::CAUSE_PROCESS_DIED}) {}
 };
 
-TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
+TEST_F(RecoveryOfTheHung, NeedsNoSecondResumeForABetterExplanation) {
   hung.insert("planner/arm2");
   run_for(100ms);
   EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
@@ -121,8 +121,8 @@ TEST_F(RecoveryOfTheHung, NeedNotBeAskedForAgainWhenTheFaultIsExplainedBetter) {
   EXPECT_EQ(held(), Names{});
 }
 
-// It led until shortly before, and told nothing of it: its list and its orders are empty.
-class Takeover : public Recovery {
+// The previous leader led until shortly before and published nothing: its faults and orders are empty.
+class Failover : public Recovery {
  protected:
   void take_over(Time since, FaultHistory told = {}) {
     detector.mode().restore({});
@@ -132,7 +132,7 @@ class Takeover : public Recovery {
   }
 };
 
-TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
+TEST_F(Failover, ReportsADeathThatTheLeaderDidNotPublish) {
   run_for(100ms);
   const Time spoke = now;
   run_for(50ms);
@@ -145,14 +145,14 @@ TEST_F(Takeover, TellsOfADeathThatNobodyTold) {
   EXPECT_LE(fault->since - died, 10ms);
   EXPECT_EQ(held(), Names{"arm2"});
   turn();
-  EXPECT_TRUE(detector.faults().open().empty()) << "it is back";
+  EXPECT_TRUE(detector.faults().open().empty()) << "it has returned";
   EXPECT_EQ(held(), Names{"arm2"}) << "until resumed";
   EXPECT_TRUE(is_none(detector.mode().resume({"arm2"})));
   run_for(50ms);
   EXPECT_EQ(held(), Names{});
 }
 
-TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
+TEST_F(Failover, ReportsAContactThatTheLeaderDidNotPublish) {
   detector.contacts(0, "", "");
   run_for(50ms);
   const Time spoke = now;
@@ -164,7 +164,7 @@ TEST_F(Takeover, TellsOfAContactThatNobodyTold) {
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_HOLD);
 }
 
-TEST_F(Takeover, TellsNothingAgain) {
+TEST_F(Failover, ReportsNoPublishedFaultAgain) {
   detector.contacts(0, "", "");
   run_for(50ms);
   const Time before = now;
@@ -173,20 +173,20 @@ TEST_F(Takeover, TellsNothingAgain) {
   const FaultHistory told = detector.faults().history();
   ASSERT_EQ(told.cleared.size(), 2U);
   take_over(before, told);
-  EXPECT_EQ(detector.faults().history(), told) << "the leader told it";
-  EXPECT_EQ(held(), Names{}) << "and was told to resume";
+  EXPECT_EQ(detector.faults().history(), told) << "the leader published it";
+  EXPECT_EQ(held(), Names{}) << "and a person resumed";
   take_over(now + 1ms);
-  EXPECT_TRUE(detector.faults().cleared().empty()) << "of what it must have seen before it fell silent";
+  EXPECT_TRUE(detector.faults().cleared().empty()) << "the leader observed it before it fell silent";
 }
 
-TEST_F(Recovery, IsWaitedForAcrossLives) {
+TEST_F(Recovery, IsWaitedForAfterARestart) {
   die_and_return("planner/arm2");
   CellModeState next({"arm1", "arm2", "arm3"});
   next.restore(detector.mode().orders(), detector.mode().causes());
   EXPECT_EQ(next.cause_of("arm2").text(), detector.mode().cause_of("arm2").text());
   next.restore(detector.mode().orders());
   EXPECT_EQ(next.cause_of("arm2").text(), detector.mode().cause_of("arm2").text())
-      << "another's orders, which it judged itself, too";
+      << "orders of another leader for faults that it observed, too";
 }
 
 }  // namespace

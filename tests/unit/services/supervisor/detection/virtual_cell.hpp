@@ -1,5 +1,5 @@
 #pragma once
-/// A cell of two arms on one host and a third on another, in virtual time.
+/// A cell of two arms on one host and a third arm on another, in virtual time.
 
 #include <cstdint>
 #include <map>
@@ -48,13 +48,13 @@ inline DetectionLimits patient_limits() {
   return limits;
 }
 
-/// Processes as the detector hears them: each sends a heartbeat every 10 ms, an agent also the row of its host, a
-/// driver and the world states every 5 ms. All links work unless a test cuts them.
+/// The input of a detector: each process sends a heartbeat every 10 ms, an agent also the row of its host, a driver and
+/// the world also states every 5 ms. All links work unless a test cuts them.
 class VirtualCell {
  public:
   using Link = std::pair<std::string, std::string>;  ///< from a host to another
 
-  /// `host`: where the supervisor is.
+  /// `host`: of the supervisor.
   explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes(), const DetectionLimits& limits = cell_limits(),
                        const std::string& host = {})
       : own(host), detector(std::move(nodes), {"arm1", "arm2", "arm3"}, limits, 0ms, host) {
@@ -150,7 +150,7 @@ class FaultDetectorTest : public ::testing::Test, protected VirtualCell {
  protected:
   FaultDetectorTest() { run_for(200ms); }
 
-  // The one open fault, or a failure.
+  // The only open fault; fails the test when there is another number of them.
   FaultRecord the_fault() {
     const auto open = detector.faults().open();
     EXPECT_EQ(open.size(), 1U);

@@ -13,7 +13,7 @@ Orders arm_order(const char* arm, msg::Mode mode) {
 
 const Orders kStopLeft = arm_order("left", msg::Mode::MODE_STOP);
 
-TEST(Orders, BeyondWhatIsKnown) {
+TEST(Orders, BeyondReturnsStricterOrders) {
   Orders orders = kStopLeft;
   orders.arms["right"] = msg::Mode::MODE_HOLD;
   orders.cell = msg::Mode::MODE_HOLD;
@@ -25,7 +25,7 @@ TEST(Orders, BeyondWhatIsKnown) {
   EXPECT_EQ(beyond(orders, known), kStopLeft) << "a stop is more than a hold";
 }
 
-TEST(UnreplicatedOrders, OfWhatTheOtherHeardNothingIsLeft) {
+TEST(UnreplicatedOrders, AreNoneOnceAcknowledged) {
   UnreplicatedOrders unreplicated;
   unreplicated.become_leader();
   unreplicated.published({}, 1);
@@ -35,13 +35,13 @@ TEST(UnreplicatedOrders, OfWhatTheOtherHeardNothingIsLeft) {
   EXPECT_FALSE(unreplicated.acknowledged(1));
   EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft);
   EXPECT_TRUE(unreplicated.acknowledged(2));
-  EXPECT_FALSE(unreplicated.acknowledged(3)) << "no news";
+  EXPECT_FALSE(unreplicated.acknowledged(3)) << "no change";
   EXPECT_TRUE(unreplicated.unacknowledged(kStopLeft).empty());
   unreplicated.step_down(kStopLeft);
   EXPECT_TRUE(unreplicated.pending().empty());
 }
 
-TEST(UnreplicatedOrders, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
+TEST(UnreplicatedOrders, ArePendingUntilTheLeaderPublishesThem) {
   UnreplicatedOrders unreplicated;
   unreplicated.become_leader();
   unreplicated.published({}, 1);
@@ -54,21 +54,22 @@ TEST(UnreplicatedOrders, WhatNobodyHeardIsLeftUntilWhoLeadsHasIt) {
   unreplicated.step_down(orders);
   EXPECT_EQ(unreplicated.pending(), orders);
   EXPECT_FALSE(unreplicated.remove_published(arm_order("left", msg::Mode::MODE_HOLD)));
-  EXPECT_EQ(unreplicated.pending(), orders) << "a hold is no stop";
+  EXPECT_EQ(unreplicated.pending(), orders) << "hold is weaker than stop";
   EXPECT_FALSE(unreplicated.remove_published(kStopLeft));
   EXPECT_TRUE(unreplicated.pending().arms.empty());
   EXPECT_TRUE(unreplicated.remove_published(orders));
-  EXPECT_FALSE(unreplicated.remove_published(orders)) << "nothing was left any more";
+  EXPECT_FALSE(unreplicated.remove_published(orders)) << "nothing is pending";
 }
 
-TEST(UnreplicatedOrders, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
+TEST(UnreplicatedOrders, NeedANewAcknowledgementWhenGivenAgain) {
   UnreplicatedOrders unreplicated;
   unreplicated.become_leader();
   unreplicated.published(kStopLeft, 1);
   unreplicated.acknowledged(1);
   unreplicated.given({"left"});
   unreplicated.acknowledged(1);
-  EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft) << "people may have resumed it on the other side of a partition";
+  EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft)
+      << "people may have resumed it on the other side of a partition";
   unreplicated.published(kStopLeft, 2);
   unreplicated.acknowledged(1);
   EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft);
@@ -76,16 +77,16 @@ TEST(UnreplicatedOrders, GivenOnceMoreAnOrderMustBeHeardOnceMore) {
   EXPECT_TRUE(unreplicated.unacknowledged(kStopLeft).empty());
 }
 
-TEST(UnreplicatedOrders, OfANewTermNothingIsKnownToHaveBeenHeard) {
+TEST(UnreplicatedOrders, NeedANewAcknowledgementInANewTerm) {
   UnreplicatedOrders unreplicated(kStopLeft);
-  EXPECT_EQ(unreplicated.pending(), kStopLeft) << "by an earlier life";
+  EXPECT_EQ(unreplicated.pending(), kStopLeft) << "from the checkpoint";
   unreplicated.become_leader();
   EXPECT_TRUE(unreplicated.pending().empty());
   unreplicated.acknowledged(7);
   EXPECT_EQ(unreplicated.unacknowledged(kStopLeft), kStopLeft);
 }
 
-TEST(UnreplicatedOrders, WhatWasResumedIsNotLeft) {
+TEST(UnreplicatedOrders, AreNotPendingAfterResume) {
   UnreplicatedOrders unreplicated;
   unreplicated.become_leader();
   unreplicated.given({"left"});
@@ -93,6 +94,39 @@ TEST(UnreplicatedOrders, WhatWasResumedIsNotLeft) {
   unreplicated.published({}, 2);
   unreplicated.step_down({});
   EXPECT_TRUE(unreplicated.pending().empty());
+}
+
+using namespace std::chrono_literals;
+using Replies = std::vector<std::string>;
+
+TEST(DeferredReplies, WaitUntilTheStandbyAcknowledgesTheOrder) {
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 0s);
+  deferred.add("stop", 9, 0s);
+  EXPECT_EQ(deferred.take(6, 1ms), Replies{});
+  EXPECT_EQ(deferred.take(7, 2ms), Replies{"hold"});
+  EXPECT_EQ(deferred.take(7, 3ms), Replies{}) << "each is returned once";
+  EXPECT_EQ(deferred.take(12, 4ms), Replies{"stop"});
+}
+
+TEST(DeferredReplies, AreDueAtOnceWithoutAStandby) {
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 0s);
+  EXPECT_EQ(deferred.take(std::nullopt, 0s), Replies{"hold"});
+}
+
+TEST(DeferredReplies, AreDueAfterTheTimeoutWithADeafStandby) {
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 1s);
+  EXPECT_EQ(deferred.take(0, 1s + DeferredReplies<std::string>::kTimeout - 1ns), Replies{});
+  EXPECT_EQ(deferred.take(0, 1s + DeferredReplies<std::string>::kTimeout), Replies{"hold"});
+}
+
+TEST(DeferredReplies, AreClearedWhenTheSupervisorStepsDown) {
+  DeferredReplies<std::string> deferred;
+  deferred.add("hold", 7, 0s);
+  deferred.clear();
+  EXPECT_EQ(deferred.take(std::nullopt, 1h), Replies{});
 }
 
 }  // namespace
