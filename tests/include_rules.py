@@ -76,7 +76,7 @@ ONLY_IN = {
     r"^assimp/": ["planner/model/mesh_"],
     r"^libqhull": ["planner/model/convex_hull"],
     r"^nlopt": ["planner/strategy_search/search"],
-    r"^mpi\.h$": ["services/strategies/ranks"],
+    r"^mpi\.h$": ["services/strategies/search_execution"],
     r"^boost/": ["planner/strategy_search/evaluate"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
@@ -89,6 +89,7 @@ ONLY_IN = {
 PURE = ["services/runtime/cause", "services/runtime/orders", "services/runtime/stall_compensated_clock",
         "services/supervisor/detection/", "services/supervisor/fault_list", "services/supervisor/cell_mode",
         "services/supervisor/failover/leadership", "services/supervisor/failover/planner_failover",
+        "services/supervisor/replication/unreplicated",
         "services/runtime/arm_lease", "services/runtime/latest_faults", "services/runtime/node_name", "services/runtime/progress_watchdog"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)

@@ -1,4 +1,4 @@
-/// hecaton-strategies validate, hecaton-strategies simplex: one strategy on fresh tasks, and a better one near it.
+/// hecaton-strategies validate, hecaton-strategies simplex: evaluates one strategy, and improves it locally.
 
 #include <chrono>
 #include <cmath>
@@ -7,10 +7,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "planner/strategy_search/flat_arm.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
-#include "services/command_line/table.hpp"
+#include "planner/strategy_search/motion_problem.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/strategies/commands.hpp"
 #include "services/strategies/results.hpp"
@@ -18,13 +18,13 @@
 namespace hecaton::services::cli {
 namespace {
 
-/// Table 1 has as many.
+/// Lags of the autocorrelation, as in table 1.
 constexpr int kLags = 6;
 
 struct ValidateOptions {
   std::string cell;
   std::string strategies;    ///< CSV; empty: `from`
-  std::vector<double> from;  ///< empty: what the cell file gives its arms
+  std::vector<double> from;  ///< empty: the strategies in the cell file
   std::size_t rank = 1;
   int tasks = 4200;
   std::uint64_t seed = 1001;
@@ -36,12 +36,12 @@ planner::SystemStrategy strategy_of(const ValidateOptions& options, const config
   const StrategyResults results = read_strategy_csv(options.strategies);
   if (options.rank > results.rows.size()) {
     throw Failure(ExitCode::kBadInput, "--rank = " + std::to_string(options.rank) + " must be at most " +
-                                           std::to_string(results.rows.size()) + ", the strategies in " +
+                                           std::to_string(results.rows.size()) + ", the number of strategies in " +
                                            options.strategies);
   }
   if (static_cast<int>(results.arms.size()) != problem.arms()) {
     throw Failure(ExitCode::kBadInput, options.strategies + " is of another cell: it has strategies for " +
-                                           std::to_string(results.arms.size()) + " arms, and this one has " +
+                                           std::to_string(results.arms.size()) + " arms; this cell has " +
                                            std::to_string(problem.arms()));
   }
   planner::SystemStrategy strategy;
@@ -117,7 +117,7 @@ ExitCode validate(const Settings& settings, const ValidateOptions& options) {
     }
   }
   const double significant = 2.0 / std::sqrt(static_cast<double>(options.tasks));
-  text += "of independent times, 95 % are within ±2/√N = " + decimal_text(significant, 3) + "\n";
+  text += "95 % limits for independent times: ±2/√N = " + decimal_text(significant, 3) + "\n";
   const Json value = {{"cell", file.cell.name},
                       {"seed", options.seed},
                       {"tasks", options.tasks},
@@ -158,7 +158,7 @@ ExitCode refine(const Settings& settings, const RefineOptions& options) {
                       {"initial", both[0]},         {"optimum", both[1]},
                       {"evaluations", found.steps}, {"tolerance_steps", options.simplex.tolerance}};
   print(settings, value,
-        strategy_table(results, 2, Palette::for_stream(stdout)) + "\n1: where it began; 2: the best of " +
+        strategy_table(results, 2, Palette::for_stream(stdout)) + "\n1: initial strategy; 2: the best of " +
             std::to_string(found.steps) + " evaluations\n");
   std::fprintf(stderr, "%s\n", duration_text(spent.count()).c_str());
   return results.rows.back().faults == 0 ? ExitCode::kDone : ExitCode::kNegative;
@@ -168,49 +168,49 @@ ExitCode refine(const Settings& settings, const RefineOptions& options) {
 
 void add_validate(CLI::App& parent, Session& session) {
   CLI::App* command = parent.add_subcommand(
-      "validate", "Simulates one strategy on fresh tasks: faults with their bounds, times, how they correlate");
+      "validate", "Simulates one strategy on new tasks: faults with bounds, times and their correlations");
   auto options = std::make_shared<ValidateOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
   command
-      ->add_option("--strategies", options->strategies,
-                   "results (CSV) of a search; otherwise the strategies that the cell file gives its arms")
+      ->add_option("--strategies", options->strategies, "results (CSV) of a search (the strategies in the cell file)")
       ->type_name("FILE");
   add_from(*command, options->from,
-           "the strategy itself: coefficients and direction of each arm, one after the other: \"0 -2.5 1 2 -2.5 1\"");
+           "the strategy: coefficients and direction of each arm in turn: \"0 -2.5 1 2 -2.5 1\"");
   command->get_option("--from")->excludes("--strategies");
   add_whole_number(
-      *command, "--rank", [options](std::uint64_t n) { options->rank = n; }, "which of the results, 1 is the best (1)",
+      *command, "--rank", [options](std::uint64_t n) { options->rank = n; }, "rank in the results; 1 is the best (1)",
       1, 1'000'000);
   add_whole_number(
       *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); },
       "tasks of each arm (4200)", 1, 10'000'000);
-  add_seed(*command, options->seed, "of the tasks: one that no search has used (1001)");
+  add_seed(*command, options->seed, "of the tasks; must not be that of a search (1001)");
   command->footer(
-      "P at most: what the probability of a fault does not exceed, with 97.5 % confidence (the upper end of the exact "
-      "binomial 95 % interval). Exit code 1 when there was a fault.");
+      "P at most: upper bound of the probability of a fault with 97.5 % confidence (the upper end of the exact "
+      "binomial "
+      "95 % interval). Exit code 1 if there was a fault.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return validate(session.settings, *options); }; });
 }
 
 void add_simplex(CLI::App& parent, Session& session) {
   CLI::App* command = parent.add_subcommand(
-      "simplex", "Improves one strategy locally by the simplex method of Nelder and Mead; directions stay");
+      "simplex", "Improves one strategy locally by the simplex method of Nelder and Mead; keeps the directions");
   auto options = std::make_shared<RefineOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
   add_from(*command, options->from,
-           "coefficients and direction of each arm, one after the other: \"0 -2.5 1 2 -2.5 1\" (the cell file's)");
+           "coefficients and direction of each arm in turn: \"0 -2.5 1 2 -2.5 1\" (the strategies in the cell file)");
   add_whole_number(
       *command, "--tasks", [options](std::uint64_t n) { options->tasks = static_cast<int>(n); },
-      "tasks of each arm, the same in every evaluation (600)", 1, 1'000'000);
+      "tasks of each arm, the same in all evaluations (600)", 1, 1'000'000);
   add_whole_number(
-      *command, "--steps", [options](std::uint64_t n) { options->simplex.most_steps = static_cast<int>(n); },
-      "evaluations at most (200)", 1, 1'000'000);
+      *command, "--steps", [options](std::uint64_t n) { options->simplex.max_steps = static_cast<int>(n); },
+      "largest number of evaluations (200)", 1, 1'000'000);
   constexpr config::Bounds kTolerance{0.0, 1e6, "steps", true};
   add_number(
       *command, "--tolerance", [options](double x) { options->simplex.tolerance = x; },
-      "ends where T(L) differs by less within the simplex (0.5)", kTolerance);
+      "stop when T(L) differs by less within the simplex (0.5)", kTolerance);
   add_seed(*command, options->seed, "of the tasks (1)");
-  command->footer("Exit code 1 when the best strategy had a fault.");
+  command->footer("Exit code 1 if the best strategy had a fault.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return refine(session.settings, *options); }; });
 }

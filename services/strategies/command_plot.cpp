@@ -1,4 +1,4 @@
-/// hecaton-strategies plot: pictures of the off-line stage, drawn by gnuplot.
+/// hecaton-strategies plot: plots of search results, by gnuplot.
 
 #include <array>
 #include <cmath>
@@ -10,8 +10,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/text.hpp"
 #include "services/strategies/commands.hpp"
 #include "services/strategies/results.hpp"
@@ -24,7 +24,7 @@ struct SensitivityRow {
   std::string group;    ///< what was changed: layout, basis, …
   std::string variant;  ///< to what
   double candidates = 0.0;
-  double screened = 0.0;   ///< without fault at first
+  double screened = 0.0;   ///< without fault in the first set
   double confirmed = 0.0;  ///< without fault after all sets
   double time = 0.0;       ///< T of the best [steps]
 };
@@ -33,7 +33,7 @@ constexpr const char* kTitle = "group,variant,candidates,screened,confirmed,time
 constexpr std::size_t kTexts = 2;
 constexpr std::size_t kNumbers = 4;
 
-/// A field with commas in it is quoted.
+/// Splits a CSV line; a field with commas is quoted.
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> fields(1);
   bool quoted = false;
@@ -49,14 +49,14 @@ std::vector<std::string> fields_of(const std::string& line) {
   return fields;
 }
 
-/// As a string of gnuplot's data.
+/// A string in gnuplot data.
 std::string label(const std::string& text) {
   std::string safe = "\"";
   for (const char c : text) safe += c == '"' || c == '\\' || static_cast<unsigned char>(c) < ' ' ? ' ' : c;
   return safe + "\"";
 }
 
-/// Whether the file's first line is that of a sensitivity table.
+/// True if the first line is that of a sensitivity table.
 bool is_sensitivity(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -74,7 +74,7 @@ std::vector<SensitivityRow> read_sensitivity(const std::string& path) {
       throw Failure(ExitCode::kBadInput, path + ": line " + std::to_string(number) + ": " + says);
     };
     const std::vector<std::string> fields = fields_of(line);
-    if (fields.size() != kTexts + kNumbers) fail("it must have as many values as the first line");
+    if (fields.size() != kTexts + kNumbers) fail("must have as many values as the first line");
     std::array<double, kNumbers> values{};
     for (std::size_t i = 0; i < kNumbers; ++i) {
       const auto value = config::parse_number(fields[kTexts + i]);
@@ -85,11 +85,11 @@ std::vector<SensitivityRow> read_sensitivity(const std::string& path) {
     }
     rows.push_back({fields[0], fields[1], values[0], values[1], values[2], values[3]});
   }
-  if (rows.empty()) throw Failure(ExitCode::kBadInput, path + " must have a variant at least");
+  if (rows.empty()) throw Failure(ExitCode::kBadInput, path + " has no rows");
   return rows;
 }
 
-/// A script of gnuplot: T(L) against the share of faults, one point a strategy, and its standard error.
+/// Gnuplot script: T(L) with its standard error over the share of faults, one point per strategy.
 std::string faults_script(const StrategyResults& results) {
   std::string text =
       "set xlabel 'faults of tasks [%]'\nset ylabel 'T(L) [steps]'\nset logscale y\nset grid\n"
@@ -102,7 +102,7 @@ std::string faults_script(const StrategyResults& results) {
          std::to_string(results.rows.size()) + " strategies'\n";
 }
 
-/// Strategies without fault, and the best T, of each variant.
+/// Gnuplot script: number of strategies without fault, and the best T, of each variant.
 std::string sensitivity_script(const std::vector<SensitivityRow>& rows) {
   std::string text = "$variants << EOD\n";
   for (const SensitivityRow& row : rows) {
@@ -124,7 +124,7 @@ struct Options {
   std::string image;
 };
 
-/// A path in gnuplot's single quotes.
+/// A path in single quotes of gnuplot.
 std::string quoted(const std::string& path) {
   std::string text = "'";
   for (const char c : path) text += c == '\'' ? std::string("''") : std::string(1, c);
@@ -155,13 +155,13 @@ ExitCode run(const Options& options) {
     what = std::to_string(results.rows.size()) + " strategies";
   }
   std::error_code none;
-  std::filesystem::remove(options.image, none);  // one that was there would pass for this one
+  std::filesystem::remove(options.image, none);  // an old file would hide a failure
   std::FILE* gnuplot = popen("gnuplot >/dev/null 2>&1", "w");
   const bool written = gnuplot != nullptr && std::fputs(text.c_str(), gnuplot) >= 0;
   const int status = gnuplot != nullptr ? pclose(gnuplot) : -1;
-  constexpr int kNoProgram = 127 << 8;  // as the shell says it
+  constexpr int kNoProgram = 127 << 8;  // exit code of the shell
   if (status == kNoProgram) {
-    throw Failure(ExitCode::kBadInput, "pictures are drawn by gnuplot, which is not installed (Debian: gnuplot-nox)");
+    throw Failure(ExitCode::kBadInput, "gnuplot is not installed (Debian package gnuplot-nox)");
   }
   if (!written || status != 0 || std::filesystem::file_size(options.image, none) == 0 || none) {
     throw Failure(ExitCode::kBadInput, "file '" + options.image + "' cannot be written");
@@ -174,16 +174,15 @@ ExitCode run(const Options& options) {
 
 void add_plot(CLI::App& parent, Session& session) {
   CLI::App* command = parent.add_subcommand(
-      "plot", "Draws the time of strategies against their faults, or a sensitivity table (by gnuplot)");
+      "plot", "Plots the time of strategies over their faults, or a sensitivity table (with gnuplot)");
   auto options = std::make_shared<Options>();
   command
-      ->add_option(
-          "FILE", options->file,
-          "results (CSV) of a search; with --complete it has strategies with faults. Or a sensitivity table (CSV) "
-          "of tests/bench/strategy_sensitivity.py")
+      ->add_option("FILE", options->file,
+                   "results (CSV) of a search, which has strategies with faults after --complete; or a sensitivity "
+                   "table (CSV) of "
+                   "tests/bench/strategy_sensitivity.py")
       ->required();
-  command->add_option("--image", options->image, "the file to write, SVG or PNG (strategies.svg)")
-      ->type_name("FILE");
+  command->add_option("--image", options->image, "output file, SVG or PNG (strategies.svg)")->type_name("FILE");
   options->image = "strategies.svg";
   command->callback([&session, options] { session.action = [options] { return run(*options); }; });
 }

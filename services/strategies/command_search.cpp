@@ -8,35 +8,34 @@
 
 #include <CLI/CLI.hpp>
 
-#include "planner/strategy_search/flat_arm.hpp"
+#include "planner/strategy_search/motion_problem.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
 #include "services/strategies/commands.hpp"
-#include "services/strategies/progress.hpp"
-#include "services/strategies/ranks.hpp"
 #include "services/strategies/results.hpp"
+#include "services/strategies/search_execution.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 struct SearchOptions {
   std::string cell;
-  std::string results;  ///< files' name without its ending; empty: none
+  std::string results;  ///< file names without ending; empty: none
   std::vector<double> alpha;
   std::vector<double> beta;
   std::string combine;  ///< CSV of pairs; empty: the grid
   std::string basis = "second";
   std::string neighbours = "listed";
   planner::SearchPlan plan;
-  int threads = 0;  ///< 0: one a processor
+  int threads = 0;  ///< 0: one per processor
   std::size_t top = 10;
   bool resume = false;
 };
 
-/// `mode`: append to see early whether it can be written, for what is there stays until something replaces it.
+/// Throws Failure if the file cannot be written. With std::ios::app and an empty text, only checks this.
 void write_file(const std::string& path, const std::string& text, std::ios::openmode mode = std::ios::trunc) {
   std::ofstream file(path, mode);
   file << text;
@@ -57,8 +56,8 @@ Json stages_json(const planner::SearchReport& report) {
   return stages;
 }
 
-/// Twice the same strategy would be counted twice.
-void refuse_repeated(const char* option, const std::vector<double>& values) {
+/// Rejects repeated values: a strategy would count twice.
+void reject_repeated(const char* option, const std::vector<double>& values) {
   for (auto value = values.begin(); value != values.end(); ++value) {
     if (std::find(values.begin(), value, *value) == value) continue;
     throw Failure(ExitCode::kBadInput,
@@ -66,7 +65,7 @@ void refuse_repeated(const char* option, const std::vector<double>& values) {
   }
 }
 
-/// What every rank reads for itself, and finds the same.
+/// Input of the search; each rank reads it, and all must be equal.
 struct Task {
   std::string cell;
   std::unique_ptr<planner::StrategyProblem> problem;
@@ -74,9 +73,9 @@ struct Task {
   std::string title;
 };
 
-Task read_task(const SearchOptions& options, bool notes) {
-  refuse_repeated("--alpha", options.alpha);
-  refuse_repeated("--beta", options.beta);
+Task read_task(const SearchOptions& options, bool print_notes) {
+  reject_repeated("--alpha", options.alpha);
+  reject_repeated("--beta", options.beta);
   const config::CellFile file = config::load_cell_file(options.cell);
   planner::StrategyGrid grid;
   if (!options.alpha.empty()) grid.alpha = options.alpha;
@@ -84,7 +83,7 @@ Task read_task(const SearchOptions& options, bool notes) {
   try {
     Task task{file.cell.name, std::make_unique<planner::StrategyProblem>(file.cell), {}, {}};
     for (const std::string& note : task.problem->notes()) {
-      if (notes) std::fprintf(stderr, "hecaton-strategies: %s\n", note.c_str());
+      if (print_notes) std::fprintf(stderr, "hecaton-strategies: %s\n", note.c_str());
     }
     planner::FlatProblem& flat = task.problem->flat();
     flat.nearest_first = options.neighbours == "nearest";
@@ -97,7 +96,7 @@ Task read_task(const SearchOptions& options, bool notes) {
   }
 }
 
-void say_what_was_done(const planner::SearchReport& report, double seconds, const Ranks& ranks, int threads) {
+void print_summary(const planner::SearchReport& report, double seconds, const Ranks& ranks, int threads) {
   std::uint64_t ticks = 0;
   for (const planner::SearchReport::Stage& stage : report.stages) {
     std::fprintf(stderr, "%s: %zu of %zu strategies without fault in %d tasks of each arm (seed %llu)\n",
@@ -112,24 +111,24 @@ void say_what_was_done(const planner::SearchReport& report, double seconds, cons
 
 ExitCode search(const Settings& settings, const SearchOptions& options) {
   Ranks ranks;
-  const bool keeps = ranks.first() && !options.results.empty();
-  const std::string so_far_path = options.results + ".progress";
+  const bool writes = ranks.first() && !options.results.empty();
+  const std::string progress_path = options.results + ".progress";
   Task task;
   StrategyProgress progress;
-  std::string so_far;
+  std::string evaluations;
   ranks.together([&] { task = read_task(options, ranks.first()); });
   ranks.require_same(task.title);
   ranks.together([&] {
-    if (keeps && options.resume) so_far = search_so_far(so_far_path, task.title);
-    if (keeps) write_file(options.results + ".csv", "", std::ios::app);
-    if (keeps) progress.keep(so_far_path, task.title);
+    if (writes && options.resume) evaluations = read_progress(progress_path, task.title);
+    if (writes) write_file(options.results + ".csv", "", std::ios::app);
+    if (writes) progress.write_to(progress_path, task.title);
   });
-  progress.know(ranks.first_of(so_far));
+  progress.reuse(ranks.broadcast(evaluations));
 
   planner::SearchHooks hooks;
   hooks.threads = options.threads > 0 ? options.threads : ranks.threads();
   progress.hook(hooks);
-  progress.tell_in_lines(!ranks.alone());
+  progress.print_lines(!ranks.alone());
   ranks.divide(hooks);
   const auto began = std::chrono::steady_clock::now();
   planner::SearchReport report;
@@ -145,7 +144,7 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
   progress.end();
 
   const StrategyResults results = strategy_results(*task.problem, report.best);
-  if (keeps) {
+  if (writes) {
     write_file(options.results + ".csv", strategy_csv(results));
     write_file(options.results + ".yaml", strategy_yaml(results, task.cell));
   }
@@ -153,10 +152,10 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
                       {"seed", options.plan.seed},
                       {"stages", stages_json(report)},
                       {"strategies", strategy_json(results, options.top)}};
-  // What mpirun gives a process is a terminal, wherever it passes that on to.
+  // Under mpirun, stdout is a terminal, whatever mpirun connects it to.
   const Palette palette = ranks.alone() ? Palette::for_stream(stdout) : Palette(false);
   print(settings, value, strategy_table(results, options.top, palette));
-  say_what_was_done(report, spent.count(), ranks, hooks.threads);
+  print_summary(report, spent.count(), ranks, hooks.threads);
   const bool found = !results.rows.empty() && results.rows.front().faults == 0;
   return found ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -164,8 +163,8 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
 void add_threads(CLI::App& app, int& threads) {
   add_whole_number(
       app, "--threads", [&threads](std::uint64_t n) { threads = static_cast<int>(n); },
-      "that simulate at the same time; results do not depend on it (one a processor, divided among this machine's "
-      "processes under mpirun)",
+      "number of threads; does not change results (one per processor; under mpirun divided among the processes of the "
+      "machine)",
       1, 1024);
 }
 
@@ -173,59 +172,61 @@ void add_threads(CLI::App& app, int& threads) {
 
 void add_search(CLI::App& parent, Session& session) {
   CLI::App* command = parent.add_subcommand(
-      "search", "Looks for the strategies of a cell's motion problem: tries a grid of them, confirms the best");
+      "search", "Searches strategies for a cell's motion problem: evaluates a grid, then confirms the best");
   auto options = std::make_shared<SearchOptions>();
   planner::SearchPlan& plan = options->plan;
   command->add_option("CELL", options->cell, "cell file (YAML) with tasks.areas")->required();
   add_whole_number(
       *command, "--tasks", [&plan](std::uint64_t n) { plan.screening_tasks = static_cast<int>(n); },
-      "tasks of each arm that each strategy of the grid is tried on, up to its first fault (300)", 1, 1'000'000);
+      "tasks of each arm for each strategy of the grid, up to its first fault (300)", 1, 1'000'000);
   add_whole_number(
       *command, "--confirm", [&plan](std::uint64_t n) { plan.confirm_tasks = static_cast<int>(n); },
-      "tasks of each arm and set that confirm each strategy without fault (1800)", 1, 1'000'000);
+      "tasks of each arm and set to confirm a strategy without fault (1800)", 1, 1'000'000);
   add_whole_number(
       *command, "--sets", [&plan](std::uint64_t n) { plan.confirm_sets = static_cast<int>(n); },
-      "sets of fresh tasks that confirm, one after the other, each of a seed of its own (2)", 0, 100);
-  add_seed(*command, plan.seed, "of the first set of tasks; the others use the seeds after it (1)");
+      "sets of new tasks for the confirmation, each with its own seed (2)", 0, 100);
+  add_seed(*command, plan.seed, "of the first set of tasks; the next sets use the next seeds (1)");
   command->add_flag("--complete", plan.complete,
-                    "simulate all tasks of all strategies, also after faults, and keep all: for `plot`");
+                    "simulate all tasks of all strategies, also after faults, and keep all; for `plot`");
   command->add_flag("--halving", plan.halving,
-                    "successive halving: short rounds first, of which the best third goes on; for large grids");
+                    "successive halving: short rounds first, each keeping the best third; for large grids");
   add_whole_number(
       *command, "--refine", [&plan](std::uint64_t n) { plan.refine = static_cast<int>(n); },
-      "so many of the best are refined by the simplex method before they are confirmed (0)", 0, 1000);
+      "number of best strategies to refine by the simplex method before the confirmation (0)", 0, 1000);
   add_numbers(*command, "--alpha", options->alpha, 0, "the grid's values of each arm's first coefficient (-2 0 2)",
               kCoefficient);
-  add_numbers(*command, "--beta", options->beta, 0, "… and of each arm's further ones, if it has any (-2.5 -1 1 2.5)",
-              kCoefficient);
+  add_numbers(*command, "--beta", options->beta, 0,
+              "the grid's values of each arm's further coefficients (-2.5 -1 1 2.5)", kCoefficient);
   command
       ->add_option("--combine", options->combine,
-                   "instead of a grid: all combinations of which every two neighbours had no fault in these results "
-                   "(CSV) of a cell of two such arms")
+                   "instead of a grid: all combinations in which each two neighbours had no fault in these results "
+                   "(CSV) of a cell with two such arms")
       ->type_name("FILE")
       ->excludes("--alpha")
       ->excludes("--beta");
   add_choice(*command, "--basis", options->basis, {"second", "last", "first"},
-             "for comparison: the joint's axis at which the null space's basis begins; arms only know `second`");
-  add_choice(*command, "--neighbours", options->neighbours, {"listed", "nearest"},
-             "for comparison: the order of neighbours, as the paper lists them or nearest to the goal first; arms only "
-             "know `listed`");
+             "for comparison: first axis of the null space's basis; cells only support `second`");
+  add_choice(
+      *command, "--neighbours", options->neighbours, {"listed", "nearest"},
+      "for comparison: order of neighbours, as listed in the paper or nearest to the goal first; cells only support "
+      "`listed`");
   add_threads(*command, options->threads);
   add_whole_number(
-      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "so many of the best are shown (10)", 1,
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "number of best strategies to show (10)", 1,
       100000);
   command
-      ->add_option("--results", options->results,
-                   "write all that were confirmed to NAME.csv, the best to NAME.yaml, for `strategy: {file: …}` in a "
-                   "cell file; NAME.progress is what --resume goes on from")
+      ->add_option(
+          "--results", options->results,
+          "write the confirmed strategies to NAME.csv, the best one to NAME.yaml for `strategy: {file: …}` in a "
+          "cell file, and the progress to NAME.progress for --resume")
       ->type_name("NAME");
   for (const char* comparison : {"--basis", "--neighbours"}) command->get_option(comparison)->excludes("--results");
-  command->add_flag("--resume", options->resume, "go on with a search that was interrupted; needs --results")
-      ->needs("--results");
+  command->add_flag("--resume", options->resume, "resume an interrupted search; needs --results")->needs("--results");
   command->footer(
-      "Exit code 1 when every strategy had a fault. `mpirun hecaton-strategies search …` divides the work among the "
-      "processes that mpirun starts, on several machines, too: each reads the same cell file, the first writes the "
-      "results; these do not depend on how many there are.");
+      "Exit code 1 if all strategies had a fault. `mpirun hecaton-strategies search …` divides the work among its "
+      "processes, also on several machines: each reads the same cell file, and rank 0 writes the results. The number "
+      "of "
+      "processes does not change results.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return search(session.settings, *options); }; });
 }
@@ -240,11 +241,11 @@ struct ShowOptions {
 }  // namespace
 
 void add_show(CLI::App& parent, Session& session) {
-  CLI::App* command = parent.add_subcommand("show", "Shows what a search found");
+  CLI::App* command = parent.add_subcommand("show", "Shows the results of a search");
   auto options = std::make_shared<ShowOptions>();
   command->add_option("FILE", options->file, "results (CSV) of a search")->required();
   add_whole_number(
-      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "so many of the best are shown (20)", 1,
+      *command, "--top", [options](std::uint64_t n) { options->top = n; }, "number of best strategies to show (20)", 1,
       100000);
   command->callback([&session, options] {
     session.action = [&session, options] {

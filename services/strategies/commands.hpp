@@ -1,6 +1,6 @@
 #pragma once
-/// The commands of `hecaton-strategies`. Each adds itself to the command line, and leaves what it does in
-/// `session.action` when it was given. All references must outlive the action.
+/// The commands of `hecaton-strategies`. Each function adds a subcommand, which sets `session.action` when the user
+/// gives it. All references must outlive the action.
 
 #include "services/command_line/program.hpp"
 

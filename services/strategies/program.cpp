@@ -6,16 +6,18 @@ namespace hecaton::services::cli {
 
 const Program& strategies_program() {
   static const Program program{
-      "hecaton-strategies", "motion strategies of robot arms that share a workspace, found off line",
-      "Searches, shows and validates motion strategies off line: in which plane each arm had best avoid the others.",
-      "A strategy says, for each arm, in which plane of joint space it goes round what is in its way: coefficients α, "
-      "β, …, and which way it turns first, λ = 1 or -1. A fault is a task that takes 200 times the time it would take "
-      "alone; T is the mean time of a task, summed over the arms [steps]. docs/strategies.md says more.\n\n"
-      "  hecaton-strategies search CELL --results found             the best of a grid\n"
-      "  hecaton-strategies validate CELL --strategies found.csv    is the winner as good on fresh tasks?\n"
-      "  strategy: {file: found.yaml}                               in the cell file, for arms to use it\n\n"
-      "Exit codes: 0 done; 1 a strategy had a fault; 2 usage: no such command, option or choice; 3 bad input: a value "
-      "that cannot be, on the command line or in a file.",
+      "hecaton-strategies", "off-line search of motion strategies for robot arms that share a workspace",
+      "Searches, shows and validates motion strategies: the plane of joint space in which each arm avoids the others.",
+      "For each arm, a strategy has coefficients α, β, …, which define the plane of joint space in which the arm "
+      "avoids "
+      "others, and a first direction λ = 1 or -1. A fault is a task that takes 200 times as long as it would take "
+      "alone. T is the mean time of a task, summed over the arms [steps]. See docs/strategies.md.\n\n"
+      "  hecaton-strategies search CELL --results found             search a grid\n"
+      "  hecaton-strategies validate CELL --strategies found.csv    evaluate the best on new tasks\n"
+      "  strategy: {file: found.yaml}                               use it, in the cell file\n\n"
+      "Exit codes: 0 done; 1 a strategy had a fault; 2 usage: unknown command, option or choice; 3 bad input: an "
+      "invalid "
+      "value on the command line or in a file.",
       [](CLI::App& app, Session& session) {
         add_search(app, session);
         add_show(app, session);

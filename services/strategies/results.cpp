@@ -32,7 +32,7 @@ std::vector<std::string> split(const std::string& line) {
   return words;
 }
 
-/// "south_direction", "south_1", "south_2": whose column it is, and which.
+/// A column "south_direction", "south_1", "south_2", …
 struct ArmColumn {
   std::size_t arm;
   int coefficient;  ///< −1: the direction
@@ -54,7 +54,7 @@ std::vector<ArmColumn> arm_columns(const std::vector<std::string>& titles, Strat
     }
     columns.push_back({results.arms.size() - 1, coefficient});
   }
-  if (columns.empty()) fail("the first line must name columns for an arm at least");
+  if (columns.empty()) fail("the first line must have the columns of an arm");
   return columns;
 }
 
@@ -74,7 +74,7 @@ std::vector<Pair> faultless_pairs(const std::string& path, int coefficients) {
   for (const StrategyRow& row : results.rows) {
     if (row.coefficients[0] != coefficients || row.coefficients[1] != coefficients) {
       throw Failure(ExitCode::kBadInput, "--combine: " + path + " must have strategies with " +
-                                             std::to_string(coefficients) + " coefficients, as this cell's arms");
+                                             std::to_string(coefficients) + " coefficients, as the arms of this cell");
     }
     if (row.faults > 0 || has(pairs, row.strategy[0], row.strategy[1])) continue;
     pairs.emplace_back(row.strategy[0], row.strategy[1]);
@@ -112,14 +112,14 @@ std::string strategy_text(const planner::Strategy& strategy, int coefficients) {
   return text + (strategy.direction > 0.0 ? ") +" : ") -");
 }
 
-std::string strategy_table(const StrategyResults& results, std::size_t most, const Palette& palette) {
+std::string strategy_table(const StrategyResults& results, std::size_t count, const Palette& palette) {
   std::vector<Table::Column> columns = {{"rank", Align::kRight}};
   for (const std::string& arm : results.arms) columns.push_back({arm + " (α, β) λ"});
   for (const char* title : {"T [steps]", "±", "faults", "tasks", "P at most (95 %)"}) {
     columns.push_back({title, Align::kRight});
   }
   Table table(columns);
-  for (std::size_t i = 0; i < std::min(most, results.rows.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(count, results.rows.size()); ++i) {
     const StrategyRow& row = results.rows[i];
     std::vector<std::string> cells = {std::to_string(i + 1)};
     for (std::size_t arm = 0; arm < row.strategy.size(); ++arm) {
@@ -135,9 +135,9 @@ std::string strategy_table(const StrategyResults& results, std::size_t most, con
   return table.text(palette);
 }
 
-Json strategy_json(const StrategyResults& results, std::size_t most) {
+Json strategy_json(const StrategyResults& results, std::size_t count) {
   Json list = Json::array();
-  for (std::size_t i = 0; i < std::min(most, results.rows.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(count, results.rows.size()); ++i) {
     const StrategyRow& row = results.rows[i];
     Json arms = Json::array();
     for (std::size_t arm = 0; arm < row.strategy.size(); ++arm) {
@@ -201,12 +201,14 @@ StrategyResults read_strategy_csv(const std::string& path) {
     const std::vector<std::string> words = split(line);
     if (number == 1) {
       if (words.size() < kFixedTitles.size() || !std::equal(kFixedTitles.begin(), kFixedTitles.end(), words.begin())) {
-        fail("the first line must begin with rank,time,time_error,tasks,faults, as `strategies search` writes it");
+        fail(
+            "the first line must begin with rank,time,time_error,tasks,faults, as `hecaton-strategies search` writes "
+            "it");
       }
       columns = arm_columns(words, results, fail);
       continue;
     }
-    if (words.size() != kFixedTitles.size() + columns.size()) fail("it must have as many values as the first line");
+    if (words.size() != kFixedTitles.size() + columns.size()) fail("must have as many values as the first line");
     std::vector<double> values;
     for (const std::string& word : words) {
       const auto value = config::parse_number(word);
@@ -216,12 +218,13 @@ StrategyResults read_strategy_csv(const std::string& path) {
     StrategyRow row;
     row.time = values[1];
     row.error = values[2];
-    constexpr double kMost = 1e15;
-    if (std::abs(values[3]) > kMost || std::abs(values[4]) > kMost) fail("no search has so many tasks or faults");
+    constexpr double kMaxCount = 1e15;
+    if (std::abs(values[3]) > kMaxCount || std::abs(values[4]) > kMaxCount)
+      fail("tasks and faults must be at most 1e15");
     row.tasks = static_cast<std::int64_t>(values[3]);
     row.faults = static_cast<std::int64_t>(values[4]);
     if (row.tasks < 1 || row.faults < 0 || row.faults > row.tasks) {
-      fail("tasks must be 1 or more, and faults at most as many");
+      fail("tasks must be at least 1, and faults at most as many as tasks");
     }
     row.strategy.resize(results.arms.size());
     row.coefficients.assign(results.arms.size(), 0);
@@ -241,7 +244,7 @@ StrategyResults read_strategy_csv(const std::string& path) {
     }
     results.rows.push_back(std::move(row));
   }
-  if (results.rows.empty()) fail("it must have a strategy at least");
+  if (results.rows.empty()) fail("the file has no strategy");
   return results;
 }
 
@@ -319,7 +322,7 @@ std::vector<planner::SystemStrategy> combine_pairs(const std::string& results,
   }
   if (chains.empty()) {
     throw Failure(ExitCode::kBadInput, "--combine: the pairs without fault in " + results +
-                                           " make no combination for the arms of this cell");
+                                           " give no combination for the arms of this cell");
   }
   return chains;
 }

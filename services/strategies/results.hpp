@@ -1,12 +1,11 @@
 #pragma once
-/// Strategies of a whole system and what is known of them: from the command line and from files, as tables, JSON and
-/// CSV.
+/// Results of a strategy search: read from and written to CSV, tables, JSON and YAML.
 
 #include <string>
 #include <vector>
 
+#include "planner/strategy_search/evaluate.hpp"
 #include "planner/strategy_search/search.hpp"
-#include "planner/strategy_search/statistics.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
@@ -24,11 +23,11 @@ inline constexpr config::Bounds kCoefficient{-planner::kMostCoefficient, planner
 /// One line of a results file.
 struct StrategyRow {
   planner::SystemStrategy strategy;
-  std::vector<int> coefficients;  ///< of each arm
+  std::vector<int> coefficients;  ///< number, by arm
   std::int64_t tasks = 0;         ///< of all arms
   std::int64_t faults = 0;
   double time = 0.0;   ///< T(L) [steps]
-  double error = 0.0;  ///< its standard error [steps]
+  double error = 0.0;  ///< standard error of `time` [steps]
 
   [[nodiscard]] planner::FaultBounds bounds() const { return planner::fault_bounds(faults, tasks); }
 };
@@ -46,28 +45,28 @@ struct StrategyResults {
 /// "(2, -1) +"
 [[nodiscard]] std::string strategy_text(const planner::Strategy& strategy, int coefficients);
 
-/// The first `most` rows.
-[[nodiscard]] std::string strategy_table(const StrategyResults& results, std::size_t most, const Palette& palette);
-[[nodiscard]] Json strategy_json(const StrategyResults& results, std::size_t most);
+/// The first `count` rows.
+[[nodiscard]] std::string strategy_table(const StrategyResults& results, std::size_t count, const Palette& palette);
+[[nodiscard]] Json strategy_json(const StrategyResults& results, std::size_t count);
 
-/// CSV: a line of titles, then rank, T, its error, tasks, faults, and for each arm its direction and coefficients.
+/// CSV with a line of titles: rank, T, its error, tasks, faults, and for each arm its direction and coefficients.
 [[nodiscard]] std::string strategy_csv(const StrategyResults& results);
 /// Throws Failure (bad input) that names file and line.
 [[nodiscard]] StrategyResults read_strategy_csv(const std::string& path);
 
-/// For `strategy: {file: …}` in a cell file: the best row. Throws Failure when the file cannot be written.
+/// The best row, for `strategy: {file: …}` in a cell file.
 [[nodiscard]] std::string strategy_yaml(const StrategyResults& results, const std::string& cell);
 
-/// --from: α, β, …, λ of each arm, one after the other.
+/// Adds --from: α, β, …, λ of each arm in turn.
 void add_from(CLI::App& app, std::vector<double>& from, const std::string& description);
 
-/// What --from says; without it the strategies that the cell file gives its arms. Throws Failure (bad input).
+/// The strategy given by --from or, if it is empty, by the cell file. Throws Failure (bad input).
 [[nodiscard]] planner::SystemStrategy strategy_from(const std::vector<double>& from, const config::CellFile& file,
                                                     const planner::StrategyProblem& problem);
 
-/// All combinations in which every two neighbours (first and second arm, second and third, …, of three or more also
-/// last and first) are a pair that had no fault in those results of two arms (CSV): what [Mediavilla02] tried for 3A.
-/// Throws Failure (bad input).
+/// All combinations in which each two neighbours (arms 1 and 2, 2 and 3, …; with three or more arms, also the last and
+/// the first) are a pair without fault in these results of two arms (CSV), as [Mediavilla02] does for 3A. Throws
+/// Failure (bad input).
 [[nodiscard]] std::vector<planner::SystemStrategy> combine_pairs(const std::string& results,
                                                                  const planner::StrategyProblem& problem);
 

@@ -1,4 +1,4 @@
-// hecaton-strategies: searches are repeatable, resumable, and end in files that cells load.
+// hecaton-strategies: repeatable and resumable searches, whose results cells load.
 
 #include <filesystem>
 #include <fstream>
@@ -50,7 +50,7 @@ class StrategiesTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(StrategiesTest, SearchIsTheSameForAnyNumberOfThreads) {
+TEST_F(StrategiesTest, SearchIsTheSameForAllNumbersOfThreads) {
   const Ran one = run_line(small_search({"--threads", "1"}));
   ASSERT_EQ(one.code, ExitCode::kDone) << one.err;
   EXPECT_EQ(run_line(small_search({"--threads", "3"})).out, one.out);
@@ -61,12 +61,12 @@ TEST_F(StrategiesTest, SearchIsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(report["strategies"][0]["tasks"], 2 * (40 + 60 + 60));
 }
 
-TEST_F(StrategiesTest, AnInterruptedSearchGoesOn) {
+TEST_F(StrategiesTest, InterruptedSearchResumes) {
   const Ran whole = run_line(small_search({"--results", in_folder("found")}));
   ASSERT_EQ(whole.code, ExitCode::kDone) << whole.err;
   const std::string csv = content(in_folder("found.csv"));
   const std::string progress = content(in_folder("found.progress"));
-  std::ofstream(in_folder("found.progress")) << progress.substr(0, progress.size() / 2);  // a line is cut off
+  std::ofstream(in_folder("found.progress")) << progress.substr(0, progress.size() / 2);  // truncates a line
   const Ran resumed = run_line(small_search({"--results", in_folder("found"), "--resume"}));
   EXPECT_EQ(resumed.out, whole.out);
   EXPECT_EQ(content(in_folder("found.csv")), csv);
@@ -75,8 +75,8 @@ TEST_F(StrategiesTest, AnInterruptedSearchGoesOn) {
   EXPECT_NE(other.err.find("is of another search"), std::string::npos) << other.err;
 }
 
-// What was found before stays until a search has found something: one may be broken off, or read it.
-TEST_F(StrategiesTest, ASearchThatFailsLeavesWhatWasFoundBefore) {
+// Earlier results stay until a search has succeeded.
+TEST_F(StrategiesTest, FailedSearchKeepsEarlierResults) {
   const std::string csv = in_folder("found") + ".csv";
   std::ofstream(csv) << "found before\n";
   EXPECT_NE(run_line(small_search({"--combine", csv, "--results", in_folder("found")})).code, ExitCode::kDone);
@@ -86,7 +86,7 @@ TEST_F(StrategiesTest, ASearchThatFailsLeavesWhatWasFoundBefore) {
   EXPECT_EQ(line, "found before");
 }
 
-TEST_F(StrategiesTest, ShowAndValidateReadWhatSearchWrote) {
+TEST_F(StrategiesTest, ShowAndValidateReadSearchResults) {
   const Ran search = run_line(small_search({"--results", in_folder("found")}));
   const Ran show = run_line({"show", in_folder("found.csv"), "--top", "10", "-o", "json"});
   ASSERT_EQ(show.code, ExitCode::kDone) << show.err;
@@ -99,8 +99,8 @@ TEST_F(StrategiesTest, ShowAndValidateReadWhatSearchWrote) {
   EXPECT_EQ(report["strategy"]["tasks"], 200);
 }
 
-// `strategy: {file: …}` takes what search wrote.
-TEST_F(StrategiesTest, ACellLoadsWhatSearchWrote) {
+// `strategy: {file: …}` loads the results of search.
+TEST_F(StrategiesTest, CellLoadsSearchResults) {
   const Ran search = run_line(small_search({"--results", in_folder("found")}));
   std::string cell = content(kScorbots);
   for (std::size_t own = 0; (own = cell.find("    strategy: {coeff")) != std::string::npos;) {
@@ -121,7 +121,7 @@ TEST_F(StrategiesTest, ACellLoadsWhatSearchWrote) {
   }
 }
 
-TEST_F(StrategiesTest, RefusesWhatCannotBe) {
+TEST_F(StrategiesTest, RejectsInvalidInput) {
   const Ran puma = run_line({"search", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml"});
   EXPECT_EQ(puma.code, ExitCode::kBadInput);
   EXPECT_NE(puma.err.find("tasks.areas is missing"), std::string::npos) << puma.err;
@@ -132,7 +132,7 @@ TEST_F(StrategiesTest, RefusesWhatCannotBe) {
   EXPECT_NE(bad.err.find("line 2: a direction must be 1 or -1"), std::string::npos) << bad.err;
 }
 
-TEST_F(StrategiesTest, RefusesCoefficientsThatCellFilesRefuse) {
+TEST_F(StrategiesTest, RejectsCoefficientsThatCellFilesReject) {
   std::ofstream(in_folder("far.csv")) << "rank,time,time_error,tasks,faults,a_direction,a_1\n1,80,1,100,0,1,1001\n";
   const std::vector<std::vector<std::string>> lines = {{"search", kScorbots, "--alpha", "0 1001"},
                                                        {"search", kScorbots, "--beta=-1e9"},
@@ -146,14 +146,14 @@ TEST_F(StrategiesTest, RefusesCoefficientsThatCellFilesRefuse) {
   }
 }
 
-// Twice the same strategy would count twice, in the grid and among what is kept.
-TEST_F(StrategiesTest, RefusesValuesGivenTwice) {
+// A repeated strategy would count twice.
+TEST_F(StrategiesTest, RejectsRepeatedValues) {
   const Ran ran = run_line({"search", kScorbots, "--alpha", "0 2 -0"});
   EXPECT_EQ(ran.code, ExitCode::kBadInput);
   EXPECT_NE(ran.err.find("--alpha has 0 twice"), std::string::npos) << ran.err;
 }
 
-TEST_F(StrategiesTest, EveryCommandRefusesAreasThatOverlap) {
+TEST_F(StrategiesTest, AllCommandsRejectOverlappingAreas) {
   std::string cell = content(kScorbots);
   const std::string spread = "spread: 0.1176";
   ASSERT_NE(cell.find(spread), std::string::npos);
@@ -172,7 +172,7 @@ TEST_F(StrategiesTest, EveryCommandRefusesAreasThatOverlap) {
   }
 }
 
-/// What docs/strategies.md says that commands print: "$ hecaton-strategies …", and then their output.
+/// Commands in docs/strategies.md and their output: "$ hecaton-strategies …", and then their output.
 std::vector<std::pair<std::string, std::string>> quoted_runs() {
   std::istringstream page(content(HECATON_SOURCE_DIR "/docs/strategies.md"));
   std::vector<std::pair<std::string, std::string>> runs;
@@ -192,8 +192,8 @@ std::vector<std::pair<std::string, std::string>> quoted_runs() {
   return runs;
 }
 
-// The page says what the commands say.
-TEST_F(StrategiesTest, PageQuotesWhatCommandsPrint) {
+// The output in the document must be that of the commands.
+TEST_F(StrategiesTest, DocumentedOutputMatchesCommands) {
   const auto runs = quoted_runs();
   ASSERT_GE(runs.size(), 2U);
   for (const auto& [command, expected] : runs) {
@@ -209,8 +209,8 @@ TEST_F(StrategiesTest, PageQuotesWhatCommandsPrint) {
   }
 }
 
-// Files of other cells, and others that are no results: one sentence each.
-TEST_F(StrategiesTest, RefusesFilesThatDoNotFit) {
+// Files of other cells, and files without results: one sentence each.
+TEST_F(StrategiesTest, RejectsFilesThatDoNotFit) {
   const auto says = [&](const std::vector<std::string>& words, const std::string& sentence) {
     const Ran ran = run_line(words);
     EXPECT_EQ(ran.code, ExitCode::kBadInput) << sentence;
@@ -226,7 +226,7 @@ TEST_F(StrategiesTest, RefusesFilesThatDoNotFit) {
   std::ofstream(in_folder("fewer.csv")) << first << ",robot2_direction,robot2_1\n1,80,1,100,0,1,-2,1,1,2\n";
   std::ofstream(in_folder("huge.csv")) << first << "\n1,80,1,1e300,0,1,-2,1\n";
   says({"show", in_folder("empty.csv")}, "cannot be read, or is empty");
-  says({"show", in_folder("huge.csv")}, "line 2: no search has so many tasks");
+  says({"show", in_folder("huge.csv")}, "line 2: tasks and faults must be at most 1e15");
   const auto validate = [&](const std::string& file) {
     return std::vector<std::string>{"validate", kScorbots, "--strategies", in_folder(file)};
   };
@@ -237,7 +237,7 @@ TEST_F(StrategiesTest, RefusesFilesThatDoNotFit) {
   says({"search", kScorbots, "--combine", in_folder("three.csv")}, "must have the strategies of two arms");
 }
 
-TEST_F(StrategiesTest, SimplexImprovesTheCellsOwn) {
+TEST_F(StrategiesTest, SimplexImprovesTheStrategyOfTheCell) {
   const Ran ran =
       run_line({"simplex", kScorbots, "--from", "0 1 1 2 1 1", "--tasks", "60", "--steps", "30", "-o", "json"});
   const Json report = Json::parse(ran.out);
@@ -266,8 +266,8 @@ TEST_F(StrategiesTest, CombinesPairsForThreeArms) {
   EXPECT_EQ(none.code, ExitCode::kBadInput);
 }
 
-// Other bases and orders are there to compare with; no arm could use what they find.
-TEST_F(StrategiesTest, ComparisonsWriteNoResults) {
+// Other bases and orders are for comparisons; cells do not support them.
+TEST_F(StrategiesTest, ComparisonOptionsWriteNoResults) {
   const Ran as_arms = run_line(small_search({"--sets", "0"}));
   for (const char* basis : {"last", "first"}) {
     const Ran ran = run_line(small_search({"--sets", "0", "--basis", basis}));
@@ -277,16 +277,16 @@ TEST_F(StrategiesTest, ComparisonsWriteNoResults) {
   EXPECT_EQ(run_line(small_search({"--basis", "last", "--results", in_folder("found")})).code, ExitCode::kUsage);
 }
 
-TEST_F(StrategiesTest, ValidatesAStrategyGivenInNumbers) {
+TEST_F(StrategiesTest, ValidatesStrategyGivenByNumbers) {
   const std::vector<std::string> tasks{"--tasks", "50", "-o", "json"};
   std::vector<std::string> words{"validate", kScorbots, "--from=-2 1 1 2 1 1"};
   words.insert(words.end(), tasks.begin(), tasks.end());
-  std::vector<std::string> own{"validate", kScorbots};  // the cell's are the same
+  std::vector<std::string> own{"validate", kScorbots};  // the strategies of the cell are the same
   own.insert(own.end(), tasks.begin(), tasks.end());
   EXPECT_EQ(run_line(words).out, run_line(own).out);
 }
 
-TEST_F(StrategiesTest, DrawsASensitivityTable) {
+TEST_F(StrategiesTest, PlotsSensitivityTable) {
   const std::string table = in_folder("sensitivity.csv");
   std::ofstream(table) << "group,variant,candidates,screened,confirmed,time\n"
                           "layout,as documented,576,159,114,83.71\ntrials,\"100 tasks, 2 x 100\",576,201,160,83.8\n";
