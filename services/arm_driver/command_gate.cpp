@@ -33,7 +33,6 @@ Judgement CommandGate::judge(const msg::ArmCommand& command) {
   const auto qd = messages::joints_from_message(command.qd(), {"command of ", command.node(), ": qd"}, joints_);
   const bool period_usable = std::isfinite(command.period()) && command.period() > 0.0;
   if (!q || !qd || !period_usable) {
-    ++unusable_;
     return refuse(Verdict::kUnusable, !q    ? q.error
                                       : !qd ? qd.error
                                             : "command of " + command.node() + ": period = " +

@@ -45,7 +45,6 @@ class CommandGate {
   [[nodiscard]] std::uint64_t term() const { return term_; }               ///< of the last accepted command
   [[nodiscard]] std::uint64_t sequence() const { return sequence_; }       ///< of the last accepted command
   [[nodiscard]] std::uint64_t stale_rejected() const { return stale_rejected_; }
-  [[nodiscard]] std::uint64_t unusable() const { return unusable_; }
 
  private:
   [[nodiscard]] std::optional<std::string> fence(const msg::ArmCommand& command) const;
@@ -56,7 +55,6 @@ class CommandGate {
   std::uint64_t term_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t stale_rejected_ = 0;
-  std::uint64_t unusable_ = 0;
 };
 
 /// The newest lease that a driver knows, in a mapped file: a restarted driver without it would follow a planner that

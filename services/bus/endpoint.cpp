@@ -12,6 +12,14 @@
 #include "services/bus/type_support.hpp"
 
 namespace hecaton::bus {
+
+#define HECATON_KEY(Type, key, ...)                              \
+  std::string key_of([[maybe_unused]] const msg::Type& sample) { \
+    return key;                                                  \
+  }
+HECATON_TOPICS(HECATON_KEY)
+#undef HECATON_KEY
+
 namespace {
 
 template <class T>

@@ -86,7 +86,6 @@ struct ReaderCounters {
   std::uint64_t overflowed = 0;        ///< dropped because the queue was full
   std::uint64_t unreadable = 0;        ///< dropped as malformed or of another schema version
   std::uint64_t deadlines_missed = 0;  ///< of living keys, once for each silence
-  std::uint64_t liveliness_lost = 0;
 };
 
 /// take() and latest() are for one thread; the rest is thread-safe. The participant must outlive the constructor only.

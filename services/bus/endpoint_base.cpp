@@ -232,7 +232,6 @@ void ReaderBase::on_liveliness_changed(dds::DataReader*, const LivelinessChanged
     const int before = std::exchange(not_alive_, status.not_alive_count);
     if (status.not_alive_count_change <= 0 && status.not_alive_count <= before) return;
     if (!silent_.insert(event.peer).second) return;
-    ++counters_.liveliness_lost;
     event.key = last_key_of(event.peer);
   }
   mailbox_->post(std::move(event));

@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include <arpa/inet.h>
-#include <ifaddrs.h>
 
 namespace hecaton::bus {
 namespace {
@@ -64,26 +63,12 @@ rtps::TransportInterface* FilteringTransportDescriptor::create_transport() const
 
 constexpr std::uint32_t kSendBuffer = 1U << 20U;  ///< requested [byte]
 
-std::vector<std::string> local_addresses() {
-  std::vector<std::string> addresses;
-  ifaddrs* list = nullptr;
-  if (::getifaddrs(&list) != 0) return addresses;
-  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, &::freeifaddrs);
-  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
-    char text[INET_ADDRSTRLEN] = {};
-    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
-    if (::inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) != nullptr) addresses.emplace_back(text);
-  }
-  return addresses;
-}
-
 void require_interfaces(const std::vector<std::string>& wanted) {
-  const auto present = local_addresses();
+  const auto present = network_interfaces();
   std::string all;
-  for (const auto& address : present) all.append(all.empty() ? "" : ", ").append(address);
+  for (const auto& one : present) all.append(all.empty() ? "" : ", ").append(one.address);
   for (const auto& address : wanted) {
-    if (std::find(present.begin(), present.end(), address) != present.end()) continue;
+    if (std::any_of(present.begin(), present.end(), [&](const auto& one) { return one.address == address; })) continue;
     std::string sentence = "bus: interfaces: \"";
     sentence.append(address).append("\" must be an address of this host: ").append(all);
     throw std::runtime_error(sentence);
@@ -104,7 +89,6 @@ std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& op
 /// Adds one locator for each participant that the peer's machine may have. Without ports Fast DDS would try the first
 /// 4, or on every machine as many as on the fullest.
 void add_peer(dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
-  constexpr int kMostParticipants = 119;  // the ports of the next ones belong to the next domain
   in_addr address{};
   if (::inet_pton(AF_INET, peer.address.c_str(), &address) != 1) {
     throw std::runtime_error("bus: peers: \"" + peer.address + "\" must be an IPv4 address, e.g. \"10.0.0.2\"");

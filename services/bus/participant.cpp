@@ -4,10 +4,13 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 
+#include <arpa/inet.h>
+#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -95,14 +98,14 @@ EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
 Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
     : mailbox_(options.mailbox), announce_departure_(options.announce_departure) {
   constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
-  const std::string who = "bus: participant \"" + name + "\": ";
+  const std::string prefix = "bus: participant \"" + name + "\": ";
   if (domain < 0 || domain > kLastDomain) {
-    throw std::runtime_error(who + "domain = " + std::to_string(domain) + " must be between 0 and 232");
+    throw std::runtime_error(prefix + "domain = " + std::to_string(domain) + " must be between 0 and 232");
   }
-  if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(who + "lease must be at least 20 ms");
+  if (options.lease < std::chrono::milliseconds(20)) throw std::runtime_error(prefix + "lease must be at least 20 ms");
   if (announcements_are_blocked(domain)) {
     throw std::runtime_error(
-        who + "UDP port " + std::to_string(announcement_port(domain)) + " of domain " + std::to_string(domain) +
+        prefix + "UDP port " + std::to_string(announcement_port(domain)) + " of domain " + std::to_string(domain) +
         " is taken by another program; choose another domain, preferably below 101: the system gives the ports "
         "of higher domains to any program");
   }
@@ -119,7 +122,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   participant = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, this, dds::StatusMask::none());
   if (participant == nullptr) {
     numbers().give_back(number_);
-    throw std::runtime_error(who + "cannot join domain " + std::to_string(domain));
+    throw std::runtime_error(prefix + "cannot join domain " + std::to_string(domain));
   }
   filter_->open();
   dds::PublisherQos publisher_qos;
@@ -132,7 +135,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   subscriber = participant->create_subscriber(subscriber_qos, nullptr, dds::StatusMask::none());
   if (publisher == nullptr || subscriber == nullptr) {
     leave();
-    throw std::runtime_error(who + "cannot create its publisher and subscriber");
+    throw std::runtime_error(prefix + "cannot create its publisher and subscriber");
   }
   receiving_since_ = next_check_ = Clock::now();
   monitor_thread_ = std::thread([this] { run_monitor(); });
@@ -284,6 +287,22 @@ Participant& Participant::operator=(Participant&&) noexcept = default;
 
 bool Participant::recovering() const {
   return impl_->recovering();
+}
+
+std::vector<NetworkInterface> network_interfaces() {
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return {};
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, &::freeifaddrs);
+  std::vector<NetworkInterface> interfaces;
+  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = {};
+    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
+    if (::inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) != nullptr) {
+      interfaces.push_back({entry->ifa_name, text});
+    }
+  }
+  return interfaces;
 }
 
 std::vector<std::string> ignore_discovery_servers() {

@@ -12,6 +12,10 @@
 
 namespace hecaton::bus {
 
+/// A participant's unicast ports depend on its number on the machine. Those of further participants belong to the next
+/// domain.
+inline constexpr int kMostParticipants = 119;
+
 /// A machine to which a participant announces itself by unicast.
 struct Peer {
   std::string address;  ///< IPv4
@@ -33,8 +37,7 @@ struct ParticipantOptions {
   /// Separates cells that share a domain; empty: the default partition.
   std::string partition;
   /// Announce the departure to peers; otherwise they drop this participant at the end of its lease. Switch it off for
-  /// short-lived clients: a process with Fast DDS 2.9.1 aborts when it receives a departure in the instant in which the
-  /// leaving participant's lease is checked.
+  /// short-lived clients: Fast DDS 2.9.1 aborts a process that receives a departure while it checks that lease.
   bool announce_departure = true;
   /// Gets an event when a participant is found or lost; must outlive the participant.
   Mailbox* mailbox = nullptr;
@@ -64,10 +67,17 @@ class Participant {
   std::shared_ptr<Impl> impl_;
 };
 
+struct NetworkInterface {
+  std::string name;
+  std::string address;  ///< IPv4
+};
+/// The IPv4 addresses of this machine, with their interfaces. Empty when the kernel does not tell.
+[[nodiscard]] std::vector<NetworkInterface> network_interfaces();
+
 /// Removes the variables that name a Discovery Server from the environment of this process: ROS_DISCOVERY_SERVER, and
-/// FASTDDS_ENVIRONMENT_FILE, a file that may set it. With such a server, as ROS 2 shells may name one, Fast DDS makes
-/// every participant its client, which no other participant of the cell discovers (docs/design/0012-discovery.md).
-/// Every Participant does this before it joins. Returns the removed variables as "NAME=value". Thread-safe.
+/// FASTDDS_ENVIRONMENT_FILE, a file that may set it. ROS 2 shells may name a server. Fast DDS then makes every
+/// participant its client, and the cell's other participants do not discover it (docs/design/0012-discovery.md). Every
+/// Participant does this before it joins. Returns the removed variables as "NAME=value". Thread-safe.
 std::vector<std::string> ignore_discovery_servers();
 
 }  // namespace hecaton::bus

@@ -1,11 +1,11 @@
 #pragma once
 /// Ignores peers for a while after a loss. Private to services/bus; standard library only.
 ///
-/// When a link is down for about as long as the lease, one side may drop the other but not the reverse, or each side's
-/// new announcements may reach the other before that has dropped it. Fast DDS 2.9.1 does not heal this: the two never
+/// When a link is down for about as long as the lease, only one side may drop the other. Or each side's new
+/// announcements reach the other side before that has dropped it. Fast DDS 2.9.1 does not heal this: the two never
 /// exchange their endpoints again (docs/design/0005-process-recovery.md). So a participant quarantines a peer that is
-/// silent for most of the lease, and a peer that Fast DDS drops: it neither receives from the peer nor sends to it
-/// until the lease is over on both sides. Then both discover each other again. LocalStallGuard does the same for a
+/// silent for most of the lease, and a peer that Fast DDS drops. Until the lease is over on both sides it neither
+/// receives from the peer nor sends to it. Then both discover each other again. LocalStallGuard does the same for a
 /// process that was itself stopped.
 
 #include <algorithm>

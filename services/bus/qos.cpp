@@ -47,10 +47,10 @@ Duration duration(std::chrono::nanoseconds value) {
 dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength) {
   dds::DataWriterQos to;
   set_common(to, qos, keyed);
-  // Fast DDS 2.9 deadlocks the participant when a reader leaves while the sending thread still has a sample of a
-  // volatile reliable writer in its queue: the reader makes the writer forget the sample, and the two threads take the
-  // locks of writer and queue in opposite orders. So the caller sends everything but repetitions, fragments included,
-  // and reliable writers keep acknowledged samples. The reader's durability decides whether a late joiner gets them.
+  // Fast DDS 2.9 deadlocks the participant when a reader leaves while the sending thread has a sample of a volatile
+  // reliable writer in its queue. The reader's departure removes the sample from the writer, and the two threads take
+  // the locks of writer and queue in opposite orders. So the calling thread sends everything but repetitions, fragments
+  // included, and reliable writers keep acknowledged samples. The reader's durability decides about late joiners.
   to.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   to.durability().kind = durability(qos.reliable);
   to.ownership_strength().value = static_cast<std::uint32_t>(strength);

@@ -3,9 +3,10 @@
 ///
 /// Fast DDS 2.9.1 sorts the samples that a reader has not taken by their source time, but the samples of one writer by
 /// their numbers. The two orders agree as long as no writer's time goes back. After a step back of the wall clock, a
-/// sample behind a lost one is sorted before it, its repetition is not found when it is announced, and at the next
-/// sample of the key an assertion in DataReaderInstance::update_state ends the process. So source times come from a
-/// clock that cannot be set: the wall clock at the process's first write plus the steady clock's time since.
+/// sample behind a lost one is sorted before it. The repetition of the lost one is then not found when it is announced.
+/// At the next sample of the key an assertion in DataReaderInstance::update_state ends the process. So source times
+/// come from a clock that cannot be set: the wall clock at the process's first write plus the steady clock's time
+/// since.
 
 #include <chrono>
 

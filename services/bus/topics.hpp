@@ -1,6 +1,6 @@
 #pragma once
 /// All topics of a cell. A row of HECATON_TOPICS has the topic's type, key, writers, readers and quality of service. To
-/// add a topic, write its type in idl/, include the type's headers in topics.cpp and type_support.hpp, and add a row.
+/// add a topic, write its type in idl/, include the type's header in type_support.hpp, and add a row.
 
 #include <array>
 #include <chrono>

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include <arpa/inet.h>
-#include <ifaddrs.h>
 #include <netdb.h>
 #include <netinet/in.h>
 
@@ -18,33 +17,13 @@
 namespace hecaton::services {
 namespace {
 
-struct Interface {
-  std::string name;
-  std::string address;  ///< IPv4
-};
-
-std::vector<Interface> interfaces_of_this_machine() {
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return {};
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(list, freeifaddrs);
-  std::vector<Interface> found;
-  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
-    char text[INET_ADDRSTRLEN] = {};
-    const auto* address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
-    inet_ntop(AF_INET, &address->sin_addr, text, sizeof text);
-    found.push_back({entry->ifa_name, text});
-  }
-  return found;
-}
-
 /// Addresses of the interface that the cell file names; empty: no restriction.
 std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
   const std::string& wanted = file.network.interface;
   if (wanted.empty()) return {};
   std::vector<std::string> addresses;
   std::string all;
-  for (const Interface& one : interfaces_of_this_machine()) {
+  for (const bus::NetworkInterface& one : bus::network_interfaces()) {
     if (one.name == wanted || one.address == wanted) addresses.push_back(one.address);
     all.append(all.empty() ? "" : ", ").append(one.name).append(" (").append(one.address).append(")");
   }
@@ -57,7 +36,6 @@ std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
 
 /// Participants of clients on each machine, beside the cell's own processes.
 constexpr int kClients = 8;
-constexpr int kMostParticipants = 119;  ///< of a machine in a DDS domain
 
 /// The host's IPv4 address; empty, with a warning, when its name cannot be resolved.
 std::string resolved(const config::Host& host) {
@@ -116,7 +94,7 @@ std::vector<bus::Peer> peers_of(const config::CellFile& file, const std::vector<
   at_least_all(file.network.peers);
   std::vector<bus::Peer> peers;
   for (const auto& [address, number] : participants) {
-    peers.push_back({address, std::min(number + kClients, kMostParticipants)});
+    peers.push_back({address, std::min(number + kClients, bus::kMostParticipants)});
   }
   return peers;
 }

@@ -19,9 +19,9 @@ namespace hecaton::services {
 void require_interface(const config::CellFile& file);
 
 /// The machines to which a participant announces itself when network.discovery is unicast; empty with multicast. They
-/// are this machine (`interfaces`: its addresses in use; empty: all), the cell's hosts with as many participants as the
-/// cell file places on each, and network.peers. A host whose name cannot be resolved is left out with a warning: that
-/// host finds this process, and a running cell must not wait for its name server.
+/// are this machine, the cell's hosts with the participants that the cell file places on each, and network.peers.
+/// `interfaces`: this machine's addresses in use; empty: all. A host whose name cannot be resolved is left out with a
+/// warning, because a running cell must not wait for its name server. That host finds this process by itself.
 [[nodiscard]] std::vector<bus::Peer> peers_of(const config::CellFile& file, const std::vector<std::string>& interfaces);
 
 /// The participant's options from the cell file's network section. Throws std::runtime_error with a sentence when the

@@ -29,7 +29,7 @@ struct RunName {
 /// that the kernel is writing to a disk would delay them.
 class RunFolder {
  public:
-  /// The next agent on this machine removes folders of other runs that nobody has used for this long.
+  /// The next agent on this machine removes folders of other runs that were not used for this long.
   static constexpr std::chrono::hours kAbandoned{7 * 24};
 
   /// Creates or takes over the folder and locks it. Checkpoints of another `origin` (see run_origin) are removed; with

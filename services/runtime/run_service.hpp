@@ -17,16 +17,16 @@ namespace hecaton::services {
                               const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body);
 
 /// Reads the program and its libraries into memory and locks all present and future pages that are touched (mlockall(2)
-/// with MCL_ONFAULT). Otherwise the kernel drops code that has not run for long, such as fault handling, and a busy
-/// disk has delayed its return by four seconds. Without the right (CAP_IPC_LOCK, or RLIMIT_MEMLOCK "unlimited") it logs
-/// the reason and only reads the pages. Call it after LogScope is made and before a loop's first thread starts.
+/// with MCL_ONFAULT). Otherwise the kernel drops code that has not run for long, such as fault handling. A busy disk
+/// has delayed its return by four seconds. Without the right (CAP_IPC_LOCK, or RLIMIT_MEMLOCK "unlimited") it logs the
+/// reason and only reads the pages. Call it after LogScope is made and before a loop's first thread starts.
 void lock_memory();
 
 /// Makes the agent learn of this process's end at once. A sleeping thread takes over `fd`, the write end of a pipe, in
 /// a descriptor table of its own. That thread dies before all others, so the agent reads an end of file within a
-/// fraction of a millisecond. The kernel reports the end itself only after the last thread is gone and the memory
-/// freed: 10 to 330 ms after `kill -9` on a busy machine. When the thread or the table cannot be had, it logs the
-/// reason, and the pipe closes with the process. Call it once, before the work begins; a negative `fd` does nothing.
+/// fraction of a millisecond. The kernel itself reports the end after the last thread is gone and the memory freed. On
+/// a busy machine this is 10 to 330 ms after `kill -9`. When the thread or the table cannot be had, it logs the reason,
+/// and the pipe closes with the process. Call it once, before the work begins; a negative `fd` does nothing.
 void start_exit_notifier(int fd);
 
 /// With `timing.real_time` in the cell file: gives the process's threads this priority (see raise_priority) and logs a

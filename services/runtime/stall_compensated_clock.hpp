@@ -9,7 +9,7 @@ namespace hecaton::services {
 using Time = std::chrono::nanoseconds;  ///< since any fixed instant; never goes back
 
 /// After a stall of the observer's own loop it advances by one loop period only, because the observer cannot tell what
-/// the others did meanwhile.
+/// other processes did meanwhile.
 class StallCompensatedClock {
  public:
   /// After a stall of this length the bus discards the backlog of its sockets (services/bus/local_stall_guard.hpp).

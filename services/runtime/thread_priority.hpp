@@ -24,12 +24,12 @@ enum class ThreadPriority : int {
 /// In a child between fork and exec: lowers a real-time priority to kStartup. System calls only.
 void lower_child_priority();
 
-/// For the first line of a thread whose result another thread waits for and which may wait for a disk: it keeps
-/// kStartup whatever raise_priority() does.
+/// Gives the calling thread kStartup for good, whatever raise_priority() does. For the first line of threads that may
+/// wait for a disk while another thread waits for them.
 void keep_startup_priority();
 
-/// For the first line of a thread with long computations: takes it out of real-time scheduling and sets its niceness
-/// (2 to 19), so that loops and other processes come first.
+/// Takes the calling thread out of real-time scheduling for good and sets its niceness (2 to 19). For the first line of
+/// threads with long computations, so that loops and other processes come first.
 void lower_priority(int niceness);
 
 }  // namespace hecaton::services

@@ -1,11 +1,12 @@
 // A process that the tests of the bus kill, stop and observe:
 //   bus_peer ROLE DOMAIN NAME LEASE_MS [unicast]
-// heartbeat: writes Heartbeat NAME every 10 ms and ArmState NAME every 5 ms.
-// process:   writes ProcessEvents NAME/0 … NAME/29 once, then stays.
-// command:   writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
-// measure:   joins, waits for 30 keys of ProcessEvent, prints how long that took [ms], leaves.
-// gather:    reads ProcessEvents.
-// listen:    prints "at N" at every hundredth ArmState, and "silent" when a deadline of 1 s is missed.
+// Roles:
+// - heartbeat: writes Heartbeat NAME every 10 ms and ArmState NAME every 5 ms.
+// - process: writes ProcessEvents NAME/0 … NAME/29 once, then stays.
+// - command: writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
+// - measure: joins, waits for 30 keys of ProcessEvent, prints how long that took [ms], leaves.
+// - gather: reads ProcessEvents.
+// - listen: prints "at N" at every hundredth ArmState, and "silent" when a deadline of 1 s is missed.
 // Prints "ready" once its endpoints exist. Ends at the end of its stdin, so that it does not outlive its test.
 #include <cstdio>
 #include <cstdlib>

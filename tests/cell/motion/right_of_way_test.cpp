@@ -16,7 +16,7 @@ const std::vector<double> kTo2{-0.6, -0.6, 2.6, 0, 0.6, 0};
 
 class MotionRightOfWay : public MotionCell {
  protected:
-  // Nobody looks ahead, and whoever is held back asks soon.
+  // Without lookahead, and with a short delay before a blocked arm requests the right of way.
   MotionRightOfWay() : MotionCell(2, "", "  rollout: {candidates: 0}\n  yielding: {yield_request_delay: 1s}\n") {}
 
   void go(const std::string& goal, const std::vector<double>& q, const std::string& arm) {

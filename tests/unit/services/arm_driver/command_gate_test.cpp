@@ -78,7 +78,6 @@ TEST(CommandGate, IgnoresUnusableCommands) {
     bad.period(period);
     EXPECT_EQ(gate.judge(bad).verdict, Verdict::kUnusable) << period;
   }
-  EXPECT_EQ(gate.unusable(), 8U);
   EXPECT_EQ(gate.lease().term, 1U) << "a broken planner must not fence off a sound one";
   EXPECT_EQ(gate.set_point().target.q[0], 0.5);
   EXPECT_EQ(gate.judge(command(1, 2)).verdict, Verdict::kAccepted);

@@ -128,7 +128,7 @@ TEST_F(Delivery, DisposesARemovedObstacleAndHidesItFromLateJoiners) {
   EXPECT_TRUE(wait_until(reader, [&] { return reader.latest("pallet") != nullptr; }));
 }
 
-// A cell that runs for weeks gets millions of goals: the writer keeps the newest alive and withdraws the others.
+// A cell that runs for weeks gets millions of goals: the writer keeps the newest alive and withdraws the rest.
 TEST_F(Delivery, RetiresGoalsBeyondTheRetainedOnes) {
   Writer<msg::Goal> writer(here_);
   Reader<msg::Goal> reader(there_);
