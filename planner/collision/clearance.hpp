@@ -21,8 +21,8 @@ inline ShapeDistance exchanged(const ShapeDistance& ab) {
   return {ab.distance, ab.p_b_W, ab.p_a_W, -ab.n_W};
 }
 
-/// The distance of the shapes that balls of radius_a and radius_b [m] sweep along the cores a and b. Exact if `cores` is
-/// exact, because a ball adds its radius to a support function in every direction.
+/// The distance of the shapes that balls of radius_a and radius_b [m] sweep along the cores a and b. Exact if `cores`
+/// is exact, because a ball adds its radius to a support function in every direction.
 inline ShapeDistance swept(const ShapeDistance& cores, double radius_a, double radius_b) {
   return {cores.distance - radius_a - radius_b, cores.p_a_W + radius_a * cores.n_W, cores.p_b_W - radius_b * cores.n_W,
           cores.n_W};

@@ -15,7 +15,7 @@ namespace hecaton::planner {
 /// around all points of the body, of radius `radius_begin` at the beginning and `radius_end` at the end of the way.
 struct Sweep {
   Eigen::Vector3d way_W = Eigen::Vector3d::Zero();  ///< [m]
-  double radius_begin = 0.0;                         ///< [m], ≥ 0
+  double radius_begin = 0.0;                        ///< [m], ≥ 0
   double radius_end = 0.0;                          ///< [m], ≥ radius_begin
 };
 

@@ -112,18 +112,18 @@ struct ExactDistance::Storage {
     }
     obstacles.end = static_cast<int>(bodies.size());
 
-    places.resize(bodies.size());
-    balls.resize(4 * bodies.size());
-    carrier.resize(bodies.size());
-    reach_of_arm.resize(geometry.arms().size());
-    reach_of_body.resize(obstacles.end - obstacles.first + 1);
-    still.assign(own_count, 0.0);
+    scratch.places.resize(bodies.size());
+    scratch.balls.resize(4 * bodies.size());
+    scratch.carrier.resize(bodies.size());
+    scratch.reach_of_arm.resize(geometry.arms().size());
+    scratch.reach_of_body.resize(obstacles.end - obstacles.first + 1);
+    scratch.still.assign(own_count, 0.0);
     group_own_bodies(geometry.own_bodies());
     const std::size_t possible = self_pairs.size() + own_count * bodies.size();
-    pairs.resize(possible);
-    thin_pairs.resize(possible);
-    box_pairs.resize(possible);
-    ranges.reserve(geometry.arms().size() + 1);
+    scratch.pairs.resize(possible);
+    scratch.thin_pairs.resize(possible);
+    scratch.box_pairs.resize(possible);
+    scratch.ranges.reserve(geometry.arms().size() + 1);
   }
 
   void add(Counterpart counterpart, int owner, const std::vector<Body>& added) {
@@ -141,12 +141,12 @@ struct ExactDistance::Storage {
     }
   }
 
-  /// Groups of eight; what fills the last one is nowhere near anything, but near enough for its square to be a float.
+  /// Groups of eight. Padding in the last group is far away, but its squared distance is still a float.
   void group_own_bodies(const std::vector<Body>& own) {
-    own_groups.resize((own.size() + OwnGroup::kBodies - 1) / OwnGroup::kBodies);
-    for (OwnGroup& group : own_groups) std::fill(std::begin(group.ball_x), std::end(group.ball_x), 1e18F);
+    scratch.own_groups.resize((own.size() + OwnGroup::kBodies - 1) / OwnGroup::kBodies);
+    for (OwnGroup& group : scratch.own_groups) std::fill(std::begin(group.ball_x), std::end(group.ball_x), 1e18F);
     for (std::size_t i = 0; i < own.size(); ++i) {
-      OwnGroup& group = own_groups[i / OwnGroup::kBodies];
+      OwnGroup& group = scratch.own_groups[i / OwnGroup::kBodies];
       const std::size_t lane = i % OwnGroup::kBodies;
       group.ball_radius[lane] = radius[i];
       group.capsule_radius[lane] = static_cast<float>(lane_bodies[i].middle_C.w) * (1.0F + kOutwards);
@@ -156,51 +156,53 @@ struct ExactDistance::Storage {
   }
 
   void place(const CellPoses& poses, const InfluenceDistances& influence) {
-    for (int i = 0; i < own_count; ++i) carrier[i] = poses.own->X_WL[carried_by[i]].data();
-    ranges.clear();
+    for (int i = 0; i < own_count; ++i) scratch.carrier[i] = poses.own->X_WL[carried_by[i]].data();
+    scratch.ranges.clear();
     for (const int arm : influence.near_arms.value_or(std::span<const int>(other_arms))) {
       LaneRange range = range_of_arm[arm];
-      for (int i = range.first; i < range.end; ++i) carrier[i] = poses.arms[arm].X_WL[carried_by[i]].data();
-      reach_of_arm[arm] = influence.against_arm(arm);
-      range.reach = &reach_of_arm[arm];
-      ranges.push_back(range);
+      for (int i = range.first; i < range.end; ++i) scratch.carrier[i] = poses.arms[arm].X_WL[carried_by[i]].data();
+      scratch.reach_of_arm[arm] = influence.against_arm(arm);
+      range.reach = &scratch.reach_of_arm[arm];
+      scratch.ranges.push_back(range);
     }
     obstacles.reach_of_each = influence.of_obstacle.size() > 1;
     for (int i = obstacles.first; i < obstacles.end; ++i) {
-      carrier[i] = poses.obstacles[carried_by[i]].X_WO.data();
-      if (obstacles.reach_of_each) reach_of_body[i - obstacles.first] = influence.of_obstacle[carried_by[i]];
+      scratch.carrier[i] = poses.obstacles[carried_by[i]].X_WO.data();
+      if (obstacles.reach_of_each) scratch.reach_of_body[i - obstacles.first] = influence.of_obstacle[carried_by[i]];
     }
-    if (obstacles.first < obstacles.end && !obstacles.reach_of_each) reach_of_body[0] = influence.against_obstacle(0);
-    obstacles.reach = reach_of_body.data();
-    ranges.push_back(obstacles);
+    if (obstacles.first < obstacles.end && !obstacles.reach_of_each) {
+      scratch.reach_of_body[0] = influence.against_obstacle(0);
+    }
+    obstacles.reach = scratch.reach_of_body.data();
+    scratch.ranges.push_back(obstacles);
   }
 
   std::span<const LanePair> find(const CellPoses& poses, const InfluenceDistances& influence) {
     place(poses, influence);
     LanePass pass;
     pass.bodies = lane_bodies.data();
-    pass.carrier = carrier.data();
-    pass.places = places.data();
+    pass.carrier = scratch.carrier.data();
+    pass.places = scratch.places.data();
     pass.own_count = own_count;
-    pass.own_speed = influence.own_speed.empty() ? still.data() : influence.own_speed.data();
-    pass.own_groups = own_groups.data();
+    pass.own_speed = influence.own_speed.empty() ? scratch.still.data() : influence.own_speed.data();
+    pass.own_groups = scratch.own_groups.data();
     pass.radius = radius.data();
-    pass.ball = balls.data();
+    pass.ball = scratch.balls.data();
     pass.pairs_with_fixed = pairs_with_fixed.data();
-    pass.ranges = ranges.data();
-    pass.range_count = static_cast<int>(ranges.size());
-    pass.thin_pairs = thin_pairs.data();
-    pass.box_pairs = box_pairs.data();
-    pass.pairs = pairs.data();
+    pass.ranges = scratch.ranges.data();
+    pass.range_count = static_cast<int>(scratch.ranges.size());
+    pass.thin_pairs = scratch.thin_pairs.data();
+    pass.box_pairs = scratch.box_pairs.data();
+    pass.pairs = scratch.pairs.data();
     for (const auto& [first, second] : self_pairs) {
-      LanePair& pair = pairs[pass.pair_count++];
+      LanePair& pair = scratch.pairs[pass.pair_count++];
       pair.own = first;
       pair.other = second;
       pair.limit = influence.against_self(first, second);
       pair.cull = capsules_bound_only[first] || capsules_bound_only[second];
     }
     kernel(pass);
-    return std::span(pairs).first(pass.pair_count);
+    return std::span(scratch.pairs).first(pass.pair_count);
   }
 
   /// Measures a pair that the kernel left open.
@@ -209,7 +211,7 @@ struct ExactDistance::Storage {
       return pair.other < own_count ? bodies[body].own_shape : bodies[body].placed;
     };
     const auto pose = [&](int body) {
-      return Pose(Eigen::Map<const Eigen::Matrix4d>(carrier[body])) * side(body).X_CS;
+      return Pose(Eigen::Map<const Eigen::Matrix4d>(scratch.carrier[body])) * side(body).X_CS;
     };
     return distance(side(pair.own).core, pose(pair.own), side(pair.other).core, pose(pair.other));
   }
@@ -226,10 +228,9 @@ struct ExactDistance::Storage {
 
   std::vector<PassBody> bodies;
   std::vector<LaneBody> lane_bodies;
-  std::vector<bool> capsules_bound_only;  ///< between bodies of the own arm: their capsules are not their shapes
+  std::vector<bool> capsules_bound_only;  ///< the capsule is not the shape, which counts between bodies of the own arm
   std::vector<int> carried_by;            ///< of each body: its link or obstacle
   std::vector<float> radius;              ///< of each bounding ball, rounded outwards [m]
-  std::vector<float> balls;
   std::vector<std::uint8_t> pairs_with_fixed;
   int own_count = 0;
   std::vector<std::pair<int, int>> self_pairs;
@@ -237,18 +238,22 @@ struct ExactDistance::Storage {
   std::vector<LaneRange> range_of_arm;
   LaneRange obstacles;
   std::vector<int> first_of_obstacle;  ///< its first body
-
-  std::vector<LanePlace> places;
-  std::vector<const double*> carrier;
-  std::vector<Reach> reach_of_arm;
-  std::vector<Reach> reach_of_body;  ///< of each obstacle's bodies
-  std::vector<OwnGroup> own_groups;
-  std::vector<double> still;  ///< speeds of own bodies when none are given
-  std::vector<LaneRange> ranges;
-  std::vector<int> thin_pairs;
-  std::vector<int> box_pairs;
-  std::vector<LanePair> pairs;
   PassKernel kernel;
+
+  /// Storage that every pass overwrites, but for the radii in own_groups.
+  struct Scratch {
+    std::vector<LanePlace> places;
+    std::vector<const double*> carrier;
+    std::vector<float> balls;
+    std::vector<Reach> reach_of_arm;
+    std::vector<Reach> reach_of_body;  ///< of each obstacle's bodies
+    std::vector<OwnGroup> own_groups;
+    std::vector<double> still;  ///< speeds of own bodies when the caller gives none
+    std::vector<LaneRange> ranges;
+    std::vector<int> thin_pairs;
+    std::vector<int> box_pairs;
+    std::vector<LanePair> pairs;
+  } scratch;
 };
 
 PassKernel fastest_pass() {

@@ -14,9 +14,9 @@ namespace hecaton::planner {
 /// The distance pass of one CellGeometry: pairs, prepared shapes and scratch storage. Use one object per thread, and
 /// rebuild() it after set_obstacles(). `clearances` does not allocate.
 ///
-/// Accuracy: exact up to rounding for spheres and capsules against each other and against boxes, and for spheres against
-/// cylinders; within 1e-6 m for other pairs. Up to rounding no clearance exceeds the true one. Nearest points lie on the
-/// shapes within 1e-6 m, for cylinders within 1e-4 m (docs/design/0002-distances.md).
+/// Accuracy: exact up to rounding for spheres and capsules against each other and against boxes, and for spheres
+/// against cylinders; within 1e-6 m for other pairs. Up to rounding no clearance exceeds the true one. Nearest points
+/// lie on the shapes within 1e-6 m, for cylinders within 1e-4 m (docs/design/0002-distances.md).
 class ExactDistance {
  public:
   /// `kernel`: one of the compilations in pass_kernels.hpp, to compare them.
@@ -29,9 +29,9 @@ class ExactDistance {
   void rebuild(const CellGeometry& geometry);
 
   /// Writes all pairs nearer than their influence distance, with nearest points, and returns their number. Order: self
-  /// pairs, then other bodies in cell order, each with own bodies in order. When more than out.size() are near, it keeps
-  /// the nearest. Depends on its arguments only.
-  /// Own bodies that no joint moves appear only against moving bodies of other arms: own motion changes no other pair.
+  /// pairs, then other bodies in cell order, each with own bodies in order. When more than out.size() are near, it
+  /// keeps the nearest. Depends on its arguments only. Own bodies that no joint moves appear only against moving bodies
+  /// of other arms: own motion changes no other pair.
   int clearances(const CellPoses& poses, const InfluenceDistances& influence, std::span<Clearance> out);
 
   /// Distance of the own body from the volume that the obstacle's body sweeps, for a clearance that `clearances` found

@@ -1,6 +1,6 @@
 #pragma once
-/// The point of a convex set that is nearest to the origin, from its support function: GJK [Gilbert88]. The sub-algorithm
-/// tries every sub-simplex, and the result has a proved lower bound of the distance.
+/// The point of a convex set that is nearest to the origin, from its support function: GJK [Gilbert88]. The
+/// sub-algorithm tries every sub-simplex, and the result has a proved lower bound of the distance.
 ///
 /// FCL's GJK fails when four support points are coplanar, or when a support point returns after its removal. These are
 /// 0.1 % of random pairs of polytopes, with errors up to centimetres.

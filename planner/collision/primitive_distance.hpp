@@ -1,6 +1,6 @@
 #pragma once
-/// Signed distances in closed form between segments (points are segments of length 0), boxes and cylinders. All are exact
-/// up to rounding, also in penetration. None allocates.
+/// Signed distances in closed form between segments (points are segments of length 0), boxes and cylinders. All are
+/// exact up to rounding, also in penetration. None allocates.
 
 #include "planner/collision/clearance.hpp"
 #include "world/model/pose.hpp"

@@ -1,7 +1,7 @@
 #pragma once
-/// A shape as a core and a ball that is swept along it. A sphere is a swept point, a capsule a swept segment; other shapes
-/// are their own cores. Radii stay out of the iterative algorithms, so that touching and overlapping spheres and capsules
-/// are no special case.
+/// A shape as a core and a ball that is swept along it. A sphere is a swept point, a capsule a swept segment; other
+/// shapes are their own cores. Radii stay out of the iterative algorithms, so that touching and overlapping spheres and
+/// capsules are no special case.
 
 #include <cmath>
 #include <cstdint>

@@ -9,8 +9,9 @@
 
 namespace hecaton::planner {
 
-/// The hull of `points` [Barber96]: faces are polygons, all vertices are among the points. A point lies outside it by at
-/// most 1e-11 of the set's extent. Empty when a point is not finite, or when the set is thinner than 1e-6 of its extent.
+/// The hull of `points` [Barber96]: faces are polygons, all vertices are among the points. A point lies outside it by
+/// at most 1e-11 of the set's extent. Empty when a point is not finite, or when the set is thinner than 1e-6 of its
+/// extent.
 [[nodiscard]] std::optional<world::ConvexHull> convex_hull(std::span<const Eigen::Vector3d> points);
 
 /// Volume [m³] of a closed polyhedron with outward faces.

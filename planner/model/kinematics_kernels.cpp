@@ -80,8 +80,8 @@ void place_chain(ChainStep* steps, int count) {
   }
 }
 
-// Per unit rate of joint j the ball's centre c moves with ω × c + v, and other points at most |ω| r faster. The bound is
-// Σⱼ |q̇ⱼ| (|ω × c + v| + |ω| r).
+// Per unit rate of joint j the ball's centre c moves with ω × c + v, and other points at most |ω| r faster. The bound
+// is Σⱼ |q̇ⱼ| (|ω × c + v| + |ω| r).
 void bound_speeds(const JointMotions& motions, const double* speed, CarriedBall* balls, int count) {
   const double* const* const w = motions.angular_W;
   const double* const* const v = motions.linear_W;

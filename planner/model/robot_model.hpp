@@ -67,7 +67,7 @@ struct RobotModel {
   /// remove pairs from it.
   std::vector<std::pair<int, int>> self_pairs;
   std::map<std::string, JointVector> named;  ///< the SRDF's group_states that set every joint within its limits
-  std::vector<std::string> notes;  ///< decisions of the loader, a sentence each, for `hecaton check`
+  std::vector<std::string> notes;            ///< decisions of the loader, a sentence each, for `hecaton check`
 
   [[nodiscard]] int joints() const { return static_cast<int>(joint_names.size()); }
 };

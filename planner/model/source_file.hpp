@@ -40,7 +40,8 @@ class SourceFiles {
 };
 
 /// Resolves `uri` as used in the URDF at `urdf_path`:
-/// - package://P/x: packages.at(P)/x; else below the URDF's nearest ancestor folder that is named P or holds a folder P;
+/// - package://P/x: packages.at(P)/x; else below the URDF's nearest ancestor folder that is named P or holds a folder
+/// P;
 ///   else below a folder of ROS_PACKAGE_PATH likewise,
 /// - file:///x and absolute paths,
 /// - a path without scheme: relative to the URDF's folder.

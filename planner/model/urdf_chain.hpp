@@ -30,8 +30,8 @@ struct TreeLink {
                                  std::vector<std::string>& notes);
 
 /// Numbers the moving joints from the root to `tool` (Link::joint). All other joints become fixed ones at their zero
-/// position, or the nearest limit, with a note each. Returns the chain's link indices, base to tip. Throws ModelError for
-/// a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
+/// position, or the nearest limit, with a note each. Returns the chain's link indices, base to tip. Throws ModelError
+/// for a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
 [[nodiscard]] std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::string& path,
                                             std::vector<std::string>& notes);
 

@@ -19,9 +19,9 @@ enum class MeshGeometry {
 };
 
 struct UrdfOptions {
-  std::string tool_link;         ///< empty: the last link of the only (or longest) chain
-  Pose X_LT = Pose::Identity();  ///< tool frame in the tool link's frame
-  std::string srdf_path;         ///< empty: no SRDF
+  std::string tool_link;                        ///< empty: the last link of the only (or longest) chain
+  Pose X_LT = Pose::Identity();                 ///< tool frame in the tool link's frame
+  std::string srdf_path;                        ///< empty: no SRDF
   std::map<std::string, std::string> packages;  ///< package:// name → folder, searched first: resolve_resource()
   MeshGeometry meshes = MeshGeometry::kConvexHull;
   double default_acceleration = 10.0;      ///< for all joints: URDF has none [rad/s² | m/s²]

@@ -24,8 +24,8 @@ void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDoc
 [[nodiscard]] std::string text_attribute(const tinyxml2::XMLElement& element, const char* name,
                                          const std::string& where);
 
-/// The attribute's `count` numbers, separated by blanks; throws when it is missing, has another count, or holds anything
-/// but finite numbers.
+/// The attribute's `count` numbers, separated by blanks; throws when it is missing, has another count, or holds
+/// anything but finite numbers.
 [[nodiscard]] std::vector<double> number_attribute(const tinyxml2::XMLElement& element, const char* name, int count,
                                                    const std::string& where);
 

@@ -26,6 +26,7 @@ enum class Discovery {
   kUnicast,  ///< each process announces itself to the hosts' addresses and to `peers`
 };
 
+/// `network`.
 struct Network {
   int domain = 42;  ///< DDS domain, 0 to 199
   Transport transport = Transport::kUdp;
@@ -34,6 +35,7 @@ struct Network {
   std::vector<std::string> peers;  ///< IPv4 addresses of other machines to announce to; kUnicast only
 };
 
+/// A host of services.
 struct Host {
   std::string name;     ///< unique in the cell
   std::string address;  ///< IP address or DNS name
@@ -57,8 +59,7 @@ struct Supervision {
   std::string host;
   std::string standby_host;  ///< of the standby supervisor; empty: none
   std::chrono::nanoseconds heartbeat_period = std::chrono::milliseconds(10);  ///< of every service's working loop
-  /// After this time without heartbeat a loop counts as hanging. Whole milliseconds, as DDS deadlines; >
-  /// heartbeat_period.
+  /// After this time without heartbeat a loop counts as hanging; > heartbeat_period, whole milliseconds for DDS.
   std::chrono::nanoseconds heartbeat_deadline = std::chrono::milliseconds(20);
   /// Liveliness lease: after this time without any sample a host or its link counts as lost; > heartbeat_deadline.
   std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
@@ -71,6 +72,7 @@ struct Supervision {
   std::set<std::string, std::less<>> waits_for_resume = {"contact"};
 };
 
+/// The content of a cell file.
 struct CellFile {
   std::string path;  ///< as given to load_cell_file
   planner::Cell cell;

@@ -1,6 +1,6 @@
 #pragma once
-/// The pose of a scripted obstacle at an instant of its script: a pure function of obstacle and time. Every process that
-/// knows the scene and the world's time therefore knows the obstacle's pose.
+/// The pose of a scripted obstacle at an instant of its script: a pure function of obstacle and time. Every process
+/// that knows the scene and the world's time therefore knows the obstacle's pose.
 
 #include <vector>
 
@@ -23,8 +23,8 @@ struct MotionState {
 /// - waypoints: at poses_W.front() at time 0; the obstacle's own pose plays no part.
 /// - circle, conveyor: at the obstacle's own pose at time 0. Sine: around the obstacle's own pose.
 ///
-/// The velocity is the derivative of the pose where that exists. At a waypoint it is the velocity at the beginning of the
-/// next line. A conveyor's restart is a jump without velocity: its twist is always direction · speed.
+/// The velocity is the derivative of the pose where that exists. At a waypoint it is the velocity at the beginning of
+/// the next line. A conveyor's restart is a jump without velocity: its twist is always direction · speed.
 [[nodiscard]] MotionState motion_at(const Obstacle& obstacle, double time);
 
 /// The period of the script [s]; 0 when the obstacle stands or is not scripted.

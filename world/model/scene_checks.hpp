@@ -1,6 +1,6 @@
 #pragma once
-/// Checks of obstacles before the physics simulation takes them. why_invalid() returns an empty text for valid input, else
-/// one sentence: what is wrong and what is allowed.
+/// Checks of obstacles before the physics simulation takes them. why_invalid() returns an empty text for valid input,
+/// else one sentence: what is wrong and what is allowed.
 
 #include <string>
 

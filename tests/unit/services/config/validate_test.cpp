@@ -192,8 +192,8 @@ TEST(ValidateTest, ReportsAnErrorWhenTheTaskAreaIsOutOfReach) {
 
 TEST(ValidateTest, CountsPointsOfTheTaskAreaOutOfReach) {
   // The disc is around (2, 0), the arm reaches 2 m. It reaches the centre, and three points of each ring: those at
-  // 135°, 180° and 225°. At 90° and 270° the distance is √(4 + r²) > 2. Seven points at each of three equal heights make
-  // 21 of 51, less than half.
+  // 135°, 180° and 225°. At 90° and 270° the distance is √(4 + r²) > 2. Seven points at each of three equal heights
+  // make 21 of 51, less than half.
   expect_only(
       "name: test\ntasks: {centre: [1.9995, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]"),
       Severity::kWarning, {"arms[0] (left)", "21 of 51"});
