@@ -1,41 +1,33 @@
-#include "services/cli/application.hpp"
-
 #include <CLI/CLI.hpp>
 
 #include "services/cli/commands.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
 #include "services/runtime/options.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 done; 1 it ran and the outcome is negative (goal blocked or rejected, contacts seen, tasks missed); "
-    "2 usage: no such command, option or choice, or one too many or too few; 3 bad input: a value that cannot be, on "
-    "the "
-    "command line, in a file or in the environment (number, name, cell, URDF, arm, object); 4 time-out; 5 no such cell "
-    "reachable.";
+    "Exit codes: 0 done; 1 negative outcome (goal blocked or rejected, contacts, tasks missed); 2 usage: unknown, "
+    "missing or surplus command, option or choice; 3 bad input: an invalid value on the command line, in a file or in "
+    "the environment (number, name, cell, URDF, arm, object); 4 time-out; 5 no such cell reachable.";
 
 void add_network_options(CLI::App& app, Settings& settings) {
   add_whole_number(
       app, "--domain", [&settings](std::uint64_t domain) { settings.domain = static_cast<int>(domain); },
-      "DDS domain, 0 to 199; otherwise HECATON_DOMAIN, otherwise the cell file's, otherwise 42", 0, kHighestDomain);
-  app.add_option("--cell", settings.cell_file, "cell file whose network settings are used to reach the cell")
+      "DDS domain, 0 to 199 (HECATON_DOMAIN, the cell file's, or 42)", 0, kHighestDomain);
+  app.add_option("--cell", settings.cell_file, "cell file with the network settings of the cell")
       ->envname("HECATON_CELL")
       ->type_name("FILE");
-  add_duration(app, "--connect-timeout", settings.connect_timeout, "how long to look for a running cell (2s)", 0.01,
-               600.0);
+  add_duration(app, "--connect-timeout", settings.connect_timeout, "time limit for the answer of a running cell (2s)",
+               0.01, 600.0);
 }
 
 void add_commands(CLI::App& app, Session& session) {
   add_network_options(app, session.settings);
   add_up(app, session);
   add_agent(app, session);
-  add_status(app, session);
-  add_arms(app, session);
-  add_faults(app, session);
-  add_obstacles(app, session);
-  add_hosts(app, session);
+  add_status_commands(app, session);
   add_goal(app, session);
   add_wait(app, session);
   add_mode_commands(app, session);

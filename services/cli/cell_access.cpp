@@ -27,33 +27,29 @@ std::string listed(const std::vector<std::string>& names) {
   return text.empty() ? "none" : text;
 }
 
-ConnectOptions place_of(const Settings& settings) {
-  ConnectOptions options;
-  options.domain = settings.domain;
-  if (!settings.cell_file.empty()) options.cell_file = settings.cell_file;
-  return options;
-}
-
 Wait answer_limit(const Settings& settings) {
   return Seconds(settings.connect_timeout);
 }
 
 Connection connect(const Settings& settings) {
-  Connection connection = client::Connection::make(client::join(place_of(settings)));
+  ConnectOptions options;
+  options.domain = settings.domain;
+  if (!settings.cell_file.empty()) options.cell_file = settings.cell_file;
+  Connection connection = client::Connection::make(client::join(options));
   connection->wait_for_cell(answer_limit(settings));
   return connection;
 }
 
 Failure failure_of(const Error& error) {
-  if (const auto* refused = dynamic_cast<const Rejected*>(&error)) {
-    return {code_of(refused->cause().kind), refused->cause().text};
+  if (const auto* rejected = dynamic_cast<const Rejected*>(&error)) {
+    return {code_of(rejected->cause().kind), rejected->cause().text};
   }
   if (const auto* unreachable = dynamic_cast<const Unreachable*>(&error)) {
     const Unreachable::Reason& reason = unreachable->reason();
-    const bool nowhere = !reason.what_to_do.empty();
-    return {
-        ExitCode::kUnreachable,
-        reason.why + (nowhere ? ": start one with 'hecaton up CELL', or say where it is with --domain or --cell" : "")};
+    const bool no_cell = !reason.what_to_do.empty();
+    return {ExitCode::kUnreachable,
+            reason.why +
+                (no_cell ? ": start one with 'hecaton up CELL', or select its domain with --domain or --cell" : "")};
   }
   if (dynamic_cast<const NoAnswer*>(&error) != nullptr) return {ExitCode::kTimeOut, error.what()};
   if (dynamic_cast<const Interrupted*>(&error) != nullptr) return {ExitCode::kNegative, error.what()};

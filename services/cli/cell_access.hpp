@@ -1,5 +1,5 @@
 #pragma once
-/// How commands reach a running cell: the client library, and what its answers mean for exit codes.
+/// How commands reach a running cell by the client library, and the exit codes of its errors.
 
 #include <functional>
 #include <memory>
@@ -11,8 +11,7 @@
 #include <idl/supervisor.h>
 
 #include "services/client/connection.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/settings.hpp"
+#include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
 
@@ -21,22 +20,21 @@ using Connection = std::shared_ptr<client::Connection>;
 /// "north, west and east"; "none" without names.
 [[nodiscard]] std::string listed(const std::vector<std::string>& names);
 
-[[nodiscard]] ConnectOptions place_of(const Settings& settings);
-/// How long each question, order or edit of a command may take.
+/// Time limit of each request of a command.
 [[nodiscard]] Wait answer_limit(const Settings& settings);
-/// A connection to the cell that the settings name. Throws what hecaton::Cell::connect throws.
+/// Connects to the cell that the settings name. Throws as hecaton::Cell::connect does.
 [[nodiscard]] Connection connect(const Settings& settings);
 
-/// What an error of the client library is for the command line.
+/// An error of the client library with its exit code.
 [[nodiscard]] Failure failure_of(const Error& error);
-/// The same action, whose errors of the client library are Failures.
+/// `action`, which throws Failure in place of errors of the client library.
 [[nodiscard]] std::function<ExitCode()> on_cell(std::function<ExitCode()> action);
 
-/// Throws Failure (bad input) that names the known ones when the cell has no such arm.
+/// Throws Failure (bad input) with the names of the cell's arms when it has no such arm.
 const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm);
 void require_arms(const msg::CellStatus& status, const std::vector<std::string>& arms);
 
-/// What `status` means for a command that waits for the goal to be reached.
+/// The exit code of a command that waits until the goal is reached.
 [[nodiscard]] ExitCode outcome_code(const msg::GoalStatus& status);
 
 }  // namespace hecaton::services::cli

@@ -1,4 +1,4 @@
-/// hecaton agent: becomes the agent of one host of a deployment.
+/// hecaton agent: runs the agent of one host of a deployment in place of this process.
 
 #include <cerrno>
 #include <cstring>
@@ -8,10 +8,10 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
-#include "services/cli/child_agent.hpp"
 #include "services/cli/commands.hpp"
-#include "services/command_line/choice_option.hpp"
-#include "services/command_line/failure.hpp"
+#include "services/cli/running_cell.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -22,7 +22,7 @@ struct Options {
   std::string log_dir;
   std::string log_level;
   bool no_restart = false;
-  bool anew = false;
+  bool clean = false;
 };
 
 std::vector<std::string> arguments_for(const Settings& settings, const Options& options) {
@@ -30,16 +30,17 @@ std::vector<std::string> arguments_for(const Settings& settings, const Options& 
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {name, value});
   };
-  if (options.host) words.insert(words.end(), {"--host", *options.host});  // also an empty one, which is refused
+  if (options.host)
+    words.insert(words.end(), {"--host", *options.host});  // an empty name is passed on, and the agent refuses it
   add("--log-dir", options.log_dir);
   add("--log-level", options.log_level);
   if (settings.domain) add("--domain", std::to_string(*settings.domain));
   if (options.no_restart) words.emplace_back("--no-restart");
-  if (options.anew) words.emplace_back("--anew");
+  if (options.clean) words.emplace_back("--clean");
   return words;
 }
 
-/// Returns only to throw.
+/// Does not return; throws Failure when the agent cannot be run.
 ExitCode become_agent(const Settings& settings, const Options& options) {
   std::string program = sibling_program("hecaton-agent");
   std::vector<std::string> words = arguments_for(settings, options);
@@ -59,15 +60,12 @@ void add_agent(CLI::App& app, Session& session) {
       app.add_subcommand("agent", "Starts, watches and restarts the services that a cell file places on a host");
   auto options = std::make_shared<Options>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
-  command->add_option("--host", options->host, "the cell's host that this is; otherwise all of them")
-      ->type_name("NAME");
-  command->add_option("--log-dir", options->log_dir, "folder for each service's log; otherwise stderr")
-      ->type_name("DIR");
+  command->add_option("--host", options->host, "name of this host in the cell file (all hosts)")->type_name("NAME");
+  command->add_option("--log-dir", options->log_dir, "folder for the logs of the services (stderr)")->type_name("DIR");
   add_choice(*command, "--log-level", options->log_level, {"debug", "info", "warning", "error"},
-             "least severity that is logged (info)");
-  command->add_flag("--no-restart", options->no_restart, "leave services that die dead");
-  command->add_flag("--anew", options->anew,
-                    "forget what an agent that was killed has left, and its services remembered");
+             "lowest severity that is logged (info)");
+  command->add_flag("--no-restart", options->no_restart, "do not restart services that exit");
+  command->add_flag("--clean", options->clean, "delete the checkpoints and records of an earlier run");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_agent(session.settings, *options); };
   });

@@ -1,18 +1,324 @@
-/// hecaton check: validates a cell file or a URDF and explains what the planners will make of it.
+/// hecaton check: validates a cell file or a URDF and explains it.
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
+#include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/describe_model.hpp"
 #include "services/cli/robot_options.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/text.hpp"
+#include "services/config/validate.hpp"
 #include "services/runtime/join.hpp"
 
 namespace hecaton::services::cli {
 namespace {
+
+using config::number_text;
+using Findings = std::vector<config::Finding>;
+
+/// "box 0.4 × 0.4 × 0.2 m" (full sizes), "convex hull, 24 vertices"
+std::string shape_text(const world::Shape& shape) {
+  struct Visitor {
+    std::string operator()(const world::Box& box) const {
+      const Eigen::Vector3d size = 2.0 * box.half_extents;
+      return "box " + number_text(size.x()) + " × " + number_text(size.y()) + " × " + number_text(size.z()) + " m";
+    }
+    std::string operator()(const world::Sphere& sphere) const {
+      return "sphere, radius " + number_text(sphere.radius) + " m";
+    }
+    std::string operator()(const world::Capsule& capsule) const {
+      if (capsule.half_length < 1e-9) return operator()(world::Sphere{capsule.radius});
+      return "capsule, radius " + number_text(capsule.radius) + " m, segment " +
+             number_text(2.0 * capsule.half_length) + " m";
+    }
+    std::string operator()(const world::Cylinder& cylinder) const {
+      return "cylinder, radius " + number_text(cylinder.radius) + " m, height " +
+             number_text(2.0 * cylinder.half_length) + " m";
+    }
+    std::string operator()(const world::Convex& convex) const {
+      return "convex hull, " + std::to_string(convex.hull->vertices.size()) + " vertices";
+    }
+  };
+  return std::visit(Visitor{}, shape);
+}
+
+/// "static", "waypoints", …
+std::string motion_text(const world::Motion& motion) {
+  struct Visitor {
+    std::string operator()(const world::StaticMotion&) const { return "static"; }
+    std::string operator()(const world::WaypointMotion&) const { return "waypoints"; }
+    std::string operator()(const world::CircleMotion&) const { return "circle"; }
+    std::string operator()(const world::SineMotion&) const { return "sine"; }
+    std::string operator()(const world::ConveyorMotion&) const { return "conveyor"; }
+    std::string operator()(const world::DynamicMotion&) const { return "dynamic"; }
+  };
+  return std::visit(Visitor{}, motion);
+}
+
+/// "x y z roll pitch yaw", without digits below 1e-9.
+std::string pose_text(const world::Pose& pose) {
+  std::string text;
+  for (const double number : xyz_rpy_of(pose)) {
+    text += (text.empty() ? "" : " ") + number_text(std::abs(number) < 1e-9 ? 0.0 : number);
+  }
+  return text;
+}
+
+const planner::Link& link_of_joint(const planner::RobotModel& model, int joint) {
+  return *std::find_if(model.links.begin(), model.links.end(),
+                       [&](const planner::Link& link) { return link.joint == joint; });
+}
+
+std::string type_name(planner::JointType type) {
+  switch (type) {
+    case planner::JointType::kFixed:
+      return "fixed";
+    case planner::JointType::kRevolute:
+      return "revolute";
+    case planner::JointType::kContinuous:
+      return "continuous";
+    case planner::JointType::kPrismatic:
+      return "prismatic";
+  }
+  return "";
+}
+
+std::string range_text(double lower, double upper) {
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return "unlimited";
+  return decimal_text(lower, 3) + " … " + decimal_text(upper, 3);
+}
+
+std::size_t all_pairs(const planner::RobotModel& model) {
+  const std::size_t n = model.geometry.size();
+  return n * (n - 1) / 2;
+}
+
+std::string joint_table(const planner::RobotModel& model, const planner::JointLimits& limits, const Palette& palette) {
+  Table table({{"joint"},
+               {"type"},
+               {"moves"},
+               {"range", Align::kRight},
+               {"velocity", Align::kRight},
+               {"acceleration", Align::kRight},
+               {"unit"}});
+  for (int j = 0; j < model.joints(); ++j) {
+    const planner::Link& link = link_of_joint(model, j);
+    const bool prismatic = link.joint_type == planner::JointType::kPrismatic;
+    table.add({model.joint_names[j], type_name(link.joint_type), link.name,
+               range_text(limits.lower[j], limits.upper[j]), number_text(limits.velocity[j]),
+               number_text(limits.acceleration[j]), prismatic ? "m" : "rad"});
+  }
+  return table.text(palette);
+}
+
+/// The shape that planners use in cells with fast geometry.
+std::string fast_text(const planner::LinkGeometry& geometry) {
+  if (!geometry.capsule) return "itself";
+  return shape_text(geometry.capsule->placed.capsule) + ", +" + percent_text(geometry.capsule->excess_volume, 1.0);
+}
+
+std::string geometry_table(const planner::RobotModel& model, const Palette& palette) {
+  Table table({{"link"},
+               {"collision shape"},
+               {"at xyz [m], rpy [rad]"},
+               {"excess volume", Align::kRight},
+               {"as fast geometry"}});
+  for (const planner::LinkGeometry& geometry : model.geometry) {
+    table.add({model.links[geometry.link].name, shape_text(geometry.shape), pose_text(geometry.X_LS),
+               geometry.excess_volume > 0.0 ? "+" + percent_text(geometry.excess_volume, 1.0) : "",
+               fast_text(geometry)});
+  }
+  return table.text(palette);
+}
+
+Json fast_json(const planner::LinkGeometry& geometry) {
+  if (!geometry.capsule) return {{"shape", "itself"}, {"excess_volume", 0.0}};
+  return {{"shape", shape_text(geometry.capsule->placed.capsule)}, {"excess_volume", geometry.capsule->excess_volume}};
+}
+
+/// `limits`: of the cell file, which may be tighter than the model's.
+Json model_json(const planner::RobotModel& model, const planner::JointLimits& limits) {
+  Json json{{"name", model.name}, {"links", model.links.size()}, {"tool_link", model.links[model.tool_link].name}};
+  json["joints"] = Json::array();
+  for (int j = 0; j < model.joints(); ++j) {
+    const planner::Link& link = link_of_joint(model, j);
+    json["joints"].push_back({{"name", model.joint_names[j]},
+                              {"type", type_name(link.joint_type)},
+                              {"link", link.name},
+                              {"lower", limits.lower[j]},
+                              {"upper", limits.upper[j]},
+                              {"velocity", limits.velocity[j]},
+                              {"acceleration", limits.acceleration[j]}});
+  }
+  json["geometry"] = Json::array();
+  for (const planner::LinkGeometry& geometry : model.geometry) {
+    json["geometry"].push_back({{"link", model.links[geometry.link].name},
+                                {"shape", shape_text(geometry.shape)},
+                                {"xyz_rpy", xyz_rpy_of(geometry.X_LS)},
+                                {"excess_volume", geometry.excess_volume},
+                                {"fast", fast_json(geometry)}});
+  }
+  json["self_pairs"] = {{"all", all_pairs(model)},
+                        {"checked", model.self_pairs.size()},
+                        {"filtered", all_pairs(model) - model.self_pairs.size()}};
+  json["warnings"] = model.notes;
+  return json;
+}
+
+std::string model_text(const planner::RobotModel& model, const planner::JointLimits& limits, const Palette& palette) {
+  std::string out = palette.bold("robot " + model.name) + ": " + std::to_string(model.joints()) + " joints, " +
+                    std::to_string(model.links.size()) + " links, tool frame on link " +
+                    model.links[model.tool_link].name + "\n\n" + joint_table(model, limits, palette) + "\n" +
+                    geometry_table(model, palette) + "\n";
+  out += "self-collision: " + std::to_string(model.self_pairs.size()) + " of " + std::to_string(all_pairs(model)) +
+         " pairs of shapes are checked, all others are filtered\n";
+  for (const std::string& note : model.notes) out += palette.yellow("note") + ": " + note + "\n";
+  return out;
+}
+
+/// The word of the cell file.
+const char* shapes_name(planner::LinkShapes shapes) {
+  return shapes == planner::LinkShapes::kFast ? "fast" : "exact";
+}
+
+Json named_json(const planner::Arm& arm) {
+  Json named = Json::object();
+  for (const auto& [name, q] : arm.named) named[name] = std::vector<double>(q.begin(), q.end());
+  return named;
+}
+
+Json arm_json(const planner::PlannedArm& planned, const config::ArmHosts& hosts) {
+  const planner::Arm& arm = planned.arm;
+  return {{"name", arm.name},
+          {"method", planned.parameters.method->traits().name},
+          {"geometry", shapes_name(arm.shapes)},
+          {"host", hosts.host},
+          {"standby_host", hosts.standby_host},
+          {"base_xyz_rpy", xyz_rpy_of(arm.X_WB)},
+          {"named", named_json(arm)},
+          {"model", model_json(*arm.model, arm.limits)}};
+}
+
+std::string arms_table(const config::CellFile& file, const Palette& palette) {
+  Table table({{"arm"},
+               {"robot"},
+               {"joints", Align::kRight},
+               {"method"},
+               {"geometry"},
+               {"host"},
+               {"base xyz [m], rpy [rad]"},
+               {"named poses"}});
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+    const planner::PlannedArm& planned = file.cell.arms[i];
+    std::string named;
+    for (const auto& [name, q] : planned.arm.named) named += (named.empty() ? "" : ", ") + name;
+    table.add({planned.arm.name, planned.arm.model->name, std::to_string(planned.arm.model->joints()),
+               std::string(planned.parameters.method->traits().name), shapes_name(planned.arm.shapes),
+               file.arm_hosts[i].host, pose_text(planned.arm.X_WB), named});
+  }
+  return table.text(palette);
+}
+
+std::string obstacles_table(const config::CellFile& file, const Palette& palette) {
+  Table table({{"obstacle"}, {"shape"}, {"motion"}, {"starts at xyz [m], rpy [rad]"}});
+  for (const world::Obstacle& obstacle : file.cell.scene.obstacles) {
+    std::string shapes = shape_text(obstacle.shapes.front().shape);
+    if (obstacle.shapes.size() > 1) shapes += " and " + std::to_string(obstacle.shapes.size() - 1) + " more";
+    table.add({obstacle.name, shapes,
+               obstacle.attachment ? "carried by " + obstacle.attachment->arm : motion_text(obstacle.motion),
+               obstacle.attachment ? "" : pose_text(obstacle.X_WO)});
+  }
+  return table.text(palette);
+}
+
+const char* severity_name(config::Severity severity) {
+  switch (severity) {
+    case config::Severity::kError:
+      return "error";
+    case config::Severity::kWarning:
+      return "warning";
+    case config::Severity::kNote:
+      break;
+  }
+  return "note";
+}
+
+std::string findings_text(const Findings& findings, const Palette& palette) {
+  std::string out;
+  for (const config::Finding& finding : findings) {
+    const std::string name = severity_name(finding.severity);
+    out += (finding.severity == config::Severity::kError ? palette.red(name) : palette.yellow(name)) + ": " +
+           finding.sentence + "\n";
+  }
+  return out + (out.empty() ? "" : "\n");
+}
+
+std::string verdict(const Findings& findings, const Palette& palette) {
+  const auto count = [&](config::Severity severity) {
+    return std::count_if(findings.begin(), findings.end(), [&](const auto& one) { return one.severity == severity; });
+  };
+  if (count(config::Severity::kError) > 0) return palette.red("this cell can start, but cannot do its tasks");
+  const auto warnings = count(config::Severity::kWarning);
+  if (warnings == 0) return palette.green("this cell can start");
+  return palette.yellow("this cell can start, with " +
+                        (warnings == 1 ? std::string("1 warning") : std::to_string(warnings) + " warnings"));
+}
+
+Json cell_json(const config::CellFile& file, const Findings& findings) {
+  Json json{{"cell", file.cell.name}, {"domain", file.network.domain}};
+  json["hosts"] = Json::array();
+  for (const config::Host& host : file.hosts) json["hosts"].push_back({{"name", host.name}, {"address", host.address}});
+  json["arms"] = Json::array();
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+    json["arms"].push_back(arm_json(file.cell.arms[i], file.arm_hosts[i]));
+  }
+  json["obstacles"] = Json::array();
+  for (const world::Obstacle& obstacle : file.cell.scene.obstacles) {
+    Json shapes = Json::array();
+    for (const world::PlacedShape& placed : obstacle.shapes) shapes.push_back(shape_text(placed.shape));
+    json["obstacles"].push_back({{"name", obstacle.name},
+                                 {"shapes", shapes},
+                                 {"motion", motion_text(obstacle.motion)},
+                                 {"attached_to", obstacle.attachment ? obstacle.attachment->arm : ""},
+                                 {"xyz_rpy", xyz_rpy_of(obstacle.X_WO)}});
+  }
+  json["findings"] = Json::array();
+  for (const config::Finding& finding : findings) {
+    json["findings"].push_back({{"severity", severity_name(finding.severity)}, {"sentence", finding.sentence}});
+  }
+  return json;
+}
+
+std::string cell_text(const config::CellFile& file, const Findings& findings, const Palette& palette) {
+  const planner::Timing& timing = file.cell.timing;
+  std::string out = palette.bold("cell " + file.cell.name) + ": DDS domain " + std::to_string(file.network.domain) +
+                    ", planners every " + duration_text(timing.control_period) + ", drivers every " +
+                    duration_text(timing.driver_period) + ", world every " + duration_text(timing.world_period) +
+                    "\n\n" + arms_table(file, palette);
+  if (!file.cell.scene.obstacles.empty()) out += "\n" + obstacles_table(file, palette);
+  // Arms with the same robot and limits share a description.
+  std::vector<const planner::Arm*> described;
+  for (const planner::PlannedArm& planned : file.cell.arms) {
+    const planner::Arm& arm = planned.arm;
+    const bool same = std::any_of(described.begin(), described.end(), [&](const planner::Arm* other) {
+      return other->model == arm.model && other->limits.lower == arm.limits.lower &&
+             other->limits.upper == arm.limits.upper && other->limits.velocity == arm.limits.velocity &&
+             other->limits.acceleration == arm.limits.acceleration;
+    });
+    if (same) continue;
+    described.push_back(&arm);
+    out += "\n" + palette.bold("arm " + arm.name) + ", " + model_text(*arm.model, arm.limits, palette);
+  }
+  return out + "\n" + findings_text(findings, palette) + verdict(findings, palette) + "\n";
+}
 
 struct Options {
   std::string file;
@@ -39,7 +345,7 @@ ExitCode check_cell(const Settings& settings, const Options& options) {
 
 void add_check(CLI::App& app, Session& session) {
   CLI::App* command =
-      app.add_subcommand("check", "Validates a cell file or a URDF and explains it, without starting anything");
+      app.add_subcommand("check", "Validates a cell file or a URDF and describes it, without starting a process");
   auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "cell file (YAML) or robot description (URDF)")->required();
   add_robot_options(*command, options->robot);

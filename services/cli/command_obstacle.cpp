@@ -1,4 +1,6 @@
-/// hecaton obstacle add|move|remove, attach, detach: edits of the world while it runs.
+/// hecaton obstacle add|move|remove, attach, detach: edits of the world of a running cell.
+
+#include "services/cli/command_obstacle.hpp"
 
 #include <cstdio>
 #include <memory>
@@ -7,21 +9,80 @@
 
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/obstacle_options.hpp"
 #include "services/client/convert.hpp"
 #include "services/command_line/document.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/config/obstacle_rules.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-constexpr const char* kRejections =
-    "The rules are those of the cell file: sizes, names, nothing on top of an arm, nothing carried that is far from "
-    "the "
-    "tool. Exit code 1: the world rejects the edit, and nothing has changed.";
+world::Shape make_shape(const ObstacleOptions& options) {
+  if (!options.box.empty()) return world::Box{{0.5 * options.box[0], 0.5 * options.box[1], 0.5 * options.box[2]}};
+  if (!options.cylinder.empty()) return world::Cylinder{options.cylinder[0], 0.5 * options.cylinder[1]};
+  if (!options.capsule.empty()) return world::Capsule{options.capsule[0], 0.5 * options.capsule[1]};
+  return world::Sphere{options.sphere};
+}
 
-/// The world alone judges and carries out edits: no supervisor is needed.
+/// Length and direction; an arbitrary direction for a vector of length 0, which the rules forbid.
+std::pair<double, Eigen::Vector3d> polar(const std::vector<double>& numbers) {
+  const Eigen::Vector3d vector(numbers[0], numbers[1], numbers[2]);
+  const double length = vector.stableNorm();
+  return {length, length > 0.0 ? Eigen::Vector3d(vector / length) : Eigen::Vector3d::UnitX()};
+}
+
+world::Motion make_motion(const ObstacleOptions& options) {
+  if (options.mass) {
+    world::DynamicMotion motion;
+    motion.mass = *options.mass;
+    return motion;
+  }
+  if (!options.conveyor.empty()) {
+    const auto [speed, direction_W] = polar(options.conveyor);
+    return world::ConveyorMotion{direction_W, speed, options.conveyor[3]};
+  }
+  if (!options.sine.empty()) {
+    const auto [amplitude, direction_W] = polar(options.sine);
+    return world::SineMotion{direction_W, amplitude, options.sine[3], 0.0};
+  }
+  if (!options.circle.empty()) {
+    world::CircleMotion motion;
+    motion.centre_W = {options.circle[0], options.circle[1], options.circle[2]};
+    motion.angular_speed = options.circle[3];
+    return motion;
+  }
+  return world::StaticMotion{};
+}
+
+/// The option (and its part) for a key of the cell file's obstacles: "--box size[1]".
+std::string option_of(const std::string& key, const ObstacleOptions& options) {
+  const std::string shape = !options.box.empty()        ? "--box"
+                            : !options.cylinder.empty() ? "--cylinder"
+                            : !options.capsule.empty()  ? "--capsule"
+                                                        : "--sphere";
+  const std::string motion = options.mass                ? "--mass"
+                             : !options.conveyor.empty() ? "--conveyor"
+                             : !options.sine.empty()     ? "--sine"
+                                                         : "--circle";
+  constexpr std::string_view kShape = "shapes[0].";
+  constexpr std::string_view kMotion = "motion.";
+  if (key == "name") return "NAME";
+  if (key == "motion.mass" || (shape == "--sphere" && key.starts_with(kShape)))
+    return key == "motion.mass" ? motion : shape;
+  if (key.starts_with(kShape)) return shape + " " + key.substr(kShape.size());
+  if (key.starts_with(kMotion)) return motion + " " + key.substr(kMotion.size());
+  return "--" + key;
+}
+
+constexpr const char* kPoseHelp = "x y z [m] roll pitch yaw [rad] in the cell's frame";
+constexpr const char* kRejections =
+    "The rules are those of the cell file: sizes, names, no obstacle in contact with an arm, no carried object far "
+    "from "
+    "the tool. Exit code 1: the world service rejects the edit, and nothing changes.";
+
+/// The world service alone checks and applies edits: no supervisor is needed.
 ExitCode edit(const Settings& settings, const msg::WorldEditRequest& request, const std::string& done) {
   const msg::WorldEditReply reply = connect(settings)->edit(request, answer_limit(settings));
   const Cause cause = client::to_public(reply.cause());
@@ -53,7 +114,7 @@ void add_obstacle_add(CLI::App& app, Session& session) {
 }
 
 void add_obstacle_move(CLI::App& app, Session& session) {
-  CLI::App* command = app.add_subcommand("move", "Puts an obstacle elsewhere; ends a scripted motion");
+  CLI::App* command = app.add_subcommand("move", "Moves an obstacle to a pose and ends its scripted motion");
   auto name = std::make_shared<std::string>();
   auto pose = std::make_shared<std::vector<double>>();
   command->add_option("NAME", *name, "the obstacle")->required();
@@ -68,7 +129,7 @@ void add_obstacle_move(CLI::App& app, Session& session) {
 }
 
 void add_obstacle_remove(CLI::App& app, Session& session) {
-  CLI::App* command = app.add_subcommand("remove", "Takes an obstacle out of the cell");
+  CLI::App* command = app.add_subcommand("remove", "Removes an obstacle");
   auto name = std::make_shared<std::string>();
   command->add_option("NAME", *name, "the obstacle")->required();
   command->callback([&session, name] {
@@ -90,12 +151,45 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
       msg::WorldEditRequest request = request_for(kind, *object);
       request.arm(*arm);
       const bool attach = kind == msg::EditKind::EDIT_ATTACH;
-      return edit(session.settings, request, *arm + (attach ? " carries " : " has let go of ") + *object);
+      return edit(session.settings, request, *arm + (attach ? " carries " : " has released ") + *object);
     });
   });
 }
 
 }  // namespace
+
+void add_obstacle_options(CLI::App& app, ObstacleOptions& options) {
+  app.add_option("NAME", options.name, "a unique name")->required();
+  CLI::Option_group* shape = app.add_option_group("shape", "one of");
+  add_numbers(*shape, "--box", options.box, 3, "sizes along x y z [m]");
+  add_number(
+      *shape, "--sphere", [&options](double radius) { options.sphere = radius; }, "radius [m]");
+  add_numbers(*shape, "--cylinder", options.cylinder, 2, "radius and height [m], axis along z");
+  add_numbers(*shape, "--capsule", options.capsule, 2, "radius and length between the caps' centres [m], axis along z");
+  shape->require_option(1);
+  add_pose(app, "--pose", options.pose, kPoseHelp)->required();
+  CLI::Option_group* motion = app.add_option_group("motion", "at most one of; none: static");
+  add_number(
+      *motion, "--mass", [&options](double mass) { options.mass = mass; }, "dynamic, with this mass [kg]");
+  add_numbers(*motion, "--conveyor", options.conveyor, 4,
+              "velocity vx vy vz [m/s] and length [m] of the path, which repeats");
+  add_numbers(*motion, "--sine", options.sine, 4, "amplitude ax ay az [m] and period [s]");
+  add_numbers(*motion, "--circle", options.circle, 4, "centre x y z [m] and angular speed about z [rad/s]");
+  motion->require_option(0, 1);
+}
+
+world::Obstacle make_obstacle(const ObstacleOptions& options) {
+  world::Obstacle obstacle;
+  obstacle.name = options.name;
+  obstacle.shapes.push_back({make_shape(options), world::Pose::Identity()});
+  obstacle.X_WO = pose_of(options.pose);
+  obstacle.motion = make_motion(options);
+  if (const auto complaint = config::complain(obstacle)) {
+    throw Failure(ExitCode::kBadInput,
+                  option_of(complaint->key, options) + " = " + complaint->value + " must be " + complaint->must_be);
+  }
+  return obstacle;
+}
 
 void add_obstacle(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("obstacle", "Adds, moves or removes obstacles while the cell runs");
@@ -107,9 +201,11 @@ void add_obstacle(CLI::App& app, Session& session) {
 }
 
 void add_carry_commands(CLI::App& app, Session& session) {
-  add_carry(app, session, "attach", "Fixes an object to an arm's tool where it is now: it becomes part of the arm",
+  add_carry(app, session, "attach",
+            "Attaches an object to the tool of an arm at its present pose: it becomes part of the arm",
             msg::EditKind::EDIT_ATTACH);
-  add_carry(app, session, "detach", "Lets go of a carried object: dynamic ones fall, others stay where they are",
+  add_carry(app, session, "detach",
+            "Detaches a carried object: dynamic objects fall, others stay at their present pose",
             msg::EditKind::EDIT_DETACH);
 }
 

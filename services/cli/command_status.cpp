@@ -1,4 +1,4 @@
-/// hecaton status, arms, faults, obstacles, hosts: what is, how old that knowledge is, and why anything stands still.
+/// hecaton status, arms, faults, obstacles, hosts: the state of a cell, its age, and why arms stand still.
 
 #include <memory>
 
@@ -6,15 +6,15 @@
 
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/status_json.hpp"
-#include "services/cli/status_text.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-/// One way to look at a cell.
+/// The output of one command.
 struct View {
   const char* name;
   const char* description;
@@ -27,8 +27,7 @@ struct Options {
   double interval = 0.5;  // [s]
 };
 
-std::string formatted(const Settings& settings, const View& view, const msg::CellStatus& status,
-                      const Palette& palette) {
+std::string output(const Settings& settings, const View& view, const msg::CellStatus& status, const Palette& palette) {
   switch (settings.format()) {
     case OutputFormat::kTable:
       return view.text(status, palette);
@@ -40,7 +39,8 @@ std::string formatted(const Settings& settings, const View& view, const msg::Cel
   return {};
 }
 
-/// Until a signal comes or nobody reads any more. JSON: one document a line; YAML: one document after the other.
+/// Prints until a signal comes or stdout cannot be written. JSON: one document a line; YAML: one document after
+/// another.
 ExitCode watch(const Settings& settings, const View& view, double interval) {
   const Connection cell = connect(settings);
   ShutdownSignal shutdown;
@@ -52,10 +52,10 @@ ExitCode watch(const Settings& settings, const View& view, double interval) {
   auto answered = due;
   bool answers = true;
   while (!shutdown.requested()) {
-    std::string text = formatted(settings, view, status, palette);
+    std::string text = output(settings, view, status, palette);
     if (!answers && settings.format() == OutputFormat::kTable) {
       text = palette.red("no answer for " + duration_text(Seconds(client::Clock::now() - answered).count()) +
-                         "; last known:") +
+                         "; last status:") +
              "\n" + text;
     }
     if ((answers || settings.format() == OutputFormat::kTable) && !screen.show(text)) break;
@@ -79,8 +79,8 @@ ExitCode show(const Settings& settings, const View& view) {
 void add_view(CLI::App& app, Session& session, const View& view) {
   CLI::App* command = app.add_subcommand(view.name, view.description);
   auto options = std::make_shared<Options>();
-  command->add_flag("-w,--watch", options->watch, "show it again and again, in place on a terminal, until Ctrl-C");
-  add_duration(*command, "--interval", options->interval, "time between two looks (500ms)", 0.01, 3600.0);
+  command->add_flag("-w,--watch", options->watch, "repeat until Ctrl-C, on a terminal in place");
+  add_duration(*command, "--interval", options->interval, "time between two requests (500ms)", 0.01, 3600.0);
   command->callback([&session, options, view] {
     session.action = on_cell([&session, options, view] {
       return options->watch ? watch(session.settings, view, options->interval) : show(session.settings, view);
@@ -90,33 +90,21 @@ void add_view(CLI::App& app, Session& session, const View& view) {
 
 }  // namespace
 
-void add_status(CLI::App& app, Session& session) {
+void add_status_commands(CLI::App& app, Session& session) {
   add_view(app, session,
-           {"status", "Shows the cell: mode, arms and what they wait for, nodes, faults, the referee's account",
+           {"status", "Shows the cell: mode, arms and why they wait, nodes, faults, contacts",
             [](const msg::CellStatus& status) { return to_json(status); }, status_text});
-}
-
-void add_arms(CLI::App& app, Session& session) {
   add_view(app, session,
-           {"arms", "Shows the arms: mode, goal, and why anything stands still",
+           {"arms", "Shows the arms: mode, goal, and why they stand still",
             [](const msg::CellStatus& status) { return list_json(status.arms()); }, arms_text});
-}
-
-void add_faults(CLI::App& app, Session& session) {
   add_view(app, session,
-           {"faults", "Shows the faults that last and the latest that are over",
+           {"faults", "Shows the present faults and the last ones that were cleared",
             [](const msg::CellStatus& status) { return list_json(status.faults()); }, faults_text});
-}
-
-void add_obstacles(CLI::App& app, Session& session) {
   add_view(app, session,
-           {"obstacles", "Shows the obstacles, where they are and how they move",
+           {"obstacles", "Shows the obstacles, their positions and motions",
             [](const msg::CellStatus& status) { return list_json(status.obstacles()); }, obstacles_text});
-}
-
-void add_hosts(CLI::App& app, Session& session) {
   add_view(app, session,
-           {"hosts", "Shows the hosts and the processes that their agents started",
+           {"hosts", "Shows the hosts and the processes of their agents",
             [](const msg::CellStatus& status) { return list_json(status.hosts()); }, hosts_text});
 }
 

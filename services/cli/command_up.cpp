@@ -1,4 +1,4 @@
-/// hecaton up: brings a whole cell up on this host, shows it, gives it tasks, and takes it down again.
+/// hecaton up: starts a whole cell on this host, shows it or gives it tasks, and stops it.
 
 #include <chrono>
 #include <cstdio>
@@ -9,18 +9,15 @@
 
 #include "services/arm_driver/device_choice.hpp"
 #include "services/cli/cell_access.hpp"
-#include "services/cli/cell_account.hpp"
+#include "services/cli/cell_monitors.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/message_text.hpp"
-#include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
-#include "services/cli/status_json.hpp"
-#include "services/cli/status_text.hpp"
-#include "services/cli/supervisor_news.hpp"
-#include "services/cli/task_options.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/cli/task_report.hpp"
 #include "services/cli/task_rounds.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/options.hpp"
 
@@ -43,7 +40,7 @@ double since(Clock::time_point began) {
   return std::chrono::duration<double>(Clock::now() - began).count();
 }
 
-/// Lines on stderr, or a view of the cell that is redrawn in place there.
+/// Lines of progress on stderr, or a live view of the cell there.
 class Display {
  public:
   explicit Display(bool headless)
@@ -69,7 +66,7 @@ class Display {
   std::string last_line_;
 };
 
-/// One run of `up`, once the cell file is known to be good.
+/// One run of `up` with a valid cell file.
 class Run {
  public:
   Run(const Settings& settings, const Options& options, const config::CellFile& file)
@@ -84,7 +81,7 @@ class Run {
     refuse_occupied_domain(domain_);
     display_.line("starting cell " + file_.cell.name + " in DDS domain " + std::to_string(domain_) + ", logs in " +
                   logs_.path());
-    bool gentle = true;
+    bool clean = true;
     ExitCode code = ExitCode::kDone;
     {
       RunningCell cell(file_, {domain_, logs_.path()});
@@ -94,15 +91,15 @@ class Run {
         if (options_.tasks.tasks > 0) {
           give_tasks(cell);
         } else {
-          look_on(cell);
+          watch(cell);
         }
       }
-      display_.line("taking the cell down");
-      gentle = cell.agent().end();
+      display_.line("stopping the cell");
+      clean = cell.agent().end();
     }
-    if (!gentle) display_.line("some processes did not end in time and were killed");
+    if (!clean) display_.line("some processes did not end in time and were killed");
     if (options_.tasks.tasks > 0) code = conclude();
-    if (code == ExitCode::kDone && gentle) logs_.discard();
+    if (code == ExitCode::kDone && clean) logs_.discard();
     return code;
   }
 
@@ -113,66 +110,66 @@ class Run {
     return choose_domain(options, file.network.domain);
   }
 
-  void look_on(RunningCell& cell) {
-    SupervisorNews supervisor(cell.connection());
+  void watch(RunningCell& cell) {
+    SupervisorMonitor supervisor(cell.connection());
     while (!cell.interrupted()) {
-      static_cast<void>(cell.look());
+      static_cast<void>(cell.poll());
       display_.cell(cell.status());
-      tell_news(cell, supervisor);
+      print_changes(cell, supervisor);
       static_cast<void>(cell.connection().wait_until([&] { return cell.interrupted(); }, 250ms));
     }
   }
 
-  void tell_news(const RunningCell& cell, SupervisorNews& supervisor) {
-    for (const std::string& line : supervisor.listen(cell.answered() ? &cell.status() : nullptr)) display_.line(line);
+  void print_changes(const RunningCell& cell, SupervisorMonitor& supervisor) {
+    for (const std::string& line : supervisor.update(cell.answered() ? &cell.status() : nullptr)) display_.line(line);
     std::string open;
     for (const msg::Fault& fault : cell.status().faults()) {
       if (!fault.cleared()) open += (open.empty() ? "" : "; ") + fault.cause().text();
     }
-    if (open != faults_) display_.line(open.empty() ? "all faults are over" : "fault: " + open);
+    if (open != faults_) display_.line(open.empty() ? "all faults are cleared" : "fault: " + open);
     faults_ = open;
   }
 
   void give_tasks(RunningCell& cell) {
-    bus::Reader<msg::RefereeReport> referee(cell.connection().participant(), &cell.connection().mailbox());
-    RefereeAccount account;
-    TickAccount ticks;
-    UsageAccount usage;
-    SupervisorNews supervisor(cell.connection());
-    const auto listen = [&] {
-      for (const auto& sample : referee.take()) {
-        if (!sample.disposed) account.update(sample.value);
+    bus::Reader<msg::ContactReport> contact_reports(cell.connection().participant(), &cell.connection().mailbox());
+    ContactTotals contacts;
+    TickStatistics ticks;
+    UsageMonitor usage;
+    SupervisorMonitor supervisor(cell.connection());
+    const auto update_contacts = [&] {
+      for (const auto& sample : contact_reports.take()) {
+        if (!sample.disposed) contacts.update(sample.value);
       }
     };
     usage.begin(cell.status());
     const auto began = Clock::now();
     TaskRounds rounds(cell, options_.tasks,
                       {[&] {
-                         listen();
+                         update_contacts();
                          ticks.update(cell.status());
-                         tell_news(cell, supervisor);
+                         print_changes(cell, supervisor);
                          display_.cell(cell.status());
                        },
                        [&](const std::string& text) { display_.line(text); }});
     rounds.run();
 
-    // The referee must have judged everything that happened until now.
-    listen();
-    const double last = account.time();
+    // Waits for one more report of the contact monitor: it covers all motion until now.
+    update_contacts();
+    const double last = contacts.time();
     static_cast<void>(cell.connection().wait_until(
         [&] {
-          listen();
-          return account.time() > last;
+          update_contacts();
+          return contacts.time() > last;
         },
         1s));
-    static_cast<void>(cell.look());
+    static_cast<void>(cell.poll());
     ticks.update(cell.status());
 
     report_ = rounds.tally();
     report_.cell = file_.cell.name;
     report_.method = "as configured";
-    report_.contacts = account.contacts();
-    report_.smallest = account.smallest();
+    report_.contacts = contacts.contacts();
+    report_.smallest = contacts.smallest();
     report_.duration = since(began);
     report_.tick_us = ticks.typical();
     report_.faults = list_json(cell.status().faults());
@@ -201,7 +198,7 @@ class Run {
       text += "missed: " + missed.at("arm").get<std::string>() + " " + missed.at("why").get<std::string>() + "\n";
     }
     if (report_.tasks < options_.tasks.tasks) {
-      text += "interrupted: only " + std::to_string(report_.tasks) + " of " + std::to_string(options_.tasks.tasks) +
+      text += "interrupted: " + std::to_string(report_.tasks) + " of " + std::to_string(options_.tasks.tasks) +
               " tasks ended\n";
     }
     print(settings_, to_json(report_), text);
@@ -234,27 +231,26 @@ ExitCode run(const Settings& settings, const Options& options) {
 }  // namespace
 
 void add_up(CLI::App& app, Session& session) {
-  CLI::App* command =
-      app.add_subcommand("up", "Brings a whole cell up on this host, and takes it down again on Ctrl-C");
+  CLI::App* command = app.add_subcommand("up", "Starts a whole cell on this host, and stops it on Ctrl-C");
   auto options = std::make_shared<Options>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
   TaskRounds::Options& tasks = options->tasks;
   add_whole_number(
       *command, "--tasks", [&tasks](std::uint64_t n) { tasks.tasks = static_cast<int>(n); },
-      "give the arms random conflicting goals until N have ended, report, and end; otherwise run until Ctrl-C", 1,
+      "give the arms random conflicting goals until N have ended, print a report and stop (run until Ctrl-C)", 1,
       kMostTasks);
   add_seed(*command, tasks.seed, "of the random goals (1)");
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
-  command->add_flag("--headless", options->headless, "lines of progress instead of a live view of the cell");
+  command->add_flag("--headless", options->headless, "print lines of progress instead of a live view of the cell");
   command
       ->add_option("--log-dir", options->log_dir,
-                   "folder of all logs; otherwise a temporary one that stays only if something went wrong")
+                   "folder for all logs (a temporary folder, which is kept only after an error)")
       ->type_name("DIR");
-  add_duration(*command, "--start-timeout", options->start_timeout, "how long the cell may take to come up (30s)", 0.1,
+  add_duration(*command, "--start-timeout", options->start_timeout, "time limit for the start of the cell (30s)", 0.1,
                3600.0);
   command->footer(
       "Exit code with --tasks: 0 when all were reached without contact, otherwise 1. Contacts and separations are the "
-      "referee's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
+      "contact monitor's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });

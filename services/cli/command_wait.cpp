@@ -1,4 +1,4 @@
-/// hecaton wait: returns when one of the named outcomes has come for an arm.
+/// hecaton wait: returns at the first of the named outcomes of an arm.
 
 #include <cstdio>
 #include <memory>
@@ -9,11 +9,10 @@
 
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/message_text.hpp"
-#include "services/cli/status_json.hpp"
-#include "services/command_line/choice_option.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -28,7 +27,6 @@ struct Options {
   double timeout = 30.0;  // [s]
 };
 
-/// What has come, for the exit code and for printing.
 struct Outcome {
   ExitCode code;
   Json json;
@@ -37,12 +35,11 @@ struct Outcome {
 
 class Waiter {
  public:
-  /// `now`: the cell as its supervisor sees it.
-  Waiter(client::Connection& cell, const Options& options, const msg::CellStatus& now)
+  Waiter(client::Connection& cell, const Options& options, const msg::CellStatus& status)
       : cell_(cell), options_(options), wanted_(options.outcomes.begin(), options.outcomes.end()) {
-    const msg::ArmStatus& arm = require_arm(now, options.arm);
+    const msg::ArmStatus& arm = require_arm(status, options.arm);
     subjects_ = {options.arm, arm.planner()};
-    for (const msg::NodeStatus& node : now.nodes()) {
+    for (const msg::NodeStatus& node : status.nodes()) {
       if (node.heartbeat().subject() == options.arm) subjects_.insert(node.heartbeat().node());
     }
     subjects_.erase("");
@@ -52,17 +49,19 @@ class Waiter {
     std::optional<Outcome> outcome;
     static_cast<void>(cell_.wait_until(
         [&] {
-          take_news();
+          update();
           return (outcome = judge()).has_value();
         },
         Seconds(options_.timeout)));
     return outcome;
   }
 
-  [[nodiscard]] std::string now() const { return newest_ ? "its goal is " + goal_text(*newest_) : "it has no goal"; }
+  [[nodiscard]] std::string present() const {
+    return newest_ ? "its goal is " + goal_text(*newest_) : "it has no goal";
+  }
 
  private:
-  void take_news() {
+  void update() {
     if (const auto status = cell_.newest_goal(options_.arm)) {
       const bool later_goal = newest_ && newest_->goal() != status->goal() && !is_final(newest_->state());
       if (later_goal) replaced_ = newest_;
@@ -95,7 +94,7 @@ class Waiter {
   std::set<std::string, std::less<>> wanted_;
   std::set<std::string, std::less<>> subjects_;  ///< the arm and the nodes that serve it
   std::optional<msg::GoalStatus> newest_;
-  std::optional<msg::GoalStatus> replaced_;  ///< a goal that a later one has replaced meanwhile
+  std::optional<msg::GoalStatus> replaced_;  ///< a goal that a later goal has replaced during the wait
   std::optional<msg::Fault> fault_;
 };
 
@@ -106,7 +105,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   if (!outcome) {
     throw Failure(ExitCode::kTimeOut, "arm '" + options.arm + "': none of " +
                                           CLI::detail::join(options.outcomes, ", ") + " within " +
-                                          duration_text(options.timeout) + "; " + waiter.now());
+                                          duration_text(options.timeout) + "; " + waiter.present());
   }
   print(settings, outcome->json, options.arm + ": " + outcome->text + "\n");
   return outcome->code;
@@ -115,13 +114,12 @@ ExitCode run(const Settings& settings, const Options& options) {
 }  // namespace
 
 void add_wait(CLI::App& app, Session& session) {
-  CLI::App* command = app.add_subcommand("wait", "Waits until one of the named outcomes has come for an arm");
+  CLI::App* command = app.add_subcommand("wait", "Waits for the first of the named outcomes of an arm");
   auto options = std::make_shared<Options>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
-  add_choices(*command, "--for", options->outcomes, kOutcomes,
-              "outcomes, separated by commas: whichever comes first (reached)");
-  add_duration(*command, "--timeout", options->timeout, "how long to wait (30s)", 0.0, 86400.0);
-  command->footer("Exit code 0: one of them came; 1: the goal ended otherwise; 4: time-out.");
+  add_choices(*command, "--for", options->outcomes, kOutcomes, "outcomes, separated by commas (reached)");
+  add_duration(*command, "--timeout", options->timeout, "time limit (30s)", 0.0, 86400.0);
+  command->footer("Exit code 0: one of the outcomes; 1: the goal ended otherwise; 4: time-out.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });

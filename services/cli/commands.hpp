@@ -1,18 +1,18 @@
 #pragma once
-/// Every command of `hecaton`, each in its own file: adds itself to the command line, and leaves what it does in
-/// `session.action` when it was given. All references must outlive the action.
+/// The program `hecaton` and its commands, each in its own file.
 
-#include "services/command_line/settings.hpp"
+#include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
 
+/// The whole command line.
+[[nodiscard]] const Program& hecaton_program();
+
+// Each function adds a command to `app`. When the command is given, its callback sets `session.action`. `session` must
+// outlive the action.
 void add_up(CLI::App& app, Session& session);
 void add_agent(CLI::App& app, Session& session);
-void add_status(CLI::App& app, Session& session);
-void add_arms(CLI::App& app, Session& session);
-void add_faults(CLI::App& app, Session& session);
-void add_obstacles(CLI::App& app, Session& session);
-void add_hosts(CLI::App& app, Session& session);
+void add_status_commands(CLI::App& app, Session& session);  ///< status, arms, faults, obstacles, hosts
 void add_goal(CLI::App& app, Session& session);
 void add_wait(CLI::App& app, Session& session);
 void add_mode_commands(CLI::App& app, Session& session);  ///< hold, resume, stop

@@ -1,13 +1,12 @@
-#include "services/cli/plan_query.hpp"
-
 #include <algorithm>
 #include <map>
 
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/cli/plan.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
 #include "services/config/cell_file.hpp"
-#include "services/config/check_start.hpp"
 #include "services/config/moveit_files.hpp"
+#include "services/config/overlaps.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -17,9 +16,9 @@ namespace {
   throw Failure(ExitCode::kBadInput, option + " = '" + config::printable(value) + "' must be " + must_be);
 }
 
-/// A robot alone in a cell of its own.
-planner::Cell cell_of_robot(const PlanWords& words) {
-  const auto model = load_robot(words.file, words.robot);
+/// A cell with the robot of a URDF alone.
+planner::Cell cell_of_robot(const PlanArguments& arguments) {
+  const auto model = load_robot(arguments.file, arguments.robot);
   planner::PlannedArm planned;
   planned.arm.name = config::is_name(model->name) ? model->name : "robot";
   planned.arm.model = model;
@@ -54,7 +53,7 @@ void append(std::vector<double>& values, const planner::JointVector& q) {
   values.insert(values.end(), q.begin(), q.end());
 }
 
-/// Numbers for all planned arms together, or a pose that each of them has.
+/// Numbers for all planned arms together, or a named pose that every planned arm has.
 std::vector<double> configuration(const std::string& option, const std::string& text, const planner::Cell& cell,
                                   const std::vector<int>& arms) {
   std::vector<double> values;
@@ -77,7 +76,7 @@ std::vector<double> configuration(const std::string& option, const std::string& 
   return parsed.numbers;
 }
 
-/// Arms of one kind have joints of the same names: which of them a request means cannot be told.
+/// Arms of one robot have joints of the same names: a request for several of them is ambiguous.
 void refuse_shared_joints(const std::string& file, const planner::Cell& cell, const std::vector<int>& arms) {
   std::map<std::string, std::vector<std::string_view>> owners;
   for (const int arm : arms) {
@@ -88,20 +87,20 @@ void refuse_shared_joints(const std::string& file, const planner::Cell& cell, co
     if (names.size() < 2) continue;
     throw Failure(ExitCode::kBadInput, file + ": start_state.joint_state.name: '" + config::printable(joint) +
                                            "' is a joint of each of the planned arms " + config::listed(names) +
-                                           "; a request is for one of them, --from and --to are for several");
+                                           "; a request is for one of these arms, use --from and --to for several");
   }
 }
 
-/// Where nothing says what the groups are, the name is told.
-void check_group(const PlanWords& words, const std::string& group, PlanQuery& query) {
+/// Checks the group of a request by the SRDF. Without groups a note says that it is not read.
+void check_group(const PlanArguments& arguments, const std::string& group, PlanQuery& query) {
   if (group.empty()) return;
-  const std::string says = words.moveit_request + ": group_name = '" + config::printable(group) + "' ";
-  const std::string& srdf = words.robot.srdf;
+  const std::string says = arguments.moveit_request + ": group_name = '" + config::printable(group) + "' ";
+  const std::string& srdf = arguments.robot.srdf;
   const std::vector<std::string> groups = srdf.empty() ? std::vector<std::string>() : config::groups_of_srdf(srdf);
   if (groups.empty()) {
     query.notes.push_back(says + "is not read: " +
-                          (is_robot(words.file) ? "without an SRDF with groups the chain to the tool is planned"
-                                                : "the arms to plan for are said by --arm"));
+                          (is_robot(arguments.file) ? "without an SRDF with groups the chain to the tool is planned"
+                                                    : "--arm names the planned arms"));
   } else if (std::find(groups.begin(), groups.end(), group) == groups.end()) {
     const std::vector<std::string_view> known(groups.begin(), groups.end());
     throw Failure(ExitCode::kBadInput, says + "must be " + config::alternatives(known) + ", the groups of " + srdf);
@@ -115,7 +114,7 @@ std::vector<double> by_name(const std::string& file, const std::map<std::string,
     for (const std::string& joint : cell.arms[arm].arm.model->joint_names) {
       const auto found = positions.find(joint);
       if (found == positions.end()) {
-        throw Failure(ExitCode::kBadInput, file + ": says nothing of joint '" + joint + "'");
+        throw Failure(ExitCode::kBadInput, file + ": joint '" + joint + "' is missing");
       }
       values.push_back(found->second);
     }
@@ -131,7 +130,7 @@ std::vector<std::string_view> joints_of(const planner::Cell& cell, const std::ve
   return names;
 }
 
-/// A start may say where joints are that do not move here; a goal for them cannot be reached.
+/// A start may name joints that are not planned: a note. A goal must not.
 void check_names(const std::string& file, const config::MoveItRequest& request,
                  const std::vector<std::string_view>& planned, PlanQuery& query) {
   std::vector<std::string_view> others;
@@ -149,18 +148,19 @@ void check_names(const std::string& file, const config::MoveItRequest& request,
   }
 }
 
-void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vector<int>& arms, PlanQuery& query) {
-  if (!words.moveit_request.empty()) {
-    const config::MoveItRequest request = config::read_moveit_request(words.moveit_request);
+void read_ends(const PlanArguments& arguments, const planner::Cell& cell, const std::vector<int>& arms,
+               PlanQuery& query) {
+  if (!arguments.moveit_request.empty()) {
+    const config::MoveItRequest request = config::read_moveit_request(arguments.moveit_request);
     query.notes.insert(query.notes.end(), request.notes.begin(), request.notes.end());
-    check_group(words, request.group, query);
-    refuse_shared_joints(words.moveit_request, cell, arms);
-    check_names(words.moveit_request, request, joints_of(cell, arms), query);
-    query.start = by_name(words.moveit_request + ": start_state", request.start, cell, arms);
-    query.goal = by_name(words.moveit_request + ": goal_constraints", request.goal, cell, arms);
+    check_group(arguments, request.group, query);
+    refuse_shared_joints(arguments.moveit_request, cell, arms);
+    check_names(arguments.moveit_request, request, joints_of(cell, arms), query);
+    query.start = by_name(arguments.moveit_request + ": start_state", request.start, cell, arms);
+    query.goal = by_name(arguments.moveit_request + ": goal_constraints", request.goal, cell, arms);
   }
-  if (!words.from.empty()) query.start = configuration("--from", words.from, cell, arms);
-  if (!words.to.empty()) query.goal = configuration("--to", words.to, cell, arms);
+  if (!arguments.from.empty()) query.start = configuration("--from", arguments.from, cell, arms);
+  if (!arguments.to.empty()) query.goal = configuration("--to", arguments.to, cell, arms);
   if (query.start.empty()) {
     for (const int arm : arms) {
       const planner::PlannedArm& planned = cell.arms[arm];
@@ -169,14 +169,15 @@ void read_ends(const PlanWords& words, const planner::Cell& cell, const std::vec
       } else if (planned.arm.named.contains("home")) {
         append(query.start, planned.arm.home());
       } else {
-        throw Failure(ExitCode::kBadInput, "--from or --moveit-request must say where arm " + planned.arm.name + " is");
+        throw Failure(ExitCode::kBadInput, "--from or --moveit-request is needed: arm " + planned.arm.name +
+                                               " has no start and no pose 'home'");
       }
     }
   }
-  if (query.goal.empty()) throw Failure(ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
+  if (query.goal.empty()) throw Failure(ExitCode::kBadInput, "--to or --moveit-request is needed for the goal");
 }
 
-/// Objects of a scene are added to those of the cell: one name is one obstacle.
+/// Names of the scene's objects must differ from those of the cell's obstacles.
 void refuse_taken_names(const std::string& file, const config::MoveItScene& scene, const planner::Cell& cell) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const std::string& name = scene.obstacles[i].name;
@@ -189,7 +190,7 @@ void refuse_taken_names(const std::string& file, const config::MoveItScene& scen
   }
 }
 
-/// Files may call the same robot otherwise, so another name is told only.
+/// Files may use another name for the same robot, so another name is a note only.
 void check_robot_name(const std::string& file, const std::string& robot, const planner::Cell& cell, PlanQuery& query) {
   if (robot.empty()) return;
   std::vector<std::string_view> known;
@@ -199,28 +200,29 @@ void check_robot_name(const std::string& file, const std::string& robot, const p
     if (std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
   }
   query.notes.push_back(file + ": robot_model_name = '" + config::printable(robot) + "' is not " +
-                        config::alternatives(known) + ": of this scene only the objects are read");
+                        config::alternatives(known) + ": only the objects of this scene are read");
 }
 
-/// What the scene has is added to the cell.
-void add_moveit_scene(const PlanWords& words, planner::Cell& cell, PlanQuery& query) {
-  // A robot alone stands with its root at the origin.
+/// Adds the objects of the scene to the cell.
+void add_moveit_scene(const PlanArguments& arguments, planner::Cell& cell, PlanQuery& query) {
+  // The root of a URDF without a cell is at the origin.
   std::vector<std::string> frames = {"world"};
-  if (is_robot(words.file)) frames.push_back(cell.arms.front().arm.model->links.front().name);
-  const config::MoveItScene scene = config::read_moveit_scene(words.moveit_scene, frames);
-  refuse_taken_names(words.moveit_scene, scene, cell);
+  if (is_robot(arguments.file)) frames.push_back(cell.arms.front().arm.model->links.front().name);
+  const config::MoveItScene scene = config::read_moveit_scene(arguments.moveit_scene, frames);
+  refuse_taken_names(arguments.moveit_scene, scene, cell);
   cell.scene.obstacles.insert(cell.scene.obstacles.end(), scene.obstacles.begin(), scene.obstacles.end());
   query.notes = scene.notes;
-  check_robot_name(words.moveit_scene, scene.robot, cell, query);
+  check_robot_name(arguments.moveit_scene, scene.robot, cell, query);
 }
 
 }  // namespace
 
-PlanQuery make_plan_query(const PlanWords& words) {
-  planner::Cell cell = is_robot(words.file) ? cell_of_robot(words) : config::load_cell_file(words.file).cell;
-  const std::vector<int> arms = planned_arms(cell, words.arms);
+PlanQuery make_plan_query(const PlanArguments& arguments) {
+  planner::Cell cell =
+      is_robot(arguments.file) ? cell_of_robot(arguments) : config::load_cell_file(arguments.file).cell;
+  const std::vector<int> arms = planned_arms(cell, arguments.arms);
   PlanQuery query;
-  if (!words.moveit_scene.empty()) add_moveit_scene(words, cell, query);
+  if (!arguments.moveit_scene.empty()) add_moveit_scene(arguments, cell, query);
   query.obstacles = cell.scene.obstacles;
   query.first = cell.arms[arms.front()];
   query.timing = cell.timing;
@@ -243,7 +245,7 @@ PlanQuery make_plan_query(const PlanWords& words) {
     X_WO.push_back(obstacle.X_WO);
   }
   query.world = planner::global::world_bodies(query.planned.front(), X_WO, others);
-  read_ends(words, cell, arms, query);
+  read_ends(arguments, cell, arms, query);
   return query;
 }
 
@@ -254,7 +256,7 @@ const planner::Arm& only_arm(const PlanQuery& query, const std::string& option) 
   return query.planned.front().own_arm();
 }
 
-std::vector<world::Obstacle> standing(const PlanQuery& query, const std::string& option) {
+std::vector<world::Obstacle> obstacles_of_only_arm(const PlanQuery& query, const std::string& option) {
   const std::string& name = only_arm(query, option).name;
   std::vector<world::Obstacle> obstacles;
   for (const planner::global::WorldBody& body : query.world) {

@@ -1,11 +1,14 @@
-#include "services/cli/plot_cspace.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 
-#include "planner/methods/sensed_cspace/surface_points.hpp"
-#include "services/cli/formatted.hpp"
+#include "planner/methods/registry.hpp"
+#include "planner/methods/sensed_cspace/cspace_method.hpp"
+#include "services/cli/plots.hpp"
+#include "services/command_line/program.hpp"
+#include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -18,10 +21,10 @@ using planner::cspace::Point;
 using planner::cspace::SensedMap;
 using planner::cspace::Turn;
 
-constexpr double kSide = 480.0;            // of each picture [px]
-constexpr double kBetweenPictures = 60.0;  // [px]
+constexpr double kSide = 480.0;    // of each plot [px]
+constexpr double kPlotGap = 60.0;  // [px]
 
-/// The workspace, in the plane in which the arm is now.
+/// The workspace in the present plane of the arm's last two joints.
 class Workspace {
  public:
   Workspace(const planner::PlannedArm& planned, double theta0)
@@ -43,7 +46,7 @@ class Workspace {
     return formatted("<circle cx='%.1f' cy='%.1f' r='1.3' fill='%s'/>\n", x(p), y(p), colour);
   }
 
-  /// The obstacle's outline across the plane, from points on its surface: their hull.
+  /// The outline of the obstacle in the plane: the hull of points on its surface.
   [[nodiscard]] std::string obstacle(const world::Obstacle& obstacle) const {
     std::string shapes;
     for (const world::PlacedShape& placed : obstacle.shapes) {
@@ -75,10 +78,10 @@ class Workspace {
   double scale_;
 };
 
-/// The map, a cell's centre at its index.
-class CspacePicture {
+/// The map; the centre of a cell is at its index.
+class CspacePlot {
  public:
-  explicit CspacePicture(const SensedMap& map) : map_(map), scale_(kSide / std::max(map.size()[1], map.size()[2])) {}
+  explicit CspacePlot(const SensedMap& map) : map_(map), scale_(kSide / std::max(map.size()[1], map.size()[2])) {}
 
   [[nodiscard]] std::string blocked(int plane) const {
     std::string cells = "<path fill='#d66' stroke='none' d='";
@@ -112,7 +115,7 @@ class CspacePicture {
   }
 
  private:
-  [[nodiscard]] double x(double cell) const { return kSide + kBetweenPictures + scale_ * (cell + 0.5); }
+  [[nodiscard]] double x(double cell) const { return kSide + kPlotGap + scale_ * (cell + 0.5); }
   [[nodiscard]] double y(double cell) const { return kSide - scale_ * (cell + 0.5); }
 
   const SensedMap& map_;
@@ -130,6 +133,28 @@ std::string axes(const ArmPlanes& planes, const SensedMap& map, const JointVecto
   return plane + "θ₁ → " + range(1) + ", θ₂ ↑ " + range(2);
 }
 
+constexpr double kInterval = 0.25;  // [s]
+
+bool by_field(const planner::PlannedArm& planned) {
+  return planned.parameters.method->traits().plot == planner::MethodTraits::Plot::kField;
+}
+
+bool has_plot(const planner::MethodTraits& traits) {
+  return traits.plot != planner::MethodTraits::Plot::kNone;
+}
+
+std::string plot_in_field(const planner::EpisodeMoment& moment, int arm,
+                          const std::vector<planner::JointVector>& trace) {
+  char time[32];
+  std::snprintf(time, sizeof time, ", t = %.2f s", moment.time);
+  return plot_path({.planned = moment.cell.arms[arm],
+                    .obstacles = moment.cell.scene.obstacles,
+                    .path = trace,
+                    .goal = moment.goals[arm],
+                    .title = moment.cell.arms[arm].arm.name + time,
+                    .field = true});
+}
+
 }  // namespace
 
 const planner::cspace::SensedPlanner* cspace_of(const planner::ArmController& controller) {
@@ -142,7 +167,7 @@ std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std
   const SensedMap& map = planner.map();
   const JointVector& q = moment.measured[arm];
   const Workspace workspace(planned, ArmPlanes(*planned.arm.model).angles(q)[0]);
-  const CspacePicture cspace(map);
+  const CspacePlot cspace(map);
 
   std::string svg = formatted(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
@@ -150,19 +175,64 @@ std::string plot_cspace(const planner::EpisodeMoment& moment, int arm, const std
       "<g font-family='sans-serif' font-size='14'>"
       "<text x='0' y='-10'>%s, t = %.2f s, searches: %d</text>"
       "<text x='%.0f' y='-10'>%s</text></g>\n",
-      2.0 * kSide + kBetweenPictures + 20.0, kSide + 50.0, planned.arm.name.c_str(), moment.time, planner.searches(),
-      kSide + kBetweenPictures, axes(ArmPlanes(*planned.arm.model), map, q).c_str());
+      2.0 * kSide + kPlotGap + 20.0, kSide + 50.0, planned.arm.name.c_str(), moment.time, planner.searches(),
+      kSide + kPlotGap, axes(ArmPlanes(*planned.arm.model), map, q).c_str());
   for (const world::Obstacle& obstacle : moment.cell.scene.obstacles) svg += workspace.obstacle(obstacle);
   svg += workspace.link_lines(moment.goals[arm], "stroke='#8c8' opacity='0.35'");
   svg += workspace.link_lines(q, "stroke='#36c' opacity='0.8'");
   for (const Eigen::Vector3d& p_B : map.points()) svg += workspace.dot(p_B, "#c00");
   svg += cspace.blocked(map.cell_at(q)[0]);
-  svg += cspace.polyline(planner.way(), "stroke='#090' stroke-width='1.5' stroke-dasharray='4 3'");
+  svg += cspace.polyline(planner.path(), "stroke='#090' stroke-width='1.5' stroke-dasharray='4 3'");
   std::vector<Cell3> been;
   for (const JointVector& before : trace) been.push_back(map.cell_at(before));
   svg += cspace.polyline(been, "stroke='#36c' stroke-width='2'");
   svg += cspace.mark(moment.goals[arm], "#090") + cspace.mark(q, "#36c") + cspace.frame();
   return svg + "</svg>\n";
+}
+
+EpisodePlotter::EpisodePlotter(std::string folder, const planner::Cell& cell)
+    : folder_(std::move(folder)), traces_(cell.arms.size()) {
+  const bool any = std::any_of(cell.arms.begin(), cell.arms.end(), [](const planner::PlannedArm& planned) {
+    return has_plot(planned.parameters.method->traits());
+  });
+  if (!any) {
+    std::vector<std::string_view> names;
+    for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {
+      if (has_plot(traits)) names.push_back(traits.name);
+    }
+    throw Failure(ExitCode::kBadInput,
+                  "--plot = " + folder_ + " needs an arm with method " + config::alternatives(names));
+  }
+  std::error_code failed;
+  std::filesystem::create_directories(folder_, failed);
+  if (failed) throw Failure(ExitCode::kBadInput, "--plot: " + folder_ + " cannot be created: " + failed.message());
+}
+
+void EpisodePlotter::plot(const planner::EpisodeMoment& moment) {
+  const bool due = moment.time >= due_;
+  if (due) due_ = moment.time + kInterval;
+  for (int arm = 0; arm < static_cast<int>(traces_.size()); ++arm) {
+    ArmTrace& trace = traces_[arm];
+    if (due && by_field(moment.cell.arms[arm])) {
+      trace.q.push_back(moment.measured[arm]);
+      write(moment, arm);
+    }
+    const auto* planner = cspace_of(moment.planners[arm].controller());
+    if (planner == nullptr) continue;
+    trace.q.push_back(moment.measured[arm]);
+    if (due || planner->searches() != trace.searches) write(moment, arm);
+    trace.searches = planner->searches();
+  }
+}
+
+void EpisodePlotter::write(const planner::EpisodeMoment& moment, int arm) {
+  char number[16];
+  std::snprintf(number, sizeof number, "%04d", plots_++);
+  const std::string path = folder_ + "/" + moment.cell.arms[arm].arm.name + "_" + number + ".svg";
+  std::ofstream file(path);
+  const auto& trace = traces_[arm].q;
+  file << (by_field(moment.cell.arms[arm]) ? plot_in_field(moment, arm, trace) : plot_cspace(moment, arm, trace));
+  if (!file.flush()) failure_ = "--plot: " + path + " cannot be written";
 }
 
 }  // namespace hecaton::services::cli

@@ -1,43 +1,40 @@
-#include "services/cli/plot_graph.hpp"
-
 #include <algorithm>
 
-#include "services/cli/formatted.hpp"
+#include "services/cli/plots.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 using planner::global::kWidth;
 
-/// The space is looked at in so many squares a side.
-constexpr int kGraphSquares = 240;
+constexpr int kGraphSquares = 240;  // a side, each of which is checked at its centre
 static_assert(kGraphSquares % kWidth == 0);
 
 class Panel {
  public:
-  Panel(const GraphPicture& picture, double side)
-      : picture_(picture),
+  Panel(const GraphPlot& plot, double side)
+      : plot_(plot),
         side_(side),
-        width_(picture.space.upper[0] - picture.space.lower[0]),
-        height_(picture.space.upper[1] - picture.space.lower[1]) {}
+        width_(plot.space.upper[0] - plot.space.lower[0]),
+        height_(plot.space.upper[1] - plot.space.lower[1]) {}
 
   [[nodiscard]] std::string text() const {
     std::string text = blocked() + graph();
-    text += way(picture_.found, "#e80", 2.0) + way(picture_.path, "#000", 2.5);
-    text += dot(picture_.start, "#e80") + dot(picture_.goal, "#090");
+    text += way(plot_.found, "#e80", 2.0) + way(plot_.path, "#000", 2.5);
+    text += dot(plot_.start, "#e80") + dot(plot_.goal, "#090");
     text += formatted("<text x='%.0f' y='%.0f' font-family='sans-serif' font-size='12'>", 6.0, side_ - 6.0);
-    text += picture_.across + " →, " + picture_.up + " ↑</text>\n";
+    text += plot_.across + " →, " + plot_.up + " ↑</text>\n";
     return text;
   }
 
  private:
-  [[nodiscard]] double x(double q0) const { return side_ * (q0 - picture_.space.lower[0]) / width_; }
-  [[nodiscard]] double y(double q1) const { return side_ * (picture_.space.upper[1] - q1) / height_; }
+  [[nodiscard]] double x(double q0) const { return side_ * (q0 - plot_.space.lower[0]) / width_; }
+  [[nodiscard]] double y(double q1) const { return side_ * (plot_.space.upper[1] - q1) / height_; }
 
-  /// Squares of a row that are blocked one after the other are one.
+  /// Adjacent blocked squares of a row are drawn as one.
   [[nodiscard]] std::string blocked() const {
     const double square = side_ / kGraphSquares;
-    const int stride = picture_.space.stride;
+    const int stride = plot_.space.stride;
     std::string text;
     for (int row = 0; row < kGraphSquares; ++row) {
       int run = 0;
@@ -63,16 +60,16 @@ class Panel {
     std::vector<float> eight(static_cast<std::size_t>(kWidth) * stride, 0.0F);
     for (int lane = 0; lane < kWidth; ++lane) {
       float* q = eight.data() + static_cast<std::ptrdiff_t>(lane) * stride;
-      q[0] = picture_.space.lower[0] + static_cast<float>(width_ * (column + lane + 0.5) / kGraphSquares);
-      q[1] = picture_.space.upper[1] - static_cast<float>(height_ * (row + 0.5) / kGraphSquares);
+      q[0] = plot_.space.lower[0] + static_cast<float>(width_ * (column + lane + 0.5) / kGraphSquares);
+      q[1] = plot_.space.upper[1] - static_cast<float>(height_ * (row + 0.5) / kGraphSquares);
     }
-    return picture_.validity.collisions(eight.data());
+    return plot_.validity.collisions(eight.data());
   }
 
   [[nodiscard]] std::string graph() const {
-    const planner::global::Points& nodes = picture_.record.nodes;
+    const planner::global::Points& nodes = plot_.record.nodes;
     std::string text = "<g stroke='#36c' stroke-width='0.8' fill='#36c'>\n";
-    for (const auto& [a, b] : picture_.record.edges) {
+    for (const auto& [a, b] : plot_.record.edges) {
       text += formatted("<path d='M%.1f %.1fL%.1f %.1f'/>\n", x(nodes[a][0]), y(nodes[a][1]), x(nodes[b][0]),
                         y(nodes[b][1]));
     }
@@ -93,7 +90,7 @@ class Panel {
     return formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='%s'/>\n", x(q[0]), y(q[1]), colour);
   }
 
-  const GraphPicture& picture_;
+  const GraphPlot& plot_;
   double side_;
   double width_;
   double height_;
@@ -101,8 +98,8 @@ class Panel {
 
 }  // namespace
 
-std::string graph_panel(const GraphPicture& picture, double side) {
-  return Panel(picture, side).text();
+std::string graph_panel(const GraphPlot& plot, double side) {
+  return Panel(plot, side).text();
 }
 
 }  // namespace hecaton::services::cli

@@ -1,15 +1,13 @@
-#include "services/cli/plot_path.hpp"
-
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <numbers>
 
 #include "planner/collision/exact_distance.hpp"
-#include "planner/methods/potential_field/potential.hpp"
 #include "planner/methods/potential_field/potential_field.hpp"
-#include "planner/methods/sensed_cspace/convex_piece.hpp"
-#include "services/cli/formatted.hpp"
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
+#include "services/cli/plots.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -18,15 +16,13 @@ using planner::JointVector;
 using planner::Pose;
 using planner::cspace::Point;
 
-constexpr double kBetween = 24.0;  // [px]
-constexpr double kAround = 0.1;    // of the scene, left free [m]
-/// An arm whose bodies' centres change their height less than this stays at one height [m].
-constexpr double kLevel = 0.01;
-/// The field is drawn in so many squares a side, and every so many have an arrow.
-constexpr int kSquares = 72;
-constexpr int kArrowEvery = 3;
+constexpr double kPanelGap = 24.0;  // [px]
+constexpr double kBorder = 0.1;     // around the scene [m]
+constexpr double kLevel = 0.01;     // change of height of an arm's bodies that counts as none [m]
+constexpr int kSquares = 72;        // of the field, a side
+constexpr int kArrowEvery = 3;      // squares
 
-/// A shape of which the outline from any side is the hull of discs.
+/// Discs whose hull is the outline of a shape from any side.
 struct Discs {
   std::vector<Eigen::Vector3d> centres_W;
   double radius = 0.0;
@@ -70,20 +66,20 @@ Discs discs_of(const world::Shape& shape, const Pose& X_WS) {
 
 class Drawing {
  public:
-  explicit Drawing(const PathPicture& picture)
-      : picture_(picture),
-        field_parameters_(planner::parameters_of<planner::potential::PotentialParameters>(picture.planned.methods)),
-        geometry_({picture.planned.arm}, 0) {
+  explicit Drawing(const PathPlot& plot)
+      : plot_(plot),
+        field_parameters_(planner::parameters_of<planner::potential::PotentialParameters>(plot.planned.methods)),
+        geometry_({plot.planned.arm}, 0) {
     geometry_.set_obstacles(carried());
-    for (const world::Obstacle& obstacle : picture.obstacles) {
+    for (const world::Obstacle& obstacle : plot.obstacles) {
       if (obstacle.attachment) continue;
       for (const world::PlacedShape& placed : obstacle.shapes) {
         scene_.push_back({placed.shape, obstacle.X_WO * placed.X_BS});
-        see(discs_of(placed.shape, scene_.back().X_BS));
+        extend(discs_of(placed.shape, scene_.back().X_BS));
       }
     }
     lowest_ = extent_.isEmpty() ? -HUGE_VAL : extent_.min().z() - field_parameters_.influence_distance;
-    const std::vector<JointVector> states = shown();
+    const std::vector<JointVector> states = plotted();
     const std::vector<Discs> first = arm_at(states.front(), -HUGE_VAL);
     for (const JointVector& q : states) {
       const std::vector<Discs> arm = arm_at(q, -HUGE_VAL);
@@ -93,25 +89,25 @@ class Drawing {
     }
     if (!level_) lowest_ = -HUGE_VAL;
     for (const JointVector& q : states) {
-      for (const Discs& discs : arm_at(q, lowest_)) see(discs);
+      for (const Discs& discs : arm_at(q, lowest_)) extend(discs);
     }
-    scale_ = kPanel / (extent_.sizes().maxCoeff() + 2.0 * kAround);
+    scale_ = kPanel / (extent_.sizes().maxCoeff() + 2.0 * kBorder);
   }
 
   [[nodiscard]] std::string svg() {
     std::vector<std::string> panels{panel(1)};
     if (!level_) panels.push_back(panel(2));
-    if (picture_.field) panels.push_back(field_panel());
-    panels.insert(panels.end(), picture_.panels.begin(), picture_.panels.end());
+    if (plot_.field) panels.push_back(field_panel());
+    panels.insert(panels.end(), plot_.panels.begin(), plot_.panels.end());
     const auto count = static_cast<double>(panels.size());
     std::string text = formatted(
         "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
         "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
         "<text x='0' y='-10' font-family='sans-serif' font-size='14'>",
-        count * kPanel + (count - 1.0) * kBetween + 20.0, kPanel + 40.0);
-    text += picture_.title + "</text>\n";
+        count * kPanel + (count - 1.0) * kPanelGap + 20.0, kPanel + 40.0);
+    text += plot_.title + "</text>\n";
     for (std::size_t i = 0; i < panels.size(); ++i) {
-      text += formatted("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kPanel + kBetween),
+      text += formatted("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kPanel + kPanelGap),
                         kPanel, kPanel);
       text += panels[i];
       text += formatted("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kPanel, kPanel);
@@ -122,21 +118,21 @@ class Drawing {
  private:
   [[nodiscard]] std::vector<world::Obstacle> carried() const {
     std::vector<world::Obstacle> own;
-    for (const world::Obstacle& obstacle : picture_.obstacles) {
-      if (obstacle.attachment && obstacle.attachment->arm == picture_.planned.arm.name) own.push_back(obstacle);
+    for (const world::Obstacle& obstacle : plot_.obstacles) {
+      if (obstacle.attachment && obstacle.attachment->arm == plot_.planned.arm.name) own.push_back(obstacle);
     }
     return own;
   }
 
-  [[nodiscard]] std::vector<JointVector> shown() const {
-    std::vector<JointVector> states = picture_.path;
-    states.push_back(picture_.goal);
+  [[nodiscard]] std::vector<JointVector> plotted() const {
+    std::vector<JointVector> states = plot_.path;
+    states.push_back(plot_.goal);
     return states;
   }
 
   /// Bodies not below `lowest` [m].
   [[nodiscard]] std::vector<Discs> arm_at(const JointVector& q, double lowest) const {
-    const planner::Arm& arm = picture_.planned.arm;
+    const planner::Arm& arm = plot_.planned.arm;
     planner::Kinematics kinematics;
     forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
     std::vector<Discs> bodies;
@@ -148,7 +144,7 @@ class Drawing {
     return bodies;
   }
 
-  void see(const Discs& discs) {
+  void extend(const Discs& discs) {
     for (const Eigen::Vector3d& p : discs.centres_W) {
       extent_.extend(Eigen::Vector3d(p.array() - discs.radius));
       extent_.extend(Eigen::Vector3d(p.array() + discs.radius));
@@ -158,7 +154,7 @@ class Drawing {
   [[nodiscard]] double x(double across) const { return 0.5 * kPanel + scale_ * (across - extent_.center().x()); }
   [[nodiscard]] double y(double up, int axis) const { return 0.5 * kPanel - scale_ * (up - extent_.center()[axis]); }
 
-  /// `axis`: that of W which points upwards in the picture.
+  /// `axis`: that of W which points upwards in the plot.
   [[nodiscard]] std::string outline(const Discs& discs, int axis, const char* style) const {
     std::vector<Point> points;
     const int corners = discs.radius > 0.0 ? 48 : 1;
@@ -189,7 +185,7 @@ class Drawing {
   }
 
   [[nodiscard]] Eigen::Vector3d tool_at(const JointVector& q) const {
-    const planner::Arm& arm = picture_.planned.arm;
+    const planner::Arm& arm = plot_.planned.arm;
     planner::Kinematics kinematics;
     forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
     return kinematics.X_WT.translation();
@@ -197,7 +193,7 @@ class Drawing {
 
   [[nodiscard]] std::string tool_trace(int axis) const {
     std::string text = "<polyline fill='none' stroke='#c60' stroke-width='1.5' points='";
-    for (const JointVector& q : picture_.path) {
+    for (const JointVector& q : plot_.path) {
       const Eigen::Vector3d p = tool_at(q);
       text += formatted("%.1f,%.1f ", x(p.x()), y(p[axis], axis));
     }
@@ -206,13 +202,13 @@ class Drawing {
 
   [[nodiscard]] std::string panel(int axis) const {
     std::string text = obstacles(axis);
-    text += arm(picture_.goal, axis, "fill='#8c8' fill-opacity='0.5'");
-    for (const JointVector& q : picture_.path) {
+    text += arm(plot_.goal, axis, "fill='#8c8' fill-opacity='0.5'");
+    for (const JointVector& q : plot_.path) {
       text += arm(q, axis, "fill='none' stroke='#36c' stroke-opacity='0.25'");
     }
-    if (!picture_.path.empty()) {
-      text += arm(picture_.path.front(), axis, "fill='#fc6' fill-opacity='0.6'");
-      text += arm(picture_.path.back(), axis, "fill='#36c' fill-opacity='0.6'");
+    if (!plot_.path.empty()) {
+      text += arm(plot_.path.front(), axis, "fill='#fc6' fill-opacity='0.6'");
+      text += arm(plot_.path.back(), axis, "fill='#36c' fill-opacity='0.6'");
     }
     return text + tool_trace(axis);
   }
@@ -222,7 +218,7 @@ class Drawing {
     Eigen::Vector2d force = Eigen::Vector2d::Zero();
   };
 
-  /// −∇U of a point at p_W that the tool's place at the goal attracts, in the horizontal plane.
+  /// −∇U of a point at p_W that the tool's position at the goal attracts, in the horizontal plane.
   [[nodiscard]] FieldAt field_at(const Eigen::Vector3d& p_W, const Eigen::Vector3d& goal_W) const {
     const planner::potential::PotentialParameters& parameters = field_parameters_;
     const world::Sphere point{1e-5};
@@ -246,9 +242,9 @@ class Drawing {
                      py + 0.5 * tip.y(), tip.x(), -tip.y());
   }
 
-  /// Red where obstacles repel, arrows downhill. Squares of a row that look alike are one.
+  /// Repulsion red, arrows along −∇U. Adjacent squares of one shade in a row are drawn as one.
   [[nodiscard]] std::string field_panel() const {
-    const Eigen::Vector3d goal_W = tool_at(picture_.goal);
+    const Eigen::Vector3d goal_W = tool_at(plot_.goal);
     const double pixel = kPanel / kSquares;
     const double attraction = field_parameters_.goal_distance;
     std::string squares, arrows;
@@ -282,11 +278,11 @@ class Drawing {
            formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='#090'/>\n", x(goal_W.x()), y(goal_W.y(), 1));
   }
 
-  const PathPicture& picture_;
+  const PathPlot& plot_;
   planner::potential::PotentialParameters field_parameters_;
   planner::CellGeometry geometry_;
   std::vector<world::PlacedShape> scene_;  ///< in W
-  double lowest_ = -HUGE_VAL;  ///< what carries an arm that stays level, far below all obstacles, is out of sight [m]
+  double lowest_ = -HUGE_VAL;  ///< bodies of a level arm that are lower, far below all obstacles, are not plotted [m]
   Eigen::AlignedBox3d extent_;
   double scale_ = 1.0;
   bool level_ = true;
@@ -294,8 +290,17 @@ class Drawing {
 
 }  // namespace
 
-std::string plot_path(const PathPicture& picture) {
-  return Drawing(picture).svg();
+std::string plot_path(const PathPlot& plot) {
+  return Drawing(plot).svg();
+}
+
+std::string formatted(const char* format, ...) {
+  char buffer[512];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
 }
 
 }  // namespace hecaton::services::cli

@@ -7,9 +7,8 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/collision/model_filter.hpp"
-#include "services/command_line/choice_option.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -34,7 +33,7 @@ std::map<std::string, std::string> packages_of(const std::vector<std::string>& e
   return packages;
 }
 
-/// An option whose text is not empty: scripts whose variable is not set must not plan without the file that it names.
+/// An option whose text must not be empty: a script with an unset variable must not plan without its file.
 void add_given_text(CLI::App& app, const std::string& name, std::string& text, const std::string& must_be,
                     const std::string& description, const std::string& type) {
   const auto set = [name, &text, must_be](const std::string& given) {
@@ -48,11 +47,11 @@ void add_given_text(CLI::App& app, const std::string& name, std::string& text, c
 
 void add_robot_options(CLI::App& app, RobotOptions& options) {
   add_given_text(app, "--srdf", options.srdf, "the path of an SRDF",
-                 "URDF only: SRDF with its collision filter and poses", "FILE");
+                 "URDF only: SRDF with collision filter and named poses", "FILE");
   add_given_text(app, "--tool", options.tool, "the name of a link",
-                 "URDF only: link of the tool frame; otherwise the chain's last", "LINK");
+                 "URDF only: link of the tool frame (last link of the chain)", "LINK");
   add_choice(app, "--meshes", options.meshes, {"hull", "capsule"},
-             "URDF only: meshes become a convex hull or a capsule (hull)");
+             "URDF only: replace meshes by a convex hull or a capsule (hull)");
   app.add_option("--package", options.packages, "URDF only: folder of a package:// name, NAME=DIR")
       ->expected(1)
       ->take_all()
@@ -61,7 +60,7 @@ void add_robot_options(CLI::App& app, RobotOptions& options) {
   constexpr config::Bounds kVelocity{0.0, 1e3, "rad/s (m/s for a prismatic joint)", true};
   add_number(
       app, kDefaultVelocity, [&options](double velocity) { options.default_velocity = velocity; },
-      "URDF only: velocity limit of joints that have none [rad/s | m/s]; otherwise they are refused", kVelocity);
+      "URDF only: velocity limit of joints without one [rad/s | m/s] (none: such joints are rejected)", kVelocity);
 }
 
 void check_robot_options(const RobotOptions& options) {
@@ -71,7 +70,7 @@ void check_robot_options(const RobotOptions& options) {
 void refuse_robot_options(const CLI::App& command) {
   for (const char* name : {"--srdf", "--tool", "--meshes", "--package", kAllowBareLinks, kDefaultVelocity}) {
     if (command.count(name) == 0) continue;
-    throw Failure(ExitCode::kUsage, std::string(name).append(" is for a URDF alone: a cell file says it of each arm"));
+    throw Failure(ExitCode::kUsage, std::string(name).append(" is for a URDF; in a cell file it is a key of the arm"));
   }
 }
 

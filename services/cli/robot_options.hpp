@@ -1,5 +1,5 @@
 #pragma once
-/// The options with which commands load a URDF that no cell file describes.
+/// Options of commands that load a URDF instead of a cell file.
 
 #include <memory>
 #include <optional>
@@ -23,15 +23,15 @@ struct RobotOptions {
   std::optional<double> default_velocity;  ///< [rad/s | m/s]
 };
 
-/// Parsing throws Failure (bad input) for a value that cannot be, such as an empty one.
+/// Adds the options. Parsing throws Failure (bad input) for an invalid value, such as an empty one.
 void add_robot_options(CLI::App& app, RobotOptions& options);
-/// Throws Failure (bad input) for a --package that is no NAME=DIR.
+/// Throws Failure (bad input) for a --package that is not NAME=DIR.
 void check_robot_options(const RobotOptions& options);
-/// Throws Failure (usage) when one of them was given for a cell file.
+/// For a cell file: throws Failure (usage) when one of the options was given.
 void refuse_robot_options(const CLI::App& command);
 
-/// By the file's ending where that tells, otherwise by what is in it: a robot description is XML, and a cell file never
-/// begins with '<'. Throws Failure (bad input) when it cannot be read.
+/// True for a URDF, false for a cell file: by the extension if it is .urdf, .xml, .yaml or .yml, otherwise by the
+/// content (XML begins with '<'). Throws Failure (bad input) when the file cannot be read.
 [[nodiscard]] bool is_robot(const std::string& path);
 /// Throws planner::ModelError.
 [[nodiscard]] std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path,

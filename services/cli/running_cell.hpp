@@ -1,31 +1,35 @@
 #pragma once
-/// A cell that this process brought up on this host, from the first process to the last.
+/// A cell that `up` runs on this host: its logs, its agent, and its status.
 
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "services/cli/child_agent.hpp"
+#include <sys/types.h>
+
 #include "services/client/connection.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services::cli {
 
-/// Where the logs of a cell that `up` starts go.
+/// Path of a program in the folder of this one. Throws Failure (bad input) when it cannot be run.
+[[nodiscard]] std::string sibling_program(const std::string& name);
+
+/// Folder for the logs of a cell.
 class LogFolder {
  public:
-  /// `wanted`, made if missing; empty: a new folder among the temporary ones. Throws Failure (bad input).
+  /// `wanted` is made if it is missing; empty: a new temporary folder. Throws Failure (bad input).
   LogFolder(const std::string& wanted, const std::string& cell);
-  /// Removes a temporary folder unless it was asked to stay.
+  /// Removes a temporary folder after discard().
   ~LogFolder();
   LogFolder(const LogFolder&) = delete;
   LogFolder& operator=(const LogFolder&) = delete;
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] bool temporary() const { return temporary_; }
-  /// All went well: the logs tell nothing.
+  /// The run had no errors: nobody needs the logs of a temporary folder.
   void discard() { discard_ = temporary_; }
 
  private:
@@ -34,25 +38,52 @@ class LogFolder {
   bool discard_ = false;
 };
 
-/// Throws Failure (bad input) when nodes of any cell are alive in the domain.
+/// Throws Failure (bad input) when any node publishes heartbeats in the domain.
 void refuse_occupied_domain(int domain);
 
+/// The hecaton-agent as a child process. It ends with this process and leaves no process behind.
+class ChildAgent {
+ public:
+  /// Starts it with stdout and stderr appended to `log`. It has a process group of its own, so that Ctrl-C on the
+  /// terminal reaches this process alone, and gets SIGTERM when the thread that started it ends. From now on this
+  /// process adopts and reaps all orphans of its children. Throws Failure.
+  ChildAgent(const std::vector<std::string>& arguments, const std::string& log);
+  ~ChildAgent() { end(); }
+  ChildAgent(const ChildAgent&) = delete;
+  ChildAgent& operator=(const ChildAgent&) = delete;
+
+  /// "exited with 3", "was ended by signal 9"; empty while it runs.
+  [[nodiscard]] std::optional<std::string> ended();
+  /// Sends SIGTERM and waits; afterwards the agent and all processes that it started have ended. False: some processes
+  /// did not end in time and were killed.
+  bool end();
+
+ private:
+  [[nodiscard]] bool wait_for_end(int milliseconds);
+
+  pid_t pid_ = -1;
+  int pidfd_ = -1;
+  std::optional<int> status_;  ///< of waitpid
+  bool over_ = false;
+};
+
+/// A cell from the start of its agent to the end of its last process. For one thread.
 class RunningCell {
  public:
   struct Options {
     int domain = 42;
     std::string log_folder;  ///< of the agent's and the services' logs
   };
-  /// Starts the agent. Throws Failure.
+  /// Starts the agent. `file` must outlive the object. Throws Failure.
   RunningCell(const config::CellFile& file, const Options& options);
 
-  /// Waits until the supervisor reports every node alive. `tell` gets a sentence when what is waited for changes.
-  /// False: a signal came. Throws Failure: the agent ended, or time-out.
+  /// Waits until the supervisor reports every node alive and mode run. `tell` gets a sentence when the missing parts
+  /// change. False: a signal came. Throws Failure when the agent has ended or after `timeout` [s].
   [[nodiscard]] bool wait_until_up(double timeout, const std::function<void(const std::string&)>& tell);
-  /// Asks the supervisor; false when it does not answer. Throws Failure when the agent has ended.
-  bool look();
-  [[nodiscard]] bool answered() const { return answered_; }  ///< at the last look
-  /// As of the last look that was answered.
+  /// Asks the supervisor for its status; false when it does not answer. Throws Failure when the agent has ended.
+  bool poll();
+  [[nodiscard]] bool answered() const { return answered_; }  ///< the last poll
+  /// Of the last poll that was answered.
   [[nodiscard]] const msg::CellStatus& status() const { return status_; }
   [[nodiscard]] bool interrupted() const { return shutdown_.requested(); }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
@@ -60,9 +91,9 @@ class RunningCell {
   [[nodiscard]] ChildAgent& agent() { return agent_; }
 
  private:
-  /// This run is ours alone: what an agent that was killed would have left for another goes with us.
-  struct Leftovers {
-    ~Leftovers();
+  /// Removes the run folders that a killed agent would leave for a later run.
+  struct RunFolderCleanup {
+    ~RunFolderCleanup();
     const config::CellFile& file;
     int domain;
   };
@@ -71,13 +102,10 @@ class RunningCell {
   std::string log_;
   std::shared_ptr<client::Connection> connection_;
   ShutdownSignal shutdown_;
-  Leftovers leftovers_;  // after the agent
+  RunFolderCleanup cleanup_;  // runs after the agent's destructor
   ChildAgent agent_;
   bool answered_ = false;
   msg::CellStatus status_;
 };
-
-/// "planner/arm1 and world"; nothing when everything is there.
-[[nodiscard]] std::optional<std::string> missing_parts(const msg::CellStatus& status);
 
 }  // namespace hecaton::services::cli

@@ -1,10 +1,8 @@
-#include "services/cli/status_json.hpp"
-
 #include <algorithm>
 #include <string_view>
 
-#include "services/cli/message_text.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/command_line/options.hpp"
 #include "services/messages/convert.hpp"
 #include "services/runtime/orders.hpp"
 
@@ -25,12 +23,12 @@ Json pose(const msg::Pose& pose) {
 }
 
 /// The names in "crate, lid".
-Json names(const std::string& listed) {
+Json names(const std::string& list) {
   constexpr std::string_view kComma = ", ";
   Json json = Json::array();
-  for (std::size_t begin = 0; begin < listed.size();) {
-    const std::size_t end = std::min(listed.find(kComma, begin), listed.size());
-    json.push_back(listed.substr(begin, end - begin));
+  for (std::size_t begin = 0; begin < list.size();) {
+    const std::size_t end = std::min(list.find(kComma, begin), list.size());
+    json.push_back(list.substr(begin, end - begin));
     begin = end + kComma.size();
   }
   return json;
@@ -89,22 +87,23 @@ Json to_json(const msg::Cause& cause) {
 }
 
 Json to_json(const msg::NodeStatus& node) {
-  const msg::Heartbeat& beat = node.heartbeat();
-  return {{"node", beat.node()},
-          {"kind", text(beat.kind())},
-          {"subject", beat.subject()},
-          {"host", beat.host()},
-          {"pid", beat.pid()},
+  const msg::Heartbeat& heartbeat = node.heartbeat();
+  return {{"node", heartbeat.node()},
+          {"kind", text(heartbeat.kind())},
+          {"subject", heartbeat.subject()},
+          {"host", heartbeat.host()},
+          {"pid", heartbeat.pid()},
           {"alive", node.alive()},
-          {"state", text(beat.state())},
-          {"cause", to_json(beat.cause())},
-          {"term", beat.term()},
-          {"ticks", beat.ticks()},
-          {"tick_us", {{"p50", beat.tick_p50_us()}, {"p99", beat.tick_p99_us()}, {"max", beat.tick_max_us()}}},
-          {"lateness_max_us", beat.lateness_max_us()},
-          {"oldest_input", beat.oldest_input()},
-          {"oldest_input_age_s", age(beat.oldest_input_age())},
-          {"rss_bytes", beat.rss_bytes()},
+          {"state", text(heartbeat.state())},
+          {"cause", to_json(heartbeat.cause())},
+          {"term", heartbeat.term()},
+          {"ticks", heartbeat.ticks()},
+          {"tick_us",
+           {{"p50", heartbeat.tick_p50_us()}, {"p99", heartbeat.tick_p99_us()}, {"max", heartbeat.tick_max_us()}}},
+          {"lateness_max_us", heartbeat.lateness_max_us()},
+          {"oldest_input", heartbeat.oldest_input()},
+          {"oldest_input_age_s", age(heartbeat.oldest_input_age())},
+          {"rss_bytes", heartbeat.rss_bytes()},
           {"age_s", age(node.age())}};
 }
 
@@ -151,16 +150,16 @@ Json to_json(const msg::Separation& separation) {
           {"time_s", separation.time()}};
 }
 
-Json to_json(const msg::RefereeReport& report) {
+Json to_json(const msg::ContactReport& report) {
   Json json{{"contacts", report.contacts()},
-            {"min_separation_m", report.judged() ? Json(report.smallest().distance()) : Json(nullptr)},
-            {"closest_pair", report.judged() ? to_json(report.smallest()) : Json(nullptr)},
+            {"min_separation_m", report.has_smallest() ? Json(report.smallest().distance()) : Json(nullptr)},
+            {"closest_pair", report.has_smallest() ? to_json(report.smallest()) : Json(nullptr)},
             {"time_s", report.time()}};
   json["kinds"] = Json::array();
   for (const msg::KindSummary& kind : report.kinds()) {
     json["kinds"].push_back({{"kind", text(kind.kind())},
                              {"contacts", kind.contacts()},
-                             {"closest_pair", kind.judged() ? to_json(kind.smallest()) : Json(nullptr)}});
+                             {"closest_pair", kind.has_smallest() ? to_json(kind.smallest()) : Json(nullptr)}});
   }
   json["events"] = list_json(report.events());
   return json;
@@ -178,7 +177,8 @@ Json orders_json(const msg::CellMode& mode) {
 }
 
 Json to_json(const msg::LostArm& lost) {
-  return {{"arm", lost.arm()}, {"q", lost.q()}, {"qd", lost.qd()}, {"moved_for_s", lost.moved_for()}};
+  return {
+      {"arm", lost.arm()}, {"q", lost.q()}, {"qd", lost.qd()}, {"braking_delay_bound_s", lost.braking_delay_bound()}};
 }
 
 Json to_json(const msg::CellMode& mode) {
@@ -201,10 +201,10 @@ Json to_json(const msg::CellStatus& status) {
   json["nodes"] = list_json(status.nodes());
   json["hosts"] = list_json(status.hosts());
   json["faults"] = list_json(status.faults());
-  json["referee"] = nullptr;
-  if (status.has_referee()) {
-    json["referee"] = to_json(status.referee());
-    json["referee"]["age_s"] = age(status.referee_age());
+  json["contact_report"] = nullptr;
+  if (status.has_contact_report()) {
+    json["contact_report"] = to_json(status.contact_report());
+    json["contact_report"]["age_s"] = age(status.contact_report_age());
   }
   json["obstacles"] = list_json(status.obstacles());
   return json;

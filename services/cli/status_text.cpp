@@ -1,12 +1,13 @@
-#include "services/cli/status_text.hpp"
-
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
+#include <ctime>
 
-#include "services/cli/message_text.hpp"
-#include "services/command_line/quantities.hpp"
-#include "services/command_line/table.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/orders.hpp"
 
 namespace hecaton::services::cli {
@@ -66,8 +67,64 @@ std::string process_text(const msg::ProcessEvent& process, const Palette& palett
 
 }  // namespace
 
+std::string binding_text(const msg::GoalStatus& goal) {
+  if (!goal.has_binding()) return {};
+  return goal.binding_own() + " – " + goal.binding_other() + ", " + distance_text(goal.binding_distance());
+}
+
+std::string why_text(const msg::GoalStatus& goal) {
+  if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
+  std::string why = goal.cause().text();
+  const std::string binding = binding_text(goal);
+  const bool known = why.find(binding) != std::string::npos;
+  if (!known) why += why.empty() ? binding : " (" + binding + ")";
+  if (goal.blocked_duration() > 0.0)
+    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
+  if (!goal.recovery_action().empty() && !is_final(goal.state()))
+    why += (why.empty() ? "" : "; ") + goal.recovery_action();
+  return why;
+}
+
+std::string goal_text(const msg::GoalStatus& goal) {
+  const std::string why = why_text(goal);
+  return text(goal.state()) + (why.empty() ? "" : ": " + why);
+}
+
+std::string waiting_text(const msg::ArmStatus& arm) {
+  if (!is_none(arm.waiting_for())) return arm.waiting_for().text();
+  if (!arm.has_goal() || is_final(arm.goal().state())) return {};
+  return why_text(arm.goal());
+}
+
+std::string contact_text(const msg::ContactReport& report, const Palette& palette) {
+  const std::string contacts = std::to_string(report.contacts()) + (report.contacts() == 1 ? " contact" : " contacts");
+  std::string out = report.contacts() == 0 ? palette.green(contacts) : palette.red(contacts);
+  if (!report.has_smallest()) return out + ", no pair checked yet";
+  const msg::Separation& smallest = report.smallest();
+  return out + ", smallest separation " + distance_text(smallest.distance()) + " (" + smallest.a() + " – " +
+         smallest.b() + ")";
+}
+
+double fault_duration(const msg::Fault& fault) {
+  if (fault.cleared()) return 1e-9 * static_cast<double>(fault.cleared_ns() - fault.since_ns());
+  if (fault.stamp_ns() >= fault.since_ns()) return 1e-9 * static_cast<double>(fault.stamp_ns() - fault.since_ns());
+  // Without a stamp only the wall clock remains, which should be the same on all hosts of a cell.
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto now_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+  return 1e-3 * static_cast<double>(std::max<long long>(0, now_ms - fault.since_unix_ms()));
+}
+
+std::string clock_text(long long unix_ms) {
+  const std::time_t seconds = unix_ms / 1000;
+  std::tm local{};
+  if (localtime_r(&seconds, &local) == nullptr) return "–";
+  std::array<char, 16> buffer{};
+  std::strftime(buffer.data(), buffer.size(), "%H:%M:%S", &local);
+  return buffer.data();
+}
+
 std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
-  // Who is in charge is worth a column only where it can change.
+  // The planner of an arm changes only in cells with standby planners.
   const bool has_standbys = !status.mode().leases().empty();
   std::vector<Table::Column> columns{{"arm"},
                                      {"mode"},
@@ -78,7 +135,7 @@ std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
                                      {"carries"},
                                      {"age", Align::kRight}};
   if (has_standbys) columns.push_back({"planner, term"});
-  columns.push_back({"waits for, or is bound by"});
+  columns.push_back({"waits for, or is limited by"});
   Table table(columns);
   for (const msg::ArmStatus& arm : status.arms()) {
     std::string goal = "–";
@@ -110,18 +167,18 @@ std::string nodes_text(const msg::CellStatus& status, const Palette& palette) {
                {"age", Align::kRight},
                {"oldest input"}});
   for (const msg::NodeStatus& node : status.nodes()) {
-    const msg::Heartbeat& beat = node.heartbeat();
-    std::string state = node.alive() ? text(beat.state()) : palette.red("silent");
-    if (node.alive() && beat.state() == msg::NodeState::NODE_DEGRADED) {
-      state = palette.yellow(state.append(": ").append(beat.cause().text()));
+    const msg::Heartbeat& heartbeat = node.heartbeat();
+    std::string state = node.alive() ? text(heartbeat.state()) : palette.red("silent");
+    if (node.alive() && heartbeat.state() == msg::NodeState::NODE_DEGRADED) {
+      state = palette.yellow(state.append(": ").append(heartbeat.cause().text()));
     }
-    if (node.alive() && beat.state() == msg::NodeState::NODE_FAILED)
-      state = palette.red(state.append(": ").append(beat.cause().text()));
-    std::string input = beat.oldest_input();
-    if (!input.empty()) input.append(", ").append(duration_text(beat.oldest_input_age()));
-    table.add({beat.node(), beat.host(), std::to_string(beat.pid()), state, decimal_text(beat.tick_p50_us(), 0),
-               decimal_text(beat.tick_p99_us(), 0), bytes_text(static_cast<double>(beat.rss_bytes())),
-               duration_text(node.age()), input});
+    if (node.alive() && heartbeat.state() == msg::NodeState::NODE_FAILED)
+      state = palette.red(state.append(": ").append(heartbeat.cause().text()));
+    std::string input = heartbeat.oldest_input();
+    if (!input.empty()) input.append(", ").append(duration_text(heartbeat.oldest_input_age()));
+    table.add({heartbeat.node(), heartbeat.host(), std::to_string(heartbeat.pid()), state,
+               decimal_text(heartbeat.tick_p50_us(), 0), decimal_text(heartbeat.tick_p99_us(), 0),
+               bytes_text(static_cast<double>(heartbeat.rss_bytes())), duration_text(node.age()), input});
   }
   return table.text(palette);
 }
@@ -153,9 +210,9 @@ std::string faults_text(const msg::CellStatus& status, const Palette& palette) {
                {"severity"},
                {"kind"},
                {"subject"},
-               {"seen within", Align::kRight},
+               {"detected within", Align::kRight},
                {"lasts", Align::kRight},
-               {"what was seen"}});
+               {"description"}});
   for (const msg::Fault& fault : status.faults()) {
     const std::string lasted = duration_text(fault_duration(fault));
     table.add({clock_text(fault.since_unix_ms()),
@@ -192,7 +249,7 @@ std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
   add_arms("stopped", arms_on(status.mode(), msg::Mode::MODE_STOP));
   std::vector<std::string> lost;
   for (const msg::LostArm& arm : status.mode().lost_arms()) lost.push_back(arm.arm());
-  add_arms("lost and worked around", lost);
+  add_arms("lost and avoided", lost);
   if (const std::string why = causes_text(status.mode()); !why.empty()) out += " (" + why + ")";
   return out + "\n";
 }
@@ -200,8 +257,8 @@ std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
 std::string status_text(const msg::CellStatus& status, const Palette& palette) {
   std::string out = mode_text(status, palette);
   out += status.supervisor() + " up " + duration_text(status.uptime()) +
-         (status.standby().empty() ? "" : ", standby " + status.standby()) +
-         "; referee: " + (status.has_referee() ? referee_text(status.referee(), palette) : "not heard of") + "\n\n";
+         (status.standby().empty() ? "" : ", standby " + status.standby()) + "; contact monitor: " +
+         (status.has_contact_report() ? contact_text(status.contact_report(), palette) : "no report yet") + "\n\n";
   out += arms_text(status, palette) + "\n" + nodes_text(status, palette) + "\n" + faults_text(status, palette);
   return out;
 }

@@ -4,21 +4,22 @@
 #include <utility>
 
 #include "services/cli/cell_access.hpp"
-#include "services/cli/message_text.hpp"
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kShow = 200ms;
-/// The planner ends a goal at its time limit; who has not done so by then is not waited for.
-constexpr auto kOverdue = 3s;
-/// All open goals blocked for this long: nothing will change any more unless an obstacle moves away (as in simulate).
-constexpr auto kHopeless = 10s;
+constexpr auto kShowPeriod = 200ms;
+/// For the planner to end a goal after its time limit.
+constexpr auto kOverdueLimit = 3s;
+/// When all open goals are blocked for this long, the round ends; simulate has the same limit.
+constexpr auto kStallTimeout = 10s;
 
 std::string outcome_of(msg::GoalState state) {
   switch (state) {
@@ -33,10 +34,10 @@ std::string outcome_of(msg::GoalState state) {
 
 }  // namespace
 
-TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Watchers watchers)
+TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Callbacks callbacks)
     : cell_(cell),
       options_(options),
-      watchers_(std::move(watchers)),
+      callbacks_(std::move(callbacks)),
       generator_(cell.file().cell),
       random_(options.seed) {
   tally_.seed = options.seed;
@@ -50,28 +51,28 @@ TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Watchers watch
 void TaskRounds::run() {
   while (tally_.tasks < options_.tasks && !cell_.interrupted()) {
     start_round();
-    const auto limit = client::deadline_of(Seconds(cell_.file().cell.tasks.time_limit) + kOverdue);
+    const auto limit = client::deadline_of(Seconds(cell_.file().cell.tasks.time_limit) + kOverdueLimit);
     auto show_at = client::Clock::now();
     while (!round_is_over() && !cell_.interrupted()) {
-      take_news();
+      update();
       const auto now = client::Clock::now();
-      give_up_when_hopeless(now);
+      cancel_when_stalled(now);
       if (now > limit) {
         for (Task& task : round_) end(task, "timed_out");
       }
       if (now >= show_at) {
-        static_cast<void>(cell_.look());
-        watchers_.show();
-        show_at = now + kShow;
+        static_cast<void>(cell_.poll());
+        callbacks_.show();
+        show_at = now + kShowPeriod;
       }
       const auto changed = [this] {
-        take_news();
+        update();
         return round_is_over() || cell_.interrupted();
       };
       static_cast<void>(cell_.connection().wait_until(changed, show_at - client::Clock::now()));
     }
-    static_cast<void>(cell_.look());
-    if (round_is_over()) watchers_.tell(round_text());
+    static_cast<void>(cell_.poll());
+    if (round_is_over()) callbacks_.tell(round_text());
   }
 }
 
@@ -82,7 +83,7 @@ void TaskRounds::start_round() {
   }
   ++rounds_;
   round_.clear();
-  hopeless_since_.reset();
+  stalled_since_.reset();
   for (std::size_t i = 0; i < drawn->size(); ++i) {
     Task task;
     msg::Goal goal;
@@ -108,23 +109,23 @@ planner::CellConfiguration TaskRounds::measured() const {
   return q;
 }
 
-void TaskRounds::take_news() {
+void TaskRounds::update() {
   for (Task& task : round_) {
     task.status = cell_.connection().status_of(*task.goal);
     if (task.status && is_final(task.status->state())) end(task, outcome_of(task.status->state()));
   }
 }
 
-void TaskRounds::give_up_when_hopeless(client::Clock::time_point now) {
-  const bool hopeless = std::all_of(round_.begin(), round_.end(), [](const Task& task) {
+void TaskRounds::cancel_when_stalled(client::Clock::time_point now) {
+  const bool stalled = std::all_of(round_.begin(), round_.end(), [](const Task& task) {
     return task.ended || (task.status && task.status->state() == msg::GoalState::GOAL_BLOCKED);
   });
-  if (!hopeless) {
-    hopeless_since_.reset();
+  if (!stalled) {
+    stalled_since_.reset();
     return;
   }
-  if (!hopeless_since_) hopeless_since_ = now;
-  if (now < *hopeless_since_ + kHopeless) return;
+  if (!stalled_since_) stalled_since_ = now;
+  if (now < *stalled_since_ + kStallTimeout) return;
   for (Task& task : round_) {
     if (!task.ended) cell_.connection().cancel(*task.goal);
     end(task, "blocked");
@@ -171,7 +172,7 @@ std::string TaskRounds::round_text() const {
   }
   text.back() = ';';
   text += " " + std::to_string(tally_.reached) + " of " + std::to_string(options_.tasks) + " tasks reached";
-  if (cell_.status().has_referee()) text += ", " + referee_text(cell_.status().referee(), Palette(false));
+  if (cell_.status().has_contact_report()) text += ", " + contact_text(cell_.status().contact_report(), Palette(false));
   return text;
 }
 

@@ -8,20 +8,21 @@
 #include <vector>
 
 #include "planner/simulation/tasks.hpp"
-#include "services/cli/report.hpp"
 #include "services/cli/running_cell.hpp"
+#include "services/cli/task_report.hpp"
 
 namespace hecaton::services::cli {
 
-/// One arm's task of one round.
+/// The task of one arm in one round.
 struct Task {
   std::shared_ptr<client::GoalRecord> goal;
   std::optional<msg::GoalStatus> status;  ///< newest
-  bool counted = true;                    ///< false: beyond the number of tasks, only keeps the others company
+  bool counted = true;  ///< false: beyond the number of tasks, given only so that every arm has a goal
   bool ended = false;
   std::string outcome;  ///< "reached", "blocked" or "timed_out", once it has ended
 };
 
+/// Gives the goals and counts the outcomes. For one thread.
 class TaskRounds {
  public:
   struct Options {
@@ -29,26 +30,26 @@ class TaskRounds {
     std::uint64_t seed = 1;
   };
   /// `show` is called several times a second while arms move, `tell` with a sentence at the end of each round.
-  struct Watchers {
+  struct Callbacks {
     std::function<void()> show;
     std::function<void(const std::string&)> tell;
   };
-  TaskRounds(RunningCell& cell, const Options& options, Watchers watchers);
+  TaskRounds(RunningCell& cell, const Options& options, Callbacks callbacks);
 
-  /// Until all tasks have ended or a signal comes. Throws Failure.
+  /// Runs until all tasks have ended or a signal comes. Throws Failure.
   void run();
 
-  /// Tallies so far: tasks, outcomes, times, arms.
+  /// Counts so far: tasks, outcomes, times, arms.
   [[nodiscard]] const Report& tally() const { return tally_; }
   [[nodiscard]] const std::vector<Task>& round() const { return round_; }
   [[nodiscard]] int rounds() const { return rounds_; }
-  /// Tasks that were not reached, with what became of them.
+  /// Tasks that were not reached: round, arm, outcome, goal, reason.
   [[nodiscard]] const Json& missed() const { return missed_; }
 
  private:
   void start_round();
-  void take_news();
-  void give_up_when_hopeless(client::Clock::time_point now);
+  void update();
+  void cancel_when_stalled(client::Clock::time_point now);
   void end(Task& task, const std::string& outcome);
   [[nodiscard]] bool round_is_over() const;
   [[nodiscard]] planner::CellConfiguration measured() const;
@@ -56,7 +57,7 @@ class TaskRounds {
 
   RunningCell& cell_;
   Options options_;
-  Watchers watchers_;
+  Callbacks callbacks_;
   planner::TaskGenerator generator_;
   planner::Random random_;
   std::vector<Task> round_;
@@ -64,7 +65,7 @@ class TaskRounds {
   Json missed_ = Json::array();
   int rounds_ = 0;
   int given_ = 0;  ///< tasks that were given, over all rounds
-  std::optional<client::Clock::time_point> hopeless_since_;
+  std::optional<client::Clock::time_point> stalled_since_;
 };
 
 }  // namespace hecaton::services::cli

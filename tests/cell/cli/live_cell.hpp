@@ -1,5 +1,5 @@
 #pragma once
-/// A cell that `hecaton up` brought up for a test, in a domain of its own.
+/// A cell that runs under `hecaton up` during a test, in a free domain.
 
 #include <map>
 #include <memory>
@@ -27,7 +27,6 @@ class LiveCell : public testing::Test {
     ASSERT_TRUE(up_->wait_for_message("the cell is up")) << up_->err();
   }
 
-  /// What is brought up.
   [[nodiscard]] virtual std::string cell_file() const { return kThreePuma; }
 
   void TearDown() override {
@@ -37,7 +36,7 @@ class LiveCell : public testing::Test {
   }
 
   [[nodiscard]] std::string domain() const { return std::to_string(domain_.number()); }
-  /// hecaton in the cell's domain.
+  /// Runs hecaton in the domain of the cell.
   [[nodiscard]] Ran run(std::vector<std::string> words) const {
     words.insert(words.end(), {"--domain", domain(), "--connect-timeout", "20s"});
     return run_hecaton(std::move(words));
@@ -47,7 +46,7 @@ class LiveCell : public testing::Test {
     words.insert(words.end(), {"--domain", domain(), "--connect-timeout", "20s"});
     return std::make_unique<Process>(words);
   }
-  /// What a command prints with -o json; fails the test when its exit code is not 0.
+  /// The output of a command with -o json; fails the test when its exit code is not 0.
   [[nodiscard]] Json json(std::vector<std::string> words) const {
     words.insert(words.end(), {"-o", "json"});
     const Ran ran = run(words);

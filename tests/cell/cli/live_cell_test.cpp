@@ -10,7 +10,7 @@
 namespace hecaton::test {
 namespace {
 
-TEST_F(LiveCell, TellsWhatIs) {
+TEST_F(LiveCell, ReportsItsStatus) {
   const Json status = json({"status"});
   EXPECT_EQ(status["cell"], "three_puma");
   EXPECT_EQ(status["arms"].size(), 3U);
@@ -18,7 +18,7 @@ TEST_F(LiveCell, TellsWhatIs) {
     EXPECT_EQ(arm["state"]["q"].size(), 6U) << arm;
     EXPECT_TRUE(arm["state"]["age_s"].is_number()) << arm;
   }
-  EXPECT_TRUE(status["referee"]["contacts"].is_number());
+  EXPECT_TRUE(status["contact_report"]["contacts"].is_number());
   EXPECT_EQ(json({"arms"}).size(), 3U);
   EXPECT_FALSE(entry(json({"obstacles"}), "name", "post").is_null());
   EXPECT_TRUE(json({"faults"}).is_array());
@@ -48,7 +48,7 @@ TEST_F(LiveCell, ReachesGoalsAndRejectsBadOnes) {
   EXPECT_EQ(reached.code, 0) << reached.err;
   EXPECT_EQ(Json::parse(reached.out)["state"], "reached");
   EXPECT_EQ(run({"wait", "north", "--for", "reached,blocked,fault"}).code, 0);
-  EXPECT_EQ(run({"wait", "north", "--for", "cancelled"}).code, 1) << "it was reached";
+  EXPECT_EQ(run({"wait", "north", "--for", "cancelled"}).code, 1) << "the goal was reached";
 
   const Ran accepted = run({"goal", "west", "--named", "home"});
   EXPECT_EQ(accepted.code, 0) << accepted.err;
@@ -69,7 +69,7 @@ TEST_F(LiveCell, ReachesGoalsAndRejectsBadOnes) {
   EXPECT_EQ(run({"wait", "east", "--timeout", "100ms"}).code, 4) << "it has no goal";
 }
 
-TEST_F(LiveCell, ReachesAPoseOfTheTool) {
+TEST_F(LiveCell, ReachesAToolPose) {
   const Ran ran = run({"goal", "east", "--pose", "-0.1 -0.15 0.85 3.14159 0 0", "--wait", "--time-limit", "60s"});
   EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
   const Ran far = run({"goal", "east", "--pose", "0 0 5 0 0 0"});
@@ -80,7 +80,8 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
   EXPECT_EQ(json({"hold", "north"})["held_arms"], Json{"north"});
   EXPECT_EQ(run({"goal", "north", "--named", "ready"}).code, 0) << "goals are kept while held";
   EXPECT_EQ(run({"wait", "north", "--timeout", "300ms"}).code, 4);
-  EXPECT_NE(entry(json({"arms"}), "name", "north")["waiting_for"]["text"].get<std::string>().find("hold"), std::string::npos);
+  EXPECT_NE(entry(json({"arms"}), "name", "north")["waiting_for"]["text"].get<std::string>().find("hold"),
+            std::string::npos);
   EXPECT_EQ(run({"resume", "north"}).code, 0);
   EXPECT_EQ(run({"wait", "north", "--timeout", "60s"}).code, 0);
 
@@ -93,16 +94,16 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
   EXPECT_EQ(run({"stop"}).code, 0);
   const Ran resumed = run({"resume"});
   EXPECT_EQ(resumed.code, 0);
-  EXPECT_EQ(resumed.err, "still stopped by name: west; 'hecaton resume west' lets them move again\n");
+  EXPECT_EQ(resumed.err, "arms stopped by name stay stopped: west; resume them with 'hecaton resume west'\n");
   EXPECT_EQ(json({"status"})["stopped_arms"], Json{"west"});
   EXPECT_EQ(run({"resume", "west"}).err, "");
 }
 
-TEST_F(LiveCell, UpTellsOfTheSupervisorsDeathAndReturn) {
+TEST_F(LiveCell, PrintsDeathAndRestartOfTheSupervisor) {
   const pid_t supervisor = processes().at("supervisor");
   ASSERT_TRUE(signal_process(supervisor, SIGKILL));
   EXPECT_TRUE(up_->wait_for_message("the supervisor died (process " + std::to_string(supervisor) + ", signal 9)"));
-  EXPECT_TRUE(up_->wait_for_message("the supervisor is back"));
+  EXPECT_TRUE(up_->wait_for_message("the supervisor was restarted"));
   EXPECT_NE(processes().at("supervisor"), supervisor);
 }
 
@@ -110,11 +111,11 @@ TEST_F(LiveCell, EditsTheWorld) {
   ASSERT_EQ(run({"goal", "north", "--named", "home", "--wait", "--time-limit", "60s"}).code, 0);
   EXPECT_EQ(run({"obstacle", "add", "crate", "--box", "0.1 0.1 0.1", "--pose", "0 0 2.5 0 0 0"}).code, 0);
   EXPECT_NE(run({"obstacle", "add", "crate", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 0)
-      << "the name is taken";
+      << "the name is not unique";
   EXPECT_EQ(run({"obstacle", "move", "crate", "--pose", "0.1 0 2.5 0 0 0"}).code, 0);
   EXPECT_EQ(run({"obstacle", "move", "box", "--pose", "0 0 0 0 0 0"}).code, 3);
 
-  // The supervisor hears of it a moment later.
+  // The supervisor receives the edit a moment later.
   const auto crate = [&] { return entry(json({"obstacles"}), "name", "crate"); };
   const auto until = [&](const auto& condition) {
     const auto limit = std::chrono::steady_clock::now() + kPatience;
@@ -124,10 +125,10 @@ TEST_F(LiveCell, EditsTheWorld) {
     return !now.is_null() && now["xyz_rpy"].is_array() && std::abs(now["xyz_rpy"][0].get<double>() - 0.1) < 1e-6;
   });
   const Ran far = run({"attach", "north", "crate"});
-  EXPECT_EQ(far.code, 1) << "the world rejects it";
+  EXPECT_EQ(far.code, 1) << "the world service rejects it";
   EXPECT_NE(far.err.find("must be at most 0.1 m from the tool"), std::string::npos) << far.err;
   const Ran on_top = run({"obstacle", "add", "hat", "--box", "0.1 0.1 0.1", "--pose", "0.4806 -0.15 1.4507 0 0 0"});
-  EXPECT_EQ(on_top.code, 1) << "at home the tool is there";
+  EXPECT_EQ(on_top.code, 1) << "the tool is there in pose home";
   EXPECT_NE(on_top.err.find("must be clear of the arms, but north/"), std::string::npos) << on_top.err;
   EXPECT_EQ(run({"obstacle", "add", "north", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 3);
   EXPECT_EQ(run({"obstacle", "add", "", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 3);
@@ -153,10 +154,10 @@ TEST_F(LiveCell, EditsTheWorld) {
   EXPECT_EQ(run({"attach", "north", "crate"}).code, 3);
 }
 
-TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
+TEST_F(LiveCell, ReportsAKilledPlannerAndRestartsIt) {
   const pid_t planner = processes().at("planner/north");
   const auto waiting = start({"wait", "north", "--for", "fault", "--timeout", "60s"});
-  // Again until the client, which may not listen yet, has seen it.
+  // Repeats until the client has received the fault: it may still be connecting.
   const test::Watched client(waiting->pid());
   pid_t victim = planner;
   do {
@@ -174,13 +175,13 @@ TEST_F(LiveCell, TellsOfAKilledPlannerAndOfItsSuccessor) {
     }
   }
   ASSERT_TRUE(fault.is_object());
-  EXPECT_NE(fault["description"].get<std::string>().find("9"), std::string::npos) << "it names the signal: " << fault;
-  // The agent starts it again, and it plans again.
+  EXPECT_NE(fault["description"].get<std::string>().find("9"), std::string::npos) << "the signal: " << fault;
+  // The agent restarts the planner.
   EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "100s"}).code, 0);
   EXPECT_NE(processes().at("planner/north"), planner);
 }
 
-TEST_F(LiveCell, AGoalReachesAPlannerThatWasAwayAsSoonAsItIsBack) {
+TEST_F(LiveCell, DeliversAGoalWhenItsPlannerContinues) {
   const pid_t planner = processes().at("planner/west");
   ASSERT_TRUE(signal_process(planner, SIGSTOP));
   const auto goal = start({"goal", "west", "--named", "ready", "--wait", "--time-limit", "100s"});
@@ -189,7 +190,7 @@ TEST_F(LiveCell, AGoalReachesAPlannerThatWasAwayAsSoonAsItIsBack) {
   EXPECT_EQ(goal->wait(), 0) << goal->err();
 }
 
-TEST_F(LiveCell, AnArmStaysWhereItIsWhenItsDriverIsKilled) {
+TEST_F(LiveCell, KeepsTheArmInPlaceWhenItsDriverIsKilled) {
   ASSERT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "60s"}).code, 0);
   const auto state = [&] { return entry(json({"arms"}), "name", "north")["state"]; };
   const Json before = state();
@@ -207,7 +208,7 @@ TEST_F(LiveCell, AnArmStaysWhereItIsWhenItsDriverIsKilled) {
   }
 }
 
-/// Of a file of its own, for somebody to edit.
+/// A cell with its own copy of the cell file.
 class EditedCell : public LiveCell {
  protected:
   EditedCell() {
@@ -223,7 +224,7 @@ class EditedCell : public LiveCell {
   std::filesystem::path file_ = folder_ / "cell.yaml";
 };
 
-TEST_F(EditedCell, GoesOnWithTheFilesThatItCameUpWith) {
+TEST_F(EditedCell, KeepsTheFilesOfItsStart) {
   std::ofstream(file_) << "colour: red\n";
   std::filesystem::remove_all(folder_ / "urdf");
   const pid_t planner = processes().at("planner/north");
@@ -233,11 +234,11 @@ TEST_F(EditedCell, GoesOnWithTheFilesThatItCameUpWith) {
   EXPECT_NE(processes().at("planner/north"), planner);
 }
 
-TEST_F(LiveCell, IsNotDisturbedByAnotherUp) {
+TEST_F(LiveCell, RejectsASecondUpInItsDomain) {
   const auto before = processes();
   const Ran second = run_hecaton({"up", kThreePuma, "--domain", domain(), "--headless"});
   EXPECT_EQ(second.code, 3);
-  EXPECT_NE(second.err.find("another cell 'three_puma' is up in DDS domain " + domain()), std::string::npos)
+  EXPECT_NE(second.err.find("another cell 'three_puma' runs in DDS domain " + domain()), std::string::npos)
       << second.err;
 
   const std::string broken = testing::TempDir() + "hecaton_broken_" + std::to_string(getpid()) + ".yaml";

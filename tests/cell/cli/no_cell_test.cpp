@@ -1,4 +1,4 @@
-/// Every command that needs a running cell, where there is none.
+/// Commands that need a running cell, without one.
 
 #include <cstdlib>
 #include <optional>
@@ -8,7 +8,7 @@
 namespace hecaton::test {
 namespace {
 
-TEST(NoCell, EveryCommandSaysSoAndExitsWithFive) {
+TEST(NoCell, EveryCommandExitsWithFive) {
   const std::vector<std::vector<std::string>> lines{
       {"status"},
       {"status", "--watch"},
@@ -40,7 +40,7 @@ TEST(NoCell, EveryCommandSaysSoAndExitsWithFive) {
   }
 }
 
-TEST(NoCell, WhoOrdersIsToldThatNobodyObeysAndWhoWasLookedFor) {
+TEST(NoCell, AnOrderNamesTheNodesThatItLookedFor) {
   const FreeDomain free;
   const std::vector<std::string> nowhere{"--domain", std::to_string(free.number()), "--connect-timeout", "100ms"};
   const auto stop = [&](std::vector<std::string> words) {
@@ -52,8 +52,8 @@ TEST(NoCell, WhoOrdersIsToldThatNobodyObeysAndWhoWasLookedFor) {
     return ran.err;
   };
   EXPECT_NE(
-      stop({}).find("nobody has obeyed, and what moves goes on: looked for the supervisor of any cell, but no cell "
-                    "answers in DDS domain"),
+      stop({}).find("the order was not obeyed, and arms may still move: looked for the supervisor of any cell, but "
+                    "no cell answers in DDS domain"),
       std::string::npos);
   EXPECT_NE(stop({"--cell", kThreePuma}).find("looked for the node supervisor, but no cell answers"),
             std::string::npos);
@@ -62,7 +62,7 @@ TEST(NoCell, WhoOrdersIsToldThatNobodyObeysAndWhoWasLookedFor) {
             std::string::npos);
 }
 
-TEST(NoCell, TheDomainOfTheCellFileIsTriedByDefault) {
+TEST(NoCell, UsesTheNameOfTheCellFile) {
   const FreeDomain free;
   const Ran ran = run_hecaton(
       {"status", "--cell", kThreePuma, "--domain", std::to_string(free.number()), "--connect-timeout", "100ms"});
@@ -72,7 +72,7 @@ TEST(NoCell, TheDomainOfTheCellFileIsTriedByDefault) {
 
 const std::string kThreeHosts = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_hosts.yaml";
 
-TEST(Agent, OfAHostThatTheCellHasNotIsRefused) {
+TEST(Agent, RejectsAnUnknownHost) {
   const FreeDomain domain;
   for (const std::string host : {"", "south-pc"}) {
     const Ran ran = run_hecaton({"agent", kThreeHosts, "--host", host, "--domain", std::to_string(domain.number())});
@@ -82,7 +82,7 @@ TEST(Agent, OfAHostThatTheCellHasNotIsRefused) {
   }
 }
 
-/// TMPDIR is another's in this scope.
+/// Sets TMPDIR during its life.
 class Tmpdir {
  public:
   explicit Tmpdir(const char* value) {
@@ -97,24 +97,23 @@ class Tmpdir {
   std::optional<std::string> before_;
 };
 
-TEST(Tmpdir, ThatDoesNotExistIsASentence) {
+TEST(Tmpdir, IsRejectedWhenMissing) {
   const FreeDomain free;
   const std::string domain = std::to_string(free.number());
   const Tmpdir nowhere("/nonexistent");
   const Ran agent = run_hecaton({"agent", kThreePuma, "--log-level", "error", "--domain", domain});
   EXPECT_EQ(agent.code, 3);
   EXPECT_EQ(agent.err, "the folder of the run, /nonexistent/hecaton-" + domain +
-                           "-three_puma@localhost, cannot be had: No such file or directory; TMPDIR may name another "
-                           "place for it\n");
+                           "-three_puma@localhost, cannot be used: No such file or directory; set TMPDIR to another "
+                           "folder\n");
   const Ran up = run_hecaton({"up", kThreePuma, "--domain", domain});
   EXPECT_EQ(up.code, 3);
-  EXPECT_EQ(
-      up.err,
-      "hecaton: no folder for the logs can be made in /nonexistent: No such file or directory; TMPDIR or --log-dir "
-      "may name another place\n");
+  EXPECT_EQ(up.err,
+            "hecaton: a log folder cannot be created in /nonexistent: No such file or directory; name another place by "
+            "--log-dir or TMPDIR\n");
 }
 
-TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
+TEST(Output, ExitsWithOneWhenItCannotBeWritten) {
   const std::string command = std::string(HECATON_BIN_DIR) + "/hecaton man > /dev/full 2> /dev/null";
   const int status = std::system(command.c_str());
   ASSERT_TRUE(WIFEXITED(status));

@@ -1,5 +1,5 @@
 #pragma once
-/// Programs started by a test: their output, their exit codes, their ends.
+/// Processes of a test: output, exit code and end.
 
 #include <chrono>
 #include <csignal>
@@ -19,10 +19,10 @@ namespace hecaton::test {
 
 using namespace std::chrono_literals;
 
-/// Far beyond anything that a machine under load needs: only ends a test that hangs.
+/// Ends a test that hangs. Much longer than a busy machine needs.
 constexpr auto kPatience = 120s;
 
-/// A process that we may know by its id alone.
+/// A process that is no child of the test.
 class Watched {
  public:
   explicit Watched(pid_t pid) : fd_(static_cast<int>(syscall(SYS_pidfd_open, pid, 0))) {}
@@ -31,7 +31,7 @@ class Watched {
   }
   Watched(Watched&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   Watched& operator=(Watched&&) = delete;
-  /// It was there when the watch began.
+  /// The process ran when the object was made.
   [[nodiscard]] bool found() const { return fd_ >= 0; }
   [[nodiscard]] bool wait_for_end(std::chrono::milliseconds timeout = kPatience) const {
     pollfd descriptor{fd_, POLLIN, 0};
@@ -42,7 +42,7 @@ class Watched {
   int fd_;
 };
 
-/// A program that runs beside the test; killed with it.
+/// A child process; it is killed when the test ends.
 class Process {
  public:
   explicit Process(const std::vector<std::string>& words) {
@@ -105,7 +105,7 @@ class Process {
     bool open = true;
   };
 
-  /// False when nothing came for too long.
+  /// False after kPatience without output.
   bool read_more() {
     pollfd descriptors[2];
     for (int i = 0; i < 2; ++i) descriptors[i] = {streams_[i].open ? streams_[i].fd : -1, POLLIN, 0};
@@ -139,7 +139,7 @@ struct Ran {
   std::string err;
 };
 
-/// hecaton with these words, until it ends.
+/// Runs hecaton until it ends.
 inline Ran run_hecaton(std::vector<std::string> words) {
   words.insert(words.begin(), std::string(HECATON_BIN_DIR) + "/hecaton");
   Process process(words);

@@ -1,4 +1,4 @@
-/// hecaton up: tasks and their report; nothing is left behind, however it ends.
+/// hecaton up: tasks and their report, and its ends, after which no process is left.
 
 #include <fstream>
 
@@ -38,7 +38,7 @@ TEST(Up, ReachesTasksAndReports) {
   std::remove(report_file.c_str());
 }
 
-class UpEnds : public LiveCell {
+class UpLeavesNoProcess : public LiveCell {
  protected:
   [[nodiscard]] std::vector<Watched> watch() const {
     std::vector<Watched> watched;
@@ -51,21 +51,21 @@ class UpEnds : public LiveCell {
   void TearDown() override { up_.reset(); }
 };
 
-TEST_F(UpEnds, WithSigterm) {
+TEST_F(UpLeavesNoProcess, AfterSigterm) {
   const auto watched = watch();
   up_->signal(SIGTERM);
   EXPECT_EQ(up_->wait(), 0) << up_->err();
   expect_gone(watched);
 }
 
-TEST_F(UpEnds, KilledAtOnce) {
+TEST_F(UpLeavesNoProcess, AfterSigkill) {
   const auto watched = watch();
   up_->signal(SIGKILL);
   EXPECT_EQ(up_->wait(), 128 + SIGKILL);
   expect_gone(watched);
 }
 
-TEST_F(UpEnds, WhenItsAgentIsKilled) {
+TEST_F(UpLeavesNoProcess, WhenItsAgentIsKilled) {
   const auto watched = watch();
   ASSERT_TRUE(signal_process(processes().at("agent/localhost"), SIGKILL));
   EXPECT_EQ(up_->wait(), 1) << up_->err();

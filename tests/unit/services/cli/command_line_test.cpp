@@ -1,13 +1,18 @@
-/// What is a usage error, what is bad input, and what each says. No network: nothing here gets that far.
+/// The command line without a network: usage errors, bad input, `check`, completion and man page.
 
+#include <array>
+#include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <memory>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "services/command_line/command_line_shape.hpp"
+#include "services/command_line/program.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {
@@ -20,7 +25,7 @@ using Words = std::vector<std::string>;
 
 using Lines = std::vector<std::pair<Words, std::string>>;
 
-/// Each line ends with the code, and says one sentence that holds the piece.
+/// Each command line ends with `code` and prints one sentence that contains the text.
 void expect_refusals(const Lines& lines, ExitCode code) {
   for (const auto& [words, piece] : lines) {
     const Ran ran = run_line(words);
@@ -31,7 +36,7 @@ void expect_refusals(const Lines& lines, ExitCode code) {
   }
 }
 
-TEST(CommandLine, RefusesWrongUsage) {
+TEST(CommandLine, RejectsWrongUsage) {
   expect_refusals(
       {
           {{}, "A subcommand is required; see 'hecaton --help'"},
@@ -55,13 +60,13 @@ TEST(CommandLine, RefusesWrongUsage) {
            "'magic' must be local, single_subspace, boundary_following, sensed_cspace, known_cspace, "
            "potential_field, strategy or strategy_step"},
           {{"up"}, "CELL is required"},
-          {{"check", kCell, "--tool", "flange"}, "--tool is for a URDF alone"},
+          {{"check", kCell, "--tool", "flange"}, "--tool is for a URDF"},
           {{"completion", "fish"}, "fish"},
       },
       ExitCode::kUsage);
 }
 
-TEST(CommandLine, RefusesValuesThatCannotBe) {
+TEST(CommandLine, RejectsInvalidValues) {
   const Words add{"obstacle", "add", "x", "--pose", "0 0 0 0 0 0"};
   const auto with = [&](std::initializer_list<std::string> more) {
     Words words = add;
@@ -101,7 +106,7 @@ TEST(CommandLine, RefusesValuesThatCannotBe) {
       ExitCode::kBadInput);
 }
 
-/// A cell file beside the ready ones, so that it finds their URDFs; removed at the end.
+/// A temporary cell file.
 class CellBeside {
  public:
   explicit CellBeside(const std::string& text)
@@ -119,7 +124,7 @@ class CellBeside {
   std::string path_;
 };
 
-TEST(CommandLine, TasksNeedAnAreaBeforeAnythingIsStarted) {
+TEST(CommandLine, RejectsTasksWithoutATaskArea) {
   const CellBeside cell("");
   expect_refusals({{{"simulate", cell.path(), "--tasks", "3"}, cell.path() + ": tasks is missing"},
                    {{"simulate", cell.path()}, cell.path() + ": tasks is missing"},
@@ -127,7 +132,7 @@ TEST(CommandLine, TasksNeedAnAreaBeforeAnythingIsStarted) {
                   ExitCode::kBadInput);
 }
 
-TEST(CommandLine, ANetworkInterfaceMustExist) {
+TEST(CommandLine, RejectsAnUnknownNetworkInterface) {
   const CellBeside cell("network: {interface: nosuch0}\n");
   const std::string piece =
       "network.interface = nosuch0 must be the name or the address of a network interface of this "
@@ -137,7 +142,7 @@ TEST(CommandLine, ANetworkInterfaceMustExist) {
   EXPECT_EQ(run_line({"check", CellBeside("network: {interface: lo}\n").path()}).code, ExitCode::kDone);
 }
 
-TEST(Check, TakesTheFilesEndingForWhatItIs) {
+TEST(Check, TellsAUrdfByItsExtension) {
   const std::string path = testing::TempDir() + "hecaton_no_xml_" + std::to_string(getpid()) + ".urdf";
   for (const char* text : {"", "robot: yes\n",
                            "\x7f"
@@ -149,7 +154,7 @@ TEST(Check, TakesTheFilesEndingForWhatItIs) {
   std::remove(path.c_str());
 }
 
-TEST(Check, NamesTheOptionsThatWouldAcceptARobot) {
+TEST(Check, NamesTheOptionsThatAcceptARobot) {
   const std::string path = testing::TempDir() + "hecaton_bare_" + std::to_string(getpid()) + ".urdf";
   const auto write = [&](const std::string& velocity) {
     std::ofstream(path) << "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='continuous'><parent "
@@ -167,7 +172,7 @@ TEST(Check, NamesTheOptionsThatWouldAcceptARobot) {
   std::remove(path.c_str());
 }
 
-TEST(CommandLine, RefusesBadInputWithOneSentence) {
+TEST(CommandLine, RejectsBadInputWithOneSentence) {
   const std::string broken = testing::TempDir() + "hecaton_broken_cell.yaml";
   std::ofstream(broken) << "name: x\nbogus: 1\n";
   for (const char* command : {"check", "simulate", "up"}) {
@@ -184,7 +189,7 @@ TEST(CommandLine, RefusesBadInputWithOneSentence) {
   std::remove(broken.c_str());
 }
 
-TEST(CommandLine, HelpOfEveryCommandIsNoError) {
+TEST(CommandLine, PrintsHelpOfEveryCommand) {
   Session session;
   const auto app = make_application(hecaton_program(), session);
   for (const CLI::App* command : subcommands_of(*app)) {
@@ -194,7 +199,7 @@ TEST(CommandLine, HelpOfEveryCommandIsNoError) {
   }
 }
 
-TEST(Check, ExplainsACell) {
+TEST(Check, DescribesACell) {
   const Ran table = run_line({"check", kCell});
   EXPECT_EQ(table.code, ExitCode::kDone) << table.err;
   EXPECT_NE(table.out.find("this cell can start"), std::string::npos);
@@ -205,8 +210,7 @@ TEST(Check, ExplainsACell) {
   EXPECT_EQ(cell["arms"][0]["model"]["joints"].size(), 6U);
 }
 
-// What is doubtful is told, in both ways, and what cannot work is no success.
-TEST(Check, TellsWhatIsDoubtful) {
+TEST(Check, ReportsWarningsAndErrors) {
   const std::string path = ::testing::TempDir() + "doubtful.yaml";
   const auto check = [&](const std::string& more, const std::string& output) {
     std::ofstream(path) << "name: doubtful\narms:\n  - name: left\n    urdf: " << HECATON_SOURCE_DIR
@@ -219,7 +223,7 @@ TEST(Check, TellsWhatIsDoubtful) {
   const Ran table = check(steep, "table");
   EXPECT_EQ(table.code, ExitCode::kDone) << table.err;
   EXPECT_NE(table.out.find("warning: arms[0].damper.influence_distance"), std::string::npos) << table.out;
-  EXPECT_NE(table.out.find("this cell can start, but mind the"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("this cell can start, with"), std::string::npos) << table.out;
   const auto json = nlohmann::json::parse(check(steep, "json").out);
   ASSERT_FALSE(json["findings"].empty());
   EXPECT_EQ(json["findings"][0]["severity"], "warning");
@@ -229,7 +233,7 @@ TEST(Check, TellsWhatIsDoubtful) {
   std::filesystem::remove(path);
 }
 
-TEST(Check, ExplainsARobot) {
+TEST(Check, DescribesARobot) {
   const Ran ran = run_line({"-o", "json", "check", kUrdf});
   ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
   const auto robot = nlohmann::json::parse(ran.out);
@@ -239,6 +243,65 @@ TEST(Check, ExplainsARobot) {
   EXPECT_EQ(robot["geometry"].size(), 7U);
   EXPECT_EQ(robot["self_pairs"]["all"], 21);
   EXPECT_EQ(robot["self_pairs"]["checked"].get<int>() + robot["self_pairs"]["filtered"].get<int>(), 21);
+}
+
+std::string output_of(const std::string& command) {
+  std::string out;
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::array<char, 4096> buffer{};
+  while (pipe && std::fgets(buffer.data(), buffer.size(), pipe.get()) != nullptr) out += buffer.data();
+  return out;
+}
+
+/// The completions by bash of the last of `words`.
+std::vector<std::string> completions(const std::string& words) {
+  const std::string script = testing::TempDir() + "hecaton_completion_" + std::to_string(getpid()) + ".bash";
+  std::ofstream(script) << run_line({"completion", "bash"}).out << "hecaton() { :; }\nCOMP_WORDS=(" << words
+                        << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_hecaton\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n";
+  std::istringstream lines(output_of("bash --norc " + script + " 2>&1"));
+  std::vector<std::string> found;
+  for (std::string line; std::getline(lines, line);) found.push_back(line);
+  std::remove(script.c_str());
+  return found;
+}
+
+TEST(Completion, OffersCommands) {
+  EXPECT_EQ(completions("hecaton obs"), (Words{"obstacles", "obstacle"}));
+  EXPECT_EQ(completions("hecaton obstacle m"), Words{"move"});
+}
+
+TEST(Completion, OffersOptionsOfTheCommandAndGlobalOnes) {
+  EXPECT_EQ(completions("hecaton goal north --jo"), Words{"--joints"});
+  EXPECT_EQ(completions("hecaton goal north --ou"), Words{"--output"});
+  EXPECT_EQ(completions("hecaton status --wa"), Words{"--watch"});
+}
+
+TEST(Completion, OffersChoices) {
+  EXPECT_EQ(completions("hecaton status -o j"), Words{"json"});
+  EXPECT_EQ(completions("hecaton wait north --for bl"), Words{"blocked"});
+  EXPECT_EQ(completions("hecaton simulate x --method bo"), Words{"boundary_following"});
+  EXPECT_EQ(completions("hecaton plan x --method rrt_"), Words{"rrt_connect"});
+}
+
+TEST(ManPage, HasEveryCommandAndOption) {
+  Session session;
+  const auto app = make_application(hecaton_program(), session);
+  const std::string page = man_page(*app, "moves arms", "1.2.3");
+  EXPECT_EQ(page.rfind(".TH HECATON 1", 0), 0U);
+  for (const CLI::App* command : subcommands_of(*app)) {
+    EXPECT_NE(page.find(".SS \\fBhecaton " + command->get_name()), std::string::npos) << command->get_name();
+    for (const CLI::Option* option : options_of(*command)) {
+      for (const std::string& name : option->get_lnames()) {
+        std::string escaped;
+        for (const char c : "--" + name) escaped += c == '-' ? std::string("\\-") : std::string(1, c);
+        EXPECT_NE(page.find(escaped), std::string::npos) << name;
+      }
+    }
+  }
+}
+
+TEST(ManPage, IsPrintedByItsCommand) {
+  EXPECT_EQ(run_line({"man"}).out.rfind(".TH HECATON 1", 0), 0U);
 }
 
 }  // namespace

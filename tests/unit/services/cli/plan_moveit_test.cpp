@@ -9,7 +9,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-/// MoveIt's files, an SRDF, and what planning says of them.
+/// `hecaton plan` with MoveIt's files and an SRDF.
 class PlanMoveIt : public testing::Test {
  protected:
   PlanMoveIt() { std::filesystem::create_directories(folder_); }
@@ -19,7 +19,7 @@ class PlanMoveIt : public testing::Test {
     std::ofstream(folder_ / name) << text;
     return folder_ / name;
   }
-  /// A small box far above everything.
+  /// A small box far above the cell.
   [[nodiscard]] std::string scene(const std::string& id, const std::string& more = "") const {
     return file("scene.yaml", "world:\n  collision_objects:\n    - {id: " + id +
                                   ", primitives: [{type: box, dimensions: [0.1, 0.1, 0.1]}], primitive_poses: "
@@ -57,7 +57,7 @@ void expect_note(const Ran& ran, const std::string& says) {
   EXPECT_NE(plan["notes"][0].get<std::string>().find(says), std::string::npos) << ran.out;
 }
 
-TEST_F(PlanMoveIt, ARequestsGroupMustBeOneOfTheSrdf) {
+TEST_F(PlanMoveIt, RejectsAGroupThatTheSrdfDoesNotHave) {
   const std::string srdf = file("arm.srdf",
                                 "<robot name='puma560'><group name='arm'><joint name='joint1'/></group>"
                                 "<group name='hand'/></robot>");
@@ -71,12 +71,12 @@ TEST_F(PlanMoveIt, ARequestsGroupMustBeOneOfTheSrdf) {
   EXPECT_EQ(known.err.find("group_name"), std::string::npos) << known.err;
 }
 
-TEST_F(PlanMoveIt, AGroupIsToldWhereNothingSaysWhatGroupsThereAre) {
+TEST_F(PlanMoveIt, NotesAGroupWithoutAnSrdf) {
   expect_note(run_line({"plan", robot_, "--moveit-request", request("group_name: banana\n"), "-o", "json"}),
               "group_name = 'banana' is not read");
 }
 
-TEST_F(PlanMoveIt, AnotherRobotsSceneIsTold) {
+TEST_F(PlanMoveIt, NotesASceneOfAnotherRobot) {
   const std::vector<std::string> words{"plan", robot_, "--from",        "0 -1.5 1 0 0 0", "--to", "0.2 -1.5 1 0 0 0",
                                        "-o",   "json", "--moveit-scene"};
   const auto plan = [&](const std::string& robot) {
@@ -88,7 +88,7 @@ TEST_F(PlanMoveIt, AnotherRobotsSceneIsTold) {
   EXPECT_EQ(plan("puma560").err.find("robot_model_name"), std::string::npos);
 }
 
-TEST_F(PlanMoveIt, AnObjectMustNotBeNamedAsAnObstacleOfTheCell) {
+TEST_F(PlanMoveIt, RejectsAnObjectWithTheNameOfAnObstacle) {
   const std::string file = scene("post");
   for (const std::string method : {"rrt_connect", "potential_field", "known_cspace"}) {
     expect_refused(run_line({"plan", cell_, "--to", "ready", "--moveit-scene", file, "--method", method}),
@@ -96,13 +96,13 @@ TEST_F(PlanMoveIt, AnObjectMustNotBeNamedAsAnObstacleOfTheCell) {
   }
 }
 
-TEST_F(PlanMoveIt, ARequestForArmsWhoseJointsAreCalledTheSameIsRefused) {
+TEST_F(PlanMoveIt, RejectsARequestForArmsWithEqualJointNames) {
   const std::string file = request();
   expect_refused(run_line({"plan", cell_, "--arm", "west", "--arm", "north", "--moveit-request", file}),
                  file + ": start_state.joint_state.name: 'joint1' is a joint of each of the planned arms west, north");
 }
 
-TEST_F(PlanMoveIt, EmptyOptionsOfTheRobotAreRefused) {
+TEST_F(PlanMoveIt, RejectsEmptyOptionsOfTheRobot) {
   for (const std::string option : {"--srdf", "--tool", "--package"}) {
     for (const std::string command : {"plan", "check"}) {
       expect_refused(run_line({command, robot_, option, ""}), option + " = '' must");

@@ -14,7 +14,7 @@ namespace {
 const std::string kPlanCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
 const std::string kPlanRobot = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf";
 
-/// A file of this test's own that is gone with it.
+/// A temporary file.
 class ScratchFile {
  public:
   ScratchFile(const std::string& name, const std::string& text)
@@ -71,7 +71,7 @@ TEST(PlanCommand, PrintsATrajectoryWithinTheLimits) {
   EXPECT_NE(table.out.find("trajectory: t q"), std::string::npos);
 }
 
-TEST(PlanCommand, LimitsJerkWhenTold) {
+TEST(PlanCommand, LimitsJerkWithTheOption) {
   std::vector<std::string> words{"plan",  kPlanCell,      "--arm", "west", "--to",
                                  "ready", "--trajectory", "10ms",  "-o",   "json"};
   const Json quick = Json::parse(run_line(words).out);
@@ -95,7 +95,7 @@ TEST(PlanCommand, LimitsJerkWhenTold) {
   EXPECT_EQ(smooth["path"], quick["path"]);
 }
 
-TEST(PlanCommand, StopsAtCornersWhenTheyMustNotBeRounded) {
+TEST(PlanCommand, StopsAtCornersWithoutDeviation) {
   const std::vector<std::string> words{"plan",  std::string(HECATON_SOURCE_DIR) + "/deploy/cells/narrow_passage.yaml",
                                        "--to",  "across",
                                        "-o",    "json",
@@ -115,7 +115,7 @@ std::string cell(const std::string& name) {
   return std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + name + ".yaml";
 }
 
-TEST(PlanCommand, RefusesWhatAMethodDoesNotGoBy) {
+TEST(PlanCommand, RejectsOptionsThatTheMethodIgnores) {
   const auto refused = [](const std::string& file, const std::string& method, const std::string& option,
                           const std::string& value) {
     const Ran ran = run_line({"plan", cell(file), "--to", "across", "--method", method, option, value});
@@ -130,7 +130,7 @@ TEST(PlanCommand, RefusesWhatAMethodDoesNotGoBy) {
   refused("planar_3r", "potential_field", "--step", "0.1");
 }
 
-TEST(PlanCommand, RefusesTextThatIsEmpty) {
+TEST(PlanCommand, RejectsEmptyText) {
   for (const std::string option : {"--from", "--to", "--moveit-scene", "--moveit-request", "--srdf", "--plot"}) {
     std::vector<std::string> words{"plan", kPlanRobot, option, ""};
     if (option != "--to") words.insert(words.end(), {"--to", "0 -1.5 1 0 0 0"});
@@ -140,18 +140,18 @@ TEST(PlanCommand, RefusesTextThatIsEmpty) {
   }
 }
 
-// Its own links are nearer to each other than to the shelf, but nobody wants more of them than not to touch.
-TEST(PlanCommand, SaysOfTheRightPairThatItHasTooLittleRoom) {
+// Links of the arm are nearer to each other than to the shelf, but --clearance does not apply to them.
+TEST(PlanCommand, NamesThePairWithTooLittleClearance) {
   const ScratchFile far("beside_scene", scene("1.5"));
   const Ran ran = run_line({"plan", kPlanRobot, "--from", "0 0 0 0 0 0", "--to", "0 -1.5 1 0 0 0", "--moveit-scene",
                             far.path(), "--clearance", "0.9"});
   EXPECT_EQ(ran.code, ExitCode::kNegative);
-  EXPECT_NE(ran.out.find("leaves too little room"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("is too close to collision"), std::string::npos) << ran.out;
   EXPECT_NE(ran.out.find("shelf"), std::string::npos) << ran.out;
-  EXPECT_NE(ran.out.find("900 mm are wanted"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("(minimum 900 mm)"), std::string::npos) << ran.out;
 }
 
-TEST(PlanCommand, WhoIsThereHasATrajectory) {
+TEST(PlanCommand, HasATrajectoryWhenTheStartIsTheGoal) {
   const Ran ran =
       run_line({"plan", cell("planar_2r"), "--from", "across", "--to", "across", "--trajectory", "10ms", "-o", "json"});
   ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
@@ -160,7 +160,7 @@ TEST(PlanCommand, WhoIsThereHasATrajectory) {
   EXPECT_EQ(plan["trajectory"]["samples"][0]["q"], plan["path"].front());
 }
 
-TEST(PlanCommand, AFieldsPathKeepsRoomThatItHas) {
+TEST(PlanCommand, KeepsTheClearanceOfAFieldsPath) {
   const auto room = [](const std::string& keep) {
     const Ran ran = run_line(
         {"plan", cell("planar_3r"), "--to", "across", "--method", "potential_field", "--keep", keep, "-o", "json"});
@@ -171,18 +171,18 @@ TEST(PlanCommand, AFieldsPathKeepsRoomThatItHas) {
   EXPECT_GT(room("0.04"), 0.04);
 }
 
-TEST(PlanCommand, WhatCannotBeDrawnIsRefusedBeforeAnythingIsLost) {
-  const ScratchFile picture("picture", "as it was");
+TEST(PlanCommand, RejectsAPlotOfSeveralArmsAndKeepsTheFile) {
+  const ScratchFile plot("plot", "unchanged");
   const Ran several =
-      run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--to", "ready", "--plot", picture.path()});
+      run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--to", "ready", "--plot", plot.path()});
   EXPECT_EQ(several.code, ExitCode::kUsage);
   EXPECT_NE(several.err.find("--plot"), std::string::npos) << several.err;
   EXPECT_EQ(several.err.find("potential_field"), std::string::npos) << several.err;
-  std::ifstream file(picture.path());
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "as it was");
+  std::ifstream file(plot.path());
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "unchanged");
 }
 
-TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {
+TEST(PlanCommand, PlansForAllArmsOfACellTogether) {
   const Ran ran =
       run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--arm", "east", "--to", "ready", "-o", "json"});
   ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
@@ -191,7 +191,7 @@ TEST(PlanCommand, PlansForAllArmsOfACellAsOne) {
   EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.0);
 }
 
-TEST(PlanCommand, SaysWhatIsInTheWayOfAMoveItScene) {
+TEST(PlanCommand, NamesTheObjectOfAMoveItSceneInCollision) {
   const ScratchFile far("far_scene", scene("1.5"));
   const ScratchFile near("near_scene", scene("0.4"));
   const std::vector<std::string> words{"plan", kPlanRobot, "--from", "0 0 0 0 0 0", "--to", "0 -1.5 1 0 0 0"};
@@ -224,14 +224,14 @@ goal_constraints:
   const Ran ran = run_line({"plan", kPlanRobot, "--moveit-request", request.path(), "-o", "json"});
   ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
   const Json plan = Json::parse(ran.out);
-  EXPECT_EQ(plan["path"].size(), 2U) << "nothing is in the way";
+  EXPECT_EQ(plan["path"].size(), 2U) << "no obstacle is on the straight line";
   EXPECT_DOUBLE_EQ(plan["path"][1][5].get<double>(), 0.5);
   ASSERT_EQ(plan["notes"].size(), 1U);
   EXPECT_NE(ran.err.find("note: " + plan["notes"][0].get<std::string>()), std::string::npos) << ran.err;
   EXPECT_NE(ran.err.find("start_state: no planned joint is called gripper"), std::string::npos) << ran.err;
 }
 
-TEST(PlanCommand, RefusesARequestForOtherJoints) {
+TEST(PlanCommand, RejectsARequestForOtherJoints) {
   const auto refused = [](const std::string& goal, const std::string& says) {
     const ScratchFile request("other_request",
                               "start_state:\n  joint_state: {name: [joint1, joint2, joint3, joint4, joint5, joint6], "
@@ -242,10 +242,10 @@ TEST(PlanCommand, RefusesARequestForOtherJoints) {
     EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
   };
   refused("{joint_name: joint7, position: 0}", "joint_name = 'joint7' is no planned joint");
-  refused("{joint_name: joint1, position: 0}", "goal_constraints: says nothing of joint 'joint2'");
+  refused("{joint_name: joint1, position: 0}", "goal_constraints: joint 'joint2' is missing");
 }
 
-TEST(PlanCommand, RefusesWhatCannotBe) {
+TEST(PlanCommand, RejectsInvalidValues) {
   const auto refused = [](const std::vector<std::string>& words, ExitCode code, const std::string& says) {
     const Ran ran = run_line(words);
     EXPECT_EQ(ran.code, code) << says;
@@ -255,19 +255,19 @@ TEST(PlanCommand, RefusesWhatCannotBe) {
   refused({"plan", kPlanCell, "--to", "ready", "--jerk", "0"}, ExitCode::kBadInput, "--jerk = '0' must be a number");
   refused({"plan", kPlanCell, "--to", "1 2"}, ExitCode::kBadInput, "must be 6 numbers, or the name of a pose");
   refused({"plan", kPlanCell, "--to", "1e9 0 0 0 0 0"}, ExitCode::kBadInput, "must be between -100 and 100 rad");
-  refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to or --moveit-request must say what the goal is");
-  refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0"}, ExitCode::kBadInput, "must say where arm puma560 is");
+  refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to or --moveit-request is needed for the goal");
+  refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0"}, ExitCode::kBadInput, "is needed: arm puma560 has no start");
   refused({"plan", kPlanCell, "--to", "ready", "--method", "magic"}, ExitCode::kUsage, "rrt_connect");
   refused({"plan", kPlanCell, "--to", "ready", "--trajectory", "10"}, ExitCode::kBadInput, "a number with its unit");
   refused({"plan", kPlanCell, "--to", "ready", "--deviation", "-1"}, ExitCode::kBadInput, "--deviation");
-  refused({"plan", kPlanCell, "--to", "ready", "--tool", "hand"}, ExitCode::kUsage, "--tool is for a URDF alone");
+  refused({"plan", kPlanCell, "--to", "ready", "--tool", "hand"}, ExitCode::kUsage, "--tool is for a URDF");
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0", "--arm", "x"}, ExitCode::kUsage, "--arm is for a cell file");
   const ScratchFile cone("cone_scene", scene("1", "cone"));
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0", "--moveit-scene", cone.path()}, ExitCode::kBadInput,
           "world.collision_objects[0].primitives[0].type = cone must be box, sphere or cylinder");
 }
 
-TEST(PlanCommand, GoesDownAPotentialFieldAndDrawsIt) {
+TEST(PlanCommand, DescendsAPotentialFieldAndPlotsIt) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("field" + std::to_string(::getpid()) + ".svg");
   for (const std::string cell : {"mobile_rectangle", "planar_3r", "puma_potential"}) {
@@ -279,23 +279,23 @@ TEST(PlanCommand, GoesDownAPotentialFieldAndDrawsIt) {
     EXPECT_EQ(plan["status"], "solved");
     EXPECT_EQ(plan["method"], "potential_field");
     EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.0099) << cell;
-    EXPECT_GT(plan["path"].size(), 2U) << "something is in the straight way";
-    std::stringstream picture;
-    picture << std::ifstream(file).rdbuf();
-    EXPECT_TRUE(picture.str().starts_with("<svg"));
-    EXPECT_TRUE(picture.str().ends_with("</svg>\n"));
+    EXPECT_GT(plan["path"].size(), 2U) << "an obstacle is on the straight line";
+    std::stringstream text;
+    text << std::ifstream(file).rdbuf();
+    EXPECT_TRUE(text.str().starts_with("<svg"));
+    EXPECT_TRUE(text.str().ends_with("</svg>\n"));
   }
   std::filesystem::remove(file);
 }
 
-std::string picture_of(const std::filesystem::path& file) {
-  std::stringstream picture;
-  picture << std::ifstream(file).rdbuf();
-  return picture.str();
+std::string content_of(const std::filesystem::path& file) {
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
 }
 
-// [Li96] figure 4: every step in workspace and C-space. Who senses finds its way as who knows, and both keep clear.
-TEST(PlanCommand, GoesThroughCspaceAndDrawsEveryStep) {
+// [Li96] figure 4: every step in workspace and C-space, with sensed and with known obstacles.
+TEST(PlanCommand, PlansInCspaceAndPlotsEveryStep) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("steps" + std::to_string(::getpid()));
   for (const std::string method : {"sensed_cspace", "known_cspace"}) {
     const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--arm", "arm",
@@ -305,32 +305,31 @@ TEST(PlanCommand, GoesThroughCspaceAndDrawsEveryStep) {
     EXPECT_EQ(plan["status"], "solved");
     EXPECT_EQ(plan["method"], method);
     EXPECT_GT(plan["min_clearance_m"].get<double>(), 0.03) << "the margin";
-    EXPECT_GT(plan["path"].size(), 2U) << "something is in the straight way";
-    EXPECT_GT(plan["nodes"].get<int>(), 10) << "points that it knows";
-    std::size_t pictures = 0;
+    EXPECT_GT(plan["path"].size(), 2U) << "an obstacle is on the straight line";
+    EXPECT_GT(plan["nodes"].get<int>(), 10) << "known points";
+    std::size_t plots = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      const std::string svg = picture_of(entry.path());
+      const std::string svg = content_of(entry.path());
       EXPECT_TRUE(svg.starts_with("<svg"));
       EXPECT_TRUE(svg.ends_with("</svg>\n"));
       EXPECT_EQ(svg.find("nan"), std::string::npos);
-      ++pictures;
+      ++plots;
     }
-    EXPECT_GT(pictures, 10U);
-    EXPECT_NE(ran.err.find(std::to_string(pictures) + " pictures in " + folder.string()), std::string::npos) << ran.err;
+    EXPECT_GT(plots, 10U);
+    EXPECT_NE(ran.err.find(std::to_string(plots) + " plots in " + folder.string()), std::string::npos) << ran.err;
     std::filesystem::remove_all(folder);
   }
 }
 
-TEST(PlanCommand, SaysWhyThereIsNoWayThroughCspace) {
+TEST(PlanCommand, SaysWhyThereIsNoPathInCspace) {
   const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml";
-  // The crate is about the tip at (0.7, −0.1): who senses goes there to see that.
+  // The crate is about the tip at (0.7, −0.1): an arm that senses moves there to detect it.
   const std::string inside = "0.65 -1.6";
   const Ran sensed = run_line({"plan", cell, "--to", inside, "--method", "sensed_cspace", "-o", "json"});
   EXPECT_EQ(sensed.code, ExitCode::kNegative) << sensed.out;
   const Json plan = Json::parse(sensed.out);
   EXPECT_EQ(plan["status"], "stuck");
-  EXPECT_NE(plan["reason"].get<std::string>().find("its goal is nearer to an obstacle that it knows"),
-            std::string::npos)
+  EXPECT_NE(plan["reason"].get<std::string>().find("its goal is nearer to a known obstacle"), std::string::npos)
       << plan["reason"];
   const Ran known = run_line({"plan", cell, "--to", inside, "--method", "known_cspace", "-o", "json"});
   EXPECT_EQ(known.code, ExitCode::kNegative) << known.out;
@@ -346,25 +345,25 @@ TEST(PlanCommand, SaysWhyThereIsNoWayThroughCspace) {
       << six.err;
 }
 
-TEST(PlanCommand, DrawsTheTreeOfARobotOfTwoJoints) {
+TEST(PlanCommand, PlotsTheTreeOfARobotOfTwoJoints) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("tree" + std::to_string(::getpid()) + ".svg");
   for (const std::string method : {"rrt_connect", "rrt", "est", "prm"}) {
     const Ran ran = run_line({"plan", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--to",
                               "across", "--method", method, "--plot", file.string(), "-o", "json"});
     ASSERT_EQ(ran.code, ExitCode::kDone) << method << ran.err << ran.out;
-    std::stringstream picture;
-    picture << std::ifstream(file).rdbuf();
-    const std::string text = picture.str();
-    // One circle a node, and those of start and goal.
+    std::stringstream text;
+    text << std::ifstream(file).rdbuf();
+    const std::string svg = text.str();
+    // One circle per node, one for the start, one for the goal.
     std::size_t circles = 0;
-    for (std::size_t at = text.find("<circle"); at != std::string::npos; at = text.find("<circle", at + 1)) ++circles;
+    for (std::size_t at = svg.find("<circle"); at != std::string::npos; at = svg.find("<circle", at + 1)) ++circles;
     EXPECT_EQ(circles, Json::parse(ran.out)["nodes"].get<std::size_t>() + 2) << method;
   }
   std::filesystem::remove(file);
 }
 
-TEST(PlanCommand, SaysInWhatADescentEnded) {
+TEST(PlanCommand, SaysHowADescentEnded) {
   const ScratchFile wall("wall_scene",
                          "world:\n  collision_objects:\n    - id: wall\n      primitives:\n"
                          "        - {type: box, dimensions: [0.1, 4, 0.2]}\n      primitive_poses:\n"
@@ -377,7 +376,7 @@ TEST(PlanCommand, SaysInWhatADescentEnded) {
   EXPECT_NE(plan["reason"].get<std::string>().find("local minimum"), std::string::npos) << plan["reason"];
 }
 
-TEST(PlanCommand, RefusesAPotentialFieldOfSeveralArms) {
+TEST(PlanCommand, RejectsAPotentialFieldOfSeveralArms) {
   const Ran ran =
       run_line({"plan", kPlanCell, "--arm", "north", "--arm", "west", "--to", "ready", "--method", "potential_field"});
   EXPECT_EQ(ran.code, ExitCode::kUsage);

@@ -1,9 +1,9 @@
 #pragma once
-/// Runs a command line of `hecaton` inside the test.
+/// Runs a command line of `hecaton` inside the test process.
 
 #include <utility>
 
-#include "services/cli/application.hpp"
+#include "services/cli/commands.hpp"
 #include "tests/unit/services/command_line/run_program_line.hpp"
 
 namespace hecaton::services::cli {

@@ -20,7 +20,7 @@ std::vector<std::string> simulate(const std::vector<std::string>& more) {
   return words;
 }
 
-TEST(Simulate, GivesTheSameReportToTheLastBitOnEveryRunAndForAnyThreads) {
+TEST(Simulate, GivesTheSameReportInEveryRunAndForAnyNumberOfThreads) {
   const Ran first = run_line(simulate({}));
   ASSERT_FALSE(first.out.empty()) << first.err;
   EXPECT_EQ(run_line(simulate({})).out, first.out);
@@ -28,7 +28,7 @@ TEST(Simulate, GivesTheSameReportToTheLastBitOnEveryRunAndForAnyThreads) {
   EXPECT_NE(run_line(simulate({"--seed", "8"})).out, first.out);
 }
 
-TEST(Simulate, AddsUp) {
+TEST(Simulate, CountsEveryTaskOnce) {
   const Ran ran = run_line(simulate({}));
   const Json report = Json::parse(ran.out);
   EXPECT_EQ(report["tasks"], 7);
@@ -37,13 +37,13 @@ TEST(Simulate, AddsUp) {
   int of_arms = 0;
   for (const Json& arm : report["arms"]) of_arms += arm["tasks"].get<int>();
   EXPECT_EQ(of_arms, 7);
-  EXPECT_TRUE(report["tick_us"].is_null()) << "the machine's clock has no place in a repeatable report";
+  EXPECT_TRUE(report["tick_us"].is_null()) << "measured times are not repeatable";
   const bool positive = count("reached") == 7 && report["contacts"] == 0;
   EXPECT_EQ(ran.code, positive ? ExitCode::kDone : ExitCode::kNegative);
   EXPECT_NE(ran.err.find("simulated seconds per second"), std::string::npos);
 }
 
-TEST(Simulate, MeasuresTicksWhenAsked) {
+TEST(Simulate, MeasuresTicksWithTiming) {
   const Json report = Json::parse(run_line(simulate({"--timing"})).out);
   ASSERT_TRUE(report["tick_us"].is_object());
   EXPECT_GT(report["tick_us"]["p50"].get<double>(), 0.0);
@@ -51,11 +51,11 @@ TEST(Simulate, MeasuresTicksWhenAsked) {
   EXPECT_LE(report["tick_us"]["p99"].get<double>(), report["tick_us"]["max"].get<double>());
 }
 
-TEST(Simulate, TellsWhatLookingAheadCosts) {
+TEST(Simulate, ReportsTheCostOfRollouts) {
   const std::vector<std::string> words{"simulate", kDense, "--tasks", "9", "--seed", "7", "-o", "json"};
   const Json report = Json::parse(run_line(words).out);
   EXPECT_GT(report["rollouts"]["answers"].get<int>(), 0);
-  // Nine plays of three arms, each of at least one step.
+  // Nine rollouts of three arms, each of at least one tick.
   EXPECT_GE(report["rollouts"]["ticks"].get<int>(), 27 * report["rollouts"]["answers"].get<int>());
   EXPECT_TRUE(report["rollouts"]["us"].is_null());
   std::vector<std::string> timed = words;
@@ -65,13 +65,13 @@ TEST(Simulate, TellsWhatLookingAheadCosts) {
   EXPECT_EQ(Json::parse(run_line(timed).out)["rollouts"]["answers"], 0);
 }
 
-TEST(Simulate, FasterJointsTakeLessTime) {
+TEST(Simulate, TakesLessTimeWithFasterJoints) {
   const Json slow = Json::parse(run_line(simulate({"--speed", "0.5"})).out);
   const Json fast = Json::parse(run_line(simulate({"--speed", "3"})).out);
   EXPECT_LT(fast["task_s"]["p50"].get<double>(), slow["task_s"]["p50"].get<double>());
 }
 
-TEST(Simulate, RolloutsAreAWholeNumber) {
+TEST(Simulate, RejectsRolloutsThatAreNoWholeNumber) {
   for (const char* bad : {"x", "-1", "1.5", "1001"}) {
     const Ran ran = run_line(simulate({std::string("--rollouts=") + bad}));
     EXPECT_EQ(ran.code, ExitCode::kBadInput) << bad;
@@ -81,21 +81,21 @@ TEST(Simulate, RolloutsAreAWholeNumber) {
   }
 }
 
-TEST(Simulate, RunsEveryMethodOnTheSameTasksAndTellsHowOftenJointsTurn) {
+TEST(Simulate, ReportsVelocityReversalsOfEveryMethod) {
   for (const char* method : {"local", "single_subspace", "boundary_following"}) {
     const Ran ran = run_line(simulate({"--rollouts", "0", "--method", method}));
     const Json report = Json::parse(ran.out);
     EXPECT_EQ(report["method"], method);
-    EXPECT_GT(report["chatter"]["joint_s_near"].get<double>(), 0.0);
-    EXPECT_GE(report["chatter"]["turns_per_joint_s"].get<double>(),
-              report["chatter"]["quick_turns_per_joint_s"].get<double>());
+    EXPECT_GT(report["velocity_reversals"]["joint_s_near"].get<double>(), 0.0);
+    EXPECT_GE(report["velocity_reversals"]["per_joint_s"].get<double>(),
+              report["velocity_reversals"]["quick_per_joint_s"].get<double>());
     if (std::string(method) == "local") {
       EXPECT_EQ(report["subspaces_drawn"], 0);
     }
   }
 }
 
-TEST(Simulate, BurstsMustAllowForTheLoss) {
+TEST(Simulate, RejectsBurstsTooShortForTheLoss) {
   const Ran ran = run_line(simulate({"--loss", "0.75", "--burst", "2"}));
   EXPECT_EQ(ran.code, ExitCode::kBadInput);
   EXPECT_NE(ran.err.find("--burst = 2 must be at least loss/(1 − loss) = 3 for --loss = 0.75"), std::string::npos)
@@ -121,7 +121,7 @@ TEST(Simulate, ChangesTheMethodAndTheNetwork) {
   EXPECT_EQ(report["network"], (Json{{"age_s", 0.02}, {"jitter_s", 0.005}, {"loss", 0.1}, {"burst", 0.0}}));
 }
 
-TEST(Simulate, SaysWithItsExitCodeThatTasksWereMissed) {
+TEST(Simulate, ExitsWithOneWhenTasksWereMissed) {
   // The local planner alone reaches about two thirds of such tasks [Lahouar06]: of sixty some are missed.
   const Ran ran = run_line({"simulate", kThreePuma, "--tasks", "60", "--method", "local", "-o", "json"});
   const Json report = Json::parse(ran.out);
@@ -129,22 +129,22 @@ TEST(Simulate, SaysWithItsExitCodeThatTasksWereMissed) {
   EXPECT_EQ(ran.code, ExitCode::kNegative);
 }
 
-TEST(Simulate, DrawsTheFirstEpisodeOfAnArmThatPlansThroughCspace) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "hecaton_pictures";
+TEST(Simulate, PlotsTheFirstEpisodeInCspace) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "hecaton_plots";
   std::filesystem::remove_all(folder);
   const Ran ran = run_line({"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--tasks",
                             "1", "--plot", folder.string()});
-  EXPECT_NE(ran.err.find(" pictures in " + folder.string()), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find(" plots in " + folder.string()), std::string::npos) << ran.err;
   std::ifstream file(folder / "arm_0000.svg");
-  std::stringstream picture;
-  picture << file.rdbuf();
-  EXPECT_TRUE(picture.str().starts_with("<svg"));
-  EXPECT_TRUE(picture.str().ends_with("</svg>\n"));
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_TRUE(text.str().starts_with("<svg"));
+  EXPECT_TRUE(text.str().ends_with("</svg>\n"));
   std::filesystem::remove_all(folder);
 }
 
 // [Cardenas10] figures 5 and 6, and 2 beside them.
-TEST(Simulate, DrawsArmsInTheirPotentialFields) {
+TEST(Simulate, PlotsArmsInTheirPotentialFields) {
   for (const std::string cell : {"mobile_rectangle", "puma_potential"}) {
     const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("hecaton_field_" + cell);
     std::filesystem::remove_all(folder);
@@ -152,38 +152,38 @@ TEST(Simulate, DrawsArmsInTheirPotentialFields) {
                               "--tasks", "1", "--plot", folder.string()});
     EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
     std::ifstream file(folder / ((cell == "puma_potential" ? "puma" : "robot") + std::string("_0004.svg")));
-    std::stringstream picture;
-    picture << file.rdbuf();
-    const std::string svg = picture.str();
+    std::stringstream text;
+    text << file.rdbuf();
+    const std::string svg = text.str();
     EXPECT_TRUE(svg.starts_with("<svg"));
     EXPECT_TRUE(svg.ends_with("</svg>\n"));
     EXPECT_EQ(svg.find("nan"), std::string::npos);
-    EXPECT_NE(svg.find("marker-end"), std::string::npos) << "the field's arrows";
+    EXPECT_NE(svg.find("marker-end"), std::string::npos) << "arrows of the field";
     std::size_t panels = 0;
     for (std::size_t at = svg.find("<svg x="); at != std::string::npos; at = svg.find("<svg x=", at + 1)) ++panels;
-    EXPECT_EQ(panels, cell == "puma_potential" ? 3U : 2U) << "from above, from the side where it matters, the field";
+    EXPECT_EQ(panels, cell == "puma_potential" ? 3U : 2U)
+        << "view from above, view from the side unless the arm stays level, field";
     std::filesystem::remove_all(folder);
   }
 }
 
-TEST(Simulate, RefusesPicturesThatItCannotMake) {
+TEST(Simulate, RejectsPlotsThatItCannotWrite) {
   const Ran none = run_line(simulate({"--plot", testing::TempDir()}));
   EXPECT_EQ(none.code, ExitCode::kBadInput);
   EXPECT_NE(none.err.find("--plot = "), std::string::npos) << none.err;
   EXPECT_NE(none.err.find("sensed_cspace, known_cspace or potential_field"), std::string::npos) << none.err;
   const Ran nowhere = run_line(
-      {"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--plot", "/dev/null/pictures"});
+      {"simulate", std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml", "--plot", "/dev/null/plots"});
   EXPECT_EQ(nowhere.code, ExitCode::kBadInput);
-  EXPECT_NE(nowhere.err.find("--plot: /dev/null/pictures cannot be made"), std::string::npos) << nowhere.err;
+  EXPECT_NE(nowhere.err.find("--plot: /dev/null/plots cannot be created"), std::string::npos) << nowhere.err;
 }
 
-TEST(Simulate, RefusesAMethodThatAnArmIsNotFor) {
+TEST(Simulate, RejectsAMethodThatDoesNotSuitAnArm) {
   const Ran ran = run_line(simulate({"--method", "known_cspace"}));
   EXPECT_EQ(ran.code, ExitCode::kBadInput);
   EXPECT_NE(ran.err.find("--method = known_cspace must be given to an arm of two links"), std::string::npos) << ran.err;
 }
 
-// Both ways to move on a strategy, judged by the contact referee.
 TEST(Simulate, ArmsWithStrategiesReachTheirGoalsWithoutContact) {
   const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/scorbot_2a.yaml";
   for (const char* method : {"strategy", "strategy_step"}) {

@@ -1,19 +1,18 @@
-/// The supervisor's picture for programs and for people.
+/// The status of a cell as text and as JSON.
 
 #include <sstream>
 
 #include <gtest/gtest.h>
 
 #include "services/cli/cell_access.hpp"
-#include "services/cli/status_json.hpp"
-#include "services/cli/status_text.hpp"
-#include "services/command_line/failure.hpp"
+#include "services/cli/status_output.hpp"
+#include "services/command_line/program.hpp"
 #include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-msg::CellStatus example() {
+msg::CellStatus example_status() {
   msg::CellStatus status;
   status.cell("test");
   status.mode().mode(msg::Mode::MODE_RUN);
@@ -24,7 +23,7 @@ msg::CellStatus example() {
   msg::LostArm lost;
   lost.arm("west");
   lost.q({0.3});
-  lost.moved_for(0.1);
+  lost.braking_delay_bound(0.1);
   status.mode().lost_arms({lost});
   status.supervisor("supervisor");
 
@@ -83,11 +82,11 @@ msg::CellStatus example() {
   return status;
 }
 
-TEST(StatusJson, HasEveryPart) {
-  const Json json = to_json(example());
+TEST(StatusJson, HasAllKeys) {
+  const Json json = to_json(example_status());
   for (const char* key :
        {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "arm_orders", "cause", "term", "supervisor",
-        "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "referee", "obstacles"}) {
+        "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "contact_report", "obstacles"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["mode"], "run");
@@ -101,18 +100,18 @@ TEST(StatusJson, HasEveryPart) {
   EXPECT_EQ(json["hosts"][0]["processes"][0]["signal"], 9);
   EXPECT_EQ(json["hosts"][0]["processes"][0]["running"], false);
   EXPECT_EQ(json["obstacles"][0]["xyz_rpy"], (Json{0.0, 0.0, 2.0, 0.0, 0.0, 0.0}));
-  EXPECT_TRUE(json["referee"].is_null());
+  EXPECT_TRUE(json["contact_report"].is_null());
 }
 
-TEST(StatusJson, ListsAllThatAnArmCarries) {
-  msg::CellStatus status = example();
+TEST(StatusJson, ListsCarriedObjects) {
+  msg::CellStatus status = example_status();
   EXPECT_EQ(to_json(status)["arms"][0]["state"]["carried"], Json::array());
   status.arms()[0].state().carried("crate, lid");
   EXPECT_EQ(to_json(status)["arms"][0]["state"]["carried"], (Json{"crate", "lid"}));
 }
 
-TEST(StatusText, FitsIntoATerminalHoweverLongTheReasonsAre) {
-  msg::CellStatus status = example();
+TEST(StatusText, WrapsLongReasons) {
+  msg::CellStatus status = example_status();
   std::string reason = "held: planner/north: no heartbeat for more than 250 ms";
   for (int i = 0; i < 5; ++i) reason += "; planner/west: no state of north for 0.2 s";
   status.arms()[0].waiting_for().text(reason);
@@ -123,35 +122,35 @@ TEST(StatusText, FitsIntoATerminalHoweverLongTheReasonsAre) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 120U) << line;
 }
 
-TEST(StatusJson, TellsTheRefereesAccount) {
-  msg::CellStatus status = example();
-  status.has_referee(true);
-  status.referee().contacts(2);
-  EXPECT_EQ(to_json(status)["referee"]["contacts"], 2);
-  EXPECT_TRUE(to_json(status)["referee"]["min_separation_m"].is_null()) << "nothing was judged";
+TEST(StatusJson, ReportsContacts) {
+  msg::CellStatus status = example_status();
+  status.has_contact_report(true);
+  status.contact_report().contacts(2);
+  EXPECT_EQ(to_json(status)["contact_report"]["contacts"], 2);
+  EXPECT_TRUE(to_json(status)["contact_report"]["min_separation_m"].is_null()) << "no pair was checked";
 }
 
-TEST(StatusText, TellsWhatBindsAndHowOldItIs) {
-  const std::string text = status_text(example(), Palette(false));
+TEST(StatusText, ShowsBindingPairAndAge) {
+  const std::string text = status_text(example_status(), Palette(false));
   EXPECT_NE(text.find("cell test: run, held west"), std::string::npos) << text;
   EXPECT_NE(text.find("north/forearm – pallet, 18 mm"), std::string::npos) << text;
   EXPECT_NE(text.find("4 ms"), std::string::npos) << text;
   EXPECT_NE(text.find("never"), std::string::npos) << text;
-  EXPECT_NE(text.find("referee: not heard of"), std::string::npos) << text;
+  EXPECT_NE(text.find("contact monitor: no report yet"), std::string::npos) << text;
 }
 
-TEST(StatusText, TellsHowProcessesEnded) {
-  EXPECT_NE(hosts_text(example(), Palette(false)).find("ended by signal 9"), std::string::npos);
+TEST(StatusText, ShowsHowProcessesEnded) {
+  EXPECT_NE(hosts_text(example_status(), Palette(false)).find("ended by signal 9"), std::string::npos);
 }
 
-TEST(StatusText, SaysThatThereIsNothing) {
+TEST(StatusText, SaysWhenListsAreEmpty) {
   const msg::CellStatus nothing;
   EXPECT_EQ(faults_text(nothing, Palette(false)), "no faults\n");
   EXPECT_EQ(obstacles_text(nothing, Palette(false)), "no obstacles\n");
 }
 
-TEST(RequireArm, NamesTheKnownOnes) {
-  const msg::CellStatus status = example();
+TEST(RequireArm, NamesTheArmsOfTheCell) {
+  const msg::CellStatus status = example_status();
   EXPECT_EQ(require_arm(status, "west").arm(), "west");
   try {
     static_cast<void>(require_arm(status, "south"));
@@ -162,7 +161,7 @@ TEST(RequireArm, NamesTheKnownOnes) {
   }
 }
 
-TEST(FailureOf, TellsBadInputFromARefusalAndFromSilence) {
+TEST(FailureOf, DistinguishesBadInputRejectionAndSilence) {
   const auto code = [](const Error& error) { return failure_of(error).code(); };
   EXPECT_EQ(code(Rejected({CauseKind::kUnknownName, "box", "there is no obstacle named 'box'"})), ExitCode::kBadInput);
   EXPECT_EQ(code(Rejected({CauseKind::kNameTaken, "box", "the name is taken"})), ExitCode::kBadInput);
@@ -172,6 +171,88 @@ TEST(FailureOf, TellsBadInputFromARefusalAndFromSilence) {
   const Failure nowhere = failure_of(Unreachable({"no cell answers in DDS domain 42", "start one", "the supervisor"}));
   EXPECT_EQ(nowhere.code(), ExitCode::kUnreachable);
   EXPECT_NE(std::string(nowhere.what()).find("--domain or --cell"), std::string::npos);
+}
+
+msg::GoalStatus blocked_goal() {
+  msg::GoalStatus goal;
+  goal.state(msg::GoalState::GOAL_BLOCKED);
+  goal.cause(make_cause(msg::CauseKind::CAUSE_PATH_BLOCKED, "pallet", "no way for now"));
+  goal.has_binding(true);
+  goal.binding_own("arm2/forearm");
+  goal.binding_other("pallet");
+  goal.binding_distance(0.018);
+  goal.recovery_action("draws another subspace");
+  return goal;
+}
+
+TEST(GoalText, HasCauseBindingAndRecoveryAction) {
+  EXPECT_EQ(goal_text(blocked_goal()),
+            "blocked: no way for now (arm2/forearm – pallet, 18 mm); draws another subspace");
+}
+
+TEST(GoalText, HasTheBindingPairWithoutACause) {
+  msg::GoalStatus goal = blocked_goal();
+  goal.cause({});
+  goal.recovery_action("");
+  EXPECT_EQ(goal_text(goal), "blocked: arm2/forearm – pallet, 18 mm");
+}
+
+TEST(GoalText, HasTheBlockedDuration) {
+  msg::GoalStatus goal = blocked_goal();
+  goal.blocked_duration(3.2);
+  EXPECT_EQ(goal_text(goal),
+            "blocked: no way for now (arm2/forearm – pallet, 18 mm), for 3.20 s; draws another subspace");
+}
+
+TEST(GoalText, OmitsTheRecoveryActionOfAFinishedGoal) {
+  msg::GoalStatus goal = blocked_goal();
+  goal.state(msg::GoalState::GOAL_TIMED_OUT);
+  EXPECT_EQ(goal_text(goal), "timed_out: no way for now (arm2/forearm – pallet, 18 mm)");
+  goal.state(msg::GoalState::GOAL_REACHED);
+  EXPECT_EQ(goal_text(goal), "reached");
+}
+
+TEST(WaitingText, PrefersTheSupervisorsReason) {
+  msg::ArmStatus arm;
+  EXPECT_EQ(waiting_text(arm), "");
+  arm.has_goal(true);
+  arm.goal(blocked_goal());
+  EXPECT_EQ(waiting_text(arm), "no way for now (arm2/forearm – pallet, 18 mm); draws another subspace");
+  arm.waiting_for(make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, "the cell is on hold"));
+  EXPECT_EQ(waiting_text(arm), "the cell is on hold");
+}
+
+TEST(IsFinal, IsFalseForAcceptedActiveAndBlocked) {
+  for (const msg::GoalState state :
+       {msg::GoalState::GOAL_ACCEPTED, msg::GoalState::GOAL_ACTIVE, msg::GoalState::GOAL_BLOCKED}) {
+    EXPECT_FALSE(is_final(state)) << text(state);
+  }
+  for (const msg::GoalState state :
+       {msg::GoalState::GOAL_REACHED, msg::GoalState::GOAL_REJECTED, msg::GoalState::GOAL_CANCELLED,
+        msg::GoalState::GOAL_REPLACED, msg::GoalState::GOAL_TIMED_OUT}) {
+    EXPECT_TRUE(is_final(state)) << text(state);
+  }
+}
+
+TEST(ContactText, CountsContacts) {
+  msg::ContactReport report;
+  EXPECT_EQ(contact_text(report, Palette(false)), "0 contacts, no pair checked yet");
+  report.contacts(1);
+  report.has_smallest(true);
+  report.smallest().distance(-0.002);
+  report.smallest().a("a/x");
+  report.smallest().b("crate");
+  EXPECT_EQ(contact_text(report, Palette(false)), "1 contact, smallest separation -2.0 mm (a/x – crate)");
+}
+
+TEST(FaultDuration, EndsWhenItIsCleared) {
+  msg::Fault fault;
+  fault.since_ns(1'000'000'000);
+  fault.stamp_ns(3'000'000'000);
+  EXPECT_DOUBLE_EQ(fault_duration(fault), 2.0);
+  fault.cleared(true);
+  fault.cleared_ns(1'500'000'000);
+  EXPECT_DOUBLE_EQ(fault_duration(fault), 0.5);
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
-#include "services/cli/obstacle_options.hpp"
-
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 
-#include "services/command_line/failure.hpp"
+#include "services/cli/command_obstacle.hpp"
+#include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -16,7 +15,7 @@ world::Obstacle parse(const std::string& line) {
   return make_obstacle(options);
 }
 
-TEST(ObstacleOptions, ReadSizesAsFullOnes) {
+TEST(ObstacleOptions, ReadFullSizes) {
   const world::Obstacle obstacle = parse("crate --box '0.2 0.4 0.6' --pose '1 2 3 0 0 0'");
   EXPECT_EQ(obstacle.name, "crate");
   ASSERT_EQ(obstacle.shapes.size(), 1U);
@@ -48,7 +47,7 @@ TEST(ObstacleOptions, ReadMotions) {
       -0.5);
 }
 
-TEST(ObstacleOptions, RefuseWrongUsage) {
+TEST(ObstacleOptions, RejectWrongUsage) {
   for (const char* line : {
            "a --pose 0 0 0 0 0 0",                                    // no shape
            "a --sphere 1",                                            // no pose
@@ -59,7 +58,7 @@ TEST(ObstacleOptions, RefuseWrongUsage) {
   }
 }
 
-TEST(ObstacleOptions, RefuseValuesThatCannotBe) {
+TEST(ObstacleOptions, RejectInvalidValues) {
   for (const char* line : {
            "a --sphere 0 --pose 0 0 0 0 0 0",                     // no size
            "a --sphere nan --pose 0 0 0 0 0 0",                   // no number

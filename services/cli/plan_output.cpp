@@ -1,13 +1,15 @@
-#include "services/cli/plan_outcome.hpp"
-
 #include <algorithm>
 
-#include "services/command_line/quantities.hpp"
+#include "services/cli/plan.hpp"
+#include "services/cli/plots.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
+using planner::JointVector;
 using planner::global::PlanStatus;
+
+constexpr int kPlotted = 30;  // intervals of the path between plotted configurations
 
 std::string status_name(PlanStatus status) {
   switch (status) {
@@ -25,9 +27,9 @@ std::string status_name(PlanStatus status) {
   return "";
 }
 
-/// Of a solved plan: every period, and the end.
+/// Calls `use` for every period of a solved plan, and for its end.
 template <typename Use>
-void each_sample(const PlanOutcome& outcome, double period, const Use& use) {
+void for_each_sample(const PlanOutcome& outcome, double period, const Use& use) {
   const planner::AveragedTrajectory& trajectory = outcome.trajectory;
   if (trajectory.empty()) {  // the goal is the start
     const std::vector<double>& q = outcome.plan.path.front();
@@ -48,7 +50,7 @@ std::vector<double> numbers(const Eigen::VectorXd& values) {
 
 Json samples(const PlanOutcome& outcome, double period) {
   Json list = Json::array();
-  each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
+  for_each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
     list.push_back({{"t", t}, {"q", numbers(at.q)}, {"qd", numbers(at.qd)}, {"qdd", numbers(at.qdd)}});
   });
   return {{"period_s", period}, {"samples", list}};
@@ -58,6 +60,41 @@ std::string row(const std::vector<double>& values) {
   std::string text;
   for (std::size_t j = 0; j < values.size(); ++j) text += (j == 0 ? "" : " ") + decimal_text(values[j], 4);
   return text + "\n";
+}
+
+/// `count` + 1 configurations at equal distances on the path, ends included.
+std::vector<JointVector> spread(const std::vector<JointVector>& path, int count) {
+  const double whole = planner::potential::length(path);
+  std::vector<JointVector> shown;
+  double gone = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double piece = (path[i] - path[i - 1]).norm();
+    while (piece > 0.0 && static_cast<double>(shown.size()) * whole / count <= gone + piece) {
+      const double along = static_cast<double>(shown.size()) * whole / count - gone;
+      shown.emplace_back(path[i - 1] + along / piece * (path[i] - path[i - 1]));
+    }
+    gone += piece;
+  }
+  if (!path.empty()) shown.push_back(path.back());
+  return shown;
+}
+
+/// The graph of the search, which can be plotted in two dimensions.
+std::vector<std::string> graph_panels(const PlanQuery& query, const planner::global::Validity& validity,
+                                      const PlanOutcome& outcome) {
+  if (validity.dimensions() != 2 || outcome.record.nodes.size() == 0) return {};
+  const std::vector<std::string>& joints = query.planned.front().own_arm().model->joint_names;
+  const planner::global::Space space = space_of(validity, query.start, query.goal);
+  return {graph_panel({.validity = validity,
+                       .space = space,
+                       .record = outcome.record,
+                       .found = outcome.found,
+                       .path = outcome.plan.path,
+                       .start = query.start,
+                       .goal = query.goal,
+                       .across = joints[0],
+                       .up = joints[1]},
+                      kPanel)};
 }
 
 }  // namespace
@@ -106,12 +143,30 @@ std::string plan_text(const PlanOutcome& outcome, double period, const Palette& 
   for (const auto& q : plan.path) text += row(q);
   if (period <= 0.0) return text;
   text += "trajectory: t q\n";
-  each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
+  for_each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
     std::vector<double> values = numbers(at.q);
     values.insert(values.begin(), t);
     text += row(values);
   });
   return text;
+}
+
+std::string plan_plot(const PlanQuery& query, const planner::global::Validity& validity, const PlanOutcome& outcome,
+                      bool field) {
+  planner::PlannedArm planned;
+  planned.arm = only_arm(query, "--plot");
+  planned.methods = query.first.methods;
+  const std::vector<world::Obstacle> obstacles = obstacles_of_only_arm(query, "--plot");
+  const JointVector goal = joints_of(query.goal);
+  const std::vector<JointVector> path = outcome.plan.solved() ? spread(joints_of(outcome.plan.path), kPlotted)
+                                                              : std::vector<JointVector>{joints_of(query.start)};
+  return plot_path({.planned = planned,
+                    .obstacles = obstacles,
+                    .path = path,
+                    .goal = goal,
+                    .title = outcome.method,
+                    .field = field,
+                    .panels = graph_panels(query, validity, outcome)});
 }
 
 }  // namespace hecaton::services::cli

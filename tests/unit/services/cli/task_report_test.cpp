@@ -1,16 +1,16 @@
-#include "services/cli/report.hpp"
+#include "services/cli/task_report.hpp"
 
 #include <cstdio>
 #include <fstream>
 
 #include <gtest/gtest.h>
 
-#include "services/command_line/failure.hpp"
+#include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-Report example() {
+Report example_report() {
   Report report;
   report.cell = "c";
   report.tasks = 3;
@@ -23,8 +23,8 @@ Report example() {
   return report;
 }
 
-TEST(Report, HasTheKeysThatProgramsRelyOn) {
-  const Json json = to_json(example());
+TEST(Report, BeginsWithTheDocumentedKeys) {
+  const Json json = to_json(example_report());
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   const std::vector<std::string> promised{
@@ -41,21 +41,21 @@ TEST(Report, HasTheKeysThatProgramsRelyOn) {
   EXPECT_EQ(json["closest_pair"]["a"], "a/x");
 }
 
-TEST(Report, TellsTickTimesWhenThereAreSome) {
-  Report report = example();
+TEST(Report, HasTickTimesWhenMeasured) {
+  Report report = example_report();
   report.tick_us = Quantiles{1.0, 2.0, 3.0};
   EXPECT_EQ(to_json(report)["tick_us"], (Json{{"p50", 1.0}, {"p99", 2.0}, {"max", 3.0}}));
 }
 
-TEST(Report, SaysWhenNothingWasJudged) {
-  Report report = example();
+TEST(Report, SaysWhenNoPairWasChecked) {
+  Report report = example_report();
   report.smallest.reset();
   EXPECT_TRUE(to_json(report)["min_separation_m"].is_null());
-  EXPECT_NE(table_text(report, Palette(false)).find("nothing was judged"), std::string::npos);
+  EXPECT_NE(table_text(report, Palette(false)).find("no pair was checked"), std::string::npos);
 }
 
-TEST(Report, IsPositiveOnlyWithAllReachedAndNothingTouched) {
-  Report report = example();
+TEST(Report, IsPositiveOnlyWithAllTasksReachedAndNoContact) {
+  Report report = example_report();
   EXPECT_FALSE(report.positive());
   report.reached = 3;
   EXPECT_TRUE(report.positive());
@@ -64,8 +64,8 @@ TEST(Report, IsPositiveOnlyWithAllReachedAndNothingTouched) {
   EXPECT_FALSE(Report().positive());
 }
 
-TEST(Report, TasksThatWereNotDrawnAreNotReached) {
-  Report report = example();
+TEST(Report, CountsTasksWithoutGoalsAsMissed) {
+  Report report = example_report();
   report.reached = 3;
   report.timed_out = 0;
   report.not_drawn = 1;
@@ -73,16 +73,16 @@ TEST(Report, TasksThatWereNotDrawnAreNotReached) {
   EXPECT_EQ(to_json(report)["not_drawn"], 1);
   const std::string text = table_text(report, Palette(false));
   EXPECT_NE(text.find("75.0 %"), std::string::npos) << text;
-  EXPECT_NE(text.find("1 tasks: the cell did not admit them"), std::string::npos) << text;
+  EXPECT_NE(text.find("1 tasks: no free goals were found"), std::string::npos) << text;
 }
 
-TEST(Report, TableQuotesThePair) {
-  const std::string text = table_text(example(), Palette(false));
+TEST(Report, NamesTheClosestPair) {
+  const std::string text = table_text(example_report(), Palette(false));
   EXPECT_NE(text.find("31 mm (a/x – b/y)"), std::string::npos);
   EXPECT_NE(text.find("66.7 %"), std::string::npos);
 }
 
-TEST(Quantile, IsTheSmallestValueThatEnoughDoNotExceed) {
+TEST(Quantile, IsTheSmallestValueNotBelowTheShare) {
   const std::vector<double> sorted{1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
   EXPECT_EQ(quantile(sorted, 0.5), 5.0);
   EXPECT_EQ(quantile(sorted, 0.95), 10.0);
@@ -91,7 +91,7 @@ TEST(Quantile, IsTheSmallestValueThatEnoughDoNotExceed) {
   EXPECT_EQ(quantile({}, 0.5), 0.0);
 }
 
-TEST(Quantiles, SortThemselves) {
+TEST(Quantiles, SortTheValues) {
   const auto found = quantiles({3.0, 1.0, 2.0});
   ASSERT_TRUE(found);
   EXPECT_EQ(found->p50, 2.0);
@@ -99,21 +99,21 @@ TEST(Quantiles, SortThemselves) {
   EXPECT_FALSE(quantiles({}));
 }
 
-TEST(WriteReport, RefusesAFileThatCannotBe) {
+TEST(WriteReport, RejectsAFileThatCannotBeWritten) {
   try {
     check_writable("/nowhere/report.json");
-    FAIL() << "must not be writable";
+    FAIL() << "no failure";
   } catch (const Failure& failure) {
     EXPECT_EQ(failure.code(), ExitCode::kBadInput);
     EXPECT_STREQ(failure.what(), "report file '/nowhere/report.json' cannot be written");
   }
 }
 
-TEST(WriteReport, ReadsBack) {
+TEST(WriteReport, WritesTheJsonOfTheReport) {
   const std::string path = testing::TempDir() + "hecaton_report_test.json";
-  write_report(path, example());
+  write_report(path, example_report());
   std::ifstream file(path);
-  EXPECT_EQ(Json::parse(file), to_json(example()));
+  EXPECT_EQ(Json::parse(file), to_json(example_report()));
   std::remove(path.c_str());
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// An obstacle as the command line describes it.
+/// An obstacle as options of the command line describe it.
 
 #include <optional>
 #include <string>
@@ -13,8 +13,6 @@ class App;
 
 namespace hecaton::services::cli {
 
-inline constexpr const char* kPoseHelp = "x y z [m] roll pitch yaw [rad] in the cell's frame";
-
 struct ObstacleOptions {
   std::string name;
   std::vector<double> box;       ///< full sizes along x, y, z [m]
@@ -22,7 +20,7 @@ struct ObstacleOptions {
   std::vector<double> cylinder;  ///< radius, height [m]
   std::vector<double> capsule;   ///< radius, length of the segment [m]
   std::vector<double> pose;      ///< x y z [m] roll pitch yaw [rad]
-  std::optional<double> mass;    ///< [kg]; none: static
+  std::optional<double> mass;    ///< [kg]; empty: not dynamic
   std::vector<double> conveyor;  ///< velocity [m/s], length [m]; empty: none
   std::vector<double> sine;      ///< amplitude along x, y, z [m], period [s]; empty: none
   std::vector<double> circle;    ///< centre [m], angular speed about z [rad/s]; empty: none
@@ -30,7 +28,7 @@ struct ObstacleOptions {
 
 void add_obstacle_options(CLI::App& app, ObstacleOptions& options);
 
-/// Throws Failure (bad input) for what the rules of the cell file's obstacles do not allow.
+/// Throws Failure (bad input) for values that the rules for obstacles of cell files forbid.
 [[nodiscard]] world::Obstacle make_obstacle(const ObstacleOptions& options);
 
 }  // namespace hecaton::services::cli

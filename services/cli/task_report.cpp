@@ -1,12 +1,11 @@
-#include "services/cli/report.hpp"
+#include "services/cli/task_report.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
-#include "services/command_line/failure.hpp"
-#include "services/command_line/quantities.hpp"
-#include "services/command_line/table.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -86,10 +85,10 @@ Json to_json(const Report& report) {
   json["not_drawn"] = report.not_drawn;
   json["closest_pair"] = separation_json(report.smallest);
   json["task_s"] = time_json(report.times);
-  if (report.chatter) {
-    json["chatter"] = {{"turns_per_joint_s", report.chatter->turns_per_second},
-                       {"quick_turns_per_joint_s", report.chatter->quick_per_second},
-                       {"joint_s_near", report.chatter->joint_seconds}};
+  if (report.reversals) {
+    json["velocity_reversals"] = {{"per_joint_s", report.reversals->per_second},
+                                  {"quick_per_joint_s", report.reversals->quick_per_second},
+                                  {"joint_s_near", report.reversals->joint_seconds}};
   }
   if (report.rollouts) {
     json["rollouts"] = {{"answers", report.rollouts->answers}, {"ticks", report.rollouts->ticks}};
@@ -120,22 +119,22 @@ std::string table_text(const Report& report, const Palette& palette) {
   const std::string share = percent_text(report.reached, report.wanted());
   line("reached", report.reached == report.wanted() ? palette.green(share) : palette.yellow(share));
   if (report.not_drawn > 0) {
-    line("not drawn", palette.yellow(std::to_string(report.not_drawn) + " tasks: the cell did not admit them"));
+    line("not drawn", palette.yellow(std::to_string(report.not_drawn) + " tasks: no free goals were found"));
   }
   const std::string contacts = std::to_string(report.contacts);
   line("contacts", report.contacts == 0 ? palette.green(contacts) : palette.red(contacts));
   line("smallest separation", report.smallest ? distance_text(report.smallest->distance) + " (" + report.smallest->a +
                                                     " – " + report.smallest->b + ")"
-                                              : "nothing was judged");
+                                              : "no pair was checked");
   if (!report.times.empty()) {
     std::vector<double> times = report.times;
     std::sort(times.begin(), times.end());
     line("time to goal", "p50 " + duration_text(quantile(times, 0.5)) + ", p95 " +
                              duration_text(quantile(times, 0.95)) + ", max " + duration_text(times.back()));
   }
-  if (report.chatter) {
-    line("turns near things", decimal_text(report.chatter->turns_per_second, 2) + " per second and joint, " +
-                                  decimal_text(report.chatter->quick_per_second, 2) + " of them within 0.1 s");
+  if (report.reversals) {
+    line("velocity reversals", decimal_text(report.reversals->per_second, 2) + " per second and joint, " +
+                                   decimal_text(report.reversals->quick_per_second, 2) + " of them within 0.1 s");
   }
   line("duration", duration_text(report.duration));
   if (report.tick_us) {
@@ -163,6 +162,15 @@ void write_report(const std::string& path, const Report& report) {
   file << json_text(to_json(report));
   file.close();
   if (!file) throw Failure(ExitCode::kBadInput, "report file '" + path + "' cannot be written");
+}
+
+void require_tasks(const config::CellFile& file) {
+  const planner::TaskArea& tasks = file.cell.tasks;
+  if (!tasks.pose_sequence.empty() || !tasks.problem.areas.empty() || tasks.radius > 0.0) return;
+  throw Failure(ExitCode::kBadInput,
+                file.path +
+                    ": tasks is missing, but random goals (--tasks) need it: a map with centre and "
+                    "radius of the area that the arms share, or with pose_sequence");
 }
 
 }  // namespace hecaton::services::cli

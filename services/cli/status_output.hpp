@@ -1,0 +1,62 @@
+#pragma once
+/// The status of a cell as its supervisor reports it: texts for people, JSON for programs. Ages are on the supervisor's
+/// clock [s]; JSON has null for the age of something never received.
+
+#include <string>
+#include <vector>
+
+#include <idl/supervisor.h>
+
+#include "services/command_line/document.hpp"
+#include "services/command_line/terminal.hpp"
+#include "services/messages/names.hpp"
+
+namespace hecaton::services::cli {
+
+/// "arm2/forearm – pallet, 18 mm"; empty without a binding pair.
+[[nodiscard]] std::string binding_text(const msg::GoalStatus& goal);
+/// Why the goal is in its state: cause, binding pair, and recovery action while it is open. Empty without a reason.
+[[nodiscard]] std::string why_text(const msg::GoalStatus& goal);
+/// "blocked: no path around pallet (arm2/forearm – pallet, 18 mm); draws another subspace"
+[[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);
+/// Why the arm waits; otherwise why its goal is not reached yet.
+[[nodiscard]] std::string waiting_text(const msg::ArmStatus& arm);
+/// "0 contacts, smallest separation 31 mm (arm1/wrist – arm2/forearm)"
+[[nodiscard]] std::string contact_text(const msg::ContactReport& report, const Palette& palette);
+/// Duration of the fault, so far if it lasts [s].
+[[nodiscard]] double fault_duration(const msg::Fault& fault);
+/// "14:03:59" of the wall clock, local time.
+[[nodiscard]] std::string clock_text(long long unix_ms);
+
+[[nodiscard]] std::string arms_text(const msg::CellStatus& status, const Palette& palette);
+[[nodiscard]] std::string nodes_text(const msg::CellStatus& status, const Palette& palette);
+[[nodiscard]] std::string hosts_text(const msg::CellStatus& status, const Palette& palette);
+[[nodiscard]] std::string faults_text(const msg::CellStatus& status, const Palette& palette);
+[[nodiscard]] std::string obstacles_text(const msg::CellStatus& status, const Palette& palette);
+/// "cell three_puma: run, held arm2"
+[[nodiscard]] std::string mode_text(const msg::CellStatus& status, const Palette& palette);
+/// Everything but hosts and obstacles.
+[[nodiscard]] std::string status_text(const msg::CellStatus& status, const Palette& palette);
+
+[[nodiscard]] Json to_json(const msg::GoalStatus& goal);
+/// Null for CAUSE_NONE.
+[[nodiscard]] Json to_json(const msg::Cause& cause);
+[[nodiscard]] Json to_json(const msg::ArmStatus& arm);
+[[nodiscard]] Json to_json(const msg::NodeStatus& node);
+[[nodiscard]] Json to_json(const msg::HostStatus& host);
+[[nodiscard]] Json to_json(const msg::Fault& fault);
+[[nodiscard]] Json to_json(const msg::ObstacleStatus& obstacle);
+[[nodiscard]] Json to_json(const msg::Separation& separation);
+[[nodiscard]] Json to_json(const msg::ContactReport& report);
+[[nodiscard]] Json to_json(const msg::LostArm& lost);
+[[nodiscard]] Json to_json(const msg::CellMode& mode);
+[[nodiscard]] Json to_json(const msg::CellStatus& status);
+
+template <class T>
+[[nodiscard]] Json list_json(const std::vector<T>& items) {
+  Json list = Json::array();
+  for (const T& item : items) list.push_back(to_json(item));
+  return list;
+}
+
+}  // namespace hecaton::services::cli
