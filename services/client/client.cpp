@@ -139,7 +139,7 @@ ArmState Arm::state(const Wait& wait) const {
   const auto heard = connection_->arm_state(name_, wait);
   if (heard) return client::to_public(heard->value, heard->age);
   if (wait.stop.stop_requested()) throw Interrupted("the wait for the state of arm '" + name_ + "' was interrupted");
-  throw Unreachable({"no driver of arm '" + name_ + "' is heard in " + connection_->where(), {}, "driver/" + name_});
+  throw Unreachable({"no driver of arm '" + name_ + "' publishes in " + connection_->where(), {}, "driver/" + name_});
 }
 
 std::optional<Progress> Arm::goal() const {
@@ -193,7 +193,7 @@ Receipt World::detach(const std::string& arm, const std::string& object, const W
 std::vector<ObstacleState> World::obstacles(const Wait& wait) const {
   const auto scene = connection_->scene(wait);
   if (!scene && wait.stop.stop_requested()) throw Interrupted("the wait for the obstacles was interrupted");
-  if (!scene) throw Unreachable({"no world service is heard in " + connection_->where(), {}, "the node world"});
+  if (!scene) throw Unreachable({"no world service publishes in " + connection_->where(), {}, "the node world"});
   std::vector<ObstacleState> obstacles;
   for (const msg::ObstacleState& state : scene->states.value.states()) {
     const msg::Vec3& v = state.velocity().linear();

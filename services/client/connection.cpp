@@ -21,13 +21,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kDefaultDomain = 42;
-constexpr const char* kAnyCell = "*";  // DDS partitions are matched as file names are
+constexpr const char* kAnyCell = "*";  // a pattern that matches all DDS partitions
 constexpr const char* kNodeName = "hecaton";
-/// A supervisor that has just begun to lead may not have heard the question.
+/// A supervisor that has just begun to lead may have missed the request.
 constexpr Seconds kAskAgain = 250ms;
-/// Several supervisors read the request: how long to listen for another cell's answer.
+/// Time for the replies of other cells when several supervisors read the request.
 constexpr Seconds kOtherCells = 50ms;
-/// How long the end of a connection waits for the planners' answers to its goals.
+/// Time limit of the destructor for the planners' answers to goals.
 constexpr auto kLastAnswers = 2s;
 
 std::string unique_name() {
@@ -48,7 +48,7 @@ std::string listed(const std::vector<std::string>& names) {
 
 bus::Participant visit(const config::CellFile& file, int domain) {
   bus::ParticipantOptions participant = services::participant_options(file);
-  participant.farewell = false;
+  participant.announce_departure = false;
   return {domain, kNodeName, participant};
 }
 
@@ -56,7 +56,7 @@ bus::Participant visit(const config::CellFile& file, int domain) {
 
 Clock::time_point deadline_of(Seconds limit) {
   constexpr Seconds kYear{365.0 * 86400.0};
-  // Written so that a limit that is not a number does not wait.
+  // The comparison is false for NaN, which gives no wait.
   const Seconds bounded = limit > Seconds::zero() ? std::min(limit, kYear) : Seconds::zero();
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(bounded);
 }
@@ -80,7 +80,7 @@ Membership join(const ConnectOptions& options) {
     }
     bus::ParticipantOptions participant;
     participant.partition = kAnyCell;
-    participant.farewell = false;
+    participant.announce_departure = false;
     const int domain = services::choose_domain(service, kDefaultDomain);
     return {{domain, kNodeName, participant}, "DDS domain " + std::to_string(domain)};
   } catch (const std::runtime_error& error) {
@@ -89,7 +89,7 @@ Membership join(const ConnectOptions& options) {
 }
 
 bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b) {
-  // Stamps of one term come from one host's clock, also when the planner was restarted there and counts anew.
+  // Stamps of one term have one clock, also when the planner was restarted and its sequence numbers begin again.
   return std::tuple(a.term(), a.stamp_ns(), a.sequence_number()) >
          std::tuple(b.term(), b.stamp_ns(), b.sequence_number());
 }
@@ -107,7 +107,7 @@ Connection::Connection(Membership membership)
 }
 
 Connection::~Connection() {
-  // A goal that no planner has read yet would be lost with its writer.
+  // A goal that no planner has read is lost with its writer.
   Clock::time_point last{};
   {
     const Lock lock(mutex_);
@@ -126,7 +126,7 @@ Connection::~Connection() {
 }
 
 std::shared_ptr<Connection> Connection::make(Membership membership) {
-  // The last handle may be one that a callback held: that thread cannot wait for its own end.
+  // A callback may have held the last handle. Its thread cannot join itself.
   const auto remove = [](Connection* connection) {
     if (std::this_thread::get_id() != connection->thread_.get_id()) {
       delete connection;
@@ -178,8 +178,8 @@ void Connection::listen() {
   if (endpoints_.faults) {
     for (const auto& sample : endpoints_.faults->take()) {
       if (sample.disposed) {
-        faults_.forget(sample.key);
-      } else if (faults_.hear(sample.value)) {
+        faults_.erase(sample.key);
+      } else if (faults_.update(sample.value)) {
         fault_news_.push_back(sample.value);
       }
     }
@@ -203,7 +203,7 @@ void Connection::note(const msg::GoalStatus& status) {
       record.news = true;
     }
   }
-  // Old goal and new one may be told in either order.
+  // The statuses of the replaced goal and of the new one may arrive in either order.
   if (status.state() == msg::GoalState::GOAL_REPLACED) return;
   const auto [newest, first] = newest_.try_emplace(status.arm(), status);
   if (!first && is_later(status, newest->second)) newest->second = status;
@@ -215,14 +215,14 @@ void Connection::note(const msg::CellStatus& status) {
     if (arm.has_goal()) note(arm.goal());
   }
   for (const msg::Fault& fault : status.faults()) {
-    if (faults_.hear(fault)) fault_news_.push_back(fault);
+    if (faults_.update(fault)) fault_news_.push_back(fault);
   }
 }
 
 void Connection::refuse_in_callback() const {
   if (std::this_thread::get_id() == thread_.get_id()) {
     throw std::logic_error(
-        "a callback of the client library may not wait: what it waits for arrives in its own thread");
+        "a callback of the client library must not wait: messages arrive in the thread that runs it");
   }
 }
 
@@ -254,8 +254,7 @@ Unreachable Connection::unreachable() const {
     return Unreachable({"the cell in " + where_ + " has no supervisor that answers", {}, looked_for});
   }
   return Unreachable({"no cell answers in " + where_,
-                      "start one with 'hecaton up CELL', or say where it is with its domain or its cell file",
-                      looked_for});
+                      "start one with 'hecaton up CELL', or select it by its domain or its cell file", looked_for});
 }
 
 void Connection::wait_for_cell(const Wait& wait) {
@@ -348,7 +347,7 @@ Connection::Channel<msg::WorldEditRequest, msg::WorldEditReply>& Connection::wor
 msg::WorldEditReply Connection::edit(msg::WorldEditRequest request, const Wait& wait) {
   auto& edits = world();
   if (wait_until([&] { return edits.requests.matched() > 0; }, wait)) {
-    // Each of several worlds would carry the edit out: the supervisors tell whether they are of one cell.
+    // Several world services would all make the edit. The status throws when they belong to several cells.
     if (edits.requests.matched() > 1 && supervisors_.empty()) static_cast<void>(status(wait));
     auto replies = call(edits, std::move(request), wait, {});
     if (!replies.empty()) return std::move(replies.front());
@@ -403,7 +402,7 @@ void Connection::set_callback(const std::shared_ptr<GoalRecord>& record,
   const Lock lock(mutex_);
   record->callback = std::move(callback);
   record->news = record->status.has_value();
-  goals_[record->goal.goal()] = record;  // also when it has ended: its last progress is still to be told
+  goals_[record->goal.goal()] = record;  // also a goal that has ended: the callback gets its last progress
   mailbox_.notify();
 }
 
@@ -438,7 +437,7 @@ void Connection::set_fault_callback(std::function<void(const Fault&)> callback) 
   mailbox_.notify();
 }
 
-// States arrive each period of each arm: their readers have a mailbox apart, so that only a wait for them wakes.
+// States arrive in every period of every arm. Their readers have their own mailbox, so that they wake no other wait.
 template <class Look>
 auto Connection::wait_for_state(const Look& look, const Wait& wait) {
   constexpr Clock::duration kTurn = 100ms;  // another thread may have taken the notification
@@ -473,7 +472,7 @@ std::optional<Connection::Scene> Connection::scene(const Wait& wait) {
     if (states == nullptr) return std::nullopt;
     Scene scene{{states->value, states->age()}, {}};
     for (const auto& [name, sample] : endpoints_.scene->shapes.latest()) scene.shapes[name] = sample.value;
-    // Both arrive apart: a scene is whole when each state has its shape.
+    // Shapes and states arrive separately: a scene is complete when each state has its shape.
     const bool whole = std::all_of(states->value.states().begin(), states->value.states().end(),
                                    [&](const auto& state) { return scene.shapes.contains(state.name()); });
     return whole ? std::optional(std::move(scene)) : std::nullopt;

@@ -1,6 +1,6 @@
 #pragma once
-/// One process's connection to a cell, in messages: what the public classes of <hecaton/client.hpp> and the command
-/// line share. Thread-safe. A thread of its own takes whatever arrives and runs the callbacks.
+/// The connection of a process to a cell, in terms of messages. The public classes of <hecaton/client.hpp> and the
+/// command line share it. Thread-safe. Its own thread receives all messages and runs the callbacks.
 
 #include <atomic>
 #include <condition_variable>
@@ -24,66 +24,70 @@
 
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
-#include "services/runtime/told_faults.hpp"
+#include "services/runtime/latest_faults.hpp"
 
 namespace hecaton::client {
 
 using bus::Clock;
 
-/// When a wait ends. A limit that is infinite ends in a year.
+/// The end of a wait with this limit: now for 0, negative and NaN, in one year at most.
 [[nodiscard]] Clock::time_point deadline_of(Seconds limit);
 
-/// A place in a domain, and its name in sentences.
+/// A participant in a domain.
 struct Membership {
   bus::Participant participant;
   std::string where;                       ///< "DDS domain 42 under the name 'three_puma'"
-  std::vector<std::string> supervisors{};  ///< nodes; empty: whatever they are called
+  std::vector<std::string> supervisors{};  ///< nodes; empty: any
 };
 
-/// Throws InvalidArgument: the cell file, the domain, the interface.
+/// Joins the domain that `options` select. Throws InvalidArgument (cell file, domain, network interface).
 [[nodiscard]] Membership join(const ConnectOptions& options);
-/// Joins the cell of a file that was read already.
+/// Joins the domain of a cell file that is already loaded.
 [[nodiscard]] Membership join(const config::CellFile& file, int domain);
 
-/// `a` says something later of its arm than `b`.
+/// `a` is a later status of the same arm than `b`.
 [[nodiscard]] bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b);
 
-/// A goal that was given through a connection. Guarded by its mutex but for what never changes.
+/// A goal that was sent by a connection, whose mutex guards all but the constant members.
 struct GoalRecord {
-  msg::Goal goal;                         // never changes
-  Clock::time_point sent;                 // never changes
+  msg::Goal goal;                         // constant
+  Clock::time_point sent;                 // constant
   std::optional<msg::GoalStatus> status;  // newest
   std::function<void(const Progress&)> callback;
-  bool news = false;  // for the callback
+  bool news = false;  // the callback has not got the newest status
 };
 
 class Connection {
  public:
-  /// Joins; waits for nothing.
+  /// Creates the endpoints and starts the thread. Does not wait.
   [[nodiscard]] static std::shared_ptr<Connection> make(Membership membership);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Waits until a supervisor or a world is found. Throws Unreachable, Interrupted.
+  /// Waits until a supervisor or a world service is found. Throws Unreachable, Interrupted.
   void wait_for_cell(const Wait& wait);
 
-  /// The supervisor's answer. Throws Unreachable, Interrupted; InvalidArgument when several cells answer.
+  /// Requests the status from the supervisor. Throws Unreachable, Interrupted; InvalidArgument when several cells
+  /// answer.
   [[nodiscard]] msg::CellStatus status(const Wait& wait);
-  /// Nothing when there is no answer in time.
+  /// Requests the status once. Empty without a reply within the limit.
   [[nodiscard]] std::optional<msg::CellStatus> poll_status(Seconds limit);
-  /// Orders for the arms, or for the whole cell when there are none. Written once, when the supervisor that leads is
-  /// known to hear it: written again it could undo a later order. Throws like status().
+  /// Sends an order for the arms; an empty list: for the whole cell. First requests the status, to know that the
+  /// leading supervisor is connected, and then writes the order once: a repetition could undo a later order. Throws
+  /// like status().
   [[nodiscard]] msg::SupervisorReply order(msg::RequestKind kind, const std::vector<std::string>& arms,
                                            const Wait& wait);
-  /// Throws Unreachable, NoAnswer, Interrupted; InvalidArgument when several cells may answer.
+  /// Sends an edit to the world service and waits for its reply. Throws Unreachable, NoAnswer, Interrupted;
+  /// InvalidArgument when several cells answer.
   [[nodiscard]] msg::WorldEditReply edit(msg::WorldEditRequest request, const Wait& wait);
 
+  /// Sets client, identifier, sequence number and stamp of the goal and writes it. Throws Unreachable.
   [[nodiscard]] std::shared_ptr<GoalRecord> send(msg::Goal goal);
   void cancel(const GoalRecord& record);
   [[nodiscard]] std::optional<msg::GoalStatus> status_of(const GoalRecord& record) const;
   void set_callback(const std::shared_ptr<GoalRecord>& record, std::function<void(const Progress&)> callback);
-  /// Newest of the arm, given by any client, but for goals that a later one has replaced.
+  /// Status of the arm's newest goal, of any client; never of a replaced goal.
   [[nodiscard]] std::optional<msg::GoalStatus> newest_goal(const std::string& arm);
 
   [[nodiscard]] std::vector<msg::Fault> faults();
@@ -94,7 +98,7 @@ class Connection {
     T value;
     Seconds age;
   };
-  /// Newest; waits for the first. Nothing: none came in time.
+  /// The newest state; waits for the first one. Empty when none arrived within the limit.
   [[nodiscard]] std::optional<Heard<msg::ArmState>> arm_state(const std::string& arm, const Wait& wait);
   struct Scene {
     Heard<msg::ObstacleStates> states;
@@ -102,14 +106,15 @@ class Connection {
   };
   [[nodiscard]] std::optional<Scene> scene(const Wait& wait);
 
-  /// Evaluates `condition`, in this thread and without a lock, now and after everything that arrives.
+  /// Evaluates `condition` in this thread and without a lock, now and after every received message, until it is true.
+  /// False: time limit or stop request. Throws std::logic_error in a callback.
   bool wait_until(const std::function<bool()>& condition, const Wait& wait);
 
-  /// Unique among all clients that run.
+  /// Of this client; unique among all clients.
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::string& where() const { return where_; }
   [[nodiscard]] bus::Participant& participant() { return participant_; }
-  /// A notification on it makes every wait evaluate its condition.
+  /// A notification of it makes every wait evaluate its condition.
   [[nodiscard]] bus::Mailbox& mailbox() { return mailbox_; }
 
  private:
@@ -141,15 +146,15 @@ class Connection {
   using Lock = std::unique_lock<std::mutex>;
 
   struct CallOptions {
-    Seconds again = kForever;          ///< without an answer for so long the request is written once more
-    Seconds others = Seconds::zero();  ///< how long to listen for more answers when several services read it
+    Seconds again = kForever;          ///< the request is written again after this time without a reply
+    Seconds others = Seconds::zero();  ///< time for more replies when several services read the request
   };
   explicit Connection(Membership membership);
-  /// The answers that came; none within the limit. Throws Interrupted.
+  /// The replies; empty when none arrived within the limit. Throws Interrupted.
   template <class Request, class Reply>
   [[nodiscard]] std::vector<Reply> call(Channel<Request, Reply>& channel, Request request, const Wait& wait,
                                         const CallOptions& options);
-  /// What `look` returns under the lock, as soon as it is something.
+  /// Calls `look` under the lock until its result has a value, and returns it.
   template <class Look>
   [[nodiscard]] auto wait_for_state(const Look& look, const Wait& wait);
   template <class Request, class Reply>
@@ -173,7 +178,7 @@ class Connection {
 
   mutable std::mutex mutex_;  // guards all that follows
   std::condition_variable_any arrived_;
-  std::uint64_t news_ = 0;  ///< counts what has arrived
+  std::uint64_t news_ = 0;  ///< counts arrivals
   std::uint64_t numbers_ = 0;
   struct Endpoints {
     std::optional<Channel<msg::SupervisorRequest, msg::SupervisorReply>> supervisor;
@@ -185,7 +190,7 @@ class Connection {
   } endpoints_;
   std::map<std::string, std::shared_ptr<GoalRecord>> goals_;  ///< that have not ended, by name
   std::map<std::string, msg::GoalStatus> newest_;             ///< by arm
-  services::ToldFaults faults_;
+  services::LatestFaults faults_;
   std::function<void(const Fault&)> on_fault_;
   std::vector<msg::Fault> fault_news_;  ///< for the callback
   std::atomic<bool> stop_{false};

@@ -20,7 +20,7 @@ Pose Pose::xyz_rpy(double x, double y, double z, double roll, double pitch, doub
 namespace hecaton::client {
 namespace {
 
-// Public enumerations are generated from idl/, in the same order.
+// Public enumerations are generated from idl/ with the same values.
 template <class Public, class Message>
 Public same(Message value) {
   return static_cast<Public>(value);
@@ -46,18 +46,19 @@ Vector3 to_public(const msg::Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// Length and direction; any direction when there is no length, which the world refuses.
+/// Sets the direction and returns the length. A vector of length 0 gets an arbitrary direction; the world service
+/// rejects it.
 double split(const Vector3& v, msg::Motion& motion) {
   const double length = std::hypot(v.x, v.y, v.z);
   motion.direction_W(to_message(length > 0.0 ? Vector3{v.x / length, v.y / length, v.z / length} : Vector3{1.0}));
   return length;
 }
 
-ContactReport to_public(const msg::RefereeReport& report) {
+ContactReport to_public(const msg::ContactReport& report) {
   ContactReport contacts;
   contacts.contacts = report.contacts();
   const msg::Separation& smallest = report.smallest();
-  if (report.judged()) contacts.smallest = {smallest.a(), smallest.b(), smallest.distance()};
+  if (report.has_smallest()) contacts.smallest = {smallest.a(), smallest.b(), smallest.distance()};
   return contacts;
 }
 
@@ -175,7 +176,7 @@ CellStatus to_public(const msg::CellStatus& status) {
                           node.alive(), to_public(beat.cause()), Seconds(node.age())});
   }
   for (const msg::Fault& fault : status.faults()) cell.faults.push_back(to_public(fault));
-  if (status.has_referee()) cell.contacts = to_public(status.referee());
+  if (status.has_contact_report()) cell.contacts = to_public(status.contact_report());
   return cell;
 }
 

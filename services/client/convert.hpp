@@ -1,5 +1,5 @@
 #pragma once
-/// Messages to the public values of <hecaton/types.hpp> and back. The only place that knows both.
+/// Conversions between messages and the public values of <hecaton/types.hpp>.
 
 #include <hecaton/client.hpp>
 #include <idl/cause.h>

@@ -11,7 +11,7 @@ cmake, build, examples, compiler = sys.argv[1:]
 folder = pathlib.Path(build).resolve() / "client_package"
 shutil.rmtree(folder, ignore_errors=True)
 prefix = folder / "prefix"
-# The sources are copied: nothing of the tree around them may be of help.
+# Copies the sources, so that the build finds no other file of the tree.
 project = folder / "project"
 shutil.copytree(examples, project)
 
@@ -24,7 +24,7 @@ def run(*words, **options):
 
 
 def expect_usage(program, **options):
-    """Without arguments an example explains itself: it was loaded, with all its libraries."""
+    """Without arguments an example prints its usage: it was loaded with all its libraries."""
     done = subprocess.run([program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
     if "usage:" not in done.stderr:
         sys.exit(f"{program} says: {done.stdout}{done.stderr}")
@@ -49,5 +49,5 @@ if headers != ["client.hpp", "enums.hpp", "types.hpp"]:
 symbols = run("nm", "-D", "--defined-only", "-C", libdir / "libhecaton-client.so")
 foreign = [line for line in symbols.splitlines() if "eprosima" in line or "hecaton::bus" in line or "hecaton::msg" in line]
 if foreign:
-    sys.exit("the shared library shows what is its own:\n" + "\n".join(foreign[:10]))
+    sys.exit("the shared library exports internal symbols:\n" + "\n".join(foreign[:10]))
 print("the installed client library builds and loads, by find_package and by pkg-config")

@@ -23,7 +23,7 @@ class ClientTest : public LiveCell {
   }
 };
 
-TEST_F(ClientTest, GoalsReportProgressAndOutcome) {
+TEST_F(ClientTest, ReportsProgressAndOutcomeOfAGoal) {
   std::promise<Progress> first;
   std::atomic<int> calls = 0;
   const Cell cell = connect();
@@ -31,9 +31,9 @@ TEST_F(ClientTest, GoalsReportProgressAndOutcome) {
   goal.on_progress([&](const Progress& progress) {
     if (calls++ == 0) first.set_value(progress);
   });
-  const Progress told = first.get_future().get();
-  EXPECT_EQ(told.arm, "north");
-  EXPECT_EQ(told.goal, goal.id());
+  const Progress progress = first.get_future().get();
+  EXPECT_EQ(progress.arm, "north");
+  EXPECT_EQ(progress.goal, goal.id());
   const Outcome outcome = goal.wait(kPatience);
   EXPECT_EQ(outcome.kind, OutcomeKind::kReached) << outcome.text();
   EXPECT_TRUE(outcome);
@@ -47,7 +47,7 @@ TEST_F(ClientTest, GoalsReportProgressAndOutcome) {
   EXPECT_GE(state.age.count(), 0.0);
 }
 
-TEST_F(ClientTest, RefusedGoalsAndUnknownNamesAreTold) {
+TEST_F(ClientTest, ReportsRejectedGoalsAndUnknownNames) {
   const Cell cell = connect();
   const Outcome outside = cell.arm("north").go_to({9.0, 0.0, 0.0, 0.0, 0.0, 0.0}).wait(kPatience);
   EXPECT_EQ(outside.kind, OutcomeKind::kRejected);
@@ -58,12 +58,12 @@ TEST_F(ClientTest, RefusedGoalsAndUnknownNamesAreTold) {
   EXPECT_THROW(static_cast<void>(cell.world().remove("box", kPatience)), Rejected);
 }
 
-TEST_F(ClientTest, LaterGoalsReplaceEarlierOnesAndCancelEndsThem) {
+TEST_F(ClientTest, ReplacesEarlierGoalsAndCancels) {
   const Cell cell = connect();
   const Arm arm = cell.arm("east");
   arm.hold(kPatience);
   const Goal first = arm.go_to("ready");
-  EXPECT_NE(first.wait(500ms).kind, OutcomeKind::kReached) << "it is held";
+  EXPECT_NE(first.wait(500ms).kind, OutcomeKind::kReached) << "the arm is held";
   const Goal second = arm.go_to("home");
   EXPECT_EQ(first.wait(kPatience).kind, OutcomeKind::kReplaced);
   second.cancel();
@@ -71,7 +71,7 @@ TEST_F(ClientTest, LaterGoalsReplaceEarlierOnesAndCancelEndsThem) {
   arm.resume(kPatience);
 }
 
-TEST_F(ClientTest, WaitsEndAtOnceWhenInterrupted) {
+TEST_F(ClientTest, EndsAWaitWhenInterrupted) {
   const Cell cell = connect();
   cell.hold(kPatience);
   const Goal goal = cell.arm("north").go_to("ready");
@@ -84,13 +84,13 @@ TEST_F(ClientTest, WaitsEndAtOnceWhenInterrupted) {
   waits.set_value();
   EXPECT_EQ(goal.wait({kForever, stop.get_token()}).kind, OutcomeKind::kInterrupted);
   interrupter.join();
-  EXPECT_THROW(static_cast<void>(cell.arm("nobody").state({kForever, stop.get_token()})), Interrupted);
+  EXPECT_THROW(static_cast<void>(cell.arm("unknown").state({kForever, stop.get_token()})), Interrupted);
   goal.cancel();
   cell.resume(kPatience);
 }
 
-TEST_F(ClientTest, AGoalOutlivesTheClientThatGaveIt) {
-  ASSERT_EQ(run({"goal", "west", "--named", "ready"}).code, 0) << "a client of its own process, which ends at once";
+TEST_F(ClientTest, KeepsAGoalAfterItsClientEnded) {
+  ASSERT_EQ(run({"goal", "west", "--named", "ready"}).code, 0) << "a client in another process, which ends at once";
   const Cell cell = connect();
   std::optional<Progress> newest;
   EXPECT_TRUE(cell.wait_until(
@@ -101,7 +101,7 @@ TEST_F(ClientTest, AGoalOutlivesTheClientThatGaveIt) {
       kPatience));
 }
 
-TEST_F(ClientTest, OrdersAndStatusAgree) {
+TEST_F(ClientTest, ReportsOrdersInTheStatus) {
   const Cell cell = connect();
   cell.stop(kPatience);
   EXPECT_EQ(cell.status(kPatience).mode, CellMode::kStop);
@@ -115,21 +115,21 @@ TEST_F(ClientTest, OrdersAndStatusAgree) {
   cell.resume({"north"}, kPatience);
 }
 
-TEST_F(ClientTest, FaultsAreToldAsTheyBegin) {
-  std::promise<Fault> told;
+TEST_F(ClientTest, CallsBackWhenAFaultBegins) {
+  std::promise<Fault> received;
   std::atomic<bool> done = false;
   const Cell cell = connect();
   cell.on_fault([&](const Fault& fault) {
-    if (fault.cause.subject == "planner/north" && !done.exchange(true)) told.set_value(fault);
+    if (fault.cause.subject == "planner/north" && !done.exchange(true)) received.set_value(fault);
   });
   ASSERT_TRUE(signal_process(processes().at("planner/north"), SIGKILL));
-  const Fault fault = told.get_future().get();
+  const Fault fault = received.get_future().get();
   EXPECT_FALSE(fault.cause.text.empty());
   EXPECT_FALSE(fault.id.empty());
   cell.on_fault({});
 }
 
-TEST_F(ClientTest, CallbacksMayNotWait) {
+TEST_F(ClientTest, RejectsAWaitInACallback) {
   std::promise<bool> threw;
   std::atomic<bool> done = false;
   const Cell cell = connect();
@@ -147,7 +147,7 @@ TEST_F(ClientTest, CallbacksMayNotWait) {
   goal.on_progress({});
 }
 
-/// An agent that restarts nothing: a process that is killed stays away.
+/// The agent does not restart processes.
 class WithoutSupervisor : public ClientTest {
  protected:
   void SetUp() override {
@@ -164,7 +164,7 @@ class WithoutSupervisor : public ClientTest {
   void TearDown() override { up_.reset(); }
 };
 
-TEST_F(WithoutSupervisor, ObstaclesAreEditedByTheWorldAlone) {
+TEST_F(WithoutSupervisor, EditsObstaclesByTheWorldService) {
   const Cell cell = connect();
   EXPECT_THROW(static_cast<void>(cell.status(200ms)), Unreachable);
   const World world = cell.world();

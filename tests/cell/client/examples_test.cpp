@@ -37,7 +37,7 @@ TEST_F(ClientExamples, ProgressFollowsAGoalThroughAHold) {
   EXPECT_NE(program->out().find("\nreached\n"), std::string::npos) << program->out();
 }
 
-TEST_F(ClientExamples, FaultsTellsOfAKilledPlanner) {
+TEST_F(ClientExamples, FaultsReportsAKilledPlanner) {
   const auto program = example("faults", {kThreePuma});
   ASSERT_TRUE(program->wait_for_output("listening to cell three_puma")) << program->err();
   ASSERT_TRUE(signal_process(processes().at("planner/north"), SIGKILL));

@@ -1,16 +1,18 @@
 #pragma once
 /// C++ client of a running cell: goals, states, obstacles, faults, hold, resume and stop.
 ///
-/// Nothing here prints, exits or installs a signal handler. Every call that waits takes a time limit and can be
-/// interrupted. A program that ends leaves its goals running and nothing else behind.
+/// Units are SI: metres, radians, seconds, kilograms. Poses are in the frame W of the cell unless stated otherwise. The
+/// library does not print, does not exit, and installs no signal handler.
 ///
-/// Threads: every object may be used from any thread at the same time, and copies are cheap handles to one connection.
-/// Callbacks run one after the other in the connection's own thread; they must not throw, and may not call anything
-/// that waits (it throws std::logic_error). A callback that holds a handle keeps the connection alive until another
-/// callback replaces it.
+/// *Waiting.* Every function that waits takes a `Wait`: a time limit and a stop token that interrupts it.
 ///
-/// Failures: calls throw what is derived from hecaton::Error, with one sentence in what(). What becomes of a goal is a
-/// value (Outcome), never an exception.
+/// *Threads.* All objects are handles to one shared connection. They are cheap to copy, and any thread may use them at
+/// any time. Callbacks run one after the other in the thread of the connection. A callback must not throw and must not
+/// call a function that waits: that function throws std::logic_error. A callback that holds a handle keeps the
+/// connection open until another callback replaces it.
+///
+/// *Failures.* Functions throw exceptions derived from hecaton::Error; what() is one sentence. The outcome of a goal is
+/// a value (`Outcome`), never an exception.
 
 #include <functional>
 #include <initializer_list>
@@ -31,17 +33,18 @@ class Connection;
 struct GoalRecord;
 }  // namespace client
 
+/// Base class of all exceptions of the library, except std::logic_error.
 class HECATON_API Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// No cell, or not the part of it that is needed, answers.
+/// No cell answers, or the supervisor, world service, planner or driver that is needed does not answer.
 class HECATON_API Unreachable : public Error {
  public:
   struct Reason {
     std::string why;         ///< "no cell answers in DDS domain 42"
-    std::string what_to_do;  ///< "start one with 'hecaton up CELL'"; empty: nothing that helps is known
+    std::string what_to_do;  ///< "start one with 'hecaton up CELL'"; empty: no advice
     std::string looked_for;  ///< "the nodes supervisor and supervisor@beta"
   };
   explicit Unreachable(Reason reason);
@@ -51,7 +54,7 @@ class HECATON_API Unreachable : public Error {
   Reason reason_;
 };
 
-/// The supervisor or the world refuses an order or an edit; nothing has changed.
+/// The supervisor rejects an order, or the world service rejects an edit. Nothing has changed.
 class HECATON_API Rejected : public Error {
  public:
   explicit Rejected(Cause cause);
@@ -61,53 +64,57 @@ class HECATON_API Rejected : public Error {
   Cause cause_;
 };
 
-/// A part of the cell is there, but has not answered within the time limit; what was asked may have been done.
+/// The world service is reachable, but has not answered within the time limit. The edit may have been made.
 class HECATON_API NoAnswer : public Error {
  public:
   using Error::Error;
 };
 
-/// The stop token of a waiting call asked for its end; what was asked may have been done.
+/// The stop token of a call requested a stop during its wait. The order or edit may have been carried out.
 class HECATON_API Interrupted : public Error {
  public:
   using Error::Error;
 };
 
-/// An argument that cannot be: an arm that the cell does not have, a domain out of range, two cells where one is meant.
+/// An invalid argument: a cell file that cannot be used, a domain out of range, too many joint positions, or a domain
+/// in which several cells answer.
 class HECATON_API InvalidArgument : public Error {
  public:
   using Error::Error;
 };
 
-/// How long a call may wait, and what interrupts it. Converts from any duration: `goal.wait(20s)`.
+/// Time limit and stop token of a call that waits. Converts from any duration: `goal.wait(20s)`.
 class Wait {
  public:
   template <class Rep, class Period>
   Wait(std::chrono::duration<Rep, Period> time_limit, std::stop_token stop_token = {})
       : limit(time_limit), stop(std::move(stop_token)) {}
 
-  Seconds limit;         ///< not above 0: does not wait
-  std::stop_token stop;  ///< a request on it ends the wait at once
+  Seconds limit;         ///< 0, negative or NaN: the call does not wait
+  std::stop_token stop;  ///< a stop request ends the wait at once
 };
 
+/// No time limit.
 inline constexpr Seconds kForever{std::numeric_limits<double>::infinity()};
-/// Of questions, orders and edits.
+/// Default time limit of requests, orders and edits.
 inline constexpr Seconds kAnswerLimit{2.0};
 
-/// One goal of one arm, as a future. Its end cancels nothing: the arm goes on.
+/// A goal of one arm, as a future of its outcome. The destructor does not cancel the goal: the arm continues.
 class HECATON_API Goal {
  public:
-  /// Name of the goal, unique for the arm.
+  /// Identifier of the goal, unique among the goals of the arm.
   [[nodiscard]] const std::string& id() const;
   [[nodiscard]] const std::string& arm() const;
-  /// The newest; nothing while no planner has answered. Does not wait.
+  /// The newest progress; empty until a planner has answered. Does not wait.
   [[nodiscard]] std::optional<Progress> progress() const;
-  /// `callback` gets the newest progress now, if there is any, and then each one that arrives; replaces an earlier
-  /// callback, an empty one ends them. It may still run once while this call replaces it from another thread.
+  /// Calls `callback` with the newest progress, if there is any, and then with each later one. Replaces the earlier
+  /// callback; an empty function removes it. A replaced callback may still run once during this call.
   void on_progress(std::function<void(const Progress&)> callback) const;
-  /// Waits for the end of the goal. Never throws for what becomes of the goal or of the cell.
+  /// Waits until the goal has ended, and returns its outcome so far when the wait ends earlier. Throws only
+  /// std::logic_error in a callback.
   Outcome wait(const Wait& wait = kForever) const;
-  /// Withdraws the goal; the arm brakes. Does not wait: the outcome becomes kCancelled when the planner confirms it.
+  /// Cancels the goal: the arm brakes. Does not wait: the outcome becomes kCancelled when the planner confirms it.
+  /// Throws Unreachable when the message cannot be sent.
   void cancel() const;
 
  private:
@@ -119,16 +126,18 @@ class HECATON_API Goal {
 };
 
 struct GoalOptions {
-  Seconds time_limit = kForever;  ///< after which the planner gives the goal up
+  Seconds time_limit = kForever;  ///< the planner ends the goal (kTimedOut) after this time since its acceptance
 };
 
+/// A handle to one arm.
 class HECATON_API Arm {
  public:
   [[nodiscard]] const std::string& name() const { return name_; }
 
-  /// A goal: a pose that the cell file names, joint positions from base to tip [rad | m], or a pose of the tool frame.
-  /// Replaces an earlier goal of the arm, of any client. Returns at once. The planner judges the goal: a bad one
-  /// has the outcome kRejected.
+  /// Sends a goal: a named pose of the cell file, joint positions from base to tip [rad | m], or a pose of the tool
+  /// frame in W. It replaces the present goal of the arm, also that of another client. Does not wait. The planner
+  /// checks the goal: an invalid goal has the outcome kRejected. Throws Unreachable when the message cannot be sent,
+  /// and InvalidArgument for more joint positions than any arm may have.
   Goal go_to(const std::string& named, const GoalOptions& options = {}) const;
   Goal go_to(const std::vector<double>& q, const GoalOptions& options = {}) const;
   Goal go_to(std::initializer_list<double> q, const GoalOptions& options = {}) const {
@@ -136,13 +145,14 @@ class HECATON_API Arm {
   }
   Goal go_to(const Pose& tool, const GoalOptions& options = {}) const;
 
-  /// As last measured, with its age; the first call waits until a state has arrived. Throws Unreachable: no driver of
-  /// such an arm is heard.
+  /// The last measured state, with its age. The first call waits until a state has arrived. Throws Unreachable when no
+  /// driver of the arm publishes states, and Interrupted.
   [[nodiscard]] ArmState state(const Wait& wait = kAnswerLimit) const;
-  /// The newest goal of the arm that is known here, of any client; Cell::status brings it up to date. Does not wait.
+  /// Progress of the arm's newest goal, of any client, as far as this connection has received it; Cell::status updates
+  /// it. Does not wait.
   [[nodiscard]] std::optional<Progress> goal() const;
 
-  /// As in Cell, for this arm alone.
+  /// Orders for this arm, as in Cell.
   void hold(const Wait& wait = kAnswerLimit) const;
   void resume(const Wait& wait = kAnswerLimit) const;
   void stop(const Wait& wait = kAnswerLimit) const;
@@ -154,26 +164,31 @@ class HECATON_API Arm {
   std::string name_;
 };
 
-/// What was done.
+/// The result of an order or an edit that was carried out.
 struct Receipt {
-  std::uint64_t edition = 0;  ///< of the scene afterwards; grows with every edit
-  Cause warning;              ///< done, but it would be lost with the process that did it
+  std::uint64_t edition = 0;  ///< number of edits of the scene so far; 0 for an order
+  Cause warning;  ///< set when the process that carried it out cannot save it, and would lose it by a restart
 };
 
-/// The obstacles of a cell. Edits go to the world service itself and need no supervisor. All throw Rejected (the rules
-/// of the cell file: names, sizes, nothing on top of an arm), Unreachable, NoAnswer and Interrupted.
+/// The obstacles of a cell. The world service makes the edits; no supervisor is needed. An edit returns when it is
+/// made. Edits throw Rejected for obstacles that a cell file may not have (name, size, contact with an arm),
+/// Unreachable, NoAnswer and Interrupted.
 class HECATON_API World {
  public:
+  /// Adds an obstacle. `name` must be unique. `pose`: of the obstacle's frame in W.
   Receipt add(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion = Static{},
               const Wait& wait = kAnswerLimit) const;
-  /// Ends a scripted motion.
+  /// Moves an obstacle to `pose` in W and ends its scripted motion.
   Receipt move(const std::string& name, const Pose& pose, const Wait& wait = kAnswerLimit) const;
+  /// Removes an obstacle.
   Receipt remove(const std::string& name, const Wait& wait = kAnswerLimit) const;
-  /// Fixes an object, at most 0.1 m from the tool, where it is now: it becomes part of the arm.
+  /// Attaches an obstacle to the tool of an arm at its present pose, at most 0.1 m from the tool: it becomes part of
+  /// the arm.
   Receipt attach(const std::string& arm, const std::string& object, const Wait& wait = kAnswerLimit) const;
-  /// Lets the object go where it is now.
+  /// Detaches an object at its present pose. Dynamic objects fall.
   Receipt detach(const std::string& arm, const std::string& object, const Wait& wait = kAnswerLimit) const;
-  /// All of them, with their age; the first call waits until the world's states have arrived.
+  /// All obstacles, with their age. The first call waits until their states have arrived. Throws Unreachable and
+  /// Interrupted.
   [[nodiscard]] std::vector<ObstacleState> obstacles(const Wait& wait = kAnswerLimit) const;
 
  private:
@@ -182,54 +197,58 @@ class HECATON_API World {
   std::shared_ptr<client::Connection> connection_;
 };
 
-/// Where a cell is to be found.
+/// Selects a cell.
 struct ConnectOptions {
-  std::optional<std::string> cell_file;  ///< its network settings and name; otherwise any cell of the domain
-  std::optional<int> domain;             ///< DDS domain; otherwise HECATON_DOMAIN, the cell file's, or 42
+  std::optional<std::string> cell_file;  ///< path, for the name of the cell and its network; empty: any cell
+  std::optional<int> domain;             ///< DDS domain; empty: HECATON_DOMAIN, the cell file's domain, or 42
 };
 
-/// A connection to a running cell. The last handle's end waits for at most 2 s until a planner has answered each goal
-/// that was given through it, so that none is lost. Known limit: a connection that a process opens after it has closed
-/// another one may get no answers; keep one for the life of the process.
+/// A connection to a running cell. The destructor of the last handle waits, for at most 2 s, until a planner has
+/// answered every goal that was sent: otherwise a goal could be lost. Goals continue after it. Known limit: a
+/// connection that a process opens after it has closed another one may get no answers; keep one for the life of the
+/// process.
 class HECATON_API Cell {
  public:
-  /// Joins the cell of a cell file. Returns as soon as its supervisor or its world is found. Throws Unreachable,
-  /// InvalidArgument (the file, the domain), Interrupted.
+  /// Connects to the cell of a cell file. Returns when its supervisor or its world service is found. Throws
+  /// Unreachable, InvalidArgument (cell file, domain) and Interrupted.
   [[nodiscard]] static Cell connect(const std::string& cell_file, const Wait& wait = kAnswerLimit);
-  /// The same; without a cell file any cell, and InvalidArgument when several answer.
+  /// Connects to the cell that `options` select. Without a cell file, later calls throw InvalidArgument when several
+  /// cells answer in the domain.
   [[nodiscard]] static Cell connect(const ConnectOptions& options, const Wait& wait = kAnswerLimit);
-  /// A handle to a connection that exists.
+  /// A handle to an existing connection.
   explicit Cell(std::shared_ptr<client::Connection> connection);
 
-  /// Does not check the name: the first goal, order or state of an unknown arm says so.
+  /// Does not check the name: a goal of an unknown arm stays unanswered, an order is rejected, a state is unreachable.
   [[nodiscard]] Arm arm(const std::string& name) const;
   [[nodiscard]] World world() const;
 
-  /// Asks the supervisor. Throws Unreachable, Interrupted.
+  /// Requests the status from the supervisor. Throws Unreachable, Interrupted, and InvalidArgument when several cells
+  /// answer.
   [[nodiscard]] CellStatus status(const Wait& wait = kAnswerLimit) const;
 
-  /// Orders for the whole cell. hold brakes and keeps goals; stop does so until it is resumed; resume leaves alone arms
-  /// that were stopped by name. Return when the supervisor has carried the order out; the warning of the receipt
-  /// says when it would be lost with the supervisor's process. Throw Rejected, Unreachable (nothing was obeyed),
-  /// Interrupted.
+  /// Orders for the whole cell. hold() brakes all arms and keeps their goals. stop() does the same and latches until
+  /// resume(). resume() does not resume arms that were stopped by name. They return when the supervisor has carried the
+  /// order out. They throw Rejected, Unreachable (the order was not carried out), Interrupted, and InvalidArgument when
+  /// several cells answer.
   Receipt hold(const Wait& wait = kAnswerLimit) const;
   Receipt resume(const Wait& wait = kAnswerLimit) const;
   Receipt stop(const Wait& wait = kAnswerLimit) const;
-  /// The same for some arms; none: the whole cell.
+  /// The same orders for some arms; an empty list: the whole cell.
   Receipt hold(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
   Receipt resume(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
   Receipt stop(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
 
-  /// Faults as told so far; the first call begins to listen, status() brings them up to date. Does not wait.
+  /// Faults that this connection has received. The first call subscribes to faults; status() updates them. Does not
+  /// wait.
   [[nodiscard]] std::vector<Fault> faults() const;
-  /// `callback` gets every fault that lasts now, that begins and that is cleared, and those of the recent past as they
-  /// become known; replaces an earlier callback, an empty one ends them.
+  /// Calls `callback` with every present fault, and then with every fault that begins, changes or is cleared, and with
+  /// recent faults when the connection receives them. Replaces the earlier callback; an empty function removes it.
   void on_fault(std::function<void(const Fault&)> callback) const;
 
-  /// Until all of them have ended; outcomes in the same order.
+  /// Waits until all goals have ended. Returns their outcomes in the same order.
   std::vector<Outcome> wait_all(const std::vector<Goal>& goals, const Wait& wait) const;
-  /// Evaluates `condition` in this thread now and after everything that arrives, until it is true. False: the time
-  /// limit passed, or the wait was interrupted.
+  /// Evaluates `condition` in this thread, now and after every received message, until it is true. Returns false when
+  /// the time limit has passed or the wait was interrupted.
   bool wait_until(const std::function<bool()>& condition, const Wait& wait) const;
 
  private:

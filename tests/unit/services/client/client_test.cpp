@@ -1,4 +1,4 @@
-/// The client library without a network: values and their messages.
+/// The client library without a network.
 
 #include <cmath>
 #include <limits>
@@ -18,18 +18,18 @@ void expect_rotation(const Pose& pose, const std::array<double, 4>& wxyz) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(pose.rotation[i], wxyz[i], 1e-15) << i;
 }
 
-TEST(PublicPose, TurnsAboutFixedAxesInTheOrderOfUrdf) {
+TEST(PublicPose, RotatesAboutFixedAxesInTheOrderOfUrdf) {
   constexpr double kRight = std::numbers::pi / 2.0;
   expect_rotation(Pose::xyz(1.0, 2.0, 3.0), {1.0, 0.0, 0.0, 0.0});
   expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, kRight, 0.0, 0.0), {kHalf, kHalf, 0.0, 0.0});
   expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, 0.0, kRight, 0.0), {kHalf, 0.0, kHalf, 0.0});
   expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, 0.0, 0.0, kRight), {kHalf, 0.0, 0.0, kHalf});
-  // q = q_yaw · q_roll: the roll comes first.
+  // q = q_yaw · q_roll: the roll is applied first.
   expect_rotation(Pose::xyz_rpy(0.0, 0.0, 0.0, kRight, 0.0, kRight), {0.5, 0.5, 0.5, 0.5});
   expect_rotation(to_public(to_message(Pose::xyz_rpy(0.0, 0.0, 0.0, kRight, 0.0, kRight))), {0.5, 0.5, 0.5, 0.5});
 }
 
-TEST(PublicEnumerations, HaveTheValuesAndTheWordsOfTheMessages) {
+TEST(PublicEnumerations, HaveTheValuesAndNamesOfTheMessages) {
   EXPECT_EQ(static_cast<std::uint32_t>(GoalState::kTimedOut),
             static_cast<std::uint32_t>(msg::GoalState::GOAL_TIMED_OUT));
   EXPECT_EQ(static_cast<std::uint32_t>(CauseKind::kContact), static_cast<std::uint32_t>(msg::CauseKind::CAUSE_CONTACT));
@@ -38,7 +38,7 @@ TEST(PublicEnumerations, HaveTheValuesAndTheWordsOfTheMessages) {
   EXPECT_EQ(name_of(static_cast<ArmMode>(999)), "unknown");
 }
 
-TEST(PublicObstacle, HasFullSizesWhereTheMessageHasHalfOnes) {
+TEST(PublicObstacle, ConvertsFullSizesToHalfSizes) {
   const msg::Obstacle box = to_message("crate", Box{0.2, 0.4, 0.6}, Pose::xyz(1.0, 2.0, 3.0), Static{});
   ASSERT_EQ(box.shapes().size(), 1U);
   EXPECT_EQ(box.shapes()[0].kind(), msg::ShapeKind::SHAPE_BOX);
@@ -51,17 +51,17 @@ TEST(PublicObstacle, HasFullSizesWhereTheMessageHasHalfOnes) {
   EXPECT_DOUBLE_EQ(can.motion().direction_W().z(), 0.8);
 }
 
-TEST(Outcome, TellsTheStateAndWhatBinds) {
+TEST(Outcome, HasStateCauseAndBindingPair) {
   EXPECT_FALSE(Outcome{});
   EXPECT_NE(Outcome{}.text().find("unanswered"), std::string::npos);
   Progress progress;
   progress.state = GoalState::kBlocked;
-  progress.cause = {CauseKind::kWayBlocked, "pallet", "no way around pallet"};
+  progress.cause = {CauseKind::kPathBlocked, "pallet", "no path around pallet"};
   progress.binding = {"west/forearm", "pallet", 0.018};
   const Outcome blocked{OutcomeKind::kBlocked, progress};
   EXPECT_FALSE(blocked);
-  EXPECT_EQ(blocked.text(), "blocked: no way around pallet (west/forearm – pallet)");
-  EXPECT_EQ(blocked.cause().kind, CauseKind::kWayBlocked);
+  EXPECT_EQ(blocked.text(), "blocked: no path around pallet (west/forearm – pallet)");
+  EXPECT_EQ(blocked.cause().kind, CauseKind::kPathBlocked);
   EXPECT_EQ((Outcome{OutcomeKind::kInterrupted, std::nullopt}.text()), "interrupted");
 }
 
@@ -74,7 +74,7 @@ TEST(Deadline, IsFiniteForEveryLimit) {
   }
 }
 
-TEST(Connect, RefusesWhatCannotBe) {
+TEST(Connect, RejectsAMissingFileAndAnInvalidDomain) {
   EXPECT_THROW(static_cast<void>(Cell::connect("/nonexistent.yaml")), InvalidArgument);
   EXPECT_THROW(static_cast<void>(Cell::connect({std::nullopt, 100'000})), InvalidArgument);
 }
