@@ -3,17 +3,32 @@
 #include <algorithm>
 #include <limits>
 
-#include "planner/local/rest_region.hpp"
+#include "planner/local/latency_compensation.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
+SenderClock::Clock::time_point SenderClock::sent(std::int64_t stamp_ns, Clock::time_point received) {
+  // Bounds invalid stamps, so that no difference overflows.
+  constexpr std::int64_t kLongest = std::int64_t{1} << 61;
+  const Nanoseconds stamp(std::clamp(stamp_ns, -kLongest, kLongest));
+  const Nanoseconds difference = received.time_since_epoch() - stamp;
+  if (!least_ || received - window_began_ > kWindow) {
+    previous_ = least_;
+    least_ = difference;
+    window_began_ = received;
+  }
+  least_ = std::min(*least_, difference);
+  const Nanoseconds quickest = previous_ ? std::min(*least_, *previous_) : *least_;
+  return received - (difference - quickest);
+}
+
 ArmView::ArmView(const planner::Cell& cell, int self)
     : self_(self),
       state_age_limit_(cell.arms[self].parameters.state_age_limit),
-      heard_(cell.arms.size()),
+      received_(cell.arms.size()),
       observations_(cell.arms.size()),
-      said_(cell.arms.size()),
+      coordination_(cell.arms.size()),
       goals_(cell.arms.size()) {
   for (const planner::PlannedArm& planned : cell.arms) {
     names_.push_back(planned.arm.name);
@@ -27,8 +42,8 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
   const auto name = std::find(names_.begin(), names_.end(), state.arm());
   if (name == names_.end()) return "ArmState of " + state.arm() + ": no such arm in this cell";
   const auto index = static_cast<std::size_t>(name - names_.begin());
-  std::optional<Heard>& heard = heard_[index];
-  if (heard && heard->writer == writer && state.sequence_number() <= heard->sequence) return std::nullopt;
+  std::optional<ReceivedState>& known = received_[index];
+  if (known && known->writer == writer && state.sequence_number() <= known->sequence) return std::nullopt;
   const auto q = messages::joints_from_message(state.q(), {"ArmState of ", state.arm(), ": q"}, joints_[index]);
   if (!q) return q.error;
   const auto qd = messages::joints_from_message(state.qd(), {"ArmState of ", state.arm(), ": qd"}, joints_[index]);
@@ -37,21 +52,21 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
     return "ArmState of " + state.arm() + ": command_age = " + std::to_string(state.command_age()) +
            " must be at least 0 s";
   }
-  SenderClock clock = heard && heard->writer == writer ? heard->clock : SenderClock();
+  SenderClock clock = known && known->writer == writer ? known->clock : SenderClock();
   const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
-  heard = Heard{*q,
-                *qd,
-                state.mode(),
-                state.cause(),
-                state.term(),
-                state.command_sequence_number(),
-                state.command_age(),
-                {state.planner(), state.newest_term()},
-                state.stamp_ns(),
-                state.sequence_number(),
-                writer,
-                sent,
-                clock};
+  known = ReceivedState{*q,
+                        *qd,
+                        state.mode(),
+                        state.cause(),
+                        state.term(),
+                        state.command_sequence_number(),
+                        state.command_age(),
+                        {state.planner(), state.newest_term()},
+                        state.stamp_ns(),
+                        state.sequence_number(),
+                        writer,
+                        sent,
+                        clock};
   return std::nullopt;
 }
 
@@ -63,7 +78,7 @@ std::optional<std::string> ArmView::apply(const msg::GoalStatus& status) {
   const bool under_way =
       status.state() == msg::GoalState::GOAL_ACTIVE || status.state() == msg::GoalState::GOAL_BLOCKED;
   if (!under_way) {
-    // A status of an earlier goal says nothing about the present one.
+    // A status of an earlier goal does not concern the present one.
     if (goals_[index] == status.goal()) seen.has_goal = false;
     return std::nullopt;
   }
@@ -73,7 +88,7 @@ std::optional<std::string> ArmView::apply(const msg::GoalStatus& status) {
   goals_[index] = status.goal();
   seen.q_goal = *q_goal;
   seen.has_goal = true;
-  seen.claim = status.priority();
+  seen.priority = status.priority();
   return std::nullopt;
 }
 
@@ -86,37 +101,37 @@ std::optional<std::string> ArmView::apply(const msg::CoupledPlan& plan) {
   const std::string what = "CoupledPlan of " + plan.arm();
   const int proposer = index_of(plan.arm());
   if (proposer < 0) return what + ": no such arm in this cell";
-  auto heard = std::make_shared<planner::CoupledPlan>();
-  heard->number = plan.number();
+  auto received = std::make_shared<planner::CoupledPlan>();
+  received->number = plan.number();
   const bool withdrawn = plan.arms().empty();
   if (withdrawn && (plan.points() != 0 || !plan.q().empty())) return what + ": it has points, but no arms";
   std::size_t joints = 0;
   for (const std::string& name : plan.arms()) {
     const int arm = index_of(name);
     if (arm < 0) return what + ": arm " + name + " is not in this cell";
-    if (!heard->arms.empty() && arm <= heard->arms.back()) return what + ": its arms are not in the cell's order";
-    heard->arms.push_back(arm);
+    if (!received->arms.empty() && arm <= received->arms.back()) return what + ": its arms are not in the cell's order";
+    received->arms.push_back(arm);
     joints += static_cast<std::size_t>(joints_[arm]);
   }
-  const bool own = std::find(heard->arms.begin(), heard->arms.end(), proposer) != heard->arms.end();
+  const bool own = std::find(received->arms.begin(), received->arms.end(), proposer) != received->arms.end();
   if (!withdrawn && !own) return what + ": its proposer is not one of its arms";
   if (!withdrawn && plan.points() == 0) return what + ": it has arms, but no points";
-  // Bounds the number of points by what really came over the wire: every arm has joints.
+  // Bounds the number of points by the received data: every arm has joints.
   if (plan.q().size() != joints * plan.points()) {
     return what + ": " + std::to_string(plan.q().size()) + " joint values must be " + std::to_string(plan.points()) +
            " points of " + std::to_string(joints) + " joints";
   }
   auto from = plan.q().begin();
   for (std::uint32_t point = 0; point < plan.points(); ++point) {
-    auto& at = heard->points.emplace_back();
-    for (const int arm : heard->arms) {
+    auto& at = received->points.emplace_back();
+    for (const int arm : received->arms) {
       const auto q = messages::joints_from_message({from, from + joints_[arm]}, what + ": q", joints_[arm]);
       if (!q) return q.error;
       at.push_back(*q);
       from += joints_[arm];
     }
   }
-  said_by(proposer, plan.node()).proposal = withdrawn ? nullptr : std::move(heard);
+  coordination_of(proposer, plan.node()).proposal = withdrawn ? nullptr : std::move(received);
   return std::nullopt;
 }
 
@@ -124,34 +139,36 @@ std::optional<std::string> ArmView::apply(const msg::CoupledPlanProgress& progre
   const int arm = index_of(progress.arm());
   if (arm < 0) return "CoupledPlanProgress of " + progress.arm() + ": no such arm in this cell";
   const int proposer = progress.proposer().empty() ? -1 : index_of(progress.proposer());
-  said_by(arm, progress.node()).progress = {proposer, progress.number(), progress.reached()};
+  coordination_of(arm, progress.node()).progress = {proposer, progress.number(), progress.reached()};
   return std::nullopt;
 }
 
-ArmView::Said& ArmView::said_by(int arm, const std::string& planner) {
-  std::vector<Said>& all = said_[arm];
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Said& said) { return said.planner == planner; });
-  if (found == all.end()) return all.emplace_back(Said{planner, {}, nullptr});
+ArmView::Coordination& ArmView::coordination_of(int arm, const std::string& planner) {
+  std::vector<Coordination>& all = coordination_[arm];
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Coordination& entry) { return entry.planner == planner; });
+  if (found == all.end()) return all.emplace_back(Coordination{planner, {}, nullptr});
   std::rotate(found, found + 1, all.end());
   return all.back();
 }
 
-const ArmView::Said* ArmView::company_of(int arm) const {
-  const std::vector<Said>& all = said_[arm];
+const ArmView::Coordination* ArmView::active_coordination(int arm) const {
+  const std::vector<Coordination>& all = coordination_[arm];
   if (all.empty()) return nullptr;
-  const std::optional<Heard>& heard = heard_[arm];
-  if (!heard) return &all.back();
-  // On its own stop profile it may still be on its way: the next command is late, and ends that.
-  if (heard->mode != msg::ArmMode::ARM_RUNNING && heard->mode != msg::ArmMode::ARM_BRAKING) return nullptr;
-  const std::string& commands = heard->mandate.planner;
+  const std::optional<ReceivedState>& known = received_[arm];
+  if (!known) return &all.back();
+  // A braking arm may continue: a late command ends its stop profile.
+  if (known->mode != msg::ArmMode::ARM_RUNNING && known->mode != msg::ArmMode::ARM_BRAKING) return nullptr;
+  const std::string& commands = known->lease.planner;
   if (commands.empty()) return &all.back();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Said& said) { return said.planner == commands; });
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Coordination& entry) { return entry.planner == commands; });
   return found == all.end() ? nullptr : &*found;
 }
 
 double ArmView::age(int index, Clock::time_point now) const {
-  if (!heard_[index]) return std::numeric_limits<double>::infinity();
-  return std::max(0.0, std::chrono::duration<double>(now - heard_[index]->at).count());
+  if (!received_[index]) return std::numeric_limits<double>::infinity();
+  return std::max(0.0, std::chrono::duration<double>(now - received_[index]->at).count());
 }
 
 bool ArmView::lost(int index, Clock::time_point now, const CellModeView& mode) const {
@@ -159,43 +176,43 @@ bool ArmView::lost(int index, Clock::time_point now, const CellModeView& mode) c
   return index != self_ && current && age(index, now) > state_age_limit_ && mode.lost(names_[index]) != nullptr;
 }
 
-// The later the state, the smaller the region; but what the supervisor heard last may be later or earlier than what
-// this planner did, and only from the last that anybody heard does it count how long the arm moved on.
+// A later state gives a smaller stop set. The supervisor's last state may be later or earlier than this planner's, and
+// the braking delay is bounded from the last state that any node has received.
 void ArmView::observe_lost(int index, const msg::LostArm& lost) {
-  const std::optional<Heard>& heard = heard_[index];
-  const bool own_is_newer = heard && heard->stamp_ns >= lost.stamp_ns();
+  const std::optional<ReceivedState>& known = received_[index];
+  const bool own_is_newer = known && known->stamp_ns >= lost.stamp_ns();
   const auto q = messages::joints_from_message(lost.q(), {"LostArm ", lost.arm(), ": q"}, joints_[index]);
   const auto qd = messages::joints_from_message(lost.qd(), {"LostArm ", lost.arm(), ": qd"}, joints_[index]);
   planner::ArmObservation& seen = observations_[index];
   seen.known = own_is_newer || (q && qd);
   if (!seen.known) return;
-  const planner::RestRegion region = planner::rest_region(limits_[index], own_is_newer ? heard->q : *q,
-                                                          own_is_newer ? heard->qd : *qd, lost.moved_for());
+  const planner::ReachableStopSet region = planner::reachable_stop_set(
+      limits_[index], own_is_newer ? known->q : *q, own_is_newer ? known->qd : *qd, lost.braking_delay_bound());
   seen.q = region.q;
   seen.qd = planner::JointVector::Zero(joints_[index]);
-  seen.stray = region.stray;
+  seen.position_uncertainty = region.position_uncertainty;
   seen.age = 0.0;
   seen.plans = false;
 }
 
 std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now, const CellModeView& mode) {
-  for (std::size_t i = 0; i < heard_.size(); ++i) {
+  for (std::size_t i = 0; i < received_.size(); ++i) {
     planner::ArmObservation& seen = observations_[i];
-    seen.stray.resize(0);
-    const bool gone = lost(static_cast<int>(i), now, mode);
-    const Said* said = gone ? nullptr : company_of(static_cast<int>(i));
-    seen.progress = said != nullptr ? said->progress : planner::CoupledPlanProgress{};
-    seen.proposal = said != nullptr ? said->proposal : nullptr;
-    if (gone) {
+    seen.position_uncertainty.resize(0);
+    const bool is_lost = lost(static_cast<int>(i), now, mode);
+    const Coordination* coordination = is_lost ? nullptr : active_coordination(static_cast<int>(i));
+    seen.progress = coordination != nullptr ? coordination->progress : planner::CoupledPlanProgress{};
+    seen.proposal = coordination != nullptr ? coordination->proposal : nullptr;
+    if (is_lost) {
       observe_lost(static_cast<int>(i), *mode.lost(names_[i]));
       continue;
     }
-    if (!heard_[i]) continue;
-    seen.q = heard_[i]->q;
-    seen.qd = heard_[i]->qd;
+    if (!received_[i]) continue;
+    seen.q = received_[i]->q;
+    seen.qd = received_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
     seen.known = true;
-    seen.plans = heard_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
+    seen.plans = received_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
   }
   return observations_;
 }

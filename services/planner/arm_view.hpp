@@ -1,7 +1,8 @@
 #pragma once
-/// What a planner knows of the cell's arms from their drivers' messages, with ages on this process's clock.
+/// The cell's arms as a planner knows them from messages, with ages on the clock of this process.
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,25 +15,47 @@
 #include "planner/cell.hpp"
 #include "planner/local/observation.hpp"
 #include "services/bus/mailbox.hpp"
-#include "services/planner/sender_clock.hpp"
 #include "services/runtime/cell_mode.hpp"
 
 namespace hecaton::services {
 
+/// Estimates when samples of one writer were sent, on the clock of the receiver. Reception time minus stamp is the
+/// offset of the two clocks plus the latency. Its minimum over the last 10 to 20 s is the offset plus the smallest
+/// latency; the excess over the minimum is the delay of a sample. The smallest latency itself is unknown and counts as
+/// 0.
+class SenderClock {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// The time at which the sample was sent; never later than `received`. `stamp_ns`: on the sender's steady clock.
+  [[nodiscard]] Clock::time_point sent(std::int64_t stamp_ns, Clock::time_point received);
+
+ private:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  /// The minimum is over this window and the one before, so that it follows drifting clocks.
+  static constexpr std::chrono::seconds kWindow{10};
+
+  std::optional<Nanoseconds> least_;     ///< received − stamped in this window
+  std::optional<Nanoseconds> previous_;  ///< in the window before
+  Clock::time_point window_began_{};
+};
+
+/// States, goals and coupled plans of all arms, from messages of their drivers and planners. For one thread.
 class ArmView {
  public:
   using Clock = std::chrono::steady_clock;
 
-  struct Heard {
+  struct ReceivedState {
     planner::JointVector q;   ///< [rad | m]
     planner::JointVector qd;  ///< [rad/s | m/s]
     msg::ArmMode mode = msg::ArmMode::ARM_STARTING;
-    msg::Cause cause;  ///< why it does not follow commands
+    msg::Cause cause;  ///< why the drive does not follow commands
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
-    double command_age = 0.0;   ///< of the last command that its driver accepted [s]
-    ArmLease mandate;           ///< that its driver goes by
-    std::int64_t stamp_ns = 0;  ///< on its driver's clock
+    double command_age = 0.0;   ///< of the last command that the driver accepted [s]
+    ArmLease lease;             ///< in force at the driver
+    std::int64_t stamp_ns = 0;  ///< on the driver's clock
     std::uint64_t sequence = 0;
     bus::EndpointId writer;
     Clock::time_point at;  ///< when it was true, on this process's clock
@@ -42,52 +65,53 @@ class ArmView {
   /// `self`: index of the own arm.
   ArmView(const planner::Cell& cell, int self);
 
-  /// A sentence when the message cannot be used; so it is for arms of other cells.
+  // Each apply() returns a sentence when the message is invalid; it then has no effect. Messages about arms that the
+  // cell does not have are invalid.
+
   std::optional<std::string> apply(const msg::ArmState& state, const bus::EndpointId& writer,
                                    Clock::time_point received);
 
-  /// Where an arm is under way to, as its planner says. A sentence when the message cannot be used.
+  /// The goal of an arm.
   std::optional<std::string> apply(const msg::GoalStatus& status);
 
-  /// The coupled plan that an arm proposes, and the one that it has joined. A sentence when the message cannot be used.
-  /// It counts only while the arm's driver follows commands of the planner that published it: a planner that died
-  /// cannot withdraw it.
+  /// The coupled plan that an arm proposes, and the one that it has joined. Both are valid only while the arm's driver
+  /// follows commands of the planner that published them: a dead planner cannot withdraw them.
   std::optional<std::string> apply(const msg::CoupledPlan& plan);
   std::optional<std::string> apply(const msg::CoupledPlanProgress& progress);
 
-  [[nodiscard]] const std::optional<Heard>& arm(int index) const { return heard_[index]; }
-  /// Of its last state [s]: since it arrived and what it was delayed; infinite before the first.
+  [[nodiscard]] const std::optional<ReceivedState>& arm(int index) const { return received_[index]; }
+  /// Age of the last state of an arm, with its delay [s]; infinite before the first.
   [[nodiscard]] double age(int index, Clock::time_point now) const;
-  /// The supervisor says that the arm was lost, and the arm itself says nothing else. Whoever does not hear the
-  /// supervisor either knows nothing: it may itself be who was lost.
+  /// The supervisor reports the arm as lost, and this planner has no fresh state of it. False without a fresh cell
+  /// mode: this planner itself may be cut off.
   [[nodiscard]] bool lost(int index, Clock::time_point now, const CellModeView& mode) const;
-  /// One per arm. An arm takes its share of avoiding (`plans`) while its drive follows commands and nobody holds it;
-  /// one that was lost stands somewhere in its rest region.
+  /// One observation per arm, at `now`. An arm avoids collisions (`plans`) while its drive follows commands and it is
+  /// not held. A lost arm is at rest anywhere in its reachable stop set.
   [[nodiscard]] std::span<const planner::ArmObservation> observe(Clock::time_point now, const CellModeView& mode);
 
  private:
-  /// −1: there is none of this name.
+  /// −1: no such arm.
   [[nodiscard]] int index_of(const std::string& name) const;
   void observe_lost(int index, const msg::LostArm& lost);
-  /// What one planner of an arm has said last of coupled plans.
-  struct Said {
+  /// The last messages of one planner of an arm about coupled plans.
+  struct Coordination {
     std::string planner;  ///< its node
     planner::CoupledPlanProgress progress;
     std::shared_ptr<const planner::CoupledPlan> proposal;
   };
-  [[nodiscard]] Said& said_by(int arm, const std::string& planner);
-  /// What counts of that: the words of the planner that commands the arm, while the arm is on its way. Null: nothing.
-  [[nodiscard]] const Said* company_of(int arm) const;
+  [[nodiscard]] Coordination& coordination_of(int arm, const std::string& planner);
+  /// The entry of the planner that commands the arm, while the arm is moving by commands. Null: none.
+  [[nodiscard]] const Coordination* active_coordination(int arm) const;
 
   int self_;
   double state_age_limit_;  ///< [s]
   std::vector<std::string> names_;
   std::vector<int> joints_;
   std::vector<planner::JointLimits> limits_;
-  std::vector<std::optional<Heard>> heard_;
+  std::vector<std::optional<ReceivedState>> received_;
   std::vector<planner::ArmObservation> observations_;
-  std::vector<std::vector<Said>> said_;  ///< by arm; who spoke last is last
-  std::vector<std::string> goals_;       ///< the one that each arm is under way to; empty: none
+  std::vector<std::vector<Coordination>> coordination_;  ///< by arm; the planner of the last message is last
+  std::vector<std::string> goals_;                       ///< identifier of each arm's goal; empty: none
 };
 
 }  // namespace hecaton::services

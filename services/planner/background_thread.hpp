@@ -1,5 +1,5 @@
 #pragma once
-/// The planner's other threads: the control loop asks them and looks for answers every period, and never waits for one.
+/// A background thread of a planner, which the control loop uses without waiting.
 
 #include <atomic>
 #include <chrono>
@@ -13,25 +13,26 @@
 #include <thread>
 #include <utility>
 
-#include "services/runtime/turn_watch.hpp"
-#include "services/runtime/urgency.hpp"
+#include "services/runtime/progress_watchdog.hpp"
+#include "services/runtime/thread_priority.hpp"
 
 namespace hecaton::services {
 
-/// A thread, its questions and its answers, each in their order. All functions are for the loop's thread alone. The
-/// other one may be without a processor while it holds the lock: then what is handed over changes hands another period.
+/// A thread that answers questions in their order. All functions are for the thread of the control loop and never wait,
+/// except the destructor. The loop only tries to lock: if the background thread is preempted while it holds the lock,
+/// questions and answers change hands in a later period.
 template <class Question, class Answer>
 class BackgroundThread {
  public:
   struct Turn {
     std::optional<Answer> answer = {};
-    bool goes_on = false;  ///< there is more to do, once the loop grants it
+    bool goes_on = false;  ///< the work continues in another turn, when the loop grants it
   };
-  /// On the thread: with the next question, or, granted a turn, without.
+  /// Runs in the background thread: with the next question, or without one to continue the work.
   using Work = std::function<Turn(std::optional<Question>)>;
 
   explicit BackgroundThread(Work work) : work_(std::move(work)), thread_([this] { run(); }) {}
-  /// Waits for the turn under way; what is asked besides is given up.
+  /// Waits for the present turn and drops all other questions.
   ~BackgroundThread() {
     {
       const std::scoped_lock lock(mutex_);
@@ -45,12 +46,12 @@ class BackgroundThread {
 
   void ask(Question question) {
     ++open_;
-    unasked_.push_back(std::move(question));
+    unsent_.push_back(std::move(question));
     hand_over(false);
   }
-  /// Allows a thread that goes on another turn.
+  /// Grants one more turn to a thread whose work continues.
   void grant() { hand_over(true); }
-  /// The next one, once. To be called every period: it also hands over what could not be before.
+  /// The next answer. Call it every period: it also hands over questions.
   [[nodiscard]] std::optional<Answer> answer() {
     hand_over(false);
     const std::unique_lock lock(mutex_, std::try_to_lock);
@@ -59,21 +60,22 @@ class BackgroundThread {
     answers_.pop_front();
     return next;
   }
-  /// To be called every period: for how long it has finished no turn though it has something to do. Also hands over.
-  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now) {
+  /// For how long the thread has finished no turn although it has work. Call it every period: it also hands over
+  /// questions.
+  [[nodiscard]] ProgressWatchdog::Clock::duration silence(ProgressWatchdog::Clock::time_point now) {
     hand_over(false);
-    watch_.look(now, open_ > 0, finished_);
+    watch_.update(now, open_ > 0, finished_);
     return watch_.silence();
   }
 
  private:
   void hand_over(bool grants) {
-    if (unasked_.empty() && !grants) return;
+    if (unsent_.empty() && !grants) return;
     {
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return;
-      std::move(unasked_.begin(), unasked_.end(), std::back_inserter(questions_));
-      unasked_.clear();
+      std::move(unsent_.begin(), unsent_.end(), std::back_inserter(questions_));
+      unsent_.clear();
       granted_ = granted_ || grants;
     }
     wake_.notify_one();
@@ -81,7 +83,7 @@ class BackgroundThread {
 
   void run() {
     constexpr int kNiceness = 10;
-    stand_back(kNiceness);
+    lower_priority(kNiceness);
     bool goes_on = false;
     std::unique_lock lock(mutex_);
     while (true) {
@@ -92,7 +94,7 @@ class BackgroundThread {
         question = std::move(questions_.front());
         questions_.pop_front();
       } else {
-        ++open_;  // a turn that was granted
+        ++open_;  // a granted turn
       }
       granted_ = false;
       lock.unlock();
@@ -105,18 +107,18 @@ class BackgroundThread {
     }
   }
 
-  Work work_;                     ///< of the thread alone
-  std::deque<Question> unasked_;  ///< of the control loop alone
-  TurnWatch watch_;               ///< likewise
-  std::atomic<int> open_ = 0;     ///< questions that were asked and turns that were begun, and are not finished
-  std::atomic<std::uint64_t> finished_ = 0;  ///< of them
+  Work work_;                                ///< used by the background thread only
+  std::deque<Question> unsent_;              ///< used by the control loop only
+  ProgressWatchdog watch_;                   ///< used by the control loop only
+  std::atomic<int> open_ = 0;                ///< questions and granted turns that are not finished
+  std::atomic<std::uint64_t> finished_ = 0;  ///< number of finished turns
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Question> questions_;
   std::deque<Answer> answers_;
   bool granted_ = false;
   bool ending_ = false;
-  std::thread thread_;  ///< last: everything it uses exists before it starts
+  std::thread thread_;  ///< last: all members exist before it starts
 };
 
 }  // namespace hecaton::services

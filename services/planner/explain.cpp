@@ -13,9 +13,9 @@ namespace {
 
 using msg::CauseKind;
 
-/// Without fresh states this long the goal counts as blocked [s]; shorter gaps are normal on a network.
+/// Time without fresh inputs after which the goal is blocked [s]. Shorter gaps are normal on a network.
 constexpr double kBlockedAfter = 1.0;
-/// The measured arm may be this much farther from the goal than its set-point: the drive's tracking error.
+/// Factor on the goal tolerance for the measured position: the drive has a tracking error.
 constexpr double kTrackingTolerance = 2.0;
 
 std::string milliseconds(double seconds) {
@@ -36,10 +36,10 @@ msg::Cause stale(const planner::TickResult& result, const planner::CellGeometry&
   const planner::ArmObservation& arm = arms[result.stale_arm];
   return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name,
                     arm.known ? "the last state of arm " + name + " is " + milliseconds(arm.age) + " old"
-                              : "the state of arm " + name + " was never heard");
+                              : "no state of arm " + name + " has been received");
 }
 
-/// The lost arm that is in the way, or may be: the one that binds, or when no pair binds, any. −1: none.
+/// The lost arm that blocks the arm: that of the binding pair; without a binding pair any lost arm. −1: none.
 int lost_arm(const planner::TickResult& result, std::span<const planner::ArmObservation> arms) {
   const bool of_an_arm = result.has_binding && result.binding.counterpart == planner::Counterpart::kArm;
   if (of_an_arm && arms[result.binding.other].lost()) return result.binding.other;
@@ -55,13 +55,13 @@ std::string what_binds(const Progress& progress) {
   return ": " + progress.binding_own + " – " + progress.binding_other + ", " + distance;
 }
 
-std::string subspaces(int redraws) {
-  return redraws <= 0 ? "" : ", in subspace " + std::to_string(redraws);
+std::string subspaces(int drawn) {
+  return drawn <= 0 ? "" : ", in subspace " + std::to_string(drawn);
 }
 
 }  // namespace
 
-Progress explain(const planner::TickResult& result, const planner::Approach& approach,
+Progress explain(const planner::TickResult& result, const planner::ProgressMonitor& goal_progress,
                  const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
                  std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold) {
   const std::string& own = geometry.own_arm().name;
@@ -77,33 +77,33 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
     case planner::TickStatus::kBlocked: {
       progress.state = msg::GoalState::GOAL_BLOCKED;
       progress.cause =
-          make_cause(CauseKind::CAUSE_WAY_BLOCKED, progress.binding_other, "no progress" + what_binds(progress));
-      progress.recovery_action = "looks for a way along the boundary" + subspaces(result.redraws);
+          make_cause(CauseKind::CAUSE_PATH_BLOCKED, progress.binding_other, "no progress" + what_binds(progress));
+      progress.recovery_action = "searches a path along the boundary" + subspaces(result.subspaces_drawn);
       break;
     }
-    case planner::TickStatus::kFollowing:
+    case planner::TickStatus::kFollowingBoundary:
       if (!result.has_binding) {
         progress.cause = make_cause(CauseKind::CAUSE_AT_JOINT_LIMITS, own, "at its joint limits");
       }
-      progress.recovery_action = "follows the boundary" + subspaces(result.redraws);
+      progress.recovery_action = "follows the boundary" + subspaces(result.subspaces_drawn);
       break;
     case planner::TickStatus::kDetouring:
       progress.recovery_action = "makes a detour";
       break;
-    case planner::TickStatus::kTogether:
-      progress.recovery_action = "goes by a plan for all arms that stand in each other's way";
+    case planner::TickStatus::kFollowingPlan:
+      progress.recovery_action = "follows a coupled plan with the other arms";
       break;
-    case planner::TickStatus::kRouted:
-      progress.held_back = result.has_binding || approach.hopeless();
-      progress.recovery_action = "goes by a route around what stands in its way";
+    case planner::TickStatus::kFollowingRoute:
+      progress.held_back = result.has_binding || goal_progress.stalled();
+      progress.recovery_action = "follows a route around the obstacle";
       break;
     case planner::TickStatus::kYielding:
-      progress.recovery_action = "makes room for arm " + geometry.arms()[result.yields_to].name;
+      progress.recovery_action = "yields to arm " + geometry.arms()[result.yields_to].name;
       progress.cause = make_cause(CauseKind::CAUSE_GIVING_WAY, geometry.arms()[result.yields_to].name,
                                   "arm " + geometry.arms()[result.yields_to].name + " has the right of way");
       break;
     case planner::TickStatus::kHolding:
-      progress.held_back = false;  // a person or a fault holds the arm, not a body in its way
+      progress.held_back = false;  // by an order or a fault, not by an obstacle
       if (hold) progress.cause = *hold;
       progress.recovery_action = "waits";
       break;
@@ -116,23 +116,23 @@ Progress explain(const planner::TickResult& result, const planner::Approach& app
       progress.held_back = false;
       break;
     case planner::TickStatus::kMoving:
-      // A free stretch in the midst of a search ends nothing yet.
-      progress.held_back = result.has_binding || approach.hopeless();
+      // A short free motion during a search does not end it.
+      progress.held_back = result.has_binding || goal_progress.stalled();
       progress.recovery_action =
-          result.has_binding ? "goes straight to the goal as far as it is let" : "goes straight to the goal";
+          result.has_binding ? "moves straight to the goal as far as constraints allow" : "moves straight to the goal";
       break;
   }
-  if (progress.held_back && progress.state == msg::GoalState::GOAL_ACTIVE && approach.hopeless()) {
+  if (progress.held_back && progress.state == msg::GoalState::GOAL_ACTIVE && goal_progress.stalled()) {
     progress.state = msg::GoalState::GOAL_BLOCKED;
     char text[64];
-    std::snprintf(text, sizeof text, "no way found for %.0f s", approach.lost());
-    progress.cause = make_cause(CauseKind::CAUSE_WAY_BLOCKED, progress.binding_other, text + what_binds(progress));
+    std::snprintf(text, sizeof text, "no path found for %.0f s", goal_progress.time_without_progress());
+    progress.cause = make_cause(CauseKind::CAUSE_PATH_BLOCKED, progress.binding_other, text + what_binds(progress));
   }
   if (const int lost = lost_arm(result, arms); lost >= 0) {
     const std::string& name = geometry.arms()[lost].name;
     const std::string before = is_none(progress.cause) ? "" : progress.cause.text() + "; ";
     progress.cause =
-        make_cause(CauseKind::CAUSE_WAY_BLOCKED, name, before + "arm " + name + " was lost and may be nearer");
+        make_cause(CauseKind::CAUSE_PATH_BLOCKED, name, before + "arm " + name + " was lost and may be nearer");
   } else if (result.status == planner::TickStatus::kBlocked && !result.has_binding) {
     progress.cause.text(progress.cause.text() + " within the joint limits");
   }
@@ -150,21 +150,21 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
   Progress progress;
   if (period.planned) {
     const auto& [inputs, result] = *period.planned;
-    const ArmView::Heard& own = *period.planner.own_arm();
+    const ArmView::ReceivedState& own = *period.planner.own_arm();
     progress =
-        explain(result, controller.approach(), controller.geometry(), inputs.arms, inputs.obstacles, period.hold);
+        explain(result, controller.goal_progress(), controller.geometry(), inputs.arms, inputs.obstacles, period.hold);
     const bool blocked = result.status == planner::TickStatus::kBlocked && !result.has_binding;
     if (blocked && controller.guide() != nullptr) {
-      if (auto why = controller.guide()->why_none(own.q)) progress.cause.text(std::move(*why));
-      progress.recovery_action = "stays until it sees a way";
+      if (auto why = controller.guide()->no_path_reason(own.q)) progress.cause.text(std::move(*why));
+      progress.recovery_action = "waits for a path";
     }
-    if (period.planner.planner().looks_ahead()) progress.recovery_action += ", looks ahead";
+    if (period.planner.planner().awaiting_rollout()) progress.recovery_action += ", runs rollouts";
     const planner::JointVector to_go =
         planner::joint_difference(controller.geometry().own_arm().limits, own.q, *period.q_goal);
     progress.distance = to_go.norm();
     const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller.parameters().goal_tolerance;
     if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GoalState::GOAL_REACHED;
-    // An arm that has just started has had no command to follow.
+    // A driver that has just started has received no command.
     const bool follows = is_none(own.cause) || own.cause.kind() == CauseKind::CAUSE_STARTING;
     if (!follows && !period.hold && !starved) {
       progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, period.planner.name(),
@@ -175,7 +175,7 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
     progress.recovery_action = "waits for the driver";
     progress.held_back = true;
   }
-  progress.priority = controller.claim();
+  progress.priority = controller.priority();
   if (progress.state == msg::GoalState::GOAL_ACTIVE && starved_ > kBlockedAfter) {
     progress.state = msg::GoalState::GOAL_BLOCKED;
   }

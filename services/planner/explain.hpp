@@ -1,36 +1,36 @@
 #pragma once
-/// Why an arm moves as it does, or does not: the result of a period as kinds and in words.
+/// The progress of a goal from the result of a control period: state, cause and recovery action.
 
 #include <optional>
 #include <span>
 
-#include "planner/approach.hpp"
+#include "planner/goal_progress.hpp"
 #include "planner/tick.hpp"
 #include "services/planner/goal_manager.hpp"
 #include "services/planner/live_planner.hpp"
 
 namespace hecaton::services {
 
-/// State, cause, binding pair and recovery action; the distance to the goal is left to the caller. A reached set-point
-/// is reported as active: only the measured state tells whether the arm is there. `hold`: why the tick had to hold.
-[[nodiscard]] Progress explain(const planner::TickResult& result, const planner::Approach& approach,
+/// State, cause, binding pair and recovery action, without the distance to the goal. The state is never kReached: that
+/// depends on the measured position, which the caller checks. `hold`: why the arm is held.
+[[nodiscard]] Progress explain(const planner::TickResult& result, const planner::ProgressMonitor& goal_progress,
                                const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold);
 
-/// Reports the progress of the active goal, period by period.
+/// The progress of the active goal, for GoalManager::progress().
 class ProgressReporter {
  public:
   struct Period {
     const LivePlanner& planner;
-    const std::optional<LivePlanner::PlannedPeriod>& planned;  ///< empty: the driver is silent
+    const std::optional<LivePlanner::PlannedPeriod>& planned;  ///< empty: no fresh state of the arm
     const std::optional<msg::Cause>& hold;
     const planner::JointVector* q_goal = nullptr;  ///< of the active goal; null: there is none
   };
-  /// Once a period. Empty without an active goal.
+  /// Call it once per control period. Empty without an active goal.
   [[nodiscard]] std::optional<Progress> report(const Period& period);
 
  private:
-  double starved_ = 0.0;  ///< the tick had to brake for want of fresh states this long [s]
+  double starved_ = 0.0;  ///< time without fresh inputs [s]
 };
 
 }  // namespace hecaton::services

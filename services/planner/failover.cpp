@@ -1,29 +1,39 @@
 #include "services/planner/failover.hpp"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
 #include <iterator>
 #include <stdexcept>
 
-#include "services/runtime/goal_state.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/process_info.hpp"
 
 namespace hecaton::services {
 namespace {
 
-/// Goals with statuses that wait to be judged: as many as a planner keeps on the bus, and some.
-constexpr std::size_t kWaiting = 64;
+using Name = std::array<char, GoalSnapshot::kLongestName + 1>;  // ends with 0
+
+void write(Name& name, const std::string& text) {
+  name.fill(0);
+  std::copy_n(text.begin(), std::min(text.size(), GoalSnapshot::kLongestName), name.begin());
+}
+
+/// Goals with deferred statuses: more than a planner keeps on the bus.
+constexpr std::size_t kDeferred = 64;
 
 std::unique_ptr<GoalCheckpoint> checkpoint_in(const std::string& path, int joints) {
   try {
     return std::make_unique<GoalCheckpoint>(path, joints);
   } catch (const std::runtime_error& error) {
-    log_warning("goals are not saved: they are lost when this process ends", {{"reason", error.what()}});
+    log_warning("goals are not saved and will be lost when this process ends", {{"reason", error.what()}});
     return nullptr;
   }
 }
 
-std::optional<LastCommand> last_command(const std::optional<ArmView::Heard>& own) {
+std::optional<LastCommand> last_command(const std::optional<ArmView::ReceivedState>& own) {
   constexpr double kForEver = 1e9;  // [s]
   if (!own) return std::nullopt;
   const std::chrono::duration<double> age(std::min(own->command_age, kForEver));
@@ -32,127 +42,226 @@ std::optional<LastCommand> last_command(const std::optional<ArmView::Heard>& own
 
 }  // namespace
 
-Recollection judge_recollection(const ArmLease& under, std::chrono::nanoseconds until, const Duty& duty,
-                                const std::optional<LastCommand>& last) {
-  const ArmLease& newest = duty.mandate();
-  if (newest.term == 0) return Recollection::kUnknown;
-  // Mandates never return: no other planner can have had the arm.
-  if (newest == under && duty.in_charge()) return Recollection::kCounts;
-  if (!last) return Recollection::kUnknown;
-  // A planner in charge commands, also an arm that stands.
-  if (last->term != under.term || last->at > until + kTogether) return Recollection::kOutdated;
-  if (newest == under || duty.in_charge()) return Recollection::kCounts;
-  return Recollection::kUnknown;  // another was put in charge since, and has not begun: perhaps it is dead
+struct GoalCheckpoint::Slot {
+  std::uint64_t number;  ///< counts saves, from 1; 0: nothing, or half written
+  std::uint64_t layout;  ///< layout_of(its joints)
+  std::uint64_t term;
+  std::int64_t stamp_ns;
+  std::int64_t until_ns;
+  std::uint64_t has_active;
+  std::uint64_t sequence_number;
+  double time_limit;
+  double elapsed;
+  std::array<double, planner::kMaxJoints> q_goal;
+  std::uint64_t results;
+  std::array<std::uint64_t, GoalSnapshot::kResults> states;
+  std::uint64_t handled;
+  std::array<std::uint64_t, GoalSnapshot::kHandled> digests;
+  Name planner, goal, client;
+  std::array<Name, GoalSnapshot::kResults> ended;
+
+  /// Distinguishes slots of other arms and of other versions of this struct.
+  static std::uint64_t layout_of(int joints) { return sizeof(Slot) << 8U | static_cast<unsigned>(joints); }
+
+  [[nodiscard]] bool whole(int joints) const {
+    const bool names_end = planner.back() == 0 && goal.back() == 0 && client.back() == 0 &&
+                           std::all_of(ended.begin(), ended.end(), [](const Name& name) { return name.back() == 0; });
+    return number > 0 && layout == layout_of(joints) && names_end && results <= GoalSnapshot::kResults &&
+           handled <= GoalSnapshot::kHandled && std::isfinite(elapsed) && std::isfinite(time_limit) &&
+           std::all_of(q_goal.begin(), q_goal.begin() + joints, [](double q) { return std::isfinite(q); });
+  }
+};
+
+GoalCheckpoint::GoalCheckpoint(const std::string& path, int joints)
+    : joints_(joints),
+      file_(path, 2 * sizeof(Slot), "what the planner must not forget"),
+      slots_(static_cast<Slot*>(file_.data())) {
+  if (const Slot* last = newest()) number_ = last->number;
 }
 
-Heed heed(const msg::GoalStatus& status, const Duty& duty, bool ready) {
-  if (!ready || duty.term() == 0) return Heed::kLater;
-  // A planner that was replaced may learn it here first.
-  if (duty.in_charge()) return status.term() > duty.term() ? Heed::kLater : Heed::kIgnore;
-  // An end is an end. But what was under way in an earlier term of the other planner need not be any more: the bus also
-  // delivers the last status of a planner that stands by now.
-  return is_over(status.state()) || status.term() >= duty.term() ? Heed::kFollow : Heed::kIgnore;
+const GoalCheckpoint::Slot* GoalCheckpoint::newest() const {
+  if (slots_ == nullptr) return nullptr;
+  const Slot& slot = slots_[0].number > slots_[1].number ? slots_[0] : slots_[1];
+  return slot.whole(joints_) ? &slot : nullptr;
 }
 
-void UnpublishedEnds::keep(std::vector<msg::GoalStatus> statuses) {
+std::optional<GoalCheckpoint::Saved> GoalCheckpoint::load() const {
+  const Slot* slot = newest();
+  if (slot == nullptr) return std::nullopt;
+  Saved what;
+  what.lease = {slot->planner.data(), slot->term};
+  what.stamp_ns = slot->stamp_ns;
+  what.until_ns = slot->until_ns;
+  if (slot->has_active != 0) {
+    what.snapshot.active = GoalSnapshot::Active{
+        slot->goal.data(), slot->client.data(), slot->sequence_number,
+        slot->time_limit,  slot->elapsed,       Eigen::Map<const Eigen::VectorXd>(slot->q_goal.data(), joints_)};
+  }
+  for (std::size_t i = 0; i < slot->results; ++i) {
+    what.snapshot.results.push_back({slot->ended[i].data(), static_cast<msg::GoalState>(slot->states[i])});
+  }
+  what.snapshot.handled.assign(slot->digests.begin(),
+                               slot->digests.begin() + static_cast<std::ptrdiff_t>(slot->handled));
+  return what;
+}
+
+void GoalCheckpoint::save(const Saved& what) {
+  if (slots_ == nullptr) return;
+  Slot& slot = slots_[++number_ % 2];
+  const std::atomic_ref<std::uint64_t> number(slot.number);
+  number.store(0, std::memory_order_seq_cst);  // until the slot is complete, readers use the other one
+  slot.layout = Slot::layout_of(joints_);
+  slot.term = what.lease.term;
+  slot.stamp_ns = what.stamp_ns;
+  slot.until_ns = what.until_ns;
+  write(slot.planner, what.lease.planner);
+  const GoalSnapshot& snapshot = what.snapshot;
+  const GoalSnapshot::Active active =
+      snapshot.active.value_or(GoalSnapshot::Active{{}, {}, 0, 0.0, 0.0, planner::JointVector::Zero(joints_)});
+  slot.has_active = snapshot.active ? 1 : 0;
+  write(slot.goal, active.goal);
+  write(slot.client, active.client);
+  slot.sequence_number = active.sequence_number;
+  slot.time_limit = active.time_limit;
+  slot.elapsed = active.elapsed;
+  std::copy(active.q_goal.begin(), active.q_goal.end(), slot.q_goal.begin());
+  slot.results = std::min(snapshot.results.size(), GoalSnapshot::kResults);
+  for (std::size_t i = 0; i < slot.results; ++i) {
+    write(slot.ended[i], snapshot.results[i].goal);
+    slot.states[i] = static_cast<std::uint64_t>(snapshot.results[i].state);
+  }
+  slot.handled = std::min(snapshot.handled.size(), GoalSnapshot::kHandled);
+  std::copy_n(snapshot.handled.begin(), slot.handled, slot.digests.begin());
+  number.store(number_, std::memory_order_release);
+}
+
+void GoalCheckpoint::confirm(std::int64_t now_ns) {
+  if (slots_ == nullptr || number_ == 0) return;
+  std::atomic_ref(slots_[number_ % 2].until_ns).store(now_ns, std::memory_order_relaxed);
+}
+
+CheckpointValidity judge_checkpoint(const ArmLease& under, std::chrono::nanoseconds until, const FailoverRole& role,
+                                    const std::optional<LastCommand>& last) {
+  const ArmLease& newest = role.lease();
+  if (newest.term == 0) return CheckpointValidity::kUndecided;
+  // A lease is never granted again: no other planner has been in charge.
+  if (newest == under && role.in_charge()) return CheckpointValidity::kValid;
+  if (!last) return CheckpointValidity::kUndecided;
+  // A planner in charge always sends commands, also for an arm at rest.
+  if (last->term != under.term || last->at > until + kSimultaneousLoss) return CheckpointValidity::kOutdated;
+  if (newest == under || role.in_charge()) return CheckpointValidity::kValid;
+  return CheckpointValidity::kUndecided;  // another planner was put in charge and has sent no command yet: it may be
+                                          // dead
+}
+
+StatusAction action_for(const msg::GoalStatus& status, const FailoverRole& role, bool ready) {
+  if (!ready || role.term() == 0) return StatusAction::kDefer;
+  // The status may be the first sign that this planner was replaced.
+  if (role.in_charge()) return status.term() > role.term() ? StatusAction::kDefer : StatusAction::kIgnore;
+  // A final status is always valid. Another status of an earlier term may be outdated: the bus also delivers the last
+  // status of a planner that is now the standby.
+  return is_final(status.state()) || status.term() >= role.term() ? StatusAction::kApply : StatusAction::kIgnore;
+}
+
+void UnpublishedResults::keep(std::vector<msg::GoalStatus> statuses) {
   for (msg::GoalStatus& status : statuses) {
     const bool published = std::find(published_.begin(), published_.end(), status.goal()) != published_.end();
-    if (is_over(status.state()) && !published) unpublished_.push_back(std::move(status));
+    if (is_final(status.state()) && !published) unpublished_.push_back(std::move(status));
   }
   while (unpublished_.size() > kKept) unpublished_.pop_front();
 }
 
-void UnpublishedEnds::heard(const msg::GoalStatus& status) {
-  if (!is_over(status.state())) return;
+void UnpublishedResults::on_published(const msg::GoalStatus& status) {
+  if (!is_final(status.state())) return;
   std::erase_if(unpublished_, [&](const msg::GoalStatus& own) { return own.goal() == status.goal(); });
   published_.push_back(status.goal());
   if (published_.size() > kKept) published_.pop_front();
 }
 
-std::vector<GoalSnapshot::End> UnpublishedEnds::ends() const {
-  std::vector<GoalSnapshot::End> ends;
-  for (const msg::GoalStatus& status : unpublished_) ends.push_back({status.goal(), status.state()});
-  return ends;
+std::vector<GoalSnapshot::Result> UnpublishedResults::results() const {
+  std::vector<GoalSnapshot::Result> results;
+  for (const msg::GoalStatus& status : unpublished_) results.push_back({status.goal(), status.state()});
+  return results;
 }
 
-std::vector<msg::GoalStatus> UnpublishedEnds::take() {
+std::vector<msg::GoalStatus> UnpublishedResults::take() {
   auto left = std::exchange(unpublished_, {});
   return {std::make_move_iterator(left.begin()), std::make_move_iterator(left.end())};
 }
 
 FailoverParticipant::FailoverParticipant(Identity identity, const std::string& checkpoint, int joints)
     : identity_(std::move(identity)),
-      duty_(identity_.node, identity_.first),
+      role_(identity_.node, identity_.first),
       in_charge_(identity_.alone),
       was_in_charge_(identity_.alone),
       checkpoint_(checkpoint_in(checkpoint, joints)),
       saved_(checkpoint_ ? checkpoint_->load() : std::nullopt) {}
 
-bool FailoverParticipant::hear(const ArmLease& ordered) {
-  duty_.hear(ordered);
-  return identity_.alone || duty_.in_charge();
+bool FailoverParticipant::update_lease(const ArmLease& ordered) {
+  role_.update(ordered);
+  return identity_.alone || role_.in_charge();
 }
 
-void FailoverParticipant::update(const News& news, GoalManager& goals) {
-  for (const msg::GoalStatus& status : news.statuses) judge(status, goals, news.now);
-  take_duty(news);
-  resume(news, goals);
-  if (!ready() || duty_.mandate() == judged_under_) return;
-  judged_under_ = duty_.mandate();
+void FailoverParticipant::update(const Inputs& inputs, GoalManager& goals) {
+  for (const msg::GoalStatus& status : inputs.statuses) handle(status, goals, inputs.now);
+  update_role(inputs);
+  resume(inputs, goals);
+  if (!ready() || role_.lease() == handled_under_) return;
+  handled_under_ = role_.lease();
   changed_ = true;
-  for (const msg::GoalStatus& status : std::exchange(waiting_, {})) judge(status, goals, news.now);
+  for (const msg::GoalStatus& status : std::exchange(deferred_, {})) handle(status, goals, inputs.now);
 }
 
-void FailoverParticipant::judge(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now) {
+void FailoverParticipant::handle(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now) {
   if (status.arm() != identity_.arm || status.node() == identity_.node) return;
-  const Heed what = heed(status, duty_, ready());
-  if (what == Heed::kIgnore) return;
-  if (what == Heed::kLater) {
-    std::erase_if(waiting_, [&](const msg::GoalStatus& known) { return known.goal() == status.goal(); });
-    waiting_.push_back(status);
-    if (waiting_.size() > kWaiting) waiting_.pop_front();
+  const StatusAction what = action_for(status, role_, ready());
+  if (what == StatusAction::kIgnore) return;
+  if (what == StatusAction::kDefer) {
+    std::erase_if(deferred_, [&](const msg::GoalStatus& known) { return known.goal() == status.goal(); });
+    deferred_.push_back(status);
+    if (deferred_.size() > kDeferred) deferred_.pop_front();
     return;
   }
-  unpublished_.heard(status);
+  unpublished_.on_published(status);
   goals.follow(status, now);
   changed_ = true;
 }
 
-void FailoverParticipant::take_duty(const News& news) {
-  if (news.own) duty_.hear_driver(news.own->mandate);
+void FailoverParticipant::update_role(const Inputs& inputs) {
+  if (inputs.own) role_.update_from_driver(inputs.own->lease);
   was_in_charge_ = in_charge_;
-  in_charge_ = hear(news.ordered);
+  in_charge_ = update_lease(inputs.ordered);
   if (in_charge_ == was_in_charge_) return;
-  log_info(in_charge_ ? "is in charge" : "stands by", {{"arm", identity_.arm}, {"term", duty_.term()}});
+  log_info(in_charge_ ? "planner took charge" : "planner stands by", {{"arm", identity_.arm}, {"term", role_.term()}});
 }
 
-Recollection FailoverParticipant::judge_saved(const News& news) {
-  if (identity_.alone) return Recollection::kCounts;
+CheckpointValidity FailoverParticipant::validity_of_saved(const Inputs& inputs) {
+  if (identity_.alone) return CheckpointValidity::kValid;
   const auto judged =
-      judge_recollection(saved_->mandate, std::chrono::nanoseconds(saved_->until_ns), duty_, last_command(news.own));
-  if (judged != Recollection::kUnknown || !in_charge_) {
+      judge_checkpoint(saved_->lease, std::chrono::nanoseconds(saved_->until_ns), role_, last_command(inputs.own));
+  if (judged != CheckpointValidity::kUndecided || !in_charge_) {
     undecided_since_.reset();
     return judged;
   }
-  // The planner in charge answers goals, also when the driver is never heard.
-  if (!undecided_since_) undecided_since_ = news.now;
-  return news.now - *undecided_since_ > kLongestWait ? Recollection::kOutdated : judged;
+  // The planner in charge must answer goals, even if it receives no state of the driver.
+  if (!undecided_since_) undecided_since_ = inputs.now;
+  return inputs.now - *undecided_since_ > kLongestWait ? CheckpointValidity::kOutdated : judged;
 }
 
-// Where another planner may have had the arm since, its goals are that planner's to publish.
-void FailoverParticipant::resume(const News& news, GoalManager& goals) {
+// Goals of an outdated checkpoint belong to the planner that has been in charge since.
+void FailoverParticipant::resume(const Inputs& inputs, GoalManager& goals) {
   if (ready()) return;
-  const Recollection judged = judge_saved(news);
-  if (judged == Recollection::kUnknown) return;
+  const CheckpointValidity judged = validity_of_saved(inputs);
+  if (judged == CheckpointValidity::kUndecided) return;
   GoalCheckpoint::Saved saved = *std::exchange(saved_, std::nullopt);
-  if (judged == Recollection::kOutdated) {
+  if (judged == CheckpointValidity::kOutdated) {
     saved.snapshot.active.reset();
-    saved.snapshot.ends.clear();
+    saved.snapshot.results.clear();
   }
   changed_ = true;
   const auto ago = std::chrono::nanoseconds(std::max<std::int64_t>(0, stamp_now() - saved.stamp_ns));
-  if (!goals.resume(saved.snapshot, ago, news.now)) return;
-  log_info("resumes a goal", {{"arm", identity_.arm}, {"goal", saved.snapshot.active->goal}});
+  if (!goals.resume(saved.snapshot, ago, inputs.now)) return;
+  log_info("goal resumed", {{"arm", identity_.arm}, {"goal", saved.snapshot.active->goal}});
 }
 
 std::vector<msg::GoalStatus> FailoverParticipant::release(std::vector<msg::GoalStatus> statuses, GoalManager& goals,
@@ -160,23 +269,23 @@ std::vector<msg::GoalStatus> FailoverParticipant::release(std::vector<msg::GoalS
   changed_ = changed_ || !statuses.empty();
   if (!in_charge_) {
     unpublished_.keep(std::move(statuses));
-    goals.owe_ends(unpublished_.ends());
+    goals.keep_results(unpublished_.results());
     save(goals, now);
     return {};
   }
   save(goals, now);
   std::vector<msg::GoalStatus> all = unpublished_.take();
   all.insert(all.end(), std::make_move_iterator(statuses.begin()), std::make_move_iterator(statuses.end()));
-  for (msg::GoalStatus& status : all) status.term(duty_.term());
+  for (msg::GoalStatus& status : all) status.term(role_.term());
   return all;
 }
 
-// Before anything of it is published: a status that a client has is never forgotten. What has ended is published again
-// instead. A standby saves, too: the arm may have no other planner tomorrow.
+// Saves before publishing, so that no published status is lost; final statuses may be published twice instead. A
+// standby planner saves, too: it may be the only planner after the next restart.
 void FailoverParticipant::save(const GoalManager& goals, Clock::time_point now) {
   if (!checkpoint_ || !ready()) return;
   const std::int64_t now_ns = stamp_now();
-  if (std::exchange(changed_, false)) checkpoint_->save({goals.snapshot(now), duty_.mandate(), now_ns, now_ns});
+  if (std::exchange(changed_, false)) checkpoint_->save({goals.snapshot(now), role_.lease(), now_ns, now_ns});
   checkpoint_->confirm(now_ns);
 }
 

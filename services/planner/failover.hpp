@@ -1,6 +1,7 @@
 #pragma once
-/// Failover between the planners of one arm: which of them commands, what the other one does meanwhile, and what a
-/// planner that was restarted may still believe. The arm keeps its goal under each of them; docs/design/0005-return.md.
+/// Failover between the planners of one arm (docs/design/0005-process-recovery.md). The planner in charge holds the
+/// lease of the arm and commands it; the standby planner follows its goals. The arm keeps its goal when the other
+/// planner takes over, and when a planner is restarted.
 
 #include <chrono>
 #include <cstdint>
@@ -15,93 +16,128 @@
 #include <idl/goal.h>
 
 #include "services/planner/arm_view.hpp"
-#include "services/planner/goal_checkpoint.hpp"
 #include "services/planner/goal_manager.hpp"
 #include "services/runtime/arm_lease.hpp"
+#include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::services {
 
-/// Whether a planner commands its arm or stands by for the one that does.
-class Duty {
+/// Checkpoint of an arm's goals in a file. A planner saves a change before it publishes it, so that an accepted goal is
+/// not lost when the planner's process ends.
+class GoalCheckpoint {
  public:
-  /// `node`: of this planner. `first`: it is the first planner of its arm, and commands while a mandate names no
-  /// planner.
-  Duty(std::string node, bool first) : node_(std::move(node)), first_(first) {}
+  struct Saved {
+    GoalSnapshot snapshot;
+    ArmLease lease;             ///< newest known when it was saved
+    std::int64_t stamp_ns = 0;  ///< time of the save, on this host's steady clock
+    std::int64_t until_ns = 0;  ///< time until which the snapshot was complete, on the same clock
+  };
 
-  /// From a cell mode; term 0: none was heard.
-  void hear(const ArmLease& mandate) { mandate_.hear(mandate); }
-  /// From the state of the arm's driver: a planner that was replaced while its process slept may learn it here.
-  void hear_driver(const ArmLease& mandate) { mandate_.hear_driver(mandate); }
+  /// `path` empty: saves nothing. Throws std::runtime_error with a sentence when the file cannot be used, for example
+  /// on a full disk. Afterwards saving cannot fail.
+  GoalCheckpoint(const std::string& path, int joints);
+
+  /// The last save; empty when there is none, or when it is from an arm with another number of joints.
+  [[nodiscard]] std::optional<Saved> load() const;
+  /// Names must have at most GoalSnapshot::kLongestName bytes. Saves at most GoalSnapshot::kResults results and
+  /// GoalSnapshot::kHandled digests.
+  void save(const Saved& what);
+  /// The last save is complete until `now_ns`.
+  void confirm(std::int64_t now_ns);
+
+ private:
+  struct Slot;
+  [[nodiscard]] const Slot* newest() const;
+
+  int joints_;
+  MappedFile file_;
+  Slot* slots_;  ///< two, written in turn, so that one is complete whenever the process ends
+  std::uint64_t number_ = 0;
+};
+
+/// Whether a planner is in charge of its arm, by the newest lease that it knows.
+class FailoverRole {
+ public:
+  /// `node`: of this planner. `first`: it is the first planner of its arm, which is in charge under a lease without a
+  /// planner.
+  FailoverRole(std::string node, bool first) : node_(std::move(node)), first_(first) {}
+
+  /// A lease of a cell mode; term 0: none.
+  void update(const ArmLease& lease) { lease_.update(lease); }
+  /// The lease in force at the arm's driver. It may be newer than the last cell mode of this process.
+  void update_from_driver(const ArmLease& lease) { lease_.update_from_driver(lease); }
 
   [[nodiscard]] bool in_charge() const {
-    const ArmLease& newest = mandate_.newest();
+    const ArmLease& newest = lease_.newest();
     if (newest.term == 0) return false;
     return newest.planner.empty() ? first_ : newest.planner == node_;
   }
-  /// To be carried by commands.
-  [[nodiscard]] std::uint64_t term() const { return mandate_.newest().term; }
-  [[nodiscard]] const ArmLease& mandate() const { return mandate_.newest(); }
-  bool operator==(const Duty&) const = default;
+  /// Term of commands and goal statuses.
+  [[nodiscard]] std::uint64_t term() const { return lease_.newest().term; }
+  [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }
+  bool operator==(const FailoverRole&) const = default;
 
  private:
   std::string node_;
   bool first_;
-  NewestArmLease mandate_;
+  NewestArmLease lease_;
 };
 
-/// Whether what a planner that was restarted has saved of its arm's goals still counts, or another planner may have
-/// dealt with them since.
-enum class Recollection : std::uint8_t {
-  kUnknown,  ///< not yet
-  kCounts,
+/// Whether the checkpoint of a restarted planner is valid. It is outdated when another planner has been in charge
+/// since.
+enum class CheckpointValidity : std::uint8_t {
+  kUndecided,
+  kValid,
   kOutdated,
 };
 
-/// The last command that the arm's driver has accepted, as its state tells.
+/// The last command that the arm's driver accepted, from its state.
 struct LastCommand {
   std::uint64_t term = 0;
   std::chrono::nanoseconds at{0};  ///< on this host's steady clock
 };
 
-/// Two planners that die together do not die in the same instant: the standby may miss the last statuses of the planner
-/// in charge. As long as a process may stall before it counts as stopped (services/bus/absence.hpp).
-constexpr std::chrono::milliseconds kTogether{250};
+/// A command up to this much later than the checkpoint does not outdate it: both planners of an arm may die within this
+/// time, and the standby then misses the last statuses. Equals the longest stall of a process
+/// (services/bus/local_stall_guard.hpp).
+constexpr std::chrono::milliseconds kSimultaneousLoss{250};
 
-/// `under`: the mandate under which it was saved; `until`: when it was last complete.
-[[nodiscard]] Recollection judge_recollection(const ArmLease& under, std::chrono::nanoseconds until, const Duty& duty,
-                                              const std::optional<LastCommand>& last);
+/// `under`, `until`: lease and until_ns of the checkpoint.
+[[nodiscard]] CheckpointValidity judge_checkpoint(const ArmLease& under, std::chrono::nanoseconds until,
+                                                  const FailoverRole& role, const std::optional<LastCommand>& last);
 
-/// What a planner does with a status that the other planner of its arm has published.
-enum class Heed : std::uint8_t {
-  kFollow,
-  kLater,  ///< when the mandate has changed
+/// What a planner does with a goal status of the other planner of its arm.
+enum class StatusAction : std::uint8_t {
+  kApply,
+  kDefer,  ///< until the lease changes
   kIgnore,
 };
 
-/// `ready`: whether what was saved counts is decided.
-[[nodiscard]] Heed heed(const msg::GoalStatus& status, const Duty& duty, bool ready);
+/// `ready`: the validity of the checkpoint is decided.
+[[nodiscard]] StatusAction action_for(const msg::GoalStatus& status, const FailoverRole& role, bool ready);
 
-/// Ends of goals that a standby planner knows and the planner in charge has not published. A successor publishes them.
-class UnpublishedEnds {
+/// Final statuses of goals that a standby planner has and the planner in charge has not published. The standby
+/// publishes them when it takes over.
+class UnpublishedResults {
  public:
-  static constexpr std::size_t kKept = 8;  ///< of each kind; the bus keeps no more for a planner's clients, either
+  static constexpr std::size_t kKept = 8;  ///< as many as the bus keeps for late clients
 
-  /// Statuses that would be published now. One that is no end is not kept: while it lasts it is published repeatedly.
+  /// Keeps the final statuses among `statuses`. Other statuses are published repeatedly and need not be kept.
   void keep(std::vector<msg::GoalStatus> statuses);
-  /// The planner in charge published this.
-  void heard(const msg::GoalStatus& status);
-  /// The oldest first.
-  [[nodiscard]] std::vector<GoalSnapshot::End> ends() const;
-  /// This planner is in charge now: what is left to be published, oldest first.
+  /// The planner in charge has published `status`.
+  void on_published(const msg::GoalStatus& status);
+  /// Oldest first.
+  [[nodiscard]] std::vector<GoalSnapshot::Result> results() const;
+  /// Removes and returns all statuses, oldest first.
   [[nodiscard]] std::vector<msg::GoalStatus> take();
 
  private:
   std::deque<msg::GoalStatus> unpublished_;
-  std::deque<std::string> published_;  ///< goals
+  std::deque<std::string> published_;  ///< goals with published results
 };
 
-/// One planner's part in failover. It owns the duty, the checkpoint, and everything that waits until it is known which
-/// planner is in charge.
+/// Failover in one planner: role, checkpoint, and everything that waits until it is known which planner is in charge.
+/// For one thread.
 class FailoverParticipant {
  public:
   using Clock = std::chrono::steady_clock;
@@ -112,54 +148,53 @@ class FailoverParticipant {
     bool first = true;  ///< it is the first planner of its arm
     bool alone = true;  ///< the arm has no other planner
   };
-  /// `checkpoint`: a file for the goals; empty: none. A file that cannot be used is logged, and goals then end with the
-  /// process: an arm that could not be used at all would be worse.
+  /// `checkpoint`: path of a file; empty: none. A file that cannot be used is logged and then not used: goals end with
+  /// the process, but the arm can be used.
   FailoverParticipant(Identity identity, const std::string& checkpoint, int joints);
 
-  /// Between periods: from a cell mode. True when this planner is in charge.
-  bool hear(const ArmLease& ordered);
+  /// Between periods: takes the lease of a cell mode. True when this planner is in charge.
+  bool update_lease(const ArmLease& ordered);
 
-  struct News {
-    Clock::time_point now;                      ///< when the period began
-    const ArmLease& ordered;                    ///< by the newest cell mode
-    const std::optional<ArmView::Heard>& own;   ///< the last state of the arm's driver
-    std::span<const msg::GoalStatus> statuses;  ///< that have arrived since the last period
+  struct Inputs {
+    Clock::time_point now;                             ///< beginning of the period
+    const ArmLease& ordered;                           ///< of the newest cell mode
+    const std::optional<ArmView::ReceivedState>& own;  ///< last state of the arm's driver
+    std::span<const msg::GoalStatus> statuses;         ///< received since the last period
   };
-  /// Once a period, before goals are handled. Statuses are judged by the duty of the last period, then the new duty is
-  /// taken, then saved goals are resumed if they count, and statuses that waited are judged again. An end that the
-  /// other planner published just before this one was put in charge is so never lost.
-  void update(const News& news, GoalManager& goals);
+  /// Call it once per period, before goals are handled. In this order it handles the statuses by the role of the last
+  /// period, updates the role, resumes saved goals if the checkpoint is valid, and handles deferred statuses again. So
+  /// no result is lost that the other planner publishes just before this planner is put in charge.
+  void update(const Inputs& inputs, GoalManager& goals);
 
-  /// Last in a period: saves what has changed, then returns what this planner is to publish. A standby publishes
-  /// nothing.
+  /// Call it last in a period. Saves changes, then returns the statuses to publish: none for a standby planner.
   [[nodiscard]] std::vector<msg::GoalStatus> release(std::vector<msg::GoalStatus> statuses, GoalManager& goals,
                                                      Clock::time_point now);
 
   [[nodiscard]] bool in_charge() const { return in_charge_; }
-  /// In charge now and in the period before: the drive follows this planner's set-points.
+  /// In charge now and in the last period: the drive follows set-points of this planner.
   [[nodiscard]] bool continues() const { return in_charge_ && was_in_charge_; }
-  /// Whether saved goals count is decided: goals of clients may be handled.
+  /// The validity of the checkpoint is decided: goals of clients may be handled.
   [[nodiscard]] bool ready() const { return !saved_; }
-  [[nodiscard]] const Duty& duty() const { return duty_; }
+  [[nodiscard]] const FailoverRole& role() const { return role_; }
   [[nodiscard]] const std::string& node() const { return identity_.node; }
 
  private:
-  void judge(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now);
-  void take_duty(const News& news);
-  void resume(const News& news, GoalManager& goals);
-  [[nodiscard]] Recollection judge_saved(const News& news);
+  void handle(const msg::GoalStatus& status, GoalManager& goals, Clock::time_point now);
+  void update_role(const Inputs& inputs);
+  void resume(const Inputs& inputs, GoalManager& goals);
+  [[nodiscard]] CheckpointValidity validity_of_saved(const Inputs& inputs);
   void save(const GoalManager& goals, Clock::time_point now);
 
   Identity identity_;
-  Duty duty_;
+  FailoverRole role_;
   bool in_charge_;
   bool was_in_charge_;
-  UnpublishedEnds unpublished_;
+  UnpublishedResults unpublished_;
   std::unique_ptr<GoalCheckpoint> checkpoint_;        ///< null: the file cannot be used
-  std::optional<GoalCheckpoint::Saved> saved_;        ///< until it is known whether it still counts
-  std::optional<Clock::time_point> undecided_since_;  ///< that, while this planner is in charge
-  std::deque<msg::GoalStatus> waiting_;               ///< statuses that are to be judged later
-  ArmLease judged_under_;                             ///< all statuses that count under it were followed
+  std::optional<GoalCheckpoint::Saved> saved_;        ///< until its validity is decided
+  std::optional<Clock::time_point> undecided_since_;  ///< while this planner is in charge
+  std::deque<msg::GoalStatus> deferred_;              ///< statuses to handle again
+  ArmLease handled_under_;                            ///< lease under which deferred statuses were handled last
   bool changed_ = false;                              ///< since the last save
 };
 

@@ -6,19 +6,18 @@
 #include "planner/model/fnv1a.hpp"
 #include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
-#include "services/runtime/goal_state.hpp"
 
 namespace hecaton::services {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kRepeat = 100ms;                              // of an active goal's status
-constexpr auto kFree = 500ms;                                // without a break, until an arm is no longer held back
-constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals handled before, for repetitions
+constexpr auto kStatusPeriod = 100ms;                        // of an active goal
+constexpr auto kFreeTime = 500ms;                            // of free motion after which an arm is not held back
+constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals, to recognise repetitions
 
 msg::Cause cancelled() {
-  return make_cause(msg::CauseKind::CAUSE_GOAL_CANCELLED, {}, "its client gave it up");
+  return make_cause(msg::CauseKind::CAUSE_GOAL_CANCELLED, {}, "its client cancelled it");
 }
 
 msg::Cause resumed(std::string text) {
@@ -29,7 +28,7 @@ double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
-/// Of a goal or its cancellation, as its client sent it.
+/// Digest of a goal or a cancellation of a client.
 std::uint64_t digest(const msg::Goal& goal) {
   planner::Fnv1a hash;
   hash.add(goal.client() + "/" + goal.goal() + (goal.cancel() ? "/cancel" : ""));
@@ -52,7 +51,7 @@ bool GoalManager::handled_before(const msg::Goal& goal) {
 void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
   if (goal.arm() != arm_ || handled_before(goal)) return;
   if (active_ && active_->followed && active_->goal.goal() == goal.goal() && !goal.cancel()) {
-    active_->goal = goal;  // now its client is known, too
+    active_->goal = goal;  // now its client is known
     active_->followed = false;
     return;
   }
@@ -65,59 +64,59 @@ void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
 
 void GoalManager::cancel(const std::string& goal, Clock::time_point now) {
   if (active_ && active_->goal.goal() == goal) end_active(msg::GoalState::GOAL_CANCELLED, cancelled(), now);
-  if (asked_ && asked_->goal() == goal) asked_cancelled_ = true;
+  if (resolving_ && resolving_->goal() == goal) resolving_cancelled_ = true;
   for (const Waiting& waiting : waiting_) {
-    if (waiting.goal.goal() == goal) tell(waiting.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
+    if (waiting.goal.goal() == goal) add_status(waiting.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
   }
   std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
 }
 
-std::optional<msg::Goal> GoalManager::next_question() {
-  if (asked_ || waiting_.empty()) return std::nullopt;
-  asked_ = std::move(waiting_.front().goal);
-  asked_cancelled_ = false;
-  asked_refused_ = false;
+std::optional<msg::Goal> GoalManager::next_to_resolve() {
+  if (resolving_ || waiting_.empty()) return std::nullopt;
+  resolving_ = std::move(waiting_.front().goal);
+  resolving_cancelled_ = false;
+  resolving_rejected_ = false;
   waiting_.pop_front();
-  return asked_;
+  return resolving_;
 }
 
-void GoalManager::wait_from(Clock::time_point now) {
+void GoalManager::restart_waits(Clock::time_point now) {
   for (Waiting& waiting : waiting_) waiting.since = now;
 }
 
-void GoalManager::refuse_waiting(Clock::time_point now, Clock::duration limit, const msg::Cause& cause) {
+void GoalManager::reject_expired(Clock::time_point now, Clock::duration limit, const msg::Cause& cause) {
   while (!waiting_.empty() && now - waiting_.front().since > limit) {
-    tell(waiting_.front().goal, msg::GoalState::GOAL_REJECTED, cause);
+    add_status(waiting_.front().goal, msg::GoalState::GOAL_REJECTED, cause);
     waiting_.pop_front();
   }
 }
 
-void GoalManager::refuse_all(const msg::Cause& cause) {
-  if (asked_ && !std::exchange(asked_refused_, true)) {
-    tell(*asked_, asked_cancelled_ ? msg::GoalState::GOAL_CANCELLED : msg::GoalState::GOAL_REJECTED,
-         asked_cancelled_ ? cancelled() : cause);
+void GoalManager::reject_all(const msg::Cause& cause) {
+  if (resolving_ && !std::exchange(resolving_rejected_, true)) {
+    add_status(*resolving_, resolving_cancelled_ ? msg::GoalState::GOAL_CANCELLED : msg::GoalState::GOAL_REJECTED,
+               resolving_cancelled_ ? cancelled() : cause);
   }
-  for (const Waiting& waiting : waiting_) tell(waiting.goal, msg::GoalState::GOAL_REJECTED, cause);
+  for (const Waiting& waiting : waiting_) add_status(waiting.goal, msg::GoalState::GOAL_REJECTED, cause);
   waiting_.clear();
 }
 
 bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
-  asked_.reset();
-  if (asked_refused_) return false;
-  if (asked_cancelled_) {
-    tell(answer.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
+  resolving_.reset();
+  if (resolving_rejected_) return false;
+  if (resolving_cancelled_) {
+    add_status(answer.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
     return false;
   }
-  if (answer.refusal) {
-    tell(answer.goal, msg::GoalState::GOAL_REJECTED, *answer.refusal);
+  if (answer.rejection) {
+    add_status(answer.goal, msg::GoalState::GOAL_REJECTED, *answer.rejection);
     return false;
   }
   if (answer.goal.goal().size() > GoalSnapshot::kLongestName ||
       answer.goal.client().size() > GoalSnapshot::kLongestName) {
-    tell(answer.goal, msg::GoalState::GOAL_REJECTED,
-         make_cause(msg::CauseKind::CAUSE_GOAL_MALFORMED, {},
-                    "the names of a goal and of its client must have at most " +
-                        std::to_string(GoalSnapshot::kLongestName) + " bytes"));
+    add_status(answer.goal, msg::GoalState::GOAL_REJECTED,
+               make_cause(msg::CauseKind::CAUSE_GOAL_MALFORMED, {},
+                          "the names of a goal and of its client must have at most " +
+                              std::to_string(GoalSnapshot::kLongestName) + " bytes"));
     return false;
   }
   if (active_) {
@@ -125,13 +124,13 @@ bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
     end_active(msg::GoalState::GOAL_REPLACED,
                make_cause(msg::CauseKind::CAUSE_GOAL_REPLACED, later, "goal " + later + " came later"), now);
   }
-  begin(Active{answer.goal, answer.q_goal, now, now, msg::GoalState::GOAL_ACCEPTED, {}});
-  tell_active(msg::GoalState::GOAL_ACCEPTED, {}, now);
+  activate(Active{answer.goal, answer.q_goal, now, now, msg::GoalState::GOAL_ACCEPTED, {}});
+  add_active_status(msg::GoalState::GOAL_ACCEPTED, {}, now);
   return true;
 }
 
 bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
-  if (is_over(status.state())) {
+  if (is_final(status.state())) {
     if (!active_ || active_->goal.goal() != status.goal()) return false;
     active_.reset();
     if (status.state() != msg::GoalState::GOAL_REACHED) change_ = planner::GoalChange{};
@@ -143,18 +142,19 @@ bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
   goal.arm(arm_);
   goal.goal(status.goal());
   const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(status.elapsed()));
-  begin(Active{goal, q_goal, now - elapsed, now, status.state(), {}, true});
+  activate(Active{goal, q_goal, now - elapsed, now, status.state(), {}, true});
   return true;
 }
 
 bool GoalManager::knows(const std::string& goal) const {
-  return std::find(begun_.begin(), begun_.end(), goal) != begun_.end() || (asked_ && asked_->goal() == goal) ||
+  return std::find(activated_.begin(), activated_.end(), goal) != activated_.end() ||
+         (resolving_ && resolving_->goal() == goal) ||
          std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) { return w.goal.goal() == goal; });
 }
 
-void GoalManager::begin(Active active) {
-  begun_.push_back(active.goal.goal());
-  if (begun_.size() > kRemembered) begun_.pop_front();
+void GoalManager::activate(Active active) {
+  activated_.push_back(active.goal.goal());
+  if (activated_.size() > kRemembered) activated_.pop_front();
   active_ = std::move(active);
   change_ = planner::GoalChange{active_->q_goal};
 }
@@ -167,9 +167,9 @@ GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
         goal.goal(),    goal.client(), goal.sequence_number(), goal.time_limit(), seconds(now - active_->since),
         active_->q_goal};
   }
-  snapshot.ends.assign(ends_.begin(), ends_.end());
+  snapshot.results.assign(results_.begin(), results_.end());
   std::vector<std::uint64_t> unanswered;
-  if (asked_ && !asked_refused_) unanswered.push_back(digest(*asked_));
+  if (resolving_ && !resolving_rejected_) unanswered.push_back(digest(*resolving_));
   for (const Waiting& waiting : waiting_) unanswered.push_back(digest(waiting.goal));
   for (const std::uint64_t id : handled_) {
     if (std::find(unanswered.begin(), unanswered.end(), id) == unanswered.end()) snapshot.handled.push_back(id);
@@ -181,10 +181,10 @@ GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
 
 bool GoalManager::resume(const GoalSnapshot& snapshot, Clock::duration ago, Clock::time_point now) {
   handled_.insert(handled_.begin(), snapshot.handled.begin(), snapshot.handled.end());
-  for (const GoalSnapshot::End& end : snapshot.ends) {
+  for (const GoalSnapshot::Result& end : snapshot.results) {
     msg::Goal goal;
     goal.goal(end.goal);
-    tell(goal, end.state, resumed("told again by a planner that was restarted"));
+    add_status(goal, end.state, resumed("published again by a restarted planner"));
   }
   if (!snapshot.active) return false;
   const GoalSnapshot::Active& active = *snapshot.active;
@@ -195,25 +195,25 @@ bool GoalManager::resume(const GoalSnapshot& snapshot, Clock::duration ago, Cloc
   goal.sequence_number(active.sequence_number);
   goal.time_limit(active.time_limit);
   const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(active.elapsed));
-  const bool followed = active.client.empty();  // then it may still come from its client, too
-  begin(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GoalState::GOAL_ACTIVE, {}, followed});
-  tell_active(msg::GoalState::GOAL_ACTIVE, resumed("resumed by a planner that was restarted"), now);
+  const bool followed = active.client.empty();  // its client may still send it to this planner
+  activate(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GoalState::GOAL_ACTIVE, {}, followed});
+  add_active_status(msg::GoalState::GOAL_ACTIVE, resumed("resumed by a restarted planner"), now);
   return true;
 }
 
-void GoalManager::owe_ends(const std::vector<GoalSnapshot::End>& ends) {
-  const std::size_t left = std::min(ends.size(), GoalSnapshot::kEnds);
-  ends_.assign(ends.end() - static_cast<std::ptrdiff_t>(left), ends.end());
+void GoalManager::keep_results(const std::vector<GoalSnapshot::Result>& results) {
+  const std::size_t left = std::min(results.size(), GoalSnapshot::kResults);
+  results_.assign(results.end() - static_cast<std::ptrdiff_t>(left), results.end());
 }
 
 void GoalManager::progress(const Progress& progress, Clock::time_point now) {
   if (!active_) return;
   Active& active = *active_;
-  const bool asks = progress.priority != active.last.priority;
+  const bool priority_changed = progress.priority != active.last.priority;
   active.last = progress;
-  note_hold(progress.held_back, now);
+  update_hold(progress.held_back, now);
   if (progress.state == msg::GoalState::GOAL_REACHED) {
-    tell_active(msg::GoalState::GOAL_REACHED, {}, now);
+    add_active_status(msg::GoalState::GOAL_REACHED, {}, now);
     active_.reset();
     return;
   }
@@ -225,22 +225,22 @@ void GoalManager::progress(const Progress& progress, Clock::time_point now) {
                make_cause(msg::CauseKind::CAUSE_TIME_LIMIT, progress.cause.subject(), text + why), now);
     return;
   }
-  if (progress.state != active.state || asks || now - active.told >= kRepeat)
-    tell_active(progress.state, progress.cause, now);
+  if (progress.state != active.state || priority_changed || now - active.reported >= kStatusPeriod)
+    add_active_status(progress.state, progress.cause, now);
 }
 
-void GoalManager::note_hold(bool held_back, Clock::time_point now) {
+void GoalManager::update_hold(bool held_back, Clock::time_point now) {
   Active& active = *active_;
   if (held_back) {
     if (!active.held_since) active.held_since = now;
     active.free_since.reset();
   } else if (active.held_since) {
     if (!active.free_since) active.free_since = now;
-    if (now - *active.free_since >= kFree) active.held_since.reset();
+    if (now - *active.free_since >= kFreeTime) active.held_since.reset();
   }
 }
 
-void GoalManager::tell(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause) {
+void GoalManager::add_status(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause) {
   msg::GoalStatus& status = statuses_.emplace_back();
   status.arm(arm_);
   status.goal(goal.goal());
@@ -248,16 +248,16 @@ void GoalManager::tell(const msg::Goal& goal, msg::GoalState state, const msg::C
   status.sequence_number(++sequence_);
   status.state(state);
   status.cause(cause);
-  if (!is_over(state) || goal.goal().size() > GoalSnapshot::kLongestName) return;
-  ends_.push_back({goal.goal(), state});
-  if (ends_.size() > GoalSnapshot::kEnds) ends_.pop_front();
+  if (!is_final(state) || goal.goal().size() > GoalSnapshot::kLongestName) return;
+  results_.push_back({goal.goal(), state});
+  if (results_.size() > GoalSnapshot::kResults) results_.pop_front();
 }
 
-void GoalManager::tell_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {
+void GoalManager::add_active_status(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {
   Active& active = *active_;
   active.state = state;
-  active.told = now;
-  tell(active.goal, state, cause);
+  active.reported = now;
+  add_status(active.goal, state, cause);
   msg::GoalStatus& status = statuses_.back();
   status.has_binding(active.last.has_binding);
   status.binding_own(active.last.binding_own);
@@ -272,7 +272,7 @@ void GoalManager::tell_active(msg::GoalState state, const msg::Cause& cause, Clo
 }
 
 void GoalManager::end_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {
-  tell_active(state, cause, now);
+  add_active_status(state, cause, now);
   active_.reset();
   change_ = planner::GoalChange{};
 }

@@ -1,6 +1,5 @@
 #pragma once
-/// One arm's goals from arrival to their end: those that wait, the active one, and every status that their clients must
-/// get. No network, no threads; time comes from outside.
+/// The goals of one arm from arrival to their final status. No network, threads or clock.
 
 #include <chrono>
 #include <cstdint>
@@ -17,97 +16,97 @@
 
 namespace hecaton::services {
 
-/// A goal waits this long for the first obstacle states and the first state of its own arm: as long as the supervisor
-/// gives a node to appear.
+/// Time limit for the first states that a goal needs; equals the supervisor's limit for the start of a node.
 constexpr std::chrono::seconds kLongestWait{10};
 
-/// What a period has brought the active goal.
+/// The progress of the active goal in one control period.
 struct Progress {
   msg::GoalState state = msg::GoalState::GOAL_ACTIVE;  ///< active, blocked or reached
-  msg::Cause cause;                                    ///< why the arm comes no nearer
+  msg::Cause cause;                                    ///< why the arm does not get nearer to the goal
   bool has_binding = false;
   std::string binding_own;
   std::string binding_other;
   double binding_distance = 0.0;  ///< [m]
-  std::string recovery_action;    ///< what the planner does about it
-  bool held_back = false;         ///< does not move freely to the goal
+  std::string recovery_action;    ///< for people
+  bool held_back = false;         ///< the arm does not move freely to the goal
   std::uint32_t priority = 0;     ///< in the right of way
   double distance = 0.0;          ///< ‖q_goal − q‖ [rad | m]
 };
 
-/// What a planner's successor must know of its arm's goals: a value, without clocks.
+/// The goals of an arm, for a planner that continues them: a value without clocks.
 struct GoalSnapshot {
-  static constexpr std::size_t kLongestName = 255;  ///< of a goal and of its client; longer ones are refused
-  static constexpr std::size_t kHandled = 1024;     ///< digests that are kept: more than the bus delivers of any client
-  static constexpr std::size_t kEnds = 4;           ///< are told again
+  static constexpr std::size_t kLongestName = 255;  ///< bytes of a goal's or client's name; longer names are rejected
+  static constexpr std::size_t kHandled = 1024;     ///< digests; more than the bus delivers again
+  static constexpr std::size_t kResults = 4;        ///< that are published again
 
   struct Active {
     std::string goal;
     std::string client;
-    std::uint64_t sequence_number = 0;  ///< the client's
+    std::uint64_t sequence_number = 0;  ///< of the client
     double time_limit = 0.0;            ///< [s]; 0: none
     double elapsed = 0.0;               ///< since it was accepted [s]
     planner::JointVector q_goal;        ///< [rad | m]
     bool operator==(const Active&) const = default;
   };
-  struct End {
+  struct Result {
     std::string goal;
-    msg::GoalState state = msg::GoalState::GOAL_REACHED;
-    bool operator==(const End&) const = default;
+    msg::GoalState state = msg::GoalState::GOAL_REACHED;  ///< final
+    bool operator==(const Result&) const = default;
   };
 
   std::optional<Active> active;
-  std::vector<End> ends;               ///< of the last goals that are over, the oldest first
-  std::vector<std::uint64_t> handled;  ///< digests of goals and cancellations that were answered, the oldest first
+  std::vector<Result> results;         ///< of the last goals that have ended, oldest first
+  std::vector<std::uint64_t> handled;  ///< digests of answered goals and cancellations, oldest first
   bool operator==(const GoalSnapshot&) const = default;
 };
 
+/// Goals that wait, the goal that is being resolved, the active goal, and the statuses for their clients. For one
+/// thread.
 class GoalManager {
  public:
   using Clock = std::chrono::steady_clock;
 
   GoalManager(std::string arm, std::string node);
 
-  /// A goal or a cancellation for this arm; what was handled before is ignored.
+  /// Takes a goal or a cancellation. Those of other arms, and repetitions, are ignored.
   void receive(const msg::Goal& goal, Clock::time_point now);
 
-  /// The next goal to be resolved; nothing while another one is under way. To be answered.
-  [[nodiscard]] std::optional<msg::Goal> next_question();
-  /// A planner that stands by refuses nothing: goals that wait count as waiting since `now`.
-  void wait_from(Clock::time_point now);
-  /// Rejects what has waited for its turn longer than `limit`.
-  void refuse_waiting(Clock::time_point now, Clock::duration limit, const msg::Cause& cause);
-  /// Goals cannot be resolved now: rejects those that wait, and the one that is being resolved, whose answer is then
-  /// ignored.
-  void refuse_all(const msg::Cause& cause);
-  /// Accepted: the goal replaces the active one, which ends as replaced. Rejected: the active one goes on.
-  /// True when the goal is now active.
+  /// The next goal to resolve, for which answer() must be called; empty while another goal is being resolved.
+  [[nodiscard]] std::optional<msg::Goal> next_to_resolve();
+  /// A standby planner rejects no goals: their waiting time begins at `now`.
+  void restart_waits(Clock::time_point now);
+  /// Rejects goals that have waited longer than `limit`.
+  void reject_expired(Clock::time_point now, Clock::duration limit, const msg::Cause& cause);
+  /// Goals cannot be resolved: rejects all that wait and the one that is being resolved, whose answer is then ignored.
+  void reject_all(const msg::Cause& cause);
+  /// If `answer` has a target, the goal becomes active and replaces the active goal; otherwise it is rejected. True
+  /// when the goal is now active.
   bool answer(const GoalAnswer& answer, Clock::time_point now);
 
-  /// Another planner of the arm is in charge and told this: its active goal becomes ours when it is unknown here, and a
-  /// goal that it says has ended ends here, too, without a status. True when the goal is now active.
+  /// Takes a status of the planner in charge: an unknown active goal becomes active here, and a final status ends the
+  /// goal here, both without a status of this planner. True when the goal is now active.
   bool follow(const msg::GoalStatus& status, Clock::time_point now);
 
-  /// For a successor. Goals that have not been answered yet are not in it: their clients still wait, and send them to
-  /// any planner of the arm that appears.
+  /// The goals without those that are not answered yet: their clients send them to any planner of the arm that appears.
   [[nodiscard]] GoalSnapshot snapshot(Clock::time_point now) const;
-  /// Continues where a predecessor ended, `ago` after its snapshot, before anything else happened here: goals that it
-  /// has answered are not asked again, ends are told once more, and so is the active goal. True when there is one.
+  /// Continues from a snapshot that is `ago` old, before any other call: handled goals are ignored, results and the
+  /// active goal get a status again. True when there is an active goal.
   bool resume(const GoalSnapshot& snapshot, Clock::duration ago, Clock::time_point now);
 
-  /// Of the ends so far, only these are ours to be told again: another planner has told the rest.
-  void owe_ends(const std::vector<GoalSnapshot::End>& ends);
+  /// Replaces the results of the snapshot: the planner in charge has published all others.
+  void keep_results(const std::vector<GoalSnapshot::Result>& results);
 
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
 
-  /// Tells at once when the state changes, otherwise every 100 ms; ends the goal when it is reached or out of time.
+  /// Takes the progress of the active goal. Adds a status when the state changes and every 100 ms; ends the goal when
+  /// it is reached or its time limit has passed.
   void progress(const Progress& progress, Clock::time_point now);
 
-  /// For the arm's planner, once: the goal that has become active, or none after the active goal ended unreached. A
-  /// goal that was reached stays: the arm keeps its place.
+  /// The change of the active goal since the last call: a new goal, or none after the goal ended unreached. A reached
+  /// goal stays the target of the planner, so that the arm keeps its place.
   [[nodiscard]] std::optional<planner::GoalChange> take_change() { return std::exchange(change_, std::nullopt); }
-  /// To be published, oldest first; term and stamp are left to the caller.
+  /// Statuses to publish, oldest first, without term and stamp.
   [[nodiscard]] std::vector<msg::GoalStatus> take_statuses() { return std::exchange(statuses_, {}); }
 
  private:
@@ -119,33 +118,33 @@ class GoalManager {
     msg::Goal goal;
     planner::JointVector q_goal;
     Clock::time_point since;
-    Clock::time_point told;
+    Clock::time_point reported;
     msg::GoalState state = msg::GoalState::GOAL_ACCEPTED;
     Progress last;
-    bool followed = false;  ///< known from the planner in charge, not from its client
+    bool followed = false;  ///< known from the planner in charge only, not from its client
     std::optional<Clock::time_point> held_since = {};
     std::optional<Clock::time_point> free_since = {};
   };
 
   [[nodiscard]] bool handled_before(const msg::Goal& goal);
   [[nodiscard]] bool knows(const std::string& goal) const;
-  void begin(Active active);
+  void activate(Active active);
   void cancel(const std::string& goal, Clock::time_point now);
-  /// Since when the arm is held back; a moment of freedom does not end it.
-  void note_hold(bool held_back, Clock::time_point now);
-  void tell(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause);
-  void tell_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now);
+  /// Updates the time since which the arm is held back. A short free motion does not end it.
+  void update_hold(bool held_back, Clock::time_point now);
+  void add_status(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause);
+  void add_active_status(msg::GoalState state, const msg::Cause& cause, Clock::time_point now);
   void end_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now);
 
   std::string arm_;
   std::string node_;
-  std::deque<std::uint64_t> handled_;   ///< digests, the oldest first
-  std::deque<std::string> begun_;       ///< goals that were active, the oldest first
-  std::deque<GoalSnapshot::End> ends_;  ///< the last that were told, the oldest first
+  std::deque<std::uint64_t> handled_;         ///< digests, oldest first
+  std::deque<std::string> activated_;         ///< goals that were active, oldest first
+  std::deque<GoalSnapshot::Result> results_;  ///< the last ones, oldest first
   std::deque<Waiting> waiting_;
-  std::optional<msg::Goal> asked_;
-  bool asked_cancelled_ = false;
-  bool asked_refused_ = false;
+  std::optional<msg::Goal> resolving_;
+  bool resolving_cancelled_ = false;
+  bool resolving_rejected_ = false;
   std::optional<Active> active_;
   std::optional<planner::GoalChange> change_;
   std::uint64_t sequence_ = 0;

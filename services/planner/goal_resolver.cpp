@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "planner/goal_check.hpp"
+#include "planner/model/arm.hpp"
 #include "planner/model/inverse_kinematics.hpp"
-#include "planner/model/reach.hpp"
 #include "services/messages/convert.hpp"
 #include "services/planner/background_thread.hpp"
 #include "services/runtime/cause.hpp"
@@ -20,7 +20,7 @@ using planner::JointVector;
 using msg::CauseKind;
 
 GoalAnswer rejected(const msg::Goal& goal, CauseKind kind, std::string text, std::string subject = {}) {
-  return {.goal = goal, .refusal = make_cause(kind, std::move(subject), std::move(text))};
+  return {.goal = goal, .rejection = make_cause(kind, std::move(subject), std::move(text))};
 }
 
 CauseKind kind_of(planner::RejectionKind kind) {
@@ -42,7 +42,7 @@ GoalAnswer checked(const planner::CellGeometry& geometry, const msg::Goal& goal,
   return {.goal = goal, .q_goal = q_goal};
 }
 
-// Unlike messages::joints_from_message this lets any finite or infinite number pass: the check knows the joints' names.
+// Accepts any number, unlike messages::joints_from_message: the check names the joint that is out of limits.
 GoalAnswer joint_goal(const planner::CellGeometry& geometry, const msg::Goal& goal,
                       std::span<const world::ObstacleState> obstacles) {
   const planner::Arm& arm = geometry.own_arm();
@@ -132,7 +132,7 @@ struct GoalResolver::Impl {
 
   explicit Impl(planner::CellGeometry cell)
       : geometry(std::move(cell)), thread([this](auto question) {
-          const GoalQuestion& asked = question.value();  // no turn is granted without a question
+          const GoalQuestion& asked = question.value();  // each turn has a question
           geometry.set_obstacles(*asked.obstacles);
           return Thread::Turn{resolve_goal(geometry, asked.goal, asked.q_now, asked.states)};
         }) {}
@@ -154,7 +154,7 @@ std::vector<GoalAnswer> GoalResolver::answers() {
   return all;
 }
 
-TurnWatch::Clock::duration GoalResolver::silence(TurnWatch::Clock::time_point now) {
+ProgressWatchdog::Clock::duration GoalResolver::silence(ProgressWatchdog::Clock::time_point now) {
   return impl_->thread.silence(now);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// From what a client asks for to a joint configuration that may be tried, or the cause why not: on a thread of its
-/// own, so that inverse kinematics never delays a control period.
+/// Resolves goals of clients to joint configurations, in a background thread: inverse kinematics must not delay a
+/// control period.
 
 #include <memory>
 #include <optional>
@@ -12,11 +12,12 @@
 
 #include "planner/arm_planner/search_executor.hpp"
 #include "planner/collision/cell_geometry.hpp"
-#include "services/runtime/turn_watch.hpp"
+#include "services/runtime/progress_watchdog.hpp"
 #include "world/model/snapshot.hpp"
 
 namespace hecaton::services {
 
+/// A goal with the state of the cell.
 struct GoalQuestion {
   msg::Goal goal;
   planner::JointVector q_now;  ///< [rad | m]
@@ -24,32 +25,36 @@ struct GoalQuestion {
   std::vector<world::ObstacleState> states;  ///< one per obstacle
 };
 
+/// A target configuration, or why the goal is rejected.
 struct GoalAnswer {
   msg::Goal goal;
-  planner::JointVector q_goal = {};        ///< [rad | m], unless it is refused
-  std::optional<msg::Cause> refusal = {};  ///< why the goal cannot be tried
+  planner::JointVector q_goal = {};          ///< [rad | m]; empty if rejected
+  std::optional<msg::Cause> rejection = {};  ///< empty: accepted
 };
 
-/// Joint goals and named ones are checked (limits, collision with itself and with obstacles where they are now); pose
-/// goals are solved from `q_now` and then from random seeds until a solution passes the same check. Arms of fewer than
-/// six joints meet what they can: position and tool axis with five, position alone with fewer. May take 0.1 s.
+/// Joint goals and named goals are checked for joint limits, self-collision, and collision with obstacles at their
+/// present poses. Pose goals are solved by inverse kinematics, first from `q_now` [rad | m] and then from random seeds,
+/// until a solution passes the same check. Arms with five joints reach position and tool axis, arms with fewer the
+/// position alone. Takes up to 0.1 s.
 [[nodiscard]] GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& goal,
                                       const planner::JointVector& q_now,
                                       std::span<const world::ObstacleState> obstacles);
 
+/// resolve_goal() in a background thread. All functions are for the thread of the control loop and do not wait, except
+/// the destructor.
 class GoalResolver {
  public:
-  /// `geometry`: of the cell, with the planner's own arm.
+  /// `geometry`: of the cell, with the planned arm as its own arm.
   explicit GoalResolver(planner::CellGeometry geometry);
-  ~GoalResolver();  ///< waits for the question under way
+  ~GoalResolver();  ///< waits for the present question
   GoalResolver(const GoalResolver&) = delete;
   GoalResolver& operator=(const GoalResolver&) = delete;
 
   void ask(GoalQuestion question);
-  /// Since the last call, in the order of the questions. Never blocks for long.
+  /// Answers since the last call, in the order of the questions. Call it every period.
   [[nodiscard]] std::vector<GoalAnswer> answers();
-  /// As of BackgroundThread.
-  [[nodiscard]] TurnWatch::Clock::duration silence(TurnWatch::Clock::time_point now);
+  /// As BackgroundThread::silence(). Call it every period.
+  [[nodiscard]] ProgressWatchdog::Clock::duration silence(ProgressWatchdog::Clock::time_point now);
 
  private:
   struct Impl;

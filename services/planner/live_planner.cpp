@@ -46,31 +46,31 @@ std::optional<std::string> LivePlanner::apply(const msg::RangeScan& scan, const 
   return unusable;
 }
 
-bool LivePlanner::hears_own_arm(Clock::time_point now) const {
+bool LivePlanner::has_fresh_own_state(Clock::time_point now) const {
   return arms_.age(self_, now) <= state_age_limit_;
 }
 
-std::optional<msg::Cause> LivePlanner::missing_obstacles(Clock::time_point now) const {
+std::optional<msg::Cause> LivePlanner::missing_environment(Clock::time_point now) const {
   if (sensor_only_) return sensors_.silent(now, state_age_limit_);
   if (!obstacles_.known()) return obstacles_old(obstacles_.missing());
-  if (obstacles_.age(now) > state_age_limit_) return obstacles_old("the world is silent");
+  if (obstacles_.age(now) > state_age_limit_) return obstacles_old("the world service sends no states");
   return std::nullopt;
 }
 
 std::optional<msg::Cause> LivePlanner::hold(Clock::time_point now, const CellModeView& mode) const {
-  if (!hears_own_arm(now)) {
-    // The driver of a failed device still publishes, but what the device measured last grows old.
+  if (!has_fresh_own_state(now)) {
+    // The driver of a failed device continues to publish the last measured state, which ages.
     if (own_arm() && own_arm()->cause.kind() == CauseKind::CAUSE_DEVICE_FAILED) return own_arm()->cause;
-    return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " is silent");
+    return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " sends no states");
   }
   if (mode.order(name()) != msg::Mode::MODE_RUN) return mode.why(name());
-  return missing_obstacles(now);
+  return missing_environment(now);
 }
 
 std::optional<msg::Cause> LivePlanner::cannot_resolve() const {
   if (!sensor_only_ && !obstacles_.known()) return obstacles_old(obstacles_.missing());
   if (own_arm()) return std::nullopt;
-  return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " was never heard");
+  return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "no state of arm " + name() + " has been received");
 }
 
 GoalQuestion LivePlanner::question(const msg::Goal& goal, Clock::time_point now) {
@@ -99,20 +99,20 @@ LivePlanner::OldestInput LivePlanner::oldest_input(Clock::time_point now, const 
   return oldest;
 }
 
-/// 0: no command is to be sent.
+/// The number of the next command; 0: none is sent.
 std::uint64_t LivePlanner::next_number(const PeriodContext& context) {
   if (!context.commands || !context.mode.heard()) return 0;
-  // A planner that was restarted within its term continues to count where the driver stands.
+  // A planner that was restarted within its term continues from the number at the driver.
   if (own_arm()->term == context.term) sequence_ = std::max(sequence_, own_arm()->command_sequence);
   return ++sequence_;
 }
 
 std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext& context,
                                                             planner::SearchExecutor& searches) {
-  const bool silent = !hears_own_arm(context.now);
+  const bool silent = !has_fresh_own_state(context.now);
   planner::PeriodEvents events;
   events.missed = context.missed;
-  // While the drive follows another planner's set-points, this planner's begin where the arm is.
+  // While the drive follows another planner, set-points of this planner begin at the measured position.
   events.drops_setpoint = silent || !context.continues;
   if (obstacles_.obstacles() != planned_with_) events.obstacles = planned_with_ = obstacles_.obstacles();
   events.goal = context.goal;
@@ -121,15 +121,15 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   scans_.clear();
   if (silent) return std::nullopt;
 
-  const ArmView::Heard& own = *own_arm();
-  // When the command is sent, all states are older by the reaction time.
+  const ArmView::ReceivedState& own = *own_arm();
+  // When the command is sent, all states are older by reaction_.
   const Clock::time_point sent = context.now + reaction_;
   PlannedPeriod period;
   planner::PeriodInputs& inputs = period.inputs;
   inputs.own.state = {own.q, own.qd};
   inputs.own.age = arms_.age(self_, context.now);
   inputs.own.follows = own.mode == msg::ArmMode::ARM_RUNNING;
-  // Under another term the last command that the driver accepted was not ours.
+  // Under another term the driver's last command was not from this planner.
   inputs.own.setpoint = own.term == context.term ? own.command_sequence : 0;
   inputs.own.setpoint_age = own.command_age;
   inputs.arms = arms_.observe(sent, context.mode);

@@ -1,9 +1,7 @@
 #include "services/planner/planner_service.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
-#include "services/runtime/life_line.hpp"
 #include "services/runtime/log.hpp"
-#include "services/runtime/memory_lock.hpp"
 #include "services/runtime/run_service.hpp"
 
 int main(int argc, char** argv) {
@@ -16,9 +14,9 @@ int main(int argc, char** argv) {
         const auto planners = services::planners_of(file, static_cast<std::size_t>(arm));
         const services::LogScope log(planners[services::index_on(planners, options.host)].node, options);
         services::lock_memory();
-        services::hold_life_line(options.life_fd);
+        services::start_exit_notifier(options.exit_fd);
         services::PlannerService planner(file, arm, options, shutdown);
-        services::hurry(file, services::Urgency::kWork);
+        services::raise_service_priority(file, services::ThreadPriority::kControl);
         planner.run();
       });
 }

@@ -15,18 +15,138 @@
 namespace hecaton::services {
 namespace {
 
-/// Each arm draws its own subspaces, the same ones in every run.
+/// Each arm has its own random seeds, the same in every run.
 planner::ArmPlannerOptions planner_options(const planner::Cell& cell, int arm) {
   const std::uint64_t seed = planner::fnv1a(cell.arms[arm].arm.name);
   planner::ArmPlannerOptions options;
   options.control_period = cell.timing.control_period;
   options.motion_seed = options.rollout_seed = options.route_seed = seed;
-  // Milliseconds: greater than any number that this planner used before it was restarted.
+  // In milliseconds: greater than the numbers of this planner before a restart.
   options.plan_numbers_after = static_cast<std::uint32_t>(stamp_now() / 1'000'000);
   return options;
 }
 
 }  // namespace
+
+PlannerSubscriptions::PlannerSubscriptions(bus::Participant& participant, bus::Mailbox& mailbox, std::string arm)
+    : arm_(std::move(arm)),
+      mailbox_(mailbox),
+      arm_states_(participant, &mailbox),
+      obstacle_shapes_(participant, &mailbox),
+      obstacle_states_(participant, &mailbox),
+      scans_(participant, &mailbox),
+      goals_(participant, &mailbox),
+      statuses_(participant, &mailbox),
+      proposals_(participant, &mailbox),
+      progress_(participant, &mailbox) {}
+
+void PlannerSubscriptions::report_unusable(const std::optional<std::string>& unusable) {
+  if (!unusable || unusable == last_warning_) return;
+  last_warning_ = unusable;
+  log_warning("message ignored", {{"reason", *unusable}});
+}
+
+std::vector<msg::GoalStatus> PlannerSubscriptions::update(LivePlanner& planner) {
+  (void)mailbox_.take_events();
+  ArmView& arms = planner.arms();
+  std::vector<msg::GoalStatus> usable;
+  for (const auto& sample : arm_states_.take()) {
+    if (!sample.disposed) report_unusable(arms.apply(sample.value, sample.writer, sample.received));
+  }
+  for (auto& sample : statuses_.take()) {
+    if (sample.disposed) continue;
+    const auto unusable = arms.apply(sample.value);
+    report_unusable(unusable);
+    if (!unusable) usable.push_back(std::move(sample.value));
+  }
+  for (const auto& sample : proposals_.take()) {
+    if (!sample.disposed && sample.value.arm() != arm_) report_unusable(arms.apply(sample.value));
+  }
+  for (const auto& sample : progress_.take()) {
+    if (!sample.disposed && sample.value.arm() != arm_) report_unusable(arms.apply(sample.value));
+  }
+  update_obstacles(planner.obstacles());
+  for (const auto& sample : scans_.take()) {
+    if (!sample.disposed) report_unusable(planner.apply(sample.value, sample.writer, sample.received));
+  }
+  return usable;
+}
+
+void PlannerSubscriptions::update_obstacles(ObstacleView& obstacles) {
+  for (const auto& sample : obstacle_shapes_.take()) {
+    if (sample.disposed) {
+      obstacles.withdraw(sample.key);
+    } else {
+      report_unusable(obstacles.apply(sample.value));
+    }
+  }
+  for (const auto& sample : obstacle_states_.take()) {
+    report_unusable(obstacles.apply(sample.value, sample.writer, sample.received));
+  }
+  obstacles.join();
+}
+
+std::vector<msg::Goal> PlannerSubscriptions::take_goals() {
+  std::vector<msg::Goal> goals;
+  for (auto& sample : goals_.take()) {
+    if (!sample.disposed) goals.push_back(std::move(sample.value));
+  }
+  return goals;
+}
+
+CoordinationPublisher::CoordinationPublisher(bus::Participant& participant, std::vector<std::string> arms, int self,
+                                             std::string node)
+    : arms_(std::move(arms)),
+      self_(self),
+      node_(std::move(node)),
+      proposal_writer_(participant),
+      progress_writer_(participant) {}
+
+void CoordinationPublisher::publish(const std::shared_ptr<const planner::CoupledPlan>& proposal,
+                                    const planner::CoupledPlanProgress& progress) {
+  const bool begins = !std::exchange(begun_, true);
+  if (begins || proposal != proposal_) {
+    proposal_ = proposal;
+    write_proposal();
+  }
+  if (begins || progress != progress_) {
+    const bool took_part = progress_.proposer >= 0;
+    const bool takes_part = progress.proposer >= 0;
+    if (takes_part != took_part) {
+      log_info(takes_part ? "joined coupled plan" : "left coupled plan", {{"arm", arms_[self_]}});
+    }
+    progress_ = progress;
+    write_progress();
+  }
+}
+
+// The bus logs a failed write. Without the message other arms do not join, or leave after a wait.
+void CoordinationPublisher::write_proposal() {
+  msg::CoupledPlan message;
+  message.arm(arms_[self_]);
+  message.node(node_);
+  message.stamp_ns(stamp_now());
+  if (proposal_) {
+    message.number(proposal_->number);
+    for (const int arm : proposal_->arms) message.arms().push_back(arms_[arm]);
+    message.points(static_cast<std::uint32_t>(proposal_->points.size()));
+    for (const auto& point : proposal_->points) {
+      for (const planner::JointVector& q : point) message.q().insert(message.q().end(), q.begin(), q.end());
+    }
+  }
+  (void)proposal_writer_.write(message);
+}
+
+void CoordinationPublisher::write_progress() {
+  msg::CoupledPlanProgress message;
+  message.arm(arms_[self_]);
+  message.node(node_);
+  message.stamp_ns(stamp_now());
+  if (progress_.proposer >= 0) message.proposer(arms_[progress_.proposer]);
+  message.number(progress_.number);
+  message.reached(progress_.reached);
+  (void)progress_writer_.write(message);
+}
 
 PlannerService::Place PlannerService::place_of(const config::CellFile& file, int arm, const std::string& host) {
   const std::vector<PlacedNode> planners = planners_of(file, static_cast<std::size_t>(arm));
@@ -50,10 +170,11 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       publishers_{.commands = bus::Writer<msg::ArmCommand>(participant_),
                   .statuses = bus::Writer<msg::GoalStatus>(participant_),
                   .coordination = CoordinationPublisher(participant_, names_of(file.cell), arm, place.node),
-                  .heartbeat = Pulse(participant_, {place.node, msg::NodeKind::NODE_PLANNER, place.arm, place.host},
-                                     pulse_timing(file, options))},
+                  .heartbeat =
+                      HeartbeatPublisher(participant_, {place.node, msg::NodeKind::NODE_PLANNER, place.arm, place.host},
+                                         heartbeat_timing(file, options))},
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
-      failover_({.arm = place.arm, .node = place.node, .first = place.first, .alone = place.alone}, options.memory,
+      failover_({.arm = place.arm, .node = place.node, .first = place.first, .alone = place.alone}, options.checkpoint,
                 file.cell.arms[arm].arm.model->joints()),
       goals_(place.arm, place.node),
       resolver_(planner::CellGeometry(arms_of(file.cell), arm)),
@@ -65,12 +186,12 @@ void PlannerService::run() {
   const std::string& arm = planner_.name();
   log_info("planner started",
            {{"arm", arm}, {"period_ms", std::chrono::duration<double>(loop_.period()).count() * 1e3}});
-  const auto put_in_charge = [&] {
+  const auto take_charge = [&] {
     (void)modes_mailbox_.take_events();
     modes_.update();
-    return failover_.hear(modes_.view().lease(arm));
+    return failover_.update_lease(modes_.view().lease(arm));
   };
-  while (failover_.in_charge() ? loop_.next() : loop_.next(modes_mailbox_, put_in_charge)) run_period(Clock::now());
+  while (failover_.in_charge() ? loop_.next() : loop_.next(modes_mailbox_, take_charge)) run_period(Clock::now());
   log_info("planner ends", {{"arm", arm}});
 }
 
@@ -80,52 +201,51 @@ void PlannerService::run_period(Clock::time_point now) {
   modes_.update();
   const ArmLease ordered = modes_.view().lease(planner_.name());
   failover_.update({.now = now, .ordered = ordered, .own = planner_.own_arm(), .statuses = statuses}, goals_);
-  look_at_threads(now);
+  check_threads(now);
   if (failover_.ready()) handle_goals(now);
   plan(now);
   publish_statuses(now);
-  if (publishers_.heartbeat.due(now, loop_.period() / 2)) beat(now);
+  if (publishers_.heartbeat.due(now, loop_.period() / 2)) publish_heartbeat(now);
 }
 
-void PlannerService::look_at_threads(Clock::time_point now) {
-  HangingThreads hanging;
+void PlannerService::check_threads(Clock::time_point now) {
+  StalledThreads stalled;
   const auto silence = resolver_.silence(now);
-  if (silence > kLongestWait)
-    hanging.resolver = complaint_about("the thread that resolves goals", silence, kLongestWait);
-  const auto search = searches_.hanging(now);
-  hanging.any = hanging.resolver ? hanging.resolver : search;
-  if (hanging.any.has_value() != hanging_.any.has_value()) {
-    log_warning(hanging.any ? "a thread does not answer" : "all threads answer again",
-                {{"reason", hanging.any.value_or("")}});
+  if (silence > kLongestWait) stalled.resolver = stall_text("the thread that resolves goals", silence, kLongestWait);
+  const auto search = searches_.stalled(now);
+  stalled.any = stalled.resolver ? stalled.resolver : search;
+  if (stalled.any.has_value() != stalled_.any.has_value()) {
+    log_warning(stalled.any ? "background thread does not answer" : "all background threads answer",
+                {{"reason", stalled.any.value_or("")}});
   }
-  hanging_ = std::move(hanging);
+  stalled_ = std::move(stalled);
 }
 
 void PlannerService::handle_goals(Clock::time_point now) {
   for (const msg::Goal& goal : subscriptions_.take_goals()) goals_.receive(goal, now);
   for (const GoalAnswer& answer : resolver_.answers()) goals_.answer(answer, now);
 
-  if (!failover_.in_charge()) goals_.wait_from(now);
-  if (failover_.in_charge() && hanging_.resolver) {
-    goals_.refuse_all(make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {}, *hanging_.resolver));
+  if (!failover_.in_charge()) goals_.restart_waits(now);
+  if (failover_.in_charge() && stalled_.resolver) {
+    goals_.reject_all(make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {}, *stalled_.resolver));
   }
   if (const auto cause = planner_.cannot_resolve()) {
-    goals_.refuse_waiting(now, kLongestWait, *cause);
-  } else if (const auto goal = goals_.next_question()) {
+    goals_.reject_expired(now, kLongestWait, *cause);
+  } else if (const auto goal = goals_.next_to_resolve()) {
     resolver_.ask(planner_.question(*goal, now));
   }
 }
 
 void PlannerService::plan(Clock::time_point now) {
   std::optional<msg::Cause> hold = planner_.hold(now, modes_.view());
-  if (hold != hold_) log_info(hold ? "holds" : "may move", {{"reason", hold ? hold->text() : std::string()}});
+  if (hold != hold_) log_info(hold ? "arm is held" : "arm may move", {{"reason", hold ? hold->text() : std::string()}});
   hold_ = std::move(hold);
 
   const auto planned = planner_.step(
       {.now = now,
        .missed = static_cast<double>(loop_.skipped()) * std::chrono::duration<double>(loop_.period()).count(),
        .mode = modes_.view(),
-       .term = failover_.duty().term(),
+       .term = failover_.role().term(),
        .commands = failover_.in_charge(),
        .continues = failover_.continues(),
        .hold = hold_.has_value(),
@@ -148,13 +268,13 @@ void PlannerService::plan(Clock::time_point now) {
   planner_.note_reaction(Clock::now() - now);
 }
 
-// Where this process was stopped in the midst of planning, the command follows from older states than was counted on:
-// it is lost like a datagram, and the drive knows what to do then.
+// If this process was stopped while planning, the command rests on older states than the planner assumed. It is then
+// not sent, as if the network had lost it.
 void PlannerService::send_command(Clock::time_point now) {
   planner_.command().stamp_ns(stamp_now());
   if (Clock::now() - now > planner_.reaction() + loop_.period()) return;
   (void)publishers_.commands.write(
-      planner_.command());  // the bus logs a refusal; the next command is due in one period
+      planner_.command());  // the bus logs a failed write; the next command follows in one period
 }
 
 void PlannerService::publish_statuses(Clock::time_point now) {
@@ -171,26 +291,26 @@ void PlannerService::publish_statuses(Clock::time_point now) {
   }
 }
 
-void PlannerService::beat(Clock::time_point now) {
+void PlannerService::publish_heartbeat(Clock::time_point now) {
   const CellModeView& mode = modes_.view();
   const LivePlanner::OldestInput oldest = planner_.oldest_input(now, mode);
   const bool starved = oldest.age > planner_.state_age_limit() || !mode.heard();
-  Vital vital;
-  vital.term = mode.term();
-  vital.lease = failover_.duty().mandate();
-  vital.oldest_input_age = std::isfinite(oldest.age) ? oldest.age : 1e9;
-  vital.oldest_input = oldest.topic_and_key;
-  vital.state = failover_.in_charge() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
-  if (starved || hanging_.any) vital.state = msg::NodeState::NODE_DEGRADED;
+  HealthReport report;
+  report.term = mode.term();
+  report.lease = failover_.role().lease();
+  report.oldest_input_age = std::isfinite(oldest.age) ? oldest.age : 1e9;
+  report.oldest_input = oldest.topic_and_key;
+  report.state = failover_.in_charge() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
+  if (starved || stalled_.any) report.state = msg::NodeState::NODE_DEGRADED;
   if (starved) {
-    vital.cause =
+    report.cause =
         hold_ ? *hold_ : make_cause(oldest.kind, oldest.topic_and_key, oldest.topic_and_key + " is old or missing");
   }
-  if (hanging_.any) {
-    const std::string also = starved ? "; " + vital.cause.text() : "";
-    vital.cause = make_cause(msg::CauseKind::CAUSE_NODE_SILENT, failover_.node(), *hanging_.any + also);
+  if (stalled_.any) {
+    const std::string also = starved ? "; " + report.cause.text() : "";
+    report.cause = make_cause(msg::CauseKind::CAUSE_NODE_SILENT, failover_.node(), *stalled_.any + also);
   }
-  publishers_.heartbeat.beat(now, vital, loop_.statistics());
+  publishers_.heartbeat.publish(now, report, loop_.statistics());
 }
 
 }  // namespace hecaton::services

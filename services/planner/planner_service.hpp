@@ -1,47 +1,119 @@
 #pragma once
-/// The planner of one arm on the bus: states in, one command a period out, and an answer to every goal. On the arm's
-/// standby host it does the same without commanding and answering, until it is put in charge.
+/// The planner of one arm on the bus: its topics and its loop.
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <idl/arm.h>
+#include <idl/goal.h>
+#include <idl/world.h>
+
+#include "planner/local/observation.hpp"
+#include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/planner/explain.hpp"
 #include "services/planner/failover.hpp"
 #include "services/planner/goal_manager.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/live_planner.hpp"
-#include "services/planner/planner_topics.hpp"
 #include "services/planner/search_threads.hpp"
 #include "services/runtime/cell_mode.hpp"
+#include "services/runtime/heartbeat_publisher.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/periodic_loop.hpp"
 
 namespace hecaton::services {
 
+/// Topics that a planner subscribes to.
+class PlannerSubscriptions {
+ public:
+  /// `arm`: of the planner. All endpoints notify `mailbox`, which must outlive the object.
+  PlannerSubscriptions(bus::Participant& participant, bus::Mailbox& mailbox, std::string arm);
+
+  /// Passes all received messages except goals to `planner`, and logs messages that are invalid. Returns the valid goal
+  /// statuses, of all arms.
+  [[nodiscard]] std::vector<msg::GoalStatus> update(LivePlanner& planner);
+  /// Goals received since the last call, of all arms.
+  [[nodiscard]] std::vector<msg::Goal> take_goals();
+
+ private:
+  void update_obstacles(ObstacleView& obstacles);
+  void report_unusable(const std::optional<std::string>& unusable);
+
+  std::string arm_;
+  bus::Mailbox& mailbox_;
+  bus::Reader<msg::ArmState> arm_states_;
+  bus::Reader<msg::ObstacleShapes> obstacle_shapes_;
+  bus::Reader<msg::ObstacleStates> obstacle_states_;
+  bus::Reader<msg::RangeScan> scans_;
+  bus::Reader<msg::Goal> goals_;
+  bus::Reader<msg::GoalStatus> statuses_;
+  bus::Reader<msg::CoupledPlan> proposals_;
+  bus::Reader<msg::CoupledPlanProgress> progress_;
+  std::optional<std::string> last_warning_;  ///< is not logged again
+};
+
+/// Publishes the proposal and the progress of an arm in coupled plans (docs/design/0015-coupled-plans.md).
+class CoordinationPublisher {
+ public:
+  /// `arms`: names of the cell's arms; `self`: index of the own arm; `node`: of the planner.
+  CoordinationPublisher(bus::Participant& participant, std::vector<std::string> arms, int self, std::string node);
+
+  /// Call it in every period in which this planner commands its arm. Writes what has changed. In the first period it
+  /// writes both, because an earlier planner of the arm may have ended during a plan and other arms wait for this one.
+  void publish(const std::shared_ptr<const planner::CoupledPlan>& proposal,
+               const planner::CoupledPlanProgress& progress);
+  /// Call it when another planner commands the arm.
+  void resign() { begun_ = false; }
+
+ private:
+  void write_proposal();
+  void write_progress();
+
+  std::vector<std::string> arms_;
+  int self_;
+  std::string node_;
+  bus::Writer<msg::CoupledPlan> proposal_writer_;
+  bus::Writer<msg::CoupledPlanProgress> progress_writer_;
+  std::shared_ptr<const planner::CoupledPlan> proposal_;  ///< as published
+  planner::CoupledPlanProgress progress_;                 ///< as published
+  bool begun_ = false;                                    ///< both were published since this planner took charge
+};
+
+/// Topics that a planner publishes.
+struct PlannerPublishers {
+  bus::Writer<msg::ArmCommand> commands;
+  bus::Writer<msg::GoalStatus> statuses;
+  CoordinationPublisher coordination;
+  HeartbeatPublisher heartbeat;
+};
+
+/// The planner of one arm as a service: it receives states, publishes one command per control period, and answers every
+/// goal. A standby planner does the same without publishing commands and goal statuses until it is put in charge.
 class PlannerService {
  public:
-  /// `arm`: index in the cell. Throws std::runtime_error with a sentence when the bus cannot be joined.
+  /// `arm`: index in the cell. Throws std::runtime_error with a sentence when the domain cannot be joined.
   PlannerService(const config::CellFile& file, int arm, const ServiceOptions& options, const ShutdownSignal& shutdown);
 
-  /// Until the process is to end.
+  /// Runs until `shutdown` is requested.
   void run();
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// Which of the planner's other threads does not answer, in a sentence.
-  struct HangingThreads {
+  /// Sentences about background threads that do not answer; empty: they do.
+  struct StalledThreads {
     std::optional<std::string> resolver;  ///< goals cannot be resolved
     std::optional<std::string> any;
   };
 
-  /// Of this planner among those of its arm.
+  /// This planner among the planners of its arm.
   struct Place {
     std::string arm, node, host;
-    bool first = true;
-    bool alone = true;
+    bool first = true;  ///< it is not the standby planner
+    bool alone = true;  ///< the arm has no other planner
   };
   [[nodiscard]] static Place place_of(const config::CellFile& file, int arm, const std::string& host);
 
@@ -49,12 +121,12 @@ class PlannerService {
                  const Place& place);
 
   void run_period(Clock::time_point now);
-  void look_at_threads(Clock::time_point now);
+  void check_threads(Clock::time_point now);
   void handle_goals(Clock::time_point now);
   void plan(Clock::time_point now);
   void send_command(Clock::time_point now);
   void publish_statuses(Clock::time_point now);
-  void beat(Clock::time_point now);
+  void publish_heartbeat(Clock::time_point now);
 
   bus::Mailbox mailbox_, modes_mailbox_;
   bus::Participant participant_;
@@ -69,7 +141,7 @@ class PlannerService {
   SearchThreads searches_;
   ProgressReporter reporter_;
   std::optional<msg::Cause> hold_;  ///< why the arm must not move
-  HangingThreads hanging_;
+  StalledThreads stalled_;
 };
 
 }  // namespace hecaton::services

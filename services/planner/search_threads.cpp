@@ -11,8 +11,7 @@ namespace {
 
 using planner::SharedObstacles;
 
-/// Searches have no time budget, and run after everything else on a busy machine: one that takes longer than this has
-/// no end.
+/// Searches have no time limit and low priority. A search that takes longer than this counts as stalled.
 constexpr std::chrono::seconds kLongestSearch{60};
 
 template <class Question>
@@ -21,7 +20,7 @@ struct Asked {
   SharedObstacles obstacles;
 };
 
-/// A search whose obstacles are renewed when they have changed. For one thread.
+/// A search with its obstacles, for one thread.
 template <class Search>
 struct UpToDate {
   Search search;
@@ -54,8 +53,8 @@ class RolloutThread {
  private:
   using Thread = BackgroundThread<Asked<planner::RolloutQuestion>, planner::RolloutAnswer>;
 
-  UpToDate<planner::RolloutSearch> search_;  ///< of the thread alone
-  int share_;                                ///< ticks of single arms in one turn
+  UpToDate<planner::RolloutSearch> search_;  ///< used by the background thread only
+  int share_;                                ///< ticks of single arms per turn
   Thread thread_;
 };
 
@@ -87,7 +86,7 @@ class RouteThread {
   };
   using Thread = BackgroundThread<Asked<planner::RouteQuestion>, Answer>;
 
-  UpToDate<planner::RouteSearch> search_;  ///< of the thread alone
+  UpToDate<planner::RouteSearch> search_;  ///< used by the background thread only
   Thread thread_;
 };
 
@@ -118,14 +117,14 @@ void SearchThreads::ask(planner::SearchQuestions questions, const SharedObstacle
   if (questions.coupled_plan) impl_->coupled_plans.thread().ask({std::move(*questions.coupled_plan), obstacles});
 }
 
-std::optional<std::string> SearchThreads::hanging(TurnWatch::Clock::time_point now) {
-  // Each is looked at in every period: this also hands over what waits.
-  const std::vector<std::pair<const char*, TurnWatch::Clock::duration>> silences{
+std::optional<std::string> SearchThreads::stalled(ProgressWatchdog::Clock::time_point now) {
+  // All threads are checked in every period: silence() also hands over questions.
+  const std::vector<std::pair<const char*, ProgressWatchdog::Clock::duration>> silences{
       {"the thread that runs rollouts", impl_->rollouts.thread().silence(now)},
       {"the thread that searches routes", impl_->routes.thread().silence(now)},
       {"the thread that searches coupled plans", impl_->coupled_plans.thread().silence(now)}};
   for (const auto& [thread, silence] : silences) {
-    if (silence > kLongestSearch) return complaint_about(thread, silence, kLongestSearch);
+    if (silence > kLongestSearch) return stall_text(thread, silence, kLongestSearch);
   }
   return std::nullopt;
 }

@@ -1,7 +1,6 @@
 #pragma once
-/// Runs an arm's searches on threads of their own, so that they never delay a command. Rollouts get a share in every
-/// control period, and never take more of a processor. The loop never waits for a thread, which may be without a
-/// processor while it holds the lock.
+/// Runs the searches of an arm (rollouts, routes, coupled plans) in background threads, so that they do not delay
+/// commands.
 
 #include <memory>
 #include <optional>
@@ -9,23 +8,25 @@
 
 #include "planner/arm_planner/search_executor.hpp"
 #include "planner/cell.hpp"
-#include "services/runtime/turn_watch.hpp"
+#include "services/runtime/progress_watchdog.hpp"
 
 namespace hecaton::services {
 
+/// All functions are for the thread of the control loop and do not wait, except the destructor. Rollouts get a fixed
+/// number of ticks per control period.
 class SearchThreads : public planner::SearchExecutor {
  public:
   /// `self`: index of the own arm.
   SearchThreads(const planner::Cell& cell, int self);
-  /// Waits for the searches under way, and drops other questions.
+  /// Waits for the present searches and drops other questions.
   ~SearchThreads() override;
 
   [[nodiscard]] planner::SearchAnswers answers() override;
   void ask(planner::SearchQuestions questions, const planner::SharedObstacles& obstacles) override;
 
-  /// To be called every period: a thread that has something to do and has finished nothing for longer than any search
-  /// takes, in a sentence.
-  [[nodiscard]] std::optional<std::string> hanging(TurnWatch::Clock::time_point now);
+  /// A sentence about a thread that has finished nothing for longer than any search takes; empty: none. Call it every
+  /// period.
+  [[nodiscard]] std::optional<std::string> stalled(ProgressWatchdog::Clock::time_point now);
 
  private:
   struct Impl;

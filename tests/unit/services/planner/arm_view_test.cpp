@@ -1,6 +1,7 @@
 #include "services/planner/arm_view.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,51 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class Arms : public testing::Test {
+using Clock = SenderClock::Clock;
+
+constexpr std::int64_t kOtherEpoch = 77'000'000'000'000;  // offset of the sender's clock [ns]
+
+struct SenderClockTest : ::testing::Test {
+  /// Age on arrival of a sample that is sent at `at` with latency `transit`.
+  std::chrono::nanoseconds age_on_arrival(std::chrono::nanoseconds at, std::chrono::nanoseconds transit) {
+    const Clock::time_point received{5h + at + transit};
+    return received - clock.sent(kOtherEpoch + at.count(), received);
+  }
+  SenderClock clock;
+};
+
+TEST_F(SenderClockTest, RemovesOffsetAndSmallestLatency) {
+  EXPECT_EQ(age_on_arrival(0ms, 3ms), 0ms);
+  EXPECT_EQ(age_on_arrival(10ms, 3ms), 0ms);
+}
+
+TEST_F(SenderClockTest, CountsAdditionalLatencyAsAge) {
+  (void)age_on_arrival(0ms, 3ms);
+  EXPECT_EQ(age_on_arrival(10ms, 43ms), 40ms);
+  EXPECT_EQ(age_on_arrival(20ms, 2ms), 0ms);  // the smallest latency from now on
+  EXPECT_EQ(age_on_arrival(30ms, 3ms), 1ms);
+}
+
+TEST_F(SenderClockTest, FollowsADriftingClock) {
+  // The sender's clock loses 50 µs a second against ours: samples seem to be ever later.
+  std::chrono::nanoseconds worst{};
+  for (int k = 0; k < 6000; ++k) {
+    const std::chrono::nanoseconds at = k * 10ms;
+    worst = std::max(worst, age_on_arrival(at, 1ms + at / 20'000));
+  }
+  EXPECT_LE(worst, 1ms);  // 20 s of drift at most, where one minute has 3 ms
+  EXPECT_GE(worst, 900us);
+}
+
+TEST_F(SenderClockTest, AcceptsExtremeStamps) {
+  const Clock::time_point received{5h};
+  for (const std::int64_t stamp :
+       {std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
+    EXPECT_LE(clock.sent(stamp, received), received);
+  }
+}
+
+class ArmViewTest : public testing::Test {
  protected:
   static planner::Cell cell() {
     const std::string text =
@@ -43,14 +88,14 @@ class Arms : public testing::Test {
     EXPECT_TRUE(view.apply(message, now_));
     return view;
   }
-  /// At rest in q = (q0, 0, …) when it was last heard, and 0.1 s more.
+  /// Lost at rest in q = (q0, 0, …), with a braking delay of 0.1 s.
   static msg::LostArm lost(std::int64_t stamp_ns, double q0) {
     msg::LostArm arm;
     arm.arm("arm2");
     arm.stamp_ns(stamp_ns);
     arm.q({q0, 0, 0, 0, 0, 0});
     arm.qd(std::vector<double>(6, 0.0));
-    arm.moved_for(0.1);
+    arm.braking_delay_bound(0.1);
     return arm;
   }
 
@@ -58,7 +103,7 @@ class Arms : public testing::Test {
   ArmView::Clock::time_point now_{10s};
 };
 
-TEST_F(Arms, AStateWithoutASoundAgeOfItsCommandIsUnusable) {
+TEST_F(ArmViewTest, RejectsAStateWithAnInvalidCommandAge) {
   for (const double age : {std::nan(""), -0.1}) {
     msg::ArmState unsound = state("arm1", 1);
     unsound.command_age(age);
@@ -67,7 +112,7 @@ TEST_F(Arms, AStateWithoutASoundAgeOfItsCommandIsUnusable) {
   EXPECT_FALSE(view_.arm(0));
 }
 
-TEST_F(Arms, AgesAreOfTheArrival) {
+TEST_F(ArmViewTest, MeasuresAgesFromTheArrival) {
   EXPECT_TRUE(std::isinf(view_.age(1, now_)));
   EXPECT_FALSE(view_.observe(now_, mode())[1].known);
   EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), std::nullopt);
@@ -78,7 +123,7 @@ TEST_F(Arms, AgesAreOfTheArrival) {
   EXPECT_FALSE(seen[0].known);
 }
 
-TEST_F(Arms, WhatAStateWasDelayedIsPartOfItsAge) {
+TEST_F(ArmViewTest, AddsTheDelayOfAState) {
   const auto hear = [this](std::uint64_t sequence, std::int64_t stamp_ms, ArmView::Clock::time_point received) {
     msg::ArmState message = state("arm2", sequence);
     message.stamp_ns(stamp_ms * 1'000'000);
@@ -89,11 +134,11 @@ TEST_F(Arms, WhatAStateWasDelayedIsPartOfItsAge) {
   EXPECT_DOUBLE_EQ(view_.age(1, now_ + 50ms), 0.04);
 }
 
-TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
+TEST_F(ArmViewTest, CountsOnlyRunningArmsAsAvoiding) {
   EXPECT_EQ(view_.apply(state("arm2", 1), {}, now_), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
   EXPECT_FALSE(view_.observe(now_, mode({"arm2"}))[1].plans);
-  EXPECT_FALSE(view_.observe(now_, CellModeView())[1].plans) << "no supervisor: nobody may move";
+  EXPECT_FALSE(view_.observe(now_, CellModeView())[1].plans) << "no supervisor: no arm may move";
   for (const msg::ArmMode stands :
        {msg::ArmMode::ARM_STARTING, msg::ArmMode::ARM_BRAKING, msg::ArmMode::ARM_STOPPED, msg::ArmMode::ARM_FAILED}) {
     static std::uint64_t sequence = 1;
@@ -104,7 +149,7 @@ TEST_F(Arms, OnlyAnArmThatRunsAndIsNotHeldGivesWay) {
   }
 }
 
-TEST_F(Arms, OvertakenStatesAreDroppedButNotThoseOfARestartedDriver) {
+TEST_F(ArmViewTest, DropsOldStatesButNotThoseOfARestartedDriver) {
   EXPECT_EQ(view_.apply(state("arm1", 9, 0.9), {}, now_), std::nullopt);
   EXPECT_EQ(view_.apply(state("arm1", 8, 0.8), {}, now_), std::nullopt);
   EXPECT_EQ(view_.arm(0)->q[0], 0.9);
@@ -114,7 +159,7 @@ TEST_F(Arms, OvertakenStatesAreDroppedButNotThoseOfARestartedDriver) {
   EXPECT_EQ(view_.arm(0)->q[0], 0.1);
 }
 
-TEST_F(Arms, UnusableStatesAreRefusedWithASentence) {
+TEST_F(ArmViewTest, RejectsInvalidStatesWithASentence) {
   EXPECT_EQ(view_.apply(state("arm3", 1), {}, now_), "ArmState of arm3: no such arm in this cell");
   msg::ArmState bad = state("arm1", 1);
   bad.q({1, 2});
@@ -124,7 +169,7 @@ TEST_F(Arms, UnusableStatesAreRefusedWithASentence) {
   EXPECT_FALSE(view_.arm(0));
 }
 
-TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
+TEST_F(ArmViewTest, KnowsGoalsUntilTheyEnd) {
   ArmView view(cell(), 0);
   msg::GoalStatus status;
   status.arm("arm2");
@@ -137,7 +182,7 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
   EXPECT_EQ(seen[1].q_goal[5], 6.0);
   EXPECT_FALSE(seen[0].has_goal);
 
-  status.goal("g0");  // the end of an earlier goal arrives late
+  status.goal("g0");  // a late status of an earlier goal
   status.state(msg::GoalState::GOAL_REPLACED);
   EXPECT_EQ(view.apply(status), std::nullopt);
   EXPECT_TRUE(view.observe(ArmView::Clock::now(), mode())[1].has_goal);
@@ -153,7 +198,7 @@ TEST_F(Arms, GoalsAreKnownWhileTheirPlannersPursueThem) {
   EXPECT_EQ(view.apply(status), "GoalStatus of arm9: no such arm in this cell");
 }
 
-TEST_F(Arms, AnArmThatWasLostRestsSomewhereAroundItsNewestState) {
+TEST_F(ArmViewTest, ObservesALostArmInItsStopSet) {
   msg::ArmState last = state("arm2", 1, 0.5);
   last.stamp_ns(1000);
   EXPECT_EQ(view_.apply(last, {}, now_), std::nullopt);
@@ -168,28 +213,28 @@ TEST_F(Arms, AnArmThatWasLostRestsSomewhereAroundItsNewestState) {
   EXPECT_TRUE(seen.lost());
   EXPECT_FALSE(seen.plans);
   EXPECT_EQ(seen.age, 0.0);
-  EXPECT_EQ(seen.q[0], 0.5) << "the planner heard later news itself";
-  EXPECT_GT(seen.stray[0], 0.0);
+  EXPECT_EQ(seen.q[0], 0.5) << "the planner's own state is newer";
+  EXPECT_GT(seen.position_uncertainty[0], 0.0);
   EXPECT_EQ(seen.qd.norm(), 0.0);
 
   seen = view_.observe(now_, mode({"arm2"}, {lost(1100, 0.3)}))[1];
-  EXPECT_EQ(seen.q[0], 0.3) << "the supervisor did";
+  EXPECT_EQ(seen.q[0], 0.3) << "the supervisor's state is newer";
   EXPECT_FALSE(view_.lost(0, now_, mode({}, {lost(1100, 0.3)})));
 }
 
-TEST_F(Arms, ALostArmThatWasNeverHeardHereIsKnownFromTheSupervisor) {
+TEST_F(ArmViewTest, KnowsALostArmFromTheSupervisorAlone) {
   const planner::ArmObservation seen = view_.observe(now_, mode({"arm2"}, {lost(1, 0.3)}))[1];
   EXPECT_TRUE(seen.known);
   EXPECT_EQ(seen.q[0], 0.3);
 }
 
-TEST_F(Arms, NobodyIsLostWhoIsHeard) {
+TEST_F(ArmViewTest, LosesNoArmWithFreshStates) {
   EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), std::nullopt);
   EXPECT_FALSE(view_.observe(now_ + 10ms, mode({"arm2"}, {lost(1, 0.3)}))[1].lost());
 }
 
-// It may itself be who was lost: then the others work around it while it stands still.
-TEST_F(Arms, WithoutTheSupervisorNobodyKnowsWhoIsLost) {
+// This planner itself may be cut off.
+TEST_F(ArmViewTest, LosesNoArmWithoutAFreshCellMode) {
   EXPECT_EQ(view_.apply(state("arm2", 1, 0.5), {}, now_), std::nullopt);
   const CellModeView mode = this->mode({"arm2"}, {lost(1, 0.3)});
   EXPECT_TRUE(view_.observe(now_ + 260ms, mode)[1].age > 0.25);
@@ -202,7 +247,7 @@ msg::ArmState commanded_by(msg::ArmState state, const std::string& planner, std:
   return state;
 }
 
-/// That arm2 takes part in plan 7 of arm1, or in none.
+/// Progress of arm2 in plan 7 of arm1, or in no plan.
 msg::CoupledPlanProgress progress(const std::string& planner, bool takes_part) {
   msg::CoupledPlanProgress message;
   message.arm("arm2");
@@ -224,7 +269,7 @@ msg::CoupledPlan proposal(const std::string& planner) {
   return message;
 }
 
-TEST_F(Arms, WhatAPlannerSaidOfPlansIsVoidWhenAnotherCommandsItsArm) {
+TEST_F(ArmViewTest, IgnoresPlansOfAPlannerThatIsNotInCharge) {
   EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
   EXPECT_EQ(view_.apply(progress("p", true)), std::nullopt);
   EXPECT_EQ(view_.apply(proposal("p")), std::nullopt);
@@ -241,8 +286,8 @@ TEST_F(Arms, WhatAPlannerSaidOfPlansIsVoidWhenAnotherCommandsItsArm) {
   EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
 }
 
-// The bus tells of the planner before the driver does, or the other way round.
-TEST_F(Arms, WhatAPlannerSaysBeforeTheDriverGoesByItCountsFromThenOn) {
+// Messages of planner and driver may arrive in either order.
+TEST_F(ArmViewTest, AppliesPlansWhenTheDriverFollowsTheirPlanner) {
   EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
   EXPECT_EQ(view_.apply(progress("p", false)), std::nullopt);
   EXPECT_EQ(view_.apply(progress("q", true)), std::nullopt);
@@ -251,7 +296,7 @@ TEST_F(Arms, WhatAPlannerSaysBeforeTheDriverGoesByItCountsFromThenOn) {
   EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
 }
 
-TEST_F(Arms, APlannerThatBeginsAgainTakesBackWhatItSaid) {
+TEST_F(ArmViewTest, ForgetsPlansOfARestartedPlanner) {
   EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
   EXPECT_EQ(view_.apply(progress("p", true)), std::nullopt);
   EXPECT_EQ(view_.apply(proposal("p")), std::nullopt);
@@ -264,7 +309,7 @@ TEST_F(Arms, APlannerThatBeginsAgainTakesBackWhatItSaid) {
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
 }
 
-TEST_F(Arms, WhoStandsWithoutCommandsTakesPartInNothing) {
+TEST_F(ArmViewTest, IgnoresPlansOfAnArmWithoutCommands) {
   msg::ArmState last = commanded_by(state("arm2", 1), "p", 1);
   EXPECT_EQ(view_.apply(last, {}, now_), std::nullopt);
   EXPECT_EQ(view_.apply(progress("p", true)), std::nullopt);
@@ -281,13 +326,13 @@ TEST_F(Arms, WhoStandsWithoutCommandsTakesPartInNothing) {
   EXPECT_FALSE(takes_part(msg::ArmMode::ARM_STARTING));
 }
 
-TEST_F(Arms, ALostArmOfUnusableWordsIsUnknown) {
+TEST_F(ArmViewTest, TreatsALostArmWithAnInvalidStateAsUnknown) {
   msg::LostArm broken = lost(1, 0.3);
   broken.q().pop_back();
   EXPECT_FALSE(view_.observe(now_, mode({"arm2"}, {broken}))[1].known);
 }
 
-/// Of arm2, for both arms: so many points, all at rest.
+/// A plan of arm2 for both arms with `points` points.
 msg::CoupledPlan both_arms(std::uint32_t points) {
   msg::CoupledPlan plan;
   plan.arm("arm2");
@@ -298,7 +343,7 @@ msg::CoupledPlan both_arms(std::uint32_t points) {
   return plan;
 }
 
-TEST_F(Arms, ACoupledPlanIsHeardAndWithdrawn) {
+TEST_F(ArmViewTest, TakesAndWithdrawsACoupledPlan) {
   EXPECT_EQ(view_.apply(both_arms(3)), std::nullopt);
   auto plan = view_.observe(now_, mode())[1].proposal;
   ASSERT_NE(plan, nullptr);
@@ -312,7 +357,7 @@ TEST_F(Arms, ACoupledPlanIsHeardAndWithdrawn) {
   EXPECT_EQ(view_.observe(now_, mode())[1].proposal, nullptr);
 }
 
-TEST_F(Arms, ACoupledPlanThatMakesNoSenseIsRefusedInOneSentence) {
+TEST_F(ArmViewTest, RejectsInvalidCoupledPlansWithASentence) {
   const auto refused = [&](const msg::CoupledPlan& plan, const std::string& why) {
     const std::string said = view_.apply(plan).value_or("");
     EXPECT_NE(said.find("CoupledPlan of " + plan.arm()), std::string::npos) << said;

@@ -21,7 +21,7 @@ std::optional<int> await_answer(Thread& thread) {
   return std::nullopt;
 }
 
-TEST(BackgroundThread, AnswersInTheOrderOfTheQuestionsEachOnce) {
+TEST(BackgroundThread, AnswersEachQuestionOnceInOrder) {
   Thread thread([](std::optional<int> question) { return Thread::Turn{2 * *question}; });
   EXPECT_EQ(thread.answer(), std::nullopt);
   for (int i = 0; i < 100; ++i) thread.ask(i);
@@ -29,14 +29,14 @@ TEST(BackgroundThread, AnswersInTheOrderOfTheQuestionsEachOnce) {
   EXPECT_EQ(thread.answer(), std::nullopt);
 }
 
-TEST(BackgroundThread, NeverKeepsWhoAsksWaiting) {
+TEST(BackgroundThread, NeverBlocksTheLoop) {
   std::promise<void> may_go_on;
   const std::shared_future<void> gate = may_go_on.get_future().share();
   Thread thread([gate](std::optional<int> question) {
     gate.wait();
     return Thread::Turn{*question};
   });
-  // Were any of these to wait for the thread, the test would not end.
+  // If one of these calls waited for the thread, the test would hang.
   thread.ask(1);
   thread.ask(2);
   thread.grant();
@@ -46,9 +46,9 @@ TEST(BackgroundThread, NeverKeepsWhoAsksWaiting) {
   EXPECT_EQ(await_answer(thread), 2);
 }
 
-TEST(BackgroundThread, GoesOnAsItIsGranted) {
+TEST(BackgroundThread, ContinuesWhenATurnIsGranted) {
   std::atomic<int> turns = 0;
-  int left = 0;  // of the thread alone
+  int left = 0;  // used by the thread only
   Thread thread([&](std::optional<int> question) {
     ++turns;
     if (question) left = *question;
@@ -69,7 +69,7 @@ TEST(BackgroundThread, GoesOnAsItIsGranted) {
   EXPECT_EQ(turns, 3);
 }
 
-TEST(BackgroundThread, SaysForHowLongItHasNotAnswered) {
+TEST(BackgroundThread, MeasuresItsSilence) {
   using namespace std::chrono_literals;
   std::promise<void> may_go_on;
   const std::shared_future<void> gate = may_go_on.get_future().share();
@@ -77,13 +77,13 @@ TEST(BackgroundThread, SaysForHowLongItHasNotAnswered) {
     gate.wait();
     return Thread::Turn{*question};
   });
-  TurnWatch::Clock::time_point now{1h};
-  const auto look_for = [&](TurnWatch::Clock::duration time) {
-    TurnWatch::Clock::duration silence{};
+  ProgressWatchdog::Clock::time_point now{1h};
+  const auto look_for = [&](ProgressWatchdog::Clock::duration time) {
+    ProgressWatchdog::Clock::duration silence{};
     for (const auto until = now + time; now < until;) silence = thread.silence(now += 10ms);
     return silence;
   };
-  EXPECT_EQ(look_for(5s), 0s) << "nobody has asked";
+  EXPECT_EQ(look_for(5s), 0s) << "no question";
   thread.ask(1);
   thread.ask(2);
   EXPECT_EQ(look_for(10ms), 0s);
@@ -94,16 +94,16 @@ TEST(BackgroundThread, SaysForHowLongItHasNotAnswered) {
   EXPECT_EQ(look_for(5s), 0s);
 }
 
-TEST(BackgroundThread, IsNotSilentBetweenTurnsThatNobodyGrants) {
+TEST(BackgroundThread, IsNotSilentWithoutAGrantedTurn) {
   using namespace std::chrono_literals;
   Thread thread([](std::optional<int> question) { return Thread::Turn{question, true}; });
   thread.ask(1);
   EXPECT_EQ(await_answer(thread), 1);
-  TurnWatch::Clock::time_point now{1h};
+  ProgressWatchdog::Clock::time_point now{1h};
   for (int i = 0; i < 100; ++i) EXPECT_EQ(thread.silence(now += 10ms), 0s);
 }
 
-TEST(BackgroundThread, EndsWithQuestionsLeft) {
+TEST(BackgroundThread, EndsWithOpenQuestions) {
   Thread thread([](std::optional<int> question) { return Thread::Turn{*question}; });
   for (int i = 0; i < 1000; ++i) thread.ask(i);
 }

@@ -12,12 +12,12 @@ using planner::TickStatus;
 
 class ExplainTest : public testing::Test {
  protected:
-  Progress told(TickStatus status) {
+  Progress explained(TickStatus status) {
     result_.status = status;
-    return explain(result_, approach_, geometry_, seen_, {}, hold_);
+    return explain(result_, goal_progress_, geometry_, seen_, {}, hold_);
   }
 
-  /// The two balls, 18 mm apart, hold it back.
+  /// Two balls, 18 mm apart, are the binding pair.
   void bind() {
     result_.has_binding = true;
     result_.binding.counterpart = planner::Counterpart::kArm;
@@ -30,51 +30,51 @@ class ExplainTest : public testing::Test {
   planner::CellGeometry geometry_{{test::planar_point("left"), test::planar_point("right")}, 0};
   std::array<planner::ArmObservation, 2> seen_;
   planner::TickResult result_;
-  planner::Approach approach_;
+  planner::ProgressMonitor goal_progress_;
 };
 
-TEST_F(ExplainTest, WhatIsTriedHasAName) {
-  EXPECT_EQ(told(TickStatus::kMoving).recovery_action, "goes straight to the goal");
-  EXPECT_EQ(told(TickStatus::kDetouring).recovery_action, "makes a detour");
-  EXPECT_EQ(told(TickStatus::kRouted).recovery_action, "goes by a route around what stands in its way");
-  result_.redraws = 2;
-  EXPECT_EQ(told(TickStatus::kFollowing).recovery_action, "follows the boundary, in subspace 2");
+TEST_F(ExplainTest, NamesTheRecoveryAction) {
+  EXPECT_EQ(explained(TickStatus::kMoving).recovery_action, "moves straight to the goal");
+  EXPECT_EQ(explained(TickStatus::kDetouring).recovery_action, "makes a detour");
+  EXPECT_EQ(explained(TickStatus::kFollowingRoute).recovery_action, "follows a route around the obstacle");
+  result_.subspaces_drawn = 2;
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).recovery_action, "follows the boundary, in subspace 2");
   result_.yields_to = 1;
-  EXPECT_EQ(told(TickStatus::kYielding).recovery_action, "makes room for arm right");
+  EXPECT_EQ(explained(TickStatus::kYielding).recovery_action, "yields to arm right");
 }
 
-TEST_F(ExplainTest, EveryStandstillHasAKindAndASubject) {
-  EXPECT_EQ(told(TickStatus::kMoving).cause.kind(), msg::CauseKind::CAUSE_NONE);
-  EXPECT_EQ(told(TickStatus::kHolding).cause, hold_);
-  EXPECT_EQ(told(TickStatus::kFollowing).cause.kind(), msg::CauseKind::CAUSE_AT_JOINT_LIMITS);
+TEST_F(ExplainTest, HasKindAndSubjectOfEveryCause) {
+  EXPECT_EQ(explained(TickStatus::kMoving).cause.kind(), msg::CauseKind::CAUSE_NONE);
+  EXPECT_EQ(explained(TickStatus::kHolding).cause, hold_);
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.kind(), msg::CauseKind::CAUSE_AT_JOINT_LIMITS);
   result_.yields_to = 1;
-  EXPECT_EQ(told(TickStatus::kYielding).cause.kind(), msg::CauseKind::CAUSE_GIVING_WAY);
-  EXPECT_EQ(told(TickStatus::kYielding).cause.subject(), "right");
+  EXPECT_EQ(explained(TickStatus::kYielding).cause.kind(), msg::CauseKind::CAUSE_GIVING_WAY);
+  EXPECT_EQ(explained(TickStatus::kYielding).cause.subject(), "right");
   result_.stale_arm = 1;
-  EXPECT_EQ(told(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_ARM_STATE_OLD);
-  EXPECT_EQ(told(TickStatus::kStaleInput).cause.subject(), "right");
+  EXPECT_EQ(explained(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_ARM_STATE_OLD);
+  EXPECT_EQ(explained(TickStatus::kStaleInput).cause.subject(), "right");
   result_.stale_arm = -2;
-  EXPECT_EQ(told(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_OBSTACLES_OLD);
+  EXPECT_EQ(explained(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_OBSTACLES_OLD);
   bind();
-  EXPECT_EQ(told(TickStatus::kBlocked).cause.kind(), msg::CauseKind::CAUSE_WAY_BLOCKED);
-  EXPECT_EQ(told(TickStatus::kBlocked).cause.subject(), "right/ball");
+  EXPECT_EQ(explained(TickStatus::kBlocked).cause.kind(), msg::CauseKind::CAUSE_PATH_BLOCKED);
+  EXPECT_EQ(explained(TickStatus::kBlocked).cause.subject(), "right/ball");
 }
 
-TEST_F(ExplainTest, OnlyWhoGoesFreelyIsNotHeldBack) {
+TEST_F(ExplainTest, IsHeldBackUnlessItMovesFreely) {
   result_.yields_to = 1;
-  EXPECT_FALSE(told(TickStatus::kMoving).held_back);
-  EXPECT_FALSE(told(TickStatus::kRouted).held_back);
-  EXPECT_FALSE(told(TickStatus::kReached).held_back);
-  EXPECT_FALSE(told(TickStatus::kHolding).held_back) << "it is told to, nothing is in its way";
+  EXPECT_FALSE(explained(TickStatus::kMoving).held_back);
+  EXPECT_FALSE(explained(TickStatus::kFollowingRoute).held_back);
+  EXPECT_FALSE(explained(TickStatus::kReached).held_back);
+  EXPECT_FALSE(explained(TickStatus::kHolding).held_back) << "held by an order";
   for (const TickStatus status :
-       {TickStatus::kFollowing, TickStatus::kDetouring, TickStatus::kYielding, TickStatus::kBlocked}) {
-    EXPECT_TRUE(told(status).held_back) << static_cast<int>(status);
+       {TickStatus::kFollowingBoundary, TickStatus::kDetouring, TickStatus::kYielding, TickStatus::kBlocked}) {
+    EXPECT_TRUE(explained(status).held_back) << static_cast<int>(status);
   }
 }
 
-TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
+TEST_F(ExplainTest, HasTheBindingPairAndItsDistance) {
   bind();
-  const Progress progress = told(TickStatus::kBlocked);
+  const Progress progress = explained(TickStatus::kBlocked);
   EXPECT_EQ(progress.state, msg::GoalState::GOAL_BLOCKED);
   EXPECT_EQ(progress.binding_own, "left/ball");
   EXPECT_EQ(progress.binding_other, "right/ball");
@@ -82,38 +82,38 @@ TEST_F(ExplainTest, WhatBindsIsAPairAndItsDistance) {
   EXPECT_EQ(progress.cause.text(), "no progress: left/ball – right/ball, 18 mm");
 }
 
-TEST_F(ExplainTest, WhoIsLetGoOnlySlowlyIsHeldBackToo) {
+TEST_F(ExplainTest, IsHeldBackWithABindingPair) {
   bind();
-  EXPECT_TRUE(told(TickStatus::kMoving).held_back);
+  EXPECT_TRUE(explained(TickStatus::kMoving).held_back);
 }
 
-TEST_F(ExplainTest, ABoundaryIsAPairOrTheJointLimits) {
-  EXPECT_EQ(told(TickStatus::kFollowing).cause.text(), "at its joint limits");
+TEST_F(ExplainTest, NamesTheJointLimitsWithoutABindingPair) {
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "at its joint limits");
   bind();
-  EXPECT_EQ(told(TickStatus::kFollowing).cause.text(), "");
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "");
 }
 
-TEST_F(ExplainTest, WhoWalksForLongWithoutComingNearerIsBlocked) {
+TEST_F(ExplainTest, IsBlockedAfterTheStallTimeout) {
   for (int second = 0; second <= 10; ++second) {
-    EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GoalState::GOAL_ACTIVE) << second;
-    approach_.note(1.0, 1.0);
+    EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE) << second;
+    goal_progress_.note(1.0, 1.0);
   }
-  approach_.note(0.99, 1.0);
-  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GoalState::GOAL_BLOCKED);
-  EXPECT_EQ(told(TickStatus::kFollowing).cause.text(), "no way found for 11 s");
-  EXPECT_TRUE(told(TickStatus::kMoving).held_back) << "a free stretch on the way back";
-  approach_.note(0.5, 1.0);
-  EXPECT_EQ(told(TickStatus::kFollowing).state, msg::GoalState::GOAL_ACTIVE);
+  goal_progress_.note(0.99, 1.0);
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_BLOCKED);
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "no path found for 11 s");
+  EXPECT_TRUE(explained(TickStatus::kMoving).held_back) << "a short free motion";
+  goal_progress_.note(0.5, 1.0);
+  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE);
 }
 
-TEST_F(ExplainTest, ALostArmMayBeNearerThanItWasHeard) {
-  EXPECT_EQ(told(TickStatus::kBlocked).cause.text(), "no progress within the joint limits");
-  seen_[1].stray = test::joints({0.1, 0.1});
-  EXPECT_EQ(told(TickStatus::kMoving).cause.text(), "");
-  EXPECT_EQ(told(TickStatus::kBlocked).cause.text(), "no progress; arm right was lost and may be nearer");
+TEST_F(ExplainTest, NamesALostArm) {
+  EXPECT_EQ(explained(TickStatus::kBlocked).cause.text(), "no progress within the joint limits");
+  seen_[1].position_uncertainty = test::joints({0.1, 0.1});
+  EXPECT_EQ(explained(TickStatus::kMoving).cause.text(), "");
+  EXPECT_EQ(explained(TickStatus::kBlocked).cause.text(), "no progress; arm right was lost and may be nearer");
   bind();
-  EXPECT_EQ(told(TickStatus::kMoving).cause.text(), "arm right was lost and may be nearer");
-  EXPECT_EQ(told(TickStatus::kBlocked).cause.text(),
+  EXPECT_EQ(explained(TickStatus::kMoving).cause.text(), "arm right was lost and may be nearer");
+  EXPECT_EQ(explained(TickStatus::kBlocked).cause.text(),
             "no progress: left/ball – right/ball, 18 mm; arm right was lost and may be nearer");
 }
 

@@ -16,7 +16,7 @@ namespace {
 using planner::JointVector;
 
 std::string text(const GoalAnswer& answer) {
-  return answer.refusal ? answer.refusal->text() : "";
+  return answer.rejection ? answer.rejection->text() : "";
 }
 
 class Resolve : public testing::Test {
@@ -58,7 +58,7 @@ class Resolve : public testing::Test {
     planner::forward_kinematics(*cell_.arms[0].arm.model, cell_.arms[0].arm.X_WB, q, kinematics);
     return kinematics.X_WT;
   }
-  /// A ball around p_W, where the arm must not be.
+  /// A ball at p_W.
   void put_ball(const Eigen::Vector3d& p_W, double radius) {
     world::Obstacle ball;
     ball.name = "ball";
@@ -75,19 +75,19 @@ class Resolve : public testing::Test {
   std::vector<world::ObstacleState> states_;
 };
 
-TEST_F(Resolve, JointsAndNamesAsGiven) {
+TEST_F(Resolve, AcceptsJointsAndNamedPoses) {
   const GoalAnswer answer = resolve(joints({0.1, -1.8, 2.5, 0.2, 0.5, -0.3}));
-  ASSERT_FALSE(answer.refusal) << text(answer);
+  ASSERT_FALSE(answer.rejection) << text(answer);
   EXPECT_EQ(answer.q_goal[3], 0.2);
   EXPECT_EQ(answer.goal.goal(), "g");
   const GoalAnswer up = resolve(named("up"));
-  ASSERT_FALSE(up.refusal) << text(up);
+  ASSERT_FALSE(up.rejection) << text(up);
   EXPECT_EQ(up.q_goal[1], -1.9);
-  EXPECT_EQ(resolve(named("down")).refusal.value().kind(), msg::CauseKind::CAUSE_UNKNOWN_NAME);
+  EXPECT_EQ(resolve(named("down")).rejection.value().kind(), msg::CauseKind::CAUSE_UNKNOWN_NAME);
   EXPECT_EQ(text(resolve(named("down"))), "arm arm1 has no pose named \"down\"; it has home, up");
 }
 
-TEST_F(Resolve, MalformedGoalsNeverThrow) {
+TEST_F(Resolve, RejectsMalformedGoals) {
   EXPECT_EQ(text(resolve(joints(std::vector<double>(40, 0.0)))), "goal has 40 joint values, arm arm1 has 6 joints");
   const double inf = std::numeric_limits<double>::infinity();
   EXPECT_NE(text(resolve(joints({inf, 0, 0, 0, 0, 0}))).find("= inf must be a finite number"), std::string::npos);
@@ -101,43 +101,43 @@ TEST_F(Resolve, MalformedGoalsNeverThrow) {
   EXPECT_NE(text(resolve(skewed)).find("quaternion"), std::string::npos);
 }
 
-TEST_F(Resolve, PosesThatTheArmCanTake) {
+TEST_F(Resolve, SolvesReachablePoses) {
   JointVector q(6);
   q << 0.7, -1.4, 3.0, 0.4, 0.8, -0.5;
   const world::Pose wanted = tool(q);
   const GoalAnswer answer = resolve(pose(wanted));
-  ASSERT_FALSE(answer.refusal) << text(answer);
+  ASSERT_FALSE(answer.rejection) << text(answer);
   const world::Pose reached = tool(answer.q_goal);
   EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
   EXPECT_LT(Eigen::AngleAxisd(reached.linear().transpose() * wanted.linear()).angle(), 2e-3);
 }
 
-TEST_F(Resolve, PosesThatItCannot) {
+TEST_F(Resolve, RejectsUnreachablePoses) {
   world::Pose far = world::Pose::Identity();
   far.translation().x() = 3.0;
   const GoalAnswer answer = resolve(pose(far));
-  EXPECT_TRUE(answer.refusal);
+  EXPECT_TRUE(answer.rejection);
   EXPECT_NE(text(answer).find("the tool of arm arm1 cannot be at (3, 0, 0): that is "), std::string::npos)
       << text(answer);
-  EXPECT_EQ(answer.refusal->kind(), msg::CauseKind::CAUSE_GOAL_UNREACHABLE);
+  EXPECT_EQ(answer.rejection->kind(), msg::CauseKind::CAUSE_GOAL_UNREACHABLE);
   EXPECT_NE(text(answer).find("it reaches no farther than "), std::string::npos) << text(answer);
 
   world::Pose inside_itself = world::Pose::Identity();
   inside_itself.translation().z() = 0.67;  // the first joint's origin
   const GoalAnswer near = resolve(pose(inside_itself));
-  EXPECT_TRUE(near.refusal);
+  EXPECT_TRUE(near.rejection);
   EXPECT_NE(text(near).find("no joint positions within the limits were found"), std::string::npos) << text(near);
 }
 
-TEST_F(Resolve, PosesWhereEverySolutionTouchesSomethingSayWhat) {
+TEST_F(Resolve, NamesTheObstacleWhenEverySolutionCollides) {
   JointVector q(6);
   q << 0.7, -1.4, 3.0, 0.4, 0.8, -0.5;
   put_ball(tool(q).translation(), 0.05);
   const GoalAnswer answer = resolve(pose(tool(q)));
-  EXPECT_TRUE(answer.refusal);
+  EXPECT_TRUE(answer.rejection);
   EXPECT_NE(text(answer).find("ball"), std::string::npos) << text(answer);
-  EXPECT_EQ(answer.refusal->kind(), msg::CauseKind::CAUSE_GOAL_IN_COLLISION);
-  EXPECT_EQ(answer.refusal->subject(), "ball");
+  EXPECT_EQ(answer.rejection->kind(), msg::CauseKind::CAUSE_GOAL_IN_COLLISION);
+  EXPECT_EQ(answer.rejection->subject(), "ball");
   EXPECT_NE(text(resolve(joints({q.data(), q.data() + 6}))).find("ball"), std::string::npos);
 }
 
@@ -146,19 +146,19 @@ class ResolveFiveJoints : public Resolve {
   ResolveFiveJoints() : Resolve("puma560_5dof") {}
 };
 
-TEST_F(ResolveFiveJoints, MeetPositionAndToolAxisAndLetTheRollBe) {
+TEST_F(ResolveFiveJoints, MeetPositionAndToolAxis) {
   JointVector q(5);
   q << 0.7, -1.4, 3.0, 0.4, 0.8;
   world::Pose wanted = tool(q);
   wanted.linear() = wanted.linear() * Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
   const GoalAnswer answer = resolve(pose(wanted));
-  ASSERT_FALSE(answer.refusal) << text(answer);
+  ASSERT_FALSE(answer.rejection) << text(answer);
   const world::Pose reached = tool(answer.q_goal);
   EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
   EXPECT_GT(reached.linear().col(2).dot(wanted.linear().col(2)), std::cos(2e-3));
 }
 
-TEST_F(Resolve, TheResolverAnswersInTheOrderOfTheQuestions) {
+TEST_F(Resolve, AnswersInTheOrderOfTheQuestions) {
   GoalResolver resolver(geometry_);
   const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();
   resolver.ask({named("up"), q_now_, nothing, {}});
@@ -168,11 +168,11 @@ TEST_F(Resolve, TheResolverAnswersInTheOrderOfTheQuestions) {
     for (GoalAnswer& answer : resolver.answers()) answers.push_back(std::move(answer));
     std::this_thread::yield();
   }
-  EXPECT_FALSE(answers[0].refusal);
-  EXPECT_TRUE(answers[1].refusal);
+  EXPECT_FALSE(answers[0].rejection);
+  EXPECT_TRUE(answers[1].rejection);
 }
 
-TEST_F(Resolve, TheResolverEndsWithQuestionsOpen) {
+TEST_F(Resolve, EndsWithOpenQuestions) {
   GoalResolver resolver(geometry_);
   const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();
   for (int k = 0; k < 100; ++k) resolver.ask({named("up"), q_now_, nothing, {}});

@@ -1,5 +1,5 @@
-// One planner, two paths: the planner service's, from messages to the command message, and the simulation's. The same
-// episode through both gives the same set-points, bit by bit.
+// The planner runs in the planner service, by messages, and in the simulation. The same episode gives the same
+// set-points in both, bit by bit.
 #include "services/planner/live_planner.hpp"
 
 #include <bit>
@@ -18,12 +18,12 @@ namespace {
 using planner::JointVector;
 
 constexpr int kArms = 3;
-/// Multiples of this period are exact as doubles and as whole nanoseconds: so are all ages.
+/// Multiples of this period, and all ages, are exact as doubles and as whole nanoseconds.
 constexpr double kPeriod = 1.0 / 64.0;  // [s]
 constexpr std::chrono::nanoseconds kPeriodNs{15'625'000};
 const std::string kGoal = "goal";
 
-/// What one planner had and did in a period.
+/// Inputs and results of one planner in a period.
 struct Period {
   std::optional<planner::GoalChange> goal;
   planner::PeriodInputs inputs;  ///< but for the spans
@@ -74,7 +74,7 @@ const Episode& episode() {
   return once;
 }
 
-/// Gives recorded answers, and counts questions.
+/// Gives recorded answers and counts questions.
 class RecordedSearches : public planner::SearchExecutor {
  public:
   explicit RecordedSearches(const Recording& recording) : recording_(recording) {}
@@ -98,7 +98,7 @@ void expect_same_bits(const JointVector& a, const JointVector& b, std::size_t pe
   }
 }
 
-TEST(OnePlannerTwoPaths, TheEpisodeNeedsEverythingThatAPlannerHas) {
+TEST(ServiceAndSimulation, UsesAllPartsOfThePlanner) {
   const planner::EpisodeOutcome& outcome = episode().outcome;
   int rollouts = 0;
   int routes = 0;
@@ -114,8 +114,8 @@ TEST(OnePlannerTwoPaths, TheEpisodeNeedsEverythingThatAPlannerHas) {
   (void)routes;
 }
 
-// The period is a function of memory and inputs: nothing else of the simulation reaches the planner.
-TEST(OnePlannerTwoPaths, RecordedInputsRepeatTheSetPointsOfTheSimulation) {
+// A period is a function of the planner's memory and its inputs.
+TEST(ServiceAndSimulation, RepeatsTheSetPointsFromRecordedInputs) {
   for (int self = 0; self < kArms; ++self) {
     const Recording& recording = episode().recordings[self];
     const planner::Cell& cell = episode().cell;
@@ -137,7 +137,7 @@ TEST(OnePlannerTwoPaths, RecordedInputsRepeatTheSetPointsOfTheSimulation) {
   }
 }
 
-/// Feeds one planner of the service with the messages that say what was recorded.
+/// Passes the recorded inputs to one planner of the service as messages.
 class Service {
  public:
   Service(const planner::Cell& cell, int self, const Recording& recording)
@@ -148,7 +148,7 @@ class Service {
     EXPECT_TRUE(mode_.apply(run, at(0)));
   }
 
-  /// One period; the message that commands the arm.
+  /// One period; returns the command message.
   const msg::ArmCommand& pass(const Period& period, std::size_t k) {
     const LivePlanner::Clock::time_point now = at(k);
     for (int i = 0; i < kArms; ++i) {
@@ -163,7 +163,7 @@ class Service {
         EXPECT_EQ(planner_.obstacles().apply(shapes), std::nullopt);
       }
     }
-    // A simulated planner that has not heard of the obstacles holds.
+    // Without obstacle states the simulated planner holds.
     if (!period.inputs.hold) hear_obstacles(period.obstacles, now);
     planner_.obstacles().join();
 
@@ -183,7 +183,7 @@ class Service {
 
  private:
   static std::string node(int arm) { return "planner/" + std::to_string(arm); }
-  /// When period `k` begins; long after the clock's zero.
+  /// Beginning of period `k`.
   static LivePlanner::Clock::time_point at(std::size_t k) {
     return LivePlanner::Clock::time_point(std::chrono::hours(1) + static_cast<std::int64_t>(k) * kPeriodNs);
   }
@@ -207,7 +207,7 @@ class Service {
     return state;
   }
 
-  /// The bus had received these messages when they were sent, and the loop takes them now.
+  /// Messages arrive when they are sent; the loop takes them now.
   void hear_arm(int arm, const planner::ArmObservation& seen, LivePlanner::Clock::time_point now) {
     const auto time = sent(now, seen.age);
     EXPECT_EQ(planner_.arms().apply(state_of(arm, seen.q, seen.qd, time), {}, time), std::nullopt);
@@ -216,7 +216,7 @@ class Service {
     status.goal(kGoal);
     status.state(seen.has_goal ? msg::GoalState::GOAL_ACTIVE : msg::GoalState::GOAL_REACHED);
     status.q_goal(messages::to_message(seen.q_goal));
-    status.priority(seen.claim);
+    status.priority(seen.priority);
     EXPECT_EQ(planner_.arms().apply(status), std::nullopt);
     msg::CoupledPlanProgress progress;
     progress.arm(name(arm));
@@ -239,7 +239,7 @@ class Service {
     EXPECT_EQ(planner_.arms().apply(plan), std::nullopt);
   }
 
-  void hear_own_arm(const planner::OwnNews& own, std::size_t k) {
+  void hear_own_arm(const planner::OwnArmFeedback& own, std::size_t k) {
     msg::ArmState state = state_of(self_, own.state.q, own.state.qd, at(k));
     state.command_sequence_number(own.setpoint);
     state.command_age(own.setpoint_age);
@@ -264,7 +264,7 @@ class Service {
   LivePlanner planner_;
 };
 
-TEST(OnePlannerTwoPaths, TheServiceCommandsTheSetPointsOfTheSimulation) {
+TEST(ServiceAndSimulation, CommandsTheSetPointsOfTheSimulation) {
   int questions = 0;
   for (int self = 0; self < kArms; ++self) {
     const Recording& recording = episode().recordings[self];
@@ -281,10 +281,10 @@ TEST(OnePlannerTwoPaths, TheServiceCommandsTheSetPointsOfTheSimulation) {
     }
     questions += service.questions();
   }
-  EXPECT_GT(questions, 0) << "searches must be part of what is compared";
+  EXPECT_GT(questions, 0) << "the comparison must include searches";
 }
 
-// Such a driver publishes on, but what its device measured last grows old.
+// Such a driver continues to publish the last measured state.
 TEST(LivePlannerHold, NamesTheFailureOfTheDevice) {
   const planner::Cell cell = test::corridor(kArms, -1.2, 2.0);
   LivePlanner planner(cell, 0, "planner/0", {});

@@ -1,4 +1,4 @@
-// Searches on threads: the answers are the searches' own, and rollouts advance only as fast as periods pass.
+// Searches in threads give the answers of the searches; rollouts advance with the control periods.
 #include "services/planner/search_threads.hpp"
 
 #include <chrono>
@@ -22,7 +22,7 @@ planner::Cell cell(int ticks_per_period) {
 
 planner::RolloutQuestion question() {
   planner::RolloutQuestion question;
-  planner::PlayedArm arm;
+  planner::RolloutArm arm;
   arm.q = joints({0, 0});
   arm.qd = joints({0, 0});
   arm.q_goal = joints({1, 0});
@@ -38,7 +38,7 @@ planner::SharedObstacles no_obstacles() {
   return std::make_shared<const std::vector<world::Obstacle>>();
 }
 
-/// Periods pass until `found` says so.
+/// Runs periods until `found` is true.
 template <class Found>
 void pass_periods(SearchThreads& threads, const Found& found) {
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -50,7 +50,7 @@ void pass_periods(SearchThreads& threads, const Found& found) {
   FAIL() << "no answer";
 }
 
-TEST(SearchThreads, RolloutsAnswerWhatTheSearchAnswers) {
+TEST(SearchThreads, GiveTheAnswersOfTheRolloutSearch) {
   planner::RolloutSearch search({test::planar_point()}, {planner::LocalParameters{}}, 0);
   search.begin(question());
   const auto expected = search.advance(1'000'000);
@@ -65,10 +65,10 @@ TEST(SearchThreads, RolloutsAnswerWhatTheSearchAnswers) {
     EXPECT_EQ(answers.rollout->manoeuvre.kind, expected->manoeuvre.kind);
     return true;
   });
-  EXPECT_FALSE(threads.answers().rollout.has_value()) << "an answer is given once";
+  EXPECT_FALSE(threads.answers().rollout.has_value()) << "one answer per question";
 }
 
-TEST(SearchThreads, RoutesAndCoupledPlansAnswerTheirOwnQuestions) {
+TEST(SearchThreads, AnswerRoutesAndCoupledPlansSeparately) {
   planner::RouteQuestion straight;
   straight.planned = {0};
   straight.q = {joints({0, 0})};
@@ -85,10 +85,10 @@ TEST(SearchThreads, RoutesAndCoupledPlansAnswerTheirOwnQuestions) {
     EXPECT_FALSE(answers.route.has_value());
     return answers.coupled_plan && answers.coupled_plan->kind == planner::RouteAnswer::Kind::kStraight;
   });
-  EXPECT_FALSE(threads.hanging(std::chrono::steady_clock::now()).has_value());
+  EXPECT_FALSE(threads.stalled(std::chrono::steady_clock::now()).has_value());
 }
 
-TEST(SearchThreads, EndWithAQuestionUnderWay) {
+TEST(SearchThreads, EndDuringASearch) {
   SearchThreads threads(cell(1), 0);
   auto long_one = question();
   long_one.horizon = 50.0;

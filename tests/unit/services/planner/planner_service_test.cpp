@@ -1,5 +1,4 @@
-// What a planner publishes of coupled plans when it begins to command its arm, and when it begins again.
-#include "services/planner/planner_topics.hpp"
+#include "services/planner/planner_service.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,16 +7,18 @@
 namespace hecaton::services {
 namespace {
 
+using namespace std::chrono_literals;
+
 bus::ParticipantOptions one_host() {
   bus::ParticipantOptions options;
   options.interfaces = {"127.0.0.1"};
   return options;
 }
 
-class Coordination : public testing::Test {
+class CoordinationPublisherTest : public testing::Test {
  protected:
-  /// Waits for so many messages of either kind.
-  [[nodiscard]] bool hear(std::size_t messages) {
+  /// Waits until `messages` messages of each kind have been received.
+  [[nodiscard]] bool receive(std::size_t messages) {
     const auto until = bus::Clock::now() + std::chrono::seconds(60);
     while ((joined_.size() < messages || proposed_.size() < messages) && bus::Clock::now() < until) {
       (void)progress_.wait_for_data(std::chrono::milliseconds(50));
@@ -30,40 +31,40 @@ class Coordination : public testing::Test {
   test::FreeDomain domain_;
   bus::Participant here_{domain_.number(), "here", one_host()};
   bus::Participant there_{domain_.number(), "there", one_host()};
-  bus::Mailbox heard_;
-  bus::Reader<msg::CoupledPlanProgress> progress_{there_, &heard_};
-  bus::Reader<msg::CoupledPlan> proposals_{there_, &heard_};
+  bus::Mailbox received_;
+  bus::Reader<msg::CoupledPlanProgress> progress_{there_, &received_};
+  bus::Reader<msg::CoupledPlan> proposals_{there_, &received_};
   CoordinationPublisher publisher_{here_, {"a", "b"}, 0, "planner.a"};
   std::vector<msg::CoupledPlanProgress> joined_;
   std::vector<msg::CoupledPlan> proposed_;
 };
 
-TEST_F(Coordination, WithdrawsEverythingWhenThePlannerBegins) {
+TEST_F(CoordinationPublisherTest, WithdrawsEarlierPlansWhenThePlannerTakesCharge) {
   publisher_.publish(nullptr, {});
-  ASSERT_TRUE(hear(1));
+  ASSERT_TRUE(receive(1));
   EXPECT_EQ(joined_[0].node(), "planner.a");
   EXPECT_EQ(joined_[0].proposer(), "");
   EXPECT_EQ(proposed_[0].node(), "planner.a");
   EXPECT_TRUE(proposed_[0].arms().empty());
-  // Once; and again after another planner has commanded the arm.
+  // Once, and again after another planner was in charge.
   publisher_.publish(nullptr, {});
   publisher_.resign();
   publisher_.publish(nullptr, {});
   publisher_.publish(nullptr, {});
-  ASSERT_TRUE(hear(2));
+  ASSERT_TRUE(receive(2));
   EXPECT_EQ(joined_[1].proposer(), "");
 }
 
-TEST_F(Coordination, PublishesAPlanWithTheNamesOfItsArms) {
+TEST_F(CoordinationPublisherTest, PublishesAPlanWithTheNamesOfItsArms) {
   publisher_.publish(nullptr, {});
-  ASSERT_TRUE(hear(1));
+  ASSERT_TRUE(receive(1));
   auto plan = std::make_shared<planner::CoupledPlan>();
   plan->number = 7;
   plan->arms = {0, 1};
   const planner::JointVector zero = planner::JointVector::Zero(2);
   plan->points = {{zero, zero}, {zero, zero}};
   publisher_.publish(plan, {.proposer = 0, .number = 7, .reached = 0});
-  ASSERT_TRUE(hear(2));
+  ASSERT_TRUE(receive(2));
   EXPECT_EQ(proposed_[1].number(), 7U);
   EXPECT_EQ(proposed_[1].arms(), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(proposed_[1].points(), 2U);

@@ -1,9 +1,10 @@
-#include "services/planner/obstacle_view.hpp"
+#include "services/planner/environment_view.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "services/messages/convert.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services {
 
@@ -77,6 +78,54 @@ std::span<const world::ObstacleState> ObstacleView::states(Clock::time_point now
 double ObstacleView::age(Clock::time_point now) const {
   if (!joined_at_) return 0.0;
   return std::max(0.0, std::chrono::duration<double>(now - *joined_at_).count());
+}
+
+SensorView::SensorView(const planner::PlannedArm& arm)
+    : arm_(arm.arm.name), sensors_(arm.sensors), received_(arm.sensors.size()) {
+  for (const planner::RangeSensor& sensor : sensors_) links_.push_back(arm.arm.model->links[sensor.link].name);
+}
+
+std::optional<planner::RangeScan> SensorView::take(const msg::RangeScan& message, const bus::EndpointId& writer,
+                                                   Clock::time_point received, const ArmView::ReceivedState& own,
+                                                   std::optional<std::string>& error) {
+  if (message.arm() != arm_) return std::nullopt;
+  const auto found = std::find_if(sensors_.begin(), sensors_.end(), [&](const planner::RangeSensor& sensor) {
+    return key(arm_, sensor.name) == message.sensor();
+  });
+  if (found == sensors_.end()) {
+    error = "RangeScan: sensor = " + message.sensor() + " must be a sensor of arm " + arm_ + " in the cell file";
+    return std::nullopt;
+  }
+  const auto index = static_cast<std::size_t>(found - sensors_.begin());
+  if (message.link() != links_[index]) {
+    error = "RangeScan \"" + message.sensor() + "\": link = " + message.link() + " must be " + links_[index];
+    return std::nullopt;
+  }
+  std::optional<Received>& known = received_[index];
+  const bool same_writer = known && known->writer == writer;
+  if (same_writer && message.sequence_number() <= known->sequence) return std::nullopt;
+  auto readings = messages::from_message(message);
+  if (!readings) {
+    error = readings.error;
+    return std::nullopt;
+  }
+  SenderClock clock = same_writer ? known->clock : SenderClock();
+  const Clock::time_point sent = clock.sent(message.stamp_ns(), received);
+  known = Received{writer, message.sequence_number(), sent, clock};
+  const double since = std::chrono::duration<double>(sent - own.at).count();
+  return planner::RangeScan{static_cast<int>(index), found->link, own.q + since * own.qd, std::move(*readings.value)};
+}
+
+std::optional<msg::Cause> SensorView::silent(Clock::time_point now, double limit) const {
+  const auto old = [](const planner::RangeSensor& sensor, const std::string& how) {
+    return make_cause(msg::CauseKind::CAUSE_SENSOR_OLD, sensor.name, "sensor " + sensor.name + how);
+  };
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    if (!received_[i]) return old(sensors_[i], " has sent no scan");
+    const double age = std::chrono::duration<double>(now - received_[i]->at).count();
+    if (age > std::max(limit, 3.0 * sensors_[i].period)) return old(sensors_[i], " sends no scans");
+  }
+  return std::nullopt;
 }
 
 }  // namespace hecaton::services
