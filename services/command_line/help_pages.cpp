@@ -1,9 +1,9 @@
-#include "services/command_line/program.hpp"
-
 #include <algorithm>
 #include <cctype>
 
 #include <CLI/CLI.hpp>
+
+#include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
 

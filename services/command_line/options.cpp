@@ -11,7 +11,6 @@
 
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
-#include "services/config/duration.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "services/config/bounds.hpp"
+#include "services/config/text.hpp"
 #include "world/model/pose.hpp"
 
 namespace CLI {

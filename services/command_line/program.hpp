@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "services/runtime/exit_code.hpp"
+#include "services/runtime/options.hpp"
 
 namespace CLI {
 class App;
