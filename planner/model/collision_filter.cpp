@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/kinematics.hpp"
 
 namespace hecaton::planner {
@@ -162,18 +163,6 @@ bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& dis
 namespace {
 
 using Pairs = std::vector<std::pair<int, int>>;
-
-JointVector random_configuration(const JointLimits& limits, std::mt19937_64& random) {
-  JointVector q(limits.lower.size());
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    const bool endless = !std::isfinite(limits.lower[j]) || !std::isfinite(limits.upper[j]);
-    const double lower = endless ? -std::numbers::pi : limits.lower[j];
-    const double upper = endless ? std::numbers::pi : limits.upper[j];
-    const double unit = static_cast<double>(random() >> 11U) * 0x1.0p-53;  // [0, 1), the same on every platform
-    q[j] = lower + unit * (upper - lower);
-  }
-  return q;
-}
 
 Pairs always_touching(const RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
   std::mt19937_64 random(options.random_seed);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include "planner/model/kinematics.hpp"
 
@@ -29,20 +28,7 @@ Eigen::Vector3d direction_error(const Eigen::Vector3d& from, const Eigen::Vector
 
 class Solver {
  public:
-  Solver(const Arm& arm, const Pose& X_WT, const IkOptions& options)
-      : arm_(arm), X_WT_(X_WT), options_(options), random_(options.random_seed) {}
-
-  [[nodiscard]] JointVector random_configuration() {
-    JointVector q(arm_.limits.lower.size());
-    for (Eigen::Index j = 0; j < q.size(); ++j) {
-      const bool endless = !std::isfinite(arm_.limits.lower[j]) || !std::isfinite(arm_.limits.upper[j]);
-      const double lower = endless ? -std::numbers::pi : arm_.limits.lower[j];
-      const double upper = endless ? std::numbers::pi : arm_.limits.upper[j];
-      const double unit = static_cast<double>(random_() >> 11U) * 0x1.0p-53;  // [0, 1), the same on every platform
-      q[j] = lower + unit * (upper - lower);
-    }
-    return q;
-  }
+  Solver(const Arm& arm, const Pose& X_WT, const IkOptions& options) : arm_(arm), X_WT_(X_WT), options_(options) {}
 
   /// [Nakamura86, Wampler86] Δq = Jᵀ (J Jᵀ + λ² I)⁻¹ e with λ from Levenberg–Marquardt: a step that reduces ‖e‖ lowers
   /// λ; any other step is undone and raises λ. A joint that a step would push beyond its limit stays on the limit, and
@@ -123,7 +109,6 @@ class Solver {
   const Arm& arm_;
   const Pose& X_WT_;
   const IkOptions& options_;
-  std::mt19937_64 random_;
   Kinematics kinematics_;
   FrameJacobian J_;
 };
@@ -142,11 +127,24 @@ JointVector unwound(const Arm& arm, JointVector q, const JointVector& start) {
 
 }  // namespace
 
+JointVector random_configuration(const JointLimits& limits, std::mt19937_64& random) {
+  JointVector q(limits.lower.size());
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    const bool endless = !std::isfinite(limits.lower[j]) || !std::isfinite(limits.upper[j]);
+    const double lower = endless ? -std::numbers::pi : limits.lower[j];
+    const double upper = endless ? std::numbers::pi : limits.upper[j];
+    const double unit = static_cast<double>(random() >> 11U) * 0x1.0p-53;  // [0, 1), the same on every platform
+    q[j] = lower + unit * (upper - lower);
+  }
+  return q;
+}
+
 std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, const JointVector& start,
                                               const IkOptions& options) {
   Solver solver(arm, X_WT, options);
+  std::mt19937_64 random(options.random_seed);
   for (int attempt = 0; attempt <= options.seeds; ++attempt) {
-    JointVector q = attempt == 0 ? start : solver.random_configuration();
+    JointVector q = attempt == 0 ? start : random_configuration(arm.limits, random);
     if (!solver.converge(q)) continue;
     q = unwound(arm, q, start);
     if (!options.accept || options.accept(q)) return q;

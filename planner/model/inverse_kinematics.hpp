@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <random>
 
 #include "planner/model/arm.hpp"
 
@@ -32,5 +33,8 @@ struct IkOptions {
 /// random_seed.
 [[nodiscard]] std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, const JointVector& start,
                                                             const IkOptions& options = {});
+
+/// A random configuration within the limits; joints without limits are within ±π. The same on every platform.
+[[nodiscard]] JointVector random_configuration(const JointLimits& limits, std::mt19937_64& random);
 
 }  // namespace hecaton::planner

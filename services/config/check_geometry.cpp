@@ -16,6 +16,14 @@ namespace {
 constexpr int kSpeedSamples = 300;
 constexpr int kSweeps = 4;
 
+/// Random joint positions within the limits and ±π.
+void sample_joints(const planner::JointLimits& limits, planner::Random& random, planner::JointVector& q) {
+  for (int joint = 0; joint < q.size(); ++joint) {
+    q[joint] = random.uniform(std::max(limits.lower[joint], -std::numbers::pi),
+                              std::min(limits.upper[joint], std::numbers::pi));
+  }
+}
+
 // The maximum of ‖J q̇‖ over the box |q̇ⱼ| ≤ vⱼ lies in a corner: ascend from corner to corner along the last direction.
 double fastest(const Eigen::Matrix3Xd& J, const planner::JointVector& velocity, const Eigen::Vector3d& first) {
   Eigen::Vector3d direction = first;
@@ -42,10 +50,7 @@ double top_tool_speed(const planner::Arm& arm) {
   planner::JointVector q(model.joints());
   double top = 0.0;
   for (int sample = 0; sample < kSpeedSamples; ++sample) {
-    for (int joint = 0; joint < model.joints(); ++joint) {
-      q[joint] = random.uniform(std::max(arm.limits.lower[joint], -std::numbers::pi),
-                                std::min(arm.limits.upper[joint], std::numbers::pi));
-    }
+    sample_joints(arm.limits, random, q);
     planner::forward_kinematics(model, arm.X_WB, q, kinematics);
     planner::tool_jacobian(model, kinematics, J);
     const Eigen::Matrix3Xd linear = J.bottomRows<3>();
@@ -174,10 +179,7 @@ bool reaches(const planner::Cell& cell, const planner::CellGeometry& geometry, i
   planner::Random random(1);
   planner::JointVector q(planned.arm.model->joints());
   for (int sample = 0; sample < kConfigurations; ++sample) {
-    for (int joint = 0; joint < q.size(); ++joint) {
-      q[joint] = random.uniform(std::max(planned.arm.limits.lower[joint], -std::numbers::pi),
-                                std::min(planned.arm.limits.upper[joint], std::numbers::pi));
-    }
+    sample_joints(planned.arm.limits, random, q);
     const Bodies bodies = place_arm(cell.scene.obstacles, geometry, arm, q);
     if (nearest_pair(bodies, obstacle, planned.parameters.damper.influence_distance, true).found) return true;
   }
