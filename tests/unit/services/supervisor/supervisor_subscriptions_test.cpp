@@ -82,7 +82,7 @@ struct Listener {
   }
   /// Sends repeatedly until the only open fault is this one, or, without a subject, there is none.
   template <class Send>
-  [[nodiscard]] bool accuses(const std::string& subject, msg::CauseKind kind, Send send) {
+  [[nodiscard]] bool reports(const std::string& subject, msg::CauseKind kind, Send send) {
     for (const auto until = bus::Clock::now() + bus::kPatience; bus::Clock::now() < until; receive()) {
       if (!send()) return false;
       static_cast<void>(mailbox.wait(cell_limits().loop_period));
@@ -170,7 +170,7 @@ TEST_F(PastEvents, NodeFailureWithoutTextIsAFault) {
   sample.host("h2");
   sample.state(msg::NodeState::NODE_FAILED);
   EXPECT_TRUE(
-      listener.accuses("planner/arm3", msg::CauseKind::CAUSE_NODE_FAILED, [&] { return beats_.write(sample); }));
+      listener.reports("planner/arm3", msg::CauseKind::CAUSE_NODE_FAILED, [&] { return beats_.write(sample); }));
 }
 
 TEST_F(PastEvents, DeviceFailureIsAFaultOfItsArm) {
@@ -179,9 +179,9 @@ TEST_F(PastEvents, DeviceFailureIsAFaultOfItsArm) {
   msg::ArmState sample;
   sample.arm("arm1");
   sample.mode(msg::ArmMode::ARM_FAILED);
-  EXPECT_TRUE(listener.accuses("arm1", msg::CauseKind::CAUSE_ARM_FAILED, [&] { return states.write(sample); }));
+  EXPECT_TRUE(listener.reports("arm1", msg::CauseKind::CAUSE_ARM_FAILED, [&] { return states.write(sample); }));
   sample.mode(msg::ArmMode::ARM_RUNNING);
-  EXPECT_TRUE(listener.accuses("", {}, [&] { return states.write(sample); }));
+  EXPECT_TRUE(listener.reports("", {}, [&] { return states.write(sample); }));
 }
 
 // The rows of h1 and h2 say that neither has heard the listener's host.
@@ -202,13 +202,13 @@ TEST_F(PastEvents, RowsShowThatTheOwnHostIsNotHeard) {
     }
     return true;
   };
-  EXPECT_TRUE(listener.accuses("", {}, [&] { return write(0.005F); }));
+  EXPECT_TRUE(listener.reports("", {}, [&] { return write(0.005F); }));
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(write(0.005F));
     static_cast<void>(listener.mailbox.wait(cell_limits().loop_period));
     listener.receive();
   }
-  EXPECT_TRUE(listener.accuses("h3", msg::CauseKind::CAUSE_HOST_ISOLATED, [&] { return write(0.2F); }));
+  EXPECT_TRUE(listener.reports("h3", msg::CauseKind::CAUSE_HOST_ISOLATED, [&] { return write(0.2F); }));
 }
 
 TEST_F(PastEvents, WaitForTheFirstHeartbeatOfTheirAgent) {
