@@ -272,7 +272,7 @@ msg::Cause FaultDetector::awaited(std::string_view node) const {
   if (!record->has_stream || liveness_.last_heard(stream_name(node))) return {};
   const bool world = name == world_node();
   return make_cause(world ? msg::CauseKind::CAUSE_WORLD_SILENT : msg::CauseKind::CAUSE_DRIVER_SILENT, name,
-                    name + " has not sent any record yet");
+                    name + " has not sent any state yet");
 }
 
 DriverLoss FaultDetector::loss_of_driver(std::string_view arm) const {

@@ -293,7 +293,7 @@ std::optional<FaultObservation> FaultDetector::observe_stream(const ExpectedNode
   if ((!silent(presence) && presence != Presence::kMissing) || is_explained(node)) return std::nullopt;
   const auto last = liveness_.last_heard(stream);
   if (last && *liveness_.last_heard(node.name) - *last <= limit) return std::nullopt;
-  const std::string missing = world ? "no obstacle states" : "no arm record";
+  const std::string missing = world ? "no obstacle states" : "no arm state";
   return FaultObservation{world ? msg::CauseKind::CAUSE_WORLD_SILENT : msg::CauseKind::CAUSE_DRIVER_SILENT,
                           silence_severity(presence), world ? node.name : node.arm,
                           node.name + ": heartbeats, but " + missing + " for more than " + milliseconds(limit),
