@@ -175,7 +175,7 @@ std::string read_standby_host(const MapView& map, std::string_view key, const st
   const auto view = map.find(key);
   if (!view) return {};
   std::string host = declared_host(*view, hosts);
-  if (host == active) view->fail("another host than the one that it stands by for");
+  if (host == active) view->fail("another host than " + active + ", the host of the active service");
   return host;
 }
 

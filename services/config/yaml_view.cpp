@@ -264,7 +264,7 @@ Eigen::Vector3d read_vector(const YamlView& view, std::string_view of) {
 
 Eigen::Vector3d read_direction(const YamlView& view) {
   const Eigen::Vector3d vector = read_vector(view, {-1e3, 1e3}, "numbers [x, y, z]");
-  if (vector.norm() < 1e-6) view.fail("a direction, which the zero vector is not");
+  if (vector.norm() < 1e-6) view.fail("a direction, not the zero vector");
   return vector.normalized();
 }
 

@@ -105,7 +105,8 @@ struct MotionCheck {
       const bool same_place = motion.poses_W[i].translation() == next.translation();
       if (same_place && !motion.poses_W[i].linear().isApprox(next.linear(), kUnitTolerance)) {
         return sentence("waypoint ", (i + 1) % count + 1,
-                        " only turns its predecessor, which a speed along the line cannot time; move it too");
+                        " has the position of its predecessor with another orientation, which a speed along the line "
+                        "cannot time; move it, too");
       }
     }
     return unless_positive("speed", motion.speed);
