@@ -1,4 +1,4 @@
-"""Who may move an arm: S1 to S3 of docs/design/0008-arm-leases.md, as the drivers tell it.
+"""Checks rules S1 to S3 of docs/design/0008-arm-leases.md, which planner may move an arm, in logs and statuses of the drivers.
 
 usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a rule was broken
        terms.py --self-test  what breaks a rule is found
@@ -17,7 +17,7 @@ import unittest
 TOLD = re.compile(r' node=(driver|agent)/(\S+) event=(?:"([^"]*)"|(\S+))(.*)')
 FIELD = re.compile(r' (\w+)=(?:"((?:[^"\\]|\\.)*)"|(\S*))')
 
-FOLLOWS = ("planner changed", "planner continues")  # a planner in another's place; the same one under another term or in another process
+FOLLOWS = ("planner changed", "planner continues")  # another planner; or the same one with another term or process
 ARM_LEASE = "arm lease"                # in force at the driver
 REFUSED = "command refused"
 
@@ -28,10 +28,10 @@ def fields(text):
 
 @dataclasses.dataclass
 class Account:
-    """Of one arm."""
-    newest: int = 0  # term that its driver has heard of
+    """The terms of one arm."""
+    newest: int = 0  # newest term that its driver has received
     why: str = ""    # how
-    holders: dict = dataclasses.field(default_factory=dict)  # planner by term
+    holders: dict = dataclasses.field(default_factory=dict)  # planner, by term
 
     def follows(self, planner, term):
         return self._older(term, f"followed {planner} in term {term}") or self._hear(planner, term, "followed")
@@ -50,16 +50,16 @@ class Account:
 
 
 class LogTerms:
-    """Hears the lines of all hosts' logs, of each host in order."""
+    """Checks the log lines of all hosts; lines of each host in order."""
 
     def __init__(self):
         self.complaints = []
-        self.followed = 0   # times that an arm began to follow another planner, term or process
+        self.followed = 0   # number of changes to another planner, term or process
         self.leases = 0
-        self.refused = set()  # (arm, planner, term) of commands that came too late
-        self.forgotten = []   # arms whose driver began without memory
+        self.refused = set()  # (arm, planner, term) of late commands
+        self.forgotten = []   # arms whose driver started without its checkpoint
         self._arms = {}
-        self._told = {ARM_LEASE: set(), FOLLOWS: set()}  # arms whose driver ever told so
+        self._logged = {ARM_LEASE: set(), FOLLOWS: set()}  # arms whose driver logged the event
         self._begun = {}  # services that the running agent of a host has started for the first time
         self._anew = set()  # hosts whose running agent is another one and has said nothing of a memory
 
@@ -71,7 +71,7 @@ class LogTerms:
         (self._hear_agent if role == "agent" else self._hear_driver)(name, quoted or plain, fields(rest))
 
     def _hear_agent(self, host, event, told):
-        if event == "goes on with what was remembered":
+        if event == "run resumed":
             self._begun[host] = set()
             self._anew.discard(host)
         if event != "service started" or told.get("restarts") != "0":
@@ -83,7 +83,7 @@ class LogTerms:
             self._anew.add(host)
         begun.add(service)
         arm = service.removeprefix("driver-")
-        # On a busy machine a driver tells something before its agent tells of the start: that is not of an earlier life.
+        # On a busy machine, a driver may log before its agent logs the start; that is not an earlier process.
         if arm != service and host in self._anew and self._arms.pop(arm, None):
             self.forgotten.append(arm)
 
@@ -92,42 +92,42 @@ class LogTerms:
         complaint = None
         if event in FOLLOWS:
             self.followed += 1
-            self._told[FOLLOWS].add(arm)
+            self._logged[FOLLOWS].add(arm)
             complaint = account.follows(told["planner"], int(told["term"]))
         elif event == ARM_LEASE:
             self.leases += 1
-            self._told[ARM_LEASE].add(arm)
+            self._logged[ARM_LEASE].add(arm)
             complaint = account.goes_by(told["planner"], int(told["term"]))
         elif event == REFUSED and int(told["term"]) <= account.newest:
             self.refused.add((arm, told["from"], int(told["term"])))
         if complaint:
             self.complaints.append(f"arm {arm} {complaint}")
 
-    def untold(self, arms):
-        """Those of them, which moved, whose driver did not tell whom it follows and by which lease: of them nothing is shown."""
-        return [arm for arm in arms if not all(arm in told for told in self._told.values())]
+    def without_events(self, arms):
+        """Those of the arms whose driver did not log a followed planner and a lease, so that nothing is known of them."""
+        return [arm for arm in arms if not all(arm in told for told in self._logged.values())]
 
     def summary(self):
-        return (f"arms followed another planner, term or process {self.followed} times under {self.leases} leases; "
-                f"{len(self.refused)} planners were refused that had been replaced"
-                + (f"; without memory began {', '.join(self.forgotten)}" if self.forgotten else ""))
+        return (f"{self.followed} changes of planner, term or process under {self.leases} leases; "
+                f"{len(self.refused)} replaced planners were refused"
+                + (f"; started without checkpoint: {', '.join(self.forgotten)}" if self.forgotten else ""))
 
 
 class StatusTerms:
-    """Hears what `hecaton status -o json` tells of each arm's driver: what its process cannot leave out of a log."""
+    """Checks the drivers in `hecaton status -o json`, independently of their logs."""
 
     def __init__(self):
         self.complaints = []
-        self._last = {}     # by supervisor and arm: each hears a driver in order, but one may hear it later than another
-        self._holders = {}  # planner by arm and term
+        self._last = {}     # by supervisor and arm: each gets a driver's states in order, but with another delay
+        self._holders = {}  # planner, by arm and term
 
     def hear(self, status):
         for arm in status["arms"]:
-            if arm["state"]["age_s"] is None:  # nobody has heard its driver
+            if arm["state"]["age_s"] is None:  # no state of its driver yet
                 continue
             complaint = self._judge(status["supervisor"], arm["name"], arm["state"])
             if complaint:
-                self.complaints.append(f"arm {arm['name']}, as {status['supervisor']} hears it, {complaint}")
+                self.complaints.append(f"arm {arm['name']}, in the status of {status['supervisor']}, {complaint}")
 
     def _judge(self, supervisor, arm, state):
         before = self._last.get((supervisor, arm))
@@ -142,11 +142,11 @@ class StatusTerms:
             return None
         if newest < before["newest_term"]:
             return f"goes by term {newest} after it went by {before['newest_term']}"
-        if not term:  # this process has followed nobody yet
+        if not term:  # this process has not followed a planner yet
             return None
         if term < before["term"]:
             return f"follows term {term} after {before['term']}"
-        # The last command may be older than the lease, but then no newer one was accepted since.
+        # The last command may be older than the lease, but only if no newer one was accepted since.
         same = term == before["term"] and state["command_age_s"] >= before["command_age_s"]
         if term < before["newest_term"] and not same:
             return f"follows term {term}, by a command that it accepted when it went by term {before['newest_term']}"
@@ -154,7 +154,7 @@ class StatusTerms:
 
 
 def driver(event, planner, term, arm="west"):
-    """A line as the driver logs it."""
+    """A log line of a driver."""
     quoted = event if " " not in event else f'"{event}"'
     return f'time=2026-01-31T12:00:00.000Z level=info node=driver/{arm} event={quoted} planner={planner} term={term} x="a b"'
 
@@ -168,7 +168,7 @@ def started(service, restarts=0):
 
 
 def told(term, newest, planner="A", age=0.01, supervisor="supervisor"):
-    """A status as `hecaton` tells it, as far as it is looked at."""
+    """The parts of a status that are checked."""
     state = {"term": term, "newest_term": newest, "planner": planner, "command_age_s": age, "age_s": 0.0}
     return {"supervisor": supervisor, "arms": [{"name": "west", "state": state}]}
 
@@ -185,62 +185,62 @@ class LogTest(unittest.TestCase):
         self.assertEqual(len(found), 1, found)
         self.assertRegex(found[0], pattern)
 
-    def test_a_takeover_and_a_return_are_right(self):
+    def test_takeover_and_return_are_allowed(self):
         self.assertEqual(self.complaints(
             driver("planner changed", "A", 5), driver("arm lease", "A", 5), driver("arm lease", "B", 8), driver("planner changed", "B", 8),
             driver("planner continues", "B", 8), driver("planner continues", "B", 10), driver("planner changed", "A", 11)), [])
 
-    def test_an_older_term_is_found(self):
+    def test_finds_older_term(self):
         self.assert_found("followed B in term 8 after it followed term 9 of A",
                           driver("planner changed", "A", 9), driver("planner changed", "B", 8))
 
-    def test_an_older_term_is_found_after_the_same_planner_went_on_under_a_newer_one(self):
+    def test_finds_older_term_after_newer_term_of_same_planner(self):
         self.assert_found("followed B in term 8 after it followed term 9 of A",
                           driver("planner changed", "A", 5), driver("planner continues", "A", 9), driver("planner changed", "B", 8))
 
-    def test_an_older_command_than_a_lease_is_found(self):
+    def test_finds_command_older_than_lease(self):
         self.assert_found("followed A in term 5 after it went by term 8 of B",
                           driver("arm lease", "B", 8), driver("planner continues", "A", 5))
 
-    def test_two_planners_of_one_term_are_found(self):
+    def test_finds_two_planners_of_one_term(self):
         self.assert_found("B in term 5, which is that of A", driver("planner changed", "A", 5), driver("planner changed", "B", 5))
         self.assert_found("B in term 5, which is that of A", driver("arm lease", "A", 5), driver("planner changed", "B", 5))
 
-    def test_a_lease_of_nobody_is_that_of_the_first(self):
+    def test_lease_without_planner_is_of_the_first_one(self):
         self.assertEqual(self.complaints(driver("arm lease", '""', 5), driver("arm lease", "A", 5), driver("planner changed", "A", 5)), [])
 
-    def test_a_lease_that_goes_back_is_found(self):
+    def test_finds_lease_that_goes_back(self):
         self.assert_found("goes by term 7 of A after it went by term 8 of B",
                           driver("arm lease", "B", 8), driver("driver started", "", 0), driver("arm lease", "A", 7))
 
-    def test_arms_have_terms_of_their_own(self):
+    def test_arms_have_separate_terms(self):
         self.assertEqual(self.complaints(driver("planner changed", "A", 9), driver("planner changed", "C", 5, "east")), [])
 
-    def test_a_memory_outlives_its_process_and_its_agent(self):
+    def test_checkpoint_outlives_process_and_agent(self):
         lines = (started("driver-west"), driver("planner changed", "A", 9), started("driver-west", 1))
         self.assert_found("after", *lines, driver("planner changed", "B", 8))
-        lines += (agent("goes on with what was remembered"), started("driver-west"))
+        lines += (agent("run resumed"), started("driver-west"))
         self.assert_found("after", *lines, driver("planner changed", "B", 8))
 
-    def test_a_driver_that_tells_something_before_its_agent_does_has_forgotten_nothing(self):
+    def test_driver_that_logs_before_its_agent_keeps_its_checkpoint(self):
         terms = LogTerms()
         for line in driver("driver started", "", 0), driver("arm lease", "A", 5), started("driver-west"), driver("planner changed", "B", 4):
             terms.hear(line)
         self.assertEqual((terms.forgotten, len(terms.complaints)), ([], 1))
 
-    def test_a_memory_does_not_outlive_its_host(self):
+    def test_checkpoint_does_not_outlive_host(self):
         terms = LogTerms()
         for line in (started("driver-west"), driver("planner changed", "A", 9), started("driver-west"), driver("planner changed", "B", 8)):
             terms.hear(line)
         self.assertEqual((terms.complaints, terms.forgotten), ([], ["west"]))
 
-    def test_an_arm_whose_driver_tells_nothing_shows_nothing(self):
+    def test_arm_without_log_events_is_reported(self):
         terms = LogTerms()
         for line in driver("planner changed", "A", 9), driver("arm lease", "A", 9), driver("planner changed", "A", 9, "east"):
             terms.hear(line)
-        self.assertEqual(terms.untold(["west", "east", "north"]), ["east", "north"])
+        self.assertEqual(terms.without_events(["west", "east", "north"]), ["east", "north"])
 
-    def test_what_was_refused_is_counted_by_who_sent_it(self):
+    def test_refused_commands_are_counted_by_planner(self):
         terms = LogTerms()
         terms.hear(driver("planner changed", "B", 9))
         for times in (1, 2, 4):
@@ -260,30 +260,30 @@ class StatusTest(unittest.TestCase):
         self.assertEqual(len(found), 1, found)
         self.assertRegex(found[0], pattern)
 
-    def test_a_takeover_is_right(self):
+    def test_takeover_is_allowed(self):
         self.assertEqual(self.complaints(told(5, 5), told(5, 8, "B", 0.02), told(5, 8, "B", 0.3), told(8, 8, "B")), [])
 
-    def test_a_driver_that_begins_has_followed_nobody(self):
+    def test_new_driver_has_not_followed_a_planner(self):
         self.assertEqual(self.complaints(told(8, 8), told(0, 8, age=0.0), told(8, 8)), [])
 
-    def test_who_has_not_heard_a_driver_yet_says_nothing_of_it(self):
+    def test_status_without_driver_state_is_ignored(self):
         silent = told(0, 0, "")
         silent["arms"][0]["state"]["age_s"] = None
         self.assertEqual(self.complaints(told(8, 8), silent), [])
 
-    def test_who_heard_a_driver_later_than_another_accuses_nobody(self):
+    def test_delayed_supervisor_gives_no_finding(self):
         self.assertEqual(self.complaints(told(8, 8), told(5, 5, "B", supervisor="supervisor@beta"), told(8, 8)), [])
 
-    def test_terms_that_go_back_are_found(self):
+    def test_finds_terms_that_go_back(self):
         self.assert_found("goes by term 7 after it went by 8", told(8, 8), told(7, 7, "B"))
         self.assert_found("follows term 7 after 8", told(8, 9, "B"), told(7, 9, "B"))
         self.assert_found("knows none above 7", told(8, 7))
 
-    def test_a_command_that_is_newer_than_the_lease_and_of_an_older_term_is_found(self):
+    def test_finds_newer_command_of_older_term(self):
         self.assert_found("follows term 5, by a command", told(5, 8, "B", 0.2), told(5, 8, "B", 0.01))
         self.assert_found("follows term 6, by a command", told(5, 8, "B", 0.2), told(6, 8, "B", 0.3))
 
-    def test_two_planners_of_one_term_are_found(self):
+    def test_finds_two_planners_of_one_term(self):
         self.assert_found("goes by B in term 5, which is that of A",
                           told(5, 5), told(5, 5, "B", supervisor="supervisor@beta"))
 
