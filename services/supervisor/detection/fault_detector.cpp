@@ -180,11 +180,11 @@ void FaultDetector::adopt(const std::string& key, const FaultRecord& record, Tim
 
 void FaultDetector::note_process(NodeRecord& record, std::int64_t pid) const {
   const Time now = clock_.now();
-  if (now - record.heartbeat_at > kDuplicate) record.returns = 0;
+  if (now - record.heartbeat_at > kDuplicate) record.changes = 0;
   if (record.pid != 0 && record.pid != pid) {
-    record.returns = record.previous_pid == pid ? record.returns + 1 : 0;
+    record.changes = record.previous_pid == pid ? record.changes + 1 : 0;
     record.previous_pid = record.pid;
-    record.returned_at = now;
+    record.changed_at = now;
   }
   record.heartbeat_at = now;
 }

@@ -164,12 +164,12 @@ class FaultDetector {
     std::optional<ProcessExit> pending_exit{};    // not judged yet
     std::optional<Time> pending_exit_at{};        // when that was, if it is judged again
     Time silence_at_end{0};                       // of the node, when the agent reported its last end
-    std::optional<Time> back{};                   // the absence of its host, by its end, from which it has returned
+    std::optional<Time> returned_from{};          // end of the last absence of its host from which it has returned
     Time heartbeat_at{0};                         // last one, of any process
     std::int64_t previous_pid = 0;                // heard before this process
     std::int64_t unreported_pid = 0;              // previous process whose end no agent has reported; 0: none
-    Time returned_at{0};                          // when the heard process last changed
-    int returns = 0;                              // changes between the same two processes without a pause
+    Time changed_at{0};                           // when the heard process last changed
+    int changes = 0;                              // changes between the same two processes without a pause
   };
   /// An exit (with a node) or a contact (without) that was judged.
   struct Transient {

@@ -9,7 +9,7 @@ namespace {
 
 /// A node is duplicate when its heartbeats change between the same two processes this often without a pause. Late
 /// heartbeats of a process that has ended change less often.
-constexpr int kMinReturns = 6;
+constexpr int kMinChanges = 6;
 
 std::string milliseconds(Time time) {
   return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count()) + " ms";
@@ -102,7 +102,7 @@ void FaultDetector::note_returns() {
     const auto steady = away ? liveness_.steady_since(node.name) : std::nullopt;
     if (!steady) continue;
     const Time heard_for = *liveness_.last_heard(node.name) - std::max(*steady, *away);
-    if (heard_for >= limits_.sure_return) records_.find(node.name)->second.back = away;
+    if (heard_for >= limits_.sure_return) records_.find(node.name)->second.returned_from = away;
   }
 }
 
@@ -197,9 +197,9 @@ void FaultDetector::judge_nodes(Time now) {
 void FaultDetector::judge_duplicates(Time now) {
   for (const ExpectedNode& node : nodes_) {
     NodeRecord& record = records_.find(node.name)->second;
-    if (clock_.now() - record.returned_at > kDuplicate) record.returns = 0;
+    if (clock_.now() - record.changed_at > kDuplicate) record.changes = 0;
     const std::string key = node_fault_key(msg::CauseKind::CAUSE_DUPLICATE_NODE, node.name);
-    if (record.returns < kMinReturns) {
+    if (record.changes < kMinChanges) {
       faults_.clear(key, now);
       continue;
     }
@@ -334,7 +334,7 @@ bool FaultDetector::is_explained(const ExpectedNode& node) const {
 
 bool FaultDetector::is_returning(const ExpectedNode& node) const {
   const auto away = hosts_.away(*hosts_.index(node.host));
-  return away && find(node.name)->back != away;
+  return away && find(node.name)->returned_from != away;
 }
 
 // A fault that waits for resume orders hold once for each arm that it holds, also if it holds the arm only later: a
