@@ -1,4 +1,4 @@
-// Prints every fault of a cell as it begins and as it is cleared, until a person ends it (Ctrl-C).
+// Prints the begin and the end of each fault of a cell, until Ctrl-C.
 #include <cstdlib>
 #include <iostream>
 

@@ -1,4 +1,4 @@
-// Follows a goal: prints its progress, holds the arm on the way, lets it go on, and tells how it ended.
+// Follows a goal: prints its progress, holds and resumes the arm, and prints the outcome.
 #include <cstdlib>
 #include <iostream>
 
@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   const hecaton::Arm arm = cell.arm(argv[2]);
 
   const hecaton::ArmState before = arm.state();
-  std::cout << arm.name() << " is " << name_of(before.mode) << ", heard " << before.age.count() << " s ago\n";
+  std::cout << arm.name() << " is " << name_of(before.mode) << "; its state is " << before.age.count() << " s old\n";
 
   const hecaton::Goal goal = arm.go_to(argv[3], {.time_limit = 60s});
   goal.on_progress([](const hecaton::Progress& progress) {
@@ -23,7 +23,7 @@ int main(int argc, char** argv) try {
     std::cout << std::endl;
   });
 
-  arm.hold();  // the goal is kept
+  arm.hold();  // keeps the goal
   std::cout << "held: the outcome is still " << goal.wait(1s).text() << std::endl;
   arm.resume();
 

@@ -1,4 +1,4 @@
-// Adds an obstacle, sends two arms to named poses at the same time, and waits until both are there.
+// Adds an obstacle, moves two arms to named poses at the same time, and waits for both.
 #include <iostream>
 
 #include <hecaton/client.hpp>

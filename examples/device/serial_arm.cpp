@@ -28,7 +28,7 @@ class SerialArm final : public ArmDevice {
     ::cfsetspeed(&settings, B115200);
     ::tcsetattr(line_, TCSANOW, &settings);
     state_ = {};
-    state_.text = port_ + ": no state came yet; is the arm switched on?";
+    state_.text = port_ + ": no state received yet; is the arm switched on?";
     return {};
   }
 
@@ -40,7 +40,7 @@ class SerialArm final : public ArmDevice {
     for (std::size_t end = 0; (end = received_.find('\n')) != std::string::npos; received_.erase(0, end + 1)) {
       interpret(received_.substr(0, end), now);
     }
-    state_.age = now - heard_at_;
+    state_.age = now - received_at_;
     return state_;
   }
 
@@ -56,7 +56,7 @@ class SerialArm final : public ArmDevice {
   void deactivate() override {}
 
  private:
-  // A line that was cut off is left out: the next one comes within milliseconds.
+  // Ignores a truncated line; the next one arrives within milliseconds.
   void interpret(const std::string& line, Clock::time_point now) {
     std::istringstream words(line.substr(std::min<std::size_t>(2, line.size())));
     if (line.starts_with("F ")) {
@@ -68,13 +68,13 @@ class SerialArm final : public ArmDevice {
       for (double& qd : measured.qd) words >> qd;
       if (!words) return;
       state_ = {measured, {}, 1.0, DeviceMode::kReady, {}};
-      heard_at_ = now;
+      received_at_ = now;
     }
   }
 
   DeviceResult send(const std::string& line) const {
     if (line_ >= 0 && ::write(line_, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return {};
-    return DeviceFailure{port_ + ": the arm takes no set-points: " + std::strerror(errno)};
+    return DeviceFailure{port_ + ": cannot send to the arm: " + std::strerror(errno)};
   }
 
   void close() {
@@ -88,7 +88,7 @@ class SerialArm final : public ArmDevice {
   int line_ = -1;
   std::string received_;
   DeviceState state_;
-  Clock::time_point heard_at_;
+  Clock::time_point received_at_;
 };
 
 }  // namespace
@@ -96,7 +96,7 @@ class SerialArm final : public ArmDevice {
 std::unique_ptr<ArmDevice> make_serial_arm(const DeviceSetup& setup) {
   const auto port = setup.values.find("port");
   if (port == setup.values.end()) {
-    throw std::runtime_error(setup.where + ".port is missing, but must be the path of a serial line");
+    throw std::runtime_error(setup.where + ".port is missing; it must be the path of a serial line");
   }
   return std::make_unique<SerialArm>(port->second, setup.start.size());
 }

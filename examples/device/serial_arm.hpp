@@ -1,9 +1,9 @@
 #pragma once
-/// A device of one's own: an arm over a serial line that speaks lines of text.
+/// Example of a device: an arm on a serial line with a text protocol.
 ///
-///     arm → driver   S q₁ … qₙ q̇₁ … q̇ₙ      measured state [rad], [rad/s]; a few milliseconds apart
-///                    F what has failed       instead of a state, as long as it has failed
-///     driver → arm   M q₁ … qₙ q̇₁ … q̇ₙ ms   be there after one period; stop when nothing follows for so many ms
+///     arm → driver   S q₁ … qₙ q̇₁ … q̇ₙ      measured state [rad], [rad/s], every few milliseconds
+///                    F description           instead of a state while the arm has failed
+///     driver → arm   M q₁ … qₙ q̇₁ … q̇ₙ ms   set-point for the end of the period; stop without a successor within ms
 ///                    H                       stop
 
 #include <memory>

@@ -1,4 +1,4 @@
-// The example drives an arm on a pseudo-terminal, as a planner commands it, in a live cell.
+// The example driver in a live cell, with an arm on a pseudo-terminal.
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kJoints = 6;
 
-/// The arm at the other end of the line: it is where the last set-point was.
+/// The arm at the other end of the line; its position is the last set-point.
 class ArmOnALine {
  public:
   explicit ArmOnALine(const std::vector<double>& q) : q_(q), qd_(kJoints, 0.0), thread_([this] { run(); }) {}
@@ -34,7 +34,7 @@ class ArmOnALine {
   ArmOnALine& operator=(const ArmOnALine&) = delete;
 
   [[nodiscard]] const std::string& port() const { return port_; }
-  /// Nothing: the failure is over.
+  /// Empty: ends the failure.
   void fail(const std::optional<std::string>& what) {
     const std::lock_guard lock(mutex_);
     failure_ = what;
@@ -97,12 +97,12 @@ class ArmOnALine {
       }
     }
     const std::string text = line.str() + '\n';
-    (void)!::write(master_, text.data(), text.size());  // full: no driver reads
+    (void)!::write(master_, text.data(), text.size());  // fails if no driver reads
   }
 
   int master_ = open_master();
   std::string port_ = ::ptsname(master_);
-  int slave_ = ::open(port_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);  // held open: the line stays up without a driver
+  int slave_ = ::open(port_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);  // keeps the line open without a driver
   std::string received_;
   std::mutex mutex_;
   std::optional<std::string> failure_;
@@ -122,7 +122,7 @@ class SerialArmTest : public WithArm, public MotionCell {
   }
 };
 
-TEST_F(SerialArmTest, ReachesAGoal) {
+TEST_F(SerialArmTest, ReachesGoal) {
   start_all();
   send(joint_goal("over there", kReady));
   ASSERT_TRUE(await([this] { return is("over there", msg::GoalState::GOAL_REACHED); }));
@@ -130,7 +130,7 @@ TEST_F(SerialArmTest, ReachesAGoal) {
   for (int j = 0; j < kJoints; ++j) EXPECT_NEAR(q[j], kReady[j], 0.02) << j;
 }
 
-TEST_F(SerialArmTest, AFailureHoldsTheArmUntilItIsOver) {
+TEST_F(SerialArmTest, FailureHoldsTheArmUntilItEnds) {
   start_all();
   arm_on_a_line.fail("joint 3: overcurrent");
   ASSERT_TRUE(await([this] { return arm()->mode() == msg::ArmMode::ARM_FAILED; }));
@@ -141,7 +141,7 @@ TEST_F(SerialArmTest, AFailureHoldsTheArmUntilItIsOver) {
   ASSERT_TRUE(await([this] { return arm()->mode() == msg::ArmMode::ARM_RUNNING; }));
 }
 
-TEST_F(SerialArmTest, RefusesAKeyThatTheDeviceDoesNotHave) {
+TEST_F(SerialArmTest, RejectsUnknownDeviceKey) {
   ChildProcess driver("example-serial-arm-driver",
                       {HECATON_SOURCE_DIR "/examples/device/wrong_key.yaml", "--arm", "left"});
   EXPECT_EQ(driver.wait(kLimit).code, 3);

@@ -1,4 +1,4 @@
-// Plans between two named poses of a cell's first arm, by a built-in planner or by "straight_line".
+// Plans a path of a cell's first arm between two named poses, with a built-in planner or with "straight_line".
 //
 // usage: example_global_planner CELL.yaml PLANNER FROM TO
 
@@ -15,7 +15,7 @@ namespace {
 
 namespace hp = hecaton::planner;
 
-/// Only the first arm and the obstacles: in this cell nothing moves.
+/// The first arm among the obstacles at their initial poses.
 hp::global::Validity validity_of(const hp::Cell& cell) {
   hp::CellGeometry geometry({cell.arms.front().arm}, 0);
   geometry.set_obstacles(cell.scene.obstacles);

@@ -1,5 +1,5 @@
 #pragma once
-/// A global planner of one's own: the straight line in joint space, or nothing.
+/// Example of a global planner: the straight line in joint space, if it is free.
 
 #include <vector>
 
@@ -11,16 +11,16 @@ namespace global = hecaton::planner::global;
 
 class StraightLine final : public global::GlobalPlanner {
  public:
-  StraightLine() : GlobalPlanner({.name = "straight_line", .summary = "the straight line, or nothing"}) {}
+  StraightLine() : GlobalPlanner({.name = "straight_line", .summary = "the straight line, if it is free"}) {}
 
   [[nodiscard]] global::SearchResult search(const global::SearchProblem& problem) const override {
     global::SearchResult result;
-    // The short way round, where a joint turns without end.
-    std::vector<float> place;
-    const float* goal = problem.space.nearest_image(problem.start, problem.goal, place);
+    // Continuous joints take the short way.
+    std::vector<float> image;
+    const float* goal = problem.space.nearest_image(problem.start, problem.goal, image);
     if (!problem.edge_free(problem.start, goal)) {
       result.status = global::PlanStatus::kStuck;
-      result.reason = "something is in the straight line from start to goal";
+      result.reason = "an obstacle blocks the straight line from start to goal";
       return result;
     }
     result.status = global::PlanStatus::kSolved;

@@ -1,4 +1,4 @@
-// Simulates the arms of a cell file that may name the method "spring".
+// Simulates a cell file, which may use the method "spring".
 //
 // usage: example_motion_method CELL.yaml
 

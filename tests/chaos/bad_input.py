@@ -1,5 +1,5 @@
-"""What a run cannot begin with."""
+"""Invalid input of a run."""
 
 
 class BadInput(Exception):
-    """A sentence: what cannot be, and what is allowed."""
+    """One sentence: the invalid value and what is allowed."""

@@ -16,9 +16,9 @@ from limits import Limits
 
 NETWORK = ipaddress.ip_network("10.43.0.0/24")
 FIRST = 11  # of the hosts' addresses in it
-# Late enough for a machine that is shared: those of deploy/cells/three_hosts.yaml.
+# Limits for hosts that share a machine, as in deploy/cells/three_hosts.yaml.
 SHARED_LIMITS = {"heartbeat_deadline": "250ms", "host_lease": "1s"}
-SHARED_FAILOVER_TIMEOUT = "150ms"  # roles are not exchanged because such a machine stalls
+SHARED_FAILOVER_TIMEOUT = "150ms"  # avoids failovers when such a machine stalls
 WATCHDOG = 10.0  # [s] by default (docs/reference/cell-file.md)
 MOST_HOSTS = 64  # of a cell (docs/reference/cell-file.md), like the next one
 LONGEST_NAME = 64
@@ -26,24 +26,24 @@ PATHS = ("urdf", "srdf")
 
 
 def copy_of(document, folder, timeout_scale=1):
-    """The document of a cell file in `folder`, changed in place."""
+    """Changes the document of a cell file in `folder` in place, and returns it."""
     make_paths_absolute(document, folder)
     for obstacle in document.get("obstacles") or []:
         stand_still(obstacle)
     supervision = section(document, "supervision")
-    supervision.pop("recovery", None)  # contacts wait for people by default
+    supervision.pop("recovery", None)  # by default, contacts wait for an operator
     if not SHARED_LIMITS.keys() & supervision.keys():
         supervision.update(SHARED_LIMITS)
     supervision.setdefault("failover_timeout", SHARED_FAILOVER_TIMEOUT)
     scale_timeouts(document, timeout_scale)
-    # Who stands still for a while is not killed by its agent: it goes on, and nobody has died.
+    # An agent must not kill a process that is stopped for a while.
     supervision["watchdog"] = f"{max(WATCHDOG, 2 * longest_stop(Limits.of(document).silence)):g}s"
-    section(document, "network").pop("interface", None)  # a host's only one has another name here
+    section(document, "network").pop("interface", None)  # the hosts' interface has another name here
     return document
 
 
 def scale_timeouts(document, factor):
-    """Silence counts so many times later, on a machine that stands still for as long as it may last."""
+    """Multiplies the limits of silence, for a machine that stalls for as long as they allow."""
     supervision = section(document, "supervision")
     if factor == 1:
         return
@@ -53,7 +53,7 @@ def scale_timeouts(document, factor):
 
 
 def section(document, key):
-    """A map of the cell file, made when it is not there."""
+    """A map of the cell file; created if it does not exist."""
     if not document.get(key):
         document[key] = {}
     return document[key]
@@ -75,14 +75,14 @@ def beside(folder, holder, keys):
 
 
 def stand_still(obstacle):
-    """Where it begins."""
+    """Keeps the obstacle at its initial pose."""
     motion = obstacle.pop("motion", None) or {}
     if "poses" in motion:
         obstacle["pose"] = motion["poses"][0]
 
 
 def why_spread(document):
-    """Why this cell cannot have the hosts of its file here; None: it can."""
+    """Why the hosts of the file cannot be used; None: they can."""
     hosts = document.get("hosts") or {}
     if len(hosts) < 2:
         return "it has a single host"
@@ -127,7 +127,7 @@ def remove_standbys(document):
 
 
 def watched(document):
-    """Who may have a standby."""
+    """Services that may have a standby."""
     return [*document["arms"], section(document, "supervision")]
 
 
@@ -143,13 +143,13 @@ def ring_of(document):
     ring = list(dict.fromkeys(arm["host"] for arm in document["arms"]))
     standbys = dict(zip(ring, ring[1:] + ring[:1]))
     standbys.setdefault(document["supervision"]["host"], document["world"]["host"])
-    # Who would be next to itself has another's help.
+    # A host that would be its own neighbour gets another one.
     return {host: standby if standby != host else next(other for other in document["hosts"] if other != host)
             for host, standby in standbys.items()}
 
 
 def services(document):
-    """Names of all that agents start, beside who stands where."""
+    """Names of all services that agents start."""
     names = ["world", "supervisor"] + [f"{kind}/{arm['name']}" for arm in document["arms"] for kind in ("driver", "planner")]
     names += [f"planner/{arm['name']}@{arm['standby_host']}" for arm in document["arms"] if "standby_host" in arm]
     standby = document["supervision"].get("standby_host")
@@ -201,30 +201,30 @@ class CopyTest(unittest.TestCase):
         self.assertEqual(document["arms"][1]["urdf"], "/robots/b.urdf")
         self.assertEqual(document["obstacles"][0]["shapes"][0]["file"], "/cells/cart.stl")
 
-    def test_obstacles_stand_still_where_they_begin(self):
+    def test_obstacles_rest_at_their_initial_pose(self):
         cart, ball = document_of(SINGLE)["obstacles"]
         self.assertEqual((cart["pose"]["xyz"], ball["pose"]["xyz"]), (["1", "0", "0"], ["3", "0", "0"]))
         self.assertFalse("motion" in cart or "motion" in ball)
 
-    def test_scalars_are_written_as_they_were(self):
+    def test_scalars_are_written_unchanged(self):
         text = cell_document.write(document_of(SINGLE))
         for line in ('name: "012"', "- 1e-1", "- on", "radius: 010"):
             self.assertRegex(text, rf"(?m)^ *(- )?{line}$")
         self.assertEqual(cell_document.read(text), document_of(SINGLE))
 
-    def test_limits_that_a_file_does_not_state_are_those_of_a_shared_machine(self):
+    def test_default_limits_are_for_a_shared_machine(self):
         self.assertEqual(document_of(SINGLE)["supervision"], {**SHARED_LIMITS, "failover_timeout": "150ms", "watchdog": "10s"})
         stated = document_of(SEVERAL)["supervision"]
         self.assertEqual((stated["heartbeat_deadline"], stated.get("host_lease")), ("40ms", None))
 
 
-    def test_timeout_scale_multiplies_them(self):
+    def test_timeout_scale_multiplies_limits(self):
         document = copy_of(cell_document.read(SEVERAL), "/cells", timeout_scale=4)
         self.assertEqual({key: document["supervision"][key] for key in ("heartbeat_deadline", "failover_timeout", "watchdog")},
                          {"heartbeat_deadline": "0.16s", "failover_timeout": "0.6s", "watchdog": "10s"})
         self.assertEqual(copy_of(cell_document.read(SINGLE), "/cells", timeout_scale=2)["supervision"]["host_lease"], "2s")
 
-    def test_no_agent_ends_who_stands_still_for_as_long_as_we_let_it(self):
+    def test_watchdog_is_longer_than_all_stops(self):
         for deadline, watchdog in ("40ms", "10s"), ("4s", "18s"), ("60s", "242s"):
             supervision = document_of(SEVERAL.replace("40ms", f"{deadline}, host_lease: 60.5s"))["supervision"]
             self.assertEqual(supervision["watchdog"], watchdog)
@@ -239,7 +239,7 @@ class SpreadTest(unittest.TestCase):
     def why(self, **hosts):
         return why_spread({"hosts": hosts})
 
-    def test_only_addresses_of_their_own_in_one_network_make_hosts(self):
+    def test_hosts_need_own_addresses_in_one_network(self):
         self.assertIsNone(why_spread(document_of(SEVERAL)))
         self.assertIn("single host", why_spread(document_of(SINGLE)))
         self.assertIn("share", self.why(a="127.0.0.1", b="127.0.0.1"))
@@ -249,7 +249,7 @@ class SpreadTest(unittest.TestCase):
         self.assertIn("one network", self.why(a="10.0.0.2", b="10.0.1.2"))
         self.assertIn("operator's", self.why(a="10.0.0.1", b="10.0.0.2"))
 
-    def test_every_arm_has_a_host_and_so_have_world_and_supervisor(self):
+    def test_each_arm_world_and_supervisor_have_a_host(self):
         document = self.spread()
         self.assertEqual(document["hosts"], {"a-pc": "10.43.0.11", "b-pc": "10.43.0.12", "world-pc": "10.43.0.13",
                                              "supervisor-pc": "10.43.0.14"})
@@ -257,7 +257,7 @@ class SpreadTest(unittest.TestCase):
         self.assertEqual(document["network"], {"discovery": "unicast"})
         self.assertIsNone(why_spread(document))
 
-    def test_many_arms_share_as_many_hosts_as_a_cell_may_have(self):
+    def test_many_arms_share_the_largest_number_of_hosts(self):
         document = document_of(SINGLE)
         document["arms"] = [{"name": f"{'a' * 60}{i}"} for i in range(100, 170)]
         spread(document)
@@ -280,7 +280,7 @@ class SpreadTest(unittest.TestCase):
         remove_standbys(document)
         self.assertFalse(has_standbys(document))
 
-    def test_nobody_is_its_own_standby(self):
+    def test_no_host_is_its_own_standby(self):
         document = document_of(SEVERAL)
         put_standbys_in_a_ring(document)
         self.assertEqual([who["standby_host"] for who in watched(document)], ["right-pc", "left-pc", "left-pc"])

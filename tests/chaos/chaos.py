@@ -1,16 +1,16 @@
-"""Faults at random, from a seed, against a cell whose arms work, on hosts of its own (network namespaces).
+"""Injects random faults, drawn from a seed, into a live cell on its own hosts (network namespaces).
 
-Any cell will do that has two named poses for all its arms. A cell without several hosts that have addresses of their own is
-spread over some: one for each arm, one for the world, and one for the supervisor; each planner and the supervisor get a standby
-if the cell file gives none to anybody. What else differs from the cell file: tests/chaos/cell_copy.py.
+The cell needs two named poses that all its arms have. A cell without several hosts with own addresses is spread over several: one
+for each arm, one for the world and one for the supervisor. If the cell file has no standbys, each planner and the supervisor get
+one. tests/chaos/cell_copy.py lists all differences from the cell file.
 
-Before the first fault all arms go there and back while nothing is done to them: a cell that cannot is not tested, and why is
-said. An episode is one to three faults at a time; one with --alone, so that the figures are of each kind of fault, and with --of
-of one kind of process. All the time no contact may be seen, and no arm may follow an older term or two planners in one
-(terms.py); every fault must be told as what it is, not before it is one, and blamed on who had it, and nothing else (verdicts.py); no supervisor may
-take the lead from another to which nothing is done; after each episode the cell must run again and every goal be reached. With
---soak nothing is done to the cell, and every fault that it tells is a false one. Obstacles stand still: an arm whose driver is
-dead cannot make way. The first finding ends it, with --findings N the Nth, but what is unsafe always does."""
+Before the first fault, all arms move there and back without disturbance. If they cannot, the cell is not tested and the reason is
+printed. An episode has one to three faults at a time; with --alone one, so that figures are given by kind of fault. The runner
+requires at all times: no contact; no arm follows an older term or two planners of one term (terms.py); each fault is reported as
+what it is, not before it occurs, for the node or host concerned, and no other fault is (verdicts.py); the leader changes only
+because of a fault. After each episode the cell must run again and all goals must be reached. With --soak nothing is injected, and
+each reported fault is a false one. Obstacles do not move, because an arm without driver cannot give way. The first finding ends the
+run, with --findings the Nth; an unsafe one always does."""
 import collections
 import heapq
 import itertools
@@ -40,21 +40,21 @@ from live_cell import LiveCell, runs, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
-from verdicts import RETURN, hidden, may_be_told, may_move_the_leadership, pardoned, supervisors_hit  # noqa: E402
+from verdicts import RETURN, hidden, may_be_told, may_change_leader, pardoned, supervisors_hit  # noqa: E402
 
 SKIPPED = 77
 BAD_INPUT = 3
 NOTHING_TESTED = 4
-DISCARDS = 20  # episodes at most whose findings are put down to a machine that stood still
-LATE = 10.0  # [s] within which a fault that must be told is told; or as many leases, if that is longer
-SURE_RETURN = 1.0  # [s] for which a supervisor does so (verdicts.RETURN) once it hears a host's processes again
-ROUNDED = 20  # [ms] by which a time may be off: each supervisor reckons it anew, and its own absence begins with its last turn
-MOVING = 2.0  # [s] before a change of the leadership is seen in which lies why
+DISCARDS = 20  # largest number of episodes discarded because the machine stalled
+LATE = 10.0  # [s] within which a fault must be reported; or 10 host leases, if that is longer
+SURE_RETURN = 1.0  # [s] after which no silence counts as part of a return (verdicts.RETURN)
+ROUNDED = 20  # [ms] error of a reported time: each supervisor estimates it, its own absence from its last loop
+MOVING = 2.0  # [s] before an observed change of leader in which its cause lies
 
 
 class Violation(Exception):
-    """What must not be. `account`: the key of the report that counts such. `span` [ms, wall clock]: if the machine stood still
-    in it, that may be why; None: in the whole episode."""
+    """A finding. `account`: the key of the report that counts it. `span` [ms, wall clock]: a stall of the machine in it may be the
+    cause; None: in the whole episode."""
 
     def __init__(self, account, what, span=None):
         super().__init__(what)
@@ -63,23 +63,23 @@ class Violation(Exception):
 
 
 class Unreached(AssertionError):
-    """An arm did not go where it should."""
+    """An arm did not reach its goal."""
 
 
 NEVER = (math.inf, -math.inf)
-# What a machine that stands still makes of any component.
+# Faults that a stall of the machine can cause.
 SILENCES = ("node_silent", "host_lost", "host_isolated", "link_lost", "driver_silent", "world_silent")
-UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "memories_lost")
+UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "checkpoints_lost")
 ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_failovers")
 
 
 def say(what):
-    """To people: stdout is for data."""
+    """Prints a message to stderr; stdout is for data."""
     print(what, file=sys.stderr, flush=True)
 
 
 class Chaos:
-    """`poses`: two, between which all arms go. `ends`: hears who ends this program (ending.Ending)."""
+    """`poses`: the two poses between which all arms move. `ends`: signals that end the program (ending.Ending)."""
 
     def __init__(self, cell, arms, poses, limits, options, ends):
         self.cell = cell
@@ -91,50 +91,50 @@ class Chaos:
         self.alone = options.alone
         self.of = tuple(options.of)
         self.timeout_scale = options.timeout_scale
-        # In turn: who is killed ten times in a row within 10 s of life is given up.
+        # In turn: the agent gives up a process that dies ten times in a row within 10 s of its start.
         self.turns = itertools.cycle(self.of)
         self.rng = random.Random(options.seed)
         self.lateness = TimerLateness(min(STALL, limits.silence / 2))
         self.faults = 0
         self.known = set()
-        self.told = collections.Counter()  # by kind of injection, like the next two; only of what had to be told
+        self.told = collections.Counter()  # by kind of injection, like the next two; only faults that had to be reported
         self.detection = collections.defaultdict(list)  # [ms]
-        self.recovery = collections.defaultdict(list)   # [s] from the end of the last fault at a time
-        self.unwell = 0.0  # when the cell was last seen not to run
+        self.recovery = collections.defaultdict(list)   # [s] from the end of the episode's last fault
+        self.unwell = 0.0  # when the cell was last observed not to run
         self.findings = options.findings
         self.violations = []
-        self.span = self.account = None  # of the last one
+        self.span = self.account = None  # of the last violation
         self.accounts = dict.fromkeys(ACCOUNTS, 0)
-        self.unfit = None  # why this cell cannot be tested
+        self.unfit = None  # reason why the cell cannot be tested
         self.tasks = 0
         self.reached = 0
         self.supervisor_returned = 0  # [ms, wall clock]
-        self.returned_before = 0  # the same when this episode began
-        self.ran_again = time.monotonic()  # the leader heard everybody
-        self.held = 0       # episodes, or rounds of a soak run
+        self.returned_before = 0  # the same at the start of the episode
+        self.ran_again = time.monotonic()  # when the leader last received all nodes
+        self.passed = 0     # episodes, or rounds of a soak run
         self.discarded = 0  # episodes
-        self.untold = 0  # faults that no supervisor told while one led that was cut off before
-        self.machine_stalls = 0  # faults told of processes that stood still with the machine
-        self.machine_moves = 0   # of the leadership, for the same reason
+        self.unreported = 0  # faults that were not reported during a change to a leader that was cut off before
+        self.machine_stalls = 0  # reported faults of processes that stalled with the machine
+        self.machine_moves = 0   # changes of leader for the same reason
         self.began = self.ended = unix_ms()  # the episode
         self.log_terms = LogTerms()
         self.by_fault = FiguresByFault()
         self.status_terms = StatusTerms()
         self.leads = None  # (supervisor, term)
-        self.moves = []    # (when it was seen [ms, wall clock], what) of each change of that which was not judged yet
-        self.may_move = [math.inf, -math.inf]  # from when to when [ms, wall clock] the leadership may move, lately
-        cell.listeners += [self.status_terms.hear, self.hear_leader, self.hear_whether_it_runs]
+        self.moves = []    # (time [ms, wall clock], text) of each change of leader that was not checked yet
+        self.may_move = [math.inf, -math.inf]  # [ms, wall clock] the last interval in which the leader may change
+        cell.listeners += [self.status_terms.hear, self.note_leader, self.note_whether_it_runs]
 
-    def hear_leader(self, status):
+    def note_leader(self, status):
         before, self.leads = self.leads, (status["supervisor"], status["term"])
         if before not in (None, self.leads):
             self.moves.append((unix_ms(), f"from {before[0]} (term {before[1]}) to {self.leads[0]} (term {self.leads[1]})"))
 
-    def hear_whether_it_runs(self, status):
+    def note_whether_it_runs(self, status):
         if not runs(status):
             self.unwell = time.monotonic()
 
-    def work_through(self, options):
+    def run_all(self, options):
         if options.soak is None:
             self.run(options.faults, options.duration)
         else:
@@ -147,61 +147,61 @@ class Chaos:
             self.episode()
             self.ended = unix_ms()
             if len(self.violations) == found:
-                self.held += 1
+                self.passed += 1
                 continue
-            self.go_on_after_finding()
+            self.continue_after_finding()
 
-    def go_on_after_finding(self):
-        if self.says_nothing() and self.discarded < DISCARDS:
+    def continue_after_finding(self):
+        if self.caused_by_stall() and self.discarded < DISCARDS:
             self.discard()
         if not self.over():
-            self.go_on()
+            self.recover()
 
     def over(self):
         return bool(self.ends.told) or self.unsafe() or len(self.violations) >= self.findings
 
     def discard(self):
-        """The episode: what it found is the machine's doing."""
-        say(f"says nothing, for the machine stood still: {self.violations.pop()}")
+        """Discards the episode: a stall of the machine may have caused its finding."""
+        say(f"discarded, because the machine stalled: {self.violations.pop()}")
         if self.account:
             self.accounts[self.account] -= 1
         self.discarded += 1
 
-    def go_on(self):
+    def recover(self):
         before = self.cell.status()
         try:
-            self.cell.wait_for("somebody tells of the cell", lambda status: status is not before)
+            self.cell.wait_for("a status of the cell arrives", lambda status: status is not before)
             self.wait_until_it_runs()
             self.hear_logs()
             self.moves.clear()
         except AssertionError as error:
-            self.findings = 0  # nothing works any more
-            # No machine stands still for so long that this would say nothing.
-            self.violated("return after that", Violation(None, error, NEVER))
+            self.findings = 0  # ends the run
+            # No stall of the machine lasts so long.
+            self.violated("recovery after a finding", Violation(None, error, NEVER))
 
     def soak(self, duration):
-        """The arms work, nothing happens to them, nothing may be told."""
+        """The arms work without disturbance; no fault may be reported."""
         end = time.monotonic() + duration
         self.known = set(self.cell.faults())
         self.began = unix_ms()
         while time.monotonic() < end and not self.over():
             try:
                 self.work_undisturbed()
-                self.held += 1
+                self.passed += 1
             except (AssertionError, Violation) as error:
                 self.violated("soak", error)
                 self.known = set(self.cell.faults())
                 self.ended = unix_ms()
 
     def settle(self):
-        """What comes from now on counts."""
-        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))  # no silence is put down to a return any more
+        """Starts an episode: faults reported from now on count."""
+        time.sleep(max(0.0, self.ran_again + SURE_RETURN - time.monotonic()))
         self.known = set(self.cell.faults())
         self.by_fault.end_episode(None)
         self.began = unix_ms()
 
     def work_undisturbed(self):
-        """All arms go from one pose to the other."""
+        """Moves all arms from one pose to the other."""
         self.await_goals(self.give_goals())
         self.check([])
 
@@ -212,7 +212,7 @@ class Chaos:
             self.may_move[1] = unix_ms() + 1000 * RETURN
 
     def begin(self):
-        """Whether the cell came to run, which is the first that must hold, and its arms work."""
+        """True if the cell runs and its arms move back and forth."""
         try:
             self.wait_until_it_runs()
         except AssertionError as error:
@@ -220,38 +220,38 @@ class Chaos:
             return False
         self.learn()
         self.moves.clear()
-        return self.goes_to_and_fro()
+        return self.can_move_back_and_forth()
 
-    def goes_to_and_fro(self):
-        """Whether the arms do while nothing is done to them, and faults may begin."""
+    def can_move_back_and_forth(self):
+        """True if the arms move back and forth without disturbance."""
         while not self.over():
             found = len(self.violations)
-            self.go_to_and_fro()
+            self.move_back_and_forth()
             if self.unfit:
                 return False
             if len(self.violations) == found:
                 return True
-            self.go_on_after_finding()
+            self.continue_after_finding()
         return False
 
-    def go_to_and_fro(self):
-        """That they cannot is no finding, unless the cell tells of one."""
+    def move_back_and_forth(self):
+        """An unreached goal is a finding only if the cell reports a fault."""
         self.settle()
         try:
             for _ in self.poses:
                 if not self.ends.told:
                     self.work_undisturbed()
         except Unreached as error:
-            self.account_for(error)
+            self.explain(error)
         except Violation as error:
             self.violated("before the first fault", error)
         self.ended = unix_ms()
 
-    def account_for(self, unreached):
-        """It is the cell's doing if nothing went wrong meanwhile."""
+    def explain(self, unreached):
+        """The cell is unfit if it reports no fault."""
         try:
             self.check([])
-            self.unfit = f"the arms of this cell cannot go back and forth, without any fault: {unreached}"
+            self.unfit = f"the arms of this cell cannot move back and forth without faults: {unreached}"
         except Violation as error:
             self.violated("before the first fault", error)
 
@@ -261,7 +261,7 @@ class Chaos:
         self.hosts = {entry["host"] for entry in status["hosts"]}
 
     def victims(self, name):
-        """{node: host} of all services whose names begin so."""
+        """{node: host} of all services whose names begin with `name`."""
         return {node: host for node, host in self.nodes.items() if node.startswith(name)}
 
     def give_goals(self):
@@ -274,12 +274,12 @@ class Chaos:
             try:
                 self.cell.wait_for_goal(goal)
             except AssertionError as error:
-                raise Unreached(f"arm {arm} did not get from {self.poses[1]} to {self.poses[0]}: {error}") from error
+                raise Unreached(f"arm {arm} did not reach {self.poses[0]} from {self.poses[1]}: {error}") from error
             self.reached += 1
 
     def violated(self, during, error):
         self.violations.append(f"{during}: {error}")
-        say(f"found after {self.faults} faults: {self.violations[-1]}")
+        say(f"finding after {self.faults} faults: {self.violations[-1]}")
         self.span = getattr(error, "span", None)
         self.account = getattr(error, "account", None)
         if self.account:
@@ -296,10 +296,10 @@ class Chaos:
                 injections.append(injection)
         began = time.monotonic()
         try:
-            injected = self.inflict(injections)
-            inflicted = time.monotonic()
-            self.await_told(injections, injected)
-            # For what shows later than the cell runs again there is nothing to wait for.
+            injected = self.inject(injections)
+            ended_at = time.monotonic()
+            self.await_reports(injections, injected)
+            # Effects after this time cannot be awaited.
             time.sleep(max(injection.aftermath for injection in injections))
             self.wait_until_it_runs()
             healed = self.ran_again
@@ -311,13 +311,12 @@ class Chaos:
             return
         self.faults += len(injections)
         for injection in injections:
-            self.recovery[injection.kind()].append(max(0.0, self.unwell - inflicted))
+            self.recovery[injection.kind()].append(max(0.0, self.unwell - ended_at))
         say(f"{self.faults}: {', '.join(f'{one} ({one.duration:.1f} s)' for one in injections)}: "
             f"{healed - began:.1f} s, {time.monotonic() - began:.1f} s with the goals")
 
-    def inflict(self, injections):
-        """Returns when each began [ms, wall clock]. On a busy machine one may take so long to begin that the next begins late:
-        it lasts for its time all the same."""
+    def inject(self, injections):
+        """Returns the start of each [ms, wall clock]. On a busy machine an injection may start late; it still lasts for its time."""
         agenda = [(self.rng.uniform(0.0, 0.5), index, "begin") for index in range(len(injections))]
         heapq.heapify(agenda)
         injected = {}
@@ -331,7 +330,7 @@ class Chaos:
             if act == "begin":
                 injected[index] = unix_ms()
                 began[index] = time.monotonic()
-                self.let_move(injection)
+                self.allow_leader_change(injection)
                 injection.begin(self.cell)
                 heapq.heappush(agenda, (time.monotonic() - start + injection.duration, index, "end"))
             else:
@@ -341,46 +340,46 @@ class Chaos:
                 self.supervisor_returned = unix_ms()
         return injected
 
-    def let_move(self, injection):
-        """Until the cell runs again, and for as long after that as who was cut off may find the others anew."""
-        if not may_move_the_leadership(injection, self.nodes):
+    def allow_leader_change(self, injection):
+        """Allows changes of leader until the cell runs again, and for RETURN after that."""
+        if not may_change_leader(injection, self.nodes):
             return
         now = unix_ms()
         self.may_move = [self.may_move[0] if now <= self.may_move[1] else now, math.inf]
 
-    def await_told(self, injections, injected):
+    def await_reports(self, injections, injected):
         for index, injection in enumerate(injections):
             wanted = () if hidden(injection, injections, self.nodes, self.leader) else tuple(injection.all_that_must())
             told = [self.await_fault(injections, injection, one, injected[index]) for one in wanted]
             self.told[injection.kind()] += bool(told) and all(told)
 
     def await_fault(self, injections, injection, wanted, injected):
-        """Whether this (kind, subject) was told of one of them; who was cut off before may be excused from it."""
+        """True if this (kind, subject) was reported; False if a leader that was cut off before may have missed it."""
         def told(_status):
             return next((fault for key, fault in self.cell.faults().items() if key not in self.known
                          and wanted in pairs(fault)), None)
 
-        what = f"{injection}: {wanted[0]} of {wanted[1]} is told"
+        what = f"{injection}: {wanted[0]} of {wanted[1]} is reported"
         try:
             fault = self.cell.wait_for(what, told, max(LATE, 10 * self.limits.lease))
         except AssertionError as error:
             if self.newcomer_leads(injections, injected, injection.lasted):
-                self.untold += 1
-                say(f"nobody told, while the leadership moved to who was cut off before: {what}")
+                self.unreported += 1
+                say(f"not reported, during a change to a leader that was cut off before: {what}")
                 return False
             span = (injected, injected + 1000 * injection.lasted)
             raise Violation("missed_faults", error, span) from error
-        if len(injections) == 1:  # beside others it may be hidden for a while, or told by a clock that jumped
+        if len(injections) == 1:  # with others, it may be hidden for a while, or a clock may have jumped
             after = fault["since_unix_ms"] - injected
             if after >= -ROUNDED:
                 self.detection[injection.kind()].append(after)
-            elif not self.is_the_machines(fault):
-                raise self.wrongly_accused(injections, fault, f", {-after} ms before {injection}")
+            elif not self.is_machine_stall(fault):
+                raise self.wrong_fault(injections, fault, f", {-after} ms before {injection}")
         return True
 
     def newcomer_leads(self, injections, injected, lasted):
-        """A supervisor that was cut off until just before, or that a busy machine kept from hearing the leader: it tells no more
-        than what is wrong when it begins to lead, and takes what is silent for returning."""
+        """A new leader that was cut off until just before, or that did not hear the leader on a busy machine. It reports only faults
+        that last when it begins to lead, and takes silent nodes for returning ones."""
         by_itself = self.leader not in supervisors_hit(injections, self.nodes)
         return ((by_itself or self.began < self.returned_before + 1000 * RETURN)
                 and pardoned([at for at, _ in self.moves], injected, lasted))
@@ -393,76 +392,76 @@ class Chaos:
         for key, fault in self.cell.faults().items():
             if key in self.known or pairs(fault) & allowed:
                 continue
-            # What another supervisor told before, in its own account, is history when it comes to light.
+            # A fault that another supervisor had reported before, on its side, becomes visible late.
             if fault["cleared"] and fault["since_unix_ms"] < self.began:
                 continue
-            if not self.is_the_machines(fault):
-                raise self.wrongly_accused(injections, fault)
+            if not self.is_machine_stall(fault):
+                raise self.wrong_fault(injections, fault)
         self.check_leadership({injection.host for injection in injections})
 
-    def is_the_machines(self, fault):
-        """Silent, it is: where a timer is late by half of what may be silent, a process may be by the whole."""
-        told = fault["since_unix_ms"]
+    def is_machine_stall(self, fault):
+        """True if a silence was caused by the machine: a timer was late by half of the limit, so a process may be by all of it."""
+        since = fault["since_unix_ms"]
         silence = {"node_silent": self.limits.silence, "host_lost": self.limits.lease, "host_isolated": self.limits.lease,
                    "link_lost": self.limits.lease}.get(fault["kind"])
-        stood_still = silence and self.lateness.stood_still(told - 2000 * silence, told + 100, silence / 2)
+        stood_still = silence and self.lateness.stood_still(since - 2000 * silence, since + 100, silence / 2)
         self.machine_stalls += 1 if stood_still else 0
         return bool(stood_still)
 
     @staticmethod
-    def wrongly_accused(injections, fault, when=""):
+    def wrong_fault(injections, fault, when=""):
         return Violation("wrong_attributions" if injections else "false_faults",
-                         f"wrongly accused{when}: {fault['kind']} of {fault['subject']}: {fault['description']}",
+                         f"wrong fault{when}: {fault['kind']} of {fault['subject']}: {fault['description']}",
                          None if fault["kind"] in SILENCES else NEVER)
 
     def check_leadership(self, disturbed):
-        """Who leads leads on unless something is done to it, to who stands by, or to what they share. `disturbed`: hosts."""
+        """The leader must stay unless a fault hits a supervisor or a resource that they share. `disturbed`: hosts."""
         moves, self.moves = self.moves, []
         for at, what in moves:
             if self.may_move[0] <= at <= self.may_move[1]:
                 continue
             since = at - 1000 * MOVING
-            # The processes of a cell may get less of a busy machine than our timers do. A supervisor that stands still by itself
-            # is no reason: that is what is looked for.
+            # Processes of the cell may stall although this program's timers do not. A stall of a supervisor alone is a finding.
             stalls = [stall for stall in self.cell.lateness.meanwhile(since, at, disturbed) if not is_supervisor(stall[2])]
             if stalls:
                 self.machine_moves += 1
-                say(f"the leadership moved {what} while {max(stalls, key=lambda stall: stall[1])[2]} stood still, too")
+                say(f"leader changed {what} while {max(stalls, key=lambda stall: stall[1])[2]} stalled as well")
                 continue
-            raise Violation("unexplained_failovers", f"the leadership moved by itself {what}", (since, at))
+            raise Violation("unexplained_failovers", f"leader changed without cause {what}", (since, at))
 
     def hear_logs(self):
-        """What was told since the last time."""
+        """Reads new log lines."""
         for line in self.cell.new_log_lines():
             self.log_terms.hear(line)
             self.by_fault.hear(line)
 
     def check_terms(self):
-        """Here no host loses its memory, so no driver may."""
+        """Checks terms. No host restarts here, so no driver may lose its checkpoint."""
         self.hear_logs()
         for complaint in self.log_terms.complaints + self.status_terms.complaints:
             raise Violation("stale_commands_accepted", complaint)
         if self.log_terms.forgotten:
-            raise Violation("memories_lost", f"drivers began without memory: {', '.join(self.log_terms.forgotten)}")
+            raise Violation("checkpoints_lost", f"drivers started without their checkpoint: {', '.join(self.log_terms.forgotten)}")
 
     def look_for_contacts(self):
-        """Whatever failed first may have been because of one."""
+        """A contact may be the cause of the first finding."""
         if self.cell.contacts() and not self.accounts["contacts"]:
-            self.violated("meanwhile", Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}"))
+            self.violated("during the run", Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}"))
 
     def check_the_rest(self):
-        """What came after the last episode's check, and that there was something to check."""
+        """Checks log lines after the last episode, and that the logs contain the required events."""
         try:
             if not self.unsafe():
                 self.check_terms()
-            untold = self.log_terms.untold(self.arms) if self.held else ()
-            if untold:
-                raise Violation(None, f"the logs do not tell whom {', '.join(untold)} followed, and by which leases", NEVER)
+            unreported = self.log_terms.without_events(self.arms) if self.passed else ()
+            if unreported:
+                raise Violation(None, f"the logs do not show which planner {', '.join(unreported)} followed, and by which leases",
+                                NEVER)
         except Violation as error:
-            self.violated("the end", error)
+            self.violated("end of the run", error)
 
-    def says_nothing(self):
-        """What was found may be put down to a machine that stood still meanwhile: never a contact, nor whom an arm follows."""
+    def caused_by_stall(self):
+        """True if a stall of the machine may be the cause of the finding; never of an unsafe one."""
         since, until = self.span or (self.began, self.ended)
         return bool(self.violations) and not self.unsafe() and self.lateness.stood_still(since, until)
 
@@ -470,33 +469,33 @@ class Chaos:
         return self.cell.contacts() > 0 or any(self.accounts[account] for account in UNSAFE_ACCOUNTS)
 
     def report(self, cell, seed, ended):
-        """`ended`: exit codes of agents that did not end well."""
+        """`ended`: exit codes of agents that failed."""
         return {"faults": self.faults, **self.accounts, "tasks": self.tasks, "reached": self.reached,
                 "cell": cell, "seed": seed, "timeout_scale": self.timeout_scale,
-                "told": dict(sorted(self.told.items())),
+                "reported": dict(sorted(self.told.items())),
                 "detection_ms": {name: quantiles(self.detection[name]) for name in sorted(self.detection)},
-                "runs_again_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
+                "recovery_s": {name: quantiles(self.recovery[name]) for name in sorted(self.recovery)},
                 **{key: quantiles(values) for key, values in log_figures(self.cell.log_lines()).items()},
                 "alone": self.by_fault.report(),
                 "timer_lateness_ms": quantiles(self.lateness.late),
-                "silent_because_the_machine_stood_still": self.machine_stalls, "discarded_episodes": self.discarded,
-                "held_episodes": self.held,
-                "leadership_moved_because_the_machine_stood_still": self.machine_moves,
-                "untold_while_the_leadership_moved": self.untold, "followed": self.log_terms.followed,
+                "faults_of_machine_stalls": self.machine_stalls, "discarded_episodes": self.discarded,
+                "passed_episodes": self.passed,
+                "leader_changes_of_machine_stalls": self.machine_moves,
+                "unreported_during_leader_changes": self.unreported, "followed": self.log_terms.followed,
                 "replaced_planners_refused": len(self.log_terms.refused),
                 "agents_ended_with": ended, "violations": self.violations, "not_tested": self.unfit}
 
     def summary(self):
-        """The report, for people."""
+        """The report as text."""
         yield (f"{self.reached} of {self.tasks} goals reached; {self.faults} faults; "
-               "so many had to be told and were; those alone after p50, p99, max; ran again after p50, p99, max"
-               + (f"; all limits {self.timeout_scale} times as long as the cell file's" if self.timeout_scale > 1 else ""))
+               "columns: injected, reported, detection of single faults p50, p99, max, recovery p50, p99, max"
+               + (f"; all time-outs of the cell file times {self.timeout_scale}" if self.timeout_scale > 1 else ""))
         for name in sorted(self.recovery):
             yield (f"{name:22} {len(self.recovery[name]):5} {self.told[name]:5} {figures(self.detection.get(name, ()))}   "
                    f"{figures(self.recovery[name], 's')}")
-        yield (f"{'timers are late by':28} {figures(self.lateness.late)}; "
-               f"{self.machine_stalls} processes were silent because the machine stood still, "
-               f"{self.discarded} episodes say nothing for the same reason")
+        yield (f"{'timer lateness':28} {figures(self.lateness.late)}; "
+               f"{self.machine_stalls} faults and "
+               f"{self.discarded} discarded episodes were caused by stalls of the machine")
         yield from described(log_figures(self.cell.log_lines()))
         yield from self.by_fault.summary()
         yield self.log_terms.summary()
@@ -506,7 +505,7 @@ class Chaos:
 
 
 def written(report, summary, output):
-    """As the data of stdout."""
+    """The text for stdout."""
     if output == "table":
         return "\n".join(summary) + "\n"
     if output == "yaml":
@@ -522,31 +521,31 @@ def work(hosts, hecaton, setting, options, ends):
     plan = check(hecaton, cell_file)
     poses = setting.poses(plan)
     say(f"seed {options.seed}; hosts are {hosts.kind}; their logs are in {logs}")
-    say(setting.told())
+    say(setting.text())
     cell = LiveCell(hosts, hecaton, cell_file, logs)
     chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options, ends)
-    live(cell, chaos, options)
+    run_cell(cell, chaos, options)
     chaos.lateness.end()
     ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
     code = judge(chaos, ended)
-    return code if tell(chaos, ended, options) else code or 1
+    return code if print_report(chaos, ended, options) else code or 1
 
 
-def live(cell, chaos, options):
-    """What this program fails in itself takes nothing back of what was found before."""
+def run_cell(cell, chaos, options):
+    """An error of this program keeps the findings so far."""
     try:
         cell.start()
         if chaos.begin():
-            chaos.work_through(options)
+            chaos.run_all(options)
         chaos.look_for_contacts()
     except Exception as error:
         traceback.print_exc()
         chaos.violated("hecaton-chaos itself", Violation(None, f"{type(error).__name__}: {error}", NEVER))
 
 
-def tell(chaos, ended, options):
-    """Whether it could be told."""
+def print_report(chaos, ended, options):
+    """Prints the report. Returns False if it cannot be written."""
     if ended:
         say(f"agents ended with {ended}")
     try:
@@ -557,8 +556,8 @@ def tell(chaos, ended, options):
         sys.stdout.flush()
         return True
     except Exception as error:
-        say(f"not all could be told: {type(error).__name__}: {error}")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python fails in it once more, with an exit code of its own
+        say(f"the report cannot be written: {type(error).__name__}: {error}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # otherwise Python fails again at exit, with another code
         return False
 
 
@@ -566,8 +565,8 @@ def judge(chaos, ended):
     """The exit code."""
     if chaos.unsafe():
         return UNSAFE
-    if len(chaos.violations) == 1 and not ended and chaos.says_nothing():
-        say("the machine stood still meanwhile")
+    if len(chaos.violations) == 1 and not ended and chaos.caused_by_stall():
+        say("the machine stalled meanwhile")
         return UNSTEADY
     if chaos.violations or ended:
         return 1
@@ -575,21 +574,21 @@ def judge(chaos, ended):
 
 
 def judge_extent(chaos):
-    """The exit code where all held that was tested."""
+    """The exit code without findings."""
     if chaos.unfit:
         say(f"hecaton-chaos: {chaos.unfit}")
         return UNSTEADY if chaos.lateness.stood_still(chaos.began, chaos.ended) else BAD_INPUT
-    if chaos.discarded > chaos.held:
-        say(f"only {chaos.held} episodes held and {chaos.discarded} say nothing, for the machine stood still")
+    if chaos.discarded > chaos.passed:
+        say(f"only {chaos.passed} episodes passed; {chaos.discarded} were discarded because the machine stalled")
         return UNSTEADY
-    if not chaos.held:
-        say("it was ended before anything was tested")
+    if not chaos.passed:
+        say("ended before the first episode")
         return NOTHING_TESTED
     return 0
 
 
-def say_what_cannot_be(hecaton, options):
-    """Before anything starts."""
+def require_valid_input(hecaton, options):
+    """Rejects bad input before anything starts."""
     require_sight(options)
     require_programs(hecaton.parent)
     plan = check_given(hecaton, options.cell)
@@ -604,7 +603,7 @@ def main():
         options = command_line.parse(sys.argv[1:], __doc__)
         hecaton = options.programs.resolve() / "hecaton"
         if not namespaces.inside():
-            say_what_cannot_be(hecaton, options)
+            require_valid_input(hecaton, options)
         namespaces.enter()
         hosts = namespaces.Namespaces(hecaton, own_clocks="clock" in options.only)
         return work(hosts, hecaton, Setting(options), options, ends)
@@ -614,7 +613,7 @@ def main():
     except CannotRun as reason:
         say(f"skipped: {reason}")
         return SKIPPED
-    except KeyboardInterrupt:  # before there was anything to end
+    except KeyboardInterrupt:  # before the cell was started
         return ending.exit_code(signal.SIGINT)
 
 

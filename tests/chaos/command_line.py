@@ -15,14 +15,13 @@ from duration import UNITS, parse_duration
 from injections import KINDS
 
 EXIT_CODES = """\
-Data goes to stdout, everything else to stderr. SIGTERM or SIGINT (Ctrl-C) ends a run after the episode under way, with what
-it found so far; a second one ends it at once, with 143 or 130. Who sends it to all processes there are, as systemd does unless
+Data goes to stdout, messages to stderr. SIGTERM or SIGINT (Ctrl-C) ends the run after the present episode, with the findings so
+far; a second signal ends it at once, with exit code 143 or 130. A signal to all processes, as systemd sends it unless
 KillMode=mixed, also ends the cell.
-Exit codes: 0 all of it held; 1 it ran, and something did not; 2 usage; 3 bad input, also a cell whose arms do not go back and forth
-when nothing is done to them; 4 it was ended before anything was tested; 70 what did not hold is unsafe: a contact, an older
-command that an arm followed, or a driver that lost its memory; 75 something did not hold while the machine itself stood still,
-or most episodes were discarded for that, which says nothing of Hecaton; 77 there can be no hosts here (network namespaces), why
-is said."""
+Exit codes: 0 no finding; 1 a finding; 2 usage; 3 bad input, or a cell whose arms do not move back and forth without faults; 4 ended
+before the first episode; 70 an unsafe finding: a contact, an arm that followed an older command, or a driver that lost its
+checkpoint; 75 a finding while the machine stalled, or most episodes were discarded for that reason, so that nothing is known; 77
+this machine does not support hosts (network namespaces); the reason is printed."""
 
 
 def whole_number(name, low):
@@ -48,43 +47,43 @@ def parser_of(description):
     parser.add_argument("cell", type=pathlib.Path, metavar="CELL", help="cell file")
     add_bounds(parser)
     add_choices(parser)
-    parser.add_argument("-o", "--output", choices=("table", "json", "yaml"), default="json", help="how data is printed (json)")
-    parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the figures there, as JSON")
-    parser.add_argument("--logs", type=pathlib.Path, metavar="DIR", help="folder for the hosts' logs (a new one)")
-    # Folder of hecaton's programs: the launcher says its own.
+    parser.add_argument("-o", "--output", choices=("table", "json", "yaml"), default="json", help="output format (json)")
+    parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the report to this file, as JSON")
+    parser.add_argument("--logs", type=pathlib.Path, metavar="DIR", help="folder of the hosts' logs (a new one)")
+    # Folder of Hecaton's programs; the launcher sets it.
     parser.add_argument("--programs", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     return parser
 
 
 def add_bounds(parser):
-    """When it is over."""
+    """Options that end the run."""
     parser.add_argument("--faults", type=whole_number("--faults", 1), metavar="N",
-                        help="at least so many (30; with --duration as many as there is time for)")
+                        help="smallest number of faults (30; with --duration: no limit)")
     parser.add_argument("--duration", type=duration("--duration"), metavar="T",
-                        help="ends after the episode in which this is over: 90s, 10min")
-    parser.add_argument("--soak", type=duration("--soak"), metavar="T", help="no faults: for so long nothing may be told")
-    parser.add_argument("--findings", type=whole_number("--findings", 1), default=1, metavar="N", help="how many end it (1)")
+                        help="end after the episode in which this time has passed: 90s, 10min")
+    parser.add_argument("--soak", type=duration("--soak"), metavar="T", help="inject nothing for this time; each reported fault is a finding")
+    parser.add_argument("--findings", type=whole_number("--findings", 1), default=1, metavar="N", help="number of findings that ends the run (1)")
 
 
 def add_choices(parser):
-    """What happens to whom."""
-    parser.add_argument("--seed", type=whole_number("--seed", 0), default=1, metavar="S", help="of what happens to whom (1)")
+    """Options that select faults."""
+    parser.add_argument("--seed", type=whole_number("--seed", 0), default=1, metavar="S", help="of the random faults (1)")
     parser.add_argument("--only", nargs="+", choices=KINDS, metavar="KIND",
-                        help=f"of these kinds ({', '.join(KINDS)})")
-    parser.add_argument("--alone", action="store_true", help="one fault at a time, that lasts long enough to be told")
+                        help=f"only these kinds of fault ({', '.join(KINDS)})")
+    parser.add_argument("--alone", action="store_true", help="one fault at a time, long enough to be reported")
     parser.add_argument("--of", nargs="+", metavar="NAME",
-                        help="whose processes are killed and stopped: names begin so; of each in turn (driver planner …), at "
-                             "best more than 10 s apart: who dies sooner ten times in a row is only started every minute")
+                        help="kill and stop only processes whose names begin with NAME, each NAME in turn (driver planner …). An agent "
+                             "restarts a process that died ten times within 10 s of its start only once a minute")
     parser.add_argument("--timeout-scale", type=whole_number("--timeout-scale", 1), default=1, metavar="N",
-                        help="silence counts so many times later than the cell file says (1): for machines that stand still at times")
-    parser.add_argument("--no-standbys", action="store_true", help="without standbys, also those of the cell file")
+                        help="factor of the cell's time-outs (1), for machines that stall")
+    parser.add_argument("--no-standbys", action="store_true", help="without standbys, also without those of the cell file")
 
 
 def parse(words, description):
-    """Ends the program with code 2 where the words are no command; raises BadInput."""
+    """Exits with code 2 on a usage error; raises BadInput."""
     parser = parser_of(description)
     options = parser.parse_args(words)
-    for name in ("faults", "duration", "only", "alone", "of"):  # by which nothing goes where there are no faults
+    for name in ("faults", "duration", "only", "alone", "of"):  # have no meaning without faults
         if options.soak is not None and getattr(options, name):
             parser.error(f"argument --{name}: not allowed with argument --soak")
     if options.faults is None:
@@ -109,28 +108,28 @@ class CommandLineTest(unittest.TestCase):
     def parse(self, *words):
         return parse([*words, "--programs", "bin", "cell.yaml"], "")
 
-    def test_a_run_ends_after_faults_or_a_duration(self):
+    def test_run_ends_after_faults_or_duration(self):
         self.assertEqual((self.parse().faults, self.parse().duration), (30, math.inf))
         for words, faults in (("--duration", "10min"), math.inf), (("--faults", "7", "--duration", "10min"), 7):
             self.assertEqual((self.parse(*words).faults, self.parse(*words).duration), (faults, 600.0))
 
-    def test_a_value_that_cannot_be_is_bad_input(self):
+    def test_invalid_value_is_bad_input(self):
         for words in (("--duration", "90"), ("--duration", "0s"), ("--soak", "30"), ("--faults", "0"),
                       ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--timeout-scale", "0"), ("--findings", "0"),
                       ("--report", "/no/such/folder/report"), ("--report", "/")):
             with self.assertRaisesRegex(BadInput, f"^{words[0]} = '{words[1]}' must be ", msg=words):
                 self.parse(*words)
 
-    def test_by_default_everything_happens_to_everybody(self):
+    def test_defaults_are_all_kinds_and_all_processes(self):
         options = self.parse()
         self.assertEqual((options.only, options.of, options.alone), (KINDS, [""], False))
         options = self.parse("--only", "kill", "cut", "--of", "driver")
         self.assertEqual((options.only, options.of), (["kill", "cut"], ["driver"]))
 
-    def test_a_soak_run_has_no_faults_to_choose(self):
+    def test_soak_accepts_no_options_of_faults(self):
         self.assertEqual(self.parse("--soak", "30s", "--findings", "2", "--no-standbys").soak, 30.0)
 
-    def test_what_is_no_command_is_a_usage_error(self):
+    def test_unknown_options_are_usage_errors(self):
         for words in (("--minutes", "3"), ("--only", "flood"), ("-o", "xml"), ("another.yaml",), ("--dur", "3s"),
                       ("--soak", "3s", "--duration", "3s"), ("--soak", "3s", "--faults", "3"),
                       ("--soak", "3s", "--only", "kill"), ("--soak", "3s", "--alone"), ("--soak", "3s", "--of", "driver")):

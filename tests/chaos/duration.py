@@ -11,7 +11,7 @@ SPELLING = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(ns|us|µs|
 
 
 def parse_duration(text):
-    """[s]; None: it is no number with a unit."""
+    """Returns seconds; None if the text is not a number with a unit."""
     spelled = SPELLING.fullmatch(text)
     return float(spelled[1]) * SECONDS[spelled[2]] if spelled else None
 

@@ -1,4 +1,4 @@
-"""What a run of chaos measures beside what the cell tells, and how figures are written.
+"""Measurements of a run from the logs, and the format of figures.
 
 usage: figures.py LOG…         figures of the logs of a cell's hosts
        figures.py --self-test"""
@@ -11,7 +11,7 @@ import unittest
 
 
 def quantiles(values):
-    """For the report; nothing without values."""
+    """For the report; None without values."""
     ordered = sorted(values)
     if not ordered:
         return None
@@ -20,32 +20,32 @@ def quantiles(values):
 
 
 def figures(values, unit="ms"):
-    """p50, p99 and the largest."""
+    """p50, p99 and maximum as text."""
     told = quantiles(values)
     return f"{told['p50']:8.1f} {told['p99']:8.1f} {told['max']:8.1f} {unit}" if told else f"{'–':>34}"
 
 
-# How the summary puts what has this key in the report; all in ms.
+# Texts of the summary, by key of the report; all in ms.
 LOG_FIGURES = {
     "standby_gap_ms": ("commands of a standby", "after the last of its predecessor"),
     "arm_stop_ms": ("moving arms stood", "after their last command, where commands ceased"),
     "arm_braking_ms": ("moving arms stood", "after they began to brake, for whatever reason"),
-    "supervisor_knew_everybody_ms": ("supervisors knew all", "after their first word from anybody"),
-    "supervisor_knew_everybody_after_matching_ms": ("the same", "after it had matched everybody"),
+    "all_nodes_heard_ms": ("supervisors knew all", "after their first word from anybody"),
+    "all_nodes_heard_after_matching_ms": ("the same", "after it had matched everybody"),
 }
-# Those of them that one line of a log tells.
+# Values that one log line contains.
 PATTERNS = {
-    "standby_gap_ms": r'event=follows (?!.* instead_of="").*gap_ms=([0-9.e+]+)',
-    "supervisor_knew_everybody_ms": r"supervisor knows everybody.* after_ms=([0-9]+)",
-    "supervisor_knew_everybody_after_matching_ms": r"supervisor knows everybody.*after_matching_ms=([0-9]+)",
+    "standby_gap_ms": r'event="planner changed" (?!.* instead_of="").*gap_ms=([0-9.e+]+)',
+    "all_nodes_heard_ms": r"all nodes heard.* after_ms=([0-9]+)",
+    "all_nodes_heard_after_matching_ms": r"all nodes heard.*after_matching_ms=([0-9]+)",
 }
 MODE = re.compile(r'time=(\S+) .* node=(driver/\S+) event="arm mode" mode=(\w+) reason="(.*)" command_age_ms=([0-9.e+-]+)')
-CLOCK_SET = 5.0  # [s] no arm brakes for so long: its host's clock was set meanwhile
+CLOCK_SET = 5.0  # [s] longer braking means that the host's clock was set
 
 
 def arm_stops(lines):
-    """(key, ms) of each arm that moved and came to rest. One that stands when it is held only changes its mode."""
-    braking = {}  # by driver: since when
+    """(key, ms) of each arm that braked to rest. An arm at rest only changes its mode when it is held."""
+    braking = {}  # by driver: start
     for line in lines:
         told = MODE.search(line)
         if not told:
@@ -75,24 +75,24 @@ def log_figures(lines):
 
 
 def described(values_by_key):
-    """Lines for people."""
+    """Lines of the summary."""
     for key, values in values_by_key.items():
         what, since = LOG_FIGURES[key]
         yield f"{what:22} {len(values):5} {figures(values)} {since}"
 
 
 class FiguresByFault:
-    """The same by the kind of a fault that came alone: what a driver that stands still makes an arm wait is no standby's."""
+    """The same by kind of single faults, so that a stopped driver's delays do not count for a standby."""
 
     def __init__(self):
-        self._lines = []  # of the episode
+        self._lines = []  # of the present episode
         self._values = collections.defaultdict(lambda: collections.defaultdict(list))
 
     def hear(self, line):
         self._lines.append(line)
 
     def end_episode(self, kind):
-        """`kind`: of its only fault; None: there were several, or none."""
+        """`kind`: of the only fault of the episode; None: several faults, or none."""
         lines, self._lines = self._lines, []
         for key, values in log_figures(lines).items():
             if kind and values:
@@ -108,32 +108,32 @@ class FiguresByFault:
 
 
 def mode(which, at, age, reason="commands ceased: none for more than 50 ms", arm="west"):
-    """A line as the driver logs it."""
+    """A log line of a driver."""
     return (f'time=2026-01-31T12:00:{at:06.3f}Z level=info node=driver/{arm} event="arm mode" mode={which} '
             f'reason="{reason}" command_age_ms={age}\n')
 
 
 class ArmStopsTest(unittest.TestCase):
-    def test_an_arm_that_moved_is_timed_from_its_last_command_and_from_when_it_began_to_brake(self):
+    def test_moving_arm_is_timed_from_last_command_and_from_start_of_braking(self):
         self.assertEqual(list(arm_stops([mode("braking", 1.0, 52), mode("stopped", 1.25, 302)])),
                          [("arm_braking_ms", 250.0), ("arm_stop_ms", 302.0)])
 
-    def test_one_that_is_held_has_commands_still(self):
+    def test_held_arm_still_has_commands(self):
         held = "the arm is held: by people"
         self.assertEqual(list(arm_stops([mode("braking", 1.0, 4, held), mode("stopped", 1.1, 2, held)])), [("arm_braking_ms", 100.0)])
 
-    def test_one_that_stood_or_went_on_did_not_come_to_rest(self):
+    def test_resting_or_continuing_arm_is_not_timed(self):
         self.assertEqual(list(arm_stops([mode("stopped", 1.0, 54), mode("running", 2.0, 2, ""), mode("braking", 3.0, 52),
                                          mode("running", 3.1, 2, ""), mode("stopped", 4.0, 54)])), [])
 
-    def test_arms_have_times_of_their_own_and_a_clock_that_was_set_tells_none(self):
+    def test_arms_are_timed_separately_and_not_across_a_clock_change(self):
         self.assertEqual(list(arm_stops([mode("braking", 1.0, 52), mode("braking", 2.0, 52, arm="east"),
                                          mode("stopped", 2.5, 552, arm="east"), mode("stopped", 40.0, 200)])),
                          [("arm_braking_ms", 500.0), ("arm_stop_ms", 552.0), ("arm_stop_ms", 200.0)])
 
 
 class FiguresByFaultTest(unittest.TestCase):
-    def test_they_are_those_of_faults_that_came_alone(self):
+    def test_figures_are_of_single_faults(self):
         by_fault = FiguresByFault()
         for kind, ages in (None, (999.0,)), ("stop driver", (52.0, 58.0)), (None, (999.0,)), ("stop driver", (54.0,)), ("cut", ()):
             for age in ages:

@@ -1,4 +1,4 @@
-"""What can go wrong in a cell of several hosts: each injection happens to one victim, lasts, and ends.
+"""Faults to inject into a cell of several hosts. Each injection has a victim, a duration and an end.
 
 What the supervisors must tell of it, and what they may: each is a pair (kind of fault, subject); anything else is wrong. A fault
 that was explained better later counts as what it was told to be at last (services/supervisor/fault_list.hpp).
@@ -11,10 +11,10 @@ import unittest
 
 from limits import Limits
 
-FAILOVER = 0.5  # [s] surely until another supervisor leads when the leader has died
+FAILOVER = 0.5  # [s] upper bound until another supervisor leads after the death of the leader
 
 
-STALL = 0.25  # [s] for which a supervisor stands still before it says so itself
+STALL = 0.25  # [s] after which a supervisor reports its own stall
 
 
 def surely_told(limit):
@@ -25,12 +25,12 @@ def surely_told(limit):
 
 
 def longest(limit):
-    """For how long a silence is drawn at most [s]: most of what is drawn need be told."""
+    """Longest random duration of a silence [s]; most of the drawn ones must be reported."""
     return max(3.0, surely_told(limit) + 0.85)
 
 
 def longest_stop(limit):
-    """The same of a process, whichever it is."""
+    """The same for a process of any kind."""
     return longest(max(limit, STALL))
 
 
@@ -39,7 +39,7 @@ def is_supervisor(node):
 
 
 def silence_of(node, limits):
-    """How long it may be silent before that must be told [s]: a supervisor tells of itself."""
+    """Silence after which a report is required [s]. A supervisor reports its own silence."""
     return max(limits.silence, STALL) if is_supervisor(node) else limits.silence
 
 
@@ -55,23 +55,24 @@ def silences(node):
 
 
 def pairs(fault):
-    """What a told fault means: (kind, subject). A host that is isolated is lost to the others; of a lost link, either end may be."""
+    """The (kind, subject) pairs that a reported fault stands for. An isolated host is lost to the others; of a lost link, either end
+    may be lost."""
     if fault["kind"] == "link_lost":
         return {("host_lost", host) for host in fault["subject"].split("<->")}
     return {("host_lost" if fault["kind"] == "host_isolated" else fault["kind"], fault["subject"])}
 
 
 class Injection:
-    """`begin` and `end` are called once each; `duration` [s] lies between. `places`: {node: host} of all services."""
+    """begin() and end() are called once each, `duration` [s] apart. `places`: {node: host} of all services."""
 
     name = ""
     limits = Limits()
     duration = 0.0
-    lasted = 0.0     # [s] as it came to be: who injects may be late
-    aftermath = 0.0  # [s] after its end in which what it does may only begin to show
+    lasted = 0.0     # [s] actual duration; the end may be late
+    aftermath = 0.0  # [s] after its end, in which effects may begin
 
     def kind(self):
-        """As figures are told of it."""
+        """Name in the report."""
         return self.name
 
     def begin(self, cell):
@@ -81,19 +82,19 @@ class Injection:
         pass
 
     def must(self):
-        """What must be told of it; None: nothing need be."""
+        """The (kind, subject) that must be reported; None: none."""
         return None
 
     def all_that_must(self):
-        """The same, where it may be more than one."""
+        """All (kind, subject) that must be reported."""
         return filter(None, [self.must()])
 
     def may(self, places, blind):
-        """What may be told of it. `blind`: a supervisor is hit, too, and may not have heard what others did."""
+        """What may be reported. `blind`: a supervisor is hit as well, and may have missed messages."""
         raise NotImplementedError
 
     def hits(self, places):
-        """The supervisors that die, hang or are cut off by it."""
+        """The supervisors that this injection kills, stops or cuts off."""
         return set()
 
 
@@ -125,12 +126,12 @@ class Kill(OfNode):
         return "process_died", self.node
 
     def may(self, places, blind):
-        # Silent it is, too, until its agent tells; but that is one fault, unless two supervisors tell it.
+        # It is also silent until its agent reports the death; that is one fault, unless two supervisors report it.
         return {self.must()} | (silences(self.node) if blind else set())
 
 
 class Stop(OfNode):
-    """The process stands still and goes on."""
+    """Stops a process and continues it."""
     name = "stop"
 
     def __init__(self, node, host, duration):
@@ -152,12 +153,12 @@ class Stop(OfNode):
         return silence_of(self.node, self.limits)
 
     def may(self, places, blind):
-        # A supervisor tells its own absence as its silence. The agent's watchdog waits for longer than any of these.
+        # A supervisor reports its own absence as its silence. The agent's watchdog waits longer than all of these.
         return silences(self.node)
 
 
 class OfHost(Injection):
-    """By default nobody need notice, and nothing may be told."""
+    """By default no report is required or allowed."""
 
     def __init__(self, host, duration):
         self.host = host
@@ -174,13 +175,13 @@ class OfHost(Injection):
 
 
 class Absence(OfHost):
-    """The host is not there for the others."""
+    """The host is absent for the other hosts."""
 
     def must(self):
         return ("host_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
 
     def may(self, places, blind):
-        # Its nodes do not return in one instant.
+        # Its nodes do not return at the same time.
         nodes = {f"agent/{self.host}", *self.nodes(places)}
         return {("host_lost", self.host)}.union(*map(silences, nodes))
 
@@ -190,7 +191,7 @@ class Absence(OfHost):
 
 class OneWay(OfHost):
     """Who hears nobody, or is not heard, is left alone in return, which may begin when both hear each other already
-    (services/bus/hearing.hpp)."""
+    (services/bus/peer_quarantine.hpp)."""
 
     @property
     def aftermath(self):
@@ -251,8 +252,8 @@ class Split(Absence):
 
 
 class Deafen(OneWay, Separation):
-    """Nothing reaches the host; what it sends does. When it has heard nobody for the lease of its participants, it drops
-    them and falls silent until it has found them again."""
+    """The host receives nothing, but its messages arrive. After the lease of its participants it drops all peers and is silent until
+    it has discovered them again."""
     name = "deafen"
 
     def begin(self, cell):
@@ -262,11 +263,11 @@ class Deafen(OneWay, Separation):
         cell.hosts.drop_no_more(self.host, "input")
 
     def must(self):
-        return None  # it is heard at first
+        return None  # its messages arrive at first
 
 
 class Mute(OneWay, Separation):
-    """Nothing leaves the host; it hears the others, until each of them leaves it alone at its own time."""
+    """The host sends nothing, but receives, until each other host drops it at its own time."""
     name = "mute"
 
     def begin(self, cell):
@@ -277,7 +278,7 @@ class Mute(OneWay, Separation):
 
 
 class Lose(OfHost):
-    """Some of what reaches the host is lost."""
+    """Loses some packets to the host."""
     name = "loss"
 
     def __init__(self, host, duration, per_cent):
@@ -305,7 +306,7 @@ class Pause(Absence):
 
 
 class KillAgent(Absence):
-    """The agent dies, and all that it started with it; a service manager starts it anew."""
+    """Kills the agent with all its processes; a service manager restarts it."""
     name = "kill agent of"
 
     def begin(self, cell):
@@ -316,7 +317,7 @@ class KillAgent(Absence):
 
 
 class SlowDown(OfHost):
-    """Somebody else computes on the host."""
+    """Loads the processors of the host."""
     name = "slow down"
 
     def begin(self, cell):
@@ -329,7 +330,7 @@ class SlowDown(OfHost):
 
 
 class FillDisk(OfHost):
-    """Nothing more can be written where the host's agent keeps what must survive."""
+    """Fills the disk on which the host's agent keeps its checkpoints."""
     name = "fill the disk of"
 
     def begin(self, cell):
@@ -340,7 +341,7 @@ class FillDisk(OfHost):
 
 
 class StepClock(OfHost):
-    """Its wall clock jumps, and back: somebody sets it, or it loses and finds its time server."""
+    """Sets the host's wall clock, and back, as a user or a time server may."""
     name = "step the clock of"
 
     def __init__(self, host, duration, seconds):
@@ -358,7 +359,7 @@ class StepClock(OfHost):
 
 
 def together(one, other):
-    """Whether both may happen at one time: what must be told of each is clear."""
+    """True if both may be injected at the same time, because the required reports are clear."""
     if isinstance(one, Split) or isinstance(other, Split):
         return False
     if one.host != other.host:
@@ -373,17 +374,17 @@ def together(one, other):
 KINDS = ("kill", "stop", "cut", "split", "mute", "deafen", "loss", "pause", "agent", "slow", "disk", "clock")
 
 
-FEWEST_TO_SPLIT = 4  # hosts, or one of them would be cut off
+FEWEST_TO_SPLIT = 4  # hosts; with fewer, one side would be a single host
 
 
 def split(rng, nodes, hosts, duration):
-    """Two hosts from the others."""
+    """Splits two hosts from the others."""
     side = rng.sample(sorted(hosts), 2)
     return Split(side, set(hosts) - set(side), {host for node, host in nodes.items() if is_supervisor(node)}, duration)
 
 
 def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits()):
-    """`nodes`: {node: host} of all services but agents. `told`: what lasts lasts long enough that it must be told."""
+    """`nodes`: {node: host} of all services but agents. `told`: draw durations long enough that a report is required."""
     node = rng.choice(sorted(nodes))
     host = rng.choice(sorted(hosts))
     about = lambda low, high: round(rng.uniform(low, high), 3)
@@ -419,12 +420,12 @@ class DrawTest(unittest.TestCase):
         rng = random.Random(1)
         return [draw(rng, self.NODES, {"a", "b"}, ("stop", "cut", "mute", "pause", "agent"), told, limits) for _ in range(300)]
 
-    def test_what_happens_alone_must_be_told_however_short_a_silence_is(self):
+    def test_single_faults_must_be_reported(self):
         for silence in 0.02, 0.25, 5.0:
             for injection in self.drawn(Limits(silence, 6.0), told=True):
                 self.assertIsNotNone(injection.must(), f"{injection} for {injection.duration} s")
 
-    def test_no_stop_is_longer_than_the_longest(self):
+    def test_stops_have_a_longest_duration(self):
         for silence in 0.02, 0.25, 5.0:
             stops = [one.duration for one in self.drawn(Limits(silence, 6.0), told=False) if isinstance(one, Stop)]
             self.assertLessEqual(max(stops), longest_stop(silence))
@@ -438,7 +439,7 @@ class SplitTest(unittest.TestCase):
         rng = random.Random(1)
         return places, [draw(rng, places, set("abcde"), ("split",), told=True) for _ in range(50)]
 
-    def test_a_side_is_lost_to_who_watches_on_the_other(self):
+    def test_side_is_lost_to_the_supervisor_on_the_other(self):
         places, splits = self.splits()
         for one in splits:
             beyond = set("abcde") - set(one.hosts) if "a" in one.hosts else set(one.hosts)
@@ -446,7 +447,7 @@ class SplitTest(unittest.TestCase):
             self.assertNotIn(("host_lost", "a"), one.may(places, False))
             self.assertEqual(one.hits(places), set())
 
-    def test_both_are_where_a_supervisor_is_on_each(self):
+    def test_both_sides_are_lost_with_a_supervisor_on_each(self):
         places, splits = self.splits("b")
         apart = [one for one in splits if len({"a", "b"} & set(one.hosts)) == 1]
         self.assertTrue(0 < len(apart) < len(splits))
@@ -455,7 +456,7 @@ class SplitTest(unittest.TestCase):
             self.assertLessEqual(set(one.all_that_must()), one.may(places, False))
             self.assertEqual(one.hits(places), {"supervisor", "supervisor@b"})
 
-    def test_few_hosts_are_not_split(self):
+    def test_few_hosts_cannot_be_split(self):
         rng = random.Random(1)
         self.assertNotIn("split", [draw(rng, self.PLACES, set("abc")).name for _ in range(200)])
 

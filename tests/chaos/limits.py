@@ -1,4 +1,4 @@
-"""How long a cell may hear nothing before that is a fault."""
+"""The limits of silence of a cell."""
 import dataclasses
 
 from duration import parse_duration
@@ -6,13 +6,13 @@ from duration import parse_duration
 
 @dataclasses.dataclass(frozen=True)
 class Limits:
-    """By default those of deploy/cells/three_hosts.yaml."""
+    """Defaults: those of deploy/cells/three_hosts.yaml."""
     silence: float = 0.25  # [s] of a node
     lease: float = 1.0     # [s] of a host
 
     @staticmethod
     def of(document):
-        """What a cell file says, or leaves to its defaults (docs/reference/cell-file.md)."""
+        """The limits of a cell file, or the defaults (docs/reference/cell-file.md)."""
         supervision = document.get("supervision", {})
         return Limits(parse_duration(supervision.get("heartbeat_deadline", "20ms")),
                       parse_duration(supervision.get("host_lease", "100ms")))

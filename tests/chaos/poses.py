@@ -1,14 +1,14 @@
-"""Between which named poses the arms of a cell go back and forth.
+"""The named poses between which the arms of a cell move.
 
 usage: poses.py --self-test"""
 import sys
 import unittest
 
-APART = 0.1  # [rad or m] in some joint of each arm: an arm that goes no way shows nothing
+APART = 0.1  # [rad or m] smallest difference in a joint of each arm
 
 
 def common_poses(arms):
-    """Names of the poses that all arms have, home first. `arms`: as `hecaton check -o json` tells them."""
+    """Names of the poses that all arms have, home first. `arms`: from `hecaton check -o json`."""
     common = set.intersection(*(set(arm["named"]) for arm in arms))
     return sorted(common, key=lambda name: (name != "home", name))
 
@@ -28,19 +28,19 @@ class PosesTest(unittest.TestCase):
     def arms(self, *poses):
         return [{"named": named} for named in poses]
 
-    def test_home_and_the_next_that_all_have(self):
+    def test_home_and_the_next_common_pose(self):
         arms = self.arms({"ahead": [1.0], "home": [0.0], "up": [2.0]}, {"home": [0.0], "up": [2.0]})
         self.assertEqual(two_poses(arms), ("home", "up"))
 
-    def test_a_pose_that_is_home_by_another_name_is_none(self):
+    def test_pose_equal_to_home_does_not_count(self):
         arms = self.arms({"home": [0.7, 0.0], "left": [0.7, 0.05], "right": [-1.3, 0.0]})
         self.assertEqual(two_poses(arms), ("home", "right"))
 
-    def test_a_route_has_precedence(self):
+    def test_pose_sequence_has_precedence(self):
         arms = self.arms({"home": [0.0], "left": [0.0], "right": [1.0], "up": [2.0]})
         self.assertEqual(two_poses(arms, ["left", "right"]), ("left", "right"))
 
-    def test_one_is_too_few(self):
+    def test_one_pose_is_too_few(self):
         self.assertIsNone(two_poses(self.arms({"home": [0.0]})))
         self.assertIsNone(two_poses(self.arms({"home": [0.0], "up": [1.0]}, {"home": [0.0], "down": [1.0]})))
 

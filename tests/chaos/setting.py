@@ -1,4 +1,4 @@
-"""What a run goes by: the copy of the user's cell, and what its arms do meanwhile. Says in one sentence why that cannot be."""
+"""The setting of a run: the copy of the cell file, and the poses of the arms. Errors are one sentence."""
 import json
 import os
 import pathlib
@@ -18,7 +18,7 @@ from poses import two_poses
 
 PROGRAMS = ("hecaton", *(f"hecaton-{name}" for name in ("agent", "planner", "arm-driver", "world", "supervisor")),
             "libhost_clock.so")
-COPY = "chaos-cell.yaml"  # among the logs
+COPY = "chaos-cell.yaml"  # in the folder of the logs
 
 
 class Setting:
@@ -43,15 +43,15 @@ class Setting:
         names = cell_copy.services(self.document)
         for beginning in beginnings:
             if not any(name.startswith(beginning) for name in names):
-                raise BadInput(f"--of = '{beginning}' must be how a service's name begins: {', '.join(names)}")
+                raise BadInput(f"--of = '{beginning}' must be the beginning of the name of a service: {', '.join(names)}")
 
     def require_hosts(self, kinds):
         if set(kinds) == {"split"} and len(self.document["hosts"]) < FEWEST_TO_SPLIT:
-            raise BadInput(f"--only = 'split' must have a cell of at least {FEWEST_TO_SPLIT} hosts, this one has "
-                           f"{len(self.document['hosts'])}: with fewer one is cut off, which is 'cut'")
+            raise BadInput(f"--only = 'split' needs a cell of at least {FEWEST_TO_SPLIT} hosts; this cell has "
+                           f"{len(self.document['hosts'])}; use 'cut'")
 
     def poses(self, plan):
-        """Between which all arms go; `plan`: what `hecaton check` told of them."""
+        """The two poses between which all arms move. `plan`: output of `hecaton check`."""
         chosen = two_poses(plan["arms"], (self.document.get("tasks") or {}).get("pose_sequence", ()))
         if not chosen:
             raise BadInput(f"cell {plan['cell']}: two named poses that every arm has, apart from each other, are needed for "
@@ -59,35 +59,35 @@ class Setting:
         return chosen
 
     def require_files(self, options):
-        """What is written destroys nothing that is needed, and can be written."""
+        """Output files must be writable and must not overwrite input files."""
         written = [("--report", options.report)] if options.report else []
         if options.logs:
             make_folder("--logs", options.logs)
             logs = [("--logs", options.logs / name) for name in (COPY, *(f"{host}.log" for host in self.document["hosts"]))]
             for _, log in logs:
                 if options.report and is_same(log, options.report):
-                    raise BadInput(f"--report = '{options.report}' must be another file than those that --logs has")
+                    raise BadInput(f"--report = '{options.report}' must not be a file in --logs")
             written += logs
         for option, file in written:
             if is_same(file, options.cell):
                 raise BadInput(f"{option} = '{getattr(options, option[2:])}' must not overwrite the cell file {options.cell}")
 
-    def told(self):
-        """How the copy differs from the cell file, where that must be known."""
+    def text(self):
+        """The important differences of the copy from the cell file."""
         hosts = ", ".join(f"{name} {address}" for name, address in self.document["hosts"].items())
-        spread = f"the cell is spread, for {self.why_spread}: {hosts}\n" if self.why_spread else ""
-        return spread + f"silent is a process after {self.limits.silence:g} s, a host after {self.limits.lease:g} s"
+        spread = f"the cell is spread over hosts, because {self.why_spread}: {hosts}\n" if self.why_spread else ""
+        return spread + f"time-outs: process {self.limits.silence:g} s, host {self.limits.lease:g} s"
 
 
 def folder_of(file):
-    """Paths in a cell file are those beside its name, be that a link."""
+    """Paths in a cell file are relative to its name, which may be a link."""
     return file.parent.absolute()
 
 
 def is_same(one, other):
     try:
         return os.path.samefile(one, other)
-    except OSError:  # one of them is still to come
+    except OSError:  # one does not exist yet
         return one.resolve() == other.resolve()
 
 
@@ -101,23 +101,23 @@ def make_folder(option, folder):
 
 
 def require_programs(folder):
-    """All that hosts will need."""
+    """Requires all programs of the hosts."""
     for name in PROGRAMS:
         if not (folder / name).exists():
-            raise BadInput(f"{folder / name} is missing: ./run build makes it")
+            raise BadInput(f"{folder / name} is missing; run ./run build")
 
 
 def require_sight(options):
-    """Hosts see all files that are needed."""
+    """Requires that hosts see all files."""
     needed = [("CELL", options.cell), ("--report", options.report), ("--programs", options.programs)]
     needed.append(("--logs", options.logs) if options.logs else ("TMPDIR", pathlib.Path(tempfile.gettempdir())))
     for what, path in needed:
         if path and namespaces.Namespaces.hides(path):
-            raise BadInput(f"{what} = '{path}' must not be below {namespaces.Namespaces.OWN}: hosts see one of their own there")
+            raise BadInput(f"{what} = '{path}' must not be below {namespaces.Namespaces.OWN}, which hosts replace by their own")
 
 
 def check_given(hecaton, file):
-    """The same of the user's file. Its network interface need not be one of this machine's: the copy names none."""
+    """Checks the user's cell file. Its network interface may be of another machine, because the copy names none."""
     try:
         return check(hecaton, file)
     except BadInput as refused:
@@ -125,7 +125,7 @@ def check_given(hecaton, file):
             document = cell_document.read(file.read_bytes())
             del document["network"]["interface"]
             cell_copy.make_paths_absolute(document, folder_of(file))
-        except (OSError, yaml.YAMLError, LookupError, TypeError, AttributeError):  # that is not all that is wrong
+        except (OSError, yaml.YAMLError, LookupError, TypeError, AttributeError):  # `hecaton check` reports the error
             raise refused from None
     with tempfile.TemporaryDirectory() as folder:
         copy = pathlib.Path(folder) / file.name
@@ -137,13 +137,13 @@ def check_given(hecaton, file):
 
 
 def check(hecaton, file):
-    """What `hecaton check` tells of a cell file that is good."""
+    """The output of `hecaton check` for a valid cell file."""
     checked = subprocess.run([hecaton, "check", file, "-o", "json"], capture_output=True, encoding="utf-8", errors="replace")
     if checked.returncode not in (0, 1):
         raise BadInput(checked.stderr.strip().removeprefix("hecaton: "))
     plan = json.loads(checked.stdout)
     if "arms" not in plan:
-        raise BadInput(f"{file} must be a cell file, and describes a robot")
+        raise BadInput(f"{file} must be a cell file; it is a robot description")
     if checked.returncode == 1:
         raise BadInput(next(f["sentence"] for f in plan["findings"] if f["severity"] == "error"))
     return plan

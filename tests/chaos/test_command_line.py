@@ -1,4 +1,4 @@
-"""What hecaton-chaos says before it starts anything, and its exit codes.
+"""Errors of hecaton-chaos before it starts a cell, and exit codes.
 
 usage: test_command_line.py PROGRAM FOLDER_OF_CELLS"""
 import pathlib
@@ -23,30 +23,30 @@ class Asking(unittest.TestCase):
         return done.stderr
 
     def assert_bad_input(self, saying, *words):
-        """In one sentence."""
+        """The error must be one sentence."""
         said = self.assert_refused(3, f"^hecaton-chaos: .*{saying}", *words)
         self.assertEqual(said.count("\n"), 1, said)
         return said
 
 
 class CommandLineTest(Asking):
-    def test_help_is_data(self):
+    def test_help_goes_to_stdout(self):
         done = asked("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         for word in ("CELL", "--duration", "Exit codes", "70", "75", "77"):
             self.assertIn(word, done.stdout)
 
-    def test_what_is_no_command_is_a_usage_error(self):
+    def test_unknown_options_are_usage_errors(self):
         cell = CELLS / "three_hosts.yaml"
         for words in ((), (cell, "--nonsense"), (cell, "--only", "flood"), (cell, "-o", "xml"), (cell, cell),
                       (cell, "--soak", "3s", "--duration", "3s")):
             self.assert_refused(2, "usage: hecaton-chaos", *words)
 
-    def test_a_cell_file_that_cannot_be_read_is_bad_input(self):
+    def test_unreadable_cell_file_is_bad_input(self):
         self.assert_bad_input("missing.yaml", "missing.yaml")
         self.assert_bad_input("robot", CELLS / "urdf" / "puma560.urdf")
 
-    def test_an_invalid_cell_file_is_refused_as_hecaton_check_refuses_it(self):
+    def test_invalid_cell_file_gives_the_error_of_hecaton_check(self):
         with tempfile.TemporaryDirectory() as folder:
             cell = pathlib.Path(folder) / "cell.yaml"
             cell.write_text("name: cell\narms: []\n")
@@ -54,30 +54,30 @@ class CommandLineTest(Asking):
             self.assertEqual(asked(cell).stderr, check.stderr.replace("hecaton: ", "hecaton-chaos: ", 1))
             self.assert_bad_input("arms", cell)
 
-    def test_three_hosts_are_not_split(self):
-        self.assert_bad_input("--only = 'split' must have a cell of at least 4 hosts, this one has 3",
+    def test_three_hosts_cannot_be_split(self):
+        self.assert_bad_input("--only = 'split' needs a cell of at least 4 hosts; this cell has 3",
                               CELLS / "three_machines.yaml", "--only", "split")
 
-    def test_arms_with_one_pose_have_nowhere_to_go(self):
+    def test_arms_need_two_poses(self):
         with tempfile.TemporaryDirectory() as folder:
             cell = pathlib.Path(folder) / "cell.yaml"
             cell.write_text(f"name: cell\narms:\n  - name: left\n    urdf: {CELLS}/urdf/puma560.urdf\n"
                             "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n")
             self.assert_bad_input("two named poses", cell)
 
-    def test_values_that_cannot_be_are_bad_input(self):
+    def test_invalid_values_are_bad_input(self):
         cell = CELLS / "three_hosts.yaml"
         self.assert_bad_input("--duration = '90'", cell, "--duration", "90")
         self.assert_bad_input("--of = 'diver'", cell, "--of", "diver")
         self.assert_bad_input("--report = ", cell, "--report", "/no/such/folder/report.json")
         self.assert_bad_input("--logs = .* must be a folder", cell, "--logs", cell)
 
-    def test_hosts_see_another_folder_below_run(self):
+    def test_paths_below_run_are_rejected(self):
         self.assert_bad_input("CELL = .* must not be below /run", "/run/cell.yaml")
         self.assert_bad_input("--report = .* must not be below /run", CELL, "--report", "/run/report.json")
         self.assert_bad_input("--logs = .* must not be below /run", CELL, "--logs", "/run/logs")
 
-    def test_programs_that_are_missing_are_named(self):
+    def test_missing_programs_are_named(self):
         with tempfile.TemporaryDirectory() as folder:
             self.assert_bad_input("hecaton is missing", CELL, "--programs", folder)
             for name in "hecaton", "hecaton-agent":
@@ -86,7 +86,7 @@ class CommandLineTest(Asking):
 
 
 class CellFileTest(Asking):
-    """With a copy of a cell file, whose robot is where it was."""
+    """With a copy of a cell file; the robot stays at its place."""
 
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
@@ -97,7 +97,7 @@ class CellFileTest(Asking):
         file.write_text(text or self.text)
         return file
 
-    def test_nothing_overwrites_it(self):
+    def test_cell_file_is_not_overwritten(self):
         cell = self.write("chaos-cell.yaml")
         self.assert_bad_input("--logs = .* must not overwrite the cell file", cell, "--logs", self.folder)
         self.assert_bad_input("--report = .* must not overwrite the cell file", cell, "--report", cell)
@@ -107,13 +107,13 @@ class CellFileTest(Asking):
         self.assert_bad_input("--logs = .* must not overwrite the cell file", self.write("west-pc.log"), "--logs", self.folder)
         self.assertEqual(cell.read_text(), self.text)
 
-    def test_the_report_is_none_of_the_logs(self):
+    def test_report_must_not_be_a_log(self):
         logs = self.folder / "logs"
         logs.mkdir()
         for name in "north-pc.log", "chaos-cell.yaml":
-            self.assert_bad_input("--report = .* another file", self.write(), "--logs", logs, "--report", logs / name)
+            self.assert_bad_input("--report = .* must not be a file in --logs", self.write(), "--logs", logs, "--report", logs / name)
 
-    def test_it_must_be_text(self):
+    def test_cell_file_must_be_text(self):
         cell = self.write()
         cell.write_bytes("# größer\n".encode("latin-1") + cell.read_bytes())
         self.assert_bad_input("cell.yaml: ", cell, "--logs", self.folder)
@@ -121,17 +121,17 @@ class CellFileTest(Asking):
         self.assert_bad_input("name", cell)
 
     def refused_by_report(self, cell):
-        """Only then: everything else of the cell is right."""
+        """Must be rejected only for this reason."""
         self.assert_bad_input("--report = .* must not overwrite", cell, "--report", cell)
 
-    def test_its_network_interface_may_be_of_another_machine(self):
+    def test_network_interface_may_be_of_another_machine(self):
         text = self.text.replace("  domain: 43\n", "  domain: 43\n  interface: eth77\n")
         self.assertNotEqual(text, self.text)
         self.refused_by_report(self.write(text=text))
         cell = self.write(text=text.replace("host: west-pc", "host: nowhere-pc"))
         self.assertIn(f"{cell}: ", self.assert_bad_input("nowhere-pc", cell))
 
-    def test_paths_are_those_beside_its_name_be_that_a_link(self):
+    def test_paths_are_relative_to_the_link_of_the_cell_file(self):
         elsewhere = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (elsewhere / "cell.yaml").write_text(CELL.read_text().replace("  domain: 43\n", "  domain: 43\n  interface: eth77\n"))
         link = self.folder / "cell.yaml"

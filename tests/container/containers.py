@@ -1,4 +1,4 @@
-"""Hosts as podman containers on a bridge, from an image of the package. The operator's machine is this one."""
+"""Hosts as podman containers on a bridge, from an image of the package. This machine is the operator's machine."""
 import ipaddress
 import os
 import shutil
@@ -11,15 +11,15 @@ class Containers(Hosts):
     kind = "podman containers"
 
     def __init__(self, image, *folders):
-        """`folders`: what the hosts see of this machine's files, to read."""
+        """`folders`: folders of this machine that the hosts can read."""
         for tool in ("podman", "nsenter", "nft"):
             if shutil.which(tool) is None:
                 raise CannotRun(f"{tool} is missing")
         if subprocess.run(["podman", "image", "exists", image]).returncode != 0:
-            raise CannotRun(f"podman has no image {image}: ./run image makes it")
+            raise CannotRun(f"podman has no image {image}; run ./run image")
         tried = subprocess.run(["podman", "run", "--rm", "--cap-add", "IPC_LOCK", image, "--version"], capture_output=True, text=True)
         if tried.returncode != 0:
-            raise CannotRun(f"podman runs no container: {tried.stderr.strip() or tried.returncode}")
+            raise CannotRun(f"podman cannot run a container: {tried.stderr.strip() or tried.returncode}")
         self._image = image
         self._volumes = [word for folder in folders for word in ("--volume", f"{folder}:{folder}:ro")]
         self._network = f"hecaton-test-{os.getpid()}"

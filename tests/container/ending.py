@@ -1,4 +1,4 @@
-"""How somebody ends a program of tests: by SIGTERM or SIGINT, once to end it well and once more to end it at once.
+"""Signals that end a test program: the first SIGTERM or SIGINT ends it after cleaning up, the second at once.
 
 usage: ending.py --self-test"""
 import os
@@ -11,24 +11,24 @@ import time
 import unittest
 
 NUMBERS = (signal.SIGTERM, signal.SIGINT)
-# [s] within which a second signal is the same one: `timeout` sends its own to the program and then to its group.
+# [s] a second signal within this time counts as the first: `timeout` signals the program and then its group.
 ECHO = 1.0
 
 
 def exit_code(number):
-    """Of a program that a signal ended, as shells say it."""
+    """Exit code for a program that a signal ended, as in shells."""
     return 128 + number
 
 
 def hear(handler):
-    """What somebody had ignored stays so: shells do that with SIGINT for what they start in the background."""
+    """Installs a handler unless the signal is ignored, as shells ignore SIGINT for background programs."""
     for number in NUMBERS:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, handler)
 
 
 class Ending:
-    """Hears the signals from now on. `at_first` is called with the first one, and may raise."""
+    """Handles the signals from now on. `at_first` is called with the first one, and may raise."""
 
     def __init__(self, at_first=lambda number: None):
         self.told = None  # the signal
@@ -42,7 +42,7 @@ class Ending:
             self._told_at = time.monotonic()
             self._at_first(number)
         elif time.monotonic() - self._told_at > ECHO:
-            os._exit(exit_code(number))  # where it is the first process of its namespace nothing outlives it
+            os._exit(exit_code(number))  # as the first process of its namespace it ends all others
 
 
 class Messenger:
@@ -58,14 +58,14 @@ class Messenger:
         try:
             os.write(self._mouth, bytes([number]))
         except OSError:
-            pass  # it has ended, or so many wait that one more says nothing
+            pass  # it has ended, or many signals are waiting already
 
     def start(self, words, environment):
         return subprocess.Popen(words, env=environment, pass_fds=(self.ear,), start_new_session=True)
 
 
 def hear_messenger(ear):
-    """In the other program: from now on what the first one heard is as if this one had."""
+    """In the other program: handles the signals of the first program from now on."""
     def listen():
         while number := os.read(ear, 1):
             signal.pthread_kill(threading.main_thread().ident, number[0])
@@ -85,7 +85,7 @@ class EndingTest(unittest.TestCase):
     FIRST = """
         import ending, os, signal, sys, time
         messenger = ending.Messenger()
-        os.kill(os.getpid(), signal.SIGTERM)  # before there is another program
+        os.kill(os.getpid(), signal.SIGTERM)  # before the other program exists
         other = messenger.start([sys.executable, "-c", sys.argv[1], str(messenger.ear)], dict(os.environ))
         sys.exit(other.wait())
     """
@@ -103,7 +103,7 @@ class EndingTest(unittest.TestCase):
         return subprocess.Popen([sys.executable, "-c", textwrap.dedent(text), *words], stdout=subprocess.PIPE, text=True,
                                 cwd=os.path.dirname(os.path.abspath(__file__)), **keywords)
 
-    def test_each_signal_is_heard_and_ends_nothing(self):
+    def test_first_signal_does_not_end_the_program(self):
         for number in NUMBERS:
             with self.start(self.OTHER) as other:
                 other.stdout.readline()
@@ -111,7 +111,7 @@ class EndingTest(unittest.TestCase):
                 self.assertEqual(other.communicate()[0], f"told {int(number)}\n")
                 self.assertEqual(other.returncode, 0)
 
-    def test_an_echo_is_the_same_one_and_a_second_one_ends_it(self):
+    def test_repeated_signal_counts_once_and_second_one_ends(self):
         with self.start(self.OTHER, "--slow") as other:
             other.stdout.readline()
             other.send_signal(signal.SIGTERM)
@@ -122,14 +122,14 @@ class EndingTest(unittest.TestCase):
             other.send_signal(signal.SIGINT)
             self.assertEqual(other.wait(timeout=10), exit_code(signal.SIGINT))
 
-    def test_what_is_ignored_stays_so(self):
+    def test_ignored_signal_stays_ignored(self):
         with self.start("import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + textwrap.dedent(self.OTHER)) as other:
             other.stdout.readline()
             other.send_signal(signal.SIGINT)
             other.send_signal(signal.SIGTERM)
             self.assertEqual(other.communicate()[0], f"told {int(signal.SIGTERM)}\n")
 
-    def test_a_signal_that_comes_early_waits_for_the_other_program_which_has_a_session_of_its_own(self):
+    def test_early_signal_waits_for_the_other_program(self):
         with self.start(self.FIRST, textwrap.dedent(self.SECOND)) as first:
             self.assertEqual(first.communicate(timeout=20)[0], f"told {int(signal.SIGTERM)} True\n")
             self.assertEqual(first.returncode, 0)

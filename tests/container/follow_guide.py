@@ -22,7 +22,7 @@ from containers import Containers
 from hosts import CannotRun, run
 
 SKIPPED = 77  # as CTest is told
-TIMEOUT = 120  # [s] far beyond what any machine needs
+TIMEOUT = 120  # [s] far more than needed
 DEPLOY = pathlib.Path(__file__).resolve().parents[2] / "deploy"  # what the package has in /usr/share/hecaton
 
 OTHERWISE = (
@@ -43,11 +43,11 @@ class Guide:
         self.machines = {name: address for address, name in rows}
 
     def commands(self, section):
-        """What is to be typed there, line by line, without remarks."""
+        """The commands of a section, without comments."""
         return [line.split("  #")[0].strip() for line in self._lines(section)]
 
     def placed_commands(self, section):
-        """The same, each with the name of the machine that the remark behind it numbers."""
+        """The commands, each with the machine that its comment gives."""
         names = list(self.machines)
         return [(names[int(re.search(r"  # machine (\d)$", line)[1]) - 1], line.split("  #")[0].strip())
                 for line in self._lines(section)]
@@ -62,10 +62,10 @@ def start_in(container, command, **streams):
 
 
 class Machines:
-    """Containers that do nothing by themselves."""
+    """Containers without services."""
 
     def __init__(self, image, machines):
-        Containers(image, "/")  # or says why there can be none
+        Containers(image, "/")  # raises CannotRun if containers do not work
         self._network = f"hecaton-guide-{os.getpid()}"
         self._machines = machines
         network = ".".join(next(iter(machines.values())).split(".")[:3]) + ".0/24"
@@ -84,7 +84,7 @@ class Machines:
         return start_in(self._container(name), command, **streams)
 
     def type(self, name, command):
-        """Its output; it must succeed."""
+        """Runs a command, which must succeed; returns its output."""
         print(f"{name}# {command}", flush=True)
         done = self.start(name, command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         output = done.communicate(timeout=TIMEOUT)[0]
@@ -114,7 +114,7 @@ class Machines:
 
 
 class Service:
-    """An agent as systemd would run it by the unit."""
+    """An agent as systemd runs it from the unit."""
 
     def __init__(self, unit, machines, name):
         def setting(key):
@@ -130,13 +130,13 @@ class Service:
         return self._process.poll() is not None
 
     def start_again(self):
-        """Once it has died."""
+        """Restarts it after its death."""
         self._process.wait(timeout=TIMEOUT)
         self._process = self._begin(self._command)
 
 
 class Watch:
-    """What `hecaton status --watch` tells. `start`: starts a command where it is to run."""
+    """The output of `hecaton status --watch`. `start`: starts a command on its machine."""
 
     def __init__(self, start, environment):
         self._process = start(f"{environment}; exec hecaton status --watch -o json --connect-timeout {TIMEOUT}s",
@@ -156,7 +156,7 @@ class Watch:
                 self._changed.notify_all()
 
     def until(self, what, condition):
-        """Something that is told from now on meets the condition; returns it."""
+        """Waits for a status that meets the condition; returns it."""
         with self._changed:
             before = self._told
             if not self._changed.wait_for(lambda: self._told > before and condition(self._status), TIMEOUT):
@@ -170,7 +170,7 @@ class Watch:
 
 
 def refuse_the_rest(machines, name):
-    """The input chain that section 3 speaks of."""
+    """The input chain of section 3."""
     for words in ("add table inet filter",
                   "add chain inet filter input { type filter hook input priority 0 ; policy drop ; }",
                   "add rule inet filter input iifname lo accept"):
@@ -186,7 +186,7 @@ def runs(status):
 
 
 def lost(host, status, known):
-    """It is told, and is none of the faults with these ids."""
+    """A condition: the fault is reported, and is not one of these ids."""
     return any(fault["kind"] == "host_lost" and fault["subject"] == host and fault["id"] not in known
                for fault in status["faults"])
 
@@ -196,7 +196,7 @@ def planner_of(arm, status):
 
 
 def install(guide, machines):
-    """Section 1, but for what the image has done."""
+    """Section 1, without the parts that the image contains."""
     for name in guide.machines:
         for command in guide.commands(1):
             if not command.startswith("apt-get"):
@@ -268,7 +268,7 @@ def lose_an_agent(name, service, machines, environment, watch):
     service.start_again()
     watch.until("there is another world", is_another)
     watch.until(f"the agent of {name} has come back", runs)
-    machines.type(name, f"{environment}; hecaton obstacle remove crate")  # or there is none, and it fails
+    machines.type(name, f"{environment}; hecaton obstacle remove crate")  # fails if there is none
 
 
 def take_over(guide, machines, environment, watch):
@@ -283,7 +283,7 @@ def take_over(guide, machines, environment, watch):
 
 
 def pull(name, machines, watch, told, condition):
-    """Its cable, for a while; `condition` is what is told of it."""
+    """Disconnects a machine for a while, until `condition` holds."""
     known = [fault["id"] for fault in watch.until("all is well", runs)["faults"]]
     machines.pull_cable(name)
     watch.until(told, lambda status: lost(name, status, known) and condition(status))
@@ -315,7 +315,7 @@ def follow(guide, unit, machines):
              lambda status: status["supervisor"] == "supervisor@left-pc" and status["mode"] != "run")
     ended = [name for name, service in services.items() if service.has_ended()]
     if ended:
-        raise RuntimeError(f"agents have ended by themselves: {', '.join(ended)}")
+        raise RuntimeError(f"agents have ended: {', '.join(ended)}")
 
 
 def contain(guide, image):
@@ -351,11 +351,11 @@ def contain(guide, image):
             os.kill(int(run("podman", "inspect", "--format", "{{.State.Pid}}", container(last))), signal.SIGKILL)
             watch.until("there is another world", is_another)
             watch.until(f"the container of {last} has come back", runs)
-            typed(f"{script} run {cell} obstacle remove crate")  # or there is none, and it fails
+            typed(f"{script} run {cell} obstacle remove crate")  # fails if there is none
     finally:
         typed(down)
     if memory():
-        raise RuntimeError(f"the run has not ended: there is {memory()[0]}")
+        raise RuntimeError(f"the run has not ended; there is {memory()[0]}")
 
 
 def main():
@@ -371,13 +371,13 @@ def main():
         print(f"skipped: {reason}", file=sys.stderr)
         return SKIPPED
     for command, instead in OTHERWISE:
-        print(f"done otherwise here: {command}: {instead}", flush=True)
+        print(f"replaced here: {command}: {instead}", flush=True)
     try:
         follow(guide, options.unit.read_text(), machines)
     finally:
         machines.close()
     contain(guide, options.image)
-    print("the guide holds")
+    print("all commands of the guide work")
     return 0
 
 

@@ -1,12 +1,12 @@
-/// A wall clock of a host's own, for hosts that share this machine's kernel (`namespaces.py`): preloaded (LD_PRELOAD)
-/// into all of a host's processes, this shifts CLOCK_REALTIME by the offset in the file HOST_CLOCK names, eight bytes
-/// [ns]. It takes effect at once. Steady clocks stay as they are.
+/// An own wall clock for hosts that share the kernel (`namespaces.py`). Preloaded (LD_PRELOAD) into all processes of a
+/// host, the library shifts CLOCK_REALTIME by the offset [ns] in the file HOST_CLOCK (eight bytes), at once. Steady
+/// clocks do not change.
 ///
-/// Reading a clock must never wait, as it does not in the vDSO: libfaketime holds a mutex meanwhile, in which a thread
-/// of the lowest priority, preempted, holds up the process's control loop for as long as others compute.
+/// Reading a clock must never block, as in the vDSO. libfaketime holds a mutex meanwhile; a preempted low-priority
+/// thread in it would block a process's control loop.
 ///
-/// Absolute deadlines are shifted back when they are waited for. One that is being waited for when the clock jumps
-/// keeps its length, where a kernel would look again.
+/// Absolute deadlines are shifted back when a wait begins. A wait during a clock change keeps its length; a kernel
+/// would adjust it.
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -24,9 +24,10 @@
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
-constexpr std::time_t kOldest = 1'000'000'000;   // [s] later is a wall clock's time, not one since the machine's start
+constexpr std::time_t kOldest =
+    1'000'000'000;  // [s] larger values are wall clock times, smaller ones are times since boot
 
-/// What the processes of a host share; nullptr without a file, or before main().
+/// Shared by the processes of a host; null without the file, or before main().
 const std::atomic<std::int64_t>* shared_offset = nullptr;
 
 [[gnu::constructor]] void find_offset() {
@@ -52,12 +53,12 @@ timespec shifted(const timespec& time, std::int64_t by) {
   return {.tv_sec = time.tv_sec + by / kSecond + carry, .tv_nsec = nanoseconds - carry * kSecond};
 }
 
-/// The kernel's own time of a deadline.
+/// A deadline on the kernel's clock.
 timespec true_time(const timespec& deadline) {
   return deadline.tv_sec > kOldest ? shifted(deadline, -offset()) : deadline;
 }
 
-/// The function of this name that this library hides; `signature` is only looked at for its type.
+/// The function of this name that this library replaces; `signature` only gives its type.
 template <class Signature>
 Signature* hidden(const char* name, Signature* /*signature*/) {
   return reinterpret_cast<Signature*>(dlsym(RTLD_NEXT, name));

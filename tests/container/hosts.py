@@ -1,14 +1,14 @@
-"""Machines of a test: each with an address of its own on one network, and everything that can go wrong with them."""
+"""Hosts of a test, each with an address in one network, and the faults that can be injected into them."""
 import abc
 import subprocess
 
 
 class CannotRun(Exception):
-    """Why these machines cannot be had here."""
+    """Why this machine does not support these hosts."""
 
 
 def run(*words, check=True):
-    """The command's output; what it complained about when it failed."""
+    """Runs a command; returns its output. Raises RuntimeError with its error output."""
     done = subprocess.run(words, capture_output=True, text=True)
     if check and done.returncode != 0:
         raise RuntimeError(f"{' '.join(words)}: {done.stderr.strip() or done.stdout.strip()}")
@@ -16,7 +16,7 @@ def run(*words, check=True):
 
 
 def drop_rules(hook, per_cent):
-    """Of nftables, because kernels without netem have it, too: so many of the datagrams are lost."""
+    """Rules of nftables that drop this share of datagrams. Kernels without netem support them as well."""
     table, interface = f"drop_{hook}", "iifname" if hook == "input" else "oifname"
     return [rule.split() for rule in (
         f"add table inet {table}",
@@ -25,13 +25,13 @@ def drop_rules(hook, per_cent):
 
 
 class Hosts(abc.ABC):
-    """Hosts by name. They end with the program at the latest; after close() others can be added."""
+    """Hosts by name. They end with the program; after close() others can be added."""
 
-    kind = ""  # as the output calls them
+    kind = ""  # for the output
 
     @abc.abstractmethod
     def add(self, name, address):
-        """Makes a host in the network of 256 addresses around `address`."""
+        """Creates a host in the /24 network of `address`."""
 
     @abc.abstractmethod
     def start(self, host, arguments, log):
@@ -39,11 +39,11 @@ class Hosts(abc.ABC):
 
     @abc.abstractmethod
     def signal(self, host, pid, number):
-        """To a process of the host, by the number that it has there."""
+        """Sends a signal to a process of the host, by its id there."""
 
     @abc.abstractmethod
     def pause(self, host):
-        """All its processes stand still."""
+        """Stops all processes of the host."""
 
     @abc.abstractmethod
     def go_on(self, host):
@@ -51,15 +51,15 @@ class Hosts(abc.ABC):
 
     @abc.abstractmethod
     def cut_power(self, host):
-        """All its processes end at once, what start() has returned among them; then it can be started again."""
+        """Kills all processes of the host, also the one of start(); then the host can be started again."""
 
     @abc.abstractmethod
     def disconnect(self, host):
-        """Its cable is pulled."""
+        """Disconnects the host from the network."""
 
     @abc.abstractmethod
     def connect(self, host):
-        """With the same address as before."""
+        """Connects it again, with the same address."""
 
     @abc.abstractmethod
     def inside(self, host, words):
@@ -70,12 +70,12 @@ class Hosts(abc.ABC):
         pass
 
     def drop(self, host, hook, per_cent):
-        """So many of the datagrams that reach (`hook`: input) or leave (output) the host are lost, at random."""
+        """Drops this share of the datagrams to (`hook`: input) or from (output) the host, at random."""
         for words in drop_rules(hook, per_cent):
             self.inside(host, ["nft", *words])
 
     def dropped(self, host, hook):
-        """Datagrams since drop()."""
+        """Number of datagrams dropped since drop()."""
         words = self.inside(host, ["nft", "list", "table", "inet", f"drop_{hook}"]).split()
         return int(words[words.index("packets") + 1])
 

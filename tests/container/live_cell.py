@@ -14,9 +14,9 @@ import unittest.mock
 
 from steadiness import NodeLateness, unix_ms
 
-TIMEOUT = 120  # [s] far beyond what any machine needs; only ends a test that hangs
+TIMEOUT = 120  # [s] far more than needed; ends a test that hangs
 
-LINES = 12  # of what a command said, in a failure's account
+LINES = 12  # of a command's output in a failure
 
 
 class LiveCell:
@@ -29,15 +29,15 @@ class LiveCell:
         self._watch = None
         self._status = None
         self._faults = {}
-        self._logs_began = {}  # bytes, by host: what another cell wrote before is not of this one
-        self._logs_heard = {}  # the same, as far as new_log_lines() has come
+        self._logs_began = {}  # bytes, by host: start of this cell's lines
+        self._logs_heard = {}  # bytes, by host: end of the lines returned by new_log_lines()
         self._contacts = 0
         self.lateness = NodeLateness()
         self.listeners = [self.lateness.hear]  # each is called with every status
         self._changed = threading.Condition()
 
     def start(self):
-        """Makes the cell file's hosts and starts an agent on each."""
+        """Creates the hosts of the cell file and starts an agent on each."""
         for host in self.plan()["hosts"]:
             self.hosts.add(host["name"], host["address"])
         for host in self.plan()["hosts"]:
@@ -57,7 +57,7 @@ class LiveCell:
             self._agents[host] = self.hosts.start(host, ["agent", self._file, "--host", host], log)
 
     def kill_agent(self, host):
-        """With it dies all that it has started."""
+        """Kills the agent, and with it all its processes."""
         self._agents[host].kill()
         self._agents[host].wait()
 
@@ -66,7 +66,7 @@ class LiveCell:
         self._agents[host].wait()
 
     def _ask(self, *words, **streams):
-        """hecaton, on the operator's machine."""
+        """Runs hecaton on the operator's machine."""
         return subprocess.Popen([self._hecaton, *words, "--cell", self._file], text=True, stdout=subprocess.PIPE,
                                 **streams)
 
@@ -80,10 +80,10 @@ class LiveCell:
                     listener(self._status)
                 self._changed.notify_all()
 
-    # What is.
+    # Observation.
 
     def wait_for(self, what, condition, timeout=TIMEOUT):
-        """Until condition(status) gives something; returns that."""
+        """Waits until condition(status) is true; returns its value."""
         until = time.monotonic() + timeout
         with self._changed:
             while True:
@@ -91,10 +91,10 @@ class LiveCell:
                 if found:
                     return found
                 if not self._changed.wait(until - time.monotonic()):
-                    raise AssertionError(f"{what}: not within {timeout} s; the cell says\n{self.account()}")
+                    raise AssertionError(f"{what}: not within {timeout} s; status of the cell:\n{self.account()}")
 
     def account(self):
-        """What `hecaton status` says to people."""
+        """The text of `hecaton status`."""
         told = self._ask("status", stderr=subprocess.STDOUT)
         return told.communicate()[0]
 
@@ -106,7 +106,7 @@ class LiveCell:
         self.wait_for("the cell runs", runs)
 
     def faults(self):
-        """All that were ever told, by id, as they were told last."""
+        """All faults so far, by id, in their last state."""
         with self._changed:
             return dict(self._faults)
 
@@ -122,7 +122,7 @@ class LiveCell:
             (now for now in status["faults"] if now["id"] == fault["id"] and now["cleared"]), None))
 
     def log_lines(self):
-        """Of all hosts, host by host."""
+        """The log lines of all hosts, host by host."""
         for host in self._agents:
             with open(self._logs / f"{host}.log", "rb") as log:
                 log.seek(self._logs_began[host])
@@ -130,7 +130,7 @@ class LiveCell:
                     yield line.decode(errors="replace")
 
     def new_log_lines(self):
-        """The same since the last call; a line that is still being written comes with the next one."""
+        """The log lines since the last call, complete lines only."""
         for host in self._agents:
             with open(self._logs / f"{host}.log", "rb") as log:
                 log.seek(self._logs_heard[host])
@@ -141,20 +141,20 @@ class LiveCell:
                     yield line.decode(errors="replace")
 
     def contacts(self):
-        """The most that were ever told: a world that is started again counts anew."""
+        """The largest number reported: a restarted world may count from 0."""
         return self._contacts
 
     def pid(self, node):
-        """Of its process, as soon as whoever leads has heard it."""
+        """The id of the node's process, as soon as the leader has received it."""
         def heard(status):
             return next((entry["pid"] for entry in status["nodes"] if entry["node"] == node and entry["pid"] > 0), None)
 
         return self.wait_for(f"{node} has a process", heard)
 
-    # What people do.
+    # Commands.
 
     def ask(self, *words):
-        """hecaton's answer; it must succeed."""
+        """Runs a command of hecaton, which must succeed; returns its output."""
         asked = self._ask(*words, stderr=subprocess.STDOUT)
         said = asked.communicate()[0]
         if asked.returncode != 0:
@@ -167,13 +167,13 @@ class LiveCell:
                          "--connect-timeout", f"{TIMEOUT}s", stderr=subprocess.STDOUT)
 
     def wait_for_goal(self, goal):
-        """It must be reached, and nothing touched: after a contact the cell is held until people resume it."""
+        """The goal must be reached without contact; a contact holds the cell."""
         self.wait_for("goal ends", lambda status: goal.poll() is not None or touched(status), 2 * TIMEOUT)
         if goal.poll() is None:
             goal.kill()
         said = goal.communicate()[0].splitlines()
         if goal.returncode != 0:
-            raise AssertionError("\n".join([f"goal not reached (exit code {goal.returncode}); it said at last",
+            raise AssertionError("\n".join([f"goal not reached (exit code {goal.returncode}); last output:",
                                             *said[-LINES:], self.account()]))
 
     def wait_until_it_moves(self, arm):
@@ -189,10 +189,10 @@ class LiveCell:
             binding = (entry["goal"] or {}).get("binding") or {}
             unknown = f"ArmState/{lost}" in waits_for or f"arm {lost} was lost" in waits_for
             return goal.poll() is not None or unknown or str(binding.get("other", "")).startswith(f"{lost}/")
-        self.wait_for(f"arm {arm} goes on or waits for news of {lost}", settled)
+        self.wait_for(f"arm {arm} continues or waits for a state of {lost}", settled)
 
     def stop(self):
-        """Ends the agents, which end all else; returns their exit codes by host. Who hangs is killed, and ended so."""
+        """Ends the agents and with them all services; returns their exit codes by host. Kills an agent that hangs."""
         if self._watch:
             self._watch.send_signal(signal.SIGTERM)
             ended(self._watch, time.monotonic() + TIMEOUT)
@@ -203,7 +203,7 @@ class LiveCell:
 
 
 def ended(process, until):
-    """Its exit code."""
+    """Ends a process; returns its exit code."""
     try:
         return process.wait(timeout=max(0.0, until - time.monotonic()))
     except subprocess.TimeoutExpired:
@@ -220,7 +220,7 @@ def touched(status):
 
 
 def runs(status):
-    """Everybody is there and nobody is held."""
+    """True if all nodes run and no arm is held."""
     return (status["mode"] == "run"
             and all(arm["mode"] == "run" and arm["driver_alive"] and arm["planner_alive"] for arm in status["arms"])
             and all(node["alive"] for node in status["nodes"])
@@ -230,7 +230,7 @@ def runs(status):
 
 
 def process_that(obeys):
-    """Ends by SIGTERM, or does not."""
+    """A process that ends or ignores SIGTERM."""
     process = subprocess.Popen(["sh", "-c", f"{'' if obeys else 'trap : TERM;'} echo; while :; do sleep 0.05; done"],
                                stdout=subprocess.PIPE)
     process.stdout.readline()
@@ -245,7 +245,7 @@ class CellTest(unittest.TestCase):
         self.cell = LiveCell(self, "hecaton", "cell.yaml", self.logs)
 
     def start(self, host, arguments, log):
-        """As Hosts do."""
+        """As in Hosts."""
         return None
 
     def hear(self, contacts):
@@ -253,24 +253,24 @@ class CellTest(unittest.TestCase):
         self.cell._watch = unittest.mock.Mock(stdout=[line])
         self.cell._read()
 
-    def test_a_contact_is_not_forgotten_with_the_world_that_told_it(self):
+    def test_contacts_survive_a_restart_of_the_world(self):
         for contacts, told in (None, 0), (0, 0), (2, 2), (None, 2), (0, 2):
             self.hear(contacts)
             self.assertEqual(self.cell.contacts(), told)
 
-    def test_an_agent_that_hangs_is_killed_and_its_exit_code_says_so(self):
+    def test_hung_agent_is_killed(self):
         for obeys, code in (True, -signal.SIGTERM), (False, -signal.SIGKILL):
             with process_that(obeys) as process:
                 process.terminate()
                 self.assertEqual(ended(process, time.monotonic() + (10.0 if obeys else 0.3)), code)
 
-    def test_logs_begin_where_this_cell_does(self):
+    def test_logs_start_with_this_cell(self):
         (self.logs / "a.log").write_text("of another\n")
         self.cell.start_agent("a")
         with open(self.logs / "a.log", "ab") as log:
             log.write(b"caf\xe9\nhalf")
         self.assertEqual(list(self.cell.new_log_lines()), ["caf\ufffd\n"])
-        self.cell.start_agent("a")  # anew
+        self.cell.start_agent("a")  # again
         self.assertEqual(list(self.cell.log_lines()), ["caf\ufffd\n", "half"])
 
 

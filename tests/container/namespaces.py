@@ -1,4 +1,4 @@
-"""Hosts as network namespaces on a bridge: nothing but the network and the processes are apart."""
+"""Hosts as network namespaces on a bridge; only network and processes are separate."""
 import errno
 import ipaddress
 import os
@@ -16,7 +16,7 @@ INSIDE = "HECATON_TEST_IN_NAMESPACES"
 
 
 def inside():
-    """Whether enter() has been here."""
+    """True in a program that enter() has started."""
     return bool(os.environ.get(INSIDE))
 
 
@@ -39,7 +39,7 @@ def enter():
     except RuntimeError as error:
         raise CannotRun(f"namespaces are not allowed here: {error}") from error
     messenger = ending.Messenger()
-    # It dies with us, whatever ends us, and with it all that is in there.
+    # It ends with this program, and so do all processes in the namespaces.
     unshare = messenger.start(["setpriv", "--pdeathsig", "KILL", *words, sys.executable, *sys.argv],
                               {**os.environ, INSIDE: str(messenger.ear)})
     code = unshare.wait()
@@ -47,26 +47,26 @@ def enter():
 
 
 class Namespaces(Hosts):
-    """The operator's machine is the bridge, so to say: the first namespace, with the network's first address."""
+    """The operator's machine is the first namespace, with the bridge and the first address of the network."""
 
     kind = "network namespaces"
     BRIDGE = "cell"
-    ELSEWHERE = "elsewhere"  # where hosts are that separate() has taken from the others
+    ELSEWHERE = "elsewhere"  # namespace of the hosts that separate() has moved
     OWN = pathlib.Path("/run")  # ip keeps its list of namespaces there
     DISKS = OWN / "disks"
     DISK = "32m"  # of each host, for temporary files
     CLOCKS = OWN / "clocks"
 
     def __init__(self, hecaton, own_clocks=False):
-        """`own_clocks`: each host has a wall clock of its own, for step_clock()."""
+        """`own_clocks`: gives each host its own wall clock, for step_clock()."""
         self._hecaton = str(hecaton)
         self._clock_library = pathlib.Path(hecaton).with_name("libhost_clock.so") if own_clocks else None
         if own_clocks and not self._clock_library.exists():
-            raise FileNotFoundError(f"{self._clock_library}: hosts have no clocks of their own without it")
+            raise FileNotFoundError(f"{self._clock_library}: is needed for own clocks of hosts")
         try:
             self._make_network()
         except RuntimeError as error:
-            raise CannotRun(f"the kernel has not all that hosts need: {error}") from error
+            raise CannotRun(f"the kernel lacks a feature for hosts: {error}") from error
         self._ports = {}  # the bridge's side of each host's cable
 
     def _make_network(self):
@@ -76,7 +76,7 @@ class Namespaces(Hosts):
         run("ip", "link", "set", self.BRIDGE, "up")
         run("ip", "link", "add", self.ELSEWHERE, "type", "bridge")
         run("ip", "link", "set", self.ELSEWHERE, "up")
-        # What add() and drop() will ask for is tried before anything has begun.
+        # Tries all kernel features of add() and drop() first.
         run("ip", "link", "add", "trial0", "type", "veth", "peer", "name", "trial1")
         run("ip", "link", "delete", "trial0")
         for words in (*drop_rules("input", 1), ("delete", "table", "inet", "drop_input")):
@@ -84,7 +84,7 @@ class Namespaces(Hosts):
 
     @classmethod
     def hides(cls, path):
-        """Whether programs in the namespaces see another folder where this path is."""
+        """True if programs in the namespaces see another folder at this path."""
         return pathlib.Path(path).resolve().is_relative_to(cls.OWN)
 
     def add(self, name, address):
@@ -112,7 +112,7 @@ class Namespaces(Hosts):
                                 env={**os.environ, **own})
 
     def step_clock(self, host, seconds):
-        """The host's wall clock is so far from this machine's, at once (`host_clock.cpp`)."""
+        """Sets the offset of the host's wall clock from this machine's (`host_clock.cpp`)."""
         with open(self.CLOCKS / host, "r+b" if (self.CLOCKS / host).exists() else "wb") as file:
             file.write(struct.pack("=q", seconds * 1_000_000_000))
 
@@ -142,7 +142,7 @@ class Namespaces(Hosts):
         run("ip", "link", "set", self._ports[host], "up")
 
     def separate(self, hosts):
-        """They reach each other, and none of the others, nor the operator's machine: the link between two switches is lost."""
+        """Separates hosts from all others and from the operator's machine, as a lost link between two switches."""
         for host in hosts:
             run("ip", "link", "set", self._ports[host], "master", self.ELSEWHERE)
 
@@ -151,7 +151,7 @@ class Namespaces(Hosts):
             run("ip", "link", "set", self._ports[host], "master", self.BRIDGE)
 
     def hog(self, host):
-        """One process for each processor that only computes; for the caller to end."""
+        """Starts one computing process per processor; the caller must end them."""
         return [subprocess.Popen(["ip", "netns", "exec", host, "sh", "-c", "while :; do :; done"])
                 for _ in range(os.cpu_count())]
 
@@ -168,7 +168,7 @@ class Namespaces(Hosts):
         (self.DISKS / host / "rubbish").unlink()
 
     def close(self):
-        """The hosts. All else ends with the namespaces that enter() made."""
+        """Removes the hosts. All else ends with the namespaces of enter()."""
         for name, port in self._ports.items():
             run("ip", "link", "delete", port)
             run("ip", "netns", "delete", name)

@@ -1,4 +1,4 @@
-"""Whether the machine ran while a test did: where it stood still, what the cell did says nothing of Hecaton.
+"""Stalls of the machine during a test: a failure during a stall says nothing about Hecaton.
 
 usage: steadiness.py --self-test"""
 import os
@@ -7,10 +7,10 @@ import threading
 import time
 import unittest
 
-TOLD_WITHIN = 500  # [ms] of a stall of a process, by its next heartbeat and the next look at the cell
-STALL = 0.12  # [s] by which a timer is late where the machine itself stood still
-UNSTEADY = 75  # exit code of a run that says nothing: it is to be repeated
-UNSAFE = 70  # exit code of a run in which something was touched, or an arm followed an older command: never repeated
+TOLD_WITHIN = 500  # [ms] until a stall of a process is known, by its next heartbeat and the next status
+STALL = 0.12  # [s] timer lateness that counts as a stall of the machine
+UNSTEADY = 75  # exit code: failed during a stall of the machine; repeat the run
+UNSAFE = 70  # exit code: contact, or an arm that followed an older command; do not repeat
 
 
 def unix_ms():
@@ -18,17 +18,17 @@ def unix_ms():
 
 
 def between(since, until, at, late):
-    """Whether some of a stall of `late` ms that ended `at` lies between these instants [ms, wall clock]."""
+    """True if a stall of `late` ms that ended at `at` overlaps this interval [ms, wall clock]."""
     return at > since and at - late <= until
 
 
 class TimerLateness:
-    """How late this machine wakes a thread that asks for a millisecond: no detection can be more punctual."""
+    """Lateness of a timer of 1 ms on this machine, a lower bound of all detection times."""
 
     def __init__(self, stall=STALL):
         self.late = []  # [ms]
         self._stall = stall  # [s]
-        self.stalls = []  # (until when a wake-up was later than that [ms, wall clock], by how much [ms])
+        self.stalls = []  # (end of a stall [ms, wall clock], lateness [ms])
         self._over = False
         threading.Thread(target=self._measure, daemon=True).start()
 
@@ -42,7 +42,7 @@ class TimerLateness:
                 self.stalls.append((unix_ms(), late * 1e3))
 
     def end(self):
-        """What comes now is not measured: this program itself may keep a thread waiting."""
+        """Ends the measurement; after that this program may delay its own thread."""
         self._over = True
 
     def stood_still(self, since, until, stall=STALL):
@@ -51,23 +51,23 @@ class TimerLateness:
 
 
 class NodeLateness:
-    """The same of the cell's own processes, as their heartbeats tell: they may get less of the machine than we do."""
+    """Lateness of the cell's processes, from their heartbeats; they may get less processor time than this program."""
 
     def __init__(self):
-        self.stalls = []  # (until when [ms, wall clock], by how much [ms], node, host), as they were told
+        self.stalls = []  # (end [ms, wall clock], lateness [ms], node, host), as reported
         self._told = {}   # by node: process, and the largest of its last periods [ms]
 
     def hear(self, status):
         for entry in status["nodes"]:
             late = 1e-3 * entry["lateness_max_us"]
             told = self._told.get(entry["node"])
-            # The first that a process tells of itself is how long it took to start.
+            # The first value of a process is the duration of its start.
             if told and told[0] == entry["pid"] and late > max(1e3 * STALL, told[1]):
                 self.stalls.append((unix_ms(), late, entry["node"], entry["host"]))
             self._told[entry["node"]] = (entry["pid"], late)
 
     def of_others(self, disturbed):
-        """Without the hosts that a test did something to."""
+        """Without hosts that a test has disturbed."""
         return [stall for stall in self.stalls if stall[-1] not in disturbed]
 
     def meanwhile(self, since, until, disturbed):
@@ -82,17 +82,17 @@ def judge_failures(failed, stalls):
     for name, since, until in failed:
         meanwhile = [stall for stall in stalls if between(since, until + TOLD_WITHIN, *stall[:2])]
         if not meanwhile:
-            print(f"{name} failed, and the machine ran meanwhile", file=sys.stderr)
+            print(f"{name} failed, without a stall of the machine", file=sys.stderr)
             code = 1
             continue
         _, late, what, where = max(meanwhile, key=lambda stall: stall[1])
-        print(f"{name} failed, and the machine stood still meanwhile, {len(meanwhile)} times, at most {late:.0f} ms ({what} of "
+        print(f"{name} failed, during {len(meanwhile)} stalls of the machine, at most {late:.0f} ms ({what} of "
               f"{where})", file=sys.stderr)
     return code
 
 
 class SpannedResult(unittest.TextTestResult):
-    """Also keeps when each that failed ran."""
+    """A test result that also records the time of each failed test."""
 
     def __init__(self, *arguments, **keywords):
         super().__init__(*arguments, **keywords)
@@ -122,7 +122,7 @@ class SpannedResult(unittest.TextTestResult):
 
 
 class NamesTest(unittest.TestCase):
-    def test_a_class_that_failed_is_run_as_a_whole(self):
+    def test_failed_class_has_the_time_of_the_class(self):
         class Shared(unittest.TestCase):
             @classmethod
             def tearDownClass(cls):
@@ -141,24 +141,24 @@ class NamesTest(unittest.TestCase):
         with open(os.devnull, "w") as nowhere:
             result = unittest.TextTestRunner(nowhere, resultclass=SpannedResult).run(unittest.TestSuite(
                 map(unittest.defaultTestLoader.loadTestsFromTestCase, (Shared, Alone))))
-        local = "NamesTest.test_a_class_that_failed_is_run_as_a_whole.<locals>."
+        local = "NamesTest.test_failed_class_has_the_time_of_the_class.<locals>."
         self.assertEqual(result.names_of_failed(), [local + "Alone.test_b", local + "Shared"])
 
 
 class JudgementTest(unittest.TestCase):
     STALL = (5_000, 200.0, "a timer", "this machine")
 
-    def test_a_stall_meanwhile_says_nothing(self):
+    def test_stall_during_failure_is_unsteady(self):
         self.assertEqual(judge_failures([("one", 4_000, 6_000)], [self.STALL]), UNSTEADY)
 
-    def test_a_stall_before_or_after_is_no_excuse(self):
+    def test_stall_before_or_after_does_not_count(self):
         self.assertEqual(judge_failures([("one", 5_001, 9_000)], [self.STALL]), 1)
         self.assertEqual(judge_failures([("one", 1_000, 4_799 - TOLD_WITHIN)], [self.STALL]), 1)
 
-    def test_a_stall_excuses_no_other_test(self):
+    def test_stall_does_not_count_for_other_tests(self):
         self.assertEqual(judge_failures([("one", 4_000, 6_000), ("other", 7_000, 8_000)], [self.STALL]), 1)
 
-    def test_processes_are_heard_that_were_left_alone(self):
+    def test_undisturbed_processes_count(self):
         heard = NodeLateness()
         heard.stalls = [(5_000, 200.0, "planner/a", "a-pc"), (5_000, 200.0, "planner/b", "b-pc"), (9_000, 200.0, "planner/a", "a-pc")]
         self.assertEqual(heard.meanwhile(4_000, 6_000, {"b-pc"}), heard.stalls[:1])

@@ -27,27 +27,27 @@ from steadiness import UNSAFE, UNSTEADY, SpannedResult, TimerLateness, judge_fai
 from terms import LogTerms, StatusTerms  # noqa: E402
 from verdicts import may_be_told  # noqa: E402
 
-SKIPPED = 77  # as CTest is told
+SKIPPED = 77  # exit code for CTest
 ARMS = ("north", "west", "east")
 options = None
-node_stalls = []  # of hosts that were left alone: what NodeLateness tells
-unpardonable = []  # classes whose arms touched something, or followed an older command
+node_stalls = []  # stalls of undisturbed hosts, from NodeLateness
+unpardonable = []  # classes with a contact or an arm that followed an older command
 told = None  # ending.Ending
 ends_cell = False
 
 
 class Ended(Exception):
-    """Somebody ends the program."""
+    """A signal ends the program."""
 
 
 def end_test(number):
-    """The one that runs. A cell that is being ended need not be disturbed."""
+    """The running cell; none while it ends."""
     if not ends_cell:
         raise Ended(f"by {signal.Signals(number).name}")
 
 
 class EndedResult(SpannedResult):
-    """No other test begins then. What those of a class share is ended all the same."""
+    """Ends the run before the next test; class fixtures are still cleaned up."""
 
     def addError(self, test, err):
         super().addError(test, err)
@@ -56,7 +56,7 @@ class EndedResult(SpannedResult):
 
 
 class CellTest(unittest.TestCase):
-    """The tests of one class share a cell."""
+    """The tests of a class share a cell."""
 
     disturbed = ()  # hosts that are paused, or whose processes are killed
 
@@ -73,7 +73,7 @@ class CellTest(unittest.TestCase):
             raise Ended
         print(f"{cls.__name__}: hosts are {options.hosts.kind}; their logs are in {options.logs}", flush=True)
         cls.cell = LiveCell(options.hosts, options.programs.resolve() / "hecaton", cls.cell_file(), options.logs)
-        cls.addClassCleanup(cls.end_cell)  # also when it does not come to run
+        cls.addClassCleanup(cls.end_cell)  # also if the cell does not start
         began = time.monotonic()
         cls.cell.start()
         cls.cell.wait_until_it_runs()
@@ -100,7 +100,7 @@ class CellTest(unittest.TestCase):
         self.began = time.monotonic()
 
     def tell(self, what, injected=None, fault=None):
-        """A line of figures."""
+        """Prints a line of figures."""
         line = what
         if fault:
             line += f": seen after {fault['since_unix_ms'] - injected} ms as {fault['kind']} of {fault['subject']}"
@@ -108,7 +108,7 @@ class CellTest(unittest.TestCase):
         print(f"{line}; {time.monotonic() - self.began:.1f} s, {self.cell.contacts()} contacts", flush=True)
 
     def expect_no_fault_but(self, *expected, may=frozenset()):
-        """`may`: (kind, subject) of what need not be told, and is right."""
+        """`may`: (kind, subject) of faults that are allowed but not required."""
         ids = {fault["id"] for fault in expected}
         others = [fault for key, fault in self.cell.faults().items()
                   if key not in self.known and key not in ids and not pairs(fault) & may]
@@ -120,20 +120,20 @@ class CellTest(unittest.TestCase):
         self.assertEqual(self.cell.contacts(), 0)
 
     def visit(self, *arms):
-        """The arms work: to the shared zone and home again."""
+        """Moves all arms to the shared zone and home again."""
         for pose in ("ready", "home"):
             for goal in [self.cell.goal(arm, pose) for arm in arms]:
                 self.cell.wait_for_goal(goal)
 
     def kill(self, node, host):
-        """kill -9; returns when [ms, wall clock]."""
+        """Sends SIGKILL; returns the time [ms, wall clock]."""
         pid = self.cell.pid(node)
         injected = unix_ms()
         self.cell.hosts.signal(host, pid, signal.SIGKILL)
         return injected
 
     def lose_and_find(self, what, host, arm, lose, find, may=frozenset()):
-        """A host is lost in the midst of its arm's motion, and found again."""
+        """A host is lost while its arm moves, and returns."""
         others = [other for other in ARMS if other != arm]
         goals = [self.cell.goal(arm, "ready")]
         self.cell.wait_until_it_moves(arm)
@@ -141,7 +141,7 @@ class CellTest(unittest.TestCase):
         lose(host)
         try:
             fault = self.cell.wait_for_fault("host_lost", host, self.known)
-            # Where the lost arm is nobody knows: the others go where it cannot be, or wait.
+            # The position of the lost arm is unknown: the others move where it cannot be, or wait.
             for other in others:
                 goals.append(self.cell.goal(other, "ready"))
                 self.cell.wait_until_it_is_there_or_waits(other, goals[-1], arm)
@@ -160,12 +160,12 @@ def read_cell():
 
 
 def still_copy():
-    """The cell with obstacles that stand still: an arm whose driver is dead cannot make way."""
+    """The cell with static obstacles, because an arm without driver cannot give way."""
     return cell_copy.copy_of(read_cell(), options.cell.parent.absolute(), options.timeout_scale)
 
 
 def written(name, document):
-    """Among the logs."""
+    """The copy of the cell file, in the folder of the logs."""
     file = options.logs / name
     file.write_text(cell_document.write(document))
     return file
@@ -178,7 +178,7 @@ class FaultTest(CellTest):
     def cell_file(cls):
         return written("still.yaml", still_copy())
 
-    def test_a_killed_planner_is_started_again_and_its_arm_reaches_its_goal(self):
+    def test_killed_planner_restarts_and_its_arm_reaches_the_goal(self):
         goal = self.cell.goal("north", "ready")
         self.cell.wait_until_it_moves("north")
         injected = self.kill("planner/north", "north-pc")
@@ -191,7 +191,7 @@ class FaultTest(CellTest):
         self.expect_all_well(fault)
         self.tell("kill -9 of a planner", injected, fault)
 
-    def test_a_killed_driver_is_started_again_where_its_arm_stands(self):
+    def test_killed_driver_restarts_at_the_position_of_its_arm(self):
         goal = self.cell.goal("east", "ready")
         self.cell.wait_until_it_moves("east")
         injected = self.kill("driver/east", "east-pc")
@@ -203,30 +203,30 @@ class FaultTest(CellTest):
         self.expect_all_well(fault)
         self.tell("kill -9 of a driver", injected, fault)
 
-    def test_a_killed_world_is_started_again_with_what_people_have_put_into_it(self):
+    def test_killed_world_restarts_with_edited_obstacles(self):
         self.cell.ask("obstacle", "add", "crate", "--box", "0.2 0.2 0.2", "--pose", "1.5 1.5 0.1 0 0 0")
         injected = self.kill("world", "world-pc")
         fault = self.cell.wait_for_fault("process_died", "world", self.known)
         fault = self.cell.wait_until_over(fault)
         self.visit("north", "west", "east")
-        self.cell.ask("obstacle", "remove", "crate")  # or there is none, and it fails
+        self.cell.ask("obstacle", "remove", "crate")  # fails if there is none
         self.expect_all_well(fault)
         self.tell("kill -9 of the world", injected, fault)
 
-    def test_a_killed_supervisor_is_started_again_and_arms_go_on_meanwhile(self):
+    def test_killed_supervisor_restarts_while_arms_continue(self):
         goals = [self.cell.goal(arm, "ready") for arm in ("north", "west")]
         self.cell.wait_until_it_moves("north")
         injected = self.kill("supervisor", "supervisor-pc")
         for goal in goals:
             self.cell.wait_for_goal(goal)
-        fault = self.cell.wait_for_fault("process_died", "supervisor", self.known)  # its successor tells, from its agent
+        fault = self.cell.wait_for_fault("process_died", "supervisor", self.known)  # reported by its successor, from its agent
         self.assertIn("signal 9", fault["description"])
         fault = self.cell.wait_until_over(fault)
         self.visit("north", "west", "east")
         self.expect_all_well(fault)
         self.tell("kill -9 of the supervisor", injected, fault)
 
-    def test_a_host_that_loses_power_is_lost_and_comes_back(self):
+    def test_host_without_power_is_lost_and_returns(self):
         injected = unix_ms()
         self.cell.cut_power("west-pc")
         try:
@@ -243,10 +243,10 @@ class FaultTest(CellTest):
         self.expect_all_well(fault)
         self.tell("a host that is switched off and on", injected, fault)
 
-    def test_a_paused_host_is_lost_and_found(self):
+    def test_paused_host_is_lost_and_returns(self):
         self.lose_and_find("a paused host", "north-pc", "north", self.cell.hosts.pause, self.cell.hosts.go_on)
 
-    def test_a_host_without_network_is_lost_and_found(self):
+    def test_host_without_network_is_lost_and_returns(self):
         self.lose_and_find("a pulled cable", "west-pc", "west", self.cell.hosts.disconnect, self.cell.hosts.connect)
 
 
@@ -280,7 +280,7 @@ class StandbyTest(CellTest):
         if complaints:
             unpardonable.append(type(self))
         self.assertEqual(complaints, [])
-        self.assertEqual(self.log_terms.untold(ARMS), [])  # or nothing would be seen
+        self.assertEqual(self.log_terms.without_events(ARMS), [])  # otherwise nothing was checked
 
     def put_in_charge(self, planner, arm):
         """Of the arm, by the death of the other one, if that has it. Returns what was done."""
@@ -304,7 +304,7 @@ class StandbyTest(CellTest):
         self.cell.wait_until_it_runs()
         return [Kill(other, self.places[other])]
 
-    def test_a_planner_that_slept_while_it_was_replaced_moves_its_arm_no_more(self):
+    def test_replaced_planner_that_slept_does_not_move_its_arm(self):
         sleeper = "planner/north@supervisor-pc"
         done = self.put_in_charge(sleeper, "north")
         pause = Pause("supervisor-pc", 0.0)
@@ -318,7 +318,7 @@ class StandbyTest(CellTest):
         finally:
             pause.end(self.cell)
         self.cell.wait_for_goal(goal)
-        # On a busy machine it may have taken over again.
+        # On a busy machine it may lead again.
         self.cell.wait_for(f"{sleeper} stands by", lambda status: (
             sleeper in (arm_of(status, "north")["standby"], arm_of(status, "north")["planner"])
             and everybody_has_a_standby(status)))
@@ -329,7 +329,7 @@ class StandbyTest(CellTest):
         refused = after["stale_rejected"] - before["stale_rejected"]
         self.tell(f"a planner in charge that slept: {refused} of its commands were refused")
 
-    def test_arms_go_on_while_the_leading_supervisor_is_cut_off(self):
+    def test_arms_continue_while_the_leader_is_cut_off(self):
         done = self.let_lead("supervisor") + self.put_in_charge("planner/north", "north")
         before = self.cell.status()
         cut = Cut("supervisor-pc", 0.0)
@@ -353,7 +353,7 @@ class StandbyTest(CellTest):
         self.expect_all_well(fault, may=may_be_told([*done, cut], self.places))
         self.tell("a leading supervisor that is cut off", injected, fault)
 
-    def test_a_host_that_nobody_hears_is_lost_and_found(self):
+    def test_muted_host_is_lost_and_returns(self):
         mute = Mute("west-pc", 0.0)
         self.lose_and_find("a host that hears and is not heard", mute.host, "west", lambda _: mute.begin(self.cell),
                            lambda _: mute.end(self.cell), may_be_told([mute], self.places))
@@ -364,7 +364,7 @@ def arm_of(status, name):
 
 
 def follows(status, planner, term):
-    """The arm of this planner follows it, under a newer term than this."""
+    """True if the arm follows this planner with a newer term."""
     state = arm_of(status, planner.split("/")[1])["state"]
     return state["planner"] == planner and state["term"] > term
 
@@ -379,9 +379,9 @@ def everybody_has_a_standby(status):
 
 
 class LossTest(CellTest):
-    """Among obstacles that move. A host that loses datagrams is no reason to touch one."""
+    """With moving obstacles: loss of datagrams must not cause a contact."""
 
-    def test_a_fifth_of_a_hosts_datagrams_may_be_lost(self):
+    def test_cell_tolerates_loss_of_a_fifth_of_the_datagrams(self):
         self.cell.hosts.drop("east-pc", "input", per_cent=20)
         self.addCleanup(self.cell.hosts.drop_no_more, "east-pc", "input")
         self.visit("north", "west", "east")
@@ -395,16 +395,16 @@ def parse():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--programs", type=pathlib.Path, required=True, help="folder of hecaton's programs")
     parser.add_argument("--cell", type=pathlib.Path, required=True, help="cell file")
-    parser.add_argument("--image", help="hosts are podman containers of this image; otherwise network namespaces")
+    parser.add_argument("--image", help="use podman containers of this image as hosts; otherwise network namespaces")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
-    parser.add_argument("--only", metavar="TEXT", help="tests whose names contain this")
+    parser.add_argument("--only", metavar="TEXT", help="run only tests whose names contain this")
     parser.add_argument("--timeout-scale", type=int, nargs="+", default=[1, 2, 4], metavar="N",
-                        help="so many times later than the cell file says silence counts, each time that tests run (1 2 4)")
+                        help="factors of the cell's time-outs, one for each run of the tests (1 2 4)")
     return parser.parse_args()
 
 
 def make_hosts():
-    """Where they are namespaces this program begins anew in them."""
+    """Creates the hosts; restarts this program in namespaces if they are used."""
     if options.image and not namespaces.inside():
         try:
             return containers.Containers(options.image, options.cell.parent.absolute(), make_logs())
@@ -418,7 +418,7 @@ def make_hosts():
 def make_logs():
     options.logs = options.logs or pathlib.Path(tempfile.mkdtemp(prefix="hecaton-hosts-"))
     options.logs.mkdir(parents=True, exist_ok=True)
-    options.logs.chmod(0o755)  # not everybody in a container is root
+    options.logs.chmod(0o755)  # users in containers need access
     return options.logs.resolve()
 
 
@@ -449,7 +449,7 @@ def all_tests():
 
 
 def run_tests(suite, lateness):
-    """The exit code, and those that failed."""
+    """Returns the exit code and the failed tests."""
     try:
         result = unittest.TextTestRunner(resultclass=EndedResult, verbosity=2).run(suite)
     except Ended:  # between two tests
@@ -463,7 +463,7 @@ def run_tests(suite, lateness):
     stalls = [(*stall, "a timer", "this machine") for stall in lateness.stalls] + node_stalls
     code = judge_failures(result.failed, stalls)
     if code == UNSTEADY:
-        print(f"the machine stood still meanwhile (limits of silence × {options.timeout_scale}), which says nothing of Hecaton",
+        print(f"failed while the machine stalled (time-outs × {options.timeout_scale}); repeated",
               file=sys.stderr)
     return code, unittest.defaultTestLoader.loadTestsFromNames(result.names_of_failed(), sys.modules[__name__])
 

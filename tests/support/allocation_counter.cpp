@@ -8,7 +8,7 @@ thread_local long count = 0;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// The sanitizers' own malloc may not be replaced; they report to a hook instead.
+// Sanitizers do not allow to replace malloc; they call a hook instead.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*, std::size_t),
                                                          void (*free_hook)(const volatile void*));
 namespace {
@@ -20,7 +20,7 @@ namespace {
 
 #include <cerrno>
 
-// glibc's own entry points, beneath the ones that are replaced here.
+// Entry points of glibc below the functions replaced here.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t number, std::size_t size);

@@ -1,9 +1,9 @@
 #pragma once
-/// Counts heap allocations of the calling thread: link allocation_counter.cpp into the test.
+/// Counts heap allocations of the calling thread. Link allocation_counter.cpp into the test.
 
 namespace hecaton::test {
 
-/// How often this thread has allocated so far, by whatever way (malloc, operator new, aligned variants).
+/// Allocations of this thread so far, by malloc, operator new and aligned variants.
 [[nodiscard]] long allocations();
 
 }  // namespace hecaton::test

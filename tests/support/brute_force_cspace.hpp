@@ -1,14 +1,14 @@
 #pragma once
-/// The C-space image of an obstacle the slow way: the arm placed in the centre of every cell and its distance from the
-/// obstacle measured. Shares nothing with planner/methods/sensed_cspace but its types.
+/// The C-space image of an obstacle by brute force: the distance of the arm from the obstacle in the centre of each
+/// cell. Shares only types with planner/methods/sensed_cspace.
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "planner/local/random.hpp"
-#include "planner/methods/sensed_cspace/convex_piece.hpp"
 #include "planner/methods/sensed_cspace/cspace_map.hpp"
+#include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
 namespace hecaton::test {
 
@@ -37,7 +37,7 @@ class BruteForce {
     return map;
   }
 
-  /// Between a segment and a polygon; 0 where they overlap.
+  /// Distance of a segment and a polygon; 0 if they overlap.
   [[nodiscard]] static double distance(const Point& a, const Point& b, const std::vector<Point>& polygon) {
     if (contains(polygon, a)) return 0.0;
     double least = 1e300;
@@ -64,7 +64,7 @@ class BruteForce {
     const double t = length2 > 0.0 ? std::clamp(((p.x - a.x) * x + (p.y - a.y) * y) / length2, 0.0, 1.0) : 0.0;
     return std::hypot(p.x - a.x - t * x, p.y - a.y - t * y);
   }
-  /// By counting crossings.
+  /// Point in polygon, by counting crossings.
   static bool contains(const std::vector<Point>& polygon, const Point& p) {
     bool in = false;
     for (std::size_t i = 0, k = polygon.size() - 1; i < polygon.size(); k = i++) {
@@ -79,8 +79,8 @@ class BruteForce {
   planner::cspace::AngleGrid grid_;
 };
 
-/// Corners of a convex polygon (sometimes a segment or a point) of 0.025 to 0.3 of a link's length, somewhere in the
-/// arm's reach and clear of its base.
+/// Corners of a random convex polygon (or segment, or point) of 0.025 to 0.3 link lengths, within the arm's reach and
+/// clear of its base.
 inline std::vector<Point> random_convex(planner::Random& random, const planner::cspace::PlanarArm& arm) {
   for (;;) {
     const double unit = arm.reach() / 40.0;

@@ -48,7 +48,7 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
   pid_ = fork();
   if (pid_ < 0) throw std::runtime_error("fork failed");
   if (pid_ > 0) return;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // also when the test itself crashes
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // also if the test crashes
   dup2(open(out.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), STDOUT_FILENO);
   dup2(open(err.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), STDERR_FILENO);
   execv(path.c_str(), argv.data());

@@ -1,5 +1,5 @@
 #pragma once
-/// A real program run by a test. It is gone when the object is, however the test ends.
+/// A program run by a test. It ends with the object, however the test ends.
 
 #include <chrono>
 #include <string>
@@ -10,21 +10,21 @@
 namespace hecaton::test {
 
 struct Exit {
-  bool ended = false;  ///< false: still running when the wait was over
-  int code = -1;       ///< −1 when a signal ended it
-  int signal = 0;      ///< 0 when it returned
+  bool ended = false;  ///< false: still running after the wait
+  int code = -1;       ///< −1 if a signal ended it
+  int signal = 0;      ///< 0 if it returned
 };
 
 class ChildProcess {
  public:
   /// `program` is a file name in the build's bin folder; its stdout and stderr go to files that output() reads.
   ChildProcess(const std::string& program, const std::vector<std::string>& arguments);
-  ~ChildProcess();  ///< kills it when it still runs; prints its stderr when the test has failed
+  ~ChildProcess();  ///< kills a running program; prints its stderr if the test has failed
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
 
   void signal(int number) const;
-  /// Waits for its end.
+  /// Waits for its end, up to the limit.
   Exit wait(std::chrono::milliseconds limit);
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] std::string standard_output() const;

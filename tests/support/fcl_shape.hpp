@@ -1,5 +1,5 @@
 #pragma once
-/// Our shapes as FCL's, to measure the same pairs with both.
+/// Conversion of shapes to FCL.
 
 #include <memory>
 

@@ -12,7 +12,8 @@
 namespace hecaton::test {
 
 FreeDomain::FreeDomain() {
-  // Above the default and the examples'; below 101, for the ports of later ones are given to anybody by the kernel.
+  // Above the domains of the default and the examples, and below 101: the kernel assigns ports of higher domains
+  // freely.
   constexpr int kFirst = 44;
   constexpr int kCount = 57;
   const int start = static_cast<int>(std::random_device{}() % kCount);

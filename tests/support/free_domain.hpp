@@ -1,11 +1,11 @@
 #pragma once
-/// A DDS domain that no other test of this machine uses at the same time.
+/// A DDS domain that no other test on this machine uses at the same time.
 
 namespace hecaton::test {
 
 class FreeDomain {
  public:
-  /// Throws std::runtime_error when every domain from 44 to 100 is taken.
+  /// Throws std::runtime_error if all domains from 44 to 100 are in use.
   FreeDomain();
   ~FreeDomain();
   FreeDomain(const FreeDomain&) = delete;

@@ -1,5 +1,5 @@
 #pragma once
-/// A disk that is full, as far as the files of this process are concerned.
+/// Simulates a full disk for the files of this process.
 
 #include <csignal>
 
@@ -7,7 +7,7 @@
 
 namespace hecaton::test {
 
-/// While it is there no file becomes longer than `bytes`.
+/// While the object exists, no file can grow beyond `bytes`.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) : on_excess_(std::signal(SIGXFSZ, SIG_IGN)) {

@@ -1,6 +1,6 @@
 #pragma once
-/// A robot that can be checked by hand: a ball on two prismatic joints, q = (x, y) of its centre. Its C-space is the
-/// workspace, so the paper's planar figures can be rebuilt.
+/// A robot for tests by hand: a ball on two prismatic joints, q = (x, y) of its centre. Its C-space is the workspace,
+/// as in planar figures of papers.
 
 #include <memory>
 

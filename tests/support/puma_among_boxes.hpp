@@ -1,5 +1,5 @@
 #pragma once
-/// A PUMA 560 among random boxes and others, some of which are in its way.
+/// A PUMA 560 among random boxes and other shapes.
 
 #include <string>
 #include <vector>
@@ -19,7 +19,7 @@ inline planner::Arm puma(const std::string& name = "puma") {
   return arm;
 }
 
-/// Boxes of up to half a metre whose centres are 0.35 to 1 m from the base's axis.
+/// Boxes of up to 0.5 m; centres 0.35 to 1 m from the base's axis.
 inline std::vector<planner::global::WorldBody> random_boxes(int count, planner::Random& random) {
   std::vector<planner::global::WorldBody> boxes;
   for (int i = 0; i < count; ++i) {

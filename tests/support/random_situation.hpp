@@ -1,5 +1,5 @@
 #pragma once
-/// Random situations of a real cell: any configurations and velocities of all arms, whatever they touch.
+/// Random situations of a cell: configurations and velocities of all arms, with or without contacts.
 
 #include <vector>
 

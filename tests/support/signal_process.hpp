@@ -7,7 +7,7 @@
 
 namespace hecaton::test {
 
-/// kill(2) of one process. What a test failed to find out (0, −1) would reach the test's own group, or everybody.
+/// kill(2) for one process. Rejects 0 and −1, which would signal the test's own group or all processes.
 [[nodiscard]] inline bool signal_process(pid_t pid, int signal) {
   return pid > 0 && kill(pid, signal) == 0;
 }
