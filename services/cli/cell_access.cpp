@@ -80,15 +80,4 @@ void require_arms(const msg::CellStatus& status, const std::vector<std::string>&
   for (const std::string& arm : arms) static_cast<void>(require_arm(status, arm));
 }
 
-ExitCode outcome_code(const msg::GoalStatus& status) {
-  switch (status.state()) {
-    case msg::GoalState::GOAL_REACHED:
-      return ExitCode::kDone;
-    case msg::GoalState::GOAL_TIMED_OUT:
-      return ExitCode::kTimeOut;
-    default:
-      return ExitCode::kNegative;
-  }
-}
-
 }  // namespace hecaton::services::cli

@@ -34,7 +34,4 @@ using Connection = std::shared_ptr<client::Connection>;
 const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm);
 void require_arms(const msg::CellStatus& status, const std::vector<std::string>& arms);
 
-/// The exit code of a command that waits until the goal is reached.
-[[nodiscard]] ExitCode outcome_code(const msg::GoalStatus& status);
-
 }  // namespace hecaton::services::cli

@@ -134,6 +134,18 @@ class GoalFollower {
   client::Clock::time_point last_answer_;
 };
 
+/// For a final status.
+ExitCode outcome_code(const msg::GoalStatus& status) {
+  switch (status.state()) {
+    case msg::GoalState::GOAL_REACHED:
+      return ExitCode::kDone;
+    case msg::GoalState::GOAL_TIMED_OUT:
+      return ExitCode::kTimeOut;
+    default:
+      return ExitCode::kNegative;
+  }
+}
+
 ExitCode run(const Settings& settings, const Options& options) {
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));

@@ -172,7 +172,7 @@ void require_writable(const std::string& plot) {
 void refuse_empty(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     const auto& words = option->results();
-    if (std::find(arguments.begin(), arguments.end(), "") == words.end()) continue;
+    if (std::find(words.begin(), words.end(), "") == words.end()) continue;
     throw Failure(ExitCode::kBadInput, option->get_name() + " = '' must not be empty: omit it or give a value");
   }
 }

@@ -43,7 +43,7 @@ void limit_speed(planner::Cell& cell, double speed) {
   }
 }
 
-/// Or nobody would know why hardly anything is reached.
+/// With such states most tasks are missed, and the report alone does not show why.
 void warn_of_stale_states(const planner::Cell& cell, const planner::NetworkParameters& network) {
   const double oldest = network.age + network.jitter;
   for (const planner::PlannedArm& planned : cell.arms) {

@@ -9,11 +9,16 @@
 #include "planner/methods/registry.hpp"
 #include "planner/simulation/cell_simulation.hpp"
 #include "services/cli/plan.hpp"
+#include "services/cli/plots.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 namespace {
+
+using planner::JointVector;
+using planner::global::Plan;
+using planner::global::PlanStatus;
 
 constexpr const char* kOption = "--method potential_field";
 
@@ -58,10 +63,6 @@ bool is_free(const std::vector<JointVector>& path, planner::potential::FreeMotio
   }
   return true;
 }
-
-using planner::JointVector;
-using planner::global::Plan;
-using planner::global::PlanStatus;
 
 constexpr double kThinning = 5e-4;  // distance from the path of the configurations that are left out [rad | m]
 

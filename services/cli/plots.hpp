@@ -29,8 +29,9 @@ struct PathPlot {
   std::vector<std::string> panels = {};  ///< more panels of SVG, drawn on the right
 };
 
-/// An SVG: the view from above (x to the right, y upwards); the view from the side (x to the right, z upwards) unless
-/// the arm stays at one height; with `field` the field from above, at the height of the tool at the goal.
+/// An SVG with the view from above (x to the right, y upwards). Unless the arm stays at one height, it also has the
+/// view from the side (x to the right, z upwards). With `field` it has the field from above, at the height of the tool
+/// at the goal.
 [[nodiscard]] std::string plot_path(const PathPlot& plot);
 
 /// A tree or roadmap in a configuration space of two dimensions, as in [Cardenas10] figures 7, 10 and 11.
@@ -46,22 +47,22 @@ struct GraphPlot {
   std::string up;      ///< name of the second coordinate
 };
 
-/// A panel of SVG of `side` by `side` pixels: blocked configurations grey, tree or roadmap blue, found path orange,
-/// shortened path black, start orange, goal green.
+/// A panel of SVG of `side` by `side` pixels. Blocked configurations are grey, the tree or roadmap is blue. The found
+/// path is orange, the shortened path black, the start orange, the goal green.
 [[nodiscard]] std::string graph_panel(const GraphPlot& plot, double side);
 
 /// The C-space planner of an arm; null for methods without one.
 [[nodiscard]] const planner::cspace::SensedPlanner* cspace_of(const planner::ArmController& controller);
 
 /// One instant of an arm that plans in C-space, as in [Li96] figure 4, as an SVG. `trace`: configurations so far,
-/// oldest first [rad | m]. Left: the obstacles (grey), the arm, the points that it has seen (red) and the goal (pale
-/// green), in the plane of the last two joints. Right: its C-space, θ₁ to the right and θ₂ upwards; for three joints in
-/// the plane of the present θ₀.
+/// oldest first [rad | m]. The left panel shows the obstacles (grey), the arm, the points that it has seen (red) and
+/// the goal (pale green). Its plane is that of the last two joints. The right panel shows the C-space: θ₁ to the right,
+/// θ₂ upwards, for three joints in the plane of the present θ₀.
 [[nodiscard]] std::string plot_cspace(const planner::EpisodeMoment& moment, int arm,
                                       const std::vector<planner::JointVector>& trace);
 
-/// Plots a simulated episode into a folder: every arm that plans in C-space or by a potential field, each quarter of a
-/// second, and after each search in C-space.
+/// Plots a simulated episode into a folder: every arm that plans in C-space or by a potential field. It plots each
+/// quarter of a second, and after each search in C-space.
 class EpisodePlotter {
  public:
   /// Makes the folder if it is missing. Throws Failure when it cannot, or when no arm of the cell would be plotted.

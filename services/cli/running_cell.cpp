@@ -35,7 +35,7 @@ int open_pidfd(pid_t pid) {
   return static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
 }
 
-/// Parent of a process, from /proc; 0 when it is gone.
+/// Parent of a process, from /proc; 0 when the process has ended.
 pid_t parent_of(const std::string& pid) {
   std::ifstream file("/proc/" + pid + "/stat");
   std::string line;
@@ -208,8 +208,8 @@ LogFolder::~LogFolder() {
 
 void refuse_occupied_domain(int domain) {
   const auto probe = client::Connection::make(client::join({std::nullopt, domain}));
-  bus::Reader<msg::Heartbeat> beats(probe->participant(), &probe->mailbox());
-  if (!probe->wait_until([&] { return !beats.take().empty(); }, kDiscoveryLimit)) return;
+  bus::Reader<msg::Heartbeat> heartbeats(probe->participant(), &probe->mailbox());
+  if (!probe->wait_until([&] { return !heartbeats.take().empty(); }, kDiscoveryLimit)) return;
   const auto status = probe->poll_status(kReplyLimit);
   const std::string name = status ? " '" + status->cell() + "'" : "";
   throw Failure(ExitCode::kBadInput, "another cell" + name + " runs in DDS domain " + std::to_string(domain) +

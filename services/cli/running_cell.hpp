@@ -29,7 +29,7 @@ class LogFolder {
   LogFolder& operator=(const LogFolder&) = delete;
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// The run had no errors: nobody needs the logs of a temporary folder.
+  /// The run had no errors: a temporary folder is not needed.
   void discard() { discard_ = temporary_; }
 
  private:

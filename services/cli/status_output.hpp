@@ -13,10 +13,6 @@
 
 namespace hecaton::services::cli {
 
-/// "arm2/forearm – pallet, 18 mm"; empty without a binding pair.
-[[nodiscard]] std::string binding_text(const msg::GoalStatus& goal);
-/// Why the goal is in its state: cause, binding pair, and recovery action while it is open. Empty without a reason.
-[[nodiscard]] std::string why_text(const msg::GoalStatus& goal);
 /// "blocked: no path around pallet (arm2/forearm – pallet, 18 mm); draws another subspace"
 [[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);
 /// Why the arm waits; otherwise why its goal is not reached yet.
@@ -25,8 +21,6 @@ namespace hecaton::services::cli {
 [[nodiscard]] std::string contact_text(const msg::ContactReport& report, const Palette& palette);
 /// Duration of the fault, so far if it lasts [s].
 [[nodiscard]] double fault_duration(const msg::Fault& fault);
-/// "14:03:59" of the wall clock, local time.
-[[nodiscard]] std::string clock_text(long long unix_ms);
 
 [[nodiscard]] std::string arms_text(const msg::CellStatus& status, const Palette& palette);
 [[nodiscard]] std::string nodes_text(const msg::CellStatus& status, const Palette& palette);

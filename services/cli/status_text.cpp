@@ -13,6 +13,36 @@
 namespace hecaton::services::cli {
 namespace {
 
+/// "arm2/forearm – pallet, 18 mm"; empty without a binding pair.
+std::string binding_text(const msg::GoalStatus& goal) {
+  if (!goal.has_binding()) return {};
+  return goal.binding_own() + " – " + goal.binding_other() + ", " + distance_text(goal.binding_distance());
+}
+
+/// Why the goal is in its state: cause, binding pair, and recovery action while it is open. Empty without a reason.
+std::string why_text(const msg::GoalStatus& goal) {
+  if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
+  std::string why = goal.cause().text();
+  const std::string binding = binding_text(goal);
+  const bool known = why.find(binding) != std::string::npos;
+  if (!known) why += why.empty() ? binding : " (" + binding + ")";
+  if (goal.blocked_duration() > 0.0)
+    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
+  if (!goal.recovery_action().empty() && !is_final(goal.state()))
+    why += (why.empty() ? "" : "; ") + goal.recovery_action();
+  return why;
+}
+
+/// "14:03:59" of the wall clock, local time.
+std::string clock_text(long long unix_ms) {
+  const std::time_t seconds = unix_ms / 1000;
+  std::tm local{};
+  if (localtime_r(&seconds, &local) == nullptr) return "–";
+  std::array<char, 16> buffer{};
+  std::strftime(buffer.data(), buffer.size(), "%H:%M:%S", &local);
+  return buffer.data();
+}
+
 std::string coloured(msg::Mode mode, const Palette& palette) {
   const std::string word = text(mode);
   return mode == msg::Mode::MODE_RUN    ? palette.green(word)
@@ -67,24 +97,6 @@ std::string process_text(const msg::ProcessEvent& process, const Palette& palett
 
 }  // namespace
 
-std::string binding_text(const msg::GoalStatus& goal) {
-  if (!goal.has_binding()) return {};
-  return goal.binding_own() + " – " + goal.binding_other() + ", " + distance_text(goal.binding_distance());
-}
-
-std::string why_text(const msg::GoalStatus& goal) {
-  if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
-  std::string why = goal.cause().text();
-  const std::string binding = binding_text(goal);
-  const bool known = why.find(binding) != std::string::npos;
-  if (!known) why += why.empty() ? binding : " (" + binding + ")";
-  if (goal.blocked_duration() > 0.0)
-    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
-  if (!goal.recovery_action().empty() && !is_final(goal.state()))
-    why += (why.empty() ? "" : "; ") + goal.recovery_action();
-  return why;
-}
-
 std::string goal_text(const msg::GoalStatus& goal) {
   const std::string why = why_text(goal);
   return text(goal.state()) + (why.empty() ? "" : ": " + why);
@@ -112,15 +124,6 @@ double fault_duration(const msg::Fault& fault) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const auto now_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
   return 1e-3 * static_cast<double>(std::max<long long>(0, now_ms - fault.since_unix_ms()));
-}
-
-std::string clock_text(long long unix_ms) {
-  const std::time_t seconds = unix_ms / 1000;
-  std::tm local{};
-  if (localtime_r(&seconds, &local) == nullptr) return "–";
-  std::array<char, 16> buffer{};
-  std::strftime(buffer.data(), buffer.size(), "%H:%M:%S", &local);
-  return buffer.data();
 }
 
 std::string arms_text(const msg::CellStatus& status, const Palette& palette) {

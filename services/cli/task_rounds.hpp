@@ -41,7 +41,6 @@ class TaskRounds {
 
   /// Counts so far: tasks, outcomes, times, arms.
   [[nodiscard]] const Report& tally() const { return tally_; }
-  [[nodiscard]] const std::vector<Task>& round() const { return round_; }
   [[nodiscard]] int rounds() const { return rounds_; }
   /// Tasks that were not reached: round, arm, outcome, goal, reason.
   [[nodiscard]] const Json& missed() const { return missed_; }

@@ -36,9 +36,11 @@ std::vector<std::string> split(const std::vector<std::string>& words) {
   throw Failure(ExitCode::kBadInput, name + " = '" + config::printable(text) + "' must be " + must_be);
 }
 
-void require_choice(const std::string& name, const std::string& value, std::span<const std::string> choices) {
-  const std::string refusal = refuse_choice(value, choices);
-  if (!refusal.empty()) throw CLI::ValidationError(name + " = " + refusal);
+/// Throws a usage error that suggests the nearest choice.
+void require_choice(const std::string& name, const std::string& value, const std::vector<std::string>& choices) {
+  if (std::find(choices.begin(), choices.end(), value) != choices.end()) return;
+  const std::vector<std::string_view> words(choices.begin(), choices.end());
+  throw CLI::ValidationError(name + " = '" + config::printable(value) + "' must be " + config::alternatives(words));
 }
 
 }  // namespace
@@ -156,12 +158,6 @@ std::vector<double> xyz_rpy_of(const world::Pose& pose) {
   const double roll = upright ? std::atan2(R(2, 1), R(2, 2)) : 0.0;
   const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : std::atan2(-R(0, 1), R(1, 1));
   return {p.x(), p.y(), p.z(), roll, pitch, yaw};
-}
-
-std::string refuse_choice(const std::string& value, std::span<const std::string> choices) {
-  if (std::find(choices.begin(), choices.end(), value) != choices.end()) return {};
-  const std::vector<std::string_view> words(choices.begin(), choices.end());
-  return "'" + config::printable(value) + "' must be " + config::alternatives(words);
 }
 
 CLI::Option* add_choice(CLI::App& app, const std::string& name, std::string& value, std::vector<std::string> choices,

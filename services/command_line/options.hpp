@@ -1,7 +1,7 @@
 #pragma once
 /// Options with checked values: numbers, durations, poses and choices. A number that is malformed or out of bounds is
-/// bad input: parsing throws a Failure that names the option, the value and the allowed values. A word that is no
-/// choice is a usage error.
+/// bad input. Parsing then throws a Failure with the option, the value and the allowed values. A word that is no choice
+/// is a usage error.
 ///
 /// All functions add an option `name` with `description` to `app` and store or pass on the parsed value. References
 /// and captured objects must outlive the parsing of `app`.
@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -38,8 +37,8 @@ CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& des
 CLI::Option* add_duration(CLI::App& app, const std::string& name, double& seconds, const std::string& description,
                           double low, double high);
 
-/// Finite numbers within `bounds`, in one word separated by blanks or commas, or in several words: `count` numbers, or
-/// at least one when `count` is 0.
+/// Finite numbers within `bounds`, in one word separated by blanks or commas, or in several words. There must be
+/// `count` numbers, or at least one when `count` is 0.
 CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<double>& numbers, std::size_t count,
                          const std::string& description, const std::optional<config::Bounds>& bounds = {});
 
@@ -54,9 +53,6 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, std::string& val
 /// Several of `choices`, separated by commas.
 CLI::Option* add_choices(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                          std::vector<std::string> choices, const std::string& description);
-
-/// "'xml' must be table, json or yaml"; empty when `value` is one of the choices.
-[[nodiscard]] std::string refuse_choice(const std::string& value, std::span<const std::string> choices);
 
 struct ParsedNumbers {
   std::vector<double> numbers;

@@ -62,7 +62,6 @@ class Table {
 
   /// Adds a row. Cells may hold escape sequences; missing cells are empty.
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
-  [[nodiscard]] bool empty() const { return rows_.empty(); }
   /// Titles and rows; columns are as wide as their widest cell and two blanks apart. A table wider than `widest`
   /// columns gets narrower columns of text, with cells of several lines.
   [[nodiscard]] std::string text(const Palette& palette, std::size_t widest = kWidest) const;

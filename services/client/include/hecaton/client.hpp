@@ -76,8 +76,7 @@ class HECATON_API Interrupted : public Error {
   using Error::Error;
 };
 
-/// An invalid argument: a cell file that cannot be used, a domain out of range, too many joint positions, or a domain
-/// in which several cells answer.
+/// An invalid argument: an invalid cell file, a domain out of range or with several cells, or too many joint positions.
 class HECATON_API InvalidArgument : public Error {
  public:
   using Error::Error;
@@ -203,10 +202,10 @@ struct ConnectOptions {
   std::optional<int> domain;             ///< DDS domain; empty: HECATON_DOMAIN, the cell file's domain, or 42
 };
 
-/// A connection to a running cell. The destructor of the last handle waits, for at most 2 s, until a planner has
-/// answered every goal that was sent: otherwise a goal could be lost. Goals continue after it. Known limit: a
-/// connection that a process opens after it has closed another one may get no answers; keep one for the life of the
-/// process.
+/// A connection to a running cell. The destructor of the last handle waits until a planner has answered every goal, for
+/// at most 2 s: otherwise a goal could be lost. Goals continue after it.
+/// Known limit: a connection that a process opens after it has closed another one may get no answers; keep one for the
+/// life of the process.
 class HECATON_API Cell {
  public:
   /// Connects to the cell of a cell file. Returns when its supervisor or its world service is found. Throws
@@ -227,8 +226,8 @@ class HECATON_API Cell {
   [[nodiscard]] CellStatus status(const Wait& wait = kAnswerLimit) const;
 
   /// Orders for the whole cell. hold() brakes all arms and keeps their goals. stop() does the same and latches until
-  /// resume(). resume() does not resume arms that were stopped by name. They return when the supervisor has carried the
-  /// order out. They throw Rejected, Unreachable (the order was not carried out), Interrupted, and InvalidArgument when
+  /// resume(). Arms that were stopped by name must be resumed by name. All return when the supervisor has carried the
+  /// order out. All throw Rejected, Unreachable (the order was not carried out), Interrupted, and InvalidArgument when
   /// several cells answer.
   Receipt hold(const Wait& wait = kAnswerLimit) const;
   Receipt resume(const Wait& wait = kAnswerLimit) const;
@@ -241,8 +240,9 @@ class HECATON_API Cell {
   /// Faults that this connection has received. The first call subscribes to faults; status() updates them. Does not
   /// wait.
   [[nodiscard]] std::vector<Fault> faults() const;
-  /// Calls `callback` with every present fault, and then with every fault that begins, changes or is cleared, and with
-  /// recent faults when the connection receives them. Replaces the earlier callback; an empty function removes it.
+  /// Calls `callback` with every present fault, and then with every fault that begins, changes or is cleared. It also
+  /// gets recent cleared faults when the connection receives them. Replaces the earlier callback; an empty function
+  /// removes it.
   void on_fault(std::function<void(const Fault&)> callback) const;
 
   /// Waits until all goals have ended. Returns their outcomes in the same order.

@@ -100,12 +100,5 @@ TEST(Table, BreaksWordsLongerThanTheirColumn) {
   EXPECT_EQ(table.text(Palette(false), 12), "why\nµ23456789012\n34567890\n");
 }
 
-TEST(Table, IsEmptyWithoutRows) {
-  Table table({{"arm"}});
-  EXPECT_TRUE(table.empty());
-  table.add({"x"});
-  EXPECT_FALSE(table.empty());
-}
-
 }  // namespace
 }  // namespace hecaton::services::cli
