@@ -22,12 +22,13 @@ void DriverLog::accepted(const bus::Sample<msg::ArmCommand>& sample) {
   const auto before = record_.accepted(commander);
   if (!before) return;
   const bool replaced = commander.lease.planner != before->lease.planner;
-  log_info(replaced ? "follows" : "goes on with", {{"planner", commander.lease.planner},
-                                                   {"term", commander.lease.term},
-                                                   {"process", commander.writer.text()},
-                                                   {"instead_of_term", before->lease.term},
-                                                   {"instead_of", before->lease.planner},
-                                                   {"gap_ms", before->lease.term > 0 ? gap.count() : 0.0}});
+  log_info(replaced ? "planner changed" : "planner continues",
+           {{"planner", commander.lease.planner},
+            {"term", commander.lease.term},
+            {"process", commander.writer.text()},
+            {"instead_of_term", before->lease.term},
+            {"instead_of", before->lease.planner},
+            {"gap_ms", before->lease.term > 0 ? gap.count() : 0.0}});
 }
 
 void DriverLog::refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement) {

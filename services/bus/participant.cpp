@@ -164,7 +164,9 @@ void Participant::Impl::leave() {
 void Participant::Impl::remove(std::function<void()> removal) {
   if (deadlocked_ || finishes_within(kRemovalLimit, std::move(removal))) return;
   deadlocked_ = true;
-  std::fprintf(stderr, "bus: Fast DDS has deadlocked while an endpoint or the participant was removed, which stays\n");
+  std::fprintf(
+      stderr,
+      "bus: Fast DDS has deadlocked during the removal of an endpoint or participant, which is left in place\n");
 }
 
 dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSupport& type) {

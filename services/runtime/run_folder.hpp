@@ -33,7 +33,7 @@ class RunFolder {
   static constexpr std::chrono::hours kAbandoned{7 * 24};
 
   /// Creates or takes over the folder and locks it. Checkpoints of another `origin` (see run_origin) are removed; with
-  /// `clean` all are. Throws std::runtime_error with a sentence when the folder cannot be had, for example because
+  /// `clean` all are. Throws std::runtime_error with a sentence when the folder cannot be used, for example because
   /// another process holds it.
   RunFolder(const RunName& run, const std::string& origin, bool clean = false);
   /// Removes the folder unless keep() was called.

@@ -25,8 +25,8 @@ void lock_memory();
 /// Makes the agent learn of this process's end at once. A sleeping thread takes over `fd`, the write end of a pipe, in
 /// a descriptor table of its own. That thread dies before all others, so the agent reads an end of file within a
 /// fraction of a millisecond. The kernel itself reports the end after the last thread is gone and the memory freed. On
-/// a busy machine this is 10 to 330 ms after `kill -9`. When the thread or the table cannot be had, it logs the reason,
-/// and the pipe closes with the process. Call it once, before the work begins; a negative `fd` does nothing.
+/// a busy machine this is 10 to 330 ms after `kill -9`. When the kernel refuses the thread or the table, it logs the
+/// reason, and the pipe closes with the process. Call it once, before the work begins; a negative `fd` does nothing.
 void start_exit_notifier(int fd);
 
 /// With `timing.real_time` in the cell file: gives the process's threads this priority (see raise_priority) and logs a

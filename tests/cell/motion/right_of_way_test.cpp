@@ -27,15 +27,15 @@ class MotionRightOfWay : public MotionCell {
   }
   /// The arm yielded to `other` on its way to `goal`, as its goal statuses say.
   [[nodiscard]] bool yielded(const std::string& goal, const std::string& other) const {
-    return std::any_of(told(goal).begin(), told(goal).end(), [&](const msg::GoalStatus& status) {
+    return std::any_of(statuses(goal).begin(), statuses(goal).end(), [&](const msg::GoalStatus& status) {
       return status.recovery_action() == "yields to arm " + other && status.blocked_duration() > 0.0;
     });
   }
   [[nodiscard]] bool asked(const std::string& goal) const {
-    return std::any_of(told(goal).begin(), told(goal).end(),
+    return std::any_of(statuses(goal).begin(), statuses(goal).end(),
                        [](const msg::GoalStatus& status) { return status.priority() > 0; });
   }
-  [[nodiscard]] const std::vector<msg::GoalStatus>& told(const std::string& goal) const {
+  [[nodiscard]] const std::vector<msg::GoalStatus>& statuses(const std::string& goal) const {
     return statuses_of_.at(goal);
   }
 };

@@ -47,17 +47,17 @@ TEST_F(MotionSensor, MakesTheArmAvoidScannedObstacles) {
   const std::vector<double> across{0.8, 0.0};
   send(joint_goal("silent", across));
   ASSERT_TRUE(await([&] {
-    const msg::GoalStatus* told = status("silent");
-    return told != nullptr && told->cause().text().find("sensor eye has sent no scan") != std::string::npos;
+    const msg::GoalStatus* goal = status("silent");
+    return goal != nullptr && goal->cause().text().find("sensor eye has sent no scan") != std::string::npos;
   })) << "without its sensor it stays";
 
   // An obstacle blocks the first link on one side; the other side is free.
   send(joint_goal("barred", across));
   ASSERT_TRUE(await([&] {
     publish(0.3, true);
-    const msg::GoalStatus* told = status("barred");
-    return told != nullptr && told->state() == msg::GoalState::GOAL_BLOCKED &&
-           told->cause().text().find("the known obstacles leave no path to the goal") != std::string::npos;
+    const msg::GoalStatus* goal = status("barred");
+    return goal != nullptr && goal->state() == msg::GoalState::GOAL_BLOCKED &&
+           goal->cause().text().find("the known obstacles leave no path to the goal") != std::string::npos;
   }));
   ASSERT_NE(arm(), nullptr);
   EXPECT_LT(arm()->q()[0], -0.05);

@@ -32,11 +32,11 @@ TEST(CommandRecord, ReportsEachChangeOfTermPlannerOrProcessOnce) {
 TEST(CommandRecord, ReportsTheFirstRefusalOfEachCommander) {
   CommandRecord record;
   const Commander old = commander("a", 3, 1);
-  std::vector<std::uint64_t> told;
+  std::vector<std::uint64_t> counts;
   for (int i = 0; i < 9; ++i) {
-    if (const auto times = record.refused(old, 0)) told.push_back(times);
+    if (const auto times = record.refused(old, 0)) counts.push_back(times);
   }
-  EXPECT_EQ(told, (std::vector<std::uint64_t>{1, 2, 4, 8}));
+  EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 2, 4, 8}));
   EXPECT_EQ(record.refused(commander("b", 3, 2), 0), 1U);
   EXPECT_EQ(record.refused(commander("a", 4, 1), 0), 1U);  // under another term
   EXPECT_EQ(record.refused(commander("a", 3, 3), 0), 1U);  // another process of it

@@ -284,12 +284,12 @@ TEST_F(Delivery, HidesRequestsFromLateJoiners) {
   ASSERT_TRUE(late.wait_matched(1, kPatience));
   request.request_id(2);
   ASSERT_TRUE(writer.write(request));
-  std::vector<Sample<msg::WorldEditRequest>> heard;
+  std::vector<Sample<msg::WorldEditRequest>> received;
   ASSERT_TRUE(wait_until(late, [&] {
-    for (auto& sample : late.take()) heard.push_back(std::move(sample));
-    return !heard.empty();
+    for (auto& sample : late.take()) received.push_back(std::move(sample));
+    return !received.empty();
   }));
-  EXPECT_EQ(heard.front().value.request_id(), 2U);
+  EXPECT_EQ(received.front().value.request_id(), 2U);
 }
 
 TEST_F(Delivery, StampsArrivalsOnTheReadersClock) {

@@ -59,13 +59,13 @@ TEST_F(Timing, ReportsAMissedDeadlineOncePerKeyAndSilence) {
   EXPECT_EQ(seen.count(EventKind::kDeadlineMissed, "quiet"), reported);
 
   // The key is written again and falls silent again.
-  const auto heard = [&] {
+  const auto received = [&] {
     for (const auto& sample : reader.take()) {
       if (sample.key == "quiet") return true;
     }
     return false;
   };
-  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("quiet")) && heard(); }));
+  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(state_of("quiet")) && received(); }));
   EXPECT_TRUE(wait_until(reader, [&] {
     seen.collect(reader.mailbox());
     return seen.count(EventKind::kDeadlineMissed, "quiet") > reported;
