@@ -2,8 +2,8 @@
 
 usage: cell_copy.py --self-test
 
-In any copy paths are absolute, obstacles stand still (an arm whose driver is dead cannot make way), and what faults hold goes
-on by itself, for there is nobody to resume it. Its hosts all share this machine, on which silence counts later."""
+In a copy, paths are absolute, obstacles do not move (an arm without driver cannot give way), and holds of faults end by themselves,
+because there is no operator. The limits of silence are longer, because all hosts share this machine."""
 import ipaddress
 import os
 import sys
@@ -101,8 +101,7 @@ def why_spread(document):
 
 
 def spread(document):
-    """Over a host for each arm, one for the world, and one for the supervisor; standbys are nobody's. Arms share hosts where
-    there are more of them than a cell may have hosts."""
+    """Gives each arm, the world and the supervisor a host, and removes standbys. Arms share hosts if a cell cannot have so many."""
     remove_standbys(document)
     hosts = [f"{arm['name'][:LONGEST_NAME - len('-pc')]}-pc" for arm in document["arms"]][:MOST_HOSTS - 2]
     for i, arm in enumerate(document["arms"]):
@@ -118,12 +117,12 @@ def spread(document):
 
 
 def has_standbys(document):
-    return any("standby_host" in who for who in watched(document))
+    return any("standby_host" in service for service in watched(document))
 
 
 def remove_standbys(document):
-    for who in watched(document):
-        who.pop("standby_host", None)
+    for service in watched(document):
+        service.pop("standby_host", None)
 
 
 def watched(document):
@@ -134,8 +133,8 @@ def watched(document):
 def put_standbys_in_a_ring(document, others=None):
     """Each arm's on the next arm's host, the supervisor's on the world's. `others`: {host: another host of its standbys}."""
     standbys = {**ring_of(document), **(others or {})}
-    for who in watched(document):
-        who["standby_host"] = standbys[who["host"]]
+    for service in watched(document):
+        service["standby_host"] = standbys[service["host"]]
 
 
 def ring_of(document):
@@ -253,7 +252,7 @@ class SpreadTest(unittest.TestCase):
         document = self.spread()
         self.assertEqual(document["hosts"], {"a-pc": "10.43.0.11", "b-pc": "10.43.0.12", "world-pc": "10.43.0.13",
                                              "supervisor-pc": "10.43.0.14"})
-        self.assertEqual([who["host"] for who in watched(document)], ["a-pc", "b-pc", "supervisor-pc"])
+        self.assertEqual([service["host"] for service in watched(document)], ["a-pc", "b-pc", "supervisor-pc"])
         self.assertEqual(document["network"], {"discovery": "unicast"})
         self.assertIsNone(why_spread(document))
 
@@ -267,14 +266,14 @@ class SpreadTest(unittest.TestCase):
         self.assertEqual(len(document["hosts"]), MOST_HOSTS)
         self.assertEqual((document["arms"][61]["host"], document["arms"][62]["host"]), ("arm61-pc", "arm0-pc"))
         put_standbys_in_a_ring(document)
-        self.assertTrue(all(who["host"] != who["standby_host"] for who in watched(document)))
+        self.assertTrue(all(service["host"] != service["standby_host"] for service in watched(document)))
         self.assertIsNone(why_spread(document))
 
     def test_standbys_are_in_a_ring(self):
         document = self.spread()
         self.assertFalse(has_standbys(document))
         put_standbys_in_a_ring(document)
-        self.assertEqual([who["standby_host"] for who in watched(document)], ["b-pc", "a-pc", "world-pc"])
+        self.assertEqual([service["standby_host"] for service in watched(document)], ["b-pc", "a-pc", "world-pc"])
         self.assertEqual(services(document), ["world", "supervisor", "driver/a", "planner/a", "driver/b", "planner/b",
                                               "planner/a@b-pc", "planner/b@a-pc", "supervisor@world-pc"])
         remove_standbys(document)
@@ -283,10 +282,10 @@ class SpreadTest(unittest.TestCase):
     def test_no_host_is_its_own_standby(self):
         document = document_of(SEVERAL)
         put_standbys_in_a_ring(document)
-        self.assertEqual([who["standby_host"] for who in watched(document)], ["right-pc", "left-pc", "left-pc"])
+        self.assertEqual([service["standby_host"] for service in watched(document)], ["right-pc", "left-pc", "left-pc"])
         document["arms"].pop()
         put_standbys_in_a_ring(document)
-        self.assertEqual([who["standby_host"] for who in watched(document)], ["right-pc", "left-pc"])
+        self.assertEqual([service["standby_host"] for service in watched(document)], ["right-pc", "left-pc"])
 
 
 if __name__ == "__main__":

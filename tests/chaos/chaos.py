@@ -40,7 +40,7 @@ from live_cell import LiveCell, runs, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
-from verdicts import RETURN, hidden, may_be_told, may_change_leader, pardoned, supervisors_hit  # noqa: E402
+from verdicts import RETURN, hidden, may_be_reported, may_change_leader, pardoned, supervisors_hit  # noqa: E402
 
 SKIPPED = 77
 BAD_INPUT = 3
@@ -158,7 +158,7 @@ class Chaos:
             self.recover()
 
     def over(self):
-        return bool(self.ends.told) or self.unsafe() or len(self.violations) >= self.findings
+        return bool(self.ends.received) or self.unsafe() or len(self.violations) >= self.findings
 
     def discard(self):
         """Discards the episode: a stall of the machine may have caused its finding."""
@@ -239,7 +239,7 @@ class Chaos:
         self.settle()
         try:
             for _ in self.poses:
-                if not self.ends.told:
+                if not self.ends.received:
                     self.work_undisturbed()
         except Unreached as error:
             self.explain(error)
@@ -349,7 +349,7 @@ class Chaos:
 
     def await_reports(self, injections, injected):
         for index, injection in enumerate(injections):
-            wanted = () if hidden(injection, injections, self.nodes, self.leader) else tuple(injection.all_that_must())
+            wanted = () if hidden(injection, injections, self.nodes, self.leader) else tuple(injection.required_reports())
             told = [self.await_fault(injections, injection, one, injected[index]) for one in wanted]
             self.told[injection.kind()] += bool(told) and all(told)
 
@@ -388,7 +388,7 @@ class Chaos:
         if self.cell.contacts() != 0:
             raise Violation("contacts", f"{self.cell.contacts()} contacts\n{self.cell.account()}")
         self.check_terms()
-        allowed = may_be_told(injections, self.nodes)
+        allowed = may_be_reported(injections, self.nodes)
         for key, fault in self.cell.faults().items():
             if key in self.known or pairs(fault) & allowed:
                 continue

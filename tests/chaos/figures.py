@@ -31,7 +31,7 @@ LOG_FIGURES = {
     "arm_stop_ms": ("moving arms stood", "after their last command, where commands ceased"),
     "arm_braking_ms": ("moving arms stood", "after they began to brake, for whatever reason"),
     "all_nodes_heard_ms": ("supervisors knew all", "after their first word from anybody"),
-    "all_nodes_heard_after_matching_ms": ("the same", "after it had matched everybody"),
+    "all_nodes_heard_after_matching_ms": ("the same", "after matching all nodes"),
 }
 # Values that one log line contains.
 PATTERNS = {

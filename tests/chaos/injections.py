@@ -1,7 +1,7 @@
 """Faults to inject into a cell of several hosts. Each injection has a victim, a duration and an end.
 
-What the supervisors must tell of it, and what they may: each is a pair (kind of fault, subject); anything else is wrong. A fault
-that was explained better later counts as what it was told to be at last (services/supervisor/fault_list.hpp).
+The required and the allowed reports are pairs (kind of fault, subject); any other report is wrong. A fault whose explanation
+improved counts as its last one (services/supervisor/fault_list.hpp).
 
 usage: injections.py --self-test"""
 import random
@@ -17,16 +17,16 @@ FAILOVER = 0.5  # [s] upper bound until another supervisor leads after the death
 STALL = 0.25  # [s] after which a supervisor reports its own stall
 
 
-def surely_told(limit):
-    """How long a silence must last that no supervisor can miss [s]. It counts in the supervisor's own punctual time: a
-    turn of its loop that was late by more than some 10 ms, as they often are where 17 processes share two cores, pardons
-    everybody's silence once (Liveness::judge). What ends before may be told, and need not be."""
+def surely_reported(limit):
+    """Duration of a silence after which each supervisor must report it [s]. The supervisor measures in stall-compensated time: a
+    loop that is late by more than some 10 ms, often with 17 processes on two cores, extends all limits once (Liveness::judge).
+    A shorter silence may be reported."""
     return 2 * limit + 0.15
 
 
 def longest(limit):
     """Longest random duration of a silence [s]; most of the drawn ones must be reported."""
-    return max(3.0, surely_told(limit) + 0.85)
+    return max(3.0, surely_reported(limit) + 0.85)
 
 
 def longest_stop(limit):
@@ -44,8 +44,8 @@ def silence_of(node, limits):
 
 
 def silences(node):
-    """What a node that fell silent is said to be: itself, or its stream, when heartbeats are heard again before the states
-    are (FaultDetector::stream_sight)."""
+    """Allowed reports for a silent node: of the node, or of its stream if heartbeats return before the states
+    (FaultDetector::stream_sight)."""
     pairs = {("node_silent", node)}
     if node == "world":
         pairs.add(("world_silent", node))
@@ -85,7 +85,7 @@ class Injection:
         """The (kind, subject) that must be reported; None: none."""
         return None
 
-    def all_that_must(self):
+    def required_reports(self):
         """All (kind, subject) that must be reported."""
         return filter(None, [self.must()])
 
@@ -146,7 +146,7 @@ class Stop(OfNode):
         cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
 
     def must(self):
-        return ("node_silent", self.node) if self.duration > surely_told(self.limit()) else None
+        return ("node_silent", self.node) if self.duration > surely_reported(self.limit()) else None
 
     def limit(self):
         """[s]"""
@@ -178,7 +178,7 @@ class Absence(OfHost):
     """The host is absent for the other hosts."""
 
     def must(self):
-        return ("host_lost", self.host) if self.duration > surely_told(self.limits.lease) else None
+        return ("host_lost", self.host) if self.duration > surely_reported(self.limits.lease) else None
 
     def may(self, places, blind):
         # Its nodes do not return at the same time.
@@ -190,8 +190,8 @@ class Absence(OfHost):
 
 
 class OneWay(OfHost):
-    """Who hears nobody, or is not heard, is left alone in return, which may begin when both hear each other already
-    (services/bus/peer_quarantine.hpp)."""
+    """The peers of a host that receives nothing, or is not received, quarantine it; that may begin when both receive each other
+    again (services/bus/peer_quarantine.hpp)."""
 
     @property
     def aftermath(self):
@@ -199,9 +199,9 @@ class OneWay(OfHost):
 
 
 class Separation(Absence):
-    """The host's processes run on without the others. A supervisor among them leads, or does so after a second alone
-    (SupervisorSubscriptions::newest_arrival), and tells that its own host is lost: the only other one, if there are but two. Its account is not lost when
-    all are together again (UnreplicatedFaults)."""
+    """The host's processes continue without the others. A supervisor among them leads, at the latest after a second
+    (SupervisorSubscriptions::newest_arrival), and reports its own host as lost, or with two hosts the other one. Its faults are kept
+    when the network is whole again (UnreplicatedFaults)."""
 
     def may(self, places, blind):
         hosts = set(places.values())
@@ -220,12 +220,12 @@ class Cut(Separation):
 
 
 class Split(Absence):
-    """The network falls into two: `hosts` hear each other, the others do so, too. A supervisor on either side tells that the other
-    side's hosts are lost, and none is told on a side without one. `supervisors`: their hosts."""
+    """Splits the network: `hosts` reach each other, and so do the others. A supervisor on either side reports the hosts of the other
+    side as lost. `supervisors`: hosts of supervisors."""
     name = "split"
 
     def __init__(self, hosts, others, supervisors, duration):
-        super().__init__(None, duration)  # no host is hit by itself
+        super().__init__(None, duration)  # no single host
         self.hosts = sorted(hosts)
         self.lost = sorted({host for side, beyond in ((hosts, others), (others, hosts)) if supervisors & set(side)
                             for host in beyond})
@@ -239,15 +239,15 @@ class Split(Absence):
     def end(self, cell):
         cell.hosts.reunite(self.hosts)
 
-    def all_that_must(self):
-        return [("host_lost", host) for host in self.lost] if self.duration > surely_told(self.limits.lease) + FAILOVER else []
+    def required_reports(self):
+        return [("host_lost", host) for host in self.lost] if self.duration > surely_reported(self.limits.lease) + FAILOVER else []
 
     def may(self, places, blind):
         nodes = {*(f"agent/{host}" for host in self.lost), *self.nodes(places)}
         return {("host_lost", host) for host in self.lost}.union(*map(silences, nodes))
 
     def nodes(self, places):
-        """Supervisors are among them only if they are parted: then each is lost to the other."""
+        """Nodes on lost hosts; supervisors only if the split separates them."""
         return {node for node, host in places.items() if host in self.lost}
 
 
@@ -388,13 +388,13 @@ def draw(rng: random.Random, nodes, hosts, only=KINDS, told=False, limits=Limits
     node = rng.choice(sorted(nodes))
     host = rng.choice(sorted(hosts))
     about = lambda low, high: round(rng.uniform(low, high), 3)
-    silent = lambda limit, low: about(surely_told(limit) + 0.1 if told else low, longest(limit))
+    silent = lambda limit, low: about(surely_reported(limit) + 0.1 if told else low, longest(limit))
     lost = lambda low: silent(limits.lease, low)
     kinds = {
         "kill": (6, lambda: Kill(node, nodes[node])),
         "stop": (4, lambda: Stop(node, nodes[node], silent(silence_of(node, limits), 0.05))),
         "cut": (3, lambda: Cut(host, lost(0.1))),
-        "split": (1, lambda: split(rng, nodes, hosts, about(surely_told(limits.lease) + FAILOVER + 0.1 if told else 0.1,
+        "split": (1, lambda: split(rng, nodes, hosts, about(surely_reported(limits.lease) + FAILOVER + 0.1 if told else 0.1,
                                                           longest(limits.lease) + FAILOVER))),
         "mute": (2, lambda: Mute(host, lost(0.1))),
         "deafen": (2, lambda: Deafen(host, about(0.1, 3.0))),
@@ -443,7 +443,7 @@ class SplitTest(unittest.TestCase):
         places, splits = self.splits()
         for one in splits:
             beyond = set("abcde") - set(one.hosts) if "a" in one.hosts else set(one.hosts)
-            self.assertEqual(set(one.all_that_must()), {("host_lost", host) for host in beyond})
+            self.assertEqual(set(one.required_reports()), {("host_lost", host) for host in beyond})
             self.assertNotIn(("host_lost", "a"), one.may(places, False))
             self.assertEqual(one.hits(places), set())
 
@@ -452,8 +452,8 @@ class SplitTest(unittest.TestCase):
         apart = [one for one in splits if len({"a", "b"} & set(one.hosts)) == 1]
         self.assertTrue(0 < len(apart) < len(splits))
         for one in apart:
-            self.assertEqual({host for _, host in one.all_that_must()}, set("abcde"))
-            self.assertLessEqual(set(one.all_that_must()), one.may(places, False))
+            self.assertEqual({host for _, host in one.required_reports()}, set("abcde"))
+            self.assertLessEqual(set(one.required_reports()), one.may(places, False))
             self.assertEqual(one.hits(places), {"supervisor", "supervisor@b"})
 
     def test_few_hosts_cannot_be_split(self):

@@ -1,20 +1,19 @@
 """Checks rules S1 to S3 of docs/design/0008-arm-leases.md, which planner may move an arm, in logs and statuses of the drivers.
 
-usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a rule was broken
-       terms.py --self-test  what breaks a rule is found
+usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a rule is broken
+       terms.py --self-test
 
-S1: the terms of the commands that an arm follows never go back. S2: in each term one planner moves it. S3: from when its
-driver has heard of a lease, no command of an older term moves it. A driver's memory outlives its process and its agent,
-but not its host (0008, "Consequences"): an agent that begins without what was remembered begins the account of its
-drivers anew, and that is told. No rule needs a clock, for hosts' clocks may differ and be set: a driver tells in order, and a
-supervisor hears it in order."""
+S1: the terms of the commands that an arm follows never decrease. S2: in each term, one planner moves the arm. S3: after its driver
+has received a lease, no command of an older term moves the arm. A driver's checkpoint outlives its process and its agent, but not
+its host (0008, "Consequences"): an agent that starts without it restarts the account of its drivers, and logs this. No rule needs a
+clock, because hosts' clocks may differ and change: a driver logs in order, and a supervisor receives its states in order."""
 import dataclasses
 import re
 import sys
 import unittest
 
 # service="…" and planner="" are quoted when they are empty or have blanks.
-TOLD = re.compile(r' node=(driver|agent)/(\S+) event=(?:"([^"]*)"|(\S+))(.*)')
+EVENT_LINE = re.compile(r' node=(driver|agent)/(\S+) event=(?:"([^"]*)"|(\S+))(.*)')
 FIELD = re.compile(r' (\w+)=(?:"((?:[^"\\]|\\.)*)"|(\S*))')
 
 FOLLOWS = ("planner changed", "planner continues")  # another planner; or the same one with another term or process
@@ -36,15 +35,15 @@ class Account:
     def follows(self, planner, term):
         return self._older(term, f"followed {planner} in term {term}") or self._hear(planner, term, "followed")
 
-    def goes_by(self, planner, term):
-        return self._older(term, f"goes by term {term} of {planner}") or self._hear(planner, term, "went by")
+    def has_lease(self, planner, term):
+        return self._older(term, f"has a lease of term {term} of {planner}") or self._hear(planner, term, "had a lease of")
 
     def _older(self, term, what):
         return f"{what} after it {self.why}" if term < self.newest else None
 
     def _hear(self, planner, term, how):
         if term > self.newest:
-            self.newest, self.why = term, f"{how} term {term} of {planner or 'nobody yet'}"
+            self.newest, self.why = term, f"{how} term {term} of {planner or 'no planner yet'}"
         holder = self.holders.setdefault(term, planner) if planner else planner
         return f"{how} {planner} in term {term}, which is that of {holder}" if holder != planner else None
 
@@ -64,19 +63,19 @@ class LogTerms:
         self._anew = set()  # hosts whose running agent is another one and has said nothing of a memory
 
     def hear(self, line):
-        told = TOLD.search(line)
-        if not told:
+        found = EVENT_LINE.search(line)
+        if not found:
             return
-        role, name, quoted, plain, rest = told.groups()
-        (self._hear_agent if role == "agent" else self._hear_driver)(name, quoted or plain, fields(rest))
+        role, name, quoted, plain, rest = found.groups()
+        (self._read_agent if role == "agent" else self._read_driver)(name, quoted or plain, fields(rest))
 
-    def _hear_agent(self, host, event, told):
+    def _read_agent(self, host, event, fields):
         if event == "run resumed":
             self._begun[host] = set()
             self._anew.discard(host)
-        if event != "service started" or told.get("restarts") != "0":
+        if event != "service started" or fields.get("restarts") != "0":
             return
-        service = told["service"]
+        service = fields["service"]
         begun = self._begun.setdefault(host, set())
         if service in begun:
             begun.clear()
@@ -87,25 +86,25 @@ class LogTerms:
         if arm != service and host in self._anew and self._arms.pop(arm, None):
             self.forgotten.append(arm)
 
-    def _hear_driver(self, arm, event, told):
+    def _read_driver(self, arm, event, fields):
         account = self._arms.setdefault(arm, Account())
         complaint = None
         if event in FOLLOWS:
             self.followed += 1
             self._logged[FOLLOWS].add(arm)
-            complaint = account.follows(told["planner"], int(told["term"]))
+            complaint = account.follows(fields["planner"], int(fields["term"]))
         elif event == ARM_LEASE:
             self.leases += 1
             self._logged[ARM_LEASE].add(arm)
-            complaint = account.goes_by(told["planner"], int(told["term"]))
-        elif event == REFUSED and int(told["term"]) <= account.newest:
-            self.refused.add((arm, told["from"], int(told["term"])))
+            complaint = account.has_lease(fields["planner"], int(fields["term"]))
+        elif event == REFUSED and int(fields["term"]) <= account.newest:
+            self.refused.add((arm, fields["from"], int(fields["term"])))
         if complaint:
             self.complaints.append(f"arm {arm} {complaint}")
 
     def without_events(self, arms):
         """Those of the arms whose driver did not log a followed planner and a lease, so that nothing is known of them."""
-        return [arm for arm in arms if not all(arm in told for told in self._logged.values())]
+        return [arm for arm in arms if not all(arm in logged for logged in self._logged.values())]
 
     def summary(self):
         return (f"{self.followed} changes of planner, term or process under {self.leases} leases; "
@@ -137,11 +136,11 @@ class StatusTerms:
             return f"follows term {term} and knows none above {newest}"
         holder = self._holders.setdefault((arm, newest), planner) if planner else planner
         if holder != planner:
-            return f"goes by {planner} in term {newest}, which is that of {holder}"
+            return f"has a lease of {planner} in term {newest}, which is that of {holder}"
         if not before:
             return None
         if newest < before["newest_term"]:
-            return f"goes by term {newest} after it went by {before['newest_term']}"
+            return f"has a lease of term {newest} after {before['newest_term']}"
         if not term:  # this process has not followed a planner yet
             return None
         if term < before["term"]:
@@ -149,7 +148,7 @@ class StatusTerms:
         # The last command may be older than the lease, but only if no newer one was accepted since.
         same = term == before["term"] and state["command_age_s"] >= before["command_age_s"]
         if term < before["newest_term"] and not same:
-            return f"follows term {term}, by a command that it accepted when it went by term {before['newest_term']}"
+            return f"follows term {term}, by a command that it accepted under a lease of term {before['newest_term']}"
         return None
 
 
@@ -167,7 +166,7 @@ def started(service, restarts=0):
     return agent("service started", f" service={service} pid=12 restarts={restarts}")
 
 
-def told(term, newest, planner="A", age=0.01, supervisor="supervisor"):
+def status_of(term, newest, planner="A", age=0.01, supervisor="supervisor"):
     """The parts of a status that are checked."""
     state = {"term": term, "newest_term": newest, "planner": planner, "command_age_s": age, "age_s": 0.0}
     return {"supervisor": supervisor, "arms": [{"name": "west", "state": state}]}
@@ -199,7 +198,7 @@ class LogTest(unittest.TestCase):
                           driver("planner changed", "A", 5), driver("planner continues", "A", 9), driver("planner changed", "B", 8))
 
     def test_finds_command_older_than_lease(self):
-        self.assert_found("followed A in term 5 after it went by term 8 of B",
+        self.assert_found("followed A in term 5 after it had a lease of term 8 of B",
                           driver("arm lease", "B", 8), driver("planner continues", "A", 5))
 
     def test_finds_two_planners_of_one_term(self):
@@ -210,7 +209,7 @@ class LogTest(unittest.TestCase):
         self.assertEqual(self.complaints(driver("arm lease", '""', 5), driver("arm lease", "A", 5), driver("planner changed", "A", 5)), [])
 
     def test_finds_lease_that_goes_back(self):
-        self.assert_found("goes by term 7 of A after it went by term 8 of B",
+        self.assert_found("has a lease of term 7 of A after it had a lease of term 8 of B",
                           driver("arm lease", "B", 8), driver("driver started", "", 0), driver("arm lease", "A", 7))
 
     def test_arms_have_separate_terms(self):
@@ -261,31 +260,31 @@ class StatusTest(unittest.TestCase):
         self.assertRegex(found[0], pattern)
 
     def test_takeover_is_allowed(self):
-        self.assertEqual(self.complaints(told(5, 5), told(5, 8, "B", 0.02), told(5, 8, "B", 0.3), told(8, 8, "B")), [])
+        self.assertEqual(self.complaints(status_of(5, 5), status_of(5, 8, "B", 0.02), status_of(5, 8, "B", 0.3), status_of(8, 8, "B")), [])
 
     def test_new_driver_has_not_followed_a_planner(self):
-        self.assertEqual(self.complaints(told(8, 8), told(0, 8, age=0.0), told(8, 8)), [])
+        self.assertEqual(self.complaints(status_of(8, 8), status_of(0, 8, age=0.0), status_of(8, 8)), [])
 
     def test_status_without_driver_state_is_ignored(self):
-        silent = told(0, 0, "")
+        silent = status_of(0, 0, "")
         silent["arms"][0]["state"]["age_s"] = None
-        self.assertEqual(self.complaints(told(8, 8), silent), [])
+        self.assertEqual(self.complaints(status_of(8, 8), silent), [])
 
     def test_delayed_supervisor_gives_no_finding(self):
-        self.assertEqual(self.complaints(told(8, 8), told(5, 5, "B", supervisor="supervisor@beta"), told(8, 8)), [])
+        self.assertEqual(self.complaints(status_of(8, 8), status_of(5, 5, "B", supervisor="supervisor@beta"), status_of(8, 8)), [])
 
     def test_finds_terms_that_go_back(self):
-        self.assert_found("goes by term 7 after it went by 8", told(8, 8), told(7, 7, "B"))
-        self.assert_found("follows term 7 after 8", told(8, 9, "B"), told(7, 9, "B"))
-        self.assert_found("knows none above 7", told(8, 7))
+        self.assert_found("has a lease of term 7 after 8", status_of(8, 8), status_of(7, 7, "B"))
+        self.assert_found("follows term 7 after 8", status_of(8, 9, "B"), status_of(7, 9, "B"))
+        self.assert_found("knows none above 7", status_of(8, 7))
 
     def test_finds_newer_command_of_older_term(self):
-        self.assert_found("follows term 5, by a command", told(5, 8, "B", 0.2), told(5, 8, "B", 0.01))
-        self.assert_found("follows term 6, by a command", told(5, 8, "B", 0.2), told(6, 8, "B", 0.3))
+        self.assert_found("follows term 5, by a command", status_of(5, 8, "B", 0.2), status_of(5, 8, "B", 0.01))
+        self.assert_found("follows term 6, by a command", status_of(5, 8, "B", 0.2), status_of(6, 8, "B", 0.3))
 
     def test_finds_two_planners_of_one_term(self):
-        self.assert_found("goes by B in term 5, which is that of A",
-                          told(5, 5), told(5, 5, "B", supervisor="supervisor@beta"))
+        self.assert_found("has a lease of B in term 5, which is that of A",
+                          status_of(5, 5), status_of(5, 5, "B", supervisor="supervisor@beta"))
 
 
 def main():

@@ -5,7 +5,7 @@ import sys
 import unittest
 
 from injections import FAILOVER, Absence, Cut, Deafen, FillDisk, Kill, KillAgent, Lose, Mute, OfNode, Pause, SlowDown, Split, \
-    StepClock, Stop, is_supervisor, surely_told, together
+    StepClock, Stop, is_supervisor, surely_reported, together
 
 # [s] longest time for which a supervisor explains silent processes by the return of their host. For a supervisor that was cut off
 # itself, all hosts return.
@@ -35,7 +35,7 @@ def hidden(injection, injections, places, leader):
         return any(isinstance(other, Deafen) for other in hitting)
     if any(not isinstance(other, Kill) for other in hitting):
         return True
-    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_told(injection.limit()) + FAILOVER
+    return bool(hitting) and isinstance(injection, Stop) and injection.duration < surely_reported(injection.limit()) + FAILOVER
 
 
 def left(injections, places):
@@ -57,7 +57,7 @@ def remaining_places(injection, injections, places):
     return left([other for other in injections if other is not injection], places)
 
 
-def may_be_told(injections, places):
+def may_be_reported(injections, places):
     """(kind, subject) of all faults that are correct."""
     blind = bool(supervisors_hit(injections, places))
     of_itself = {("host_lost", host) for host in left_alone(injections, places)}
@@ -89,7 +89,7 @@ def lasting(injection, seconds=None):
 
 class MayTest(unittest.TestCase):
     def may(self, *injections):
-        return may_be_told(injections, PLACES)
+        return may_be_reported(injections, PLACES)
 
     def test_kill_may_be_reported_as_death_only(self):
         self.assertEqual(self.may(Kill("driver/north", "north-pc")), {("process_died", "driver/north")})
@@ -120,15 +120,15 @@ class MayTest(unittest.TestCase):
     def test_with_two_hosts_the_other_is_lost_after_a_long_cut(self):
         places = {"supervisor": "here", "driver/north": "there"}
         for seconds, accused in (0.4, False), (1.1, True):
-            may = may_be_told([lasting(Cut("here", 0.4), seconds)], places)
+            may = may_be_reported([lasting(Cut("here", 0.4), seconds)], places)
             self.assertEqual(("host_lost", "there") in may, accused, seconds)
 
     def test_with_a_third_host_gone_the_other_is_lost(self):
         places = {"supervisor": "here", "driver/north": "there", "world": "elsewhere"}
         cut = lasting(Cut("here", 2.0))
         for other, accused in (KillAgent("elsewhere", 2.0), True), (Kill("world", "elsewhere"), False):
-            self.assertEqual(("host_lost", "there") in may_be_told([cut, lasting(other)], places), accused, str(other))
-        self.assertNotIn(("host_lost", "there"), may_be_told([cut], places))
+            self.assertEqual(("host_lost", "there") in may_be_reported([cut, lasting(other)], places), accused, str(other))
+        self.assertNotIn(("host_lost", "there"), may_be_reported([cut], places))
 
     def test_death_may_be_silence_only_if_a_supervisor_missed_it(self):
         death = Kill("planner/north", "north-pc")
@@ -184,9 +184,9 @@ class HiddenTest(unittest.TestCase):
         both = Cut("there", 2.0), Mute("elsewhere", 2.0)
         for cut in both:
             self.assertTrue(hidden(cut, [*map(lasting, both)], places, "supervisor"))
-        self.assertIn(("host_lost", "here"), may_be_told(both, places))
+        self.assertIn(("host_lost", "here"), may_be_reported(both, places))
         self.assertFalse(hidden(both[0], [both[0], Kill("world", "elsewhere")], places, "supervisor"))
-        self.assertNotIn(("host_lost", "here"), may_be_told([both[0], Kill("world", "elsewhere")], places))
+        self.assertNotIn(("host_lost", "here"), may_be_reported([both[0], Kill("world", "elsewhere")], places))
         self.assertEqual(left_alone(both, places), {"here"})
         unwatched = {"supervisor": "elsewhere", "driver/north": "there", "world": "here"}
         self.assertEqual(left_alone(both, unwatched), set(), "there is no supervisor")

@@ -31,14 +31,14 @@ class Ending:
     """Handles the signals from now on. `at_first` is called with the first one, and may raise."""
 
     def __init__(self, at_first=lambda number: None):
-        self.told = None  # the signal
+        self.received = None  # the signal
         self._at_first = at_first
         self._told_at = 0.0
         hear(self._hear)
 
     def _hear(self, number, _frame):
-        if self.told is None:
-            self.told = number
+        if self.received is None:
+            self.received = number
             self._told_at = time.monotonic()
             self._at_first(number)
         elif time.monotonic() - self._told_at > ECHO:
@@ -46,8 +46,8 @@ class Ending:
 
 
 class Messenger:
-    """Takes the signals that one program hears to another one that it starts, also those that come before that can hear any:
-    they wait in a pipe. Another session keeps the rest of that program's processes out of it, whom signals to a group reach."""
+    """Forwards the signals of this program to one that it starts, through a pipe, in which early signals wait. The other program has
+    its own session, so that a signal to this program's group does not reach its processes."""
 
     def __init__(self):
         self.ear, self._mouth = os.pipe()  # the other program inherits `ear`
@@ -75,11 +75,11 @@ def hear_messenger(ear):
 class EndingTest(unittest.TestCase):
     OTHER = """
         import ending, sys, time
-        told = ending.Ending()
+        ends = ending.Ending()
         print("hears", flush=True)
-        while not told.told:
+        while not ends.received:
             time.sleep(0.01)
-        print("told", int(told.told), flush=True)
+        print("received", int(ends.received), flush=True)
         time.sleep(30 if "--slow" in sys.argv else 0)
     """
     FIRST = """
@@ -92,11 +92,11 @@ class EndingTest(unittest.TestCase):
     SECOND = """
         import ending, os, sys, time
         time.sleep(0.2)
-        told = ending.Ending()
+        ends = ending.Ending()
         ending.hear_messenger(int(sys.argv[1]))
-        while not told.told:
+        while not ends.received:
             time.sleep(0.01)
-        print("told", int(told.told), os.getsid(0) == os.getpid(), flush=True)
+        print("received", int(ends.received), os.getsid(0) == os.getpid(), flush=True)
     """
 
     def start(self, text, *words, **keywords):
@@ -108,7 +108,7 @@ class EndingTest(unittest.TestCase):
             with self.start(self.OTHER) as other:
                 other.stdout.readline()
                 other.send_signal(number)
-                self.assertEqual(other.communicate()[0], f"told {int(number)}\n")
+                self.assertEqual(other.communicate()[0], f"received {int(number)}\n")
                 self.assertEqual(other.returncode, 0)
 
     def test_repeated_signal_counts_once_and_second_one_ends(self):
@@ -127,11 +127,11 @@ class EndingTest(unittest.TestCase):
             other.stdout.readline()
             other.send_signal(signal.SIGINT)
             other.send_signal(signal.SIGTERM)
-            self.assertEqual(other.communicate()[0], f"told {int(signal.SIGTERM)}\n")
+            self.assertEqual(other.communicate()[0], f"received {int(signal.SIGTERM)}\n")
 
     def test_early_signal_waits_for_the_other_program(self):
         with self.start(self.FIRST, textwrap.dedent(self.SECOND)) as first:
-            self.assertEqual(first.communicate(timeout=20)[0], f"told {int(signal.SIGTERM)} True\n")
+            self.assertEqual(first.communicate(timeout=20)[0], f"received {int(signal.SIGTERM)} True\n")
             self.assertEqual(first.returncode, 0)
 
 

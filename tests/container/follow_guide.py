@@ -1,9 +1,9 @@
-"""Follows docs/tutorials/three-machines.md to the letter, with three containers as its machines.
+"""Runs the commands of docs/tutorials/three-machines.md, with three containers as machines.
 
 usage: follow_guide.py --guide FILE --unit FILE --image NAME
 
-The commands are taken from the guide as they stand there; OTHERWISE says which are replaced, for want of what they need, and
-the output says so, too. Exit code 77: no containers here."""
+The commands are those of the document. OTHERWISE lists the commands that are replaced here; the output names them as well. Exit
+code 77: containers do not work here."""
 import argparse
 import collections
 import contextlib
@@ -21,7 +21,7 @@ import threading
 from containers import Containers
 from hosts import CannotRun, run
 
-SKIPPED = 77  # as CTest is told
+SKIPPED = 77  # exit code for CTest
 TIMEOUT = 120  # [s] far more than needed
 DEPLOY = pathlib.Path(__file__).resolve().parents[2] / "deploy"  # what the package has in /usr/share/hecaton
 
@@ -279,7 +279,7 @@ def take_over(guide, machines, environment, watch):
         print(machines.type(name, f"{environment}; {command}"))
         if command.startswith("kill"):
             watch.until(*next(expected))
-            watch.until("who was killed stands by", runs)
+            watch.until("the killed supervisor is standby", runs)
 
 
 def pull(name, machines, watch, told, condition):
@@ -311,7 +311,7 @@ def follow(guide, unit, machines):
         take_over(guide, machines, environment, watch)
         pull(first, machines, watch, f"the fault is {first}", lambda status: True)  # what the guide ends with
     with watch_on(first) as watch:
-        pull(last, machines, watch, f"the fault is {last}, supervisor@left-pc tells it, and the arms are held",
+        pull(last, machines, watch, f"the fault is {last}, supervisor@left-pc reports it, and the arms are held",
              lambda status: status["supervisor"] == "supervisor@left-pc" and status["mode"] != "run")
     ended = [name for name, service in services.items() if service.has_ended()]
     if ended:

@@ -7,7 +7,7 @@ import threading
 import time
 import unittest
 
-TOLD_WITHIN = 500  # [ms] until a stall of a process is known, by its next heartbeat and the next status
+REPORTED_WITHIN = 500  # [ms] until a stall of a process is known, by its next heartbeat and the next status
 STALL = 0.12  # [s] timer lateness that counts as a stall of the machine
 UNSTEADY = 75  # exit code: failed during a stall of the machine; repeat the run
 UNSAFE = 70  # exit code: contact, or an arm that followed an older command; do not repeat
@@ -72,15 +72,15 @@ class NodeLateness:
 
     def meanwhile(self, since, until, disturbed):
         """Of these, those that were between these instants [ms, wall clock]."""
-        return [stall for stall in self.of_others(disturbed) if between(since, until + TOLD_WITHIN, *stall[:2])]
+        return [stall for stall in self.of_others(disturbed) if between(since, until + REPORTED_WITHIN, *stall[:2])]
 
 
 def judge_failures(failed, stalls):
-    """The exit code after tests failed: it says nothing only if the machine stood still during each of them. `failed`: (name,
-    since, until [ms, wall clock]); `stalls`: (until when [ms, wall clock], by how much [ms], whose, where)."""
+    """The exit code after failed tests: UNSTEADY only if the machine stalled during each of them. `failed`: (name, since, until
+    [ms, wall clock]); `stalls`: (end [ms, wall clock], lateness [ms], node, host)."""
     code = UNSTEADY
     for name, since, until in failed:
-        meanwhile = [stall for stall in stalls if between(since, until + TOLD_WITHIN, *stall[:2])]
+        meanwhile = [stall for stall in stalls if between(since, until + REPORTED_WITHIN, *stall[:2])]
         if not meanwhile:
             print(f"{name} failed, without a stall of the machine", file=sys.stderr)
             code = 1
@@ -153,7 +153,7 @@ class JudgementTest(unittest.TestCase):
 
     def test_stall_before_or_after_does_not_count(self):
         self.assertEqual(judge_failures([("one", 5_001, 9_000)], [self.STALL]), 1)
-        self.assertEqual(judge_failures([("one", 1_000, 4_799 - TOLD_WITHIN)], [self.STALL]), 1)
+        self.assertEqual(judge_failures([("one", 1_000, 4_799 - REPORTED_WITHIN)], [self.STALL]), 1)
 
     def test_stall_does_not_count_for_other_tests(self):
         self.assertEqual(judge_failures([("one", 4_000, 6_000), ("other", 7_000, 8_000)], [self.STALL]), 1)
@@ -162,7 +162,7 @@ class JudgementTest(unittest.TestCase):
         heard = NodeLateness()
         heard.stalls = [(5_000, 200.0, "planner/a", "a-pc"), (5_000, 200.0, "planner/b", "b-pc"), (9_000, 200.0, "planner/a", "a-pc")]
         self.assertEqual(heard.meanwhile(4_000, 6_000, {"b-pc"}), heard.stalls[:1])
-        self.assertEqual(heard.meanwhile(1_000, 4_799 - TOLD_WITHIN, ()), [])
+        self.assertEqual(heard.meanwhile(1_000, 4_799 - REPORTED_WITHIN, ()), [])
 
     def test_each_failure_has_the_time_of_its_own_test(self):
         spans = []

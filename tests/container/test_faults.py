@@ -1,11 +1,10 @@
-"""A cell of three arms on five hosts survives what happens to hosts and processes, as seen from outside.
+"""A cell of three arms on five hosts tolerates faults of hosts and processes; observed through `hecaton`.
 
 usage: test_faults.py --programs DIR --cell FILE [--image NAME] [--logs DIR] [--only TEXT]
 
-Hosts are containers of the image where these can be had, otherwise network namespaces. Exit code 77: neither can be had
-here; why is on stderr. What fails while the machine itself stands still says nothing of Hecaton and is repeated, with limits of
-silence that are longer (--timeout-scale); 75: it did so each time; when and how long is on stderr. 70: arms touched something, or
-followed an older command. 130, 143: SIGINT or SIGTERM ended it."""
+Hosts are containers of the image if possible, otherwise network namespaces. Exit codes: 77 this machine supports neither; the reason
+is on stderr. A test that fails while the machine stalls is repeated with longer time-outs (--timeout-scale); 75 it failed so each
+time. 70 a contact, or an arm that followed an older command. 130, 143 ended by SIGINT or SIGTERM."""
 import argparse
 import pathlib
 import signal
@@ -25,14 +24,14 @@ from injections import Cut, Kill, Mute, Pause, is_supervisor, pairs  # noqa: E40
 from live_cell import LiveCell, unix_ms  # noqa: E402
 from steadiness import UNSAFE, UNSTEADY, SpannedResult, TimerLateness, judge_failures  # noqa: E402
 from terms import LogTerms, StatusTerms  # noqa: E402
-from verdicts import may_be_told  # noqa: E402
+from verdicts import may_be_reported  # noqa: E402
 
 SKIPPED = 77  # exit code for CTest
 ARMS = ("north", "west", "east")
 options = None
 node_stalls = []  # stalls of undisturbed hosts, from NodeLateness
 unpardonable = []  # classes with a contact or an arm that followed an older command
-told = None  # ending.Ending
+ends = None  # ending.Ending
 ends_cell = False
 
 
@@ -69,7 +68,7 @@ class CellTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        if told.told:
+        if ends.received:
             raise Ended
         print(f"{cls.__name__}: hosts are {options.hosts.kind}; their logs are in {options.logs}", flush=True)
         cls.cell = LiveCell(options.hosts, options.programs.resolve() / "hecaton", cls.cell_file(), options.logs)
@@ -99,7 +98,7 @@ class CellTest(unittest.TestCase):
         self.known = self.cell.faults()
         self.began = time.monotonic()
 
-    def tell(self, what, injected=None, fault=None):
+    def print_figures(self, what, injected=None, fault=None):
         """Prints a line of figures."""
         line = what
         if fault:
@@ -152,7 +151,7 @@ class CellTest(unittest.TestCase):
             self.cell.wait_for_goal(goal)
         self.visit(arm, *others)
         self.expect_all_well(fault, may=may)
-        self.tell(what, injected, fault)
+        self.print_figures(what, injected, fault)
 
 
 def read_cell():
@@ -189,7 +188,7 @@ class FaultTest(CellTest):
         fault = self.cell.wait_until_over(fault)
         self.visit("north")
         self.expect_all_well(fault)
-        self.tell("kill -9 of a planner", injected, fault)
+        self.print_figures("kill -9 of a planner", injected, fault)
 
     def test_killed_driver_restarts_at_the_position_of_its_arm(self):
         goal = self.cell.goal("east", "ready")
@@ -201,7 +200,7 @@ class FaultTest(CellTest):
         self.cell.wait_for_goal(goal)
         self.visit("north", "west", "east")
         self.expect_all_well(fault)
-        self.tell("kill -9 of a driver", injected, fault)
+        self.print_figures("kill -9 of a driver", injected, fault)
 
     def test_killed_world_restarts_with_edited_obstacles(self):
         self.cell.ask("obstacle", "add", "crate", "--box", "0.2 0.2 0.2", "--pose", "1.5 1.5 0.1 0 0 0")
@@ -211,7 +210,7 @@ class FaultTest(CellTest):
         self.visit("north", "west", "east")
         self.cell.ask("obstacle", "remove", "crate")  # fails if there is none
         self.expect_all_well(fault)
-        self.tell("kill -9 of the world", injected, fault)
+        self.print_figures("kill -9 of the world", injected, fault)
 
     def test_killed_supervisor_restarts_while_arms_continue(self):
         goals = [self.cell.goal(arm, "ready") for arm in ("north", "west")]
@@ -224,7 +223,7 @@ class FaultTest(CellTest):
         fault = self.cell.wait_until_over(fault)
         self.visit("north", "west", "east")
         self.expect_all_well(fault)
-        self.tell("kill -9 of the supervisor", injected, fault)
+        self.print_figures("kill -9 of the supervisor", injected, fault)
 
     def test_host_without_power_is_lost_and_returns(self):
         injected = unix_ms()
@@ -241,7 +240,7 @@ class FaultTest(CellTest):
             self.cell.wait_for_goal(goal)
         self.visit("north", "west", "east")
         self.expect_all_well(fault)
-        self.tell("a host that is switched off and on", injected, fault)
+        self.print_figures("a host without power", injected, fault)
 
     def test_paused_host_is_lost_and_returns(self):
         self.lose_and_find("a paused host", "north-pc", "north", self.cell.hosts.pause, self.cell.hosts.go_on)
@@ -251,8 +250,8 @@ class FaultTest(CellTest):
 
 
 class StandbyTest(CellTest):
-    """With standbys of the supervisor and of every planner. That of north's is on a host without drivers: the arm can go on
-    while that host stands still."""
+    """With standbys of the supervisor and of all planners. The standby of north's planner is on a host without drivers, so that the
+    arm can continue while that host is stopped."""
 
     disturbed = FaultTest.disturbed
 
@@ -271,7 +270,7 @@ class StandbyTest(CellTest):
 
     def setUp(self):
         super().setUp()
-        self.cell.wait_for("everybody has a standby", everybody_has_a_standby)
+        self.cell.wait_for("all services have their standbys", all_have_standbys)
 
     def tearDown(self):
         for line in self.cell.new_log_lines():
@@ -289,7 +288,7 @@ class StandbyTest(CellTest):
             return []
         self.kill(other, self.places[other])
         self.cell.wait_for(f"{planner} is in charge", lambda status: (
-            arm_of(status, arm)["planner"] == planner and everybody_has_a_standby(status)))
+            arm_of(status, arm)["planner"] == planner and all_have_standbys(status)))
         self.cell.wait_until_it_runs()
         return [Kill(other, self.places[other])]
 
@@ -300,7 +299,7 @@ class StandbyTest(CellTest):
             return []
         self.kill(other, self.places[other])
         self.cell.wait_for(f"{supervisor} leads", lambda status: (
-            status["supervisor"] == supervisor and everybody_has_a_standby(status)))
+            status["supervisor"] == supervisor and all_have_standbys(status)))
         self.cell.wait_until_it_runs()
         return [Kill(other, self.places[other])]
 
@@ -321,13 +320,13 @@ class StandbyTest(CellTest):
         # On a busy machine it may lead again.
         self.cell.wait_for(f"{sleeper} stands by", lambda status: (
             sleeper in (arm_of(status, "north")["standby"], arm_of(status, "north")["planner"])
-            and everybody_has_a_standby(status)))
+            and all_have_standbys(status)))
         self.visit(*ARMS)
-        self.expect_all_well(may=may_be_told([*done, pause], self.places))
+        self.expect_all_well(may=may_be_reported([*done, pause], self.places))
         after = arm_of(self.cell.status(), "north")["state"]
         self.assertGreater(after["term"], before["term"])
         refused = after["stale_rejected"] - before["stale_rejected"]
-        self.tell(f"a planner in charge that slept: {refused} of its commands were refused")
+        self.print_figures(f"an active planner that slept: {refused} of its commands were refused")
 
     def test_arms_continue_while_the_leader_is_cut_off(self):
         done = self.let_lead("supervisor") + self.put_in_charge("planner/north", "north")
@@ -350,13 +349,13 @@ class StandbyTest(CellTest):
         fault = self.cell.wait_until_over(fault)
         self.cell.wait_for("one supervisor leads, the other stands by", one_leads)
         self.visit(*ARMS)
-        self.expect_all_well(fault, may=may_be_told([*done, cut], self.places))
-        self.tell("a leading supervisor that is cut off", injected, fault)
+        self.expect_all_well(fault, may=may_be_reported([*done, cut], self.places))
+        self.print_figures("a leader that is cut off", injected, fault)
 
     def test_muted_host_is_lost_and_returns(self):
         mute = Mute("west-pc", 0.0)
         self.lose_and_find("a host that hears and is not heard", mute.host, "west", lambda _: mute.begin(self.cell),
-                           lambda _: mute.end(self.cell), may_be_told([mute], self.places))
+                           lambda _: mute.end(self.cell), may_be_reported([mute], self.places))
 
 
 def arm_of(status, name):
@@ -374,7 +373,7 @@ def one_leads(status):
     return sorted(states.values()) == ["running", "standby"] and states.get(status["supervisor"]) == "running"
 
 
-def everybody_has_a_standby(status):
+def all_have_standbys(status):
     return one_leads(status) and status["standby"] and all(arm["standby"] for arm in status["arms"])
 
 
@@ -388,7 +387,7 @@ class LossTest(CellTest):
         self.expect_all_well()
         dropped = self.cell.hosts.dropped("east-pc", "input")
         self.assertGreater(dropped, 100)
-        self.tell(f"20 % loss ({dropped} datagrams)")
+        self.print_figures(f"20 % loss ({dropped} datagrams)")
 
 
 def parse():
@@ -423,8 +422,8 @@ def make_logs():
 
 
 def main():
-    global options, told
-    told = ending.Ending(end_test)
+    global options, ends
+    ends = ending.Ending(end_test)
     options = parse()
     try:
         options.hosts = make_hosts()
@@ -432,7 +431,7 @@ def main():
         print(f"skipped: {reason}", file=sys.stderr)
         return SKIPPED
     except Ended:
-        return ending.exit_code(told.told)
+        return ending.exit_code(ends.received)
     lateness = TimerLateness()
     rounds, suite, code = options.timeout_scale, all_tests(), UNSTEADY
     for options.timeout_scale in rounds:
@@ -456,8 +455,8 @@ def run_tests(suite, lateness):
         options.hosts.close()
     if unpardonable:
         return UNSAFE, None
-    if told.told:
-        return ending.exit_code(told.told), None
+    if ends.received:
+        return ending.exit_code(ends.received), None
     if result.wasSuccessful():
         return 0, None
     stalls = [(*stall, "a timer", "this machine") for stall in lateness.stalls] + node_stalls
