@@ -12,7 +12,7 @@ INSTALLED = "/usr/share/hecaton/cells/"
 
 
 def agents(compose):
-    """Services by name, without who is started by hand."""
+    """Services by name, without those that a person starts."""
     return {name: service for name, service in compose["services"].items() if "profiles" not in service}
 
 

@@ -1,4 +1,4 @@
-"""Checks who includes whom: the rules of ARCHITECTURE.md, from the #include lines.
+"""Checks which folder includes which: the rules of ARCHITECTURE.md, from the #include lines.
 
 usage: include_rules.py ROOT
 """

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-SKIPPED = 77  # as CTest is told
+SKIPPED = 77  # exit code that CTest reports as skipped
 OLDEST = 250  # the first that fails on what it warns of
 
 # Each must be complained of, or the silence about the unit would say nothing.

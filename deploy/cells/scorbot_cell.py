@@ -4,17 +4,18 @@ usage: scorbot_cell.py PROBLEM [--spacing M] [--angle DEG] [--radius M] [--heigh
        [--distance M] [--step RAD] [--opposite] [--urdf FILE] [-o FILE]
 
 Bases stand at the corners of an equilateral triangle of --spacing, turned so that their x axes point at its centre.
-Each arm's side tables are --angle to either side of that direction, where its gripper's tip is --radius from the base's
-axis and --height above the floor, the hand --pitch above the horizon; the central table is in the middle. Table tops
-are --tables high; 0: no tables. --opposite: the second arm begins at its other table. --distance is h and --step Δ; --urdf says where the arm's file is.
+Each arm's side tables are --angle to either side of that direction. There the tip of its gripper is --radius from the
+axis of the base and --height above the floor, the hand --pitch above the horizon. The central table is in the middle.
+Table tops are --tables high; 0: no tables. --opposite: the second arm begins at its other table. --distance is h and
+--step Δ; --urdf says where the arm's file is.
 """
 import argparse
 import math
 
 UPPER, FORE, HAND, SHOULDER = 0.28, 0.23, 0.25, 0.38
 ARMS = {"2a": 2, "2b": 2, "2c": 2, "3a": 3}
-# Between which of its poses each arm goes to and fro. Arms are named counter-clockwise from below; an arm's right table,
-# clockwise of the direction to the centre, is the left one of its neighbour that way round.
+# Between which of its poses each arm goes back and forth. Arms are named counter-clockwise from below. An arm's right
+# table, clockwise of the direction to the centre, is the left table of its neighbour on that side.
 AREAS = {"2a": [("left", "right"), ("left", "right")],
          "2b": [("left", "right"), ("right", "left")],
          "2c": [("left", "right"), ("right", "middle")],
