@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kCapacity = 4096;  // more than any of these cells has pairs
 
-struct PlacedBody {
+struct PosedBody {
   const Body* body;
   Counterpart counterpart;
   int owner;
@@ -21,8 +21,8 @@ struct PlacedBody {
   Pose X_WS;
 };
 
-std::vector<PlacedBody> bodies_of_arm(const CellGeometry& geometry, const Kinematics& kinematics, int arm) {
-  std::vector<PlacedBody> placed;
+std::vector<PosedBody> bodies_of_arm(const CellGeometry& geometry, const Kinematics& kinematics, int arm) {
+  std::vector<PosedBody> placed;
   for (const Body& body : geometry.arm_bodies(arm)) {
     const auto counterpart = arm == geometry.self() ? Counterpart::kSelf : Counterpart::kArm;
     placed.push_back(
@@ -34,13 +34,13 @@ std::vector<PlacedBody> bodies_of_arm(const CellGeometry& geometry, const Kinema
 std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPoses& poses,
                                       const InfluenceDistances& influence) {
   std::vector<Clearance> found;
-  const auto check = [&](const PlacedBody& own, const PlacedBody& other, double limit) {
+  const auto check = [&](const PosedBody& own, const PosedBody& other, double limit) {
     const ShapeDistance d = shape_distance(own.body->shape, own.X_WS, other.body->shape, other.X_WS);
     if (d.distance >= limit) return;
     found.push_back({own.index, own.body->link, other.counterpart, other.owner, other.index, other.body->link,
                      d.distance, d.p_a_W, d.p_b_W, d.n_W});
   };
-  const auto at_speed_of = [&](const PlacedBody& mine, const Reach& reach) {
+  const auto at_speed_of = [&](const PosedBody& mine, const Reach& reach) {
     return InfluenceDistances::distance(reach, influence.own_speed.empty() ? 0.0 : influence.own_speed[mine.index]);
   };
   const auto own = bodies_of_arm(geometry, *poses.own, geometry.self());
@@ -48,8 +48,8 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
     check(own[first], own[second], influence.against_self(first, second));
   for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
     if (arm == geometry.self()) continue;
-    for (const PlacedBody& other : bodies_of_arm(geometry, poses.arms[arm], arm)) {
-      for (const PlacedBody& mine : own) {
+    for (const PosedBody& other : bodies_of_arm(geometry, poses.arms[arm], arm)) {
+      for (const PosedBody& mine : own) {
         if (mine.body->moves || other.body->moves) check(mine, other, at_speed_of(mine, influence.against_arm(arm)));
       }
     }
@@ -57,9 +57,9 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
   for (int obstacle = 0; obstacle < geometry.obstacle_count(); ++obstacle) {
     int index = 0;
     for (const Body& body : geometry.obstacle_bodies(obstacle)) {
-      const PlacedBody other{&body, Counterpart::kObstacle, obstacle, index++,
+      const PosedBody other{&body, Counterpart::kObstacle, obstacle, index++,
                              poses.obstacles[obstacle].X_WO * body.X_CS};
-      for (const PlacedBody& mine : own) {
+      for (const PosedBody& mine : own) {
         if (mine.body->moves) check(mine, other, at_speed_of(mine, influence.against_obstacle(obstacle)));
       }
     }
