@@ -120,7 +120,7 @@ int record(const std::string& path, std::uint64_t seed, double period) {
   };
   const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, *starts, *goals, options);
   std::fprintf(stderr, "%.2f s, %llu contacts\n", outcome.duration,
-               static_cast<unsigned long long>(outcome.referee.contacts));
+               static_cast<unsigned long long>(outcome.contact_report.contacts));
   return EXIT_SUCCESS;
 }
 
