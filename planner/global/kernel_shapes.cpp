@@ -228,11 +228,11 @@ struct Extent {
   Eigen::Vector3d half;
 };
 
-Extent extent_of(const world::Shape& shape, const Pose& X_OS) {
+Extent extent_of(const world::Shape& shape, const world::Pose& X_OS) {
   const Eigen::Matrix3d size = X_OS.linear().cwiseAbs();
   const Eigen::Vector3d z = size.col(2);
   struct Visitor {
-    const Pose& X_OS;
+    const world::Pose& X_OS;
     const Eigen::Matrix3d& size;
     const Eigen::Vector3d& z;
     Extent operator()(const world::Box& box) const { return {X_OS.translation(), size * box.half_extents}; }
@@ -257,7 +257,7 @@ Extent extent_of(const world::Shape& shape, const Pose& X_OS) {
 
 struct ObstacleMaker {
   KernelWorld& world;
-  const Pose& X_OS;
+  const world::Pose& X_OS;
   double rounding;  ///< [m]
   KernelObstacle obstacle;
 
@@ -329,10 +329,10 @@ std::vector<BoundingSphere> sphere_cover(const world::Shape& shape, const CoverO
   return std::visit(Visitor{options}, shape);
 }
 
-KernelWorld kernel_world(std::span<const WorldBody> bodies, const Pose& X_OW) {
+KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X_OW) {
   KernelWorld world;
   for (const WorldBody& body : bodies) {
-    const Pose X_OS = X_OW * body.X_WS;
+    const world::Pose X_OS = X_OW * body.X_WS;
     const Extent extent = extent_of(body.shape, X_OS);
     const double rounding = kWorldRounding * (extent.centre.cwiseAbs() + extent.half).maxCoeff();
     ObstacleMaker maker{world, X_OS, rounding, {}};

@@ -15,11 +15,11 @@ TEST(SimulationThreads, SameForASeedWhateverTheirNumber) {
   const planner::BatchReport one = planner::simulate_tasks(cell, options);
   options.threads = 3;
   const planner::BatchReport three = planner::simulate_tasks(cell, options);
-  EXPECT_EQ(one.times, three.times);
+  EXPECT_EQ(one.reach_times, three.reach_times);
   EXPECT_EQ(one.duration, three.duration);
   EXPECT_EQ(one.smallest.distance, three.smallest.distance);
   options.seed = 6;
-  EXPECT_NE(planner::simulate_tasks(cell, options).times, one.times);
+  EXPECT_NE(planner::simulate_tasks(cell, options).reach_times, one.reach_times);
 }
 
 TEST(SimulationThreads, SharedByTheArmsOfOneEpisode) {
@@ -46,14 +46,14 @@ TEST(SimulationThreads, SharedByTheArmsOfOneEpisode) {
   const planner::EpisodeOutcome three = planner::simulate_episode(cell, starts, goals, options);
   EXPECT_EQ(one.duration, three.duration);
   EXPECT_EQ(one.rollout_ticks, three.rollout_ticks);
-  EXPECT_EQ(one.referee.smallest.distance, three.referee.smallest.distance);
-  EXPECT_EQ(one.referee.smallest.time, three.referee.smallest.time);
+  EXPECT_EQ(one.contact_report.smallest.distance, three.contact_report.smallest.distance);
+  EXPECT_EQ(one.contact_report.smallest.time, three.contact_report.smallest.time);
   for (std::size_t i = 0; i < one.arms.size(); ++i) {
     EXPECT_EQ(one.arms[i].time, three.arms[i].time) << i;
     EXPECT_EQ(one.arms[i].rollouts, three.arms[i].rollouts) << i;
-    EXPECT_EQ(one.arms[i].redraws, three.arms[i].redraws) << i;
+    EXPECT_EQ(one.arms[i].subspaces_drawn, three.arms[i].subspaces_drawn) << i;
     EXPECT_EQ(one.arms[i].yielding_ticks, three.arms[i].yielding_ticks) << i;
-    EXPECT_EQ(one.arms[i].chatter.joint_time, three.arms[i].chatter.joint_time) << i;
+    EXPECT_EQ(one.arms[i].reversals.joint_time, three.arms[i].reversals.joint_time) << i;
   }
 }
 
