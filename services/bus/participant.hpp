@@ -42,8 +42,8 @@ struct ParticipantOptions {
 
 class Participant {
  public:
-  /// `name` is what others see. Throws std::runtime_error with a sentence when the domain cannot be joined
-  /// (0 ≤ domain ≤ 232; an interface that does not exist).
+  /// `name` is what others see. A process can join at least 3,700 times. Throws std::runtime_error with a sentence when
+  /// the domain cannot be joined (0 ≤ domain ≤ 232; an interface that does not exist).
   Participant(int domain, const std::string& name, const ParticipantOptions& options = {});
   ~Participant();
   Participant(Participant&&) noexcept;

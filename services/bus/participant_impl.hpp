@@ -76,7 +76,7 @@ struct Participant::Impl : PeerListener {
   bool farewell_;
   std::atomic<bool> locked_up_ = false;
   Clock::duration back_after_{};  ///< an absence: others are found again, or gone
-  int number_ = 0;                ///< of this participant in this process
+  int port_number_ = 0;           ///< that its ports follow from; unique among the participants that this process has
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
 

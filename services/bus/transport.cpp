@@ -52,7 +52,6 @@ std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& op
 /// One locator for each participant that may be there. Without ports Fast DDS would try the first 4, or as many of
 /// every peer as of the fullest.
 void add_peer(dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
-  constexpr int kMostParticipants = 119;  // the ports of the next ones belong to the next domain
   in_addr address{};
   if (::inet_pton(AF_INET, peer.address.c_str(), &address) != 1) {
     throw std::runtime_error("bus: peers: \"" + peer.address + "\" must be an IPv4 address, e.g. \"10.0.0.2\"");

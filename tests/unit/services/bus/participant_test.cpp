@@ -200,6 +200,28 @@ TEST(Participant, WhoLeavesWithoutAFarewellIsMissedAndHarmsNobody) {
   EXPECT_TRUE(here.empty());
 }
 
+TEST(Participant, HearsASuccessorOfAParticipantThatLeftWithoutFarewell) {
+  const test::FreeDomain domain;
+  Participant service(domain.number(), "service", one_host());
+  Reader<msg::WorldEditRequest> requests(service);
+  auto options = one_host();
+  options.farewell = false;
+  options.lease = std::chrono::minutes(10);  // the service remembers each client for longer than the test lasts
+  for (const std::string name : {"first", "second", "third"}) {
+    Participant client(domain.number(), name, options);
+    Writer<msg::WorldEditRequest> writer(client);
+    ASSERT_TRUE(writer.wait_matched(1, kPatience)) << name;
+    msg::WorldEditRequest request;
+    request.client(name);
+    ASSERT_TRUE(writer.write(request));
+    std::string heard;
+    EXPECT_TRUE(wait_until(requests, [&] {
+      for (const auto& sample : requests.take()) heard = sample.value.client();
+      return heard == name;
+    })) << name;
+  }
+}
+
 TEST(Participant, AReaderWhoseDeadlineIsBelowTheWritersIsToldWhy) {
   const test::FreeDomain domain;
   Participant here(domain.number(), "here", one_host());
