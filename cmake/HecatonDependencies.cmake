@@ -20,6 +20,8 @@ else()
 endif()
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
+# urdfdom reports errors through console_bridge; its own pkg-config file names it in Debian 12 only.
+pkg_check_modules(CONSOLE_BRIDGE REQUIRED IMPORTED_TARGET console_bridge)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
 
@@ -48,7 +50,7 @@ target_link_libraries(hecaton_bullet INTERFACE PkgConfig::BULLET)
 target_include_directories(hecaton_bullet SYSTEM INTERFACE ${BULLET_INCLUDE_DIRS})
 
 add_library(hecaton_urdfdom INTERFACE)
-target_link_libraries(hecaton_urdfdom INTERFACE PkgConfig::URDFDOM PkgConfig::TINYXML2)
+target_link_libraries(hecaton_urdfdom INTERFACE PkgConfig::URDFDOM PkgConfig::CONSOLE_BRIDGE PkgConfig::TINYXML2)
 
 add_library(hecaton_dds INTERFACE)
 target_link_libraries(hecaton_dds INTERFACE $<IF:$<EQUAL:${HECATON_FAST_DDS},3>,fastdds,fastrtps> fastcdr)

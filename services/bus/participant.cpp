@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -41,29 +42,53 @@ bool announcements_are_blocked(int domain) {
   return blocked;
 }
 
-/// The numbers of this process's participants, the smallest free one first. Fast DDS would count up without end, and
-/// the ports, which follow the number, would leave the range that peers try.
-class Numbers {
+/// What tells the participants of this process apart.
+///
+/// Fast DDS derives ports and GUID from one identifier. Ports must stay within those that peers try, so the port number
+/// is the smallest free one. A GUID must never return: after a participant has left without a farewell, its peers keep
+/// the sequence numbers of its writers, and take the samples of a successor with the same GUID for old ones.
+class Identities {
  public:
-  int take() {
+  struct Identity {
+    int port_number;
+    int identifier;
+  };
+
+  Identity take() {
     const std::scoped_lock lock(mutex_);
     int number = 0;
     while (!taken_.insert(number).second) ++number;
-    return number;
+    return {number, used_.insert(number).second ? number : next_++};
   }
-  void give_back(int number) {
+  void give_back(int port_number) {
     const std::scoped_lock lock(mutex_);
-    taken_.erase(number);
+    taken_.erase(port_number);
   }
 
  private:
   std::mutex mutex_;
-  std::set<int> taken_;
+  std::set<int> taken_;           ///< port numbers
+  std::set<int> used_;            ///< identifiers that are also a port number
+  int next_ = kMostParticipants;  ///< identifier
 };
 
-Numbers& numbers() {
-  static Numbers all;
+Identities& identities() {
+  static Identities all;
   return all;
+}
+
+/// Gives the participant the ports of its port number whatever its identifier is. False: the identifier is too large.
+bool set_identity(dds::DomainParticipantQos& qos, int domain, const Identities::Identity& identity) {
+  auto& ports = qos.wire_protocol().port;
+  qos.wire_protocol().participant_id = identity.identifier;
+  const int shift = ports.participantIDGain * (identity.identifier - identity.port_number);
+  const int base = ports.portBase + ports.domainIDGain * domain;
+  if (shift > base) return false;
+  ports.domainIDGain = 0;
+  ports.portBase = static_cast<std::uint16_t>(base - shift);
+  ports.offsetd0 = static_cast<std::uint16_t>(ports.offsetd0 + shift);
+  ports.offsetd2 = static_cast<std::uint16_t>(ports.offsetd2 + shift);
+  return true;
 }
 
 /// The endpoints of a participant are found within this time after the participant itself.
@@ -115,13 +140,19 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   filter_ = add_transports(qos, domain, options);
   // After a stall, peers are found with their next announcements. A peer that is not found by then is gone.
   rediscovery_ = quarantine(options.lease) + options.lease / 2;
-  number_ = numbers().take();
-  qos.wire_protocol().participant_id = number_;
+  const auto identity = identities().take();
+  port_number_ = identity.port_number;
+  if (!set_identity(qos, domain, identity)) {
+    identities().give_back(port_number_);
+    throw std::runtime_error(
+        prefix + "this process has joined domain " + std::to_string(domain) + " " + std::to_string(identity.identifier) +
+        " times, and its identifiers are used up; keep one participant, or start the process again");
+  }
   auto* factory = dds::DomainParticipantFactory::get_instance();
   // StatusMask::none(): this listener receives discovery only and leaves the readers their own callbacks.
   participant = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, this, dds::StatusMask::none());
   if (participant == nullptr) {
-    numbers().give_back(number_);
+    identities().give_back(port_number_);
     throw std::runtime_error(prefix + "cannot join domain " + std::to_string(domain));
   }
   filter_->open();
@@ -158,7 +189,7 @@ void Participant::Impl::leave() {
     self->delete_contained_entities();
     dds::DomainParticipantFactory::get_instance()->delete_participant(self);
   });
-  if (!deadlocked_) numbers().give_back(number_);
+  if (!deadlocked_) identities().give_back(port_number_);
 }
 
 void Participant::Impl::remove(std::function<void()> removal) {

@@ -48,8 +48,8 @@ struct ParticipantOptions {
 /// One per process is enough; endpoints keep it alive. Thread-safe.
 class Participant {
  public:
-  /// `name` is the one that peers see. Throws std::runtime_error with a sentence when the domain cannot be joined
-  /// (0 ≤ domain ≤ 232; an interface that does not exist).
+  /// `name` is the one that peers see. A process can join a domain at least 3,700 times. Throws std::runtime_error with
+  /// a sentence when the domain cannot be joined (0 ≤ domain ≤ 232; an interface that does not exist).
   Participant(int domain, const std::string& name, const ParticipantOptions& options = {});
   ~Participant();
   Participant(Participant&&) noexcept;

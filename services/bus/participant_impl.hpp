@@ -76,7 +76,7 @@ struct Participant::Impl : PeerListener {
   bool announce_departure_;
   std::atomic<bool> deadlocked_ = false;
   Clock::duration rediscovery_{};  ///< after a stall, peers are found again within this or gone
-  int number_ = 0;                 ///< of this participant in this process
+  int port_number_ = 0;            ///< decides the ports; unique among the open participants of this process
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
 

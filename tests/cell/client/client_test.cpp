@@ -90,7 +90,7 @@ TEST_F(ClientTest, EndsAWaitWhenInterrupted) {
 }
 
 TEST_F(ClientTest, KeepsAGoalAfterItsClientEnded) {
-  ASSERT_EQ(run({"goal", "west", "--named", "ready"}).code, 0) << "a client in another process, which ends at once";
+  connect().arm("west").go_to("ready");
   const Cell cell = connect();
   std::optional<Progress> newest;
   EXPECT_TRUE(cell.wait_until(
@@ -153,9 +153,8 @@ class WithoutSupervisor : public ClientTest {
   void SetUp() override {
     up_ = std::make_unique<Process>(std::vector<std::string>{std::string(HECATON_BIN_DIR) + "/hecaton", "agent",
                                                              cell_file(), "--no-restart", "--domain", domain()});
-    const auto runs = [&] { return run({"status"}).out.find("three_puma: run") != std::string::npos; };
-    const auto limit = std::chrono::steady_clock::now() + kPatience;
-    while (!runs()) ASSERT_LT(std::chrono::steady_clock::now(), limit);
+    const Cell cell = connect();
+    ASSERT_TRUE(cell.wait_until([&] { return cell.status(kPatience).mode == CellMode::kRun; }, kPatience));
     const pid_t supervisor = processes().at("supervisor");
     const Watched end(supervisor);
     ASSERT_TRUE(signal_process(supervisor, SIGKILL));

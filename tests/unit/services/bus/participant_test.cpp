@@ -197,6 +197,28 @@ TEST(Participant, DropsPeersThatLeaveWithoutAnnouncement) {
   EXPECT_TRUE(here.empty());
 }
 
+TEST(Participant, ReceivesFromASuccessorOfAParticipantThatLeftUnannounced) {
+  const test::FreeDomain domain;
+  Participant service(domain.number(), "service", one_host());
+  Reader<msg::WorldEditRequest> requests(service);
+  auto options = one_host();
+  options.announce_departure = false;
+  options.lease = std::chrono::minutes(10);  // the service remembers each client for longer than the test lasts
+  for (const std::string name : {"first", "second", "third"}) {
+    Participant client(domain.number(), name, options);
+    Writer<msg::WorldEditRequest> writer(client);
+    ASSERT_TRUE(writer.wait_matched(1, kPatience)) << name;
+    msg::WorldEditRequest request;
+    request.client(name);
+    ASSERT_TRUE(writer.write(request));
+    std::string heard;
+    EXPECT_TRUE(wait_until(requests, [&] {
+      for (const auto& sample : requests.take()) heard = sample.value.client();
+      return heard == name;
+    })) << name;
+  }
+}
+
 TEST(Participant, ReportsThePolicyOfAReaderWithTooShortADeadline) {
   const test::FreeDomain domain;
   Participant here(domain.number(), "here", one_host());
