@@ -86,6 +86,8 @@ function(hecaton_test name)
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS} GTest::gtest GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE HECATON_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                              HECATON_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  # A test runs for a moment: compiling it takes a third less time so, and the libraries under test keep their flags.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ARG_UNITY)
     set_target_properties(${name} PROPERTIES ${HECATON_UNITY_TARGETS})
   endif()

@@ -145,7 +145,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   if (!set_identity(qos, domain, identity)) {
     identities().give_back(port_number_);
     throw std::runtime_error(
-        prefix + "this process has joined domain " + std::to_string(domain) + " " + std::to_string(identity.identifier) +
+        prefix + "this process has joined domain " + std::to_string(domain) + " " +
+        std::to_string(identity.identifier) +
         " times, and its identifiers are used up; keep one participant, or start the process again");
   }
   auto* factory = dds::DomainParticipantFactory::get_instance();

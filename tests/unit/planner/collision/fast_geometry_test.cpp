@@ -8,15 +8,15 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr int kCapacity = 4096;     // more than any of these cells has pairs
+constexpr int kFastCapacity = 4096;     // more than any of these cells has pairs
 constexpr double kFar = 100.0;      // every pair is nearer [m]
 constexpr double kAccuracy = 1e-6;  // by which the exact distance may fall short of the true one [m]
 
 TEST(FastGeometry, NeverReportsMoreClearanceThanTheExactShapesHave) {
   long pairs = 0;
   long nearer = 0;
-  std::vector<Clearance> fast(kCapacity);
-  std::vector<Clearance> exact(kCapacity);
+  std::vector<Clearance> fast(kFastCapacity);
+  std::vector<Clearance> exact(kFastCapacity);
   for (std::uint64_t seed = 1; pairs < 1'000'000; ++seed) {
     test::RandomCell fast_cell(seed, LinkShapes::kFast);
     test::RandomCell exact_cell(seed, LinkShapes::kExact);
@@ -44,7 +44,7 @@ TEST(FastGeometry, NeverReportsMoreClearanceThanTheExactShapesHave) {
 
 TEST(FastGeometry, NormalLeadsOutOfOverlap) {
   // A translation of the own body along −n by the depth separates the two, also where a capsule replaces its shape.
-  std::vector<Clearance> found(kCapacity);
+  std::vector<Clearance> found(kFastCapacity);
   int overlapping = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     test::RandomCell cell(seed, LinkShapes::kFast);

@@ -21,7 +21,7 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr double kAccuracy = 2e-6;  // ours and FCL's together [m]
+constexpr double kMeshAccuracy = 2e-6;  // ours and FCL's together [m]
 
 /// Some hundred points of a dented ellipsoid, as an OBJ file: many more than a planner's hull keeps.
 world::ConvexHull write_mesh(test::Random& random, const std::string& path) {
@@ -96,7 +96,7 @@ TEST(FclContract, NeverReportsMoreClearanceForMeshesThanFclForTheirHulls) {
         fcl::DistanceResultd result;
         const double distance = std::max(0.0, fcl::distance(&theirs, &thing, fcl::DistanceRequestd(), result));
         for (const StandIn& ours : stands) {
-          ASSERT_LE(shape_distance(ours.shape, X_WM * ours.X_MS, shape, X_WO).distance, distance + kAccuracy)
+          ASSERT_LE(shape_distance(ours.shape, X_WM * ours.X_MS, shape, X_WO).distance, distance + kMeshAccuracy)
               << "mesh " << meshes << ", shape " << other << ", pose " << pose;
         }
       }

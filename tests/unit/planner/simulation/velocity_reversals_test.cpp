@@ -9,13 +9,13 @@ namespace {
 
 using test::joints;
 
-constexpr double kPeriod = 0.01;  // [s]
+constexpr double kSamplePeriod = 0.01;  // [s]
 
 class ReversalCounterTest : public testing::Test {
  protected:
   /// The limit is 0.5 m/s, so velocities below 0.005 m/s have no sign.
   void add(double x, double y, bool near = true, int periods = 1) {
-    for (int k = 0; k < periods; ++k) counter_.add(joints({x, y}), test::planar_point().limits, near, kPeriod);
+    for (int k = 0; k < periods; ++k) counter_.add(joints({x, y}), test::planar_point().limits, near, kSamplePeriod);
   }
   ReversalCounter counter_;
 };
@@ -56,7 +56,7 @@ TEST_F(ReversalCounterTest, CountsNothingFarFromOtherBodies) {
   add(-0.1, 0.0, false);
   add(-0.1, 0.0);
   EXPECT_EQ(counter_.total().count, 0U);
-  EXPECT_NEAR(counter_.total().joint_time, 2 * 2 * kPeriod, 1e-12);
+  EXPECT_NEAR(counter_.total().joint_time, 2 * 2 * kSamplePeriod, 1e-12);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@ namespace hecaton::world {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 TEST(BulletWorldEdits, MoveEndsScriptedMotionAndStopsFall) {
   BulletWorld world =
@@ -63,7 +62,7 @@ TEST(BulletWorldEdits, AttachedObstaclesFollowTheTool) {
   expect_point(place(world), {0.6, 0, 0.5}, 1e-9);
   expect_point(world.snapshot().states[0].velocity.linear, {1.0, 0, 0}, 1e-9);
   // Turned upside down about the tool, between steps: at once.
-  put_arm(world, 0, pose_from_xyz_rpy({0.6, 0, 0.6}, {kPi, 0, 0}));
+  put_arm(world, 0, pose_from_xyz_rpy({0.6, 0, 0.6}, {std::numbers::pi, 0, 0}));
   expect_point(place(world), {0.6, 0, 0.7}, 1e-9);
   EXPECT_EQ(world.contact_monitor().report().contacts, 0U) << "a grasp link may touch the attached obstacle";
   // An attached obstacle is part of the arm: arm2 comes within 0.05 m of the box.

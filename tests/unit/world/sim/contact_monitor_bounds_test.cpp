@@ -13,10 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr auto kArmArm = static_cast<std::size_t>(ContactKind::kArmArm);
-constexpr auto kArmObstacle = static_cast<std::size_t>(ContactKind::kArmObstacle);
-constexpr auto kArmSelf = static_cast<std::size_t>(ContactKind::kArmSelf);
-
 // Three arms of eight capsule links that swing smoothly, six obstacles.
 struct Cell {
   Cell() {

@@ -12,10 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr auto kArmArm = static_cast<std::size_t>(ContactKind::kArmArm);
-constexpr auto kArmObstacle = static_cast<std::size_t>(ContactKind::kArmObstacle);
-constexpr auto kArmSelf = static_cast<std::size_t>(ContactKind::kArmSelf);
-
 /// An arm of free balls of radius 0.1 m, one per link. Link 0 is fixed.
 ArmBodies ball_arm(const std::string& name, int links) {
   ArmBodies arm;

@@ -1,6 +1,7 @@
 #pragma once
 /// Small worlds for tests, and shorthands to read them.
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,9 +9,13 @@
 #include <gtest/gtest.h>
 
 #include "world/sim/bullet_world.hpp"
+#include "world/sim/contact_monitor.hpp"
 
 namespace hecaton::world {
 
+inline constexpr auto kArmArm = static_cast<std::size_t>(ContactKind::kArmArm);
+inline constexpr auto kArmObstacle = static_cast<std::size_t>(ContactKind::kArmObstacle);
+inline constexpr auto kArmSelf = static_cast<std::size_t>(ContactKind::kArmSelf);
 inline constexpr double kGravity = 9.81;  // [m/s²]
 
 inline Pose at_point(double x, double y, double z) {
