@@ -74,9 +74,9 @@ class ChildProcess {
   std::optional<ChildEnd> end_;
 };
 
-/// Reaps ended children in a thread of low priority. The kernel may let reaping wait for a process that uses the child's
-/// entry in /proc (release_task, shrink_dcache_parent). A reaper with real-time priority keeps that process from running,
-/// so it waits for ever. At a higher niceness it waits for up to 1 s (measured on Linux 6.18).
+/// Reaps ended children in a thread of low priority. The kernel may let reaping wait for a process that uses the
+/// child's entry in /proc (release_task, shrink_dcache_parent). A reaper with real-time priority keeps that process
+/// from running, so it waits for ever. At a higher niceness it waits for up to 1 s (measured on Linux 6.18).
 class Reaper {
  public:
   /// Throws std::runtime_error with a sentence when no pipe can be created.

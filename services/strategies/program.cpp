@@ -7,7 +7,8 @@ namespace hecaton::services::cli {
 const Program& strategies_program() {
   static const Program program{
       "hecaton-strategies", "off-line search of motion strategies for robot arms that share a workspace",
-      "Searches, shows and validates motion strategies: the plane of joint space in which each arm avoids the other arms.",
+      "Searches, shows and validates motion strategies: the plane of joint space in which each arm avoids the other "
+      "arms.",
       "For each arm, a strategy has coefficients α, β, …, which define the plane of joint space in which the arm "
       "avoids "
       "others, and a first direction λ = 1 or -1. A fault is a task that takes 200 times as long as it would take "

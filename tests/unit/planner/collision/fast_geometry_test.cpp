@@ -8,9 +8,9 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr int kFastCapacity = 4096;     // more than any of these cells has pairs
-constexpr double kFar = 100.0;      // every pair is nearer [m]
-constexpr double kAccuracy = 1e-6;  // by which the exact distance may fall short of the true one [m]
+constexpr int kFastCapacity = 4096;  // more than any of these cells has pairs
+constexpr double kFar = 100.0;       // every pair is nearer [m]
+constexpr double kAccuracy = 1e-6;   // by which the exact distance may fall short of the true one [m]
 
 TEST(FastGeometry, NeverReportsMoreClearanceThanTheExactShapesHave) {
   long pairs = 0;

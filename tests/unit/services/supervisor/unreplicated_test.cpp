@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include "services/supervisor/replication/unreplicated.hpp"
+
+#include <gtest/gtest.h>
 
 namespace hecaton::services {
 namespace {

@@ -31,7 +31,9 @@ class LossyCell {
       detector.judge(now_);
     }
   }
-  [[nodiscard]] bool has_fault() const { return !detector.faults().open().empty() || !detector.faults().cleared().empty(); }
+  [[nodiscard]] bool has_fault() const {
+    return !detector.faults().open().empty() || !detector.faults().cleared().empty();
+  }
 
  private:
   struct Sender {
