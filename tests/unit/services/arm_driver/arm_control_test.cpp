@@ -161,6 +161,19 @@ TEST_F(ArmControlTest, BrakesWhenCommandsStop) {
   EXPECT_EQ(control_.measured().qd[0], 0.0);
 }
 
+// From every state on the stop profile, the arm comes to rest q̇ T/2 further, T = |q̇| / (10 rad/s²).
+TEST_F(ArmControlTest, BrakesOnTheStopProfile) {
+  run();
+  std::vector<planner::JointState> states;
+  while (control_.mode() != ArmMode::ARM_STOPPED) {
+    ASSERT_LT(states.size(), 200U);
+    period();
+    if (control_.mode() == ArmMode::ARM_BRAKING) states.push_back(control_.measured());
+  }
+  ASSERT_GT(states.size(), 3U);
+  for (const auto& [at, speed] : states) EXPECT_NEAR(at[0] + speed[0] * speed[0] / 20.0, q(), 1e-4);
+}
+
 TEST_F(ArmControlTest, BrakesAndIgnoresCommandsWhileHeld) {
   run();
   may_run_ = false;
