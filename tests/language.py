@@ -24,6 +24,8 @@ import tokenize
 LONGEST, LONG, SHARE = 40, 25, 0.05
 SKIPPED = {"build", ".git", "third_party"}
 DOCUMENTS, C_FAMILY = {".md"}, {".cpp", ".hpp", ".idl", ".h"}
+# Comments in these begin with "#".
+HASH_FAMILY, HASH_NAMES = {".cmake", ".yaml", ".sh", ".service", ".conf"}, {"CMakeLists.txt", "Containerfile", "run", "hook"}
 
 # "who" may follow these: a relative clause about people is plain English. For a component it hides the subject.
 PEOPLE = r"(?:users?|people|persons?|engineers?|readers?|operators?|integrators?|authors?|developers?|roboticists?|maintainers?|newcomers?)"
@@ -160,6 +162,8 @@ def comment_lines(text, suffix):
         text = re.sub(r'R"(\w*)\(.*?\)\1"', lambda found: '""' + "\n" * found[0].count("\n"), text, flags=re.S)
     blocks, previous, in_block = [], None, False
     for number, line in enumerate(text.splitlines(), 1):
+        if number == 1 and line.startswith("#!"):
+            continue
         if mark == "//" and (in_block or line.lstrip().startswith("/*")):
             body = re.sub(r"^\s*(?:/\*+|\*(?!/))?\s?", "", line).split("*/")[0]
             found = 0, not line.lstrip().startswith("/*"), body
@@ -199,13 +203,17 @@ def python_comments(text):
     return blocks
 
 
+# Of a comment, lines that only tools read.
+FOR_TOOLS = re.compile(r"^\s*(?:NOLINT|clang-format (?:on|off)|!|IWYU pragma|-\*- coding:)")
+
+
 def texts_of(text, suffix):
     if suffix in DOCUMENTS:
         return runs_of_prose(text.splitlines())
     runs = []
     for first, lines in comment_lines(text, suffix):
-        if not any(re.search(r"NOLINT|clang-format|^!|IWYU|coding:", line) for line in lines):
-            runs += runs_of_prose(lines, first, indented=2)
+        prose = ["" if FOR_TOOLS.search(line) else line for line in lines]
+        runs += runs_of_prose(prose, first, indented=2)
     return runs
 
 
@@ -259,7 +267,7 @@ def short(sentence):
 
 
 def kind_of(path):
-    if path.name == "CMakeLists.txt" or path.suffix == ".cmake":
+    if path.name in HASH_NAMES or path.suffix in HASH_FAMILY:
         return ".cmake"
     return path.suffix if path.suffix in DOCUMENTS | C_FAMILY | {".py"} else None
 

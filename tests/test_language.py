@@ -116,6 +116,11 @@ class CommentTest(unittest.TestCase):
 
     def test_skips_what_only_tools_read(self):
         self.assertEqual(rules("// NOLINTNEXTLINE(who): nobody\n", ".cpp"), [])
+        self.assertEqual(rules("#!/usr/bin/who\n", ".py"), [])
+
+    def test_reads_the_prose_beside_what_only_tools_read(self):
+        self.assertEqual(rules("// Nobody moves.\n// NOLINTNEXTLINE\n", ".cpp"), [(1, "word")])
+        self.assertEqual(rules("// The rule of clang-format: nobody moves.\n", ".cpp"), [(1, "word")])
 
 
 class ProgramTest(unittest.TestCase):

@@ -58,7 +58,7 @@ def cell(problem, a):
     if problem == "3a":
         out += ["    # The paper has it both ways: section 2.2 lets all three travel in the same direction, section 5 lets them",
                 "    # start in opposite ones. Here all start in the same, from their left tables." if not a.opposite else
-                "    # start in opposite ones. Here the second starts against the others."]
+                "    # start in opposite ones. Here the second starts in the opposite one."]
     for k in range(ARMS[problem]):
         out.append(f"    {names[k]}: [{', '.join(areas[k])}]")
     out += ["  # ε_alea = 0.1 m over a reach of 0.85 m", "  spread: 0.1176", "  mean_wait: 10", "  time_limit: 60s", "",

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Starts the hosts of a cell file as podman containers on a bridge, each with the address that the cell file gives it.
+#
 # usage: hosts.sh up CELL | down CELL | run CELL COMMAND…     e.g. hosts.sh run three_hosts.yaml status
 #   HECATON_IMAGE  the image (hecaton)
 set -euo pipefail

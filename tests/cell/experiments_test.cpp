@@ -77,7 +77,7 @@ TEST(Experiments, HastyArmsPassEachOtherHeadOn) {
 }
 
 // A stretched arm beside the disc's line can hardly leave it, and another arm may stand in its way out.
-TEST(Experiments, NobodyIsRunDownByASlowDisc) {
+TEST(Experiments, ASlowDiscHitsNoArm) {
   planner::Cell cell = config::load_cell_file(std::string(kOfTests) + "three_planar_disc.yaml").cell;
   planner::BatchOptions options;
   options.tasks = 36;

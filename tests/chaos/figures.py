@@ -30,7 +30,7 @@ LOG_FIGURES = {
     "standby_gap_ms": ("commands of a standby", "after the last of its predecessor"),
     "arm_stop_ms": ("moving arms stood", "after their last command, where commands ceased"),
     "arm_braking_ms": ("moving arms stood", "after they began to brake, for whatever reason"),
-    "all_nodes_heard_ms": ("supervisors knew all", "after their first word from anybody"),
+    "all_nodes_heard_ms": ("all nodes heard", "after the first message to a supervisor"),
     "all_nodes_heard_after_matching_ms": ("the same", "after matching all nodes"),
 }
 # Values that one log line contains.
