@@ -29,8 +29,8 @@ struct Arm {
   [[nodiscard]] const JointVector& home() const { return named.at("home"); }
 };
 
-/// Two arms of one robot share the bodies that no joint moves, such as a torso. Only their moving bodies can collide with
-/// each other; each arm's self pairs cover its moving bodies against the shared ones.
+/// Two arms of one robot share the bodies that no joint moves, such as a torso. Only their moving bodies can collide
+/// with each other; each arm's self pairs cover its moving bodies against the shared ones.
 [[nodiscard]] inline bool same_robot(const Arm& a, const Arm& b) {
   return a.robot >= 0 && a.robot == b.robot;
 }

@@ -17,8 +17,8 @@
 namespace hecaton::planner {
 namespace {
 
-constexpr double kStep = 0.05;     // largest angle between two sampled places [rad]
-constexpr int kMostSamples = 256;  // of one joint
+constexpr double kStep = 0.05;       // largest angle between two sampled places [rad]
+constexpr int kMostSamples = 256;    // of one joint
 constexpr double kFarthest = 100.0;  // of a follower's shape [m]
 
 /// Vertices of a polyhedron that encloses the shape, in S.
@@ -48,10 +48,11 @@ class Sweep {
     for (int i = link; i >= 0 && model.links[i].joint < 0; i = model.links[i].parent) {
       const auto follower =
           std::find_if(followers.begin(), followers.end(), [&](const Follower& one) { return one.link == i; });
-      path_.insert(path_.begin(), {i, follower == followers.end() ? nullptr : &*follower});
+      path_.insert(path_.begin(), Step{i, follower == followers.end() ? nullptr : &*follower});
     }
     // Links before the first follower do not move with the mechanism.
-    const auto first = std::find_if(path_.begin(), path_.end(), [](const Step& step) { return step.follower; });
+    const auto first =
+        std::find_if(path_.begin(), path_.end(), [](const Step& step) { return step.follower != nullptr; });
     path_.erase(path_.begin(), first);
     for (const Step& step : path_) {
       if (step.follower != nullptr) joints_.insert(step.follower->joint);
@@ -208,7 +209,8 @@ void enclose_followers(const std::vector<Follower>& followers, const std::string
     if (!sweep.moves()) continue;
     const std::string& name = model.links[geometry.link].name;
     if (sweep.joints().size() > 2) {
-      throw ModelError(path + ": link " + in_quotes(name) + " follows more than two joints of the chain; this is not supported");
+      throw ModelError(path + ": link " + in_quotes(name) +
+                       " follows more than two joints of the chain; this is not supported");
     }
     auto hull = sweep.around(geometry);
     if (!hull) {
@@ -230,8 +232,8 @@ void enclose_followers(const std::vector<Follower>& followers, const std::string
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + in_quotes(name);
   if (!list.empty()) {
-    model.notes.push_back("links beside the chain follow its joints; their shapes enclose all places where they may be: " +
-                          list);
+    model.notes.push_back(
+        "links beside the chain follow its joints; their shapes enclose all places where they may be: " + list);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-/// Links beside the chain that a joint of the chain moves: counterweight cylinders, rods of parallelograms. Their joints
-/// mimic a joint of the chain. The planner does not move them; their shapes enclose all places where they may be.
+/// Links beside the chain that a joint of the chain moves: counterweight cylinders, rods of parallelograms. Their
+/// joints mimic a joint of the chain. The planner does not move them; their shapes enclose all places where they may
+/// be.
 
 #include <string>
 #include <vector>
@@ -11,12 +12,12 @@ namespace hecaton::planner {
 
 /// A joint beside the chain, at multiplier · q[joint] + offset.
 struct Follower {
-  int link = 0;                            ///< that it carries, an index into RobotModel::links
-  JointType type = JointType::kRevolute;   ///< before it was fixed
-  Pose X_PJ = Pose::Identity();            ///< joint frame in the parent link's frame, at position 0
-  int joint = 0;                           ///< of the chain
-  double multiplier = 1.0;                 ///< [rad/rad | m/rad | …]
-  double offset = 0.0;                     ///< [rad | m]
+  int link = 0;                           ///< that it carries, an index into RobotModel::links
+  JointType type = JointType::kRevolute;  ///< before it was fixed
+  Pose X_PJ = Pose::Identity();           ///< joint frame in the parent link's frame, at position 0
+  int joint = 0;                          ///< of the chain
+  double multiplier = 1.0;                ///< [rad/rad | m/rad | …]
+  double offset = 0.0;                    ///< [rad | m]
 };
 
 /// Replaces each shape of a link that followers move by a convex polyhedron around all places of the shape within the

@@ -173,7 +173,7 @@ class ResourceFinder {
   ResourceFinder(const std::string& urdf_path, const std::map<std::string, std::string>& packages, SourceFiles& sources)
       : packages_(packages), sources_(sources) {
     std::error_code ignored;
-    for (const fs::path& path : {full_path(urdf_path), fs::weakly_canonical(urdf_path, ignored)}) {
+    for (const fs::path& path : {full_path(urdf_path), fs::weakly_canonical(full_path(urdf_path), ignored)}) {
       if (path.empty() || (!folders_.empty() && folders_.front() == path.parent_path())) continue;
       folders_.push_back(path.parent_path());
     }

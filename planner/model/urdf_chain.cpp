@@ -250,8 +250,8 @@ Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& re
                    std::vector<std::string>& notes) {
   const int base = request.base_link.empty() ? 0 : link_named(tree, request.base_link, request, "base");
   if (!is_below(tree, tool, base)) {
-    throw ModelError(request.path + ": tool link " + in_quotes(tree[tool].link.name) +
-                     " must hang on base link " + in_quotes(tree[base].link.name));
+    throw ModelError(request.path + ": tool link " + in_quotes(tree[tool].link.name) + " must hang on base link " +
+                     in_quotes(tree[base].link.name));
   }
   Chain chain;
   for (int i = tool; i > base; i = tree[i].link.parent) {
@@ -269,8 +269,9 @@ Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& re
   }
   for (const int i : chain.links) {
     if (!tree[i].mimic) continue;
-    throw ModelError(request.path + ": joint " + in_quotes(tree[i].link.joint_name) + " moves the tool but mimics joint " +
-                     in_quotes(tree[i].mimic->joint) + "; every joint of the chain must move freely");
+    throw ModelError(request.path + ": joint " + in_quotes(tree[i].link.joint_name) +
+                     " moves the tool but mimics joint " + in_quotes(tree[i].mimic->joint) +
+                     "; every joint of the chain must move freely");
   }
   check_held(tree, chain.links, request);
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {

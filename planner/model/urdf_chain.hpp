@@ -40,8 +40,9 @@ struct ChainRequest {
 /// Index of the link with this name; −1: none.
 [[nodiscard]] int index_of_link(const std::vector<TreeLink>& tree, const std::string& name);
 
-/// Index of the tool link. Without a wish: the tip of the chain with the most moving joints below the base link, without
-/// the fingers of a gripper, with a note. Throws ModelError when a link does not exist, or when several chains qualify.
+/// Index of the tool link. Without a wish: the tip of the chain with the most moving joints below the base link,
+/// without the fingers of a gripper, with a note. Throws ModelError when a link does not exist, or when several chains
+/// qualify.
 [[nodiscard]] int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& request,
                                  std::vector<std::string>& notes);
 
@@ -52,9 +53,9 @@ struct Chain {
 };
 
 /// Numbers the moving joints from the base link to `tool` (Link::joint). All other joints become fixed ones: at the
-/// position that the request holds them at, or at zero, or at the nearest limit; followers where they then are. Adds one
-/// note with these positions. Throws ModelError for a chain without moving joints, with more than kMaxJoints, or with
-/// a joint that mimics another one, and for joints that cannot be held as requested.
+/// position that the request holds them at, or at zero, or at the nearest limit; followers where they then are. Adds
+/// one note with these positions. Throws ModelError for a chain without moving joints, with more than kMaxJoints, or
+/// with a joint that mimics another one, and for joints that cannot be held as requested.
 [[nodiscard]] Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& request,
                                  std::vector<std::string>& notes);
 

@@ -26,8 +26,8 @@ namespace {
 using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
-constexpr double kFurthest = 1000.0;  // of any part of an arm [m]; larger values are in a wrong unit
-constexpr double kThinnest = 1e-3;    // stands for a size of 0 of a shape that has other sizes [m]
+constexpr double kFurthest = 1000.0;          // of any part of an arm [m]; larger values are in a wrong unit
+constexpr double kThinnest = 1e-3;            // stands for a size of 0 of a shape that has other sizes [m]
 constexpr const char* kAnyPosition = "1000";  // limit of a joint that follows another one [rad | m]
 
 bool is_xacro(std::string_view text) {
@@ -119,7 +119,9 @@ class UrdfChecker {
       throw ModelError(error.what() + how);
     }
     if (!text) {
-      fail(*found + " is xacro, not plain URDF; install the program xacro and put it on the PATH, or expand the file first (xacro in.xacro > out.urdf)");
+      fail(*found +
+           " is xacro, not plain URDF; install the program xacro and put it on the PATH, or expand the file first "
+           "(xacro in.xacro > out.urdf)");
     }
     sources.keep_as(path_, *text);
     parse_xml(*text, path_, "URDF", document_);
@@ -212,7 +214,8 @@ class UrdfChecker {
     check_origin(collision, where);
     XMLElement* geometry = collision.FirstChildElement("geometry");
     XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
-    if (shape == nullptr) throw ModelError(where + " has no shape; box, cylinder, sphere, capsule and mesh are allowed");
+    if (shape == nullptr)
+      throw ModelError(where + " has no shape; box, cylinder, sphere, capsule and mesh are allowed");
     const std::string_view kind = shape->Name();
     if (kind == "box") return check_sizes(*shape, {{"size", 3}}, where);
     if (kind == "cylinder") return check_sizes(*shape, {{"radius", 1}, {"length", 1}}, where);
@@ -237,9 +240,8 @@ class UrdfChecker {
     const double radius = number_attribute(capsule, "radius", 1, where)[0];
     const double length = number_attribute(capsule, "length", 1, where)[0];
     if (!(radius > 0.0) || radius > kFurthest || !(length >= 0.0) || length > kFurthest) {
-      throw ModelError(where + ": capsule radius = " + in_quotes(capsule.Attribute("radius")) +
-                       ", length = " + in_quotes(capsule.Attribute("length")) +
-                       " must be above 0 and at least 0, and at most 1000 m");
+      throw ModelError(where + ": capsule radius = " + in_quotes(capsule.Attribute("radius")) + ", length = " +
+                       in_quotes(capsule.Attribute("length")) + " must be above 0 and at least 0, and at most 1000 m");
     }
     const XMLElement* origin = collision.FirstChildElement("origin");
     const auto triple = [&](const char* name) {
@@ -258,8 +260,9 @@ class UrdfChecker {
       const std::string xyz = exact_text(centre.x()) + " " + exact_text(centre.y()) + " " + exact_text(centre.z());
       XMLElement* ball = collision.Parent()->ToElement()->InsertNewChildElement("collision");
       ball->InsertNewChildElement("origin")->SetAttribute("xyz", xyz.c_str());
-      ball->InsertNewChildElement("geometry")->InsertNewChildElement("sphere")->SetAttribute(
-          "radius", exact_text(radius).c_str());
+      ball->InsertNewChildElement("geometry")
+          ->InsertNewChildElement("sphere")
+          ->SetAttribute("radius", exact_text(radius).c_str());
     }
     if (length == 0.0) return false;
     capsule.SetName("cylinder");
@@ -388,7 +391,8 @@ class UrdfChecker {
     const std::string type = text_attribute(joint, "type", where);
     const std::set<std::string_view> types{"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
     if (!types.contains(type)) {
-      throw ModelError(where + ": type = " + in_quotes(type) + " must be revolute, continuous, prismatic, fixed, floating or planar");
+      throw ModelError(where + ": type = " + in_quotes(type) +
+                       " must be revolute, continuous, prismatic, fixed, floating or planar");
     }
     const std::string parent = link_reference(joint, "parent", where);
     const std::string child = link_reference(joint, "child", where);
@@ -425,7 +429,8 @@ class UrdfChecker {
       if (!joints_.contains(followed)) fail(where + ", which does not exist in this file");
       std::string source = followed;
       for (std::size_t hops = 0; follows_.contains(source); ++hops) {
-        if (source == name || hops > follows_.size()) fail(where + " and so follows itself; it must follow another one");
+        if (source == name || hops > follows_.size())
+          fail(where + " and so follows itself; it must follow another one");
         source = follows_.at(source);
       }
     }

@@ -151,7 +151,7 @@ class ModelBuilder {
     if (request.tool_link.empty()) request.tool_link = tool_of_srdf(tree, request.base_link);
     model_->tool_link = find_tool_link(tree, request, model_->notes);
     refuse_faulty_joints(tree, document.faulty_joints);
-    leave_out_other_arms(tree, urdf_links);
+    leave_out_other_arms(tree, urdf_links, request);
     const Chain chain = number_chain(tree, model_->tool_link, request, model_->notes);
     const std::string& option = options_.names.allow_bare_links;
     check_bare_links(tree, options_.allow_bare_links, option.empty() ? "" : ", or set " + option, path_, model_->notes);
@@ -201,13 +201,15 @@ class ModelBuilder {
       if (fault != faulty.end()) throw ModelError(fault->second);
     }
     for (const auto& [name, sentence] : faulty) {
-      model_->notes.push_back(sentence.substr(path_.size() + 2) + "; it is outside the chain to the tool and held at 0");
+      model_->notes.push_back(sentence.substr(path_.size() + 2) +
+                              "; it is outside the chain to the tool and held at 0");
     }
   }
 
   /// Removes what joints of the robot's other arms carry: from the first moving joint of each that does not move this
-  /// arm's tool.
-  void leave_out_other_arms(std::vector<TreeLink>& tree, std::vector<urdf::LinkConstSharedPtr>& urdf_links) {
+  /// arm's tool. The request loses positions of joints there.
+  void leave_out_other_arms(std::vector<TreeLink>& tree, std::vector<urdf::LinkConstSharedPtr>& urdf_links,
+                            ChainRequest& request) {
     std::vector<bool> on_way(tree.size(), false);
     for (int i = model_->tool_link; i >= 0; i = tree[i].link.parent) on_way[i] = true;
     std::vector<bool> removed(tree.size(), false);
@@ -226,6 +228,7 @@ class ModelBuilder {
       if (parent >= 0 && removed[parent]) removed[i] = true;
       if (removed[i]) {
         left_out_.insert(tree[i].link.name);
+        request.held.erase(tree[i].link.joint_name);
         continue;
       }
       place[i] = static_cast<int>(kept.size());
@@ -291,7 +294,8 @@ class ModelBuilder {
   }
 
   void add_mesh(int index, const urdf::Mesh& mesh, const Pose& X_LC, const std::string& where) {
-    const std::string file = resolve_resource(mesh.filename, path_, options_.packages, where, sources_, options_.names.packages);
+    const std::string file =
+        resolve_resource(mesh.filename, path_, options_.packages, where, sources_, options_.names.packages);
     const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
     MeshShape shape = mesh_shape(file, scale, options_.meshes, where, sources_);
     shape.geometry.link = index;

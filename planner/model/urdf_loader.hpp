@@ -18,7 +18,8 @@ enum class MeshGeometry {
   kCapsule,     ///< a capsule that encloses the hull; a note reports its excess volume
 };
 
-/// How messages name options to the user ("--tool LINK", "arms[0].limits.velocity"); empty: the user has no such option.
+/// How messages name options to the user ("--tool LINK", "arms[0].limits.velocity"); empty: the user has no such
+/// option.
 struct UrdfOptionNames {
   std::string tool_link;
   std::string packages;  ///< with @ for the name of the package: "--package @=DIR"

@@ -107,8 +107,8 @@ void check_robot_options(const RobotOptions& options) {
 }
 
 void refuse_robot_options(const CLI::App& command) {
-  for (const char* name : {"--srdf", "--tool", "--base", kJoint, kXacro, "--meshes", "--package", kAllowBareLinks,
-                           kDefaultVelocity}) {
+  for (const char* name :
+       {"--srdf", "--tool", "--base", kJoint, kXacro, "--meshes", "--package", kAllowBareLinks, kDefaultVelocity}) {
     if (command.count(name) == 0) continue;
     throw Failure(ExitCode::kUsage, std::string(name).append(" is for a URDF; in a cell file it is a key of the arm"));
   }
@@ -139,8 +139,9 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, c
   urdf.meshes = options.meshes == "capsule" ? planner::MeshGeometry::kCapsule : planner::MeshGeometry::kConvexHull;
   urdf.allow_bare_links = options.allow_bare_links;
   urdf.default_velocity = options.default_velocity;
-  urdf.names = {"--tool LINK",          "--package @=DIR", std::string(kJoint) + " NAME=VALUE",
-                std::string(kXacro) + " NAME=VALUE", kDefaultVelocity,  kAllowBareLinks};
+  urdf.names = {
+      "--tool LINK",    "--package @=DIR", std::string(kJoint) + " NAME=VALUE", std::string(kXacro) + " NAME=VALUE",
+      kDefaultVelocity, kAllowBareLinks};
   return planner::load_arm_model(path, urdf);
 }
 

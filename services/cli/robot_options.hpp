@@ -21,7 +21,7 @@ struct RobotOptions {
   std::string meshes = "hull";
   std::vector<std::string> packages;
   std::string base;
-  std::map<std::string, double> held_joints;           ///< [rad | m]
+  std::map<std::string, double> held_joints;  ///< [rad | m]
   std::map<std::string, std::string> xacro_arguments;
   bool allow_bare_links = false;
   std::optional<double> default_velocity;  ///< [rad/s | m/s]

@@ -218,6 +218,7 @@ void leave_out_poses(planner::Cell& cell, std::vector<std::string>& notes) {
   const std::vector<planner::Arm> models = arms_of(cell);
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     planner::PlannedArm& planned = cell.arms[arm];
+    if (planned.arm.model->named.empty()) continue;
     planner::CellGeometry geometry(models, arm);
     geometry.set_obstacles(cell.scene.obstacles);
     for (const auto& [name, q] : planned.arm.model->named) {

@@ -68,8 +68,8 @@ using MeasuredJoints = std::span<const std::optional<planner::JointVector>>;
                                             std::span<const world::Obstacle> others, const world::Obstacle& obstacle,
                                             const world::Pose& X_WO);
 
-/// Removes the poses that only SRDFs name, in which the arm overlaps itself, and that neither a start nor the tasks use.
-/// Adds a note for each.
+/// Removes the poses that only SRDFs name, in which the arm overlaps itself, and that neither a start nor the tasks
+/// use. Adds a note for each.
 void leave_out_poses(planner::Cell& cell, std::vector<std::string>& notes);
 
 /// Checks that the cell can start. Throws ConfigError with both bodies and the depth when

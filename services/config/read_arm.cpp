@@ -52,8 +52,8 @@ void read_chain(const ArmView& arm, planner::UrdfOptions& options) {
 
 /// How messages of the loader name the keys of an arm.
 planner::UrdfOptionNames names_of_keys(const std::string& arm) {
-  return {arm + ".tool_link", arm + ".packages: {@: DIR}",     arm + ".joints",
-          arm + ".xacro",     arm + ".limits.velocity", arm + ".allow_bare_links"};
+  return {arm + ".tool_link", arm + ".packages: {@: DIR}", arm + ".joints",
+          arm + ".xacro",     arm + ".limits.velocity",    arm + ".allow_bare_links"};
 }
 
 planner::UrdfOptions read_options(const ArmView& arm) {
@@ -281,7 +281,8 @@ void check_shared_joints(const std::vector<ArmView>& views, const std::vector<pl
       const std::string joint = carrying_joint(*arms[i].arm.model, *arms[j].arm.model);
       if (joint.empty()) continue;
       views[i].own.view().fail_with("joint " + joint + " of arm " + arms[i].arm.name + " moves arm " +
-                                    arms[j].arm.name + ", too; hold it with chain: [BASE, TOOL], where BASE is a link " +
+                                    arms[j].arm.name +
+                                    ", too; hold it with chain: [BASE, TOOL], where BASE is a link " +
                                     "below that joint, and set its position with joints");
     }
   }

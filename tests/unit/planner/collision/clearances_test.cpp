@@ -58,7 +58,7 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
     int index = 0;
     for (const Body& body : geometry.obstacle_bodies(obstacle)) {
       const PosedBody other{&body, Counterpart::kObstacle, obstacle, index++,
-                             poses.obstacles[obstacle].X_WO * body.X_CS};
+                            poses.obstacles[obstacle].X_WO * body.X_CS};
       for (const PosedBody& mine : own) {
         if (mine.body->moves) check(mine, other, at_speed_of(mine, influence.against_obstacle(obstacle)));
       }

@@ -17,15 +17,15 @@ using test::ball_link;
 using test::joint;
 using test::kLimit;
 
-const std::string kRobot = test::robot(
-    ball_link("base") + ball_link("head", "0 0 0.1") + R"(<link name="eye"/>)" + ball_link("a") + ball_link("cover") +
-    ball_link("b") + R"(<link name="tool"/>)" +
-    joint("f1", "fixed", "base", "head", R"(<origin xyz="0 0 1" rpy="0.3 0 0"/>)") +
-    joint("f2", "fixed", "head", "eye", R"(<origin xyz="0.1 0 0"/>)") +
-    joint("j1", "revolute", "eye", "a", R"(<origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>)" + kLimit) +
-    joint("f3", "fixed", "a", "cover", R"(<origin xyz="0 0.2 0" rpy="0 1 0"/>)") +
-    joint("j2", "revolute", "cover", "b", R"(<origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>)" + kLimit) +
-    joint("f4", "fixed", "b", "tool", R"(<origin xyz="0.2 0 0"/>)"));
+const std::string kRobot =
+    test::robot(ball_link("base") + ball_link("head", "0 0 0.1") + R"(<link name="eye"/>)" + ball_link("a") +
+                ball_link("cover") + ball_link("b") + R"(<link name="tool"/>)" +
+                joint("f1", "fixed", "base", "head", R"(<origin xyz="0 0 1" rpy="0.3 0 0"/>)") +
+                joint("f2", "fixed", "head", "eye", R"(<origin xyz="0.1 0 0"/>)") +
+                joint("j1", "revolute", "eye", "a", R"(<origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>)" + kLimit) +
+                joint("f3", "fixed", "a", "cover", R"(<origin xyz="0 0.2 0" rpy="0 1 0"/>)") +
+                joint("j2", "revolute", "cover", "b", R"(<origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>)" + kLimit) +
+                joint("f4", "fixed", "b", "tool", R"(<origin xyz="0.2 0 0"/>)"));
 
 /// Centres of the shapes in W, without order.
 std::multiset<std::array<long, 3>> places(const RobotModel& model, const JointVector& q) {
@@ -59,8 +59,8 @@ TEST(FixedLinks, KeepTheirPlacesWhenTheyAreMerged) {
                                [](const LinkGeometry& a, const LinkGeometry& b) { return a.link < b.link; }));
     EXPECT_EQ(merged.self_pairs.size(), whole->self_pairs.size());
     for (const auto& [a, b] : merged.self_pairs) {
-      EXPECT_GT(std::abs(joints_before(merged, merged.geometry[a].link) - joints_before(merged, merged.geometry[b].link)),
-                1);
+      EXPECT_GT(
+          std::abs(joints_before(merged, merged.geometry[a].link) - joints_before(merged, merged.geometry[b].link)), 1);
     }
   }
 }

@@ -123,8 +123,8 @@ TEST(Followers, AreRefusedFarAway) {
 }
 
 TEST(Followers, NeedNoGeometry) {
-  const auto model = load_text(robot(
-      kArm + R"(<link name="frame"/>)" + joint("jf", "revolute", "base", "frame", R"(<mimic joint="j1"/>)")));
+  const auto model = load_text(
+      robot(kArm + R"(<link name="frame"/>)" + joint("jf", "revolute", "base", "frame", R"(<mimic joint="j1"/>)")));
   EXPECT_FALSE(has_note(*model, "follow its joints"));
 }
 

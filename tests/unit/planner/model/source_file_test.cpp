@@ -171,9 +171,17 @@ TEST_F(ResourcePath, NamesTheOptionThatMapsAPackage) {
 }
 
 TEST(Utf8Text, ReplacesLatin1AndRemovesTheByteOrderMark) {
-  EXPECT_EQ(utf8_text("\xEF\xBB\xBF""ab"), "ab");
-  EXPECT_EQ(utf8_text("Gr\xC3\xB6\xC3\x9F" "er"), "Gr\xC3\xB6\xC3\x9F" "er");
-  EXPECT_EQ(utf8_text("Gr\xF6\xDF" "er"), "Gr\xC3\xB6\xC3\x9F" "er");
+  EXPECT_EQ(utf8_text("\xEF\xBB\xBF"
+                      "ab"),
+            "ab");
+  EXPECT_EQ(utf8_text("Gr\xC3\xB6\xC3\x9F"
+                      "er"),
+            "Gr\xC3\xB6\xC3\x9F"
+            "er");
+  EXPECT_EQ(utf8_text("Gr\xF6\xDF"
+                      "er"),
+            "Gr\xC3\xB6\xC3\x9F"
+            "er");
   EXPECT_EQ(utf8_text("\xC0\xAF"), "\xC3\x80\xC2\xAF") << "an overlong form is no UTF-8";
   EXPECT_TRUE(is_utf16("\xFF\xFE<"));
   EXPECT_TRUE(is_utf16(std::string("<\0r\0", 4)));
@@ -181,8 +189,14 @@ TEST(Utf8Text, ReplacesLatin1AndRemovesTheByteOrderMark) {
 }
 
 TEST(Utf8Text, IsCutBetweenCharacters) {
-  EXPECT_EQ(cut_utf8("a\xC3\xB6" "b", 2), "a");
-  EXPECT_EQ(cut_utf8("a\xC3\xB6" "b", 3), "a\xC3\xB6");
+  EXPECT_EQ(cut_utf8("a\xC3\xB6"
+                     "b",
+                     2),
+            "a");
+  EXPECT_EQ(cut_utf8("a\xC3\xB6"
+                     "b",
+                     3),
+            "a\xC3\xB6");
   EXPECT_EQ(cut_utf8("ab", 5), "ab");
 }
 

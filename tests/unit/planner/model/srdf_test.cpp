@@ -65,7 +65,8 @@ TEST(Srdf, ReadsGroupStatesAsNamedConfigurations) {
 }
 
 TEST(Srdf, SkipsStatesOfOtherGroupsWithoutANote) {
-  const auto model = puma_with(puma(R"(<group_state name="open" group="hand"><joint name="finger" value="1"/></group_state>)"));
+  const auto model =
+      puma_with(puma(R"(<group_state name="open" group="hand"><joint name="finger" value="1"/></group_state>)"));
   EXPECT_TRUE(model->named.empty());
   EXPECT_FALSE(test::has_note(*model, "open"));
 }
@@ -86,9 +87,9 @@ TEST(Srdf, NamesTheToolLink) {
   EXPECT_EQ(tool_with(chain + short_chain), "tool0") << "two groups: the longest chain";
   EXPECT_EQ(tool_with(chain + short_chain + R"(<end_effector name="e" parent_link="forearm" group="h"/>)"), "forearm");
   EXPECT_EQ(tool_with(R"(<end_effector name="e" parent_link="nowhere" group="h"/>)"), "tool0");
-  EXPECT_EQ(tool_with(short_chain + R"(<group name="g"><chain base_link="shoulder" tip_link="flange"/></group>)",
-                      "shoulder"),
-            "flange");
+  EXPECT_EQ(
+      tool_with(short_chain + R"(<group name="g"><chain base_link="shoulder" tip_link="flange"/></group>)", "shoulder"),
+      "flange");
 }
 
 TEST(Srdf, RefusesBadFiles) {

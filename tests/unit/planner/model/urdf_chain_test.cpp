@@ -33,8 +33,9 @@ TEST(UrdfChain, FixesFingersAtTheNearestLimitAndMimicsWithThem) {
                                             R"(<mimic joint="left_joint" multiplier="-1" offset="0.005"/>)")),
                                options);
   EXPECT_EQ(model->joint_names, (std::vector<std::string>{"shoulder", "wrist"}));
-  EXPECT_TRUE(has_note(*model, "joints outside the chain to the tool are held: 'left_joint' at 0.02, 'right_joint' at "
-                               "-0.015"));
+  EXPECT_TRUE(has_note(*model,
+                       "joints outside the chain to the tool are held: 'left_joint' at 0.02, 'right_joint' at "
+                       "-0.015"));
   Kinematics kinematics;
   forward_kinematics(*model, Pose::Identity(), JointVector::Zero(2), kinematics);
   for (std::size_t i = 0; i < model->links.size(); ++i) {
@@ -59,9 +60,10 @@ TEST(UrdfChain, RefusesEqualChainsWithoutToolLink) {
   UrdfOptions options;
   options.names.tool_link = "--tool LINK";
   const std::string message = test::error_of(robot(kHand + kSecondHand), options);
-  EXPECT_NE(message.find("the chains to links 'hand' and 'hand2' both have 2 joints; say which link is the tool (--tool "
-                         "LINK)"),
-            std::string::npos)
+  EXPECT_NE(
+      message.find("the chains to links 'hand' and 'hand2' both have 2 joints; say which link is the tool (--tool "
+                   "LINK)"),
+      std::string::npos)
       << message;
 }
 
@@ -93,11 +95,11 @@ TEST(UrdfChain, HoldsOtherJointsWhereTheOptionsSay) {
   options.tool_link = "hand";
   options.names.held_joints = "--joint NAME=VALUE";
   options.held_joints = {{"left_joint", 0.05}};
-  const std::string parts =
-      kHand + finger("left", kOpening) +
-      finger("right", kOpening, R"(<mimic joint="left_joint" multiplier="-1" offset="0.01"/>)");
-  EXPECT_TRUE(has_note(*load_text(robot(parts), options), "held (--joint NAME=VALUE sets them): 'left_joint' at 0.05, "
-                                                          "'right_joint' at -0.04"));
+  const std::string parts = kHand + finger("left", kOpening) +
+                            finger("right", kOpening, R"(<mimic joint="left_joint" multiplier="-1" offset="0.01"/>)");
+  EXPECT_TRUE(has_note(*load_text(robot(parts), options),
+                       "held (--joint NAME=VALUE sets them): 'left_joint' at 0.05, "
+                       "'right_joint' at -0.04"));
   const auto refusal = [&](const std::string& name, double position) {
     options.held_joints = {{name, position}};
     return test::error_of(robot(parts), options);
@@ -119,8 +121,7 @@ TEST(UrdfChain, BeginsAtTheBaseLink) {
   forward_kinematics(*model, Pose::Identity(), JointVector::Zero(1), kinematics);
   // The shoulder turns about x, along which the wrist is 1 m away.
   EXPECT_TRUE(kinematics.X_WT.translation().isApprox(Eigen::Vector3d(1, 0, 0)));
-  EXPECT_TRUE(kinematics.X_WT.linear().isApprox(
-      Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX()).toRotationMatrix()));
+  EXPECT_TRUE(kinematics.X_WT.linear().isApprox(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX()).toRotationMatrix()));
   options.base_link = "hand";
   options.tool_link = "arm";
   EXPECT_NE(test::error_of(robot(kHand), options).find("tool link 'arm' must hang on base link 'hand'"),
@@ -131,8 +132,9 @@ TEST(UrdfChain, LeavesOutWhatOtherArmsOfTheRobotMove) {
   UrdfOptions options;
   options.tool_link = "hand";
   options.other_arms = {"hand2"};
-  const auto model = load_text(robot(kHand + kSecondHand + ball_link("box") + joint("f", "fixed", "base", "box")),
-                               options);
+  options.held_joints = {{"wrist2", 0.1}};
+  const auto model =
+      load_text(robot(kHand + kSecondHand + ball_link("box") + joint("f", "fixed", "base", "box")), options);
   std::vector<std::string> names;
   for (const Link& link : model->links) names.push_back(link.name);
   EXPECT_EQ(names, (std::vector<std::string>{"base", "arm", "hand", "box"}));
@@ -175,8 +177,9 @@ TEST(UrdfChain, FixesJointsThatCannotMove) {
 
 TEST(UrdfChain, AcceptsFaultyJointsOutsideTheChainOnly) {
   const std::string lamp = kHand + ball_link("lamp") + joint("nod", "revolute", "base", "lamp");
-  EXPECT_TRUE(has_note(*load_text(robot(lamp)), "joint 'nod' has no <limit>; revolute and prismatic joints need lower "
-                                                "and upper; it is outside the chain to the tool and held at 0"));
+  EXPECT_TRUE(has_note(*load_text(robot(lamp)),
+                       "joint 'nod' has no <limit>; revolute and prismatic joints need lower "
+                       "and upper; it is outside the chain to the tool and held at 0"));
   UrdfOptions options;
   options.tool_link = "lamp";
   EXPECT_NE(test::error_of(robot(lamp), options).find("r.urdf: joint 'nod' has no <limit>"), std::string::npos);
@@ -184,8 +187,8 @@ TEST(UrdfChain, AcceptsFaultyJointsOutsideTheChainOnly) {
 
 TEST(UrdfChain, HoldsAFloatingOrPlanarBase) {
   for (const std::string type : {"floating", "planar"}) {
-    const auto model = load_text(robot(kHand + R"(<link name="world"/>)" +
-                                       joint("mount", type, "world", "base", R"(<origin xyz="0 0 2"/>)")));
+    const auto model = load_text(
+        robot(kHand + R"(<link name="world"/>)" + joint("mount", type, "world", "base", R"(<origin xyz="0 0 2"/>)")));
     EXPECT_EQ(model->joints(), 2);
     EXPECT_TRUE(has_note(*model, "joint 'mount' is " + type + " and held in its zero position"));
     EXPECT_DOUBLE_EQ(model->links[1].X_PJ.translation().z(), 2.0);

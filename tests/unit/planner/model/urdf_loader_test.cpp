@@ -143,8 +143,9 @@ TEST(UrdfLoader, AcceptsBareLinksOnlyWhenAllowed) {
 }
 
 std::string with_shape(const std::string& geometry) {
-  return robot(ball_link("base") + "<link name=\"a\"><collision><origin xyz=\"1 0 0\" rpy=\"1.5707963267948966 0 0\"/>" +
-               "<geometry>" + geometry + "</geometry></collision></link>" + joint("j", "revolute", "base", "a", kLimit));
+  return robot(ball_link("base") +
+               "<link name=\"a\"><collision><origin xyz=\"1 0 0\" rpy=\"1.5707963267948966 0 0\"/>" + "<geometry>" +
+               geometry + "</geometry></collision></link>" + joint("j", "revolute", "base", "a", kLimit));
 }
 
 TEST(UrdfLoader, ReadsCapsules) {
@@ -166,22 +167,22 @@ TEST(UrdfLoader, LeavesOutShapesWithoutSizeAndThickensFlatOnes) {
   EXPECT_EQ(without->geometry.size(), 1U);
   EXPECT_TRUE(has_note(*without, "link 'a', collision: the box has no size and is left out"));
   const auto flat = load_text(with_shape(R"(<box size="0.2 0 0.4"/>)"));
-  EXPECT_TRUE(std::get<world::Box>(flat->geometry.at(1).shape)
-                  .half_extents.isApprox(Eigen::Vector3d(0.1, 0.0005, 0.2)));
+  EXPECT_TRUE(
+      std::get<world::Box>(flat->geometry.at(1).shape).half_extents.isApprox(Eigen::Vector3d(0.1, 0.0005, 0.2)));
   EXPECT_TRUE(has_note(*flat, "the box has a size of 0, which is taken as 1 mm"));
 }
 
 TEST(UrdfLoader, NamesARobotWithoutNameAfterItsFile) {
-  const auto model =
-      load_text("<robot>" + ball_link("base") + ball_link("a") + joint("j", "revolute", "base", "a", kLimit) + "</robot>");
+  const auto model = load_text("<robot>" + ball_link("base") + ball_link("a") +
+                               joint("j", "revolute", "base", "a", kLimit) + "</robot>");
   EXPECT_EQ(model->name, "r");
   EXPECT_TRUE(has_note(*model, "the robot has no name; it is called 'r'"));
 }
 
 TEST(UrdfLoader, ReadsLatin1AndByteOrderMarks) {
   const std::string parts = ball_link("base") + ball_link("a") + joint("j", "revolute", "base", "a", kLimit);
-  EXPECT_EQ(load_text("<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><robot name=\"Gr\xFC\xDF\">" + parts +
-                      "</robot>")->name,
+  EXPECT_EQ(load_text("<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><robot name=\"Gr\xFC\xDF\">" + parts + "</robot>")
+                ->name,
             "Gr\xC3\xBC\xC3\x9F");
   EXPECT_EQ(load_text("\xEF\xBB\xBF<robot name=\"b\">" + parts + "</robot>")->name, "b");
 }
@@ -212,9 +213,10 @@ class Xacro : public testing::Test {
 };
 
 TEST_F(Xacro, ExpandsFilesAndTheSnapshotKeepsTheResult) {
-  install("test \"$2\" = side:=left || exit 1\nsed 's/<xacro:arm.>/<link name=\"left\"\\/>'"
-          "'<joint name=\"j\" type=\"continuous\"><parent link=\"base\"\\/><child link=\"left\"\\/>'"
-          "'<limit effort=\"1\" velocity=\"1\"\\/><\\/joint>/' \"$1\"\n");
+  install(
+      "test \"$2\" = side:=left || exit 1\nsed 's/<xacro:arm.>/<link name=\"left\"\\/>'"
+      "'<joint name=\"j\" type=\"continuous\"><parent link=\"base\"\\/><child link=\"left\"\\/>'"
+      "'<limit effort=\"1\" velocity=\"1\"\\/><\\/joint>/' \"$1\"\n");
   const std::string file = folder_.write("r.urdf.xacro", source_);
   SourceFiles sources;
   UrdfOptions options;

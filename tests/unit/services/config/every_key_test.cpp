@@ -395,16 +395,16 @@ TEST(SrdfPosesTest, AreUsedWithoutPosesInTheCellFile) {
 }
 
 // folding_3r.urdf folds back onto itself in the pose "folded".
-const std::string kFoldingArm = "name: tiny\narms:\n  - name: one\n    urdf: urdf/folding_3r.urdf\n"
-                                "    srdf: urdf/folding_3r.srdf\n    poses: {home: [0, 0, 0]}\n";
+const std::string kFoldingArm =
+    "name: tiny\narms:\n  - name: one\n    urdf: urdf/folding_3r.urdf\n"
+    "    srdf: urdf/folding_3r.srdf\n    poses: {home: [0, 0, 0]}\n";
 
 TEST(SrdfPosesTest, AreLeftOutIfTheArmOverlapsItselfAndNothingUsesThem) {
   const CellFile file = parse_cell_file(kFoldingArm, kKeyFile);
   EXPECT_FALSE(file.cell.arms[0].arm.named.contains("folded"));
   EXPECT_TRUE(file.cell.arms[0].arm.named.contains("bent"));
   ASSERT_EQ(file.notes.size(), 1U);
-  EXPECT_TRUE(file.notes[0].starts_with("arms[0]: pose folded of the SRDF is left out, because one/"))
-      << file.notes[0];
+  EXPECT_TRUE(file.notes[0].starts_with("arms[0]: pose folded of the SRDF is left out, because one/")) << file.notes[0];
 }
 
 TEST(SrdfPosesTest, AreRefusedIfTheyAreUsed) {
@@ -415,13 +415,13 @@ TEST(SrdfPosesTest, AreRefusedIfTheyAreUsed) {
 
 /// A cell with both arms of two_arms.urdf, whose torso turns about z.
 std::string two_arms(const std::string& of_left, const std::string& of_right) {
-  return "name: dual\ndefaults: {urdf: ../robots/two_arms.urdf, poses: {home: [0.3, 0]}}\narms:\n  - {name: left, " + of_left +
-         "}\n  - {name: right, " + of_right + "}\n";
+  return "name: dual\ndefaults: {urdf: ../robots/two_arms.urdf, poses: {home: [0.3, 0]}}\narms:\n  - {name: left, " +
+         of_left + "}\n  - {name: right, " + of_right + "}\n";
 }
 
 TEST(ArmsOfOneRobotTest, ShareTheBodiesThatDoNotMove) {
-  const CellFile file =
-      parse_cell_file(two_arms("chain: [torso, left_tool]", "chain: [torso, right_tool], joints: {waist: 0}"), kKeyFile);
+  const CellFile file = parse_cell_file(
+      two_arms("chain: [torso, left_tool]", "chain: [torso, right_tool], joints: {waist: 0}"), kKeyFile);
   const planner::Arm& left = file.cell.arms[0].arm;
   const planner::Arm& right = file.cell.arms[1].arm;
   EXPECT_TRUE(planner::same_robot(left, right));
@@ -446,13 +446,13 @@ TEST(ArmsOfOneRobotTest, AreOtherRobotsAtOtherPlaces) {
 
 TEST(ArmsOfOneRobotTest, AreRefusedIfOneMovesTheOther) {
   try {
-    static_cast<void>(parse_cell_file(two_arms("tool_link: left_tool, poses: {home: [0, 0.3, 0]}",
-                                               "chain: [torso, right_tool]"),
-                                      kKeyFile));
+    static_cast<void>(parse_cell_file(
+        two_arms("tool_link: left_tool, poses: {home: [0, 0.3, 0]}", "chain: [torso, right_tool]"), kKeyFile));
     FAIL() << "was accepted";
   } catch (const ConfigError& error) {
-    EXPECT_NE(std::string(error.what()).find("arms[0]: joint waist of arm left moves arm right, too; hold it with chain"),
-              std::string::npos)
+    EXPECT_NE(
+        std::string(error.what()).find("arms[0]: joint waist of arm left moves arm right, too; hold it with chain"),
+        std::string::npos)
         << error.what();
   }
 }
