@@ -221,7 +221,7 @@ int index_of_link(const std::vector<TreeLink>& tree, const std::string& name) {
 int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& request, std::vector<std::string>& notes) {
   if (!request.tool_link.empty()) return link_named(tree, request.tool_link, request, "tool");
   const int base = request.base_link.empty() ? 0 : link_named(tree, request.base_link, request, "base");
-  const auto is_candidate = [&](int i) { return moves(tree[i]) && !tree[i].mimic && is_below(tree, i, base); };
+  const auto is_candidate = [&](int i) { return moves(tree[i]) && is_below(tree, i, base); };
   int most = 0;
   for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
     if (is_candidate(i)) most = std::max(most, moving_joints(tree, i));
@@ -232,6 +232,9 @@ int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& reques
     const int body = without_fingers(tree, i);
     if (std::find(bodies.begin(), bodies.end(), body) == bodies.end()) bodies.push_back(body);
   }
+  // A mechanism beside an arm of few joints may be as long as the arm.
+  const auto follows = [&](int body) { return tree[body].mimic.has_value(); };
+  if (!std::all_of(bodies.begin(), bodies.end(), follows)) std::erase_if(bodies, follows);
   if (bodies.size() > 1) {
     const std::string how = request.name_of_tool_link.empty() ? "tool_link" : request.name_of_tool_link;
     throw ModelError(request.path + ": the chains to links " + in_quotes(tree[tip_of_body(tree, bodies[0])].link.name) +

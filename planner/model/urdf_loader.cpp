@@ -150,6 +150,7 @@ class ModelBuilder {
                          options_.names.held_joints};
     if (request.tool_link.empty()) request.tool_link = tool_of_srdf(tree, request.base_link);
     model_->tool_link = find_tool_link(tree, request, model_->notes);
+    model_->X_LT = options_.X_LT;
     refuse_faulty_joints(tree, document.faulty_joints);
     leave_out_other_arms(tree, urdf_links, request);
     const Chain chain = number_chain(tree, model_->tool_link, request, model_->notes);
