@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
+#include <utility>
 
 #include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
@@ -37,6 +38,13 @@ int depth(const std::vector<TreeLink>& tree, int i) {
 int moving_joints(const std::vector<TreeLink>& tree, int i) {
   int joints = 0;
   for (; i > 0; i = tree[i].link.parent) joints += moves(tree[i]) ? 1 : 0;
+  return joints;
+}
+
+/// Without joints that follow others.
+int free_joints(const std::vector<TreeLink>& tree, int i) {
+  int joints = 0;
+  for (; i > 0; i = tree[i].link.parent) joints += moves(tree[i]) && !tree[i].mimic ? 1 : 0;
   return joints;
 }
 
@@ -221,20 +229,21 @@ int index_of_link(const std::vector<TreeLink>& tree, const std::string& name) {
 int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& request, std::vector<std::string>& notes) {
   if (!request.tool_link.empty()) return link_named(tree, request.tool_link, request, "tool");
   const int base = request.base_link.empty() ? 0 : link_named(tree, request.base_link, request, "base");
+  // Joints that follow others count only between chains of equally many free joints: a mechanism beside the arm is no
+  // chain to the tool.
+  using Length = std::pair<int, int>;
+  const auto length = [&](int i) -> Length { return {free_joints(tree, i), moving_joints(tree, i)}; };
   const auto is_candidate = [&](int i) { return moves(tree[i]) && is_below(tree, i, base); };
-  int most = 0;
+  Length most{0, 0};
   for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
-    if (is_candidate(i)) most = std::max(most, moving_joints(tree, i));
+    if (is_candidate(i)) most = std::max(most, length(i));
   }
   std::vector<int> bodies;  // that carry a tool
   for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
-    if (!is_candidate(i) || moving_joints(tree, i) != most) continue;
+    if (!is_candidate(i) || length(i) != most) continue;
     const int body = without_fingers(tree, i);
     if (std::find(bodies.begin(), bodies.end(), body) == bodies.end()) bodies.push_back(body);
   }
-  // A mechanism beside an arm of few joints may be as long as the arm.
-  const auto follows = [&](int body) { return tree[body].mimic.has_value(); };
-  if (!std::all_of(bodies.begin(), bodies.end(), follows)) std::erase_if(bodies, follows);
   if (bodies.size() > 1) {
     const std::string how = request.name_of_tool_link.empty() ? "tool_link" : request.name_of_tool_link;
     throw ModelError(request.path + ": the chains to links " + in_quotes(tree[tip_of_body(tree, bodies[0])].link.name) +
@@ -243,7 +252,7 @@ int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& reques
                      ")");
   }
   const int tool = tip_of_body(tree, bodies.empty() ? base : bodies[0]);
-  const bool has_fingers = !bodies.empty() && moving_joints(tree, bodies[0]) < most;
+  const bool has_fingers = !bodies.empty() && moving_joints(tree, bodies[0]) < most.second;
   notes.push_back("link " + in_quotes(tree[tool].link.name) + " is taken as the tool, the tip of the longest chain" +
                   (has_fingers ? " without the joints of its fingers" : ""));
   return tool;
