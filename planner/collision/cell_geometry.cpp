@@ -87,6 +87,10 @@ CellGeometry::CellGeometry(std::vector<Arm> arms, int self) : arms_(std::move(ar
 void CellGeometry::set_obstacles(std::span<const world::Obstacle> obstacles) {
   arm_bodies_.clear();
   for (const Arm& arm : arms_) arm_bodies_.push_back(link_bodies(arm));
+  for (int i = 0; i < static_cast<int>(arms_.size()); ++i) {
+    if (i == self_ || !same_robot(arms_[i], own_arm())) continue;
+    std::erase_if(arm_bodies_[i], [](const Body& body) { return !body.moves; });
+  }
   self_pairs_ = own_arm().model->self_pairs;
   obstacle_names_.clear();
   obstacle_bodies_.clear();

@@ -44,7 +44,8 @@ class CellGeometry {
   [[nodiscard]] const std::vector<Arm>& arms() const { return arms_; }
   [[nodiscard]] const Arm& own_arm() const { return arms_[self_]; }
 
-  /// Bodies of arm i: its links' geometry in the model's order, then carried obstacles.
+  /// Bodies of arm i: its links' geometry in the model's order, then carried obstacles. Without bodies that no joint
+  /// moves if arm i is another arm of the own arm's robot.
   [[nodiscard]] const std::vector<Body>& arm_bodies(int arm) const { return arm_bodies_[arm]; }
   [[nodiscard]] const std::vector<Body>& own_bodies() const { return arm_bodies_[self_]; }
   /// Pairs of own bodies that are checked against each other.

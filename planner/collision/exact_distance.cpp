@@ -101,7 +101,8 @@ struct ExactDistance::Storage {
     for (int arm = 0; arm < static_cast<int>(geometry.arms().size()); ++arm) {
       if (arm == geometry.self()) continue;
       range_of_arm[arm].first = static_cast<int>(bodies.size());
-      add(Counterpart::kArm, arm, geometry.arm_bodies(arm));
+      const bool shares_base = same_robot(geometry.arms()[arm], geometry.own_arm());
+      add(Counterpart::kArm, arm, geometry.arm_bodies(arm), shares_base);
       range_of_arm[arm].end = static_cast<int>(bodies.size());
       other_arms.push_back(arm);
     }
@@ -126,7 +127,8 @@ struct ExactDistance::Storage {
     scratch.ranges.reserve(geometry.arms().size() + 1);
   }
 
-  void add(Counterpart counterpart, int owner, const std::vector<Body>& added) {
+  /// `shares_base`: bodies of another arm of the own arm's robot, which may touch the bodies that no joint moves.
+  void add(Counterpart counterpart, int owner, const std::vector<Body>& added, bool shares_base = false) {
     for (int i = 0; i < static_cast<int>(added.size()); ++i) {
       const Body& body = added[i];
       const PlacedCore own_shape{make_swept_core(body.shape), body.X_CS};
@@ -137,7 +139,7 @@ struct ExactDistance::Storage {
       lane_bodies.push_back(lane_body(body, counterpart == Counterpart::kSelf));
       carried_by.push_back(counterpart == Counterpart::kObstacle ? owner : body.link);
       radius.push_back(static_cast<float>(body.bound.radius) * (1.0F + kOutwards));
-      pairs_with_fixed.push_back(counterpart == Counterpart::kArm && body.moves ? 1 : 0);
+      pairs_with_fixed.push_back(counterpart == Counterpart::kArm && body.moves && !shares_base ? 1 : 0);
     }
   }
 

@@ -184,7 +184,11 @@ void Validity::add_pairs(const std::vector<int>& first_body) {
   for (std::size_t one = 0; one < first_body.size(); ++one) {
     for (std::size_t two = one + 1; two < first_body.size(); ++two) {
       for (int a = first_body[one]; a < end_of(one); ++a) {
-        for (int b = first_body[two]; b < end_of(two); ++b) robot_.pairs.push_back({a, b, padding});
+        for (int b = first_body[two]; b < end_of(two); ++b) {
+          const bool fixed = robot_.bodies[a].frame < 0 || robot_.bodies[b].frame < 0;
+          if (fixed && same_robot(planned_[one].own_arm(), planned_[two].own_arm())) continue;
+          robot_.pairs.push_back({a, b, padding});
+        }
       }
     }
   }

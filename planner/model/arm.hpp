@@ -24,9 +24,16 @@ struct Arm {
   JointLimits limits;            ///< the URDF's, tightened by the cell file
   LinkShapes shapes = LinkShapes::kFast;
   std::map<std::string, JointVector> named;  ///< named configurations, within limits; "home" always exists
+  int robot = -1;  ///< arms of one robot have the same number, ≥ 0; −1: the arm is a robot of its own
 
   [[nodiscard]] const JointVector& home() const { return named.at("home"); }
 };
+
+/// Two arms of one robot share the bodies that no joint moves, such as a torso. Only their moving bodies can collide
+/// with each other; each arm's self pairs cover its moving bodies against the shared ones.
+[[nodiscard]] inline bool same_robot(const Arm& a, const Arm& b) {
+  return a.robot >= 0 && a.robot == b.robot;
+}
 
 /// Bounds from the lengths between an arm's joints: the origin of link i stays within `links[i]` of `centre` for all
 /// positions of revolute joints, and for all positions of prismatic joints within the limits.

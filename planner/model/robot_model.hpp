@@ -53,11 +53,12 @@ struct LinkGeometry {
   std::optional<LinkCapsule> capsule = {};  ///< replaces the shape in cells of fast geometry; empty: the shape itself
 };
 
-/// A serial chain of actuated joints with everything fixed to it. Joints of the URDF outside the chain from the root to
-/// the tool (fingers, mimic joints) are fixed at their zero position, or at the nearest limit.
+/// A serial chain of actuated joints with everything fixed to it. Joints of the URDF outside the chain (fingers, a torso
+/// above the base link) are fixed where the options say, else at zero or at the nearest limit. Shapes of links beside
+/// the chain that follow one of its joints enclose all their places. Links of the robot's other arms are left out.
 struct RobotModel {
   std::string name;
-  std::vector<Link> links;               ///< parents before children; links[0] is the root
+  std::vector<Link> links;               ///< parents before children; links[0] is the root; at most kMaxLinks
   std::vector<LinkGeometry> geometry;    ///< ordered by link
   std::vector<std::string> joint_names;  ///< of the actuated joints, base to tip
   JointLimits limits;                    ///< from the URDF; acceleration from UrdfOptions

@@ -29,6 +29,9 @@ class SourceFiles {
   /// The path to read `file` from; adds it to read().
   [[nodiscard]] std::filesystem::path open(const std::filesystem::path& file);
 
+  /// The snapshot gets `text` instead of a copy of `file`: a program made it from the file, such as xacro.
+  void keep_as(const std::filesystem::path& file, std::string text);
+
   /// Absolute paths of the files that were opened.
   [[nodiscard]] const std::set<std::string>& read() const { return read_; }
   /// Copies these files into a folder that serves as a `snapshot`. Throws std::filesystem::filesystem_error.
@@ -37,17 +40,30 @@ class SourceFiles {
  private:
   std::filesystem::path snapshot_;
   std::set<std::string> read_;
+  std::map<std::string, std::string> texts_;  ///< by absolute path: keep_as()
 };
 
+/// True for bytes that begin with the byte-order mark of UTF-16 or UTF-32, or with an ASCII character in UTF-16.
+[[nodiscard]] bool is_utf16(const std::string& bytes);
+
+/// A file's bytes as UTF-8: without byte-order mark; bytes that are no UTF-8 are read as Latin-1.
+[[nodiscard]] std::string utf8_text(std::string bytes);
+
+/// The characters of a UTF-8 text that fit into `most_bytes`.
+[[nodiscard]] std::string cut_utf8(const std::string& text, std::size_t most_bytes);
+
 /// Resolves `uri` as used in the URDF at `urdf_path`:
-/// - package://P/x: packages.at(P)/x; else below the URDF's nearest ancestor folder that is named P or holds a folder
-/// P;
-///   else below a folder of ROS_PACKAGE_PATH likewise,
+/// - package://P/x and model://P/x: packages.at(P)/x; else below the nearest ancestor folder of the URDF that is named
+///   P, holds a folder P, or has a package.xml with this name; else share/P below a prefix of AMENT_PREFIX_PATH; else
+///   below a folder of ROS_PACKAGE_PATH, as for ancestors,
 /// - file:///x and absolute paths,
 /// - a path without scheme: relative to the URDF's folder.
-/// The file exists in `sources`. Throws ModelError that begins with `where`.
+/// If the URDF is a symbolic link, the folder of the file behind it comes after the link's own. %XX in a `uri` stands
+/// for a byte if no file has the literal name, a backslash for a slash likewise.
+/// The file exists in `sources`. `remedy` says in the sentence of a missing package how the user maps it; with @ for
+/// the package's name. Throws ModelError that begins with `where`.
 [[nodiscard]] std::string resolve_resource(const std::string& uri, const std::string& urdf_path,
                                            const std::map<std::string, std::string>& packages, const std::string& where,
-                                           const SourceFiles& sources);
+                                           SourceFiles& sources, const std::string& remedy = "");
 
 }  // namespace hecaton::planner

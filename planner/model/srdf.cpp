@@ -19,7 +19,8 @@ using LinkPair = std::pair<int, int>;  // sorted
 
 class SrdfReader {
  public:
-  SrdfReader(const std::string& path, RobotModel& model, SourceFiles& sources) : path_(path), model_(model) {
+  SrdfReader(const std::string& path, const std::set<std::string>& left_out, RobotModel& model, SourceFiles& sources)
+      : path_(path), model_(model), unknown_(left_out) {
     load_xml(path_, "SRDF", document_, sources);
   }
 
@@ -88,6 +89,8 @@ class SrdfReader {
         return;
       }
     }
+    // The state of another group, such as a gripper's.
+    if (!set.empty() && std::find(set.begin(), set.end(), true) == set.end()) return;
     if (std::find(set.begin(), set.end(), false) != set.end()) {
       note("group_state " + in_quotes(name) + " is skipped: it does not set every joint that moves the tool");
       return;
@@ -102,13 +105,36 @@ class SrdfReader {
   std::set<LinkPair> disabled_;
   std::set<LinkPair> enabled_;
   std::set<int> default_off_;
-  std::set<std::string> unknown_;
+  std::set<std::string> unknown_;  ///< links without need for a note
 };
 
 }  // namespace
 
-void apply_srdf(const std::string& path, RobotModel& model, SourceFiles& sources) {
-  SrdfReader(path, model, sources).apply();
+std::string srdf_tool_link(const std::string& path, const std::string& base_link, SourceFiles& sources) {
+  tinyxml2::XMLDocument document;
+  load_xml(path, "SRDF", document, sources);
+  std::set<std::string> carriers;
+  std::set<std::string> tips;
+  const XMLElement* robot = document.RootElement();
+  for (const auto* e = robot == nullptr ? nullptr : robot->FirstChildElement(); e != nullptr;
+       e = e->NextSiblingElement()) {
+    const char* parent = e->Attribute("parent_link");
+    if (std::string_view(e->Name()) == "end_effector" && parent != nullptr) carriers.insert(parent);
+    if (std::string_view(e->Name()) != "group") continue;
+    for (const auto* chain = e->FirstChildElement("chain"); chain != nullptr;
+         chain = chain->NextSiblingElement("chain")) {
+      const char* base = chain->Attribute("base_link");
+      const char* tip = chain->Attribute("tip_link");
+      if (tip != nullptr && (base_link.empty() || (base != nullptr && base == base_link))) tips.insert(tip);
+    }
+  }
+  if (base_link.empty() && carriers.size() == 1) return *carriers.begin();
+  return tips.size() == 1 ? *tips.begin() : std::string();
+}
+
+void apply_srdf(const std::string& path, const std::set<std::string>& left_out, RobotModel& model,
+                SourceFiles& sources) {
+  SrdfReader(path, left_out, model, sources).apply();
 }
 
 }  // namespace hecaton::planner

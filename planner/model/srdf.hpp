@@ -1,6 +1,7 @@
 #pragma once
 /// SRDF, MoveIt's semantic robot description: link pairs that need no check, and named configurations.
 
+#include <set>
 #include <string>
 
 #include "planner/model/robot_model.hpp"
@@ -10,7 +11,15 @@ namespace hecaton::planner {
 
 /// Removes the pairs that the SRDF at `path` disables from model.self_pairs (disable_collisions, and
 /// disable_default_collisions without enable_collisions). Adds group_states that set every joint within its limits to
-/// model.named. Skips entries with unknown links or joints, with a note. Throws ModelError when the file is no SRDF.
-void apply_srdf(const std::string& path, RobotModel& model, SourceFiles& sources);
+/// model.named. Skips entries with unknown links, and states that set some joints of the chain but not all, with a
+/// note. `left_out`: links of the URDF that the model does not have; entries with them are skipped without a note.
+/// Throws ModelError when the file is no SRDF.
+void apply_srdf(const std::string& path, const std::set<std::string>& left_out, RobotModel& model,
+                SourceFiles& sources);
+
+/// The tool link according to the SRDF: the link that carries its only end effector, else the tip of its only group
+/// that is a chain. With `base_link`, only groups from this link count. Empty if it names none or several. Throws
+/// ModelError when the file is no SRDF.
+[[nodiscard]] std::string srdf_tool_link(const std::string& path, const std::string& base_link, SourceFiles& sources);
 
 }  // namespace hecaton::planner

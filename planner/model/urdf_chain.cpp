@@ -1,7 +1,11 @@
 #include "planner/model/urdf_chain.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
+#include <initializer_list>
+#include <utility>
 
 #include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
@@ -37,6 +41,13 @@ int moving_joints(const std::vector<TreeLink>& tree, int i) {
   return joints;
 }
 
+/// Without joints that follow others.
+int free_joints(const std::vector<TreeLink>& tree, int i) {
+  int joints = 0;
+  for (; i > 0; i = tree[i].link.parent) joints += moves(tree[i]) && !tree[i].mimic ? 1 : 0;
+  return joints;
+}
+
 /// Among the links fixed to `body`: tool0 (ROS-Industrial's name) if it exists, else the one with the most fixed joints
 /// between, the first in the tree's order among equals.
 int tip_of_body(const std::vector<TreeLink>& tree, int body) {
@@ -49,30 +60,25 @@ int tip_of_body(const std::vector<TreeLink>& tree, int body) {
   return tip;
 }
 
-bool carries_collision(const std::vector<TreeLink>& tree, int top) {
-  for (int i = top; i < static_cast<int>(tree.size()); ++i) {
-    int ancestor = i;
-    while (ancestor > top) ancestor = tree[ancestor].link.parent;
-    if (ancestor == top && tree[i].has_collision) return true;
-  }
-  return false;
-}
-
-/// The constant position of joint `i`, which is outside the chain.
-double held_position(const std::vector<TreeLink>& tree, int i, int mimic_depth = 0) {
+/// The position at which joint `i` outside the chain is held.
+double held_position(const std::vector<TreeLink>& tree, int i, const ChainRequest& request, std::size_t hops = 0) {
   const TreeLink& entry = tree[i];
-  if (entry.mimic && mimic_depth < static_cast<int>(tree.size())) {
+  if (entry.mimic && hops < tree.size()) {
     const int source = index_of_joint(tree, entry.mimic->joint);
-    const double position = source < 0 || !moves(tree[source]) ? 0.0 : held_position(tree, source, mimic_depth + 1);
+    const double position = source < 0 || !moves(tree[source]) ? 0.0 : held_position(tree, source, request, hops + 1);
     const double followed = entry.mimic->multiplier * position + entry.mimic->offset;
     return std::isfinite(followed) ? followed : 0.0;
   }
+  const auto wish = request.held.find(entry.link.joint_name);
+  if (wish != request.held.end()) return wish->second;
   return entry.link.joint_type == JointType::kContinuous ? 0.0 : std::clamp(0.0, entry.lower, entry.upper);
 }
 
-std::string coupling(const TreeLink& follower, const TreeLink& source) {
-  return "joint " + in_quotes(follower.link.joint_name) + " follows joint " + in_quotes(source.link.joint_name) +
-         ", which moves the tool";
+/// "0.02", without superfluous digits.
+std::string short_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
 }
 
 std::string bareness(const TreeLink& entry) {
@@ -84,86 +90,122 @@ std::string bareness(const TreeLink& entry) {
   throw ModelError(path + ": " + sentence + "; " + rule);
 }
 
-/// A joint outside the chain that mimics a joint of the chain moves with the arm: refused if it carries collision
-/// geometry, noted otherwise.
-void refuse_if_coupled(const std::vector<TreeLink>& tree, int i, const std::vector<bool>& in_chain,
-                       const std::string& path, std::vector<std::string>& notes) {
+/// The joint of the chain that joint `i` follows, over others if need be; nothing if it follows none of the chain.
+std::optional<Follower> follower_of_chain(const std::vector<TreeLink>& tree, int i, const std::vector<int>& chain) {
+  Follower follower{i, tree[i].link.joint_type, tree[i].link.X_PJ};
   int source = i;
   for (std::size_t hops = 0; hops < tree.size() && tree[source].mimic; ++hops) {
-    source = index_of_joint(tree, tree[source].mimic->joint);
-    if (source < 0) return;
-    if (!in_chain[source]) continue;
-    const std::string sentence = coupling(tree[i], tree[source]);
-    if (carries_collision(tree, i)) {
-      refuse(path, sentence, "mechanisms that move collision geometry beside the chain are not supported");
-    }
-    notes.push_back(sentence + "; it carries no collision geometry and is ignored");
-    return;
+    const TreeLink::Mimic& mimic = *tree[source].mimic;
+    follower.offset += follower.multiplier * mimic.offset;
+    follower.multiplier *= mimic.multiplier;
+    source = index_of_joint(tree, mimic.joint);
+    if (source < 0) return std::nullopt;
+    const auto found = std::find(chain.begin(), chain.end(), source);
+    if (found == chain.end()) continue;
+    follower.joint = static_cast<int>(found - chain.begin());
+    return follower;
   }
+  return std::nullopt;
 }
 
-}  // namespace
-
-int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted, const std::string& path,
-                   std::vector<std::string>& notes) {
-  const int links = static_cast<int>(tree.size());
-  if (!wanted.empty()) {
-    std::string names;
-    for (int i = 0; i < links; ++i) {
-      if (tree[i].link.name == wanted) return i;
-      names += (i == 0 ? "" : ", ") + tree[i].link.name;
-    }
-    throw ModelError(path + ": tool link " + in_quotes(wanted) + " must be one of its links: " + names);
-  }
-  int most = 0;
-  for (int i = 0; i < links; ++i) most = std::max(most, moving_joints(tree, i));
-  std::vector<int> bodies;
-  for (int i = 0; i < links; ++i) {
-    if (moves(tree[i]) && moving_joints(tree, i) == most) bodies.push_back(i);
-  }
-  if (bodies.size() > 1) {
-    throw ModelError(path + ": the chains to links " + in_quotes(tree[bodies[0]].link.name) + " and " +
-                     in_quotes(tree[bodies[1]].link.name) + " both have " + std::to_string(most) +
-                     " joints; say which link is the tool (tool_link)");
-  }
-  const int tool = tip_of_body(tree, bodies.empty() ? 0 : bodies[0]);
-  notes.push_back("link " + in_quotes(tree[tool].link.name) + " is taken as the tool, the tip of the longest chain");
-  return tool;
+bool is_below(const std::vector<TreeLink>& tree, int i, int top) {
+  while (i > top) i = tree[i].link.parent;
+  return i == top;
 }
 
-std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::string& path,
-                              std::vector<std::string>& notes) {
-  std::vector<bool> in_chain(tree.size(), false);
-  std::vector<int> chain;
-  for (int i = tool; i > 0; i = tree[i].link.parent) {
-    if (!moves(tree[i])) continue;
-    in_chain[i] = true;
-    chain.insert(chain.begin(), i);
-  }
-  if (chain.empty()) {
-    throw ModelError(path + ": no joint between the root and tool link " + in_quotes(tree[tool].link.name) +
-                     " moves; an arm needs at least one revolute, continuous or prismatic joint");
-  }
-  if (static_cast<int>(chain.size()) > kMaxJoints) {
-    throw ModelError(path + ": " + std::to_string(chain.size()) + " joints move the tool; at most " +
-                     std::to_string(kMaxJoints) + " are allowed");
-  }
+/// The links that moving joints connect with the body of `body`, followers included.
+std::vector<int> moving_children(const std::vector<TreeLink>& tree, int body) {
+  std::vector<int> children;
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
-    if (in_chain[i] && tree[i].mimic) {
-      throw ModelError(path + ": joint " + in_quotes(tree[i].link.joint_name) + " moves the tool but mimics joint " +
-                       in_quotes(tree[i].mimic->joint) + "; every joint of the chain must move freely");
-    }
-    if (!in_chain[i] && moves(tree[i])) refuse_if_coupled(tree, i, in_chain, path, notes);
+    if (moves(tree[i]) && moved_link(tree, tree[i].link.parent) == body) children.push_back(i);
   }
+  return children;
+}
+
+bool has_word(const std::string& name, std::initializer_list<const char*> words) {
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return lower.find(word) != std::string::npos; });
+}
+
+/// True for a joint named as "left_finger_joint" is, or for a link named so. A link named "gripper" may be the hand, a
+/// joint named "gripper_roll" the wrist.
+bool is_named_finger(const Link& link) {
+  if (has_word(link.joint_name, {"roll", "rot", "yaw", "pitch", "wrist"})) return false;
+  return has_word(link.joint_name, {"finger", "gripper", "jaw", "knuckle", "thumb", "claw"}) ||
+         has_word(link.name, {"finger", "jaw", "knuckle", "thumb", "claw"});
+}
+
+/// True when the joints beyond `body` are those of a gripper: fewer than those before it, and one follows another, or
+/// several slide, or all are named as fingers are.
+bool carries_fingers(const std::vector<TreeLink>& tree, int body, int joints_beyond) {
+  const std::vector<int> children = moving_children(tree, body);
+  if (children.empty() || joints_beyond >= moving_joints(tree, body)) return false;
+  const auto all = [&](auto&& holds) { return std::all_of(children.begin(), children.end(), holds); };
+  if (all([&](int i) { return is_named_finger(tree[i].link); })) return true;
+  if (children.size() < 2) return false;
+  if (all([&](int i) { return tree[i].link.joint_type == JointType::kPrismatic; })) return true;
+  return std::any_of(children.begin(), children.end(), [&](int i) { return tree[i].mimic.has_value(); });
+}
+
+/// The body that carries the gripper to which `body` belongs, or `body` itself.
+int without_fingers(const std::vector<TreeLink>& tree, int body) {
+  const int joints = moving_joints(tree, body);
+  int hand = body;
+  for (int i = moved_link(tree, tree[body].link.parent); moves(tree[i]); i = moved_link(tree, tree[i].link.parent)) {
+    if (carries_fingers(tree, i, joints - moving_joints(tree, i))) hand = i;
+  }
+  return hand;
+}
+
+int link_named(const std::vector<TreeLink>& tree, const std::string& wanted, const ChainRequest& request,
+               const char* role) {
+  const int found = index_of_link(tree, wanted);
+  if (found >= 0) return found;
+  constexpr std::size_t kMostNames = 40;
+  std::string names;
+  for (std::size_t i = 0; i < tree.size() && i < kMostNames; ++i) names += (i == 0 ? "" : ", ") + tree[i].link.name;
+  if (tree.size() > kMostNames) names += ", …";
+  throw ModelError(request.path + ": " + role + " link " + in_quotes(wanted) + " must be one of its links: " + names);
+}
+
+/// Refuses positions of joints that do not exist, move the tool, follow another joint, or cannot be there.
+void check_held(const std::vector<TreeLink>& tree, const std::vector<int>& chain, const ChainRequest& request) {
+  for (const auto& [name, position] : request.held) {
+    const std::string sentence =
+        request.path + ": " + request.name_of_held + ": joint " + in_quotes(name) + " = " + short_text(position);
+    const int i = index_of_joint(tree, name);
+    if (i < 0) throw ModelError(sentence + ": the robot has no such joint");
+    if (std::find(chain.begin(), chain.end(), i) != chain.end()) {
+      throw ModelError(sentence + ": it moves the tool; only joints outside the chain are held");
+    }
+    const TreeLink& entry = tree[i];
+    if (!moves(entry)) throw ModelError(sentence + ": it does not move");
+    if (entry.mimic) throw ModelError(sentence + ": it follows joint " + in_quotes(entry.mimic->joint) + "; give that");
+    const bool endless = entry.link.joint_type == JointType::kContinuous;
+    if (!endless && !(position >= entry.lower && position <= entry.upper)) {
+      throw ModelError(sentence + " must be within its limits, " + short_text(entry.lower) + " to " +
+                       short_text(entry.upper));
+    }
+  }
+}
+
+/// Fixes all joints outside the chain.
+void hold_others(std::vector<TreeLink>& tree, const std::vector<int>& chain, const ChainRequest& request,
+                 std::vector<std::string>& notes) {
   std::vector<double> held(tree.size(), 0.0);
+  std::vector<int> others;
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
-    if (!in_chain[i] && moves(tree[i])) held[i] = held_position(tree, i);
+    if (!moves(tree[i]) || std::find(chain.begin(), chain.end(), i) != chain.end()) continue;
+    others.push_back(i);
+    held[i] = held_position(tree, i, request);
   }
-  for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
+  std::string positions;
+  for (const int i : others) {
     Link& link = tree[i].link;
-    if (in_chain[i] || link.joint_type == JointType::kFixed) continue;
-    notes.push_back("joint " + in_quotes(link.joint_name) + " is outside the chain to the tool and held at " +
-                    std::to_string(held[i]));
+    positions += (positions.empty() ? "" : ", ") + in_quotes(link.joint_name) + " at " + short_text(held[i]);
     if (link.joint_type == JointType::kPrismatic) {
       link.X_PJ.translate(held[i] * link.axis);
     } else {
@@ -171,7 +213,87 @@ std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::
     }
     link.joint_type = JointType::kFixed;
   }
-  for (int joint = 0; joint < static_cast<int>(chain.size()); ++joint) tree[chain[joint]].link.joint = joint;
+  if (positions.empty()) return;
+  const std::string how = request.name_of_held.empty() ? "" : " (" + request.name_of_held + " sets them)";
+  notes.push_back("joints outside the chain to the tool are held" + how + ": " + positions);
+}
+
+}  // namespace
+
+int index_of_link(const std::vector<TreeLink>& tree, const std::string& name) {
+  const auto found =
+      std::find_if(tree.begin(), tree.end(), [&](const TreeLink& entry) { return entry.link.name == name; });
+  return found == tree.end() ? -1 : static_cast<int>(found - tree.begin());
+}
+
+int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& request, std::vector<std::string>& notes) {
+  if (!request.tool_link.empty()) return link_named(tree, request.tool_link, request, "tool");
+  const int base = request.base_link.empty() ? 0 : link_named(tree, request.base_link, request, "base");
+  // Joints that follow others count only between chains of equally many free joints: a mechanism beside the arm is no
+  // chain to the tool.
+  using Length = std::pair<int, int>;
+  const auto length = [&](int i) -> Length { return {free_joints(tree, i), moving_joints(tree, i)}; };
+  const auto is_candidate = [&](int i) { return moves(tree[i]) && is_below(tree, i, base); };
+  Length most{0, 0};
+  for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
+    if (is_candidate(i)) most = std::max(most, length(i));
+  }
+  std::vector<int> bodies;  // that carry a tool
+  for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
+    if (!is_candidate(i) || length(i) != most) continue;
+    const int body = without_fingers(tree, i);
+    if (std::find(bodies.begin(), bodies.end(), body) == bodies.end()) bodies.push_back(body);
+  }
+  if (bodies.size() > 1) {
+    const std::string how = request.name_of_tool_link.empty() ? "tool_link" : request.name_of_tool_link;
+    throw ModelError(request.path + ": the chains to links " + in_quotes(tree[tip_of_body(tree, bodies[0])].link.name) +
+                     " and " + in_quotes(tree[tip_of_body(tree, bodies[1])].link.name) + " both have " +
+                     std::to_string(moving_joints(tree, bodies[0])) + " joints; say which link is the tool (" + how +
+                     ")");
+  }
+  const int tool = tip_of_body(tree, bodies.empty() ? base : bodies[0]);
+  const bool has_fingers = !bodies.empty() && moving_joints(tree, bodies[0]) < most.second;
+  notes.push_back("link " + in_quotes(tree[tool].link.name) + " is taken as the tool, the tip of the longest chain" +
+                  (has_fingers ? " without the joints of its fingers" : ""));
+  return tool;
+}
+
+Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& request,
+                   std::vector<std::string>& notes) {
+  const int base = request.base_link.empty() ? 0 : link_named(tree, request.base_link, request, "base");
+  if (!is_below(tree, tool, base)) {
+    throw ModelError(request.path + ": tool link " + in_quotes(tree[tool].link.name) + " must hang on base link " +
+                     in_quotes(tree[base].link.name));
+  }
+  Chain chain;
+  for (int i = tool; i > base; i = tree[i].link.parent) {
+    if (moves(tree[i])) chain.links.insert(chain.links.begin(), i);
+  }
+  if (chain.links.empty()) {
+    throw ModelError(request.path + ": no joint between the " +
+                     (base == 0 ? "root" : "base link " + in_quotes(tree[base].link.name)) + " and tool link " +
+                     in_quotes(tree[tool].link.name) +
+                     " moves; an arm needs at least one revolute, continuous or prismatic joint");
+  }
+  if (static_cast<int>(chain.links.size()) > kMaxJoints) {
+    throw ModelError(request.path + ": " + std::to_string(chain.links.size()) + " joints move the tool; at most " +
+                     std::to_string(kMaxJoints) + " are allowed");
+  }
+  for (const int i : chain.links) {
+    if (!tree[i].mimic) continue;
+    throw ModelError(request.path + ": joint " + in_quotes(tree[i].link.joint_name) +
+                     " moves the tool but mimics joint " + in_quotes(tree[i].mimic->joint) +
+                     "; every joint of the chain must move freely");
+  }
+  check_held(tree, chain.links, request);
+  for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
+    if (!moves(tree[i])) continue;
+    if (const auto follower = follower_of_chain(tree, i, chain.links)) chain.followers.push_back(*follower);
+  }
+  hold_others(tree, chain.links, request, notes);
+  for (int joint = 0; joint < static_cast<int>(chain.links.size()); ++joint) {
+    tree[chain.links[joint]].link.joint = joint;
+  }
   for (TreeLink& entry : tree) entry.link.motion = joint_motion(entry.link);
   return chain;
 }

@@ -1,10 +1,12 @@
 #pragma once
-/// The chain of joints from a URDF's root to its tool, which the planner moves. Works on plain values, without urdfdom.
+/// The chain of joints from a URDF's base to its tool, which the planner moves. Works on plain values, without urdfdom.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "planner/model/followers.hpp"
 #include "planner/model/robot_model.hpp"
 
 namespace hecaton::planner {
@@ -24,16 +26,38 @@ struct TreeLink {
   std::optional<Mimic> mimic;
 };
 
-/// Index of the tool link named `wanted`. If that is empty, takes the tip of the chain with the most moving joints and
-/// adds a note. Throws ModelError (beginning with `path`) when the link does not exist or several chains qualify.
-[[nodiscard]] int find_tool_link(const std::vector<TreeLink>& tree, const std::string& wanted, const std::string& path,
+/// What a user asks of the chain, and how the user asks for it: the `name_of_…` become parts of messages, such as
+/// "--tool LINK" or "arms[0].tool_link". An empty one: the user cannot.
+struct ChainRequest {
+  std::string path;                    ///< of the URDF; messages of errors begin with it
+  std::string base_link;               ///< joints above it are held; empty: the root
+  std::string tool_link;               ///< empty: proposed
+  std::map<std::string, double> held;  ///< positions of joints outside the chain [rad | m]
+  std::string name_of_tool_link;
+  std::string name_of_held;
+};
+
+/// Index of the link with this name; −1: none.
+[[nodiscard]] int index_of_link(const std::vector<TreeLink>& tree, const std::string& name);
+
+/// Index of the tool link. Without a wish: the tip of the chain with the most moving joints below the base link,
+/// without the fingers of a gripper, with a note. Throws ModelError when a link does not exist, or when several chains
+/// qualify.
+[[nodiscard]] int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& request,
                                  std::vector<std::string>& notes);
 
-/// Numbers the moving joints from the root to `tool` (Link::joint). All other joints become fixed ones at their zero
-/// position, or the nearest limit, with a note each. Returns the chain's link indices, base to tip. Throws ModelError
-/// for a chain without moving joints, with more than kMaxJoints, or coupled by mimic joints.
-[[nodiscard]] std::vector<int> number_chain(std::vector<TreeLink>& tree, int tool, const std::string& path,
-                                            std::vector<std::string>& notes);
+/// The joints that move the tool, and what moves with them.
+struct Chain {
+  std::vector<int> links;           ///< indices into the tree, base to tip
+  std::vector<Follower> followers;  ///< joints beside the chain that follow one of its joints
+};
+
+/// Numbers the moving joints from the base link to `tool` (Link::joint). All other joints become fixed ones: at the
+/// position that the request holds them at, or at zero, or at the nearest limit; followers where they then are. Adds
+/// one note with these positions. Throws ModelError for a chain without moving joints, with more than kMaxJoints, or
+/// with a joint that mimics another one, and for joints that cannot be held as requested.
+[[nodiscard]] Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& request,
+                                 std::vector<std::string>& notes);
 
 /// Throws ModelError for the first body without collision geometry; a body is a link that a chain joint moves, with all
 /// links fixed to it. `remedy` ends the sentence. With `allow`, adds notes instead.

@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <initializer_list>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <tinyxml2.h>
 
 #include "planner/model/source_file.hpp"
@@ -21,49 +26,116 @@ namespace {
 using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
-constexpr double kFurthest = 1000.0;  // of any part of an arm [m]; larger values are in a wrong unit
+constexpr double kFurthest = 1000.0;          // of any part of an arm [m]; larger values are in a wrong unit
+constexpr double kThinnest = 1e-3;            // stands for a size of 0 of a shape that has other sizes [m]
+constexpr const char* kAnyPosition = "1000";  // limit of a joint that follows another one [rad | m]
+
+bool is_xacro(std::string_view text) {
+  return text.find("${") != text.npos || text.find("$(") != text.npos;
+}
+
+bool is_one_of(const XMLElement& element, const std::set<std::string_view>& names) {
+  return names.contains(element.Name());
+}
+
+/// The first part of the element that is xacro, as words for a sentence. Leaves out children named in `unused`.
+std::optional<std::string> xacro_in(const XMLElement& element, const std::set<std::string_view>& unused = {}) {
+  if (std::string_view(element.Name()).starts_with("xacro:")) return "<" + std::string(element.Name()) + ">";
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr; attribute = attribute->Next()) {
+    if (is_xacro(attribute->Value())) return std::string(attribute->Name()) + " = " + in_quotes(attribute->Value());
+  }
+  for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
+    if (is_one_of(*child, unused)) continue;
+    if (auto found = xacro_in(*child)) return found;
+  }
+  return std::nullopt;
+}
+
+/// The first part of the robot that is xacro and that the planner needs.
+std::optional<std::string> needed_xacro(const XMLElement& robot) {
+  for (const auto* child = robot.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
+    std::optional<std::string> found;
+    if (is_one_of(*child, {"link"})) {
+      found = xacro_in(*child, {"visual", "inertial", "material", "gazebo"});
+    } else if (is_one_of(*child, {"joint"})) {
+      found = xacro_in(*child, {"dynamics", "calibration", "hardwareInterface"});
+    } else if (std::string_view(child->Name()).starts_with("xacro:")) {
+      found = xacro_in(*child);
+    }
+    if (found) return found;
+  }
+  return std::nullopt;
+}
 
 class UrdfChecker {
  public:
-  UrdfChecker(std::string path, SourceFiles& sources) : path_(std::move(path)) {
+  UrdfChecker(std::string path, SourceFiles& sources, const XacroArguments& arguments,
+              const std::string& name_of_arguments)
+      : path_(std::move(path)) {
     load_xml(path_, "URDF", document_, sources);
+    expand(sources, arguments, name_of_arguments);
   }
 
-  std::string checked_text() {
-    XMLElement* robot = document_.RootElement();
-    if (robot == nullptr || std::string_view(robot->Name()) != "robot") {
-      fail("the root element is " + in_quotes(robot == nullptr ? "" : robot->Name()) + "; a URDF's is <robot>");
+  UrdfDocument checked() {
+    XMLElement& robot = root();
+    if (xacro_in(robot) && !needed_xacro(robot)) {
+      note("parts that the planner does not use have xacro text that is not expanded");
     }
-    refuse_xacro(*robot);
-    if (robot->Attribute("name") == nullptr || *robot->Attribute("name") == '\0') {
-      fail("<robot> has no name; a URDF must name its robot");
-    }
-    keep(*robot, {"link", "joint"});
-    check_links(*robot);
-    check_joints(*robot);
+    name_robot(robot);
+    keep(robot, {"link", "joint"});
+    check_links(robot);
+    check_joints(robot);
     check_tree();
     tinyxml2::XMLPrinter printer;
-    robot->Accept(&printer);
-    return printer.CStr();
+    robot.Accept(&printer);
+    result_.text = printer.CStr();
+    return std::move(result_);
   }
 
  private:
   [[noreturn]] void fail(const std::string& sentence) const { throw ModelError(path_ + ": " + sentence); }
+  void note(const std::string& sentence) { result_.notes.push_back(sentence); }
 
-  void refuse_xacro(const XMLElement& element) const {
-    const auto refuse = [&](const std::string& what) {
-      fail(what + " is xacro, not plain URDF; expand the file first (xacro in.xacro > out.urdf)");
-    };
-    if (std::string_view(element.Name()).starts_with("xacro:")) refuse("<" + std::string(element.Name()) + ">");
-    for (const auto* attribute = element.FirstAttribute(); attribute != nullptr; attribute = attribute->Next()) {
-      const std::string_view value = attribute->Value();
-      if (value.find("${") != value.npos || value.find("$(") != value.npos) {
-        refuse(std::string(attribute->Name()) + " = " + in_quotes(attribute->Value()));
-      }
+  XMLElement& root() {
+    XMLElement* robot = document_.RootElement();
+    if (robot == nullptr || std::string_view(robot->Name()) != "robot") {
+      fail("the root element is " + in_quotes(robot == nullptr ? "" : robot->Name()) + "; a URDF's is <robot>");
     }
-    for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
-      refuse_xacro(*child);
+    return *robot;
+  }
+
+  /// Replaces a document whose links or joints are xacro by what the program `xacro` makes of the file.
+  void expand(SourceFiles& sources, const XacroArguments& arguments, const std::string& name_of_arguments) {
+    const auto found = needed_xacro(root());
+    if (!found) {
+      if (!arguments.empty()) note("the file is plain URDF; the arguments for xacro have no effect");
+      return;
     }
+    const std::string how = name_of_arguments.empty() ? "" : "; " + name_of_arguments + " gives it arguments";
+    std::optional<std::string> text;
+    try {
+      text = expand_xacro(path_, sources.place(path_).string(), arguments);
+    } catch (const ModelError& error) {
+      throw ModelError(error.what() + how);
+    }
+    if (!text) {
+      fail(*found +
+           " is xacro, not plain URDF; install the program xacro and put it on the PATH, or expand the file first "
+           "(xacro in.xacro > out.urdf)");
+    }
+    sources.keep_as(path_, *text);
+    parse_xml(*text, path_, "URDF", document_);
+    const auto left = needed_xacro(root());
+    if (left) fail(*left + " is xacro that the program xacro left as it was; correct the file");
+    note("the program xacro expanded the file" + how);
+  }
+
+  void name_robot(XMLElement& robot) {
+    const char* name = robot.Attribute("name");
+    if (name != nullptr && *name != '\0') return;
+    const std::string stem = std::filesystem::path(path_).stem().string();
+    robot.SetAttribute("name", stem.c_str());
+    note("the robot has no name; it is called " + in_quotes(stem) + ", after its file");
   }
 
   /// Deletes all children except the named elements.
@@ -80,15 +152,13 @@ class UrdfChecker {
     constexpr std::array kTriples{"xyz", "rpy", "size", "scale"};
     constexpr std::array kScalars{"radius", "length", "lower", "upper", "velocity", "effort", "multiplier",
                                   "offset", "ixx",    "ixy",   "ixz",   "iyy",      "iyz",    "izz"};
-    for (const char* name : kTriples) {
-      if (element.Attribute(name) != nullptr) std::ignore = number_attribute(element, name, 3, where);
-    }
-    for (const char* name : kScalars) {
-      if (element.Attribute(name) != nullptr) std::ignore = number_attribute(element, name, 1, where);
-    }
-    if (std::string_view(element.Name()) == "mass" && element.Attribute("value") != nullptr) {
-      std::ignore = number_attribute(element, "value", 1, where);
-    }
+    const auto check = [&](const char* name, int count) {
+      const char* text = element.Attribute(name);
+      if (text != nullptr && !is_xacro(text)) std::ignore = number_attribute(element, name, count, where);
+    };
+    for (const char* name : kTriples) check(name, 3);
+    for (const char* name : kScalars) check(name, 1);
+    if (std::string_view(element.Name()) == "mass") check("value", 1);
     for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
       check_numbers(*child, where);
     }
@@ -104,39 +174,99 @@ class UrdfChecker {
     }
   }
 
-  static void check_sizes(const XMLElement& shape, const char* name, int count, const std::string& where) {
-    for (const double value : number_attribute(shape, name, count, where)) {
-      if (value > 0.0 && value <= kFurthest) continue;
-      throw ModelError(where + ": " + shape.Name() + " " + name + " = " + in_quotes(shape.Attribute(name)) +
-                       " must be above 0 and at most 1000 m");
+  /// Sizes are at least 0. A shape without any size is left out: false. A size of 0 beside others becomes kThinnest.
+  bool check_sizes(XMLElement& shape, std::initializer_list<std::pair<const char*, int>> sizes,
+                   const std::string& where) {
+    bool has_size = false;
+    bool is_flat = false;
+    for (const auto& [name, count] : sizes) {
+      for (const double value : number_attribute(shape, name, count, where)) {
+        if (!(value >= 0.0) || value > kFurthest) {
+          throw ModelError(where + ": " + shape.Name() + " " + name + " = " + in_quotes(shape.Attribute(name)) +
+                           " must be at least 0 and at most 1000 m");
+        }
+        has_size = has_size || value > 0.0;
+        is_flat = is_flat || value == 0.0;
+      }
     }
+    const std::string sentence = where.substr(path_.size() + 2) + ": the " + shape.Name();
+    if (!has_size) note(sentence + " has no size and is left out");
+    if (!has_size || !is_flat) return has_size;
+    for (const auto& [name, count] : sizes) {
+      std::string text;
+      for (const double value : number_attribute(shape, name, count, where)) {
+        text += (text.empty() ? "" : " ") + exact_text(value == 0.0 ? kThinnest : value);
+      }
+      shape.SetAttribute(name, text.c_str());
+    }
+    note(sentence + " has a size of 0, which is taken as 1 mm");
+    return true;
   }
 
-  static void check_collision(const XMLElement& collision, const std::string& where) {
+  static std::string exact_text(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.17g", value);
+    return text;
+  }
+
+  /// False: the collision element is left out.
+  bool check_collision(XMLElement& collision, const std::string& where) {
     check_origin(collision, where);
-    const XMLElement* geometry = collision.FirstChildElement("geometry");
-    const XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
-    if (shape == nullptr) throw ModelError(where + " has no shape; box, cylinder, sphere and mesh are allowed");
+    XMLElement* geometry = collision.FirstChildElement("geometry");
+    XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+    if (shape == nullptr)
+      throw ModelError(where + " has no shape; box, cylinder, sphere, capsule and mesh are allowed");
     const std::string_view kind = shape->Name();
-    if (kind == "box") {
-      check_sizes(*shape, "size", 3, where);
-    } else if (kind == "cylinder") {
-      check_sizes(*shape, "radius", 1, where);
-      check_sizes(*shape, "length", 1, where);
-    } else if (kind == "sphere") {
-      check_sizes(*shape, "radius", 1, where);
-    } else if (kind == "mesh") {
+    if (kind == "box") return check_sizes(*shape, {{"size", 3}}, where);
+    if (kind == "cylinder") return check_sizes(*shape, {{"radius", 1}, {"length", 1}}, where);
+    if (kind == "sphere") return check_sizes(*shape, {{"radius", 1}}, where);
+    if (kind == "capsule") return check_capsule(collision, *shape, where);
+    if (kind == "mesh") {
       std::ignore = text_attribute(*shape, "filename", where);
-      if (shape->Attribute("scale") == nullptr) return;
+      if (shape->Attribute("scale") == nullptr) return true;
       for (const double factor : number_attribute(*shape, "scale", 3, where)) {
         if (factor == 0.0) {
           throw ModelError(where + ": mesh scale = " + in_quotes(shape->Attribute("scale")) + " must not hold a 0");
         }
       }
-    } else {
-      throw ModelError(where + ": shape " + in_quotes(shape->Name()) +
-                       " is unknown; box, cylinder, sphere and mesh are allowed");
+      return true;
     }
+    throw ModelError(where + ": shape " + in_quotes(shape->Name()) +
+                     " is unknown; box, cylinder, sphere, capsule and mesh are allowed");
+  }
+
+  /// urdfdom knows no capsules before version 4. Writes one as a cylinder with a sphere at the centre of each end.
+  bool check_capsule(XMLElement& collision, XMLElement& capsule, const std::string& where) {
+    const double radius = number_attribute(capsule, "radius", 1, where)[0];
+    const double length = number_attribute(capsule, "length", 1, where)[0];
+    if (!(radius > 0.0) || radius > kFurthest || !(length >= 0.0) || length > kFurthest) {
+      throw ModelError(where + ": capsule radius = " + in_quotes(capsule.Attribute("radius")) + ", length = " +
+                       in_quotes(capsule.Attribute("length")) + " must be above 0 and at least 0, and at most 1000 m");
+    }
+    const XMLElement* origin = collision.FirstChildElement("origin");
+    const auto triple = [&](const char* name) {
+      Eigen::Vector3d values = Eigen::Vector3d::Zero();
+      if (origin == nullptr || origin->Attribute(name) == nullptr) return values;
+      const auto numbers = number_attribute(*origin, name, 3, where);
+      values << numbers[0], numbers[1], numbers[2];
+      return values;
+    };
+    const Eigen::Vector3d rpy = triple("rpy");
+    const Eigen::Vector3d axis = Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+                                 (Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+                                  (Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()) * Eigen::Vector3d::UnitZ()));
+    for (const double side : length > 0.0 ? std::vector<double>{-0.5, 0.5} : std::vector<double>{0.0}) {
+      const Eigen::Vector3d centre = triple("xyz") + side * length * axis;
+      const std::string xyz = exact_text(centre.x()) + " " + exact_text(centre.y()) + " " + exact_text(centre.z());
+      XMLElement* ball = collision.Parent()->ToElement()->InsertNewChildElement("collision");
+      ball->InsertNewChildElement("origin")->SetAttribute("xyz", xyz.c_str());
+      ball->InsertNewChildElement("geometry")
+          ->InsertNewChildElement("sphere")
+          ->SetAttribute("radius", exact_text(radius).c_str());
+    }
+    if (length == 0.0) return false;
+    capsule.SetName("cylinder");
+    return true;
   }
 
   void check_links(XMLElement& robot) {
@@ -146,10 +276,14 @@ class UrdfChecker {
       if (!links_.insert(name).second) throw ModelError(where + " exists twice; link names must be unique");
       check_numbers(*link, where);
       keep(*link, {"collision"});
-      for (XMLElement* collision = link->FirstChildElement(); collision != nullptr;
-           collision = collision->NextSiblingElement()) {
-        check_collision(*collision, where + ", collision");
-        keep(*collision, {"origin", "geometry"});
+      for (XMLElement* collision = link->FirstChildElement(); collision != nullptr;) {
+        XMLElement* next = collision->NextSiblingElement();
+        if (check_collision(*collision, where + ", collision")) {
+          keep(*collision, {"origin", "geometry"});
+        } else {
+          link->DeleteChild(collision);
+        }
+        collision = next;
       }
     }
     if (links_.empty()) fail("the robot has no links; at least a base and one moving link are needed");
@@ -176,6 +310,16 @@ class UrdfChecker {
     }
   }
 
+  /// A follower moves as far as the joint that it follows lets it.
+  static void free_follower(XMLElement& joint) {
+    XMLElement* limit = joint.FirstChildElement("limit");
+    if (limit == nullptr) limit = joint.InsertNewChildElement("limit");
+    limit->SetAttribute("lower", (std::string("-") + kAnyPosition).c_str());
+    limit->SetAttribute("upper", kAnyPosition);
+    limit->SetAttribute("velocity", "0");
+    limit->SetAttribute("effort", "0");
+  }
+
   static void check_limit(XMLElement& joint, bool has_range, const std::string& where) {
     XMLElement* limit = joint.FirstChildElement("limit");
     if (limit == nullptr) {
@@ -183,10 +327,14 @@ class UrdfChecker {
       return;
     }
     if (has_range) {
+      const bool is_given = limit->Attribute("lower") != nullptr && limit->Attribute("upper") != nullptr;
       for (const char* name : {"lower", "upper"}) {
         if (limit->Attribute(name) == nullptr) limit->SetAttribute(name, "0");  // URDF's default
       }
-      if (!(number_attribute(*limit, "lower", 1, where)[0] < number_attribute(*limit, "upper", 1, where)[0])) {
+      const double lower = number_attribute(*limit, "lower", 1, where)[0];
+      const double upper = number_attribute(*limit, "upper", 1, where)[0];
+      const bool is_locked = is_given && lower == upper;
+      if (!(lower < upper) && !is_locked) {
         throw ModelError(where + ": limit lower = " + in_quotes(limit->Attribute("lower")) +
                          " must be below upper = " + in_quotes(limit->Attribute("upper")));
       }
@@ -221,11 +369,30 @@ class UrdfChecker {
     if (soft_upper == upper) limit->SetAttribute("upper", safety->Attribute("soft_upper_limit"));
   }
 
+  /// Checks axis and limits of a joint that moves.
+  void check_motion(XMLElement& joint, const std::string& type, const std::string& where) {
+    check_numbers(joint, where);
+    check_axis(joint, where);
+    if (joint.FirstChildElement("mimic") != nullptr) {
+      free_follower(joint);
+      return;
+    }
+    check_limit(joint, type != "continuous", where);
+    if (type != "continuous") apply_soft_limits(joint, where);
+  }
+
+  void hold(XMLElement& joint) {
+    joint.SetAttribute("type", "fixed");
+    keep(joint, {"parent", "child", "origin"});
+  }
+
   void check_joint(XMLElement& joint, const std::string& name) {
     const std::string where = path_ + ": joint " + in_quotes(name);
     const std::string type = text_attribute(joint, "type", where);
-    if (type != "revolute" && type != "continuous" && type != "prismatic" && type != "fixed") {
-      throw ModelError(where + ": type = " + in_quotes(type) + " must be revolute, continuous, prismatic or fixed");
+    const std::set<std::string_view> types{"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
+    if (!types.contains(type)) {
+      throw ModelError(where + ": type = " + in_quotes(type) +
+                       " must be revolute, continuous, prismatic, fixed, floating or planar");
     }
     const std::string parent = link_reference(joint, "parent", where);
     const std::string child = link_reference(joint, "child", where);
@@ -235,18 +402,37 @@ class UrdfChecker {
                        in_quotes(other->second) + "; a link has one parent");
     }
     children_[parent].push_back(child);
-    check_numbers(joint, where);
+    if (const XMLElement* origin = joint.FirstChildElement("origin")) check_numbers(*origin, where);
     check_origin(joint, where);
-    if (type == "fixed") {
-      keep(joint, {"parent", "child", "origin"});
+    if (type == "floating" || type == "planar") {
+      note("joint " + in_quotes(name) + " is " + type + " and held in its zero position");
+    }
+    if (type == "fixed" || type == "floating" || type == "planar") {
+      hold(joint);
       return;
     }
-    check_axis(joint, where);
-    check_limit(joint, type != "continuous", where);
-    if (type != "continuous") apply_soft_limits(joint, where);
-    keep(joint, {"parent", "child", "origin", "axis", "limit", "mimic"});
-    if (const XMLElement* mimic = joint.FirstChildElement("mimic")) {
-      mimics_.emplace_back(where, text_attribute(*mimic, "joint", where));
+    const XMLElement* mimic = joint.FirstChildElement("mimic");
+    if (mimic != nullptr) follows_[name] = text_attribute(*mimic, "joint", where);
+    try {
+      check_motion(joint, type, where);
+      keep(joint, {"parent", "child", "origin", "axis", "limit", "mimic"});
+    } catch (const ModelError& fault) {
+      result_.faulty_joints[name] = fault.what();
+      hold(joint);
+    }
+  }
+
+  /// Followers lead to a joint that follows none.
+  void check_followers() const {
+    for (const auto& [name, followed] : follows_) {
+      const std::string where = "joint " + in_quotes(name) + ": it mimics joint " + in_quotes(followed);
+      if (!joints_.contains(followed)) fail(where + ", which does not exist in this file");
+      std::string source = followed;
+      for (std::size_t hops = 0; follows_.contains(source); ++hops) {
+        if (source == name || hops > follows_.size())
+          fail(where + " and so follows itself; it must follow another one");
+        source = follows_.at(source);
+      }
     }
   }
 
@@ -257,11 +443,7 @@ class UrdfChecker {
       if (!joints_.insert(name).second) fail("joint " + in_quotes(name) + " exists twice; joint names must be unique");
       check_joint(*joint, name);
     }
-    for (const auto& [where, mimicked] : mimics_) {
-      if (!joints_.contains(mimicked)) {
-        throw ModelError(where + ": it mimics joint " + in_quotes(mimicked) + ", which does not exist in this file");
-      }
-    }
+    check_followers();
   }
 
   void check_tree() const {
@@ -290,13 +472,15 @@ class UrdfChecker {
   std::set<std::string> joints_;
   std::map<std::string, std::string> carried_by_;  // child link → joint
   std::map<std::string, std::vector<std::string>> children_;
-  std::vector<std::pair<std::string, std::string>> mimics_;  // where, mimicked joint
+  std::map<std::string, std::string> follows_;  // joint → the one that it mimics
+  UrdfDocument result_;
 };
 
 }  // namespace
 
-std::string read_urdf_document(const std::string& path, SourceFiles& sources) {
-  return UrdfChecker(path, sources).checked_text();
+UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources, const XacroArguments& arguments,
+                                const std::string& name_of_arguments) {
+  return UrdfChecker(path, sources, arguments, name_of_arguments).checked();
 }
 
 }  // namespace hecaton::planner

@@ -2,15 +2,31 @@
 /// Checks a URDF file element by element before urdfdom parses it. urdfdom accepts files that no planner can use, for
 /// example a zero axis, NaN or a loop of joints. Its messages name neither file nor value.
 
+#include <map>
 #include <string>
+#include <vector>
 
 #include "planner/model/source_file.hpp"
+#include "planner/model/xacro.hpp"
 
 namespace hecaton::planner {
 
-/// The URDF at `path` as text for urdfdom, reduced to joints and to links with their collision elements. Missing limits
-/// of effort and velocity are 0. Names are unique, references resolve, joints form one tree, numbers are finite, axes
-/// not zero, sizes positive, ranges not empty. Throws ModelError.
-[[nodiscard]] std::string read_urdf_document(const std::string& path, SourceFiles& sources);
+/// A URDF that was checked.
+struct UrdfDocument {
+  std::string text;                ///< for urdfdom: joints, and links with their collision elements
+  std::vector<std::string> notes;  ///< what was left out or replaced, a sentence each
+  /// By name: joints without usable axis or limits, and a sentence for each that begins with the file. In `text` they
+  /// are fixed.
+  std::map<std::string, std::string> faulty_joints;
+};
+
+/// Reads the URDF at `path`, or expands it with xacro if a part that the planner needs is xacro. In the text, names
+/// are unique, references resolve, joints form one tree without followers that follow themselves, numbers are finite,
+/// axes not zero, sizes positive, ranges not reversed; missing limits of effort and velocity are 0; floating and planar
+/// joints are fixed. `name_of_arguments` says how the user gives arguments to xacro; empty: not at all. Throws
+/// ModelError.
+[[nodiscard]] UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources,
+                                              const XacroArguments& arguments = {},
+                                              const std::string& name_of_arguments = "");
 
 }  // namespace hecaton::planner

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <set>
+#include <string>
 #include <utility>
 
 #include <console_bridge/console.h>
@@ -10,6 +12,8 @@
 
 #include "planner/model/capsules.hpp"
 #include "planner/model/collision_filter.hpp"
+#include "planner/model/fixed_links.hpp"
+#include "planner/model/followers.hpp"
 #include "planner/model/kinematics.hpp"
 #include "planner/model/mesh_shape.hpp"
 #include "planner/model/source_file.hpp"
@@ -46,8 +50,7 @@ class UrdfdomMessages : console_bridge::OutputHandler {
   std::string text_;
 };
 
-urdf::ModelInterfaceSharedPtr parse(const std::string& path, SourceFiles& sources) {
-  const std::string text = read_urdf_document(path, sources);
+urdf::ModelInterfaceSharedPtr parse(const std::string& path, const std::string& text) {
   const UrdfdomMessages messages;
   urdf::ModelInterfaceSharedPtr model;
   std::string reason;
@@ -132,29 +135,113 @@ class ModelBuilder {
       : path_(path), options_(options), sources_(sources) {}
 
   std::shared_ptr<const RobotModel> build() {
-    const urdf::ModelInterfaceSharedPtr urdf = parse(path_, sources_);
+    const UrdfDocument document =
+        read_urdf_document(path_, sources_, options_.xacro_arguments, options_.names.xacro_arguments);
+    model_->notes = document.notes;
+    const urdf::ModelInterfaceSharedPtr urdf = parse(path_, document.text);
     auto [tree, urdf_links] = flatten(*urdf);
-    if (static_cast<int>(tree.size()) > kMaxLinks) {
-      throw ModelError(path_ + ": the robot has " + std::to_string(tree.size()) + " links; at most " +
-                       std::to_string(kMaxLinks) + " are allowed");
-    }
+    fix_locked_joints(tree);
     model_->name = urdf->getName();
-    model_->tool_link = find_tool_link(tree, options_.tool_link, path_, model_->notes);
+    ChainRequest request{path_,
+                         options_.base_link,
+                         options_.tool_link,
+                         options_.held_joints,
+                         options_.names.tool_link,
+                         options_.names.held_joints};
+    if (request.tool_link.empty()) request.tool_link = tool_of_srdf(tree, request.base_link);
+    model_->tool_link = find_tool_link(tree, request, model_->notes);
     model_->X_LT = options_.X_LT;
-    const std::vector<int> chain = number_chain(tree, model_->tool_link, path_, model_->notes);
-    const std::string& option = options_.name_of_allow_bare_links;
+    refuse_faulty_joints(tree, document.faulty_joints);
+    leave_out_other_arms(tree, urdf_links, request);
+    const Chain chain = number_chain(tree, model_->tool_link, request, model_->notes);
+    const std::string& option = options_.names.allow_bare_links;
     check_bare_links(tree, options_.allow_bare_links, option.empty() ? "" : ", or set " + option, path_, model_->notes);
-    set_limits(tree, chain);
+    set_limits(tree, chain.links);
     for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
       model_->links.push_back(tree[i].link);
       add_geometry(i, *urdf_links[i]);
     }
     model_->self_pairs = pairs_of_separate_bodies(*model_);
-    if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, *model_, sources_);
+    enclose_followers(chain.followers, path_, *model_);
+    if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, left_out_, *model_, sources_);
+    merge_fixed_links(kMaxLinks, *model_);
     return model_;
   }
 
  private:
+  /// A joint whose limits are equal does not move.
+  void fix_locked_joints(std::vector<TreeLink>& tree) {
+    for (TreeLink& entry : tree) {
+      Link& link = entry.link;
+      const bool has_range = link.joint_type == JointType::kRevolute || link.joint_type == JointType::kPrismatic;
+      if (!has_range || entry.mimic || entry.lower != entry.upper) continue;
+      if (link.joint_type == JointType::kPrismatic) {
+        link.X_PJ.translate(entry.lower * link.axis);
+      } else {
+        link.X_PJ.rotate(Eigen::AngleAxisd(entry.lower, link.axis));
+      }
+      link.joint_type = JointType::kFixed;
+      model_->notes.push_back("joint " + in_quotes(link.joint_name) + " is fixed: both its limits are " +
+                              std::to_string(entry.lower));
+    }
+  }
+
+  /// The tool link that the SRDF names, if it names one of the tree's below the base.
+  std::string tool_of_srdf(const std::vector<TreeLink>& tree, const std::string& base_link) {
+    if (options_.srdf_path.empty()) return {};
+    std::string link = srdf_tool_link(options_.srdf_path, base_link, sources_);
+    if (index_of_link(tree, link) < 0) return {};
+    model_->notes.push_back("link " + in_quotes(link) + " is taken as the tool, because the SRDF names it");
+    return link;
+  }
+
+  /// Faulty joints are an error on the way to the tool, elsewhere a note.
+  void refuse_faulty_joints(const std::vector<TreeLink>& tree, const std::map<std::string, std::string>& faulty) {
+    for (int i = model_->tool_link; i > 0; i = tree[i].link.parent) {
+      const auto fault = faulty.find(tree[i].link.joint_name);
+      if (fault != faulty.end()) throw ModelError(fault->second);
+    }
+    for (const auto& [name, sentence] : faulty) {
+      model_->notes.push_back(sentence.substr(path_.size() + 2) +
+                              "; it is outside the chain to the tool and held at 0");
+    }
+  }
+
+  /// Removes what joints of the robot's other arms carry: from the first moving joint of each that does not move this
+  /// arm's tool. The request loses positions of joints there.
+  void leave_out_other_arms(std::vector<TreeLink>& tree, std::vector<urdf::LinkConstSharedPtr>& urdf_links,
+                            ChainRequest& request) {
+    std::vector<bool> on_way(tree.size(), false);
+    for (int i = model_->tool_link; i >= 0; i = tree[i].link.parent) on_way[i] = true;
+    std::vector<bool> removed(tree.size(), false);
+    for (const std::string& tool : options_.other_arms) {
+      int first = -1;  // nearest to the root
+      for (int i = index_of_link(tree, tool); i > 0 && !on_way[i]; i = tree[i].link.parent) {
+        if (tree[i].link.joint_type != JointType::kFixed) first = i;
+      }
+      if (first >= 0) removed[first] = true;
+    }
+    std::vector<int> place(tree.size(), -1);
+    std::vector<TreeLink> kept;
+    std::vector<urdf::LinkConstSharedPtr> kept_links;
+    for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
+      const int parent = tree[i].link.parent;
+      if (parent >= 0 && removed[parent]) removed[i] = true;
+      if (removed[i]) {
+        left_out_.insert(tree[i].link.name);
+        request.held.erase(tree[i].link.joint_name);
+        continue;
+      }
+      place[i] = static_cast<int>(kept.size());
+      kept.push_back(tree[i]);
+      if (parent >= 0) kept.back().link.parent = place[parent];
+      kept_links.push_back(urdf_links[i]);
+    }
+    model_->tool_link = place[model_->tool_link];
+    tree = std::move(kept);
+    urdf_links = std::move(kept_links);
+  }
+
   void set_limits(const std::vector<TreeLink>& tree, const std::vector<int>& chain) {
     JointLimits& limits = model_->limits;
     const auto n = static_cast<Eigen::Index>(chain.size());
@@ -177,7 +264,7 @@ class ModelBuilder {
     if (entry.velocity > 0.0) return entry.velocity;
     const std::string joint = "joint " + in_quotes(entry.link.joint_name);
     if (!options_.default_velocity) {
-      const std::string& option = options_.name_of_default_velocity;
+      const std::string& option = options_.names.default_velocity;
       throw ModelError(path_ + ": " + joint + ": limit velocity is 0 or missing; it must be above 0" +
                        (option.empty() ? "" : ", or " + option + " be given, above 0"));
     }
@@ -208,7 +295,8 @@ class ModelBuilder {
   }
 
   void add_mesh(int index, const urdf::Mesh& mesh, const Pose& X_LC, const std::string& where) {
-    const std::string file = resolve_resource(mesh.filename, path_, options_.packages, where, sources_);
+    const std::string file =
+        resolve_resource(mesh.filename, path_, options_.packages, where, sources_, options_.names.packages);
     const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
     MeshShape shape = mesh_shape(file, scale, options_.meshes, where, sources_);
     shape.geometry.link = index;
@@ -221,6 +309,7 @@ class ModelBuilder {
   const std::string& path_;
   const UrdfOptions& options_;
   SourceFiles& sources_;
+  std::set<std::string> left_out_;  ///< links of the robot's other arms
   std::shared_ptr<RobotModel> model_ = std::make_shared<RobotModel>();
 };
 
@@ -231,7 +320,7 @@ void check_options(const UrdfOptions& options) {
                      " must be finite and above 0");
   }
   if (options.default_velocity && !positive(*options.default_velocity)) {
-    const std::string& name = options.name_of_default_velocity;
+    const std::string& name = options.names.default_velocity;
     throw ModelError((name.empty() ? "default velocity" : name) + " = " + std::to_string(*options.default_velocity) +
                      " must be finite and above 0");
   }

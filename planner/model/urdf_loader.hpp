@@ -18,20 +18,32 @@ enum class MeshGeometry {
   kCapsule,     ///< a capsule that encloses the hull; a note reports its excess volume
 };
 
+/// How messages name options to the user ("--tool LINK", "arms[0].limits.velocity"); empty: the user has no such
+/// option.
+struct UrdfOptionNames {
+  std::string tool_link;
+  std::string packages;  ///< with @ for the name of the package: "--package @=DIR"
+  std::string held_joints;
+  std::string xacro_arguments;
+  std::string default_velocity;
+  std::string allow_bare_links;
+};
+
 struct UrdfOptions {
-  std::string tool_link;                        ///< empty: the last link of the only (or longest) chain
+  std::string base_link;                        ///< joints above it are held; empty: the root
+  std::string tool_link;                        ///< empty: the SRDF's, else the last link of the longest chain
   Pose X_LT = Pose::Identity();                 ///< tool frame in the tool link's frame
+  std::vector<std::string> other_arms;          ///< tool links of the robot's other arms; their links are left out
+  std::map<std::string, double> held_joints;    ///< positions of joints outside the chain [rad | m]; others are at 0
   std::string srdf_path;                        ///< empty: no SRDF
   std::map<std::string, std::string> packages;  ///< package:// name → folder, searched first: resolve_resource()
+  std::map<std::string, std::string> xacro_arguments;
   MeshGeometry meshes = MeshGeometry::kConvexHull;
   double default_acceleration = 10.0;      ///< for all joints: URDF has none [rad/s² | m/s²]
   std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; empty: these are an error
   SourceFiles* sources = nullptr;          ///< opens the files; null: in place
   bool allow_bare_links = false;           ///< accepts moving bodies without collision geometry
-
-  /// How messages name these two options to the user ("arms[0].limits.velocity"); empty: the user has no such option.
-  std::string name_of_default_velocity;
-  std::string name_of_allow_bare_links;
+  UrdfOptionNames names;
 };
 
 /// Loads the arm and applies its SRDF. Self pairs are not filtered yet: automatic_filter(). Throws ModelError.

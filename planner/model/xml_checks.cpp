@@ -40,8 +40,16 @@ void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDoc
   std::ostringstream text;
   text << file.rdbuf();
   if (!file) throw ModelError(path + ": this " + kind + " file cannot be read");
-  const std::string xml = text.str();
-  if (document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS) return;
+  const std::string bytes = text.str();
+  if (is_utf16(bytes)) {
+    throw ModelError(path + ": this " + kind + " is UTF-16; it must be UTF-8 (iconv -f UTF-16 -t UTF-8 IN > OUT)");
+  }
+  parse_xml(utf8_text(bytes), path, kind, document);
+}
+
+void parse_xml(const std::string& text, const std::string& path, const std::string& kind,
+               tinyxml2::XMLDocument& document) {
+  if (document.Parse(text.data(), text.size()) == tinyxml2::XML_SUCCESS) return;
   throw ModelError(path + ":" + std::to_string(document.ErrorLineNum()) + ": malformed XML (" +
                    tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()) + "); a " + kind + " must be well-formed");
 }
@@ -49,7 +57,7 @@ void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDoc
 std::string in_quotes(const std::string& text) {
   constexpr std::size_t kLongest = 120;
   std::string result = "'";
-  for (const char c : text.substr(0, kLongest)) result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  for (const char c : cut_utf8(text, kLongest)) result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
   return result + (text.size() > kLongest ? "…'" : "'");
 }
 

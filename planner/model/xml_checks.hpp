@@ -13,9 +13,13 @@ class XMLElement;
 
 namespace hecaton::planner {
 
-/// Parses the file into `document`. Throws when it is missing, unreadable, larger than 64 MB or not well-formed. `kind`
-/// names it in the sentence: "URDF", "SRDF".
+/// Parses the file into `document`, as UTF-8: utf8_text(). Throws when it is missing, unreadable, larger than 64 MB,
+/// UTF-16 or not well-formed. `kind` names it in the sentence: "URDF", "SRDF".
 void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDocument& document, SourceFiles& sources);
+
+/// The same for a text that stands for the file.
+void parse_xml(const std::string& text, const std::string& path, const std::string& kind,
+               tinyxml2::XMLDocument& document);
 
 /// 'text' in quotes for a sentence, without control characters, cut after 120 bytes.
 [[nodiscard]] std::string in_quotes(const std::string& text);

@@ -16,6 +16,7 @@ constexpr double kTimeTolerance = 1e-9;
 world::ArmBodies arm_bodies(const Arm& arm) {
   world::ArmBodies bodies;
   bodies.name = arm.name;
+  bodies.robot = arm.robot;
   for (const LinkGeometry& geometry : arm.model->geometry) {
     bodies.parts.push_back({geometry.link,
                             arm.model->links[geometry.link].name,

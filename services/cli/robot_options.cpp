@@ -1,8 +1,10 @@
 #include "services/cli/robot_options.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -16,6 +18,8 @@ namespace {
 
 constexpr const char* kAllowBareLinks = "--allow-bare-links";
 constexpr const char* kDefaultVelocity = "--default-velocity";
+constexpr const char* kJoint = "--joint";
+constexpr const char* kXacro = "--xacro";
 
 [[noreturn]] void refuse_package(const std::string& entry) {
   throw Failure(ExitCode::kBadInput, "--package = '" + config::printable(entry) + "' must be NAME=DIR");
@@ -31,6 +35,15 @@ std::map<std::string, std::string> packages_of(const std::vector<std::string>& e
     packages[entry.substr(0, equals)] = entry.substr(equals + 1);
   }
   return packages;
+}
+
+/// "NAME=VALUE" as both parts. `option` is for the message.
+std::pair<std::string, std::string> parts_of(const std::string& option, const std::string& entry) {
+  const std::size_t equals = entry.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
+    throw Failure(ExitCode::kBadInput, option + " = '" + config::printable(entry) + "' must be NAME=VALUE");
+  }
+  return {entry.substr(0, equals), entry.substr(equals + 1)};
 }
 
 /// An option whose text must not be empty: a script with an unset variable must not plan without its file.
@@ -49,7 +62,33 @@ void add_robot_options(CLI::App& app, RobotOptions& options) {
   add_given_text(app, "--srdf", options.srdf, "the path of an SRDF",
                  "URDF only: SRDF with collision filter and named poses", "FILE");
   add_given_text(app, "--tool", options.tool, "the name of a link",
-                 "URDF only: link of the tool frame (last link of the chain)", "LINK");
+                 "URDF only: link of the tool frame (the SRDF's, else the last link of the longest chain)", "LINK");
+  add_given_text(app, "--base", options.base, "the name of a link",
+                 "URDF only: joints above this link are held (the root link)", "LINK");
+  const auto add_joint = [&options](const std::vector<std::string>& entries) {
+    for (const std::string& entry : entries) {
+      const auto [name, text] = parts_of(kJoint, entry);
+      const auto position = config::parse_number(text);
+      if (!position || !std::isfinite(*position)) {
+        throw Failure(ExitCode::kBadInput, std::string(kJoint) + " = '" + config::printable(entry) +
+                                               "' must be NAME=VALUE with a number, in rad or m");
+      }
+      options.held_joints[name] = *position;
+    }
+  };
+  app.add_option_function<std::vector<std::string>>(
+         kJoint, add_joint, "URDF only: position of a joint outside the chain, NAME=VALUE [rad | m] (0)")
+      ->expected(1)
+      ->take_all()
+      ->type_name("NAME=VALUE");
+  const auto add_argument = [&options](const std::vector<std::string>& entries) {
+    for (const std::string& entry : entries) options.xacro_arguments.insert(parts_of(kXacro, entry));
+  };
+  app.add_option_function<std::vector<std::string>>(kXacro, add_argument,
+                                                    "URDF only: argument of a xacro file, NAME=VALUE")
+      ->expected(1)
+      ->take_all()
+      ->type_name("NAME=VALUE");
   add_choice(app, "--meshes", options.meshes, {"hull", "capsule"},
              "URDF only: replace meshes by a convex hull or a capsule (hull)");
   app.add_option("--package", options.packages, "URDF only: folder of a package:// name, NAME=DIR")
@@ -68,7 +107,8 @@ void check_robot_options(const RobotOptions& options) {
 }
 
 void refuse_robot_options(const CLI::App& command) {
-  for (const char* name : {"--srdf", "--tool", "--meshes", "--package", kAllowBareLinks, kDefaultVelocity}) {
+  for (const char* name :
+       {"--srdf", "--tool", "--base", kJoint, kXacro, "--meshes", "--package", kAllowBareLinks, kDefaultVelocity}) {
     if (command.count(name) == 0) continue;
     throw Failure(ExitCode::kUsage, std::string(name).append(" is for a URDF; in a cell file it is a key of the arm"));
   }
@@ -92,12 +132,16 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, c
   planner::UrdfOptions urdf;
   urdf.srdf_path = options.srdf;
   urdf.tool_link = options.tool;
+  urdf.base_link = options.base;
+  urdf.held_joints = options.held_joints;
+  urdf.xacro_arguments = options.xacro_arguments;
   urdf.packages = packages_of(options.packages);
   urdf.meshes = options.meshes == "capsule" ? planner::MeshGeometry::kCapsule : planner::MeshGeometry::kConvexHull;
   urdf.allow_bare_links = options.allow_bare_links;
-  urdf.name_of_allow_bare_links = kAllowBareLinks;
   urdf.default_velocity = options.default_velocity;
-  urdf.name_of_default_velocity = kDefaultVelocity;
+  urdf.names = {
+      "--tool LINK",    "--package @=DIR", std::string(kJoint) + " NAME=VALUE", std::string(kXacro) + " NAME=VALUE",
+      kDefaultVelocity, kAllowBareLinks};
   return planner::load_arm_model(path, urdf);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Options of commands that load a URDF instead of a cell file.
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,9 @@ struct RobotOptions {
   std::string tool;
   std::string meshes = "hull";
   std::vector<std::string> packages;
+  std::string base;
+  std::map<std::string, double> held_joints;  ///< [rad | m]
+  std::map<std::string, std::string> xacro_arguments;
   bool allow_bare_links = false;
   std::optional<double> default_velocity;  ///< [rad/s | m/s]
 };

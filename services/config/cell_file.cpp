@@ -202,6 +202,7 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
   read_arms(root, methods, file);
   check_task_poses(root, file.cell);
   file.cell.scene = read_scene(root, file.cell.arms);
+  leave_out_poses(file.cell, file.notes);
   check_start(file.cell, source.path);
   file.sources = source.sources;
   return file;

@@ -1,5 +1,6 @@
 #include "services/config/overlaps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -58,6 +59,19 @@ NearestPair nearest_pair(const std::vector<PosedBody>& a, const std::vector<Pose
   for (const PosedBody& body_a : a) {
     if (moving_a_only && !body_a.body.moves) continue;
     for (const PosedBody& body_b : b) consider(body_a, body_b, nearest, within);
+  }
+  return nearest;
+}
+
+NearestPair nearest_pair_of_arms(const planner::Cell& cell, int a, const std::vector<PosedBody>& bodies_a, int b,
+                                 const std::vector<PosedBody>& bodies_b, double within) {
+  const bool only_moving = planner::same_robot(cell.arms[a].arm, cell.arms[b].arm);
+  NearestPair nearest;
+  for (const PosedBody& body_a : bodies_a) {
+    if (only_moving && !body_a.body.moves) continue;
+    for (const PosedBody& body_b : bodies_b) {
+      if (!only_moving || body_b.body.moves) consider(body_a, body_b, nearest, within);
+    }
   }
   return nearest;
 }
@@ -124,9 +138,10 @@ std::string pose_name(const planner::PlannedArm& planned) {
   return "start";
 }
 
-void check_bases(const std::vector<Bodies>& arms, const std::string& file) {
+void check_bases(const planner::Cell& cell, const std::vector<Bodies>& arms, const std::string& file) {
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
     for (int j = i + 1; j < static_cast<int>(arms.size()); ++j) {
+      if (planner::same_robot(cell.arms[i].arm, cell.arms[j].arm)) continue;
       const NearestPair pair = nearest_pair(fixed_part(arms[i]), fixed_part(arms[j]), 0.0, false);
       if (!pair.found) continue;
       throw ConfigError(arm_key(file, j) + ".base must be clear of arms[" + std::to_string(i) + "], but " +
@@ -149,13 +164,23 @@ void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, co
                   int arm, const std::string& file) {
   const std::string key = arm_key(file, arm) + ".start = " + pose_name(cell.arms[arm]);
   for (int other = 0; other < arm; ++other) {
-    const NearestPair pair = nearest_pair(arms[arm], arms[other], 0.0, false);
+    const NearestPair pair = nearest_pair_of_arms(cell, arm, arms[arm], other, arms[other], 0.0);
     if (pair.found) throw ConfigError(key + " must be clear of the other arms, but " + overlap_text(pair));
   }
   for (const Bodies& obstacle : obstacles) {
     const NearestPair pair = overlap_of_moving(arms[arm], obstacle);
     if (pair.found) throw ConfigError(key + " must be clear of the obstacles, but " + overlap_text(pair));
   }
+}
+
+/// True when a start or the tasks need the pose.
+bool is_used(const planner::Cell& cell, const planner::PlannedArm& planned, const std::string& name) {
+  const auto contains = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const auto areas = cell.tasks.problem.areas.find(planned.arm.name);
+  return name == "home" || planned.start == planned.arm.named.at(name) || name == cell.tasks.posture ||
+         contains(cell.tasks.pose_sequence) || (areas != cell.tasks.problem.areas.end() && contains(areas->second));
 }
 
 /// All arms are at the stop at the same time. Obstacles that move may be elsewhere by then.
@@ -167,7 +192,7 @@ void check_stop(const planner::Cell& cell, const planner::CellGeometry& geometry
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     arms.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].arm.named.at(pose)));
     for (int other = 0; other < arm; ++other) {
-      const NearestPair pair = nearest_pair(arms[arm], arms[other], 0.0, false);
+      const NearestPair pair = nearest_pair_of_arms(cell, arm, arms[arm], other, arms[other], 0.0);
       if (pair.found) throw ConfigError(key + " must keep all arms clear of each other, but " + overlap_text(pair));
     }
     for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {
@@ -189,6 +214,26 @@ world::Pose initial_pose(const world::Obstacle& obstacle) {
   return X_WO;
 }
 
+void leave_out_poses(planner::Cell& cell, std::vector<std::string>& notes) {
+  const std::vector<planner::Arm> models = arms_of(cell);
+  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    planner::PlannedArm& planned = cell.arms[arm];
+    if (planned.arm.model->named.empty()) continue;
+    planner::CellGeometry geometry(models, arm);
+    geometry.set_obstacles(cell.scene.obstacles);
+    for (const auto& [name, q] : planned.arm.model->named) {
+      const auto pose = planned.arm.named.find(name);
+      if (pose == planned.arm.named.end() || pose->second != q || is_used(cell, planned, name)) continue;
+      const NearestPair pair =
+          nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry.self_pairs(), 0.0);
+      if (!pair.found) continue;
+      planned.arm.named.erase(pose);
+      notes.push_back("arms[" + std::to_string(arm) + "]: pose " + name + " of the SRDF is left out, because " +
+                      overlap_text(pair));
+    }
+  }
+}
+
 void check_start(const planner::Cell& cell, const std::string& file) {
   const std::vector<planner::Arm> models = arms_of(cell);
   std::vector<Bodies> arms;
@@ -203,7 +248,7 @@ void check_start(const planner::Cell& cell, const std::string& file) {
       obstacles.push_back(place_obstacle(geometry, cell.scene.obstacles[i], i));
     }
   }
-  check_bases(arms, file);
+  check_bases(cell, arms, file);
   for (int arm = 0; arm < static_cast<int>(arms.size()); ++arm) check_others(cell, arms, obstacles, arm, file);
   if (arms.empty() || cell.tasks.pose_sequence.empty()) return;
   planner::CellGeometry geometry(models, 0);

@@ -43,6 +43,10 @@ struct NearestPair {
 [[nodiscard]] NearestPair nearest_pair(const std::vector<PosedBody>& a, const std::vector<PosedBody>& b, double within,
                                        bool moving_a_only);
 
+/// The same for all bodies of arms a and b of the cell; for arms of one robot only for bodies that joints move.
+[[nodiscard]] NearestPair nearest_pair_of_arms(const planner::Cell& cell, int a, const std::vector<PosedBody>& bodies_a,
+                                               int b, const std::vector<PosedBody>& bodies_b, double within);
+
 /// The deepest overlap of an obstacle with an arm's bodies that a joint moves. Other bodies of the arm may overlap
 /// obstacles, as a base on a table does.
 [[nodiscard]] NearestPair overlap_of_moving(const std::vector<PosedBody>& arm, const std::vector<PosedBody>& obstacle);
@@ -64,8 +68,12 @@ using MeasuredJoints = std::span<const std::optional<planner::JointVector>>;
                                             std::span<const world::Obstacle> others, const world::Obstacle& obstacle,
                                             const world::Pose& X_WO);
 
+/// Removes the poses that only SRDFs name, in which the arm overlaps itself, and that neither a start nor the tasks
+/// use. Adds a note for each.
+void leave_out_poses(planner::Cell& cell, std::vector<std::string>& notes);
+
 /// Checks that the cell can start. Throws ConfigError with both bodies and the depth when
-/// - bodies of two arms that no joint moves overlap,
+/// - bodies of two arms that no joint moves overlap, unless they are arms of one robot,
 /// - an arm overlaps itself at its start or in a named pose,
 /// - at the start an arm overlaps another arm, or one of its moving bodies an obstacle,
 /// - at a stop of the pose sequence an arm overlaps another arm, or one of its moving bodies a static obstacle.

@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::size_t kMostArms = 128;
 constexpr std::size_t kMostPackages = 256;
+constexpr std::size_t kMostHeldJoints = 1024;
+constexpr std::size_t kMostXacroArguments = 256;
 constexpr std::size_t kMostPoses = 256;
 constexpr std::size_t kMostDeviceKeys = 64;
 constexpr std::size_t kMostSensors = 64;
@@ -36,10 +38,28 @@ std::optional<double> fallback_velocity(const ArmView& arm) {
   return largest;
 }
 
+/// `chain` names the base link and the tool link, `tool_link` the latter only.
+void read_chain(const ArmView& arm, planner::UrdfOptions& options) {
+  const auto tool_link = arm.find("tool_link");
+  if (tool_link) options.tool_link = tool_link->text();
+  const auto chain = arm.find("chain");
+  if (!chain) return;
+  const auto links = chain->items(2, 2, "links: the base link and the tool link");
+  options.base_link = links[0].text();
+  if (tool_link && options.tool_link != links[1].text()) tool_link->fail("left out, because chain names the tool link");
+  options.tool_link = links[1].text();
+}
+
+/// How messages of the loader name the keys of an arm.
+planner::UrdfOptionNames names_of_keys(const std::string& arm) {
+  return {arm + ".tool_link", arm + ".packages: {@: DIR}", arm + ".joints",
+          arm + ".xacro",     arm + ".limits.velocity",    arm + ".allow_bare_links"};
+}
+
 planner::UrdfOptions read_options(const ArmView& arm) {
   planner::UrdfOptions options;
   options.sources = &arm.own.view().sources();
-  if (const auto tool_link = arm.find("tool_link")) options.tool_link = tool_link->text();
+  read_chain(arm, options);
   if (const auto tool = arm.find("tool")) options.X_LT = read_pose(*tool);
   if (const auto srdf = arm.find("srdf")) options.srdf_path = beside(srdf->file(), srdf->text());
   if (const auto packages = arm.find("packages")) {
@@ -50,14 +70,32 @@ planner::UrdfOptions read_options(const ArmView& arm) {
   if (const auto meshes = arm.find("meshes")) {
     options.meshes = static_cast<planner::MeshGeometry>(meshes->choice(kMeshNames));
   }
+  if (const auto joints = arm.find("joints")) {
+    for (const auto& [name, position] : joints->named_items(kMostHeldJoints)) {
+      options.held_joints[name] = position.number({-1e6, 1e6, "rad or m"});
+    }
+  }
+  if (const auto arguments = arm.find("xacro")) {
+    for (const auto& [name, value] : arguments->named_items(kMostXacroArguments)) {
+      options.xacro_arguments[name] = value.text();
+    }
+  }
+  if (const auto bare = arm.find("allow_bare_links")) options.allow_bare_links = bare->boolean();
   options.default_velocity = fallback_velocity(arm);
-  options.name_of_default_velocity = arm.own.view().path() + ".limits.velocity";
+  options.names = names_of_keys(arm.own.view().path());
   return options;
 }
 
+std::string urdf_path(const ArmView& arm) {
+  const YamlView urdf = arm.at("urdf");
+  return beside(urdf.file(), urdf.text());
+}
+
 bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
-  return a.tool_link == b.tool_link && a.X_LT.matrix() == b.X_LT.matrix() && a.srdf_path == b.srdf_path &&
-         a.packages == b.packages && a.meshes == b.meshes && a.default_velocity == b.default_velocity;
+  return a.base_link == b.base_link && a.tool_link == b.tool_link && a.X_LT.matrix() == b.X_LT.matrix() &&
+         a.other_arms == b.other_arms && a.held_joints == b.held_joints && a.srdf_path == b.srdf_path &&
+         a.packages == b.packages && a.xacro_arguments == b.xacro_arguments && a.meshes == b.meshes &&
+         a.default_velocity == b.default_velocity && a.allow_bare_links == b.allow_bare_links;
 }
 
 std::shared_ptr<const planner::RobotModel> load_model(const ArmView& arm, const std::string& path,
@@ -74,10 +112,11 @@ std::shared_ptr<const planner::RobotModel> load_model(const ArmView& arm, const 
 /// Loads the robot models of a cell. Arms with the same URDF and options share one model.
 class ArmModels {
  public:
-  std::shared_ptr<const planner::RobotModel> load(const ArmView& arm) {
-    const YamlView urdf = arm.at("urdf");
-    const std::string path = beside(urdf.file(), urdf.text());
-    const planner::UrdfOptions options = read_options(arm);
+  /// `other_arms`: tool links of the other arms of the same robot.
+  std::shared_ptr<const planner::RobotModel> load(const ArmView& arm, const std::vector<std::string>& other_arms) {
+    const std::string path = urdf_path(arm);
+    planner::UrdfOptions options = read_options(arm);
+    options.other_arms = other_arms;
     const auto known = std::find_if(loaded_.begin(), loaded_.end(), [&](const Loaded& loaded) {
       return loaded.path == path && same(loaded.options, options);
     });
@@ -182,11 +221,78 @@ planner::JointVector read_start(const ArmView& view, const planner::Arm& arm) {
   start->fail("the name of one of the arm's poses: " + alternatives(names));
 }
 
+/// The arms that are chains of one URDF at one place.
+class SharedRobots {
+ public:
+  explicit SharedRobots(const std::vector<ArmView>& arms) {
+    for (const ArmView& arm : arms) {
+      planner::UrdfOptions chain;
+      read_chain(arm, chain);
+      placed_.push_back({urdf_path(arm), read_pose(arm.own, "base"), chain.tool_link});
+    }
+  }
+
+  /// The first arm of the robot; −1: the arm is a robot of its own.
+  [[nodiscard]] int robot_of(int arm) const {
+    for (int other = 0; other < static_cast<int>(placed_.size()); ++other) {
+      if (other != arm && is_same_robot(arm, other)) return std::min(arm, other);
+    }
+    return -1;
+  }
+  [[nodiscard]] std::vector<std::string> tools_of_others(int arm) const {
+    std::vector<std::string> tools;
+    for (int other = 0; other < static_cast<int>(placed_.size()); ++other) {
+      if (other != arm && is_same_robot(arm, other)) tools.push_back(placed_[other].tool_link);
+    }
+    return tools;
+  }
+
+ private:
+  struct Placed {
+    std::string path;
+    planner::Pose X_WB;
+    std::string tool_link;
+  };
+  [[nodiscard]] bool is_same_robot(int a, int b) const {
+    const Placed& one = placed_[a];
+    const Placed& two = placed_[b];
+    return one.path == two.path && one.X_WB.matrix() == two.X_WB.matrix() && !one.tool_link.empty() &&
+           !two.tool_link.empty() && one.tool_link != two.tool_link;
+  }
+
+  std::vector<Placed> placed_;
+};
+
+/// A joint that the first arm moves and that carries the second one.
+std::string carrying_joint(const planner::RobotModel& carrier, const planner::RobotModel& carried) {
+  for (int i = carried.tool_link; i >= 0; i = carried.links[i].parent) {
+    const std::string& name = carried.links[i].joint_name;
+    const auto& moved = carrier.joint_names;
+    if (std::find(moved.begin(), moved.end(), name) != moved.end()) return name;
+  }
+  return {};
+}
+
+/// Refuses arms of one robot of which one moves the other.
+void check_shared_joints(const std::vector<ArmView>& views, const std::vector<planner::PlannedArm>& arms) {
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    for (std::size_t j = 0; j < arms.size(); ++j) {
+      if (i == j || !planner::same_robot(arms[i].arm, arms[j].arm)) continue;
+      const std::string joint = carrying_joint(*arms[i].arm.model, *arms[j].arm.model);
+      if (joint.empty()) continue;
+      views[i].own.view().fail_with("joint " + joint + " of arm " + arms[i].arm.name + " moves arm " +
+                                    arms[j].arm.name +
+                                    ", too; hold it with chain: [BASE, TOOL], where BASE is a link " +
+                                    "below that joint, and set its position with joints");
+    }
+  }
+}
+
 planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing, const ArmSections& sections,
-                             ArmModels& models) {
+                             const std::vector<std::string>& other_arms, ArmModels& models) {
   planner::PlannedArm planned;
   planned.arm.name = view.own.at("name").name();
-  planned.arm.model = models.load(view);
+  planned.arm.model = models.load(view, other_arms);
   planned.arm.X_WB = read_pose(view.own, "base");
   planned.arm.limits = read_limits(view, *planned.arm.model);
   read_poses(view, planned.arm);
@@ -227,15 +333,22 @@ void read_arms(const MapView& root, const planner::MethodRegistry& methods, Cell
   if (const auto view = root.find("defaults")) defaults = view->map(sections.defaults());
   planner::LinkShapes shapes = planner::LinkShapes::kFast;
   read_choice(root, "geometry", kGeometryNames, shapes);
+  std::vector<ArmView> arms;
   for (const YamlView& view : root.at("arms").items(1, kMostArms, "arms")) {
-    const ArmView arm{view.map(sections.arm()), defaults};
+    arms.push_back({view.map(sections.arm()), defaults});
+  }
+  const SharedRobots robots(arms);
+  for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
+    const ArmView& arm = arms[i];
     require_unique_name(arm.own.at("name"), file.cell.arms);
-    file.cell.arms.push_back(read_arm(arm, file.cell.timing, sections, models));
+    file.cell.arms.push_back(read_arm(arm, file.cell.timing, sections, robots.tools_of_others(i), models));
     file.cell.arms.back().arm.shapes = shapes;
+    file.cell.arms.back().arm.robot = robots.robot_of(i);
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.devices.push_back(read_device(arm));
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
+  check_shared_joints(arms, file.cell.arms);
 }
 
 }  // namespace hecaton::config

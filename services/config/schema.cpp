@@ -55,8 +55,9 @@ ArmSections::ArmSections(const planner::MethodRegistry& registry) : registry_(re
 
   arm_ = {"arms[]", {"name", "base", "host", "standby_host"}};
   defaults_ = {"defaults",
-               {"urdf", "srdf", "packages", "meshes", "tool_link", "tool", "limits", "poses", "start", "device",
-                "method", "goal_tolerance", "acceleration_of_obstacles", "state_age_limit", "sensors"}};
+               {"urdf", "xacro", "srdf", "packages", "meshes", "allow_bare_links", "chain", "tool_link", "tool",
+                "joints", "limits", "poses", "start", "device", "method", "goal_tolerance", "acceleration_of_obstacles",
+                "state_age_limit", "sensors"}};
   for (const auto& [name, section] : parameters_) defaults_.keys.push_back(name);
   arm_.keys.insert(arm_.keys.end(), defaults_.keys.begin(), defaults_.keys.end());
 }
@@ -75,11 +76,11 @@ std::vector<const Section*> ArmSections::all() const {
 std::vector<const Section*> all_sections() {
   using namespace section;
   static const ArmSections of_arms(planner::built_in_methods());
-  std::vector<const Section*> all = {&kRoot,      &kNetwork,  &kHosts,     &kWorld,    &kSupervision, &kRecovery,
-                                     &kTiming,    &kTasks,    &kTaskAreas, &kClutter,  &kPose,        &kArmLimits,
-                                     &kArmPoses,  &kPackages, &kDevice,    &kSensor,   &kObstacle,    &kAttachment,
-                                     &kBox,       &kSphere,   &kCapsule,   &kCylinder, &kMesh,        &kStatic,
-                                     &kWaypoints, &kCircle,   &kSine,      &kConveyor, &kDynamic};
+  std::vector<const Section*> all = {
+      &kRoot,      &kNetwork, &kHosts,     &kWorld,      &kSupervision, &kRecovery, &kTiming,     &kTasks,
+      &kTaskAreas, &kClutter, &kPose,      &kArmLimits,  &kArmPoses,    &kPackages, &kHeldJoints, &kXacro,
+      &kDevice,    &kSensor,  &kObstacle,  &kAttachment, &kBox,         &kSphere,   &kCapsule,    &kCylinder,
+      &kMesh,      &kStatic,  &kWaypoints, &kCircle,     &kSine,        &kConveyor, &kDynamic};
   const auto arms = of_arms.all();
   all.insert(all.end(), arms.begin(), arms.end());
   return all;

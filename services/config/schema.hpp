@@ -46,6 +46,8 @@ inline const Section kPose{"pose", {"xyz", "rpy"}};
 inline const Section kArmLimits{"arms[].limits", {"lower", "upper", "velocity", "acceleration"}};
 inline const Section kArmPoses{"arms[].poses", {}, true};
 inline const Section kPackages{"arms[].packages", {}, true};
+inline const Section kHeldJoints{"arms[].joints", {}, true};
+inline const Section kXacro{"arms[].xacro", {}, true};
 inline const Section kDevice{"arms[].device", {}, true};
 inline const Section kSensor{"arms[].sensors[]",
                              {"name", "link", "position", "direction", "to_position", "to_direction", "rays", "range",

@@ -163,6 +163,7 @@ std::string arm_key(int arm) {
 
 std::vector<Finding> validate(const CellFile& file) {
   Findings findings;
+  for (const std::string& note : file.notes) findings.push_back({Severity::kNote, note});
   check_reach(file.cell, findings);
   check_clearances(file.cell, findings);
   check_dampers(file.cell, findings);

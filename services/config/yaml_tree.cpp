@@ -174,7 +174,8 @@ YamlNode read_yaml_file(const std::string& path, planner::SourceFiles& sources) 
     throw ConfigError(path + ": is larger than " + std::to_string(kLargestFile >> 20U) +
                       " MiB, the most a cell file may be");
   }
-  return read_yaml_text(text, path);
+  // yaml-cpp reads UTF-16.
+  return read_yaml_text(planner::is_utf16(text) ? text : planner::utf8_text(std::move(text)), path);
 }
 
 }  // namespace hecaton::config

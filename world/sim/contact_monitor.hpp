@@ -33,6 +33,7 @@ struct ArmBodies {
   std::vector<Part> parts;
   std::vector<std::pair<int, int>> self_pairs;  ///< indices of parts that are checked against each other
   std::vector<int> grasp_links;                 ///< links that an attached obstacle may touch
+  int robot = -1;  ///< arms with the same number ≥ 0 share the parts that do not move; −1: a robot of its own
 };
 
 /// Where an arm is. The monitor skips an arm that is not `known`, and what it carries.
@@ -84,6 +85,7 @@ struct ContactCheckpoint {
 
 /// Checks these pairs in every update:
 /// - arm–arm: parts of different arms and what they carry, unless both are fixed to their bases;
+///   of two arms of one robot only parts that move;
 /// - arm–obstacle: parts of arms and what they carry against free obstacles, unless neither moves;
 /// - arm–self: an arm's self pairs, and what it carries against its links other than the grasp links.
 /// Obstacles are not checked against each other.

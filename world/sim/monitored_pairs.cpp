@@ -158,6 +158,8 @@ void MonitoredPairs::set_obstacles(std::span<const Obstacle> obstacles, const st
 
 std::optional<ContactKind> MonitoredPairs::kind_of(const MonitoredPart& a, const MonitoredPart& b) const {
   if (a.arm != b.arm && a.arm >= 0 && b.arm >= 0) {
+    const bool one_robot = arms_[a.arm].robot >= 0 && arms_[a.arm].robot == arms_[b.arm].robot;
+    if (one_robot) return a.moves && b.moves ? std::optional(ContactKind::kArmArm) : std::nullopt;
     return a.moves || b.moves ? std::optional(ContactKind::kArmArm) : std::nullopt;
   }
   if (a.arm != b.arm) {

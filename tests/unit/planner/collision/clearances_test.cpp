@@ -230,5 +230,32 @@ TEST(Clearances, LeaveOutPairsThatNoMotionChanges) {
   EXPECT_GT(static_other, 0);
 }
 
+TEST(Clearances, OfArmsOfOneRobotAreThoseOfMovingBodies) {
+  const test::RandomCell cell(3);
+  std::vector<Arm> arms = cell.geometry().arms();
+  for (Arm& arm : arms) arm.robot = 0;
+  const CellGeometry shared(arms, cell.geometry().self());
+  CellPoses poses = cell.poses();
+  poses.obstacles = {};
+  ExactDistance distance(shared);
+  std::vector<Clearance> found(kCapacity);
+  const int count = distance.clearances(poses, {5.0, 0.0, {}}, found);
+  std::size_t expected = 0;
+  const auto moving = [](const std::vector<Body>& bodies) {
+    return static_cast<std::size_t>(std::count_if(bodies.begin(), bodies.end(), [](const Body& b) { return b.moves; }));
+  };
+  for (int arm = 0; arm < 3; ++arm) {
+    if (arm != shared.self()) expected += moving(shared.own_bodies()) * moving(shared.arm_bodies(arm));
+  }
+  std::size_t between_arms = 0;
+  for (int i = 0; i < count; ++i) {
+    if (found[i].counterpart != Counterpart::kArm) continue;
+    ++between_arms;
+    EXPECT_TRUE(shared.own_bodies()[found[i].own_body].moves);
+    EXPECT_TRUE(shared.arm_bodies(found[i].other)[found[i].other_body].moves);
+  }
+  EXPECT_EQ(between_arms, expected);
+}
+
 }  // namespace
 }  // namespace hecaton::planner

@@ -1,5 +1,6 @@
 #include "planner/global/validity.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -95,6 +96,26 @@ TEST(Validity, IsNeverMorePermissiveThanFclForThreeArms) {
   compare(validity, checker, random, states(4'000), tally);
   EXPECT_EQ(tally.permissive, 0) << "of " << tally.states;
   EXPECT_GT(tally.free, tally.states / 100);
+}
+
+TEST(Validity, LeavesOutFixedBodiesBetweenArmsOfOneRobot) {
+  std::vector<Arm> arms{test::puma("a"), test::puma("b")};
+  arms[1].X_WB.translation() = Eigen::Vector3d(0.9, 0.0, 0.0);
+  const auto pairs_between = [&](bool fixed_only) {
+    const Validity validity({CellGeometry(arms, 0), CellGeometry(arms, 1)}, {});
+    const auto first_of_b = static_cast<int>(arms[0].model->geometry.size());
+    const auto& bodies = validity.robot().bodies;
+    return std::count_if(validity.robot().pairs.begin(), validity.robot().pairs.end(), [&](const KernelPair& pair) {
+      const bool fixed = bodies[pair.a].frame < 0 || bodies[pair.b].frame < 0;
+      return (pair.a < first_of_b) != (pair.b < first_of_b) && (fixed || !fixed_only);
+    });
+  };
+  const auto all = pairs_between(false);
+  const auto fixed = pairs_between(true);
+  EXPECT_GT(fixed, 0);
+  for (Arm& arm : arms) arm.robot = 0;
+  EXPECT_EQ(pairs_between(true), 0);
+  EXPECT_EQ(pairs_between(false), all - fixed);
 }
 
 TEST(Validity, BothInstructionSetsAgreeOnAllConfigurations) {

@@ -64,6 +64,34 @@ TEST(Srdf, ReadsGroupStatesAsNamedConfigurations) {
   EXPECT_TRUE(test::has_note(*model, "group_state 'outside' is skipped: joint 'joint1' = 3"));
 }
 
+TEST(Srdf, SkipsStatesOfOtherGroupsWithoutANote) {
+  const auto model =
+      puma_with(puma(R"(<group_state name="open" group="hand"><joint name="finger" value="1"/></group_state>)"));
+  EXPECT_TRUE(model->named.empty());
+  EXPECT_FALSE(test::has_note(*model, "open"));
+}
+
+std::string tool_with(const std::string& inside, const std::string& base = "") {
+  const test::TemporaryFolder folder;
+  UrdfOptions options;
+  options.srdf_path = folder.write("p.srdf", puma(inside));
+  options.base_link = base;
+  const auto model = load_urdf(test::kPuma, options);
+  return model->links[model->tool_link].name;
+}
+
+TEST(Srdf, NamesTheToolLink) {
+  const std::string chain = R"(<group name="arm"><chain base_link="base_link" tip_link="flange"/></group>)";
+  const std::string short_chain = R"(<group name="half"><chain base_link="base_link" tip_link="forearm"/></group>)";
+  EXPECT_EQ(tool_with(chain), "flange");
+  EXPECT_EQ(tool_with(chain + short_chain), "tool0") << "two groups: the longest chain";
+  EXPECT_EQ(tool_with(chain + short_chain + R"(<end_effector name="e" parent_link="forearm" group="h"/>)"), "forearm");
+  EXPECT_EQ(tool_with(R"(<end_effector name="e" parent_link="nowhere" group="h"/>)"), "tool0");
+  EXPECT_EQ(
+      tool_with(short_chain + R"(<group name="g"><chain base_link="shoulder" tip_link="flange"/></group>)", "shoulder"),
+      "flange");
+}
+
 TEST(Srdf, RefusesBadFiles) {
   const auto error = [](const std::string& text) -> std::string {
     try {

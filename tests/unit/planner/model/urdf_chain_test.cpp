@@ -1,6 +1,7 @@
 // The joints that move the tool, and the treatment of all others.
 
 #include <cmath>
+#include <set>
 
 #include "planner/model/kinematics.hpp"
 #include "tests/unit/planner/model/support.hpp"
@@ -33,7 +34,9 @@ TEST(UrdfChain, FixesFingersAtTheNearestLimitAndMimicsWithThem) {
                                             R"(<mimic joint="left_joint" multiplier="-1" offset="0.005"/>)")),
                                options);
   EXPECT_EQ(model->joint_names, (std::vector<std::string>{"shoulder", "wrist"}));
-  EXPECT_TRUE(has_note(*model, "joint 'left_joint' is outside the chain to the tool and held at 0.02"));
+  EXPECT_TRUE(has_note(*model,
+                       "joints outside the chain to the tool are held: 'left_joint' at 0.02, 'right_joint' at "
+                       "-0.015"));
   Kinematics kinematics;
   forward_kinematics(*model, Pose::Identity(), JointVector::Zero(2), kinematics);
   for (std::size_t i = 0; i < model->links.size(); ++i) {
@@ -49,16 +52,101 @@ TEST(UrdfChain, FixesFingersAtTheNearestLimitAndMimicsWithThem) {
   EXPECT_EQ(model->self_pairs.size(), 3U);
 }
 
+/// A second arm like kHand's on the same base.
+const std::string kSecondHand = ball_link("arm2") + ball_link("hand2") +
+                                joint("shoulder2", "revolute", "base", "arm2", kLimit) +
+                                joint("wrist2", "revolute", "arm2", "hand2", R"(<origin xyz="1 0 0"/>)" + kLimit);
+
 TEST(UrdfChain, RefusesEqualChainsWithoutToolLink) {
-  const std::string message = test::error_of(robot(kHand + finger("left", kOpening) + finger("right", kOpening)));
-  EXPECT_NE(message.find("both have 3 joints; say which link is the tool"), std::string::npos) << message;
+  UrdfOptions options;
+  options.names.tool_link = "--tool LINK";
+  const std::string message = test::error_of(robot(kHand + kSecondHand), options);
+  EXPECT_NE(
+      message.find("the chains to links 'hand' and 'hand2' both have 2 joints; say which link is the tool (--tool "
+                   "LINK)"),
+      std::string::npos)
+      << message;
+}
+
+std::string tool_of(const std::string& parts) {
+  const auto model = load_text(robot(parts));
+  return model->links[model->tool_link].name;
+}
+
+TEST(UrdfChain, ProposesTheHandInsteadOfAFinger) {
+  const std::string grip = R"(<link name="grip"/>)" + joint("g", "fixed", "hand", "grip");
+  EXPECT_EQ(tool_of(kHand + grip + finger("left", kOpening) + finger("right", kOpening)), "grip") << "both slide";
+  const std::string follows = R"(<mimic joint="turn_a"/>)";
+  EXPECT_EQ(tool_of(kHand + grip + ball_link("a") + ball_link("b") + joint("turn_a", "revolute", "hand", "a", kLimit) +
+                    joint("turn_b", "revolute", "hand", "b", kLimit + follows)),
+            "grip")
+      << "one follows the other";
+  EXPECT_EQ(tool_of(kHand + grip + ball_link("a") + joint("jaw_joint", "revolute", "hand", "a", kLimit)), "grip")
+      << "it is named so";
+}
+
+TEST(UrdfChain, TakesAWristForNoFinger) {
+  EXPECT_EQ(tool_of(kHand + ball_link("gripper") + joint("joint3", "revolute", "hand", "gripper", kLimit)), "gripper");
+  EXPECT_EQ(tool_of(kHand + ball_link("flange") + joint("gripper_roll", "revolute", "hand", "flange", kLimit)),
+            "flange");
+}
+
+TEST(UrdfChain, HoldsOtherJointsWhereTheOptionsSay) {
+  UrdfOptions options;
+  options.tool_link = "hand";
+  options.names.held_joints = "--joint NAME=VALUE";
+  options.held_joints = {{"left_joint", 0.05}};
+  const std::string parts = kHand + finger("left", kOpening) +
+                            finger("right", kOpening, R"(<mimic joint="left_joint" multiplier="-1" offset="0.01"/>)");
+  EXPECT_TRUE(has_note(*load_text(robot(parts), options),
+                       "held (--joint NAME=VALUE sets them): 'left_joint' at 0.05, "
+                       "'right_joint' at -0.04"));
+  const auto refusal = [&](const std::string& name, double position) {
+    options.held_joints = {{name, position}};
+    return test::error_of(robot(parts), options);
+  };
+  EXPECT_NE(refusal("thumb", 0).find("joint 'thumb' = 0: the robot has no such joint"), std::string::npos);
+  EXPECT_NE(refusal("wrist", 0).find("joint 'wrist' = 0: it moves the tool"), std::string::npos);
+  EXPECT_NE(refusal("right_joint", 0).find("it follows joint 'left_joint'; give that"), std::string::npos);
+  EXPECT_NE(refusal("left_joint", 1).find("= 1 must be within its limits, 0.02 to 0.08"), std::string::npos);
+}
+
+TEST(UrdfChain, BeginsAtTheBaseLink) {
+  UrdfOptions options;
+  options.base_link = "arm";
+  options.tool_link = "hand";
+  options.held_joints = {{"shoulder", 1.0}};
+  const auto model = load_text(robot(kHand), options);
+  EXPECT_EQ(model->joint_names, std::vector<std::string>{"wrist"});
+  Kinematics kinematics;
+  forward_kinematics(*model, Pose::Identity(), JointVector::Zero(1), kinematics);
+  // The shoulder turns about x, along which the wrist is 1 m away.
+  EXPECT_TRUE(kinematics.X_WT.translation().isApprox(Eigen::Vector3d(1, 0, 0)));
+  EXPECT_TRUE(kinematics.X_WT.linear().isApprox(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitX()).toRotationMatrix()));
+  options.base_link = "hand";
+  options.tool_link = "arm";
+  EXPECT_NE(test::error_of(robot(kHand), options).find("tool link 'arm' must hang on base link 'hand'"),
+            std::string::npos);
+}
+
+TEST(UrdfChain, LeavesOutWhatOtherArmsOfTheRobotMove) {
+  UrdfOptions options;
+  options.tool_link = "hand";
+  options.other_arms = {"hand2"};
+  options.held_joints = {{"wrist2", 0.1}};
+  const auto model =
+      load_text(robot(kHand + kSecondHand + ball_link("box") + joint("f", "fixed", "base", "box")), options);
+  std::set<std::string> names;
+  for (const Link& link : model->links) names.insert(link.name);
+  EXPECT_EQ(names, (std::set<std::string>{"base", "arm", "hand", "box"}));
+  EXPECT_EQ(model->geometry.size(), 4U);
 }
 
 TEST(UrdfChain, TakesTheLongestChain) {
   const auto model = load_text(robot(kHand + ball_link("lamp") + joint("nod", "revolute", "base", "lamp", kLimit)));
   EXPECT_EQ(model->joint_names, (std::vector<std::string>{"shoulder", "wrist"}));
   EXPECT_EQ(model->links[model->tool_link].name, "hand");
-  EXPECT_TRUE(has_note(*model, "joint 'nod' is outside the chain"));
+  EXPECT_TRUE(has_note(*model, "outside the chain to the tool are held: 'nod' at 0"));
 }
 
 TEST(UrdfChain, PrefersTool0AmongFramesOfTheLastBody) {
@@ -73,18 +161,42 @@ TEST(UrdfChain, PrefersTool0AmongFramesOfTheLastBody) {
   EXPECT_EQ(far->links[far->tool_link].name, "far");
 }
 
-TEST(UrdfChain, RefusesCoupledMechanisms) {
+TEST(UrdfChain, RefusesFollowersInTheChain) {
   const std::string in_chain =
       robot(ball_link("base") + ball_link("a") + ball_link("b") + joint("j1", "revolute", "base", "a", kLimit) +
             joint("j2", "revolute", "a", "b", kLimit + R"(<mimic joint="j1"/>)"));
   EXPECT_NE(test::error_of(in_chain).find("joint 'j2' moves the tool but mimics joint 'j1'"), std::string::npos);
-  const std::string rod = joint("rod_joint", "revolute", "base", "rod", kLimit + R"(<mimic joint="wrist"/>)");
-  EXPECT_NE(test::error_of(robot(kHand + ball_link("rod") + rod)).find("joint 'rod_joint' follows joint 'wrist'"),
-            std::string::npos);
-  EXPECT_TRUE(has_note(*load_text(robot(kHand + R"(<link name="rod"/>)" + rod)), "'rod_joint' follows joint 'wrist'"));
 }
 
-TEST(UrdfChain, RefusesMoreJointsOrLinksThanTheCapacity) {
+TEST(UrdfChain, FixesJointsThatCannotMove) {
+  const std::string locked = R"(<axis xyz="0 0 1"/><limit lower="0.5" upper="0.5" effort="1" velocity="1"/>)";
+  const auto model = load_text(robot(kHand + ball_link("lamp") + joint("nod", "revolute", "hand", "lamp", locked)));
+  EXPECT_EQ(model->joint_names, (std::vector<std::string>{"shoulder", "wrist"}));
+  EXPECT_EQ(model->links[model->tool_link].name, "lamp");
+  EXPECT_TRUE(has_note(*model, "joint 'nod' is fixed: both its limits are 0.5"));
+}
+
+TEST(UrdfChain, AcceptsFaultyJointsOutsideTheChainOnly) {
+  const std::string lamp = kHand + ball_link("lamp") + joint("nod", "revolute", "base", "lamp");
+  EXPECT_TRUE(has_note(*load_text(robot(lamp)),
+                       "joint 'nod' has no <limit>; revolute and prismatic joints need lower "
+                       "and upper; it is outside the chain to the tool and held at 0"));
+  UrdfOptions options;
+  options.tool_link = "lamp";
+  EXPECT_NE(test::error_of(robot(lamp), options).find("r.urdf: joint 'nod' has no <limit>"), std::string::npos);
+}
+
+TEST(UrdfChain, HoldsAFloatingOrPlanarBase) {
+  for (const std::string type : {"floating", "planar"}) {
+    const auto model = load_text(
+        robot(kHand + R"(<link name="world"/>)" + joint("mount", type, "world", "base", R"(<origin xyz="0 0 2"/>)")));
+    EXPECT_EQ(model->joints(), 2);
+    EXPECT_TRUE(has_note(*model, "joint 'mount' is " + type + " and held in its zero position"));
+    EXPECT_DOUBLE_EQ(model->links[1].X_PJ.translation().z(), 2.0);
+  }
+}
+
+TEST(UrdfChain, RefusesMoreJointsThanTheCapacityAndMergesFixedLinks) {
   std::string links = ball_link("l0");
   for (int i = 1; i <= 16; ++i) {
     links += ball_link("l" + std::to_string(i)) +
@@ -99,9 +211,9 @@ TEST(UrdfChain, RefusesMoreJointsOrLinksThanTheCapacity) {
     links += "<link name=\"" + name + "\"/>" + joint(name, "fixed", "l0", name);
   }
   EXPECT_EQ(load_text(robot(links))->links.size(), 48U);
-  EXPECT_NE(test::error_of(robot(links + "<link name=\"more\"/>" + joint("more", "fixed", "l0", "more")))
-                .find("has 49 links; at most 48"),
-            std::string::npos);
+  const auto merged = load_text(robot(links + "<link name=\"more\"/>" + joint("more", "fixed", "l0", "more")));
+  EXPECT_EQ(merged->links.size(), 48U);
+  EXPECT_TRUE(has_note(*merged, "the robot has 49 links; 1 of them"));
 }
 
 }  // namespace

@@ -50,8 +50,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadUrdf{"empty", "", "malformed XML"}, BadUrdf{"not_xml", "solid stl", "malformed XML"},
         BadUrdf{"unclosed", "<robot name='r'>\n<link name='a'>\n</robot>", "r.urdf:2: malformed XML (XML_ERROR_MISM"},
         BadUrdf{"root", "<sdf version='1.6'/>", "the root element is 'sdf'; a URDF's is <robot>"},
-        BadUrdf{"no_name", "<robot>" + kMassless + "</robot>", "<robot> has no name"},
-        BadUrdf{"xacro_element", robot("<xacro:include filename='x'/>" + kMassless), "<xacro:include> is xacro"},
+        BadUrdf{"xacro_element", robot("<xacro:include filename='x'/>" + kMassless),
+                "<xacro:include> is xacro, not plain URDF; install the program xacro and put it on the PATH"},
         BadUrdf{"xacro_value", two_links("revolute", "<origin xyz='${l} 0 0'/>" + kLimit), "xyz = '${l} 0 0' is xacro"},
         BadUrdf{"no_links", robot(""), "the robot has no links"},
         BadUrdf{"no_joints", robot(ball_link("base")), "no joint between the root and tool link 'base' moves"},
@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
     Joint, BadUrdfs,
     testing::Values(
         BadUrdf{"no_type", robot(kMassless + "<joint name='j'/>"), "joint 'j': <joint> must have the attribute 'type'"},
-        BadUrdf{"type", two_links("floating", kLimit), "joint 'j': type = 'floating' must be revolute, continuous"},
+        BadUrdf{"type", two_links("ball", kLimit), "joint 'j': type = 'ball' must be revolute, continuous"},
         BadUrdf{"no_parent", robot(kMassless + "<joint name='j' type='fixed'><child link='a'/></joint>"),
                 "joint 'j' has no <parent link=…>"},
         BadUrdf{"missing_parent", robot(kMassless + joint("j", "fixed", "bass", "a")),
@@ -112,6 +112,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadUrdf{"far_origin", two_links("revolute", "<origin xyz='0 0 5000'/>" + kLimit), "must lie within 1000 m"},
         BadUrdf{"mimic", two_links("revolute", "<mimic joint='k'/>" + kLimit),
                 "joint 'j': it mimics joint 'k', which does not exist"},
+        BadUrdf{"mimic_itself", two_links("revolute", "<mimic joint='j'/>" + kLimit),
+                "joint 'j': it mimics joint 'j' and so follows itself"},
         BadUrdf{"soft_limits",
                 two_links("revolute", kLimit + "<safety_controller soft_lower_limit='5' soft_upper_limit='6'/>"),
                 "soft_lower_limit = '5' and soft_upper_limit = '6' must leave a part of the joint's range"}),
@@ -120,15 +122,18 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Link, BadUrdfs,
     testing::Values(
-        BadUrdf{"no_geometry", shape(""), "link 'a', collision has no shape; box, cylinder, sphere and mesh"},
+        BadUrdf{"no_geometry", shape(""), "link 'a', collision has no shape; box, cylinder, sphere, capsule and mesh"},
         BadUrdf{"empty_geometry", shape("<geometry/>"), "link 'a', collision has no shape"},
         BadUrdf{"unknown", shape("<geometry><cone r='1'/></geometry>"), "link 'a', collision: shape 'cone' is unknown"},
-        BadUrdf{"flat_box", shape("<geometry><box size='1 0 1'/></geometry>"), "box size = '1 0 1' must be above 0"},
+        BadUrdf{"inside_out_box", shape("<geometry><box size='1 -1 1'/></geometry>"),
+                "box size = '1 -1 1' must be at least 0"},
         BadUrdf{"box_without_size", shape("<geometry><box/></geometry>"), "<box> must have the attribute 'size'"},
         BadUrdf{"sphere", shape("<geometry><sphere radius='-0.1'/></geometry>"),
-                "sphere radius = '-0.1' must be above"},
-        BadUrdf{"cylinder", shape("<geometry><cylinder radius='0.1' length='0'/></geometry>"),
-                "cylinder length = '0' must be above 0"},
+                "sphere radius = '-0.1' must be at least"},
+        BadUrdf{"cylinder", shape("<geometry><cylinder radius='0.1' length='-1'/></geometry>"),
+                "cylinder length = '-1' must be at least 0"},
+        BadUrdf{"capsule", shape("<geometry><capsule radius='0' length='1'/></geometry>"),
+                "capsule radius = '0', length = '1' must be above 0"},
         BadUrdf{"nan_sphere", shape("<geometry><sphere radius='nan'/></geometry>"), "radius = 'nan' must be a finite"},
         BadUrdf{"mesh_without_file", shape("<geometry><mesh/></geometry>"),
                 "<mesh> must have the attribute 'filename'"},
@@ -143,6 +148,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadUrdf{"bare", robot(ball_link("base") + "<link name='a'/>" + joint("j", "revolute", "base", "a", kLimit)),
                 "link 'a', which joint 'j' moves, has no collision geometry"}),
     test::CaseName());
+
+TEST(BadFiles, AreRefusedIfTheyAreUtf16) {
+  const std::string message = test::error_of(std::string("\xFF\xFE<\0r\0", 6));
+  EXPECT_NE(message.find("r.urdf: this URDF is UTF-16; it must be UTF-8"), std::string::npos) << message;
+}
 
 TEST(BadFiles, AreMissingOrAFolder) {
   const test::TemporaryFolder folder;

@@ -123,7 +123,7 @@ TEST(UrdfLoader, PlacesTheToolFrameOnTheToolLink) {
   EXPECT_TRUE(kinematics.X_WT.translation().isApprox(Eigen::Vector3d(0.4318, 0.15, 0.772), 1e-9));
   // What hangs on the forearm is carried along, its joints held.
   EXPECT_EQ(model->links.size(), 8U);
-  EXPECT_TRUE(has_note(*model, "joint 'joint6' is outside the chain"));
+  EXPECT_TRUE(has_note(*model, "outside the chain to the tool are held: 'joint4' at 0, 'joint5' at 0, 'joint6' at 0"));
 }
 
 TEST(UrdfLoader, AcceptsBareLinksOnlyWhenAllowed) {
@@ -140,6 +140,114 @@ TEST(UrdfLoader, AcceptsBareLinksOnlyWhenAllowed) {
       test::error_of(robot(ball_link("base") + R"(<link name="bare"/>)" + ball_link("cover") +
                            joint("j1", "revolute", "base", "bare", kLimit) + joint("f", "fixed", "bare", "cover"))),
       "");
+}
+
+std::string with_shape(const std::string& geometry) {
+  return robot(ball_link("base") +
+               "<link name=\"a\"><collision><origin xyz=\"1 0 0\" rpy=\"1.5707963267948966 0 0\"/>" + "<geometry>" +
+               geometry + "</geometry></collision></link>" + joint("j", "revolute", "base", "a", kLimit));
+}
+
+TEST(UrdfLoader, ReadsCapsules) {
+  const auto model = load_text(with_shape(R"(<capsule radius="0.1" length="0.5"/>)"));
+  ASSERT_EQ(model->geometry.size(), 2U);
+  const auto& capsule = std::get<world::Capsule>(model->geometry[1].shape);
+  EXPECT_DOUBLE_EQ(capsule.radius, 0.1);
+  EXPECT_DOUBLE_EQ(capsule.half_length, 0.25);
+  EXPECT_TRUE(model->geometry[1].X_LS.translation().isApprox(Eigen::Vector3d(1, 0, 0)));
+  EXPECT_TRUE((model->geometry[1].X_LS.linear() * Eigen::Vector3d::UnitZ()).isApprox(-Eigen::Vector3d::UnitY()));
+  const auto ball = load_text(with_shape(R"(<capsule radius="0.1" length="0"/>)"));
+  EXPECT_DOUBLE_EQ(std::get<world::Sphere>(ball->geometry.at(1).shape).radius, 0.1);
+}
+
+TEST(UrdfLoader, LeavesOutShapesWithoutSizeAndThickensFlatOnes) {
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  const auto without = load_text(with_shape(R"(<box size="0 0 0"/>)"), options);
+  EXPECT_EQ(without->geometry.size(), 1U);
+  EXPECT_TRUE(has_note(*without, "link 'a', collision: the box has no size and is left out"));
+  const auto flat = load_text(with_shape(R"(<box size="0.2 0 0.4"/>)"));
+  EXPECT_TRUE(
+      std::get<world::Box>(flat->geometry.at(1).shape).half_extents.isApprox(Eigen::Vector3d(0.1, 0.0005, 0.2)));
+  EXPECT_TRUE(has_note(*flat, "the box has a size of 0, which is taken as 1 mm"));
+}
+
+TEST(UrdfLoader, NamesARobotWithoutNameAfterItsFile) {
+  const auto model = load_text("<robot>" + ball_link("base") + ball_link("a") +
+                               joint("j", "revolute", "base", "a", kLimit) + "</robot>");
+  EXPECT_EQ(model->name, "r");
+  EXPECT_TRUE(has_note(*model, "the robot has no name; it is called 'r'"));
+}
+
+TEST(UrdfLoader, ReadsLatin1AndByteOrderMarks) {
+  const std::string parts = ball_link("base") + ball_link("a") + joint("j", "revolute", "base", "a", kLimit);
+  EXPECT_EQ(load_text("<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><robot name=\"Gr\xFC\xDF\">" + parts + "</robot>")
+                ->name,
+            "Gr\xC3\xBC\xC3\x9F");
+  EXPECT_EQ(load_text("\xEF\xBB\xBF<robot name=\"b\">" + parts + "</robot>")->name, "b");
+}
+
+TEST(UrdfLoader, IgnoresXacroTextWhereNothingDependsOnIt) {
+  const std::string link = R"(<link name="a"><visual><xacro:grey/><geometry><box size="${x} 1 1"/></geometry></visual>
+      <inertial><mass value="${m}"/></inertial><collision><geometry><sphere radius="0.05"/></geometry></collision></link>)";
+  const auto model = load_text(robot(ball_link("base") + link + joint("j", "revolute", "base", "a", kLimit) +
+                                     R"(<gazebo reference="a"><plugin filename="$(find p)/x"/></gazebo>)"));
+  EXPECT_EQ(model->geometry.size(), 2U);
+  EXPECT_TRUE(has_note(*model, "have xacro text that is not expanded"));
+}
+
+/// Puts a program `xacro` on the PATH for the time of a test.
+class Xacro : public testing::Test {
+ protected:
+  explicit Xacro() : path_(std::getenv("PATH")) {}
+  ~Xacro() override { setenv("PATH", path_.c_str(), 1); }
+  void install(const std::string& script) {
+    const std::string program = folder_.write("bin/xacro", "#!/bin/sh\n" + script);
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    setenv("PATH", (folder_.path("bin") + ":" + path_).c_str(), 1);
+  }
+
+  test::TemporaryFolder folder_;
+  std::string path_;
+  std::string source_ = robot(ball_link("base") + "<xacro:arm/>");
+};
+
+TEST_F(Xacro, ExpandsFilesAndTheSnapshotKeepsTheResult) {
+  install(
+      "test \"$2\" = side:=left || exit 1\nsed 's/<xacro:arm.>/<link name=\"left\"\\/>'"
+      "'<joint name=\"j\" type=\"continuous\"><parent link=\"base\"\\/><child link=\"left\"\\/>'"
+      "'<limit effort=\"1\" velocity=\"1\"\\/><\\/joint>/' \"$1\"\n");
+  const std::string file = folder_.write("r.urdf.xacro", source_);
+  SourceFiles sources;
+  UrdfOptions options;
+  options.sources = &sources;
+  options.allow_bare_links = true;
+  options.xacro_arguments = {{"side", "left"}};
+  options.names.xacro_arguments = "--xacro NAME=VALUE";
+  const auto model = load_urdf(file, options);
+  EXPECT_EQ(model->joint_names, std::vector<std::string>{"j"});
+  EXPECT_TRUE(has_note(*model, "the program xacro expanded the file; --xacro NAME=VALUE gives it arguments"));
+  sources.keep(folder_.path("snapshot"));
+  install("exit 1\n");
+  SourceFiles kept(folder_.path("snapshot"));
+  options.sources = &kept;
+  EXPECT_EQ(load_urdf(file, options)->joint_names, std::vector<std::string>{"j"});
+}
+
+TEST_F(Xacro, FailsWithTheLastLineOfTheProgram) {
+  install("echo first >&2\necho undefined argument side >&2\nexit 2\n");
+  UrdfOptions options;
+  options.names.xacro_arguments = "--xacro NAME=VALUE";
+  const std::string message = test::error_of(source_, options);
+  EXPECT_NE(message.find("r.urdf: xacro cannot expand this file: 'undefined argument side'; --xacro NAME=VALUE gives"),
+            std::string::npos)
+      << message;
+}
+
+TEST_F(Xacro, LeavesNoXacroText) {
+  install("cat \"$1\"\n");
+  EXPECT_NE(test::error_of(source_).find("<xacro:arm> is xacro that the program xacro left as it was"),
+            std::string::npos);
 }
 
 TEST(UrdfLoader, PrintsNothing) {

@@ -61,6 +61,7 @@ TEST(CommandLine, RejectsWrongUsage) {
            "potential_field, strategy or strategy_step"},
           {{"up"}, "CELL is required"},
           {{"check", kCell, "--tool", "flange"}, "--tool is for a URDF"},
+          {{"check", kCell, "--joint", "finger=0"}, "--joint is for a URDF"},
           {{"completion", "fish"}, "fish"},
       },
       ExitCode::kUsage);
@@ -101,6 +102,11 @@ TEST(CommandLine, RejectsInvalidValues) {
           {{"simulate", kCell, "--threads", "0"}, "--threads = '0'"},
           {{"simulate", kCell, "--jitter", "20ms"}, "--jitter = 20 ms must be at most --age = 0 s"},
           {{"check", kUrdf, "--package", "x"}, "must be NAME=DIR"},
+          {{"check", kUrdf, "--joint", "x"}, "--joint = 'x' must be NAME=VALUE"},
+          {{"check", kUrdf, "--joint", "x=up"}, "must be NAME=VALUE with a number"},
+          {{"check", kUrdf, "--joint", "x=1"}, "joint 'x' = 1: the robot has no such joint"},
+          {{"check", kUrdf, "--xacro", "=x"}, "--xacro = '=x' must be NAME=VALUE"},
+          {{"check", kUrdf, "--base", "x"}, "base link 'x' must be one of its links"},
           {{"check", kUrdf, "--default-velocity", "0"}, "--default-velocity = '0' must be a number above 0"},
       },
       ExitCode::kBadInput);

@@ -49,8 +49,12 @@ arms:
     urdf: urdf/planar_2r.urdf
     srdf: urdf/planar_2r.srdf
     packages: {somewhere: urdf}
+    xacro: {side: left}
     meshes: capsule
+    allow_bare_links: true
+    chain: [base, upper]
     tool_link: upper
+    joints: {elbow: 0.5}
     tool: {xyz: [0.5, 0, 0]}
     limits: {lower: -1.5, upper: [1.5], velocity: [1.0], acceleration: [3]}
     poses: {home: [0.5], away: [-0.5]}
@@ -197,6 +201,10 @@ TEST_F(EveryKeyTest, ArmOverridesDefaultsEntryByEntry) {
   // Base at (1, 2, 3), turned by 90°: its x axis is W's y.
   EXPECT_LT((left.arm.X_WB * Eigen::Vector3d::UnitX() - Eigen::Vector3d(1, 3, 3)).norm(), 1e-12);
   EXPECT_EQ(left.arm.model->X_LT.translation(), Eigen::Vector3d(0.5, 0, 0));
+  const auto& notes = left.arm.model->notes;
+  EXPECT_NE(std::find(notes.begin(), notes.end(),
+                      "joints outside the chain to the tool are held (arms[0].joints sets them): 'elbow' at 0.5"),
+            notes.end());
   const planner::LocalParameters& parameters = left.parameters;
   EXPECT_EQ(parameters.method->traits().name, "local");
   EXPECT_DOUBLE_EQ(parameters.damper.influence_distance, 0.2);  // from the defaults
@@ -384,6 +392,89 @@ TEST(SrdfPosesTest, AreUsedWithoutPosesInTheCellFile) {
       kKeyFile);
   EXPECT_DOUBLE_EQ(file.cell.arms[0].arm.home()[1], 1.25);
   EXPECT_FALSE(file.cell.arms[0].arm.named.contains("wide"));  // outside the cell file's limits
+}
+
+// folding_3r.urdf folds back onto itself in the pose "folded".
+const std::string kFoldingArm =
+    "name: tiny\narms:\n  - name: one\n    urdf: urdf/folding_3r.urdf\n"
+    "    srdf: urdf/folding_3r.srdf\n    poses: {home: [0, 0, 0]}\n";
+
+TEST(SrdfPosesTest, AreLeftOutIfTheArmOverlapsItselfAndNothingUsesThem) {
+  const CellFile file = parse_cell_file(kFoldingArm, kKeyFile);
+  EXPECT_FALSE(file.cell.arms[0].arm.named.contains("folded"));
+  EXPECT_TRUE(file.cell.arms[0].arm.named.contains("bent"));
+  ASSERT_EQ(file.notes.size(), 1U);
+  EXPECT_TRUE(file.notes[0].starts_with("arms[0]: pose folded of the SRDF is left out, because one/")) << file.notes[0];
+}
+
+TEST(SrdfPosesTest, AreRefusedIfTheyAreUsed) {
+  EXPECT_THROW(static_cast<void>(parse_cell_file(kFoldingArm + "    start: folded\n", kKeyFile)), ConfigError);
+  EXPECT_THROW(static_cast<void>(parse_cell_file(kFoldingArm + "tasks: {pose_sequence: [home, folded]}\n", kKeyFile)),
+               ConfigError);
+}
+
+/// A cell with both arms of two_arms.urdf, whose torso turns about z.
+std::string two_arms(const std::string& of_left, const std::string& of_right) {
+  return "name: dual\ndefaults: {urdf: ../robots/two_arms.urdf, poses: {home: [0.3, 0]}}\narms:\n  - {name: left, " +
+         of_left + "}\n  - {name: right, " + of_right + "}\n";
+}
+
+TEST(ArmsOfOneRobotTest, ShareTheBodiesThatDoNotMove) {
+  const CellFile file = parse_cell_file(
+      two_arms("chain: [torso, left_tool]", "chain: [torso, right_tool], joints: {waist: 0}"), kKeyFile);
+  const planner::Arm& left = file.cell.arms[0].arm;
+  const planner::Arm& right = file.cell.arms[1].arm;
+  EXPECT_TRUE(planner::same_robot(left, right));
+  EXPECT_EQ(left.model->joint_names, (std::vector<std::string>{"left_joint1", "left_joint2"}));
+  EXPECT_EQ(right.model->joint_names, (std::vector<std::string>{"right_joint1", "right_joint2"}));
+  const auto has_link = [](const planner::Arm& arm, const std::string& name) {
+    return std::any_of(arm.model->links.begin(), arm.model->links.end(),
+                       [&](const planner::Link& link) { return link.name == name; });
+  };
+  EXPECT_TRUE(has_link(left, "torso"));
+  EXPECT_TRUE(has_link(right, "torso"));
+  EXPECT_TRUE(has_link(right, "head"));
+  EXPECT_FALSE(has_link(right, "left_upper"));
+  EXPECT_FALSE(has_link(left, "right_hand"));
+}
+
+TEST(ArmsOfOneRobotTest, AreOtherRobotsAtOtherPlaces) {
+  const CellFile file = parse_cell_file(
+      two_arms("chain: [torso, left_tool]", "chain: [torso, right_tool], base: {xyz: [5, 0, 0]}"), kKeyFile);
+  EXPECT_FALSE(planner::same_robot(file.cell.arms[0].arm, file.cell.arms[1].arm));
+}
+
+TEST(ArmsOfOneRobotTest, AreRefusedIfOneMovesTheOther) {
+  try {
+    static_cast<void>(parse_cell_file(
+        two_arms("tool_link: left_tool, poses: {home: [0, 0.3, 0]}", "chain: [torso, right_tool]"), kKeyFile));
+    FAIL() << "was accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("arms[0]: joint waist of arm left moves arm right, too; hold it with chain"),
+        std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(ArmsOfOneRobotTest, MustNotOverlapEachOtherAtTheStart) {
+  try {
+    static_cast<void>(parse_cell_file(two_arms("chain: [torso, left_tool], poses: {home: [-1.2, 0]}",
+                                               "chain: [torso, right_tool], poses: {home: [1.2, 0]}"),
+                                      kKeyFile));
+    FAIL() << "was accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("must be clear of the other arms, but right/"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(ChainTest, NamesTheToolLinkAlone) {
+  EXPECT_THROW(static_cast<void>(parse_cell_file(
+                   "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, chain: [base, fore], tool_link: upper, "
+                   "poses: {home: [0, 1]}}]\n",
+                   kKeyFile)),
+               ConfigError);
 }
 
 TEST(SharedMemoryTest, IsAllowedForOneHost) {

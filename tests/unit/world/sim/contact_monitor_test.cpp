@@ -82,6 +82,21 @@ TEST(ContactMonitor, SkipsUnknownArms) {
   EXPECT_TRUE(situation.monitor.report().kinds[kArmArm].has_smallest);
 }
 
+TEST(ContactMonitor, LeavesOutFixedPartsBetweenArmsOfOneRobot) {
+  std::vector<ArmBodies> arms{ball_arm("left", 2), ball_arm("right", 2)};
+  for (ArmBodies& arm : arms) arm.robot = 0;
+  Situation situation(arms, {});
+  situation.poses[0][0] = at_point(0, 0, 0);
+  situation.poses[1][1] = at_point(0, 0, 0.1);
+  situation.poses[0][1] = at_point(0, 0, 0.6);
+  situation.update(0.0);
+  EXPECT_EQ(situation.monitor.report().contacts, 0U);
+  EXPECT_NEAR(situation.monitor.report().smallest.distance, 0.3, 1e-9);
+  situation.poses[0][1] = at_point(0, 0, 0.2);
+  situation.update(0.1);
+  EXPECT_EQ(situation.monitor.report().contacts, 1U);
+}
+
 TEST(ContactMonitor, FindsSmallestDistanceAndItsTime) {
   // link1 of arm2 flies past link1 of arm1 along x at 1 m/s, offset 0.25 m in y: nearest 0.25 − 0.2 = 0.05 m at 2 s.
   Situation situation({ball_arm("arm1", 2), ball_arm("arm2", 2)}, {});

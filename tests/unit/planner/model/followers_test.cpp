@@ -1,0 +1,132 @@
+// Mechanisms beside the chain: their shapes enclose all places where they may be.
+
+#include "planner/model/followers.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "planner/model/convex_hull.hpp"
+#include "planner/model/kinematics.hpp"
+#include "tests/unit/planner/model/support.hpp"
+
+namespace hecaton::planner {
+namespace {
+
+using test::ball_link;
+using test::has_note;
+using test::joint;
+using test::kLimit;
+using test::load_text;
+using test::robot;
+
+/// A link with a box of 0.4 m along x that begins at the joint.
+std::string rod_link(const std::string& name) {
+  return "<link name=\"" + name +
+         R"("><collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.02 0.02"/></geometry></collision></link>)";
+}
+
+const std::string kArm = ball_link("base") + rod_link("a") + rod_link("b") +
+                         joint("j1", "revolute", "base", "a", R"(<axis xyz="0 1 0"/>)" + kLimit) +
+                         joint("j2", "revolute", "a", "b", R"(<origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>)" + kLimit);
+
+std::string cylinder_on(const std::string& parent, const std::string& mimic) {
+  return rod_link("cylinder") +
+         joint("jc", "revolute", parent, "cylinder", R"(<origin xyz="-0.1 0 0.1"/><axis xyz="0 1 0"/>)" + mimic);
+}
+
+const LinkGeometry& geometry_of(const RobotModel& model, const std::string& link) {
+  for (const LinkGeometry& geometry : model.geometry) {
+    if (model.links[geometry.link].name == link) return geometry;
+  }
+  throw std::logic_error("no geometry on " + link);
+}
+
+/// The largest distance by which `p`, in the frame of the geometry's link, is outside its hull [m].
+double outside(const LinkGeometry& geometry, const Eigen::Vector3d& p) {
+  const world::ConvexHull& hull = *std::get<world::Convex>(geometry.shape).hull;
+  double worst = -INFINITY;
+  for (int face = 0; face < static_cast<int>(hull.faces.size()); ++face) {
+    const FacePlane plane = face_plane(hull, face);
+    worst = std::max(worst, plane.normal.dot(geometry.X_LS.inverse() * p) - plane.offset);
+  }
+  return worst;
+}
+
+TEST(Followers, EncloseAllPlacesOfACylinder) {
+  const auto model =
+      load_text(robot(kArm + cylinder_on("base", R"(<mimic joint="j1" multiplier="0.5" offset="0.3"/>)")));
+  EXPECT_EQ(model->joint_names, (std::vector<std::string>{"j1", "j2"}));
+  EXPECT_TRUE(has_note(*model, "links beside the chain follow its joints"));
+  const LinkGeometry& swept = geometry_of(*model, "cylinder");
+  Kinematics kinematics;
+  forward_kinematics(*model, Pose::Identity(), JointVector::Zero(2), kinematics);
+  const Pose X_LW = kinematics.X_WL[swept.link].inverse();
+  double nearest = -INFINITY;
+  for (int i = 0; i <= 400; ++i) {
+    const double q1 = -2.0 + 0.01 * i;
+    const Eigen::AngleAxisd turn(0.5 * q1 + 0.3, Eigen::Vector3d::UnitY());
+    for (const double x : {0.0, 0.4}) {
+      for (const double y : {-0.01, 0.01}) {
+        for (const double z : {-0.01, 0.01}) {
+          const Eigen::Vector3d p_W = Eigen::Vector3d(-0.1, 0, 0.1) + turn * Eigen::Vector3d(x, y, z);
+          nearest = std::max(nearest, outside(swept, X_LW * p_W));
+        }
+      }
+    }
+  }
+  EXPECT_LE(nearest, 1e-9) << "it leaves the hull";
+  EXPECT_GT(nearest, -0.02) << "the hull is much too large";
+}
+
+TEST(Followers, EncloseChainsOfFollowersThatTurnAndSlide) {
+  const std::string piston = rod_link("piston") + joint("jp", "prismatic", "cylinder", "piston",
+                                                        R"(<axis xyz="1 0 0"/><mimic joint="j2" multiplier="-0.1"/>)");
+  const auto model = load_text(robot(kArm + cylinder_on("a", R"(<mimic joint="j2"/>)") + piston));
+  const LinkGeometry& swept = geometry_of(*model, "piston");
+  Kinematics kinematics;
+  forward_kinematics(*model, Pose::Identity(), JointVector::Zero(2), kinematics);
+  const Pose X_LW = kinematics.X_WL[swept.link].inverse();
+  double nearest = -INFINITY;
+  for (int i = 0; i <= 400; ++i) {
+    const double q2 = -2.0 + 0.01 * i;
+    const Eigen::AngleAxisd turn(q2, Eigen::Vector3d::UnitY());
+    const Eigen::Vector3d p_W = Eigen::Vector3d(-0.1, 0, 0.1) + turn * Eigen::Vector3d(0.4 - 0.1 * q2, 0.01, 0.01);
+    nearest = std::max(nearest, outside(swept, X_LW * p_W));
+  }
+  EXPECT_LE(nearest, 1e-9);
+  EXPECT_GT(nearest, -0.05);
+}
+
+TEST(Followers, AreNoSelfPairsOfTheLinkThatDrivesThem) {
+  const auto model = load_text(robot(kArm + cylinder_on("base", R"(<mimic joint="j2"/>)")));
+  for (const auto& [a, b] : model->self_pairs) {
+    const std::string one = model->links[model->geometry[a].link].name;
+    const std::string two = model->links[model->geometry[b].link].name;
+    EXPECT_FALSE((one == "cylinder" && two == "b") || (one == "b" && two == "cylinder"));
+  }
+}
+
+TEST(Followers, AreHeldWhereTheFirstPositionPutsThem) {
+  const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="0.2" upper="1" effort="1" velocity="1"/>)";
+  const auto model = load_text(robot(ball_link("base") + rod_link("a") + joint("j1", "revolute", "base", "a", limit) +
+                                     cylinder_on("base", R"(<mimic joint="j1" multiplier="-2" offset="0.1"/>)")));
+  EXPECT_TRUE(has_note(*model, "'jc' at -0.3"));
+  // The hull is in the frame of the held link: its joint's origin is a corner of the swept region.
+  EXPECT_LE(outside(geometry_of(*model, "cylinder"), Eigen::Vector3d::Zero()), 0.0);
+}
+
+TEST(Followers, AreRefusedFarAway) {
+  EXPECT_NE(test::error_of(robot(kArm + rod_link("rod") +
+                                 joint("jr", "prismatic", "base", "rod", R"(<mimic joint="j1" multiplier="1e6"/>)")))
+                .find("r.urdf: link 'rod' follows a joint of the chain farther than 100 m"),
+            std::string::npos);
+}
+
+TEST(Followers, NeedNoGeometry) {
+  const auto model = load_text(
+      robot(kArm + R"(<link name="frame"/>)" + joint("jf", "revolute", "base", "frame", R"(<mimic joint="j1"/>)")));
+  EXPECT_FALSE(has_note(*model, "follow its joints"));
+}
+
+}  // namespace
+}  // namespace hecaton::planner
