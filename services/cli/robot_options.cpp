@@ -9,6 +9,7 @@
 #include "planner/collision/model_filter.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
+#include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -74,10 +75,14 @@ void refuse_robot_options(const CLI::App& command) {
   }
 }
 
-bool is_robot(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be read");
-  const std::string ending = std::filesystem::path(path).extension();
+bool is_robot(const std::string& word) {
+  std::ifstream file(word);
+  if (!file && config::is_robot_name(word)) return true;
+  if (!file) {
+    throw Failure(ExitCode::kBadInput, "'" + config::printable(word) + "' is no file that can be read, and no robot; " +
+                                           config::robot_suggestion(word));
+  }
+  const std::string ending = std::filesystem::path(word).extension();
   if (ending == ".urdf" || ending == ".xml") return true;
   if (ending == ".yaml" || ending == ".yml") return false;
   char c = ' ';
@@ -88,7 +93,7 @@ bool is_robot(const std::string& path) {
   return false;
 }
 
-std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, const RobotOptions& options) {
+std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, const RobotOptions& options) {
   planner::UrdfOptions urdf;
   urdf.srdf_path = options.srdf;
   urdf.tool_link = options.tool;
@@ -98,7 +103,9 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, c
   urdf.name_of_allow_bare_links = kAllowBareLinks;
   urdf.default_velocity = options.default_velocity;
   urdf.name_of_default_velocity = kDefaultVelocity;
-  return planner::load_arm_model(path, urdf);
+  if (std::filesystem::exists(word)) return planner::load_arm_model(word, urdf);
+  planner::SourceFiles sources;
+  return config::load_named_robot(config::read_named_robot(word, sources), urdf);
 }
 
 }  // namespace hecaton::services::cli

@@ -8,6 +8,7 @@
 #include "planner/collision/model_filter.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/readers.hpp"
+#include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
@@ -60,35 +61,59 @@ bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
          a.packages == b.packages && a.meshes == b.meshes && a.default_velocity == b.default_velocity;
 }
 
-std::shared_ptr<const planner::RobotModel> load_model(const ArmView& arm, const std::string& path,
-                                                      const planner::UrdfOptions& options) {
-  try {
-    return planner::load_arm_model(path, options);
-  } catch (const planner::ModelError& error) {
-    const std::string sentence = error.what();  // begins with its file
-    const bool of_srdf = !options.srdf_path.empty() && sentence.starts_with(options.srdf_path + ":");
-    arm.at(of_srdf ? "srdf" : "urdf").fail_with(sentence);
+/// The description of an arm's robot: the value of `urdf`, or of `robot`.
+struct RobotSource {
+  YamlView view;
+  bool by_name;
+
+  /// Loads the model. Throws ConfigError.
+  [[nodiscard]] std::shared_ptr<const planner::RobotModel> load(const ArmView& arm,
+                                                                const planner::UrdfOptions& options) const {
+    try {
+      if (!by_name) return planner::load_arm_model(beside(view.file(), view.text()), options);
+      const std::string name = view.text();
+      if (!is_robot_name(name, view.sources())) view.fail("the name of a robot: " + robot_suggestion(name));
+      return load_named_robot(read_named_robot(name, view.sources()), options);
+    } catch (const planner::ModelError& error) {
+      const std::string sentence = error.what();  // begins with its file
+      const bool of_srdf = !options.srdf_path.empty() && sentence.starts_with(options.srdf_path + ":");
+      (of_srdf ? arm.at("srdf") : view).fail_with(sentence);
+    }
   }
+};
+
+/// Of the arm itself, else of the defaults. A map with both keys is an error.
+RobotSource robot_source(const ArmView& arm) {
+  for (const MapView* map : {&arm.own, arm.defaults ? &*arm.defaults : nullptr}) {
+    if (map == nullptr) continue;
+    const auto urdf = map->find("urdf");
+    const auto robot = map->find("robot");
+    if (urdf && robot) robot->fail("left out, because urdf = " + urdf->value() + " describes the robot");
+    if (robot) return {*robot, true};
+    if (urdf) return {*urdf, false};
+  }
+  arm.own.fail_missing("urdf", "given, or robot with a name that `hecaton robots` lists");
 }
 
-/// Loads the robot models of a cell. Arms with the same URDF and options share one model.
+/// Loads the robot models of a cell. Arms with the same robot and options share one model.
 class ArmModels {
  public:
   std::shared_ptr<const planner::RobotModel> load(const ArmView& arm) {
-    const YamlView urdf = arm.at("urdf");
-    const std::string path = beside(urdf.file(), urdf.text());
+    const RobotSource source = robot_source(arm);
+    const std::string text = source.view.text();
     const planner::UrdfOptions options = read_options(arm);
     const auto known = std::find_if(loaded_.begin(), loaded_.end(), [&](const Loaded& loaded) {
-      return loaded.path == path && same(loaded.options, options);
+      return loaded.by_name == source.by_name && loaded.text == text && same(loaded.options, options);
     });
     if (known != loaded_.end()) return known->model;
-    loaded_.push_back({path, options, load_model(arm, path, options)});
+    loaded_.push_back({source.by_name, text, options, source.load(arm, options)});
     return loaded_.back().model;
   }
 
  private:
   struct Loaded {
-    std::string path;
+    bool by_name;
+    std::string text;  ///< of the key `robot` or `urdf`
     planner::UrdfOptions options;
     std::shared_ptr<const planner::RobotModel> model;
   };

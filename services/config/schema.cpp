@@ -55,8 +55,8 @@ ArmSections::ArmSections(const planner::MethodRegistry& registry) : registry_(re
 
   arm_ = {"arms[]", {"name", "base", "host", "standby_host"}};
   defaults_ = {"defaults",
-               {"urdf", "srdf", "packages", "meshes", "tool_link", "tool", "limits", "poses", "start", "device",
-                "method", "goal_tolerance", "acceleration_of_obstacles", "state_age_limit", "sensors"}};
+               {"robot", "urdf", "srdf", "packages", "meshes", "tool_link", "tool", "limits", "poses", "start",
+                "device", "method", "goal_tolerance", "acceleration_of_obstacles", "state_age_limit", "sensors"}};
   for (const auto& [name, section] : parameters_) defaults_.keys.push_back(name);
   arm_.keys.insert(arm_.keys.end(), defaults_.keys.begin(), defaults_.keys.end());
 }
