@@ -143,7 +143,7 @@ def robots_parts(binaries):
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
         text += f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} |\n"
     for robot in robots:
-        text += f"\n## {robot['name']}\n" + "".join(f"- Source: {sentence}\n" for sentence in robot["sources"])
+        text += f"\n### {robot['name']}\n" + "".join(f"- Source: {sentence}\n" for sentence in robot["sources"])
         text += "".join(f"- Approximate: {sentence}\n" for sentence in robot["approximate"])
     return {"robots": text}
 
