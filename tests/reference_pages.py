@@ -6,6 +6,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 |---|---|
 | cli.md | `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
+| robots.md | `hecaton robots`: generated |
 | faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
 | all documents | --help: the commands and options of `hecaton`, `hecaton-strategies` and `hecaton-chaos` in code exist |
 | docs/README.md | docs/: it lists every page; the list of design notes is generated |
@@ -13,6 +14,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 """
 import argparse
 import difflib
+import json
 import pathlib
 import re
 import subprocess
@@ -128,6 +130,22 @@ def topics_parts(root):
         text, file = known[name]
         messages += f"### {name}\nIn `{file}`.\n\n```idl\n{text}\n```\n\n"
     return {"topics": table, "messages": messages.rstrip() + "\n"}
+
+
+# --- robots.md
+
+
+def robots_parts(binaries):
+    """A table of figures, then sources and what is approximate, robot by robot."""
+    robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
+    text = "| robot | product | joints | reach [m] | payload [kg] |\n|---|---|---|---|---|\n"
+    for robot in robots:
+        joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
+        text += f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} |\n"
+    for robot in robots:
+        text += f"\n### {robot['name']}\n" + "".join(f"- Source: {sentence}\n" for sentence in robot["sources"])
+        text += "".join(f"- Approximate: {sentence}\n" for sentence in robot["approximate"])
+    return {"robots": text}
 
 
 # --- faults.md
@@ -380,7 +398,7 @@ def main():
     folder = options.root / "docs/reference"
     findings = []
     for name, parts in (("cli.md", cli_parts(options.bin)), ("topics.md", topics_parts(options.root)),
-                        ("faults.md", causes_part(options.root)), ("../README.md", index_part(options.root))):
+                        ("robots.md", robots_parts(options.bin)), ("faults.md", causes_part(options.root)), ("../README.md", index_part(options.root))):
         page = (folder / name).read_text()
         fresh = renewed(page, parts)
         absent = set(parts) - {match[1] for match in GENERATED.findall(page)}

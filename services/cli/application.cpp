@@ -33,6 +33,8 @@ void add_commands(CLI::App& app, Session& session) {
   add_mode_commands(app, session);
   add_obstacle(app, session);
   add_carry_commands(app, session);
+  add_init(app, session);
+  add_robots(app, session);
   add_check(app, session);
   add_plan(app, session);
   add_simulate(app, session);

@@ -8,6 +8,7 @@
 
 #include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_choice.hpp"
+#include "services/cli/cell_draft.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/robot_options.hpp"
 #include "services/command_line/document.hpp"
@@ -317,7 +318,7 @@ std::string cell_text(const config::CellFile& file, const Findings& findings, co
     described.push_back(&arm);
     out += "\n" + palette.bold("arm " + arm.name) + ", " + model_text(*arm.model, arm.limits, palette);
   }
-  return out + "\n" + findings_text(findings, palette) + verdict(findings, palette) + "\n";
+  return out + "\n" + findings_text(findings, palette) + verdict(findings, palette) + "\n" + next_steps(file, findings);
 }
 
 struct Options {
@@ -327,7 +328,9 @@ struct Options {
 
 ExitCode check_urdf(const Settings& settings, const Options& options) {
   const auto model = load_robot(options.file, options.robot);
-  print(settings, model_json(*model, model->limits), model_text(*model, model->limits, Palette::for_stream(stdout)));
+  const std::string next = "next: hecaton init -o cell.yaml left=" + options.file + "@\"0 0 0\"\n";
+  print(settings, model_json(*model, model->limits),
+        model_text(*model, model->limits, Palette::for_stream(stdout)) + next);
   return ExitCode::kDone;
 }
 
@@ -345,9 +348,10 @@ ExitCode check_cell(const Settings& settings, const Options& options) {
 
 void add_check(CLI::App& app, Session& session) {
   CLI::App* command =
-      app.add_subcommand("check", "Validates a cell file or a URDF and describes it, without starting a process");
+      app.add_subcommand("check", "Validates a cell file or a robot and describes it, without starting a process");
   auto options = std::make_shared<Options>();
-  command->add_option("FILE", options->file, "cell file (YAML) or robot description (URDF)")->required();
+  command->add_option("FILE", options->file, "cell file (YAML), robot description (URDF) or name of a robot")
+      ->required();
   add_robot_options(*command, options->robot);
   command->callback([&session, options, command] {
     check_robot_options(options->robot);

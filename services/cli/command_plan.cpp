@@ -217,7 +217,7 @@ void add_plan(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("plan", "Plans one path around all obstacles, without network");
   auto options = std::make_shared<Options>();
   PlanArguments& arguments = options->arguments;
-  command->add_option("FILE", arguments.file, "cell file (YAML) or robot description (URDF)")->required();
+  command->add_option("FILE", arguments.file, "cell file (YAML), robot description (URDF) or name of a robot")->required();
   std::vector<std::string> methods;
   for (const auto& planner : global::built_in_planners().planners()) methods.emplace_back(planner->traits().name);
   for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {

@@ -1,6 +1,10 @@
 #pragma once
 /// The program `hecaton` and its commands, each in its own file.
 
+#include <iosfwd>
+#include <string>
+#include <vector>
+
 #include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
@@ -19,7 +23,13 @@ void add_mode_commands(CLI::App& app, Session& session);  ///< hold, resume, sto
 void add_obstacle(CLI::App& app, Session& session);
 void add_carry_commands(CLI::App& app, Session& session);  ///< attach, detach
 void add_check(CLI::App& app, Session& session);
+void add_init(CLI::App& app, Session& session);
+void add_robots(CLI::App& app, Session& session);
 void add_plan(CLI::App& app, Session& session);
 void add_simulate(CLI::App& app, Session& session);
+
+/// Asks for the arms of `hecaton init` until an empty name ends the list; answers that are no arm are explained and
+/// asked again. Returns words for parse_draft_arm(), at least one. Throws Failure (usage) when the input ends earlier.
+[[nodiscard]] std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out);
 
 }  // namespace hecaton::services::cli

@@ -11,6 +11,7 @@
 #include "planner/collision/model_filter.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
+#include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services::cli {
@@ -114,10 +115,14 @@ void refuse_robot_options(const CLI::App& command) {
   }
 }
 
-bool is_robot(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw Failure(ExitCode::kBadInput, "file '" + path + "' cannot be read");
-  const std::string ending = std::filesystem::path(path).extension();
+bool is_robot(const std::string& word) {
+  std::ifstream file(word);
+  if (!file && config::is_robot_name(word)) return true;
+  if (!file) {
+    throw Failure(ExitCode::kBadInput, "'" + config::printable(word) + "' is no file that can be read, and no robot; " +
+                                           config::robot_suggestion(word));
+  }
+  const std::string ending = std::filesystem::path(word).extension();
   if (ending == ".urdf" || ending == ".xml") return true;
   if (ending == ".yaml" || ending == ".yml") return false;
   char c = ' ';
@@ -128,7 +133,7 @@ bool is_robot(const std::string& path) {
   return false;
 }
 
-std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, const RobotOptions& options) {
+std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, const RobotOptions& options) {
   planner::UrdfOptions urdf;
   urdf.srdf_path = options.srdf;
   urdf.tool_link = options.tool;
@@ -142,7 +147,9 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, c
   urdf.names = {
       "--tool LINK",    "--package @=DIR", std::string(kJoint) + " NAME=VALUE", std::string(kXacro) + " NAME=VALUE",
       kDefaultVelocity, kAllowBareLinks};
-  return planner::load_arm_model(path, urdf);
+  if (std::filesystem::exists(word)) return planner::load_arm_model(word, urdf);
+  planner::SourceFiles sources;
+  return config::load_named_robot(config::read_named_robot(word, sources), urdf);
 }
 
 }  // namespace hecaton::services::cli

@@ -1,5 +1,5 @@
 #pragma once
-/// Options of commands that load a URDF instead of a cell file.
+/// Options of commands that load a URDF or a robot by name instead of a cell file.
 
 #include <map>
 #include <memory>
@@ -34,11 +34,12 @@ void check_robot_options(const RobotOptions& options);
 /// For a cell file: throws Failure (usage) when one of the options was given.
 void refuse_robot_options(const CLI::App& command);
 
-/// True for a URDF, false for a cell file: by the extension if it is .urdf, .xml, .yaml or .yml, otherwise by the
-/// content (XML begins with '<'). Throws Failure (bad input) when the file cannot be read.
-[[nodiscard]] bool is_robot(const std::string& path);
-/// Throws planner::ModelError.
-[[nodiscard]] std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path,
+/// True for a URDF and for the name of a robot, false for a cell file: by the extension if it is .urdf, .xml, .yaml or
+/// .yml, otherwise by the content (XML begins with '<'). A file has precedence over the name of a robot. Throws Failure
+/// (bad input) for anything else.
+[[nodiscard]] bool is_robot(const std::string& word);
+/// Loads the URDF or the named robot. Throws planner::ModelError.
+[[nodiscard]] std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word,
                                                                     const RobotOptions& options);
 
 }  // namespace hecaton::services::cli

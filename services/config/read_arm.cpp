@@ -8,6 +8,7 @@
 #include "planner/collision/model_filter.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/readers.hpp"
+#include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
@@ -86,11 +87,6 @@ planner::UrdfOptions read_options(const ArmView& arm) {
   return options;
 }
 
-std::string urdf_path(const ArmView& arm) {
-  const YamlView urdf = arm.at("urdf");
-  return beside(urdf.file(), urdf.text());
-}
-
 bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
   return a.base_link == b.base_link && a.tool_link == b.tool_link && a.X_LT.matrix() == b.X_LT.matrix() &&
          a.other_arms == b.other_arms && a.held_joints == b.held_joints && a.srdf_path == b.srdf_path &&
@@ -98,36 +94,61 @@ bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
          a.default_velocity == b.default_velocity && a.allow_bare_links == b.allow_bare_links;
 }
 
-std::shared_ptr<const planner::RobotModel> load_model(const ArmView& arm, const std::string& path,
-                                                      const planner::UrdfOptions& options) {
-  try {
-    return planner::load_arm_model(path, options);
-  } catch (const planner::ModelError& error) {
-    const std::string sentence = error.what();  // begins with its file
-    const bool of_srdf = !options.srdf_path.empty() && sentence.starts_with(options.srdf_path + ":");
-    arm.at(of_srdf ? "srdf" : "urdf").fail_with(sentence);
+/// The description of an arm's robot: the value of `urdf`, or of `robot`.
+struct RobotSource {
+  YamlView view;
+  bool by_name;
+
+  /// Loads the model. Throws ConfigError.
+  [[nodiscard]] std::shared_ptr<const planner::RobotModel> load(const ArmView& arm,
+                                                                const planner::UrdfOptions& options) const {
+    try {
+      if (!by_name) return planner::load_arm_model(beside(view.file(), view.text()), options);
+      const std::string name = view.text();
+      if (!is_robot_name(name, view.sources())) view.fail("the name of a robot: " + robot_suggestion(name));
+      return load_named_robot(read_named_robot(name, view.sources()), options);
+    } catch (const planner::ModelError& error) {
+      const std::string sentence = error.what();  // begins with its file
+      const bool of_srdf = !options.srdf_path.empty() && sentence.starts_with(options.srdf_path + ":");
+      (of_srdf ? arm.at("srdf") : view).fail_with(sentence);
+    }
   }
+};
+
+/// Of the arm itself, else of the defaults. A map with both keys is an error.
+RobotSource robot_source(const ArmView& arm) {
+  for (const MapView* map : {&arm.own, arm.defaults ? &*arm.defaults : nullptr}) {
+    if (map == nullptr) continue;
+    const auto urdf = map->find("urdf");
+    const auto robot = map->find("robot");
+    if (urdf && robot) robot->fail("left out, because urdf = " + urdf->value() + " describes the robot");
+    if (robot) return {*robot, true};
+    if (urdf) return {*urdf, false};
+  }
+  arm.own.fail_missing("urdf", "given, or robot with a name that `hecaton robots` lists");
 }
 
-/// Loads the robot models of a cell. Arms with the same URDF and options share one model.
+/// Loads the robot models of a cell. Arms with the same robot and options share one model.
 class ArmModels {
  public:
   /// `other_arms`: tool links of the other arms of the same robot.
   std::shared_ptr<const planner::RobotModel> load(const ArmView& arm, const std::vector<std::string>& other_arms) {
-    const std::string path = urdf_path(arm);
+    const RobotSource source = robot_source(arm);
+    const std::string text = source.view.text();
     planner::UrdfOptions options = read_options(arm);
     options.other_arms = other_arms;
     const auto known = std::find_if(loaded_.begin(), loaded_.end(), [&](const Loaded& loaded) {
-      return loaded.path == path && same(loaded.options, options);
+      return loaded.by_name == source.by_name && loaded.text == text && same(loaded.options, options);
     });
     if (known != loaded_.end()) return known->model;
-    loaded_.push_back({path, options, load_model(arm, path, options)});
+    loaded_.push_back({source.by_name, text, options, source.load(arm, options)});
     return loaded_.back().model;
   }
 
  private:
   struct Loaded {
-    std::string path;
+    bool by_name;
+    std::string text;  ///< of the key `robot` or `urdf`
     planner::UrdfOptions options;
     std::shared_ptr<const planner::RobotModel> model;
   };
@@ -228,7 +249,8 @@ class SharedRobots {
     for (const ArmView& arm : arms) {
       planner::UrdfOptions chain;
       read_chain(arm, chain);
-      placed_.push_back({urdf_path(arm), read_pose(arm.own, "base"), chain.tool_link});
+      const RobotSource source = robot_source(arm);
+      placed_.push_back({source.by_name, source.view.text(), read_pose(arm.own, "base"), chain.tool_link});
     }
   }
 
@@ -249,15 +271,16 @@ class SharedRobots {
 
  private:
   struct Placed {
-    std::string path;
+    bool by_name;
+    std::string text;  ///< of the key `robot` or `urdf`
     planner::Pose X_WB;
     std::string tool_link;
   };
   [[nodiscard]] bool is_same_robot(int a, int b) const {
     const Placed& one = placed_[a];
     const Placed& two = placed_[b];
-    return one.path == two.path && one.X_WB.matrix() == two.X_WB.matrix() && !one.tool_link.empty() &&
-           !two.tool_link.empty() && one.tool_link != two.tool_link;
+    return one.by_name == two.by_name && one.text == two.text && one.X_WB.matrix() == two.X_WB.matrix() &&
+           !one.tool_link.empty() && !two.tool_link.empty() && one.tool_link != two.tool_link;
   }
 
   std::vector<Placed> placed_;

@@ -55,9 +55,26 @@ ArmSections::ArmSections(const planner::MethodRegistry& registry) : registry_(re
 
   arm_ = {"arms[]", {"name", "base", "host", "standby_host"}};
   defaults_ = {"defaults",
-               {"urdf", "xacro", "srdf", "packages", "meshes", "allow_bare_links", "chain", "tool_link", "tool",
-                "joints", "limits", "poses", "start", "device", "method", "goal_tolerance", "acceleration_of_obstacles",
-                "state_age_limit", "sensors"}};
+               {"robot",
+                "urdf",
+                "xacro",
+                "srdf",
+                "packages",
+                "meshes",
+                "allow_bare_links",
+                "chain",
+                "tool_link",
+                "tool",
+                "joints",
+                "limits",
+                "poses",
+                "start",
+                "device",
+                "method",
+                "goal_tolerance",
+                "acceleration_of_obstacles",
+                "state_age_limit",
+                "sensors"}};
   for (const auto& [name, section] : parameters_) defaults_.keys.push_back(name);
   arm_.keys.insert(arm_.keys.end(), defaults_.keys.begin(), defaults_.keys.end());
 }

@@ -1,0 +1,42 @@
+#pragma once
+/// Drafts of cell files, for `hecaton init`: from robots and bases to a commented cell that can start.
+
+#include <string>
+#include <vector>
+
+#include "services/config/cell_file.hpp"
+#include "services/config/validate.hpp"
+
+namespace hecaton::services::cli {
+
+/// An arm of the draft.
+struct DraftArm {
+  std::string name;
+  std::string robot;      ///< a name of the catalogue, or the path of a URDF
+  std::string tool_link;  ///< empty: the robot's first tool, or the end of the longest chain
+  std::vector<double> base = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};  ///< x y z [m] roll pitch yaw [rad], in W
+};
+
+/// Reads `left=ur5e@-0.5 0 0`, with rotation `left=ur5e@-0.5 0 0 0 0 3.14`, with a tool link `left=yumi:left_tool0`.
+/// Without `@…` the base is the origin. Throws Failure (bad input).
+[[nodiscard]] DraftArm parse_draft_arm(const std::string& word);
+
+struct CellDraft {
+  std::string text;  ///< of the cell file
+  config::CellFile file;
+  std::vector<config::Finding> findings;  ///< of config::validate()
+};
+
+/// Drafts a cell file that is to stand at `path`. The draft has
+/// - poses `home` and `ready` of robots whose own poses are missing or in the way of another arm,
+/// - a floor below the lowest base, unless a base is tilted or no arm keeps clear of the floor,
+/// - tasks: a cylinder that all arms reach; if none is found, or no conflicting goals can be drawn in it, the poses
+///   `home` and `ready` in turn.
+/// Deterministic; takes some seconds for ten arms. Throws Failure (bad input), planner::ModelError or
+/// config::ConfigError when no cell of these robots and bases can start.
+[[nodiscard]] CellDraft draft_cell(const std::vector<DraftArm>& arms, const std::string& path);
+
+/// What a user does after a check of the cell at `path`: lines with commands.
+[[nodiscard]] std::string next_steps(const config::CellFile& file, const std::vector<config::Finding>& findings);
+
+}  // namespace hecaton::services::cli

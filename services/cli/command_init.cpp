@@ -1,0 +1,122 @@
+/// hecaton init: writes a cell file for robots and their bases.
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
+
+#include "services/cli/cell_draft.hpp"
+#include "services/cli/commands.hpp"
+#include "services/command_line/options.hpp"
+#include "services/config/robot_catalogue.hpp"
+#include "services/config/text.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+struct Options {
+  std::string path = "cell.yaml";
+  std::vector<std::string> arms;
+};
+
+/// One line of the answer; the default for an empty line. Throws Failure at the end of the input.
+std::string ask(std::istream& in, std::ostream& out, const std::string& question, const std::string& otherwise) {
+  out << question << (otherwise.empty() ? ": " : " [" + otherwise + "]: ") << std::flush;
+  std::string answer;
+  if (!std::getline(in, answer)) throw Failure(ExitCode::kUsage, "the input ended before the last answer");
+  return answer.empty() ? otherwise : answer;
+}
+
+std::string robots_on_one_line() {
+  const std::vector<std::string> names = config::robot_names();
+  const std::vector<std::string_view> words(names.begin(), names.end());
+  return config::listed(words);
+}
+
+void write_new(const std::string& path, const std::string& text) {
+  std::FILE* file = std::fopen(path.c_str(), "wx");
+  if (file == nullptr && errno == EEXIST) {
+    throw Failure(ExitCode::kBadInput, "'" + path + "' exists already: name another file with -o, or remove it");
+  }
+  if (file == nullptr) throw Failure(ExitCode::kBadInput, "'" + path + "' cannot be written: " + std::strerror(errno));
+  const bool written = std::fputs(text.c_str(), file) >= 0;
+  if (std::fclose(file) != 0 || !written) {
+    throw Failure(ExitCode::kBadInput, "'" + path + "' cannot be written: " + std::strerror(errno));
+  }
+}
+
+void refuse_existing(const std::string& path) {
+  if (access(path.c_str(), F_OK) != 0) return;
+  throw Failure(ExitCode::kBadInput, "'" + path + "' exists already: name another file with -o, or remove it");
+}
+
+ExitCode run(const Options& options) {
+  refuse_existing(options.path);  // before the work; write_new() decides
+  std::vector<DraftArm> arms;
+  for (const std::string& word : options.arms) arms.push_back(parse_draft_arm(word));
+  const CellDraft draft = draft_cell(arms, options.path);
+  write_new(options.path, draft.text);
+  for (const config::Finding& finding : draft.findings) {
+    if (finding.severity == config::Severity::kNote) continue;
+    std::fprintf(stderr, "hecaton: %s\n", finding.sentence.c_str());
+  }
+  std::printf("%s: %zu arm%s\nnext: hecaton check %s\n%s", options.path.c_str(), arms.size(),
+              arms.size() == 1 ? "" : "s", options.path.c_str(), next_steps(draft.file, draft.findings).c_str());
+  return ExitCode::kDone;
+}
+
+}  // namespace
+
+std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out) {
+  out << "Robots by name: " << robots_on_one_line()
+      << ".\nA path of a URDF works as well. An empty arm name ends the list.\n";
+  std::vector<std::string> arms;
+  for (;;) {
+    const std::string number = std::to_string(arms.size() + 1);
+    const std::string name = ask(in, out, "name of arm " + number, "");
+    if (name.empty() && !arms.empty()) return arms;
+    const std::string robot = name.empty() ? "" : ask(in, out, "robot of " + name, "ur5e");
+    const std::string base =
+        name.empty() ? "" : ask(in, out, "base of " + name + ": x y z roll pitch yaw [m, rad]", "0 0 0 0 0 0");
+    const std::string word = name + "=" + robot + "@" + base;
+    try {
+      static_cast<void>(parse_draft_arm(word));
+      arms.push_back(word);
+    } catch (const Failure& failure) {
+      out << failure.what() << "\n";
+    }
+  }
+}
+
+void add_init(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand(
+      "init", "Writes a commented cell file for robots and their bases; without arms it asks, on a terminal");
+  auto options = std::make_shared<Options>();
+  command->add_option("-o,--file", options->path, "the cell file to write; an existing file stays (cell.yaml)")
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "ARMS", options->arms,
+          "each NAME=ROBOT@\"x y z roll pitch yaw\": ROBOT is a name that `hecaton robots` lists or the path of a "
+          "URDF; the rotation may be left out")
+      ->take_all();
+  command->footer("Try it: hecaton init -o cell.yaml left=ur5e@\"-0.5 0 0\" right=panda@\"0.5 0 0 0 0 3.14\"");
+  command->callback([&session, options] {
+    session.action = [options] {
+      if (options->arms.empty()) {
+        if (isatty(STDIN_FILENO) == 0) {
+          throw Failure(ExitCode::kUsage,
+                        "an arm is missing: NAME=ROBOT@\"x y z roll pitch yaw\"; see 'hecaton init --help'");
+        }
+        options->arms = ask_for_arms(std::cin, std::cout);
+      }
+      return run(*options);
+    };
+  });
+}
+
+}  // namespace hecaton::services::cli
