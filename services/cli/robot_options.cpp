@@ -96,6 +96,7 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& path, c
   urdf.meshes = options.meshes == "capsule" ? planner::MeshGeometry::kCapsule : planner::MeshGeometry::kConvexHull;
   urdf.allow_bare_links = options.allow_bare_links;
   urdf.name_of_allow_bare_links = kAllowBareLinks;
+  urdf.default_acceleration.reset();
   urdf.default_velocity = options.default_velocity;
   urdf.name_of_default_velocity = kDefaultVelocity;
   return planner::load_arm_model(path, urdf);

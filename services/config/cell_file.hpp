@@ -82,8 +82,9 @@ struct CellFile {
   std::vector<DeviceOptions> devices;  ///< one per arm of the cell
   std::string world_host;
   Supervision supervision;
-  planner::SourceFiles sources;  ///< the files that it was read from
-  bool real_time = false;        ///< loops of services get real-time priority where the machine allows it
+  std::vector<std::string> assumptions;  ///< a sentence for each value that the file leaves open and a guess replaces
+  planner::SourceFiles sources;          ///< the files that it was read from
+  bool real_time = false;                ///< loops of services get real-time priority where the machine allows it
 };
 
 /// Reads a cell file and checks that the cell can start: check_start(). `snapshot`: a folder of copies to read instead
