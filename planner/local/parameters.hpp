@@ -36,10 +36,9 @@ struct Damper {
 };
 
 /// Two links of one arm that no posture brings farther apart than w [m] (ClosePair) cannot keep the distances of other
-/// links: the damper would ask for a retreat that no joint can make. Such a pair keeps dₛ at or below this share of
-/// w...
+/// links: the damper would ask for a retreat that no joint can make. dₛ of such a pair is at most this share of w.
 inline constexpr double kSecurityShare = 0.25;
-/// ... and starts, goals and the influence of the damper ask for at most this share.
+/// Starts and goals need at most this share of w between the two links, and the damper influences the arm only below.
 inline constexpr double kRestShare = 0.5;
 
 struct DamperParameters {

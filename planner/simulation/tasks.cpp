@@ -85,6 +85,7 @@ struct TaskGenerator::Impl {
     }
     for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
     kinematics.resize(arms.size());
+    obstructions.resize(arms.size());
     for (const CellGeometry& geometry : geometries) {
       for (int other = 0; other < geometry.self(); ++other) can_meet = can_meet || geometry.gap_to_arm(other) < 0.0;
     }

@@ -352,7 +352,7 @@ ExitCode check_cell(const Settings& settings, const Options& options) {
   check_draws(file, findings);
   print(settings, cell_json(file, findings), cell_text(file, findings, Palette::for_stream(stdout)));
   const bool works = findings.empty() || findings.front().severity != config::Severity::kError;  // errors come first
-  return works ? ExitCode::kDone : ExitCode::kBadInput;                                          // as hecaton simulate
+  return works ? ExitCode::kDone : ExitCode::kBadInput;
 }
 
 }  // namespace
