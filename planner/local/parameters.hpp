@@ -35,8 +35,8 @@ struct Damper {
   [[nodiscard]] double longest() const { return std::max(width / convergence_speed, response); }
 };
 
-/// Two links of one arm that no posture brings farther apart than w [m] (ClosePair) cannot keep the distances of other
-/// links: the damper would ask for a retreat that no joint can make. dₛ of such a pair is at most this share of w.
+/// No posture brings the links of a ClosePair farther apart than its widest distance w [m]. With the dₛ of other links
+/// the damper could ask for a retreat that no joint can make. dₛ of such a pair is at most this share of w.
 inline constexpr double kSecurityShare = 0.25;
 /// Starts and goals need at most this share of w between the two links, and the damper influences the arm only below.
 inline constexpr double kRestShare = 0.5;
