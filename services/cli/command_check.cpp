@@ -328,8 +328,10 @@ struct Options {
 };
 
 ExitCode check_urdf(const Settings& settings, const Options& options) {
-  const auto model = load_robot(options.file, options.robot);
-  print(settings, model_json(*model, model->limits), model_text(*model, model->limits, Palette::for_stream(stdout)));
+  planner::RobotModel model = *load_robot(options.file, options.robot);
+  model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
+                        number_text(planner::kAssumedRunUp) + " s");
+  print(settings, model_json(model, model.limits), model_text(model, model.limits, Palette::for_stream(stdout)));
   return ExitCode::kDone;
 }
 

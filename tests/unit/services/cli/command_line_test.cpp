@@ -255,6 +255,7 @@ TEST(Check, DescribesARobot) {
   EXPECT_EQ(robot["joints"].size(), 6U);
   // Seven links have one shape each (see the URDF): 7 · 6 / 2 pairs.
   EXPECT_EQ(robot["geometry"].size(), 7U);
+  EXPECT_NE(robot["warnings"].back().get<std::string>().find("velocity limit in 0.25 s"), std::string::npos);
   EXPECT_EQ(robot["self_pairs"]["all"], 21);
   EXPECT_EQ(robot["self_pairs"]["checked"].get<int>() + robot["self_pairs"]["filtered"].get<int>(), 21);
 }
