@@ -4,6 +4,7 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/parameters.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 
 namespace hecaton::planner {
