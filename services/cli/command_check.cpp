@@ -343,7 +343,8 @@ void check_draws(const config::CellFile& file, Findings& findings) {
   if (has_error || !has_tasks(file)) return;
   const auto reason = planner::why_no_task(file.cell, kEpisodes);
   if (!reason) return;
-  findings.insert(findings.begin(), {config::Severity::kError, "tasks: no task can be drawn: " + *reason});
+  findings.insert(findings.begin(),
+                  config::Finding{config::Severity::kError, "tasks: no task can be drawn: " + *reason});
 }
 
 ExitCode check_cell(const Settings& settings, const Options& options) {
