@@ -215,8 +215,8 @@ TEST(ValidateTest, NotesMissingTasksAndStandbys) {
 // A cell with URDF and base alone has to work, and tells once what it guesses.
 TEST(ValidateTest, NotesEachGuessOnceInACellOfUrdfAndBase) {
   const CellFile file = parse_cell_file(
-      "name: test\narms:\n  - {name: left, urdf: urdf/planar_2r.urdf}\n"
-      "  - {name: right, urdf: urdf/planar_2r.urdf, base: {xyz: [2.5, 0, 0]}}\n",
+      "name: test\narms:\n  - {name: left, urdf: urdf/planar_2r.urdf, tool: {xyz: [1, 0, 0]}}\n"
+      "  - {name: right, urdf: urdf/planar_2r.urdf, tool: {xyz: [1, 0, 0]}, base: {xyz: [2.5, 0, 0]}}\n",
       kInlineFile);
   int guesses = 0;
   for (const Finding& finding : validate(file)) {
@@ -234,8 +234,9 @@ TEST(ValidateTest, NotesEachGuessOnceInACellOfUrdfAndBase) {
 }
 
 TEST(ValidateTest, SortsErrorsFirst) {
-  const auto findings = findings_of("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2}\narms:\n" +
-                                    arm("left", "[0, 1]", "    damper: {security_distance: 0.001}\n"));
+  const auto findings =
+      findings_of("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2}\narms:\n" +
+                  arm("left", "[0, 1]", "    damper: {security_distance: 0.001, convergence_speed: 0.5}\n"));
   ASSERT_GE(findings.size(), 2U);
   EXPECT_EQ(findings.front().severity, Severity::kError);
   EXPECT_TRUE(std::is_sorted(findings.begin(), findings.end(),
