@@ -29,7 +29,12 @@ tasks:
 defaults:
   urdf: {urdf}
   limits: {{velocity: 1.5, acceleration: 10}}
-  damper: {{influence_distance: 0.12, security_distance: 0.03, convergence_speed: 0.55}}
+  damper:
+    influence_distance: 0.12
+    security_distance: 0.03
+    convergence_speed: 0.55
+    self_influence_distance: 0.11
+    self_security_distance: 0.01
   poses:
     home: [0, -1.9, 2.6, 0, 0.6, 0]
     ready: [0, -1.25, 3.5, 0, 0.89, 0]

@@ -66,7 +66,7 @@ def cell(problem, a):
             "  method: strategy", "  strategy:",
             "    # h; and Δ = ε / reach = 0.05 m / 0.85 m", f"    distance: {a.distance:g}", f"    step: {a.step:g}", "  damper:",
             "    influence_distance: 0.10", "    security_distance: 0.015", "    self_influence_distance: 0.05",
-            "    self_security_distance: 0.005",
+            "    self_security_distance: 0.005", "    convergence_speed: 1.0",
             "  poses:", f"    home: {pose(-angle, side)}", f"    left: {pose(angle, side)}",
             f"    right: {pose(-angle, side)}"]
     if problem == "2c":

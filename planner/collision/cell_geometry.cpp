@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "planner/model/arm.hpp"
@@ -134,6 +135,13 @@ void CellGeometry::set_obstacles(std::span<const world::Obstacle> obstacles) {
   }
   arm_reach_.clear();
   for (std::size_t i = 0; i < arms_.size(); ++i) arm_reach_.push_back(reach_of(arms_[i], arm_bodies_[i]));
+}
+
+double CellGeometry::widest(int first, int second) const {
+  for (const ClosePair& pair : own_arm().model->close_pairs) {
+    if (pair.first == first && pair.second == second) return pair.widest;
+  }
+  return std::numeric_limits<double>::infinity();
 }
 
 double CellGeometry::gap_to_arm(int arm) const {

@@ -50,6 +50,8 @@ class CellGeometry {
   [[nodiscard]] const std::vector<Body>& own_bodies() const { return arm_bodies_[self_]; }
   /// Pairs of own bodies that are checked against each other.
   [[nodiscard]] const std::vector<std::pair<int, int>>& self_pairs() const { return self_pairs_; }
+  /// The largest distance of a self pair in any posture [m]; infinity unless it is one of the model's close pairs.
+  [[nodiscard]] double widest(int first, int second) const;
 
   /// A ball in W that contains all bodies of arm i, for all positions of its revolute joints, and for all positions of
   /// its prismatic joints within the limits.

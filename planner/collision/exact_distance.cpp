@@ -95,6 +95,7 @@ LaneBody lane_body(const Body& body, bool own) {
 struct ExactDistance::Storage {
   Storage(const CellGeometry& geometry, PassKernel pass_kernel)
       : self_pairs(geometry.self_pairs()), kernel(pass_kernel) {
+    for (const auto& [first, second] : self_pairs) widest.push_back(geometry.widest(first, second));
     add(Counterpart::kSelf, geometry.self(), geometry.own_bodies());
     own_count = static_cast<int>(geometry.own_bodies().size());
     range_of_arm.resize(geometry.arms().size());
@@ -196,11 +197,12 @@ struct ExactDistance::Storage {
     pass.thin_pairs = scratch.thin_pairs.data();
     pass.box_pairs = scratch.box_pairs.data();
     pass.pairs = scratch.pairs.data();
-    for (const auto& [first, second] : self_pairs) {
+    for (std::size_t i = 0; i < self_pairs.size(); ++i) {
+      const auto& [first, second] = self_pairs[i];
       LanePair& pair = scratch.pairs[pass.pair_count++];
       pair.own = first;
       pair.other = second;
-      pair.limit = influence.against_self(first, second);
+      pair.limit = std::min(influence.against_self(first, second), influence.self_share * widest[i]);
       pair.cull = capsules_bound_only[first] || capsules_bound_only[second];
     }
     kernel(pass);
@@ -236,6 +238,7 @@ struct ExactDistance::Storage {
   std::vector<std::uint8_t> pairs_with_fixed;
   int own_count = 0;
   std::vector<std::pair<int, int>> self_pairs;
+  std::vector<double> widest;  ///< of each self pair [m]
   std::vector<int> other_arms;
   std::vector<LaneRange> range_of_arm;
   LaneRange obstacles;

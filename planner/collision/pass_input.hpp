@@ -2,6 +2,7 @@
 /// The input of a distance pass: poses, and influence distances.
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -27,6 +28,9 @@ struct InfluenceDistances {
   std::span<const Reach> of_obstacle{};  ///< one per obstacle, or one for all of them
   Reach of_self{};                       ///< of the sum of both bodies' speeds
   std::optional<std::span<const int>> near_arms{};  ///< the other arms to test, ascending; empty: all
+  /// The influence distance of a self pair is at most this share, above 0, of CellGeometry::widest(): every posture has
+  /// the pair nearer than its widest distance.
+  double self_share = std::numeric_limits<double>::infinity();
 
   [[nodiscard]] Reach against_arm(int arm) const {
     return own_speed.empty() ? Reach{others, others, 0.0} : of_arm[arm];

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "planner/collision/exact_distance.hpp"
-#include "planner/global/validity.hpp"
+#include "planner/local/parameters.hpp"
 #include "planner/simd/instruction_set.hpp"
 
 namespace hecaton::planner::global {
@@ -172,8 +172,11 @@ void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int fi
     kernel_body.count = static_cast<int>(robot_.spheres.size()) - kernel_body.first;
   }
   body_arm_.resize(robot_.bodies.size(), body_arm_.empty() ? 0 : body_arm_.back() + 1);
-  const auto padding = static_cast<float>(options_.self_padding);
-  for (const auto& [a, b] : geometry.self_pairs()) robot_.pairs.push_back({first_body + a, first_body + b, padding});
+  for (const auto& [a, b] : geometry.self_pairs()) {
+    const double padding = std::min(options_.self_padding, kSecurityShare * geometry.widest(a, b));
+    if (padding < options_.self_padding) close_pairs_.push_back({first_body + a, first_body + b, padding});
+    robot_.pairs.push_back({first_body + a, first_body + b, static_cast<float>(padding)});
+  }
 }
 
 void Validity::add_pairs(const std::vector<int>& first_body) {
@@ -218,7 +221,10 @@ double Validity::from_body(const void* self, int a, const float* frame_a, int b,
   const PlacedCore& one = validity.body_cores_[a];
   const PlacedCore& two = validity.body_cores_[b];
   const ValidityOptions& options = validity.options_;
-  const double padding = validity.body_arm_[a] == validity.body_arm_[b] ? options.self_padding : options.padding;
+  double padding = validity.body_arm_[a] == validity.body_arm_[b] ? options.self_padding : options.padding;
+  for (const PaddedPair& pair : validity.close_pairs_) {
+    if (pair.a == a && pair.b == b) padding = pair.padding;
+  }
   return prepared_distance(one.core, pose_of(frame_a) * one.X_FS, two.core, pose_of(frame_b) * two.X_FS).distance -
          padding - 2.0 * kBodyRounding * validity.scale_;
 }

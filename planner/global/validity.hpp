@@ -116,6 +116,13 @@ class Validity {
   std::vector<int> body_arm_;  ///< index of each body's arm in planned_
   std::vector<float> levers_;  ///< see body_levers()
   std::vector<PlacedCore> world_cores_;
+  /// Pairs of bodies that no posture brings far apart, and their minimum distance [m].
+  struct PaddedPair {
+    int a = 0;
+    int b = 0;
+    double padding = 0.0;
+  };
+  std::vector<PaddedPair> close_pairs_;
   mutable std::uint64_t checks_ = 0;
 };
 

@@ -2,6 +2,7 @@
 /// Parameters of the reactive planner for any motion method, with the symbols of [Lahouar06].
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -34,6 +35,12 @@ struct Damper {
   [[nodiscard]] double longest() const { return std::max(width / convergence_speed, response); }
 };
 
+/// No posture brings the links of a ClosePair farther apart than its widest distance w [m]. With the dₛ of other links
+/// the damper could ask for a retreat that no joint can make. dₛ of such a pair is at most this share of w.
+inline constexpr double kSecurityShare = 0.25;
+/// Starts and goals need at most this share of w between the two links, and the damper influences the arm only below.
+inline constexpr double kRestShare = 0.5;
+
 struct DamperParameters {
   double influence_distance = 0.12;       ///< dᵢ [m], > security_distance
   double security_distance = 0.02;        ///< dₛ [m], > 0
@@ -45,8 +52,12 @@ struct DamperParameters {
   [[nodiscard]] Damper against_others(double response) const {
     return {security_distance, influence_distance - security_distance, convergence_speed, response};
   }
-  [[nodiscard]] Damper against_self(double response) const {
-    return {self_security_distance, self_influence_distance - self_security_distance, convergence_speed, response};
+  /// `widest`: the largest distance of the two links in any posture [m]. The damper of a close pair is smaller, with
+  /// the same slope, so that braking can keep it as well as the damper of any pair.
+  [[nodiscard]] Damper against_self(double response, double widest = std::numeric_limits<double>::infinity()) const {
+    const double scale = std::min(1.0, kSecurityShare * widest / self_security_distance);
+    return {scale * self_security_distance, scale * (self_influence_distance - self_security_distance),
+            scale * convergence_speed, response};
   }
 };
 

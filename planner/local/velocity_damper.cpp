@@ -24,12 +24,15 @@ void keep(const DamperScene& scene, const Damper& damper, double distance, doubl
 }
 
 void against_self(const DamperScene& scene, const Clearance& clearance, Row& row) {
-  const Damper damper = scene.parameters.damper.against_self(scene.response(scene.geometry.self()));
+  const double widest = scene.geometry.widest(clearance.own_body, clearance.other_body);
+  const Damper damper = scene.parameters.damper.against_self(scene.response(scene.geometry.self()), widest);
   JointVector other;
   directional_jacobian(*scene.geometry.own_arm().model, scene.own, clearance.other_link, clearance.p_other_W,
                        clearance.n_W, other);
   row.g -= other;
-  keep(scene, damper, clearance.distance - lag(scene, row), 1.0, 0.0, row);
+  const double distance = clearance.distance - lag(scene, row);
+  keep(scene, damper, distance, 1.0, 0.0, row);
+  row.influences = row.influences && distance < kRestShare * widest;
 }
 
 /// A lost arm is anywhere in its stop set. The row never asks for a retreat: retreating from the whole set would move

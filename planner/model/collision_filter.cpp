@@ -50,6 +50,7 @@ class RateBounds {
   }
   [[nodiscard]] int first() const { return first_; }
   [[nodiscard]] const std::vector<double>& rates() const { return rates_; }
+  [[nodiscard]] bool prismatic(int i) const { return kinematics_.prismatic[first_ + i]; }
 
   static JointVector reference(const RobotModel& model) {
     JointVector q = JointVector::Zero(model.joints());
@@ -111,15 +112,18 @@ struct Region {
   JointVector half_width;
 };
 
-}  // namespace
+double pair_distance(const RobotModel& model, int a, int b, const PairDistance& distance,
+                     const Kinematics& kinematics) {
+  const LinkGeometry& one = model.geometry[a];
+  const LinkGeometry& other = model.geometry[b];
+  return distance(one.shape, kinematics.X_WL[one.link] * one.X_LS, other.shape,
+                  kinematics.X_WL[other.link] * other.X_LS);
+}
 
-bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& distance, double apart, int budget) {
-  const LinkGeometry* near_base = &model.geometry[a];
-  const LinkGeometry* near_tip = &model.geometry[b];
-  if (joints_before(model, near_base->link) > joints_before(model, near_tip->link)) {
-    std::swap(near_base, near_tip);
-    std::swap(a, b);
-  }
+/// Proves sign · d > bound for the distance d of a and b in all configurations. Branch and bound with RateBounds.
+bool proven_everywhere(const RobotModel& model, int a, int b, const PairDistance& distance, double sign, double bound,
+                       int budget) {
+  if (joints_before(model, model.geometry[a].link) > joints_before(model, model.geometry[b].link)) std::swap(a, b);
   const RateBounds bounds(model, a, b);
   const int n = static_cast<int>(bounds.rates().size());
   Region everything{JointVector::Zero(n), JointVector::Zero(n)};
@@ -129,6 +133,8 @@ bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& dis
     const bool endless = !std::isfinite(lower) || !std::isfinite(upper);
     everything.middle[i] = endless ? 0.0 : 0.5 * (lower + upper);
     everything.half_width[i] = endless ? std::numbers::pi : 0.5 * (upper - lower);
+    // One turn of a joint that turns has all its postures.
+    if (!bounds.prismatic(i)) everything.half_width[i] = std::min(everything.half_width[i], std::numbers::pi);
   }
 
   JointVector q = RateBounds::reference(model);
@@ -140,16 +146,15 @@ bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& dis
     open.pop_back();
     q.segment(bounds.first(), n) = region.middle;
     forward_kinematics(model, Pose::Identity(), q, kinematics);
-    const double d = distance(near_base->shape, kinematics.X_WL[near_base->link] * near_base->X_LS, near_tip->shape,
-                              kinematics.X_WL[near_tip->link] * near_tip->X_LS);
-    if (!(d > apart)) return false;
+    const double d = sign * pair_distance(model, a, b, distance, kinematics);
+    if (!(d > bound)) return false;
     double change = 0.0;
     int widest = 0;
     for (int i = 0; i < n; ++i) {
       change += bounds.rates()[i] * region.half_width[i];
       if (bounds.rates()[i] * region.half_width[i] > bounds.rates()[widest] * region.half_width[widest]) widest = i;
     }
-    if (d - change > apart) continue;
+    if (d - change > bound) continue;
     Region half = region;
     half.half_width[widest] *= 0.5;
     half.middle[widest] = region.middle[widest] - half.half_width[widest];
@@ -160,23 +165,102 @@ bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& dis
   return true;
 }
 
+}  // namespace
+
+bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& distance, double apart, int budget) {
+  return proven_everywhere(model, a, b, distance, 1.0, apart, budget);
+}
+
+bool proven_within(const RobotModel& model, int a, int b, const PairDistance& distance, double within, int budget) {
+  return proven_everywhere(model, a, b, distance, -1.0, -within, budget);
+}
+
 namespace {
 
 using Pairs = std::vector<std::pair<int, int>>;
 
-Pairs always_touching(const RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
+/// Calls visit with the kinematics of each random configuration until it returns false.
+template <typename Visit>
+void sample(const RobotModel& model, const FilterOptions& options, Visit visit) {
   std::mt19937_64 random(options.random_seed);
-  Pairs touching = model.self_pairs;
   Kinematics kinematics;
-  for (int sample = 0; sample < options.samples && !touching.empty(); ++sample) {
-    forward_kinematics(model, Pose::Identity(), random_configuration(model.limits, random), kinematics);
-    std::erase_if(touching, [&](const std::pair<int, int>& pair) {
-      const LinkGeometry& a = model.geometry[pair.first];
-      const LinkGeometry& b = model.geometry[pair.second];
-      return distance(a.shape, kinematics.X_WL[a.link] * a.X_LS, b.shape, kinematics.X_WL[b.link] * b.X_LS) > 0.0;
-    });
+  for (int i = 0; i < options.samples; ++i) {
+    const JointVector q = random_configuration(model.limits, random);
+    forward_kinematics(model, Pose::Identity(), q, kinematics);
+    if (!visit(q, kinematics)) return;
   }
+}
+
+Pairs always_touching(const RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
+  struct Count {
+    std::pair<int, int> pair;
+    int clear = 0;  ///< samples in which it does not touch
+  };
+  std::vector<Count> counts;
+  for (const auto& pair : model.self_pairs) counts.push_back({pair});
+  const double most_clear = (1.0 - options.always) * options.samples;
+  sample(model, options, [&](const JointVector& /*q*/, const Kinematics& kinematics) {
+    std::erase_if(counts, [&](Count& count) {
+      if (pair_distance(model, count.pair.first, count.pair.second, distance, kinematics) > 0.0) ++count.clear;
+      return count.clear > most_clear;
+    });
+    return !counts.empty();
+  });
+  Pairs touching;
+  for (const Count& count : counts) touching.push_back(count.pair);
   return touching;
+}
+
+/// A pair and the configuration in which a search found it farthest apart.
+struct Farthest {
+  ClosePair pair;
+  JointVector q;
+};
+
+/// Increases the distance of the pair joint by joint, with steps that halve, until it exceeds `enough` [m].
+void climb(const RobotModel& model, const PairDistance& distance, double enough, Farthest& found) {
+  constexpr double kFirstStep = 0.4;  // [rad | m]
+  constexpr double kLastStep = 0.01;
+  Kinematics kinematics;
+  for (double step = kFirstStep; step > kLastStep && found.pair.widest <= enough;) {
+    bool better = false;
+    for (int j = 0; j < model.joints(); ++j) {
+      for (const double change : {-step, step}) {
+        JointVector q = found.q;
+        q[j] = std::clamp(q[j] + change, model.limits.lower[j], model.limits.upper[j]);
+        forward_kinematics(model, Pose::Identity(), q, kinematics);
+        const double d = pair_distance(model, found.pair.first, found.pair.second, distance, kinematics);
+        if (d <= found.pair.widest + 1e-9) continue;
+        found.pair.widest = d;
+        found.q = q;
+        better = true;
+      }
+    }
+    if (!better) step *= 0.5;
+  }
+}
+
+/// The pairs whose distance exceeds options.close in no posture that sampling and climbing found.
+std::vector<ClosePair> find_close_pairs(const RobotModel& model, const PairDistance& distance,
+                                        const FilterOptions& options) {
+  std::vector<Farthest> close;
+  if (options.samples <= 0) return {};
+  for (const auto& [a, b] : model.self_pairs) close.push_back({{a, b, 0.0}, {}});
+  sample(model, options, [&](const JointVector& q, const Kinematics& kinematics) {
+    std::erase_if(close, [&](Farthest& one) {
+      const double d = pair_distance(model, one.pair.first, one.pair.second, distance, kinematics);
+      if (one.q.size() == 0 || d > one.pair.widest) one = {{one.pair.first, one.pair.second, d}, q};
+      return d > options.close;
+    });
+    return !close.empty();
+  });
+  std::vector<ClosePair> pairs;
+  for (Farthest& one : close) {
+    climb(model, distance, options.close, one);
+    // A pair that touches in most postures and parts in a few has a widest distance above 0.
+    if (one.pair.widest > 0.0 && one.pair.widest <= options.close) pairs.push_back(one.pair);
+  }
+  return pairs;
 }
 
 std::string names(const RobotModel& model, const Pairs& pairs) {
@@ -209,13 +293,51 @@ Pairs pairs_of_separate_bodies(const RobotModel& model) {
   return pairs;
 }
 
+namespace {
+
+std::string millimetres(double metres) {
+  return std::to_string(static_cast<int>(std::ceil(1e3 * metres))) + " mm";
+}
+
+/// Drops adjacent pairs that provably cannot touch, and explains those that stay.
+void filter_close_pairs(RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
+  std::vector<ClosePair> kept;
+  Pairs never_touching;
+  Pairs may_touch;
+  double widest = 0.0;
+  bool proven = true;
+  for (const ClosePair& pair : find_close_pairs(model, distance, options)) {
+    const bool adjacent = pair.widest <= options.adjacent;
+    if (adjacent && proven_apart(model, pair.first, pair.second, distance, options.touching, options.close_budget)) {
+      never_touching.emplace_back(pair.first, pair.second);
+      continue;
+    }
+    kept.push_back(pair);
+    if (!adjacent) continue;
+    may_touch.emplace_back(pair.first, pair.second);
+    widest = std::max(widest, pair.widest);
+    proven = proven && proven_within(model, pair.first, pair.second, distance, pair.widest + options.touching,
+                                     options.close_budget);
+  }
+  remove(model, never_touching,
+         "no posture parts by more than " + millimetres(options.adjacent) + " and that provably never touch");
+  model.close_pairs = std::move(kept);
+  if (may_touch.empty()) return;
+  model.notes.push_back("no posture parts these links by more than " + millimetres(widest) +
+                        (proven ? " (proven)" : " (found in " + std::to_string(options.samples) + " postures)") +
+                        ", therefore they keep smaller distances than other links: " + names(model, may_touch));
+}
+
+}  // namespace
+
 void automatic_filter(RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
-  if (options.samples > 0) remove(model, always_touching(model, distance, options), "always touch");
+  if (options.samples > 0) remove(model, always_touching(model, distance, options), "touch in nearly every posture");
   Pairs apart;
   for (const auto& [a, b] : model.self_pairs) {
     if (proven_apart(model, a, b, distance, options.apart, options.proof_budget)) apart.emplace_back(a, b);
   }
   remove(model, apart, "provably never come near each other");
+  filter_close_pairs(model, distance, options);
 }
 
 }  // namespace hecaton::planner

@@ -18,15 +18,23 @@ namespace hecaton::planner {
 using PairDistance = std::function<double(const world::Shape&, const Pose&, const world::Shape&, const Pose&)>;
 
 struct FilterOptions {
-  int samples = 500;  ///< a pair that touches in all these random configurations counts as always touching
+  int samples = 500;  ///< random configurations
   std::uint64_t random_seed = 1;
+  double always = 0.95;     ///< a pair that touches in this share of the samples counts as always touching
   double apart = 0.02;      ///< the filter drops pairs that provably never come nearer than this [m]
   int proof_budget = 2000;  ///< distance evaluations per pair; the filter keeps pairs whose proof needs more
+  double close = 0.25;      ///< pairs whose distance never exceeds this are listed as close [m]
+  double adjacent = 0.05;  ///< below this widest distance [m] a pair needs no margin, only a proof that it cannot touch
+  double touching = 1e-3;  ///< least distance of a pair that provably cannot touch [m]
+  int close_budget = 20000;  ///< distance evaluations for each proof about an adjacent pair
 };
 
-/// Removes two kinds of pairs from model.self_pairs. Pairs that touch in every sampled configuration overlap by
-/// construction. Other pairs provably stay apart in all configurations within the limits. A pair without proof stays,
-/// even if no sample touches. Adds a note with the removed pairs. Deterministic for a random_seed.
+/// Removes three kinds of pairs from model.self_pairs:
+/// - pairs that touch in nearly every sampled configuration: they overlap by construction;
+/// - pairs that provably stay apart in all configurations within the limits;
+/// - adjacent pairs, which no posture brings far apart, that provably never touch.
+/// A pair without proof stays, even if no sample touches. Then lists the close pairs among those that remain in
+/// model.close_pairs. Adds a note for each kind. Deterministic for a random_seed.
 void automatic_filter(RobotModel& model, const PairDistance& distance, const FilterOptions& options = {});
 
 /// True when geometry a and b provably stay further apart than `apart` [m] in every configuration within the limits.
@@ -34,5 +42,9 @@ void automatic_filter(RobotModel& model, const PairDistance& distance, const Fil
 /// nearer, or when the budget does not suffice for a proof.
 [[nodiscard]] bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& distance, double apart,
                                 int budget);
+
+/// The same for the opposite: geometry a and b provably never get farther apart than `within` [m].
+[[nodiscard]] bool proven_within(const RobotModel& model, int a, int b, const PairDistance& distance, double within,
+                                 int budget);
 
 }  // namespace hecaton::planner

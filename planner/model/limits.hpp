@@ -25,4 +25,10 @@ struct JointLimits {
   JointVector acceleration;  ///< [rad/s² | m/s²], > 0, for acceleration and deceleration
 };
 
+/// Accelerations for an arm that has none in its description: every joint reaches its velocity limit in this time [s].
+inline constexpr double kAssumedRunUp = 0.25;
+[[nodiscard]] inline JointVector assumed_acceleration(const JointVector& velocity) {
+  return velocity / kAssumedRunUp;
+}
+
 }  // namespace hecaton::planner

@@ -53,9 +53,17 @@ struct LinkGeometry {
   std::optional<LinkCapsule> capsule = {};  ///< replaces the shape in cells of fast geometry; empty: the shape itself
 };
 
-/// A serial chain of actuated joints with everything fixed to it. Joints of the URDF outside the chain (fingers, a torso
-/// above the base link) are fixed where the options say, else at zero or at the nearest limit. Shapes of links beside
-/// the chain that follow one of its joints enclose all their places. Links of the robot's other arms are left out.
+/// A pair of RobotModel::self_pairs that no posture brings far apart.
+struct ClosePair {
+  int first = 0;
+  int second = 0;
+  double widest = 0.0;  ///< the largest distance in any posture, as far as the filter found it [m], > 0
+};
+
+/// A serial chain of actuated joints with everything fixed to it. Joints of the URDF outside the chain (fingers, a
+/// torso above the base link) are fixed where the options say, else at zero or at the nearest limit. Shapes of links
+/// beside the chain that follow one of its joints enclose all their places. Links of the robot's other arms are left
+/// out.
 struct RobotModel {
   std::string name;
   std::vector<Link> links;               ///< parents before children; links[0] is the root; at most kMaxLinks
@@ -67,6 +75,7 @@ struct RobotModel {
   /// Pairs of indices into `geometry` (first < second) that self-collision checks. The SRDF and automatic_filter()
   /// remove pairs from it.
   std::vector<std::pair<int, int>> self_pairs;
+  std::vector<ClosePair> close_pairs;        ///< those of self_pairs that automatic_filter() found close
   std::map<std::string, JointVector> named;  ///< the SRDF's group_states that set every joint within its limits
   std::vector<std::string> notes;            ///< decisions of the loader, a sentence each, for `hecaton check`
 

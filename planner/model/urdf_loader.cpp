@@ -1,9 +1,11 @@
 #include "planner/model/urdf_loader.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <mutex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -63,6 +65,12 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& path, const std::string& 
     throw ModelError(path + ": urdfdom refuses this URDF: " + in_quotes(messages.text() + reason));
   }
   return model;
+}
+
+std::string number_text(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
 }
 
 Pose to_pose(const urdf::Pose& pose) {
@@ -161,6 +169,7 @@ class ModelBuilder {
       model_->links.push_back(tree[i].link);
       add_geometry(i, *urdf_links[i]);
     }
+    note_unlikely_sizes();
     model_->self_pairs = pairs_of_separate_bodies(*model_);
     enclose_followers(chain.followers, path_, *model_);
     if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, left_out_, *model_, sources_);
@@ -248,15 +257,47 @@ class ModelBuilder {
     limits.lower.resize(n);
     limits.upper.resize(n);
     limits.velocity.resize(n);
-    limits.acceleration = JointVector::Constant(n, options_.default_acceleration);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     for (Eigen::Index j = 0; j < n; ++j) {
       const TreeLink& entry = tree[chain[j]];
       const bool endless = entry.link.joint_type == JointType::kContinuous;
       limits.lower[j] = endless ? -kInfinity : entry.lower;
       limits.upper[j] = endless ? kInfinity : entry.upper;
+      if (endless && (entry.lower != 0.0 || entry.upper != 0.0)) note_ignored_range(entry);
       limits.velocity[j] = velocity_limit(entry);
       model_->joint_names.push_back(entry.link.joint_name);
+    }
+    limits.acceleration = options_.default_acceleration ? JointVector::Constant(n, *options_.default_acceleration)
+                                                        : assumed_acceleration(limits.velocity);
+  }
+
+  void note_ignored_range(const TreeLink& entry) {
+    model_->notes.push_back("joint " + in_quotes(entry.link.joint_name) +
+                            " is continuous, therefore its limits lower = " + number_text(entry.lower) +
+                            " and upper = " + number_text(entry.upper) +
+                            " are ignored; type=\"revolute\" in the URDF makes them count");
+  }
+
+  /// A factor of 1000 between metres and millimetres, forgotten or applied twice.
+  void note_unlikely_sizes() {
+    constexpr double kLargest = 10.0;   // across [m]
+    constexpr double kSmallest = 0.01;  // across, of the largest shape [m]
+    double largest = 0.0;
+    std::string links;
+    for (const LinkGeometry& geometry : model_->geometry) {
+      const double across = 2.0 * world::bounding_sphere(geometry.shape).radius;
+      largest = std::max(largest, across);
+      if (across <= kLargest) continue;
+      const std::string size = in_quotes(model_->links[geometry.link].name) + " (" + number_text(across) + " m)";
+      if (links.find(size) == std::string::npos) links += (links.empty() ? "" : ", ") + size;
+    }
+    if (!links.empty()) {
+      model_->notes.push_back("unlikely size: the collision geometry of " + links + " is more than " +
+                              number_text(kLargest) +
+                              " m across; a mesh in millimetres needs scale=\"0.001 0.001 0.001\" in the URDF");
+    } else if (!model_->geometry.empty() && largest < kSmallest) {
+      model_->notes.push_back("unlikely size: no collision shape is more than " + number_text(1e3 * largest) +
+                              " mm across; the URDF must give metres, and a mesh may have a wrong scale");
     }
   }
 
@@ -315,8 +356,8 @@ class ModelBuilder {
 
 void check_options(const UrdfOptions& options) {
   const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
-  if (!positive(options.default_acceleration)) {
-    throw ModelError("default acceleration = " + std::to_string(options.default_acceleration) +
+  if (options.default_acceleration && !positive(*options.default_acceleration)) {
+    throw ModelError("default acceleration = " + std::to_string(*options.default_acceleration) +
                      " must be finite and above 0");
   }
   if (options.default_velocity && !positive(*options.default_velocity)) {

@@ -39,7 +39,8 @@ struct UrdfOptions {
   std::map<std::string, std::string> packages;  ///< package:// name → folder, searched first: resolve_resource()
   std::map<std::string, std::string> xacro_arguments;
   MeshGeometry meshes = MeshGeometry::kConvexHull;
-  double default_acceleration = 10.0;      ///< for all joints: URDF has none [rad/s² | m/s²]
+  /// For all joints, because URDF has none [rad/s² | m/s²]; empty: assumed_acceleration().
+  std::optional<double> default_acceleration = 10.0;
   std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; empty: these are an error
   SourceFiles* sources = nullptr;          ///< opens the files; null: in place
   bool allow_bare_links = false;           ///< accepts moving bodies without collision geometry

@@ -23,6 +23,27 @@ struct EpisodeRecord {
   ComputingTimes computing;
 };
 
+/// Starts, goals, and the world time at which they begin [s].
+struct Task {
+  CellConfiguration starts;
+  CellConfiguration goals;
+  double time = 0.0;
+};
+
+/// Draws the task of an episode that begins at world time `time` [s], or at another time if an obstacle is at the
+/// starts then. Empty, with generator.shortage(), if there is none.
+std::optional<Task> draw_task(TaskGenerator& generator, Random& random, double time) {
+  auto starts = generator.draw_configuration(random);
+  auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
+  if (!goals) return std::nullopt;
+  if (!generator.clear_at(time, *starts)) {  // a pose of a sequence may be where an obstacle passes
+    const auto other_time = generator.draw_time(random, kScriptSpan, *starts);
+    if (!other_time) return std::nullopt;
+    time = *other_time;
+  }
+  return Task{std::move(*starts), std::move(*goals), time};
+}
+
 /// `cell` has the scene of this episode.
 EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random random, const BatchOptions& options,
                            bool observed) {
@@ -33,48 +54,49 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   episode_options.seed = random.next();
   episode_options.threads = options.threads;
   if (options.measure_ticks) episode_options.times = &record.computing;
-  const auto starts = generator.draw_configuration(random);
-  const auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
-  if (!goals) {
+  const auto task = draw_task(generator, random, episode_options.world_time);
+  if (!task) {
     record.failure = generator.shortage();
     return record;
   }
-  if (!generator.clear_at(episode_options.world_time,
-                          *starts)) {  // a pose of a sequence may be where an obstacle passes
-    const auto time = generator.draw_time(random, kScriptSpan, *starts);
-    if (!time) {
-      record.failure = generator.shortage();
-      return record;
-    }
-    episode_options.world_time = *time;
-  }
+  episode_options.world_time = task->time;
   if (observed && options.observe_first) {
     episode_options.observe = [&](double time, const CellConfiguration& measured, std::span<const ArmPlanner> all) {
-      options.observe_first({cell, *goals, time, measured, all});
+      options.observe_first({cell, task->goals, time, measured, all});
     };
   }
-  record.outcome = simulate_episode(cell, *starts, *goals, episode_options);
+  record.outcome = simulate_episode(cell, task->starts, task->goals, episode_options);
   return record;
+}
+
+/// The cell with the random obstacles of one scene.
+Cell with_clutter(const Cell& cell, Random& random) {
+  Cell cluttered = cell;
+  for (world::Obstacle& obstacle : draw_clutter(cell.tasks.clutter, random)) {
+    cluttered.scene.obstacles.push_back(std::move(obstacle));
+  }
+  return cluttered;
 }
 
 /// Draws scenes until one admits a task.
 EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, bool observed) {
   EpisodeRecord record;
   for (int scene = 0; scene < kScenes && (scene == 0 || record.failure); ++scene) {
-    Cell cluttered = cell;
-    for (world::Obstacle& obstacle : draw_clutter(cell.tasks.clutter, random)) {
-      cluttered.scene.obstacles.push_back(std::move(obstacle));
-    }
+    const Cell cluttered = with_clutter(cell, random);
     TaskGenerator generator(cluttered);
     record = run_in_scene(cluttered, generator, Random(random.next()), options, observed);
   }
   return record;
 }
 
+/// Each episode has its own random stream, so that its tasks depend on its number only.
+Random random_of(std::uint64_t seed, int episode) {
+  return Random(Random(seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
+}
+
 EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode,
                           bool observed) {
-  // Each episode has its own random stream, so that its tasks depend on its number only.
-  const Random random(Random(options.seed).next() + static_cast<std::uint64_t>(episode) * 0xD134'2543'DE82'EF95ULL);
+  const Random random = random_of(options.seed, episode);
   return cell.tasks.clutter.count > 0 ? run_in_clutter(cell, random, options, observed)
                                       : run_in_scene(cell, generator, random, options, observed);
 }
@@ -173,6 +195,26 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
                                 (records.size() == 1 ? " episode: " : " episodes: for the first, ");
   report.failure += *failure;
   return report;
+}
+
+std::optional<std::string> why_no_task(const Cell& cell, int episodes, std::uint64_t seed) {
+  const bool clutter = cell.tasks.clutter.count > 0;
+  TaskGenerator plain(cell);
+  std::optional<std::string> failure;
+  for (int episode = 0; episode < episodes; ++episode) {
+    Random random = random_of(seed, episode);
+    for (int scene = 0; scene < (clutter ? kScenes : 1); ++scene) {
+      std::optional<TaskGenerator> in_clutter;
+      if (clutter) in_clutter.emplace(with_clutter(cell, random));
+      TaskGenerator& generator = in_clutter ? *in_clutter : plain;
+      Random of_scene = clutter ? Random(random.next()) : random;
+      const double time = of_scene.uniform(0.0, kScriptSpan);
+      static_cast<void>(of_scene.next());  // the seed of the episode
+      if (draw_task(generator, of_scene, time)) return std::nullopt;
+      if (!failure) failure = generator.shortage();
+    }
+  }
+  return failure;
 }
 
 }  // namespace hecaton::planner

@@ -2,6 +2,7 @@
 /// Many independent episodes of one cell, and their statistics: what `hecaton simulate` reports.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,5 +65,9 @@ struct BatchReport {
 /// Simulates random tasks of a cell. Starts and goals depend on the seed and the cell only, so that methods can be
 /// compared on the same tasks. The report does not depend on the number of threads.
 [[nodiscard]] BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options);
+
+/// Why none of the first `episodes` of a batch with this seed can be drawn: the end of a sentence. Nothing as soon as
+/// one can. Takes seconds for a cell that admits no task.
+[[nodiscard]] std::optional<std::string> why_no_task(const Cell& cell, int episodes, std::uint64_t seed = 1);
 
 }  // namespace hecaton::planner

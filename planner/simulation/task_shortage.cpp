@@ -53,6 +53,29 @@ std::string area_text(const TaskArea& area) {
   return text.str();
 }
 
+std::string apart_text(double distance) {
+  std::ostringstream text;
+  text.precision(3);
+  if (distance < 0.0) {
+    text << "they overlap by " << -1e3 * distance << " mm at least";
+  } else {
+    text << "they are " << 1e3 * distance << " mm apart at most";
+  }
+  return text.str();
+}
+
+/// "; most often left/link4 and left/base are too near (they are 3.1 mm apart at most, 25 mm are needed): …"
+std::string obstruction_text(const Obstruction& seen) {
+  if (seen.draws == 0) return "";
+  std::ostringstream text;
+  text.precision(3);
+  text << "; most often " << seen.pair << " are too near (" << apart_text(seen.farthest) << ", " << 1e3 * seen.needed
+       << " mm are needed): "
+       << (seen.of_self ? "change the task area, lower damper.self_security_distance, or disable the pair in an SRDF"
+                        : "change the task area, move the obstacle, or lower damper.security_distance");
+  return text.str();
+}
+
 }  // namespace
 
 std::string why_no_configuration(const Cell& cell, std::span<const DrawTally> tallies) {
@@ -62,7 +85,7 @@ std::string why_no_configuration(const Cell& cell, std::span<const DrawTally> ta
     const std::string arm = "in " + std::to_string(tally.draws) + " draws arm " + cell.arms[i].arm.name;
     if (!tally.reached) return arm + " reached no point of " + area_text(cell.tasks);
     return arm + " reached " + area_text(cell.tasks) + " only where it is not clear of " +
-           what_is_kept_clear_of(cell, "itself");
+           what_is_kept_clear_of(cell, "itself") + obstruction_text(tally.most_frequent);
   }
   const bool alone = cell.arms.size() == 1;
   const std::string where = cell.tasks.problem.areas.empty() ? area_text(cell.tasks) : "the balls of tasks.areas";

@@ -8,11 +8,21 @@
 
 namespace hecaton::planner {
 
+/// A pair of bodies that was too near in draws of one arm.
+struct Obstruction {
+  std::string pair;       ///< "left/forearm and left/base"
+  bool of_self = false;   ///< both belong to the arm
+  double needed = 0.0;    ///< distance that starts and goals keep [m]
+  double farthest = 0.0;  ///< the largest distance in those draws [m]
+  int draws = 0;
+};
+
 /// Draws of one arm for one configuration of all arms.
 struct DrawTally {
   int draws = 0;
   bool reached = false;  ///< the tool was in the task area
   bool clear = false;    ///< and the arm was clear of itself and of all places of obstacles
+  Obstruction most_frequent = {};
 };
 
 /// `tallies`: one per arm, or none.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "planner/collision/exact_distance.hpp"
@@ -28,6 +29,8 @@ constexpr double kSweepStep = 0.04;
 constexpr int kMostSweepSamples = 2000;
 /// Samples of a script from which the largest speed is taken.
 constexpr int kSpeedSamples = 64;
+/// A joint of this range or more has every posture of at least half of a turn twice [rad].
+constexpr double kTurnsMoreThanOnce = 3.0 * std::numbers::pi;
 constexpr std::span<const int> kNoArms;
 
 /// Number of samples of the obstacle's script that satisfies kSweepStep.
@@ -82,6 +85,10 @@ struct TaskGenerator::Impl {
     }
     for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
     kinematics.resize(arms.size());
+    obstructions.resize(arms.size());
+    for (const CellGeometry& geometry : geometries) {
+      for (int other = 0; other < geometry.self(); ++other) can_meet = can_meet || geometry.gap_to_arm(other) < 0.0;
+    }
     sweep_obstacles();
   }
 
@@ -124,8 +131,9 @@ struct TaskGenerator::Impl {
   template <class Counts>
   bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
             const Counts& counts, std::optional<std::span<const int>> arms = {}) {
-    const int count = distances[i].clearances({&kinematics[i], kinematics, obstacles},
-                                              {.others = distance, .self = self_distance, .near_arms = arms}, found);
+    const int count = distances[i].clearances(
+        {&kinematics[i], kinematics, obstacles},
+        {.others = distance, .self = self_distance, .near_arms = arms, .self_share = kRestShare}, found);
     return std::any_of(found.begin(), found.begin() + count, counts);
   }
 
@@ -137,8 +145,27 @@ struct TaskGenerator::Impl {
     const double distance = rest_distance(i);
     const double self_distance = damper.self_security_distance + 0.5 * kRestMargin;
     const auto alone = [](const Clearance& c) { return c.counterpart != Counterpart::kArm; };
-    return std::none_of(sweep.begin(), sweep.end(),
-                        [&](const auto& states) { return near(i, distance, self_distance, states, alone, kNoArms); });
+    for (const auto& states : sweep) {
+      if (!near(i, distance, self_distance, states, alone, kNoArms)) continue;
+      remember_obstruction(i, distance, self_distance);
+      return false;
+    }
+    return true;
+  }
+
+  /// Counts the pair that was too near in a draw of arm i: the first that near() found.
+  void remember_obstruction(int i, double distance, double self_distance) {
+    const Clearance& c = found.front();
+    const bool self = c.counterpart == Counterpart::kSelf;
+    const CellGeometry& geometry = geometries[i];
+    Obstruction& seen = obstructions[i][{self ? -1 : c.other, c.own_body, c.other_body}];
+    if (seen.draws++ == 0) {
+      seen.pair = geometry.own_name(c) + " and " + geometry.other_name(c);
+      seen.of_self = self;
+      seen.needed = self ? std::min(self_distance, kRestShare * geometry.widest(c.own_body, c.other_body)) : distance;
+      seen.farthest = c.distance;
+    }
+    seen.farthest = std::max(seen.farthest, c.distance);
   }
 
   bool apart(const CellConfiguration& q) {
@@ -210,6 +237,7 @@ struct TaskGenerator::Impl {
 
   std::optional<CellConfiguration> draw_configuration(Random& random, int attempts) {
     tallies.assign(arms(), {});
+    obstructions.assign(arms(), {});
     if (!cell.tasks.pose_sequence.empty()) return sequence_pose(random.next() % cell.tasks.pose_sequence.size());
     if (!cell.tasks.problem.areas.empty()) {
       const std::size_t turn = random.next() % 2;
@@ -244,6 +272,21 @@ struct TaskGenerator::Impl {
     CellConfiguration q;
     for (const PlannedArm& planned : cell.arms) q.push_back(planned.arm.named.at(cell.tasks.pose_sequence[k]));
     return q;
+  }
+
+  /// Adds whole turns to the goals of joints that turn more than once, towards the starts.
+  void unwind(const CellConfiguration& starts, CellConfiguration& goals) const {
+    constexpr double kTurn = 2.0 * std::numbers::pi;
+    for (int i = 0; i < arms(); ++i) {
+      const JointLimits& limits = cell.arms[i].arm.limits;
+      for (const Link& link : cell.arms[i].arm.model->links) {
+        const int j = link.joint;
+        if (j < 0 || link.joint_type == JointType::kPrismatic) continue;
+        if (!(limits.upper[j] - limits.lower[j] >= kTurnsMoreThanOnce)) continue;
+        const double turned = goals[i][j] + kTurn * std::round((starts[i][j] - goals[i][j]) / kTurn);
+        if (turned >= limits.lower[j] && turned <= limits.upper[j]) goals[i][j] = turned;
+      }
+    }
   }
 
   [[nodiscard]] std::size_t nearest_sequence_pose(const CellConfiguration& q) const {
@@ -316,7 +359,9 @@ struct TaskGenerator::Impl {
   std::vector<Kinematics> kinematics;
   std::vector<std::vector<world::ObstacleState>> sweep;  ///< of all obstacles, one entry per sample
   std::array<Clearance, 8> found;
-  std::vector<DrawTally> tallies;  ///< of the last configuration
+  std::vector<DrawTally> tallies;                                       ///< of the last configuration
+  std::vector<std::map<std::array<int, 3>, Obstruction>> obstructions;  ///< of each arm, in draws of that configuration
+  bool can_meet = false;                                                ///< two arms reach a common point
   std::string shortage;
 };
 
@@ -326,7 +371,13 @@ TaskGenerator::TaskGenerator(TaskGenerator&&) noexcept = default;
 
 std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& random, int attempts) {
   auto drawn = impl_->draw_configuration(random, attempts);
-  if (!drawn) impl_->shortage = why_no_configuration(impl_->cell, impl_->tallies);
+  if (drawn) return drawn;
+  for (std::size_t i = 0; i < impl_->tallies.size(); ++i) {
+    for (const auto& [key, seen] : impl_->obstructions[i]) {
+      if (seen.draws > impl_->tallies[i].most_frequent.draws) impl_->tallies[i].most_frequent = seen;
+    }
+  }
+  impl_->shortage = why_no_configuration(impl_->cell, impl_->tallies);
   return drawn;
 }
 
@@ -371,7 +422,10 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
   for (int attempt = 0; attempt < attempts; ++attempt) {
     auto goals = draw_configuration(random);
     if (!goals) return std::nullopt;
-    if (impl_->arms() == 1 || straight_motion_collides(starts, *goals)) return goals;  // one arm has no conflict
+    impl_->unwind(starts, *goals);
+    // One arm has no conflict, nor have arms that cannot reach each other.
+    const bool can_conflict = impl_->can_meet || impl_->cell.tasks.clutter.count > 0;
+    if (impl_->arms() == 1 || !can_conflict || straight_motion_collides(starts, *goals)) return goals;
   }
   impl_->shortage = why_no_conflict(impl_->cell, attempts);
   return std::nullopt;

@@ -40,7 +40,8 @@ class TaskGenerator {
                                                 int attempts = 200);
 
   /// Goals of arms at `starts`. With a pose sequence: the next pose. With a motion problem: each arm's next area.
-  /// Otherwise a configuration as above to which straight_motion_collides(). Empty when `attempts` draws found none.
+  /// Otherwise a configuration as above to which straight_motion_collides(); any when no two arms can meet. Joints that
+  /// turn more than once take the nearest turn. Empty when `attempts` draws found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_conflicting_goals(Random& random, const CellConfiguration& starts,
                                                                         int attempts = 2000);
 

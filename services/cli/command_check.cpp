@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
 #include "planner/model/robot_model.hpp"
+#include "planner/simulation/batch.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/cli/cell_draft.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/robot_options.hpp"
+#include "services/cli/task_report.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/terminal.hpp"
@@ -327,21 +330,37 @@ struct Options {
 };
 
 ExitCode check_urdf(const Settings& settings, const Options& options) {
-  const auto model = load_robot(options.file, options.robot);
+  planner::RobotModel model = *load_robot(options.file, options.robot);
+  if (std::filesystem::exists(options.file)) {
+    model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
+                          number_text(planner::kAssumedRunUp) + " s");
+  }
   const std::string next = "next: hecaton init -o cell.yaml left=" + options.file + "@\"0 0 0\"\n";
-  print(settings, model_json(*model, model->limits),
-        model_text(*model, model->limits, Palette::for_stream(stdout)) + next);
+  print(settings, model_json(model, model.limits), model_text(model, model.limits, Palette::for_stream(stdout)) + next);
   return ExitCode::kDone;
+}
+
+constexpr int kEpisodes = 5;  // in which hecaton check tries to draw a task
+
+/// What hecaton simulate would say instead of a report.
+void check_draws(const config::CellFile& file, Findings& findings) {
+  const bool has_error = !findings.empty() && findings.front().severity == config::Severity::kError;
+  if (has_error || !has_tasks(file)) return;
+  const auto reason = planner::why_no_task(file.cell, kEpisodes);
+  if (!reason) return;
+  findings.insert(findings.begin(),
+                  config::Finding{config::Severity::kError, "tasks: no task can be drawn: " + *reason});
 }
 
 ExitCode check_cell(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.file);
   require_interface(file);
   require_known_devices(file);
-  const Findings findings = config::validate(file);
+  Findings findings = config::validate(file);
+  check_draws(file, findings);
   print(settings, cell_json(file, findings), cell_text(file, findings, Palette::for_stream(stdout)));
   const bool works = findings.empty() || findings.front().severity != config::Severity::kError;  // errors come first
-  return works ? ExitCode::kDone : ExitCode::kNegative;
+  return works ? ExitCode::kDone : ExitCode::kBadInput;
 }
 
 }  // namespace
@@ -353,6 +372,8 @@ void add_check(CLI::App& app, Session& session) {
   command->add_option("FILE", options->file, "cell file (YAML), robot description (URDF) or name of a robot")
       ->required();
   add_robot_options(*command, options->robot);
+  command->footer(
+      "Exit code 3 when the file is wrong, or when no task can be drawn in the cell, as of hecaton simulate.");
   command->callback([&session, options, command] {
     check_robot_options(options->robot);
     session.action = [&session, options, command] {

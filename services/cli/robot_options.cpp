@@ -143,6 +143,7 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, c
   urdf.packages = packages_of(options.packages);
   urdf.meshes = options.meshes == "capsule" ? planner::MeshGeometry::kCapsule : planner::MeshGeometry::kConvexHull;
   urdf.allow_bare_links = options.allow_bare_links;
+  urdf.default_acceleration.reset();
   urdf.default_velocity = options.default_velocity;
   urdf.names = {
       "--tool LINK",    "--package @=DIR", std::string(kJoint) + " NAME=VALUE", std::string(kXacro) + " NAME=VALUE",

@@ -164,13 +164,17 @@ void write_report(const std::string& path, const Report& report) {
   if (!file) throw Failure(ExitCode::kBadInput, "report file '" + path + "' cannot be written");
 }
 
-void require_tasks(const config::CellFile& file) {
+bool has_tasks(const config::CellFile& file) {
   const planner::TaskArea& tasks = file.cell.tasks;
-  if (!tasks.pose_sequence.empty() || !tasks.problem.areas.empty() || tasks.radius > 0.0) return;
+  return !tasks.pose_sequence.empty() || !tasks.problem.areas.empty() || tasks.radius > 0.0;
+}
+
+void require_tasks(const config::CellFile& file) {
+  if (has_tasks(file)) return;
   throw Failure(ExitCode::kBadInput,
                 file.path +
-                    ": tasks is missing, but random goals (--tasks) need it: a map with centre and "
-                    "radius of the area that the arms share, or with pose_sequence");
+                    ": tasks is missing, and the arms have no volume within reach in common: random goals (--tasks) "
+                    "need a map with pose_sequence");
 }
 
 }  // namespace hecaton::services::cli

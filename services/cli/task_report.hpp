@@ -18,6 +18,9 @@ inline constexpr std::uint64_t kMostTasks = 100'000'000;
 /// Throws Failure (bad input) when the cell file has no task area.
 void require_tasks(const config::CellFile& file);
 
+/// True if the cell file defines goals, or an area for them could be assumed.
+[[nodiscard]] bool has_tasks(const config::CellFile& file);
+
 /// Of times on the machine's clock [µs].
 struct Quantiles {
   double p50 = 0.0;

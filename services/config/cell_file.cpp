@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "planner/cell_defaults.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 #include "services/config/overlaps.hpp"
 #include "services/config/readers.hpp"
@@ -186,6 +188,46 @@ void check_relations(const MapView& root, const CellFile& file) {
   require_below("world_period", file.cell.timing.world_period);
 }
 
+/// "arm left", "arms left, right"
+std::string named(const planner::Cell& cell, const std::vector<int>& arms) {
+  std::string names = arms.size() == 1 ? "arm" : "arms";
+  for (std::size_t i = 0; i < arms.size(); ++i) names += (i == 0 ? " " : ", ") + cell.arms[arms[i]].arm.name;
+  return names;
+}
+
+void assume_accelerations(const std::vector<int>& arms, CellFile& file) {
+  if (arms.empty()) return;
+  file.notes.push_back("limits.acceleration of " + named(file.cell, arms) +
+                       " is missing: every joint is assumed to reach its URDF's velocity limit in " +
+                       number_text(planner::kAssumedRunUp) + " s");
+}
+
+void assume_home_poses(const std::vector<int>& arms, CellFile& file) {
+  if (arms.empty()) return;
+  planner::choose_home_poses(file.cell, arms);
+  std::string poses;
+  for (const int arm : arms) {
+    std::string numbers;
+    for (const double q : file.cell.arms[arm].arm.home()) {
+      numbers += (numbers.empty() ? "" : ", ") + number_text(1e-3 * std::round(1e3 * q));
+    }
+    poses += (poses.empty() ? " [" : "; [") + numbers + "]";
+  }
+  file.notes.push_back("poses.home of " + named(file.cell, arms) + " is missing: compact postures are chosen," + poses);
+}
+
+/// A cell without tasks gets an area that all arms reach.
+void assume_tasks(CellFile& file) {
+  const auto area = planner::default_task_area(file.cell);
+  if (!area) return;
+  file.cell.tasks = *area;
+  const Eigen::Vector3d& c = area->centre;
+  file.notes.push_back("tasks is missing: goals are drawn within reach of all arms, centre [" + number_text(c.x()) +
+                       ", " + number_text(c.y()) + ", " + number_text(c.z()) + "] in " +
+                       (area->of_each_arm ? "each base frame" : "W") + ", radius " + number_text(area->radius) +
+                       " m, half_height " + number_text(area->half_height) + " m");
+}
+
 CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner::MethodRegistry& methods) {
   CellFile file;
   file.path = source.path;
@@ -199,10 +241,13 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
   file.real_time = read_real_time(root);
   file.cell.tasks = read_tasks(root);
   check_relations(root, file);
-  read_arms(root, methods, file);
+  const OpenValues open = read_arms(root, methods, file);
   check_task_poses(root, file.cell);
   file.cell.scene = read_scene(root, file.cell.arms);
   leave_out_poses(file.cell, file.notes);
+  assume_accelerations(open.acceleration, file);
+  assume_home_poses(open.home, file);
+  if (!root.find("tasks")) assume_tasks(file);
   check_start(file.cell, source.path);
   file.sources = source.sources;
   return file;

@@ -83,7 +83,7 @@ struct CellFile {
   std::string world_host;
   Supervision supervision;
   planner::SourceFiles sources;    ///< the files that it was read from
-  std::vector<std::string> notes;  ///< decisions of the reader, a sentence each, for `hecaton check`
+  std::vector<std::string> notes;  ///< what the reader assumed or left out, a sentence each, for `hecaton check`
   bool real_time = false;          ///< loops of services get real-time priority where the machine allows it
 };
 

@@ -93,7 +93,7 @@ void check_poses(const planner::Cell& cell, const planner::CellGeometry& geometr
   for (const auto& [name, q] : planned.arm.named) {
     const std::string key = arm_key(arm) + ".poses." + name;
     const Bodies bodies = place_arm(cell.scene.obstacles, geometry, arm, q);
-    const NearestPair self = nearest_self_pair(bodies, geometry.self_pairs(), damper.self_security_distance);
+    const NearestPair self = nearest_self_pair(bodies, geometry, damper.self_security_distance);
     if (self.found) add(key, self, damper.self_security_distance, consequence, findings);
     const NearestPair obstacle = nearest_pair(bodies, standing, damper.security_distance, true);
     if (obstacle.found) add(key, obstacle, damper.security_distance, consequence, findings);

@@ -80,10 +80,14 @@ NearestPair overlap_of_moving(const std::vector<PosedBody>& arm, const std::vect
   return nearest_pair(arm, obstacle, 0.0, true);
 }
 
-NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies, const std::vector<std::pair<int, int>>& pairs,
+NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies, const planner::CellGeometry& geometry,
                               double within) {
   NearestPair nearest;
-  for (const auto& [first, second] : pairs) consider(bodies[first], bodies[second], nearest, within);
+  for (const auto& [first, second] : geometry.self_pairs()) {
+    double least =
+        std::min(nearest.found ? nearest.distance : within, planner::kSecurityShare * geometry.widest(first, second));
+    consider(bodies[first], bodies[second], nearest, least);
+  }
   return nearest;
 }
 
@@ -152,8 +156,7 @@ void check_bases(const planner::Cell& cell, const std::vector<Bodies>& arms, con
 
 void check_self(const planner::Cell& cell, const planner::CellGeometry& geometry, int arm, const std::string& file) {
   for (const auto& [name, q] : cell.arms[arm].arm.named) {
-    const NearestPair pair =
-        nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry.self_pairs(), 0.0);
+    const NearestPair pair = nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry, 0.0);
     if (!pair.found) continue;
     throw ConfigError(arm_key(file, arm) + ".poses." + name + " must be free of self-collision, but " +
                       overlap_text(pair));

@@ -51,9 +51,10 @@ struct NearestPair {
 /// obstacles, as a base on a table does.
 [[nodiscard]] NearestPair overlap_of_moving(const std::vector<PosedBody>& arm, const std::vector<PosedBody>& obstacle);
 
-/// The nearest of the listed pairs of one arm's bodies.
-[[nodiscard]] NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies,
-                                            const std::vector<std::pair<int, int>>& pairs, double within);
+/// The nearest of the self pairs of the geometry's own arm, with its bodies, that is nearer than `within` [m]. A close
+/// pair counts when it is nearer than kSecurityShare of its widest distance.
+[[nodiscard]] NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies, const planner::CellGeometry& geometry,
+                                            double within);
 
 /// "left/forearm and pillar overlap by 12.3 mm"
 [[nodiscard]] std::string overlap_text(const NearestPair& pair);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/cell_defaults.hpp"
 #include "planner/collision/model_filter.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/readers.hpp"
@@ -83,6 +84,7 @@ planner::UrdfOptions read_options(const ArmView& arm) {
   }
   if (const auto bare = arm.find("allow_bare_links")) options.allow_bare_links = bare->boolean();
   options.default_velocity = fallback_velocity(arm);
+  options.default_acceleration.reset();
   options.names = names_of_keys(arm.own.view().path());
   return options;
 }
@@ -229,7 +231,6 @@ void read_poses(const ArmView& view, planner::Arm& arm) {
       arm.named.try_emplace(name, q);
     }
   }
-  if (!arm.named.contains("home")) view.own.fail_missing("poses.home", "given for every arm");
 }
 
 planner::JointVector read_start(const ArmView& view, const planner::Arm& arm) {
@@ -319,8 +320,9 @@ planner::PlannedArm read_arm(const ArmView& view, const planner::Timing& timing,
   planned.arm.X_WB = read_pose(view.own, "base");
   planned.arm.limits = read_limits(view, *planned.arm.model);
   read_poses(view, planned.arm);
+  if (!planned.arm.named.contains("home")) planned.arm.named["home"] = planner::compact_postures(planned.arm).front();
   planned.start = read_start(view, planned.arm);
-  planned.parameters = read_parameters(view, sections, timing);
+  planned.parameters = read_parameters(view, sections, planned.arm, timing);
   planned.methods = read_methods(view, sections);
   planned.select_method(read_method_name(view, sections));
   planned.sensors = read_sensors(view, *planned.arm.model);
@@ -340,6 +342,17 @@ DeviceOptions read_device(const ArmView& view) {
   return device;
 }
 
+void note_open_values(const ArmView& view, int index, const planner::RobotModel& model, OpenValues& open) {
+  if (!view.find("limits", section::kArmLimits, "acceleration") && !robot_source(view).by_name)
+    open.acceleration.push_back(index);
+  const auto has_home = [](const MapView& map) {
+    const auto poses = map.find("poses");
+    return poses && poses->entry("home");
+  };
+  const bool given = has_home(view.own) || (view.defaults && has_home(*view.defaults)) || model.named.contains("home");
+  if (!given) open.home.push_back(index);
+}
+
 void require_unique_name(const YamlView& name, const std::vector<planner::PlannedArm>& arms) {
   const std::string word = name.name();
   for (std::size_t i = 0; i < arms.size(); ++i) {
@@ -349,7 +362,8 @@ void require_unique_name(const YamlView& name, const std::vector<planner::Planne
 
 }  // namespace
 
-void read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file) {
+OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file) {
+  OpenValues open;
   ArmModels models;
   const ArmSections sections(methods);
   std::optional<MapView> defaults;
@@ -367,11 +381,13 @@ void read_arms(const MapView& root, const planner::MethodRegistry& methods, Cell
     file.cell.arms.push_back(read_arm(arm, file.cell.timing, sections, robots.tools_of_others(i), models));
     file.cell.arms.back().arm.shapes = shapes;
     file.cell.arms.back().arm.robot = robots.robot_of(i);
+    note_open_values(arm, i, *file.cell.arms.back().arm.model, open);
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.devices.push_back(read_device(arm));
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
   check_shared_joints(arms, file.cell.arms);
+  return open;
 }
 
 }  // namespace hecaton::config

@@ -1,6 +1,8 @@
 #include <algorithm>
 
+#include "planner/local/default_damper.hpp"
 #include "planner/methods/registry.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 #include "services/config/readers.hpp"
 #include "services/config/text.hpp"
 
@@ -149,7 +151,25 @@ std::string_view read_method_name(const ArmView& view, const ArmSections& sectio
   return names[given->choice(names)];
 }
 
-planner::LocalParameters read_parameters(const ArmView& view, const ArmSections& sections,
+namespace {
+
+planner::DamperParameters read_damper(const ArmView& view, const ArmSections& sections, const planner::Arm& arm,
+                                      const planner::Timing& timing) {
+  const auto given = [&](std::string_view key) -> std::optional<double> {
+    const auto number = view.find("damper", sections.parameters("damper"), key);
+    // The bounds are those of visit_parameters(), which also reads the value.
+    return number ? std::optional(number->number({0.0, 100.0, "", true})) : std::nullopt;
+  };
+  const planner::DamperBasis basis{planner::arm_reach(arm).tool, planner::longest_stop_time(arm.limits),
+                                   timing.control_period, timing.world_period + timing.control_period};
+  return planner::default_damper(basis,
+                                 {given("influence_distance"), given("security_distance"), given("convergence_speed"),
+                                  given("self_influence_distance"), given("self_security_distance")});
+}
+
+}  // namespace
+
+planner::LocalParameters read_parameters(const ArmView& view, const ArmSections& sections, const planner::Arm& arm,
                                          const planner::Timing& timing) {
   planner::LocalParameters parameters;
   for (const MapView* map : {view.defaults ? &*view.defaults : nullptr, &view.own}) {
@@ -160,6 +180,7 @@ planner::LocalParameters read_parameters(const ArmView& view, const ArmSections&
     read_number(*map, "acceleration_of_obstacles", {0.0, 100.0, "m/s²", true}, parameters.acceleration_of_obstacles);
     read_seconds(*map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);
   }
+  parameters.damper = read_damper(view, sections, arm, timing);
   const std::string complaint = parameters.validate();
   if (!complaint.empty()) {
     throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);

@@ -28,9 +28,15 @@ namespace hecaton::config {
 [[nodiscard]] std::string read_standby_host(const MapView& map, std::string_view key, const std::vector<Host>& hosts,
                                             const std::string& active);
 
+/// Indices of the arms for which the file leaves something open.
+struct OpenValues {
+  std::vector<int> home;          ///< without a pose "home": it is a compact posture for now
+  std::vector<int> acceleration;  ///< without limits.acceleration
+};
+
 /// `defaults` and `arms`: loads models, tightens limits, checks poses. Appends to cell.arms, arm_hosts and devices of
 /// `file`; hosts and timing must be there already. `methods`: the allowed values of `method`.
-void read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file);
+[[nodiscard]] OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file);
 
 /// `world` and `obstacles`. Attachments must name one of `arms`.
 [[nodiscard]] world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm> arms);
@@ -69,9 +75,10 @@ struct ArmView {
 [[nodiscard]] planner::JointVector read_configuration(const YamlView& view, const planner::RobotModel& model,
                                                       const planner::JointLimits& limits);
 
-/// The parameters of the arm's local planner. Checks them against `timing`, too.
+/// The parameters of the local planner of `arm`, whose model, base and limits are there already. Missing damper
+/// parameters follow from them. Checks all parameters against `timing`, too.
 [[nodiscard]] planner::LocalParameters read_parameters(const ArmView& view, const ArmSections& sections,
-                                                       const planner::Timing& timing);
+                                                       const planner::Arm& arm, const planner::Timing& timing);
 /// Every method of the registry with the arm's parameters, which it also checks together. A section may name a file
 /// that has the parameters for each arm.
 [[nodiscard]] planner::MethodSet read_methods(const ArmView& view, const ArmSections& sections);

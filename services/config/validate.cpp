@@ -43,7 +43,9 @@ bool reaches(const planner::Arm& arm, const Eigen::Vector3d& p_W) {
 void check_reach(const planner::Cell& cell, Findings& findings) {
   if (!cell.tasks.pose_sequence.empty() || !cell.tasks.problem.areas.empty()) return;
   if (cell.tasks.radius <= 0.0) {
-    findings.push_back({Severity::kNote, "tasks is missing: no random goals can be drawn in this cell"});
+    findings.push_back(
+        {Severity::kNote,
+         "tasks is missing, and the arms have no volume within reach in common: no random goals can be drawn"});
     return;
   }
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
@@ -163,13 +165,13 @@ std::string arm_key(int arm) {
 
 std::vector<Finding> validate(const CellFile& file) {
   Findings findings;
-  for (const std::string& note : file.notes) findings.push_back({Severity::kNote, note});
   check_reach(file.cell, findings);
   check_clearances(file.cell, findings);
   check_dampers(file.cell, findings);
   check_obstacles(file.cell, findings);
   check_sensors(file.cell, findings);
   note_standbys(file, findings);
+  for (const std::string& note : file.notes) findings.push_back({Severity::kNote, note});
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   return findings;

@@ -4,6 +4,7 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/parameters.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 
 namespace hecaton::planner {
@@ -36,8 +37,10 @@ JointVector step_way_point(const StrategyParameters& parameters, const MethodInp
     if ((q.array() < arm.limits.lower.array()).any() || (q.array() > arm.limits.upper.array()).any()) return false;
     forward_kinematics(*arm.model, arm.X_WB, q, own);
     std::array<Clearance, 1> nearest;
-    return scene.distance.clearances({&own, arms, scene.poses.obstacles},
-                                     {.others = p.distance, .self = scene.self_security_distance}, nearest) == 0;
+    return scene.distance.clearances(
+               {&own, arms, scene.poses.obstacles},
+               {.others = p.distance, .self = scene.self_security_distance, .self_share = kSecurityShare},
+               nearest) == 0;
   };
   const IsFree is_free = std::ref(free);  // small enough for std::function to hold it without allocating
   const bool there = (input.q.head(n) - plane.at(memory.x, memory.y)).norm() < kNearly * p.step;

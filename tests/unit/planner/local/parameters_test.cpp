@@ -34,6 +34,15 @@ TEST(Damper, EqualsThePapersLineForShortStops) {
   EXPECT_DOUBLE_EQ(damper.speed(0.0), -0.2);
 }
 
+TEST(Damper, ShrinksForLinksThatNoPosturePartsFar) {
+  const DamperParameters parameters;  // between links dₛ = 10 mm, dᵢ = 110 mm, ξ = 1 m/s
+  const Damper damper = parameters.against_self(0.1, 0.016);
+  EXPECT_DOUBLE_EQ(damper.security_distance, 0.004);  // a quarter of 16 mm
+  EXPECT_DOUBLE_EQ(damper.slope(), parameters.against_self(0.1).slope());
+  EXPECT_GT(damper.speed(0.016), 0.0) << "the pair may approach from its widest distance";
+  EXPECT_DOUBLE_EQ(parameters.against_self(0.1, 0.04).security_distance, 0.01);  // and no larger than usual
+}
+
 TEST(Damper, FlattensBeyondXiForLongStops) {
   const Damper damper{.security_distance = 0.02, .width = 0.1, .convergence_speed = 1.0, .response = 0.25};
   EXPECT_DOUBLE_EQ(damper.speed(0.07), 0.5);  // within dᵢ the line; stops may take S₀ = 0.1 s

@@ -87,7 +87,7 @@ TEST(ModelFilter, DropsPairsThatAlwaysTouch) {
   const auto path = folder.write("r.urdf", planar(R"(<geometry><sphere radius="3"/></geometry>)", test::kLimit));
   EXPECT_EQ(load_urdf(path)->self_pairs.size(), 3U);  // base–b, base–c, a–c
   const auto model = load_arm_model(path);
-  EXPECT_TRUE(test::has_note(*model, "always touch: "));
+  EXPECT_TRUE(test::has_note(*model, "touch in nearly every posture: "));
   for (const auto& pair : names(*model)) EXPECT_NE(pair.second, "c");
 }
 
@@ -97,6 +97,56 @@ TEST(ModelFilter, KeepsPairsThatSometimesTouch) {
   const auto model =
       load_arm_model(folder.write("r.urdf", planar(R"(<geometry><sphere radius="0.1"/></geometry>)", limit)));
   EXPECT_EQ(names(*model), (Names{{"base", "b"}, {"base", "c"}, {"a", "c"}}));
+}
+
+/// base –j1– a –j2– b –j3– c. Link a is a ball at j2, link c a ball 45 mm from j3, which is 70 mm from j2.
+std::string wrist(const std::string& j3_axis, double limit) {
+  const std::string range = "<limit lower=\"" + std::to_string(-limit) + "\" upper=\"" + std::to_string(limit) +
+                            R"(" effort="1" velocity="1"/>)";
+  return test::robot(
+      ball_link("base") + ball_link("a") + "<link name=\"b\"/>" + ball_link("c", "0.045 0 0") +
+      joint("j1", "revolute", "base", "a", R"(<origin xyz="0 0 1"/><axis xyz="0 0 1"/>)" + range) +
+      joint("j2", "revolute", "a", "b", R"(<axis xyz="1 0 0"/>)" + range) +
+      joint("j3", "revolute", "b", "c", R"(<origin xyz="0.07 0 0"/><axis xyz=")" + j3_axis + "\"/>" + range));
+}
+
+std::shared_ptr<const RobotModel> load_wrist(const std::string& j3_axis, double limit) {
+  const test::TemporaryFolder folder;
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  return load_arm_model(folder.write("r.urdf", wrist(j3_axis, limit)), options);
+}
+
+TEST(ClosePairs, DropsPairsThatNoPosturePartsOrBringsTogether) {
+  // Both axes pass through both balls: a and c are always 115 − 100 = 15 mm apart.
+  const auto constant = load_wrist("1 0 0", 2.0);
+  EXPECT_TRUE(names(*constant).empty());
+  EXPECT_TRUE(test::has_note(*constant, "provably never touch: a–c"));
+  // About y the centres are √(70² + 45² + 2·70·45 cos θ) mm apart: 104 mm at 0.9 rad.
+  const auto narrow = load_wrist("0 1 0", 0.9);
+  EXPECT_TRUE(names(*narrow).empty());
+  EXPECT_TRUE(test::has_note(*narrow, "provably never touch: a–c"));
+}
+
+TEST(ClosePairs, KeepsAndListsThoseThatCanTouch) {
+  const auto model = load_wrist("0 1 0", 2.0);  // 87 mm at 2 rad: 13 mm deep
+  EXPECT_EQ(names(*model), (Names{{"a", "c"}}));
+  ASSERT_EQ(model->close_pairs.size(), 1U);
+  EXPECT_EQ(std::pair(model->close_pairs[0].first, model->close_pairs[0].second), model->self_pairs[0]);
+  EXPECT_NEAR(model->close_pairs[0].widest, 0.015, 1e-4);  // stretched
+  EXPECT_TRUE(test::has_note(*model, "(proven), therefore they keep smaller distances than other links: a–c"));
+}
+
+TEST(ClosePairs, ListsNoPairOfThePuma) {
+  EXPECT_TRUE(load_arm_model(test::kPuma)->close_pairs.empty());
+}
+
+TEST(SeparationProof, BoundsTheLargestDistance) {
+  const auto model = load_wrist("0 1 0", 2.0);
+  const auto [a, c] = model->self_pairs.at(0);
+  EXPECT_TRUE(proven_within(*model, a, c, distance, 0.016, 20000));
+  EXPECT_FALSE(proven_within(*model, a, c, distance, 0.014, 20000));
+  EXPECT_FALSE(proven_within(*model, a, c, distance, 0.016, 1));  // too few evaluations to tell
 }
 
 TEST(SeparationProof, IsTightOnAPlanarArm) {

@@ -111,6 +111,40 @@ TEST(UrdfLoader, UsesTheDefaultVelocityOnlyWhenGiven) {
   EXPECT_TRUE(has_note(*model, "joint 'zero' has no velocity limit"));
 }
 
+TEST(UrdfLoader, AssumesAccelerationsFromVelocities) {
+  UrdfOptions options;
+  options.default_acceleration.reset();
+  const auto model =
+      load_text(robot(ball_link("base") + ball_link("a") + joint("j", "revolute", "base", "a", test::kLimit)), options);
+  EXPECT_DOUBLE_EQ(model->limits.acceleration[0], 6.0);  // 1.5 rad/s within 0.25 s
+}
+
+TEST(UrdfLoader, NotesIgnoredLimitsOfAContinuousJoint) {
+  const auto of = [](const std::string& limit) {
+    return load_text(robot(ball_link("base") + ball_link("a") +
+                           joint("spin", "continuous", "base", "a", "<limit " + limit + R"( velocity="1"/>)")));
+  };
+  const auto bounded = of(R"(lower="-0.5" upper="0.75")");
+  EXPECT_TRUE(has_note(*bounded,
+                       "joint 'spin' is continuous, therefore its limits lower = -0.5 and upper = 0.75 are "
+                       "ignored"));
+  EXPECT_TRUE(std::isinf(bounded->limits.upper[0]));
+  EXPECT_FALSE(has_note(*of(""), "is continuous"));
+}
+
+TEST(UrdfLoader, NotesUnlikelySizesOnce) {
+  const auto of = [](const std::string& sphere) {
+    const std::string shape = "<collision><geometry><sphere radius=\"" + sphere + "\"/></geometry></collision>";
+    return load_text(robot("<link name=\"base\">" + shape + "</link><link name=\"a\">" + shape + "</link>" +
+                           joint("j", "revolute", "base", "a", test::kLimit)));
+  };
+  EXPECT_TRUE(has_note(*of("45"),
+                       "unlikely size: the collision geometry of 'base' (90 m), 'a' (90 m) is more than "
+                       "10 m across; a mesh in millimetres needs scale"));
+  EXPECT_TRUE(has_note(*of("0.002"), "unlikely size: no collision shape is more than 4 mm across"));
+  EXPECT_FALSE(has_note(*of("0.2"), "unlikely size"));
+}
+
 TEST(UrdfLoader, PlacesTheToolFrameOnTheToolLink) {
   UrdfOptions options;
   options.tool_link = "forearm";

@@ -92,12 +92,81 @@ TEST(TaskGenerator, ReportsWhyNoTaskCouldBeDrawn) {
   BatchOptions options;
   options.tasks = 1;
   const std::string area = "the task area (centre 0, 0, 0 m in W, radius 0.5 m, half height 0 m)";
-  EXPECT_EQ(simulate_tasks(cell, options).failure,
-            "cell 'sequence': no task could be drawn in 1 episode: in 400 draws arm point reached " + area +
-                " only where it is not clear of itself and of all places of obstacle block");
+  const std::string failure = simulate_tasks(cell, options).failure;
+  EXPECT_TRUE(
+      failure.starts_with("cell 'sequence': no task could be drawn in 1 episode: in 400 draws arm point "
+                          "reached " +
+                          area + " only where it is not clear of itself and of all places of obstacle block; " +
+                          "most often point/ball and block are too near (they overlap by "))
+      << failure;
+  // dₛ = 20 mm and 30 mm for the dampers to let the arm rest.
+  EXPECT_NE(failure.find("50 mm are needed): change the task area, move the obstacle, or lower "
+                         "damper.security_distance"),
+            std::string::npos)
+      << failure;
+  EXPECT_EQ(why_no_task(cell, 1), failure.substr(failure.find("in 400 draws")));
   cell.tasks.centre.x() = 9.0;
   EXPECT_NE(simulate_tasks(cell, options).failure.find("in 400 draws arm point reached no point of the task area"),
             std::string::npos);
+}
+
+/// The slide carries a ball, too, 16 mm above the point's.
+Cell point_under_ball() {
+  Cell cell = sequence_under_ball(0.01);
+  cell.scene.obstacles.clear();
+  cell.tasks.pose_sequence.clear();
+  cell.tasks.radius = 1e-3;
+  cell.tasks.half_height = 0.0;
+  Arm& arm = cell.arms[0].arm;
+  auto model = std::make_shared<RobotModel>(*arm.model);
+  model->limits.lower[1] = -1e-3;
+  model->limits.upper[1] = 1e-3;
+  model->geometry.insert(model->geometry.begin(), {1, world::Sphere{0.05}, Pose::Identity(), 0.0});
+  model->geometry.front().X_LS.translation().z() = 0.116;
+  model->self_pairs = {{0, 1}};
+  arm.model = model;
+  arm.limits = model->limits;
+  return cell;
+}
+
+// 16 mm apart are less than the 25 mm that links keep in starts and goals.
+TEST(TaskGenerator, LinksThatNoPosturePartsDoNotPreventTasks) {
+  Cell cell = point_under_ball();
+  const auto reason = why_no_task(cell, 1);
+  ASSERT_TRUE(reason) << "a pair that is not listed has to keep its distance";
+  EXPECT_NE(reason->find("point/slide and point/ball are too near (they are 16 mm apart at most, 25 mm are needed): "
+                         "change the task area, lower damper.self_security_distance"),
+            std::string::npos)
+      << *reason;
+  auto model = std::make_shared<RobotModel>(*cell.arms[0].arm.model);
+  model->close_pairs = {{0, 1, 0.016}};
+  cell.arms[0].arm.model = model;
+  EXPECT_EQ(why_no_task(cell, 1), std::nullopt);
+}
+
+// A goal a whole turn away: the joint turns the short way.
+TEST(TaskGenerator, JointsThatTurnMoreThanOnceTakeTheNearestTurn) {
+  Cell cell;
+  PlannedArm& planned = cell.arms.emplace_back();
+  auto model = std::make_shared<RobotModel>(*test::planar_point("turner").model);
+  model->links[2].joint_type = JointType::kRevolute;
+  model->links[2].axis = Eigen::Vector3d::UnitZ();
+  model->limits.lower[1] = -6.3;
+  model->limits.upper[1] = 6.3;
+  planned.arm = test::planar_point("turner");
+  planned.arm.model = model;
+  planned.arm.limits = model->limits;
+  cell.tasks.radius = 1e-5;
+  cell.tasks.half_height = 0.0;
+  TaskGenerator generator(cell);
+  Random random(5);
+  for (const double start : {-3.1, -2.0, 0.5, 3.1}) {
+    for (int draw = 0; draw < 20; ++draw) {
+      const auto goals = generator.draw_conflicting_goals(random, {joints({0, start})});
+      ASSERT_TRUE(goals);
+      EXPECT_LE(std::abs((*goals)[0][1] - start), 3.15) << start;
+    }
+  }
 }
 
 // Two points of 0.1 m across, whose areas are 1 m apart.

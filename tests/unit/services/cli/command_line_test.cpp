@@ -130,12 +130,26 @@ class CellBeside {
   std::string path_;
 };
 
-TEST(CommandLine, RejectsTasksWithoutATaskArea) {
+TEST(CommandLine, SimulatesACellWithoutTaskArea) {
   const CellBeside cell("");
-  expect_refusals({{{"simulate", cell.path(), "--tasks", "3"}, cell.path() + ": tasks is missing"},
-                   {{"simulate", cell.path()}, cell.path() + ": tasks is missing"},
-                   {{"up", cell.path(), "--tasks", "3", "--headless"}, cell.path() + ": tasks is missing"}},
-                  ExitCode::kBadInput);
+  const Ran ran = run_line({"simulate", cell.path(), "--tasks", "3", "-o", "json"});
+  EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  EXPECT_EQ(nlohmann::json::parse(ran.out)["tasks"], 3);
+}
+
+TEST(CommandLine, CheckRefusesWhatSimulateRefuses) {
+  // The area lies within reach, inside a wall that the start is clear of.
+  const CellBeside cell(
+      "tasks: {centre: [0, 0.6, 0.5], radius: 0.05, half_height: 0.05}\n"
+      "obstacles: [{name: wall, shapes: [{type: box, size: [0.4, 0.4, 0.4]}], pose: {xyz: [0, 0.6, 0.5]}}]\n");
+  const Ran checked = run_line({"check", cell.path()});
+  const Ran simulated = run_line({"simulate", cell.path(), "--tasks", "3"});
+  EXPECT_EQ(simulated.code, ExitCode::kBadInput);
+  EXPECT_EQ(checked.code, simulated.code) << checked.out;
+  for (const std::string& said : {checked.out, simulated.err}) {
+    EXPECT_NE(said.find("and wall are too near"), std::string::npos) << said;
+    EXPECT_NE(said.find("are needed"), std::string::npos) << said;
+  }
 }
 
 TEST(CommandLine, RejectsAnUnknownNetworkInterface) {
@@ -225,7 +239,7 @@ TEST(Check, ReportsWarningsAndErrors) {
                         << more;
     return run_line({"check", path, "-o", output});
   };
-  const std::string steep = "    damper: {convergence_speed: 50}\n";
+  const std::string steep = "    damper: {convergence_speed: 50, influence_distance: 0.12}\n";
   const Ran table = check(steep, "table");
   EXPECT_EQ(table.code, ExitCode::kDone) << table.err;
   EXPECT_NE(table.out.find("warning: arms[0].damper.influence_distance"), std::string::npos) << table.out;
@@ -234,7 +248,7 @@ TEST(Check, ReportsWarningsAndErrors) {
   ASSERT_FALSE(json["findings"].empty());
   EXPECT_EQ(json["findings"][0]["severity"], "warning");
   const Ran impossible = check("tasks: {centre: [9, 9, 9], radius: 0.1, half_height: 0}\n", "table");
-  EXPECT_EQ(impossible.code, ExitCode::kNegative);
+  EXPECT_EQ(impossible.code, ExitCode::kBadInput);
   EXPECT_NE(impossible.out.find("error: tasks"), std::string::npos) << impossible.out;
   std::filesystem::remove(path);
 }
@@ -247,6 +261,7 @@ TEST(Check, DescribesARobot) {
   EXPECT_EQ(robot["joints"].size(), 6U);
   // Seven links have one shape each (see the URDF): 7 · 6 / 2 pairs.
   EXPECT_EQ(robot["geometry"].size(), 7U);
+  EXPECT_NE(robot["warnings"].back().get<std::string>().find("velocity limit in 0.25 s"), std::string::npos);
   EXPECT_EQ(robot["self_pairs"]["all"], 21);
   EXPECT_EQ(robot["self_pairs"]["checked"].get<int>() + robot["self_pairs"]["filtered"].get<int>(), 21);
 }

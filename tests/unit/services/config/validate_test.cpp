@@ -23,7 +23,7 @@ const std::string kDamper =
 std::string arm(const std::string& name, const std::string& home, const std::string& more = kDamper) {
   std::string text = "  - name: ";
   text.append(name).append("\n    urdf: urdf/planar_2r.urdf\n    tool: {xyz: [1, 0, 0]}\n    poses: {home: ");
-  return text.append(home).append("}\n").append(more);
+  return text.append(home).append("}\n    limits: {acceleration: 10}\n").append(more);
 }
 
 const std::string kHead = "name: test\ntasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n";
@@ -77,7 +77,8 @@ TEST(ValidateTest, WarnsWhenSecurityDistanceDoesNotCoverLatency) {
 }
 
 TEST(ValidateTest, WarnsWhenInfluenceDistanceIsTooShortToBrake) {
-  // Stops take 2/10 s and a period of 10 ms to begin: 1 m/s · 0.21 s = 0.21 m before 0.03 m.
+  // Stops take 2/10 s and a period of 10 ms to begin: 1 m/s · 0.21 s = 0.21 m before 0.03 m. Between links of one arm
+  // with a reach of 2 m: before 0.02 m.
   expect_only(kHead + arm("left", "[0, 1]",
                           "    damper: {security_distance: 0.03, influence_distance: 0.2, "
                           "self_influence_distance: 0.23, convergence_speed: 1.0}\n"),
@@ -85,7 +86,7 @@ TEST(ValidateTest, WarnsWhenInfluenceDistanceIsTooShortToBrake) {
   expect_only(kHead + arm("left", "[0, 1]",
                           "    damper: {security_distance: 0.03, influence_distance: 0.24, "
                           "self_influence_distance: 0.2, convergence_speed: 1.0}\n"),
-              Severity::kWarning, {"arms[0].damper.self_influence_distance = 0.2 ", "at least 0.22 m"});
+              Severity::kWarning, {"arms[0].damper.self_influence_distance = 0.2 ", "at least 0.23 m"});
 }
 
 // Half of 100 mm between two of eleven beams, and three times 4 mm of noise.
@@ -200,7 +201,10 @@ TEST(ValidateTest, CountsPointsOfTheTaskAreaOutOfReach) {
 }
 
 TEST(ValidateTest, NotesMissingTasksAndStandbys) {
-  expect_only("name: test\narms:\n" + arm("left", "[0, 1]"), Severity::kNote, {"tasks is missing"});
+  const auto open = findings_of("name: test\narms:\n" + arm("left", "[0, 1]"));
+  EXPECT_TRUE(std::any_of(open.begin(), open.end(), [](const Finding& one) {
+    return one.severity == Severity::kNote && one.sentence.find("tasks is missing: goals are drawn") == 0;
+  }));
   expect_only(
       "name: test\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\nsupervision: {host: a, standby_host: b}\n"
       "tasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" +
@@ -208,9 +212,31 @@ TEST(ValidateTest, NotesMissingTasksAndStandbys) {
       Severity::kNote, {"arms[0].standby_host is missing"});
 }
 
+// A cell with URDF and base alone has to work, and tells once what it guesses.
+TEST(ValidateTest, NotesEachGuessOnceInACellOfUrdfAndBase) {
+  const CellFile file = parse_cell_file(
+      "name: test\narms:\n  - {name: left, urdf: urdf/planar_2r.urdf, tool: {xyz: [1, 0, 0]}}\n"
+      "  - {name: right, urdf: urdf/planar_2r.urdf, tool: {xyz: [1, 0, 0]}, base: {xyz: [2.5, 0, 0]}}\n",
+      kInlineFile);
+  int guesses = 0;
+  for (const Finding& finding : validate(file)) {
+    EXPECT_EQ(finding.severity, Severity::kNote) << finding.sentence;
+    for (const char* key : {"tasks is missing", "poses.home of arms left, right is missing",
+                            "limits.acceleration of arms left, right is missing"}) {
+      guesses += finding.sentence.starts_with(key) ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(guesses, 3);
+  for (const planner::PlannedArm& planned : file.cell.arms) {
+    EXPECT_EQ(planned.start, planned.arm.home());
+    EXPECT_TRUE(planned.arm.limits.acceleration.isApprox(planned.arm.limits.velocity / planner::kAssumedRunUp));
+  }
+}
+
 TEST(ValidateTest, SortsErrorsFirst) {
-  const auto findings = findings_of("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2}\narms:\n" +
-                                    arm("left", "[0, 1]", "    damper: {security_distance: 0.001}\n"));
+  const auto findings =
+      findings_of("name: test\ntasks: {centre: [5, 0, 0], radius: 0.2}\narms:\n" +
+                  arm("left", "[0, 1]", "    damper: {security_distance: 0.001, convergence_speed: 0.5}\n"));
   ASSERT_GE(findings.size(), 2U);
   EXPECT_EQ(findings.front().severity, Severity::kError);
   EXPECT_TRUE(std::is_sorted(findings.begin(), findings.end(),
