@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "planner/arm_planner/search_executor.hpp"
+#include "planner/goal_check.hpp"
 #include "planner/simulation/arm_in_world.hpp"
 #include "planner/simulation/thread_pool.hpp"
 

@@ -236,7 +236,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   }
   outcome.notes = query.notes;
   for (const std::string& note : query.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
-  if (!options.plot.empty() && !simulates) write_plot(query, validity, outcome, options);
+  if (!options.plot.empty() && !simulates && !query.goal.empty()) write_plot(query, validity, outcome, options);
   print(settings, plan_json(outcome, options.period), plan_text(outcome, options.period, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
