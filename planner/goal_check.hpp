@@ -1,12 +1,16 @@
 #pragma once
-/// Checks of a configuration before it becomes a goal.
+/// Goals: checks of a configuration before it becomes a goal, the configuration for a goal of the tool frame, and the
+/// check that an arm is at its goal.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "planner/collision/cell_geometry.hpp"
+#include "planner/model/inverse_kinematics.hpp"
+#include "planner/model/tool_goal.hpp"
 
 namespace hecaton::planner {
 
@@ -14,6 +18,8 @@ enum class RejectionKind : std::uint8_t {
   kMalformed,      ///< wrong number of joints, or not finite
   kOutsideLimits,  ///< subject: the joint
   kInCollision,    ///< subject: what the arm would touch
+  kUnreachable,    ///< the tool cannot be at the position
+  kOrientation,    ///< the tool can be at the position, but not in the orientation
 };
 
 /// Reason why a configuration cannot be a goal. Programs decide on the kind.
@@ -28,5 +34,31 @@ struct Rejection {
 /// moving links of other arms do not count. Returns nothing for a valid goal. Allocates.
 [[nodiscard]] std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
                                                    std::span<const world::ObstacleState> obstacles);
+
+/// Moves joints that are outside their limits by at most kLimitRounding onto the limit. Returns one sentence that names
+/// these joints; empty: q is unchanged. Ignores a q of another size.
+[[nodiscard]] std::string clamp_rounding(const Arm& arm, JointVector& q);
+
+/// The configuration for a tool goal, or why there is none.
+struct ToolGoalAnswer {
+  JointVector q;                                   ///< [rad | m]; empty if rejected
+  std::optional<Rejection> rejection = {};         ///< empty: accepted
+  std::optional<NearestOrientation> nearest = {};  ///< with kOrientation: what the arm can do at that position
+};
+
+/// A condition on configurations beyond the limits.
+using ConfigurationCheck = std::function<std::optional<Rejection>(const JointVector&)>;
+
+/// Searches a configuration that meets `goal` and passes `check`, first from `q_now` [rad | m] and then from random
+/// seeds. Prefers a solution without error to one within the tolerances. Deterministic. Takes up to 0.1 s without the
+/// checks, of which there are at most a hundred.
+[[nodiscard]] ToolGoalAnswer resolve_tool_goal(const Arm& arm, const ToolGoal& goal, const JointVector& q_now,
+                                               const ConfigurationCheck& check);
+
+/// The error of an arm at `q` from its goal: what it is and what is allowed, as the end of a sentence. Empty when every
+/// joint is within `tolerance` [rad | m] of `q_goal`, and, if there is a tool goal, the tool is within its tolerances.
+/// `tool` may be null.
+[[nodiscard]] std::string error_at_goal(const Arm& arm, const JointVector& q, const JointVector& q_goal,
+                                        double tolerance, const ToolGoal* tool);
 
 }  // namespace hecaton::planner

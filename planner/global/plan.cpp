@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <numbers>
 #include <sstream>
 
@@ -150,6 +151,7 @@ std::optional<std::string> outside_limits(const Validity& validity, std::span<co
     for (int j = 0; j < arm.model->joints(); ++j, ++i) {
       if (std::isfinite(q[i]) && q[i] >= arm.limits.lower[j] && q[i] <= arm.limits.upper[j]) continue;
       std::ostringstream out;
+      out << std::setprecision(8);
       out << "joint " << arm.model->joint_names[j] << " = " << q[i] << " must be within " << arm.limits.lower[j]
           << " … " << arm.limits.upper[j];
       return out.str();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "planner/model/kinematics.hpp"
 
@@ -11,75 +12,84 @@ namespace {
 
 using TaskVector = Eigen::Matrix<double, 6, 1>;  // [rotation; translation], as in FrameJacobian
 
-/// Rotation vector in W that turns `from` into `to`.
-Eigen::Vector3d rotation_error(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
-  const Eigen::AngleAxisd turn(to * from.transpose());
-  return turn.angle() * turn.axis();
-}
-
-/// Shortest rotation vector in W that turns the unit vector `from` into `to`.
-Eigen::Vector3d direction_error(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Vector3d cross = from.cross(to);
-  const double sine = cross.norm();
-  const double angle = std::atan2(sine, from.dot(to));
-  if (sine > 1e-9) return angle / sine * cross;
-  return angle < 1.0 ? cross : Eigen::Vector3d(angle * from.unitOrthogonal());
-}
-
 class Solver {
  public:
   Solver(const Arm& arm, const Pose& X_WT, const IkOptions& options) : arm_(arm), X_WT_(X_WT), options_(options) {}
 
+  /// Moves q to a solution. False when the search ends elsewhere.
+  [[nodiscard]] bool converge(JointVector& q) { return is_met(minimise(q, options_.free_rotation, 1.0)); }
+
+  /// Moves q to the position of X_WT, with an orientation that is locally the nearest. False when the search ends at
+  /// another position. The weight of the orientation decreases, because at the end only the position counts.
+  [[nodiscard]] bool approach_orientation(JointVector& q) {
+    for (const double metres_per_radian : {0.3, 0.02}) (void)minimise(q, options_.free_rotation, metres_per_radian);
+    return minimise(q, FreeRotation::kAll, 1.0).tail<3>().norm() <= options_.position_tolerance;
+  }
+
+  /// Of the last configuration.
+  [[nodiscard]] const Pose& X_WT() const { return kinematics_.X_WT; }
+
+ private:
   /// [Nakamura86, Wampler86] Δq = Jᵀ (J Jᵀ + λ² I)⁻¹ e with λ from Levenberg–Marquardt: a step that reduces ‖e‖ lowers
   /// λ; any other step is undone and raises λ. A joint that a step would push beyond its limit stays on the limit, and
-  /// the step is solved again without that joint.
-  [[nodiscard]] bool converge(JointVector& q) {
+  /// the step is solved again without that joint. Returns e at the final q. `weight`: of the orientation in ‖e‖
+  /// [m/rad].
+  TaskVector minimise(JointVector& q, FreeRotation free_rotation, double weight) {
+    constexpr double kSmallestGain = 1e-9;  // of a step, as a share of ‖e‖²: the search is at a minimum
     double damping = 0.1;
     q = q.cwiseMax(arm_.limits.lower).cwiseMin(arm_.limits.upper);
-    TaskVector error = task_error(q);
-    for (int i = 0; i < options_.iterations; ++i) {
-      if (is_met(error)) return true;
-      task_jacobian();
+    TaskVector error = task_error(q, free_rotation, weight);
+    for (int i = 0; i < options_.iterations && !is_met(error, weight); ++i) {
+      task_jacobian(free_rotation, weight);
       const JointVector next = limited_step(q, error, damping);
-      const TaskVector next_error = task_error(next);
+      const TaskVector next_error = task_error(next, free_rotation, weight);
       if (next_error.squaredNorm() < error.squaredNorm()) {
+        const bool ends = weight != 1.0 && next_error.squaredNorm() > (1.0 - kSmallestGain) * error.squaredNorm();
         q = next;
         error = next_error;
         damping = std::max(1e-6, damping * 0.3);
+        if (ends) break;
       } else {
-        if (damping > 1e3) return false;
+        task_error(q, free_rotation, weight);  // kinematics_ back to q
+        if (damping > 1e3) break;
         damping *= 4.0;
-        task_error(q);  // kinematics_ back to q
       }
     }
-    return is_met(error);
-  }
-
- private:
-  TaskVector task_error(const JointVector& q) {
-    forward_kinematics(*arm_.model, arm_.X_WB, q, kinematics_);
-    TaskVector error = TaskVector::Zero();
-    error.tail<3>() = X_WT_.translation() - kinematics_.X_WT.translation();
-    if (options_.task == IkTask::kPose) {
-      error.head<3>() = rotation_error(kinematics_.X_WT.linear(), X_WT_.linear());
-    } else if (options_.task == IkTask::kPositionAndAxis) {
-      error.head<3>() = direction_error(kinematics_.X_WT.linear().col(2), X_WT_.linear().col(2));
-    }
+    error.head<3>() /= weight;
     return error;
   }
 
-  [[nodiscard]] bool is_met(const TaskVector& error) const {
-    return error.tail<3>().norm() <= options_.position_tolerance &&
-           error.head<3>().norm() <= options_.orientation_tolerance;
+  TaskVector task_error(const JointVector& q, FreeRotation free_rotation, double weight) {
+    forward_kinematics(*arm_.model, arm_.X_WB, q, kinematics_);
+    TaskVector error;
+    error.head<3>() = weight * rotation_error(free_rotation, kinematics_.X_WT.linear(), X_WT_.linear());
+    error.tail<3>() = X_WT_.translation() - kinematics_.X_WT.translation();
+    return error;
   }
 
-  void task_jacobian() {
+  [[nodiscard]] bool is_met(const TaskVector& error, double weight = 1.0) const {
+    return error.tail<3>().norm() <= options_.position_tolerance &&
+           error.head<3>().norm() <= weight * options_.orientation_tolerance;
+  }
+
+  void task_jacobian(FreeRotation free_rotation, double weight) {
     tool_jacobian(*arm_.model, kinematics_, J_);
-    if (options_.task == IkTask::kPosition) J_.topRows<3>().setZero();
-    if (options_.task == IkTask::kPositionAndAxis) {  // a rotation about z does not move z
-      const Eigen::Vector3d z_W = kinematics_.X_WT.linear().col(2);
-      for (Eigen::Index j = 0; j < J_.cols(); ++j) J_.col(j).head<3>() -= z_W * z_W.dot(J_.col(j).head<3>());
+    switch (free_rotation) {
+      case FreeRotation::kNone:
+        break;
+      case FreeRotation::kAll:
+        J_.topRows<3>().setZero();
+        break;
+      case FreeRotation::kRoll:
+      case FreeRotation::kPitch:
+      case FreeRotation::kYaw: {  // a rotation about the axis does not move the axis
+        const auto column = static_cast<Eigen::Index>(free_rotation) - static_cast<Eigen::Index>(FreeRotation::kRoll);
+        const Eigen::Vector3d axis_W = kinematics_.X_WT.linear().col(column);
+        for (Eigen::Index j = 0; j < J_.cols(); ++j) J_.col(j).head<3>() -= axis_W * axis_W.dot(J_.col(j).head<3>());
+        break;
+      }
     }
+    J_.topRows<3>() *= weight;
   }
 
   [[nodiscard]] JointVector limited_step(const JointVector& q, const TaskVector& error, double damping) const {
@@ -150,6 +160,24 @@ std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, 
     if (!options.accept || options.accept(q)) return q;
   }
   return std::nullopt;
+}
+
+std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose& X_WT, const JointVector& start,
+                                                      const IkOptions& options) {
+  Solver solver(arm, X_WT, options);
+  std::mt19937_64 random(options.random_seed);
+  std::vector<NearestOrientation> found;
+  for (int attempt = 0; attempt <= options.seeds; ++attempt) {
+    JointVector q = attempt == 0 ? start : random_configuration(arm.limits, random);
+    if (!solver.approach_orientation(q)) continue;
+    const double angle = rotation_error(options.free_rotation, solver.X_WT().linear(), X_WT.linear()).norm();
+    found.push_back({unwound(arm, q, start), solver.X_WT(), angle});
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.angle < b.angle; });
+  const auto accepted = std::find_if(found.begin(), found.end(), [&](const NearestOrientation& candidate) {
+    return !options.accept || options.accept(candidate.q);
+  });
+  return accepted == found.end() ? std::nullopt : std::optional(*accepted);
 }
 
 }  // namespace hecaton::planner

@@ -7,22 +7,18 @@
 #include <random>
 
 #include "planner/model/arm.hpp"
+#include "planner/model/tool_goal.hpp"
 
 namespace hecaton::planner {
 
-/// The part of X_WT that a solution must meet.
-enum class IkTask {
-  kPose,             ///< position and orientation; with fewer than 6 joints most poses have no solution
-  kPosition,         ///< position alone
-  kPositionAndAxis,  ///< position and direction of the tool's z axis; the roll is free (5 joints suffice)
-};
-
 struct IkOptions {
-  IkTask task = IkTask::kPose;
+  /// The part of the orientation that a solution need not meet. With fewer than 6 joints most poses have no solution
+  /// unless some rotation is free.
+  FreeRotation free_rotation = FreeRotation::kNone;
   int seeds = 32;                       ///< random restarts after the given start
   int iterations = 200;                 ///< per seed
   double position_tolerance = 1e-4;     ///< [m]
-  double orientation_tolerance = 1e-3;  ///< [rad]; for kPositionAndAxis of the z axis
+  double orientation_tolerance = 1e-3;  ///< without the free rotation [rad]
   std::uint64_t random_seed = 1;
   /// A further condition on solutions, such as no collision; empty: none.
   std::function<bool(const JointVector&)> accept;
@@ -33,6 +29,20 @@ struct IkOptions {
 /// random_seed.
 [[nodiscard]] std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, const JointVector& start,
                                                             const IkOptions& options = {});
+
+/// A configuration that meets a position, and its orientation.
+struct NearestOrientation {
+  JointVector q;                 ///< [rad | m]
+  Pose X_WT = Pose::Identity();  ///< tool frame at q
+  double angle = 0.0;            ///< from the wanted orientation, without the free rotation [rad]
+};
+
+/// The accepted configuration within the limits that meets the position of X_WT and has the nearest orientation to it.
+/// A local search from `start` and from random configurations: a nearer orientation may exist. Empty when no accepted
+/// configuration meets the position. Ignores options.orientation_tolerance. Deterministic for a random_seed.
+[[nodiscard]] std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose& X_WT,
+                                                                    const JointVector& start,
+                                                                    const IkOptions& options = {});
 
 /// A random configuration within the limits; joints without limits are within ±π. The same on every platform.
 [[nodiscard]] JointVector random_configuration(const JointLimits& limits, std::mt19937_64& random);

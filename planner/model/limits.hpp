@@ -17,6 +17,9 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 
 /// 6 × n, rows [ω; v], in W: the velocity of a frame per joint rate.
 using FrameJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 
+/// Joint values outside a limit by at most this are rounding errors of texts and of single precision [rad | m].
+inline constexpr double kLimitRounding = 1e-6;
+
 /// Limits of the actuated joints, all of the arm's size. A continuous joint has ±infinity as its positions.
 struct JointLimits {
   JointVector lower;         ///< [rad | m]

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "planner/arm_planner/search_executor.hpp"
+#include "planner/goal_check.hpp"
 #include "planner/simulation/arm_in_world.hpp"
 #include "planner/simulation/thread_pool.hpp"
 
@@ -180,7 +181,7 @@ class Episode {
       plan_and_move(now, dt);
       world_.step(dt);
       outcome_.duration = now + dt;
-      record(outcome_.duration);
+      record(outcome_.duration, goals);
       if (options_.observe) options_.observe(outcome_.duration, measured(), planners_);
       if (all_reached()) break;
       const bool all_blocked = std::all_of(arms_.begin(), arms_.end(), [](const SimulatedArm& arm) {
@@ -291,7 +292,7 @@ class Episode {
     }
   }
 
-  void record(double now) {
+  void record(double now, const CellConfiguration& goals) {
     ++number_;
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       const TickResult& result = arms_[i].result;
@@ -301,7 +302,11 @@ class Episode {
       arm.yielding_ticks += result.yields_to >= 0 ? 1 : 0;
       arms_[i].reversals.add(result.qd, cell_.arms[i].arm.limits, result.near, cell_.timing.control_period);
       arm.reversals = arms_[i].reversals.total();
-      const bool reached = result.status == TickStatus::kReached;
+      // As live: the set-point and the measured position are at the goal.
+      const bool reached =
+          result.status == TickStatus::kReached && error_at_goal(cell_.arms[i].arm, arms_[i].drive.q(), goals[i],
+                                                                 cell_.arms[i].parameters.goal_tolerance, nullptr)
+                                                       .empty();
       if (reached && arm.outcome != TaskOutcome::kReached) {
         arm.outcome = TaskOutcome::kReached;
         arm.time = now;

@@ -208,7 +208,7 @@ struct TaskGenerator::Impl {
                                                               random.uniform(-1.0, 1.0) * area.half_height));
     const JointVector start = draw_posture(arm, random);
     IkOptions options;
-    options.task = IkTask::kPosition;
+    options.free_rotation = FreeRotation::kAll;
     options.seeds = 2;
     options.iterations = 60;
     options.random_seed = random.next();

@@ -8,6 +8,7 @@
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/status_output.hpp"
+#include "services/cli/tool_goal_options.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
@@ -29,7 +30,7 @@ struct Options {
   std::string arm;
   std::vector<double> joints;
   std::string named;
-  std::vector<double> pose;
+  ToolGoalOptions tool;
   bool wait = false;
   double time_limit = 0.0;  // [s]; 0: none
 };
@@ -44,7 +45,7 @@ void fill(msg::Goal& goal, const Options& options) {
     goal.named(options.named);
   } else {
     goal.kind(msg::GoalKind::GOAL_POSE);
-    goal.X_WT(messages::to_message(pose_of(options.pose)));
+    goal.tool(messages::to_message(tool_goal_of(options.tool).value()));
   }
 }
 
@@ -150,6 +151,12 @@ ExitCode run(const Settings& settings, const Options& options) {
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
   const msg::GoalStatus status = GoalFollower(*cell, options).run();
+  if (!status.note().empty()) std::fprintf(stderr, "note: %s\n", status.note().c_str());
+  if (status.cause().kind() == msg::CauseKind::CAUSE_GOAL_ORIENTATION) {
+    std::fprintf(stderr,
+                 "give an orientation that the arm can take, a free axis (--free), a wider --tolerance, or --position "
+                 "for any orientation\n");
+  }
   const std::string after = options.wait && is_final(status.state()) && status.state() != msg::GoalState::GOAL_REJECTED
                                 ? " after " + duration_text(status.elapsed())
                                 : "";
@@ -167,16 +174,21 @@ void add_goal(CLI::App& app, Session& session) {
   CLI::Option_group* what = command->add_option_group("goal", "one of");
   add_numbers(*what, "--joints", options->joints, 0, "joint positions, base to tip [rad or m]");
   what->add_option("--named", options->named, "a named pose of the cell file, e.g. home")->type_name("POSE");
-  add_pose(*what, "--pose", options->pose, "of the tool frame: x y z [m] roll pitch yaw [rad]");
+  add_tool_goal_options(*command, *what, options->tool);
   what->require_option(1);
   command->add_flag("--wait", options->wait,
                     "wait until the goal has ended, and print why the arm is blocked meanwhile");
   add_duration(*command, "--time-limit", options->time_limit, "after which the planner ends the goal (none)", 0.001,
                86400.0);
-  command->footer("Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");
-  command->callback([&session, options] {
+  command->callback([&session, options, command] {
+    check_tool_goal_options(*command);
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });
+  command->footer(
+      "A pose is reached when the measured tool is within the tolerance of its position and orientation. An arm that\n"
+      "cannot take the orientation, such as most with fewer than six joints, rejects the goal and names the nearest "
+      "one.\n"
+      "Exit code 0: accepted, or reached with --wait; 1: rejected, replaced or cancelled; 4: time limit.");
 }
 
 }  // namespace hecaton::services::cli

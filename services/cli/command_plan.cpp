@@ -7,6 +7,8 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -163,6 +165,31 @@ void refuse_ignored_options(const CLI::App& command, const Options& options) {
   if (path == Path::kDescent) refuse({"--budget", "--step"}, "the descent has one path and no time limit");
 }
 
+/// What a configuration must satisfy as the goal. A sensor-only method knows no obstacles before it moves.
+planner::ConfigurationCheck goal_check(const PlanQuery& query, const global::Validity& validity,
+                                       const Options& options) {
+  if (motion_path(options.method) == Path::kWalk) {
+    return [&query](const planner::JointVector& q) {
+      return planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), q, {});
+    };
+  }
+  return [&validity](const planner::JointVector& q) -> std::optional<planner::Rejection> {
+    auto reason = global::reject(validity, "goal", std::span(q.data(), static_cast<std::size_t>(q.size())));
+    if (!reason) return std::nullopt;
+    return planner::Rejection{planner::RejectionKind::kInCollision, {}, std::move(*reason)};
+  };
+}
+
+PlanOutcome rejected(const Options& options, planner::ToolGoalAnswer tool) {
+  PlanOutcome outcome;
+  outcome.method = options.method;
+  outcome.seed = options.seed;
+  outcome.plan.status = global::PlanStatus::kGoalInvalid;
+  outcome.plan.reason = std::move(tool.rejection->text);
+  outcome.nearest = std::move(tool.nearest);
+  return outcome;
+}
+
 /// Before planning, so that no plan is lost.
 void require_writable(const std::string& plot) {
   if (!std::ofstream(plot, std::ios::app)) throw Failure(ExitCode::kBadInput, "--plot: " + plot + " cannot be written");
@@ -185,7 +212,7 @@ void write_plot(const PlanQuery& query, const global::Validity& validity, const 
 }
 
 ExitCode run(const Settings& settings, const Options& options) {
-  const PlanQuery query = make_plan_query(options.arguments);
+  PlanQuery query = make_plan_query(options.arguments);
   const Path path = motion_path(options.method);
   const bool simulates = path == Path::kWalk;
   if (!options.plot.empty() && !simulates) {
@@ -196,7 +223,10 @@ ExitCode run(const Settings& settings, const Options& options) {
   validity_options.step = options.step;
   validity_options.padding = options.clearance;
   const global::Validity validity(query.planned, query.world, validity_options);
-  PlanOutcome outcome = simulates                ? by_simulation(query, validity, options)
+  planner::ToolGoalAnswer tool;
+  if (query.tool) tool = resolve_tool_goal(query, goal_check(query, validity, options));
+  PlanOutcome outcome = tool.rejection           ? rejected(options, std::move(tool))
+                        : simulates              ? by_simulation(query, validity, options)
                         : path == Path::kDescent ? by_field(query, options)
                                                  : by_search(query, validity, options);
   if (outcome.plan.solved()) {
@@ -206,7 +236,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   }
   outcome.notes = query.notes;
   for (const std::string& note : query.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
-  if (!options.plot.empty() && !simulates) write_plot(query, validity, outcome, options);
+  if (!options.plot.empty() && !simulates && !query.goal.empty()) write_plot(query, validity, outcome, options);
   print(settings, plan_json(outcome, options.period), plan_text(outcome, options.period, Palette::for_stream(stdout)));
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -235,7 +265,10 @@ void add_plan(CLI::App& app, Session& session) {
           "joint values (of all planned arms, one arm after the other) or a named pose (the request's start, or "
           "where the arms start)")
       ->type_name("Q");
-  command->add_option("--to", arguments.to, "the goal, in the same form (the request's goal)")->type_name("Q");
+  CLI::Option* to = command->add_option("--to", arguments.to, "the goal, in the same form (the request's goal)");
+  to->type_name("Q");
+  add_tool_goal_options(*command, *command, arguments.tool);
+  to->excludes(command->get_option("--pose"))->excludes(command->get_option("--position"));
   command
       ->add_option("--moveit-scene", arguments.moveit_scene,
                    "MoveIt planning scene (YAML), of which the objects are added")
@@ -282,13 +315,16 @@ void add_plan(CLI::App& app, Session& session) {
     const auto& [name, summary] = planner->traits();
     planners += "  " + std::string(name) + ": " + std::string(summary) + "\n";
   }
-  command->footer(planners +
-                  "sensed_cspace and known_cspace simulate the arm in virtual time, for at most tasks.time_limit;\n"
-                  "--seed is the seed of its sensor noise, --budget and --raw have no effect.\n"
-                  "--clearance does not apply between links of one arm, which must not touch.\n"
-                  "Exit code 1 when no path was found; the output has the reason.");
+  command->footer(
+      planners +
+      "--pose and --position are goals of one arm's tool; the first joint positions found for them are the goal.\n"
+      "sensed_cspace and known_cspace simulate the arm in virtual time, for at most tasks.time_limit;\n"
+      "--seed is the seed of its sensor noise, --budget and --raw have no effect.\n"
+      "--clearance does not apply between links of one arm, which must not touch.\n"
+      "Exit code 1 when no path was found; the output has the reason.");
   command->callback([&session, options, command] {
     check_robot_options(options->arguments.robot);
+    check_tool_goal_options(*command);
     session.action = [&session, options, command] {
       refuse_empty(*command);
       refuse_ignored_options(*command, *options);

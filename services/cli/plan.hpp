@@ -3,15 +3,18 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "planner/cell.hpp"
 #include "planner/global/plan.hpp"
 #include "planner/global/validity.hpp"
+#include "planner/goal_check.hpp"
 #include "planner/methods/potential_field/gradient_path.hpp"
 #include "planner/trajectory/jerk_limited.hpp"
 #include "services/cli/robot_options.hpp"
+#include "services/cli/tool_goal_options.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/terminal.hpp"
 
@@ -22,7 +25,8 @@ struct PlanArguments {
   std::string file;               ///< cell file or URDF
   std::vector<std::string> arms;  ///< of the cell; empty: the first
   std::string from;            ///< numbers or the name of a pose; empty: the request's start, or where the arms start
-  std::string to;              ///< the same; empty: the request's goal
+  std::string to;              ///< the same; empty: the request's goal, or the tool goal
+  ToolGoalOptions tool;        ///< of the only planned arm
   std::string moveit_scene;    ///< path; empty: none
   std::string moveit_request;  ///< path; empty: none
   RobotOptions robot;
@@ -34,16 +38,20 @@ struct PlanQuery {
   std::vector<planner::global::WorldBody> world;
   std::vector<world::Obstacle> obstacles;  ///< of the cell at t = 0
   std::vector<double> start;               ///< [rad | m]
-  std::vector<double> goal;                ///< [rad | m]
-  planner::PlannedArm first = {};          ///< the first planned arm, as its cell has it
-  planner::Timing timing = {};             ///< of the cell
-  double time_limit = 0.0;                 ///< of the cell's tasks, virtual [s]
-  std::vector<std::string> notes;          ///< sentences: which parts of MoveIt's files are not read
+  std::vector<double> goal;                ///< [rad | m]; empty: that of `tool`, see resolve_tool_goal()
+  std::optional<planner::ToolGoal> tool = {};
+  planner::PlannedArm first = {};  ///< the first planned arm, as its cell has it
+  planner::Timing timing = {};     ///< of the cell
+  double time_limit = 0.0;         ///< of the cell's tasks, virtual [s]
+  std::vector<std::string> notes;  ///< sentences: which parts of MoveIt's files are not read
 };
 
 /// Other arms stand where they start, obstacles where they are at t = 0. Throws Failure (bad input), ConfigError and
 /// ModelError.
 [[nodiscard]] PlanQuery make_plan_query(const PlanArguments& arguments);
+
+/// Sets query.goal to a configuration for query.tool that `check` accepts, if there is one.
+planner::ToolGoalAnswer resolve_tool_goal(PlanQuery& query, const planner::ConfigurationCheck& check);
 
 /// The planned arm. Throws Failure (usage) when the query has several arms; `option` is the option that requires one
 /// arm, such as "--plot".
@@ -94,15 +102,16 @@ struct PlanOutcome {
   planner::global::Plan plan;
   double planning_us = 0.0;
   double simplify_us = 0.0;
-  double timing_us = 0.0;                  ///< for rounding the corners and computing the times
-  double clearance = HUGE_VAL;             ///< smallest on the path [m]
-  double obstacle_clearance = HUGE_VAL;    ///< smallest on the path, without pairs of links of one arm [m]
-  std::string effort;                      ///< for people
-  double duration = 0.0;                   ///< of the motion along a solved plan's path [s]
-  planner::AveragedTrajectory trajectory;  ///< along the path; empty for simulated plans
-  std::vector<std::vector<double>> found;  ///< the path before it was shortened [rad | m]
-  planner::global::SearchRecord record;    ///< of the search, when it is to be plotted
-  std::vector<std::string> notes;          ///< of the query
+  double timing_us = 0.0;                              ///< for rounding the corners and computing the times
+  double clearance = HUGE_VAL;                         ///< smallest on the path [m]
+  double obstacle_clearance = HUGE_VAL;                ///< smallest on the path, without pairs of links of one arm [m]
+  std::string effort;                                  ///< for people
+  double duration = 0.0;                               ///< of the motion along a solved plan's path [s]
+  planner::AveragedTrajectory trajectory;              ///< along the path; empty for simulated plans
+  std::vector<std::vector<double>> found;              ///< the path before it was shortened [rad | m]
+  planner::global::SearchRecord record;                ///< of the search, when it is to be plotted
+  std::vector<std::string> notes;                      ///< of the query
+  std::optional<planner::NearestOrientation> nearest;  ///< when the tool cannot take the orientation of the goal
 };
 
 /// A lower bound of the smallest distance on the path (Validity::clearance) [m].

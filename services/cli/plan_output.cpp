@@ -2,6 +2,7 @@
 
 #include "services/cli/plan.hpp"
 #include "services/cli/plots.hpp"
+#include "services/command_line/options.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -126,6 +127,9 @@ Json plan_json(const PlanOutcome& outcome, double period) {
                {"min_clearance_m", plan.solved() ? Json(outcome.clearance) : Json(nullptr)},
                {"min_obstacle_clearance_m", plan.solved() ? Json(outcome.obstacle_clearance) : Json(nullptr)},
                {"duration_s", plan.solved() ? Json(outcome.duration) : Json(nullptr)}};
+  if (outcome.nearest) {
+    json["nearest"] = {{"pose", xyz_rpy_of(outcome.nearest->X_WT)}, {"angle_rad", outcome.nearest->angle}};
+  }
   if (!outcome.notes.empty()) json["notes"] = outcome.notes;
   if (period > 0.0) json["trajectory"] = plan.solved() ? samples(outcome, period) : Json(nullptr);
   return json;

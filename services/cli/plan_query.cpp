@@ -148,6 +148,23 @@ void check_names(const std::string& file, const config::MoveItRequest& request,
   }
 }
 
+/// Moves values that are outside a limit by rounding onto the limit, with a note.
+void clamp_rounding(const planner::Cell& cell, const std::vector<int>& arms, const std::string& which,
+                    std::vector<double>& values, std::vector<std::string>& notes) {
+  std::size_t first = 0;
+  for (const int arm : arms) {
+    const planner::Arm& planned = cell.arms[arm].arm;
+    const auto joints = static_cast<std::size_t>(planned.model->joints());
+    if (first + joints > values.size()) return;
+    planner::JointVector q =
+        Eigen::Map<const Eigen::VectorXd>(values.data() + first, static_cast<Eigen::Index>(joints));
+    const std::string note = planner::clamp_rounding(planned, q);
+    if (!note.empty()) notes.push_back(which + ": " + note);
+    std::copy(q.begin(), q.end(), values.begin() + static_cast<std::ptrdiff_t>(first));
+    first += joints;
+  }
+}
+
 void read_ends(const PlanArguments& arguments, const planner::Cell& cell, const std::vector<int>& arms,
                PlanQuery& query) {
   if (!arguments.moveit_request.empty()) {
@@ -174,7 +191,15 @@ void read_ends(const PlanArguments& arguments, const planner::Cell& cell, const 
       }
     }
   }
-  if (query.goal.empty()) throw Failure(ExitCode::kBadInput, "--to or --moveit-request is needed for the goal");
+  query.tool = tool_goal_of(arguments.tool);
+  if (query.tool) {
+    query.goal.clear();  // that of a request
+    (void)only_arm(query, "a goal of the tool");
+  } else if (query.goal.empty()) {
+    throw Failure(ExitCode::kBadInput, "--to, --pose, --position or --moveit-request is needed for the goal");
+  }
+  clamp_rounding(cell, arms, "start", query.start, query.notes);
+  clamp_rounding(cell, arms, "goal", query.goal, query.notes);
 }
 
 /// Names of the scene's objects must differ from those of the cell's obstacles.
@@ -247,6 +272,13 @@ PlanQuery make_plan_query(const PlanArguments& arguments) {
   query.world = planner::global::world_bodies(query.planned.front(), X_WO, others);
   read_ends(arguments, cell, arms, query);
   return query;
+}
+
+planner::ToolGoalAnswer resolve_tool_goal(PlanQuery& query, const planner::ConfigurationCheck& check) {
+  const planner::Arm& arm = only_arm(query, "a goal of the tool");
+  planner::ToolGoalAnswer answer = planner::resolve_tool_goal(arm, *query.tool, joints_of(query.start), check);
+  query.goal.assign(answer.q.begin(), answer.q.end());
+  return answer;
 }
 
 const planner::Arm& only_arm(const PlanQuery& query, const std::string& option) {

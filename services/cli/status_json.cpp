@@ -49,6 +49,15 @@ Json to_json(const msg::GoalStatus& goal) {
   json["distance_to_goal"] = goal.distance_to_goal();
   json["elapsed_s"] = goal.elapsed();
   json["planner"] = goal.node();
+  json["note"] = goal.note();
+  json["tool_error"] = nullptr;
+  if (goal.has_tool() && goal.position_error() >= 0.0) {
+    json["tool_error"] = {{"position_m", goal.position_error()}, {"orientation_rad", goal.orientation_error()}};
+  }
+  json["nearest"] = nullptr;
+  if (goal.has_nearest()) {
+    json["nearest"] = {{"pose", pose(goal.X_WT_nearest())}, {"angle_rad", goal.nearest_angle()}};
+  }
   return json;
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <numbers>
 
 #include "services/cli/status_output.hpp"
 #include "services/command_line/terminal.hpp"
@@ -31,6 +32,15 @@ std::string why_text(const msg::GoalStatus& goal) {
   if (!goal.recovery_action().empty() && !is_final(goal.state()))
     why += (why.empty() ? "" : "; ") + goal.recovery_action();
   return why;
+}
+
+/// " (tool 0.12 mm and 0.03° from the pose)" of a reached pose goal, as measured; otherwise empty.
+std::string tool_text(const msg::GoalStatus& goal) {
+  if (goal.state() != msg::GoalState::GOAL_REACHED || !goal.has_tool() || goal.position_error() < 0.0) return {};
+  const bool oriented = goal.tool().free_rotation() != msg::FreeRotation::FREE_ALL;
+  const std::string angle = decimal_text(goal.orientation_error() * 180.0 / std::numbers::pi, 2) + "°";
+  return " (tool " + decimal_text(goal.position_error() * 1e3, 2) + " mm " +
+         (oriented ? "and " + angle + " from the pose)" : "from the position)");
 }
 
 /// "14:03:59" of the wall clock, local time.
@@ -99,7 +109,7 @@ std::string process_text(const msg::ProcessEvent& process, const Palette& palett
 
 std::string goal_text(const msg::GoalStatus& goal) {
   const std::string why = why_text(goal);
-  return text(goal.state()) + (why.empty() ? "" : ": " + why);
+  return text(goal.state()) + (why.empty() ? "" : ": " + why) + tool_text(goal);
 }
 
 std::string waiting_text(const msg::ArmStatus& arm) {

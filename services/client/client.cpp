@@ -131,7 +131,10 @@ Goal Arm::go_to(const std::vector<double>& q, const GoalOptions& options) const 
 
 Goal Arm::go_to(const Pose& tool, const GoalOptions& options) const {
   msg::Goal goal = goal_for(name_, msg::GoalKind::GOAL_POSE, options);
-  goal.X_WT(client::to_message(tool));
+  goal.tool().X_WT(client::to_message(tool));
+  goal.tool().free_rotation(static_cast<msg::FreeRotation>(options.free_rotation));
+  goal.tool().position_tolerance(options.position_tolerance);
+  goal.tool().orientation_tolerance(options.orientation_tolerance);
   return {connection_, connection_->send(std::move(goal))};
 }
 

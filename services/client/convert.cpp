@@ -128,6 +128,11 @@ Progress to_public(const msg::GoalStatus& status) {
   progress.elapsed = Seconds(status.elapsed());
   progress.q_goal = status.q_goal();
   progress.planner = status.node();
+  progress.note = status.note();
+  if (status.has_tool() && status.position_error() >= 0.0) {
+    progress.tool_error = {status.position_error(), status.orientation_error()};
+  }
+  if (status.has_nearest()) progress.nearest = {to_public(status.X_WT_nearest()), status.nearest_angle()};
   return progress;
 }
 

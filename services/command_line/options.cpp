@@ -151,13 +151,8 @@ world::Pose pose_of(const std::vector<double>& xyz_rpy) {
 
 std::vector<double> xyz_rpy_of(const world::Pose& pose) {
   const Eigen::Vector3d p = pose.translation();
-  const Eigen::Matrix3d R = pose.linear();
-  // R = Rz(yaw) · Ry(pitch) · Rx(roll): its last row is (−sin pitch, cos pitch sin roll, cos pitch cos roll).
-  const double pitch = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
-  const bool upright = std::hypot(R(2, 1), R(2, 2)) > 1e-9;  // otherwise roll and yaw have one axis: roll := 0
-  const double roll = upright ? std::atan2(R(2, 1), R(2, 2)) : 0.0;
-  const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : std::atan2(-R(0, 1), R(1, 1));
-  return {p.x(), p.y(), p.z(), roll, pitch, yaw};
+  const Eigen::Vector3d rpy = world::rpy_of(pose.linear());
+  return {p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z()};
 }
 
 CLI::Option* add_choice(CLI::App& app, const std::string& name, std::string& value, std::vector<std::string> choices,

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "services/config/readers.hpp"
 #include "services/config/text.hpp"
 
@@ -106,7 +109,10 @@ JointVector read_configuration(const YamlView& view, const RobotModel& model, co
   for (int joint = 0; joint < model.joints(); ++joint) {
     const std::string unit = unit_of(model, joint);
     q[joint] = numbers[joint].number({-1e6, 1e6, unit});
-    if (q[joint] < limits.lower[joint] || q[joint] > limits.upper[joint]) {
+    const double inside = std::clamp(q[joint], limits.lower[joint], limits.upper[joint]);
+    if (std::abs(inside - q[joint]) <= planner::kLimitRounding) {  // a rounded text: no finding
+      q[joint] = inside;
+    } else {
       numbers[joint].fail(Bounds{limits.lower[joint], limits.upper[joint], unit}.text() + ", the limits of " +
                           model.joint_names[joint]);
     }

@@ -31,7 +31,7 @@ std::vector<Eigen::Vector3d> sample_points(const planner::TaskArea& area, const 
 
 bool reaches(const planner::Arm& arm, const Eigen::Vector3d& p_W) {
   planner::IkOptions options;
-  options.task = planner::IkTask::kPosition;
+  options.free_rotation = planner::FreeRotation::kAll;
   options.seeds = 24;
   options.iterations = 100;
   options.position_tolerance = 1e-3;

@@ -101,6 +101,39 @@ Converted<world::Pose> from_message(const msg::Pose& pose, const std::string& wh
   return {value, {}};
 }
 
+msg::ToolGoal to_message(const planner::ToolGoal& goal) {
+  msg::ToolGoal message;
+  message.X_WT(to_message(goal.X_WT));
+  message.free_rotation(static_cast<msg::FreeRotation>(goal.free_rotation));
+  message.position_tolerance(goal.position_tolerance);
+  message.orientation_tolerance(goal.orientation_tolerance);
+  return message;
+}
+
+Converted<planner::ToolGoal> from_message(const msg::ToolGoal& goal, const std::string& what) {
+  const auto X_WT = from_message(goal.X_WT(), what + ": X_WT");
+  if (!X_WT) return {{}, X_WT.error};
+  planner::ToolGoal value{.X_WT = *X_WT};
+  const auto free_rotation = static_cast<std::uint32_t>(goal.free_rotation());
+  if (free_rotation > static_cast<std::uint32_t>(msg::FreeRotation::FREE_ALL)) {
+    return {{}, what + ": free_rotation = " + std::to_string(free_rotation) + " is unknown"};
+  }
+  value.free_rotation = static_cast<planner::FreeRotation>(free_rotation);
+  const auto read = [&](const char* name, double given, double least, double most, double& tolerance) {
+    if (given != 0.0) tolerance = given;
+    if (tolerance >= least && tolerance <= most) return std::string();
+    return what + ": " + name + " = " + std::to_string(given) + " must be 0 (default) or from " +
+           std::to_string(least) + " to " + std::to_string(most);
+  };
+  std::string error = read("position_tolerance", goal.position_tolerance(), planner::kLeastPositionTolerance,
+                           planner::kMostPositionTolerance, value.position_tolerance);
+  if (!error.empty()) return {{}, error};
+  error = read("orientation_tolerance", goal.orientation_tolerance(), planner::kLeastOrientationTolerance,
+               planner::kMostOrientationTolerance, value.orientation_tolerance);
+  if (!error.empty()) return {{}, error};
+  return {value, {}};
+}
+
 Converted<world::Twist> from_message(const msg::Twist& twist, const std::string& what) {
   const auto linear = from_message(twist.linear(), what + ": linear");
   if (!linear) return {{}, linear.error};

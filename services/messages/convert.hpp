@@ -11,10 +11,12 @@
 #include <vector>
 
 #include <idl/common.h>
+#include <idl/goal.h>
 #include <idl/world.h>
 
 #include "planner/model/limits.hpp"
 #include "planner/model/range_sensor.hpp"
+#include "planner/model/tool_goal.hpp"
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -37,6 +39,7 @@ void to_message(const planner::JointVector& q, std::vector<double>& field);
 [[nodiscard]] msg::Vec3 to_message(const Eigen::Vector3d& vector);
 [[nodiscard]] msg::Pose to_message(const world::Pose& pose);
 [[nodiscard]] msg::Twist to_message(const world::Twist& twist);
+[[nodiscard]] msg::ToolGoal to_message(const planner::ToolGoal& goal);
 [[nodiscard]] msg::PlacedShape to_message(const world::PlacedShape& shape);
 [[nodiscard]] msg::Motion to_message(const world::Motion& motion);
 [[nodiscard]] msg::Obstacle to_message(const world::Obstacle& obstacle);
@@ -69,6 +72,8 @@ Converted<planner::JointVector> joints_from_message(std::span<const double> valu
                                                     int size = -1);
 Converted<Eigen::Vector3d> from_message(const msg::Vec3& vector, const std::string& what);
 Converted<world::Pose> from_message(const msg::Pose& pose, const std::string& what);
+/// Tolerances of 0 become the defaults.
+Converted<planner::ToolGoal> from_message(const msg::ToolGoal& goal, const std::string& what);
 Converted<world::Twist> from_message(const msg::Twist& twist, const std::string& what);
 Converted<world::PlacedShape> from_message(const msg::PlacedShape& shape, const std::string& what);
 Converted<world::Motion> from_message(const msg::Motion& motion, const std::string& what);

@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <utility>
 
+#include "planner/goal_check.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/model/kinematics.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
 
@@ -15,8 +17,8 @@ using msg::CauseKind;
 
 /// Time without fresh inputs after which the goal is blocked [s]. Shorter gaps are normal on a network.
 constexpr double kBlockedAfter = 1.0;
-/// Factor on the goal tolerance for the measured position: the drive has a tracking error.
-constexpr double kTrackingTolerance = 2.0;
+/// Time for the drive to settle after its set-point has arrived at the goal [s].
+constexpr double kSettleTime = 1.0;
 
 std::string milliseconds(double seconds) {
   char text[32];
@@ -57,6 +59,13 @@ std::string what_binds(const Progress& progress) {
 
 std::string subspaces(int drawn) {
   return drawn <= 0 ? "" : ", in subspace " + std::to_string(drawn);
+}
+
+planner::ToolError measured_error(const planner::Arm& arm, const planner::JointVector& q,
+                                  const planner::ToolGoal& goal) {
+  planner::Kinematics kinematics;
+  planner::forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
+  return planner::tool_error(goal, kinematics.X_WT);
 }
 
 }  // namespace
@@ -139,6 +148,21 @@ Progress explain(const planner::TickResult& result, const planner::ProgressMonit
   return progress;
 }
 
+void ArrivalCheck::judge(bool set_point_there, const std::string& error, const std::string& arm, double dt,
+                         Progress& progress) {
+  if (!set_point_there || error.empty()) waited_ = 0.0;
+  if (!set_point_there) return;
+  if (error.empty()) {
+    progress.state = msg::GoalState::GOAL_REACHED;
+    return;
+  }
+  waited_ += dt;
+  if (waited_ <= kSettleTime) return;
+  progress.state = msg::GoalState::GOAL_BLOCKED;
+  progress.held_back = true;
+  progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, arm, "the drive does not follow: " + error);
+}
+
 std::optional<Progress> ProgressReporter::report(const Period& period) {
   const planner::ArmController& controller = period.planner.planner().controller();
   const bool missing_input = period.hold && is_missing_input(*period.hold);
@@ -159,11 +183,14 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
       progress.recovery_action = "waits for a path";
     }
     if (period.planner.planner().awaiting_rollout()) progress.recovery_action += ", runs rollouts";
-    const planner::JointVector to_go =
-        planner::joint_difference(controller.geometry().own_arm().limits, own.q, *period.q_goal);
-    progress.distance = to_go.norm();
-    const bool there = to_go.cwiseAbs().maxCoeff() < kTrackingTolerance * controller.parameters().goal_tolerance;
-    if (result.status == planner::TickStatus::kReached && there) progress.state = msg::GoalState::GOAL_REACHED;
+    const planner::Arm& arm = controller.geometry().own_arm();
+    progress.distance = planner::joint_difference(arm.limits, own.q, *period.q_goal).norm();
+    if (period.tool != nullptr) progress.tool_error = measured_error(arm, own.q, *period.tool);
+    const bool set_point_there = result.status == planner::TickStatus::kReached;
+    const double tolerance = controller.parameters().goal_tolerance;
+    arrival_.judge(set_point_there,
+                   set_point_there ? planner::error_at_goal(arm, own.q, *period.q_goal, tolerance, period.tool) : "",
+                   arm.name, controller.control_period(), progress);
     // A driver that has just started has received no command.
     const bool follows = is_none(own.cause) || own.cause.kind() == CauseKind::CAUSE_STARTING;
     if (!follows && !period.hold && !starved) {

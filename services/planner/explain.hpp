@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 
 #include "planner/goal_progress.hpp"
 #include "planner/tick.hpp"
@@ -17,6 +18,18 @@ namespace hecaton::services {
                                const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold);
 
+/// Decides by the measured position whether an arm whose set-point is at the goal has reached it.
+class ArrivalCheck {
+ public:
+  /// Call once per control period of `dt` [s] after explain(). `error`: error_at_goal() of the measured position;
+  /// empty: the arm is there. `set_point_there`: the set-point is at the goal and at rest. An arm that stays away from
+  /// its goal for a second although its set-point is there is blocked: its drive does not follow.
+  void judge(bool set_point_there, const std::string& error, const std::string& arm, double dt, Progress& progress);
+
+ private:
+  double waited_ = 0.0;  ///< with the set-point at the goal [s]
+};
+
 /// The progress of the active goal, for GoalManager::progress().
 class ProgressReporter {
  public:
@@ -25,12 +38,14 @@ class ProgressReporter {
     const std::optional<LivePlanner::PlannedPeriod>& planned;  ///< empty: no fresh state of the arm
     const std::optional<msg::Cause>& hold;
     const planner::JointVector* q_goal = nullptr;  ///< of the active goal; null: there is none
+    const planner::ToolGoal* tool = nullptr;       ///< of the active goal; null: it is no pose goal
   };
   /// Call it once per control period. Empty without an active goal.
   [[nodiscard]] std::optional<Progress> report(const Period& period);
 
  private:
   double starved_ = 0.0;  ///< time without fresh inputs [s]
+  ArrivalCheck arrival_;
 };
 
 }  // namespace hecaton::services

@@ -53,6 +53,11 @@ struct GoalCheckpoint::Slot {
   double time_limit;
   double elapsed;
   std::array<double, planner::kMaxJoints> q_goal;
+  std::uint64_t has_tool;
+  std::uint64_t free_rotation;
+  std::array<double, 16> X_WT;
+  double position_tolerance;
+  double orientation_tolerance;
   std::uint64_t results;
   std::array<std::uint64_t, GoalSnapshot::kResults> states;
   std::uint64_t handled;
@@ -68,7 +73,10 @@ struct GoalCheckpoint::Slot {
                            std::all_of(ended.begin(), ended.end(), [](const Name& name) { return name.back() == 0; });
     return number > 0 && layout == layout_of(joints) && names_end && results <= GoalSnapshot::kResults &&
            handled <= GoalSnapshot::kHandled && std::isfinite(elapsed) && std::isfinite(time_limit) &&
-           std::all_of(q_goal.begin(), q_goal.begin() + joints, [](double q) { return std::isfinite(q); });
+           std::all_of(q_goal.begin(), q_goal.begin() + joints, [](double q) { return std::isfinite(q); }) &&
+           free_rotation <= static_cast<std::uint64_t>(planner::FreeRotation::kAll) &&
+           std::all_of(X_WT.begin(), X_WT.end(), [](double value) { return std::isfinite(value); }) &&
+           std::isfinite(position_tolerance) && std::isfinite(orientation_tolerance);
   }
 };
 
@@ -96,6 +104,13 @@ std::optional<GoalCheckpoint::Saved> GoalCheckpoint::load() const {
     what.snapshot.active = GoalSnapshot::Active{
         slot->goal.data(), slot->client.data(), slot->sequence_number,
         slot->time_limit,  slot->elapsed,       Eigen::Map<const Eigen::VectorXd>(slot->q_goal.data(), joints_)};
+    if (slot->has_tool != 0) {
+      planner::ToolGoal& tool = what.snapshot.active->tool.emplace();
+      tool.X_WT.matrix() = Eigen::Map<const Eigen::Matrix4d>(slot->X_WT.data());
+      tool.free_rotation = static_cast<planner::FreeRotation>(slot->free_rotation);
+      tool.position_tolerance = slot->position_tolerance;
+      tool.orientation_tolerance = slot->orientation_tolerance;
+    }
   }
   for (std::size_t i = 0; i < slot->results; ++i) {
     what.snapshot.results.push_back({slot->ended[i].data(), static_cast<msg::GoalState>(slot->states[i])});
@@ -125,6 +140,12 @@ void GoalCheckpoint::save(const Saved& what) {
   slot.time_limit = active.time_limit;
   slot.elapsed = active.elapsed;
   std::copy(active.q_goal.begin(), active.q_goal.end(), slot.q_goal.begin());
+  const planner::ToolGoal tool = active.tool.value_or(planner::ToolGoal{});
+  slot.has_tool = active.tool ? 1 : 0;
+  slot.free_rotation = static_cast<std::uint64_t>(tool.free_rotation);
+  Eigen::Map<Eigen::Matrix4d>(slot.X_WT.data()) = tool.X_WT.matrix();
+  slot.position_tolerance = tool.position_tolerance;
+  slot.orientation_tolerance = tool.orientation_tolerance;
   slot.results = std::min(snapshot.results.size(), GoalSnapshot::kResults);
   for (std::size_t i = 0; i < slot.results; ++i) {
     write(slot.ended[i], snapshot.results[i].goal);

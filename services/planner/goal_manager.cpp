@@ -109,6 +109,12 @@ bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
   }
   if (answer.rejection) {
     add_status(answer.goal, msg::GoalState::GOAL_REJECTED, *answer.rejection);
+    if (answer.nearest) {
+      msg::GoalStatus& status = statuses_.back();
+      status.has_nearest(true);
+      status.X_WT_nearest(messages::to_message(answer.nearest->X_WT));
+      status.nearest_angle(answer.nearest->angle);
+    }
     return false;
   }
   if (answer.goal.goal().size() > GoalSnapshot::kLongestName ||
@@ -124,7 +130,14 @@ bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
     end_active(msg::GoalState::GOAL_REPLACED,
                make_cause(msg::CauseKind::CAUSE_GOAL_REPLACED, later, "goal " + later + " came later"), now);
   }
-  activate(Active{answer.goal, answer.q_goal, now, now, msg::GoalState::GOAL_ACCEPTED, {}});
+  activate(Active{.goal = answer.goal,
+                  .q_goal = answer.q_goal,
+                  .since = now,
+                  .reported = now,
+                  .state = msg::GoalState::GOAL_ACCEPTED,
+                  .last = {},
+                  .tool = answer.tool,
+                  .note = answer.note});
   add_active_status(msg::GoalState::GOAL_ACCEPTED, {}, now);
   return true;
 }
@@ -142,7 +155,19 @@ bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
   goal.arm(arm_);
   goal.goal(status.goal());
   const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(status.elapsed()));
-  activate(Active{goal, q_goal, now - elapsed, now, status.state(), {}, true});
+  std::optional<planner::ToolGoal> tool;
+  if (status.has_tool()) {
+    if (const auto told = messages::from_message(status.tool(), "status of goal " + status.goal())) tool = *told;
+  }
+  activate(Active{.goal = goal,
+                  .q_goal = q_goal,
+                  .since = now - elapsed,
+                  .reported = now,
+                  .state = status.state(),
+                  .last = {},
+                  .followed = true,
+                  .tool = tool,
+                  .note = status.note()});
   return true;
 }
 
@@ -164,8 +189,8 @@ GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
   if (active_) {
     const msg::Goal& goal = active_->goal;
     snapshot.active = GoalSnapshot::Active{
-        goal.goal(),    goal.client(), goal.sequence_number(), goal.time_limit(), seconds(now - active_->since),
-        active_->q_goal};
+        goal.goal(),     goal.client(), goal.sequence_number(), goal.time_limit(), seconds(now - active_->since),
+        active_->q_goal, active_->tool};
   }
   snapshot.results.assign(results_.begin(), results_.end());
   std::vector<std::uint64_t> unanswered;
@@ -196,7 +221,14 @@ bool GoalManager::resume(const GoalSnapshot& snapshot, Clock::duration ago, Cloc
   goal.time_limit(active.time_limit);
   const auto elapsed = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(active.elapsed));
   const bool followed = active.client.empty();  // its client may still send it to this planner
-  activate(Active{goal, active.q_goal, now - elapsed - ago, now, msg::GoalState::GOAL_ACTIVE, {}, followed});
+  activate(Active{.goal = goal,
+                  .q_goal = active.q_goal,
+                  .since = now - elapsed - ago,
+                  .reported = now,
+                  .state = msg::GoalState::GOAL_ACTIVE,
+                  .last = {},
+                  .followed = followed,
+                  .tool = active.tool});
   add_active_status(msg::GoalState::GOAL_ACTIVE, resumed("resumed by a restarted planner"), now);
   return true;
 }
@@ -269,6 +301,11 @@ void GoalManager::add_active_status(msg::GoalState state, const msg::Cause& caus
   status.distance_to_goal(active.last.distance);
   status.elapsed(seconds(now - active.since));
   status.q_goal(messages::to_message(active.q_goal));
+  status.note(active.note);
+  status.has_tool(active.tool.has_value());
+  if (active.tool) status.tool(messages::to_message(*active.tool));
+  status.position_error(active.last.tool_error ? active.last.tool_error->position : -1.0);
+  status.orientation_error(active.last.tool_error ? active.last.tool_error->orientation : -1.0);
 }
 
 void GoalManager::end_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now) {

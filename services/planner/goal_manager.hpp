@@ -26,11 +26,12 @@ struct Progress {
   bool has_binding = false;
   std::string binding_own;
   std::string binding_other;
-  double binding_distance = 0.0;  ///< [m]
-  std::string recovery_action;    ///< for people
-  bool held_back = false;         ///< the arm does not move freely to the goal
-  std::uint32_t priority = 0;     ///< in the right of way
-  double distance = 0.0;          ///< ‖q_goal − q‖ [rad | m]
+  double binding_distance = 0.0;                 ///< [m]
+  std::string recovery_action;                   ///< for people
+  bool held_back = false;                        ///< the arm does not move freely to the goal
+  std::uint32_t priority = 0;                    ///< in the right of way
+  double distance = 0.0;                         ///< ‖q_goal − q‖ [rad | m]
+  std::optional<planner::ToolError> tool_error;  ///< measured, of a pose goal
 };
 
 /// The goals of an arm, for a planner that continues them: a value without clocks.
@@ -42,10 +43,11 @@ struct GoalSnapshot {
   struct Active {
     std::string goal;
     std::string client;
-    std::uint64_t sequence_number = 0;  ///< of the client
-    double time_limit = 0.0;            ///< [s]; 0: none
-    double elapsed = 0.0;               ///< since it was accepted [s]
-    planner::JointVector q_goal;        ///< [rad | m]
+    std::uint64_t sequence_number = 0;           ///< of the client
+    double time_limit = 0.0;                     ///< [s]; 0: none
+    double elapsed = 0.0;                        ///< since it was accepted [s]
+    planner::JointVector q_goal;                 ///< [rad | m]
+    std::optional<planner::ToolGoal> tool = {};  ///< of a pose goal
     bool operator==(const Active&) const = default;
   };
   struct Result {
@@ -98,6 +100,8 @@ class GoalManager {
 
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
+  /// Of the active goal; null: it is no pose goal.
+  [[nodiscard]] const planner::ToolGoal* tool() const { return active_->tool ? &*active_->tool : nullptr; }
 
   /// Takes the progress of the active goal. Adds a status when the state changes and every 100 ms; ends the goal when
   /// it is reached or its time limit has passed.
@@ -122,6 +126,8 @@ class GoalManager {
     msg::GoalState state = msg::GoalState::GOAL_ACCEPTED;
     Progress last;
     bool followed = false;  ///< known from the planner in charge only, not from its client
+    std::optional<planner::ToolGoal> tool = {};
+    std::string note = {};
     std::optional<Clock::time_point> held_since = {};
     std::optional<Clock::time_point> free_since = {};
   };

@@ -1,13 +1,10 @@
 #include "services/planner/goal_resolver.hpp"
 
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 #include <utility>
 
 #include "planner/goal_check.hpp"
 #include "planner/model/arm.hpp"
-#include "planner/model/inverse_kinematics.hpp"
 #include "services/messages/convert.hpp"
 #include "services/planner/background_thread.hpp"
 #include "services/runtime/cause.hpp"
@@ -29,17 +26,25 @@ CauseKind kind_of(planner::RejectionKind kind) {
       return CauseKind::CAUSE_GOAL_MALFORMED;
     case planner::RejectionKind::kOutsideLimits:
       return CauseKind::CAUSE_GOAL_OUTSIDE_LIMITS;
+    case planner::RejectionKind::kUnreachable:
+      return CauseKind::CAUSE_GOAL_UNREACHABLE;
+    case planner::RejectionKind::kOrientation:
+      return CauseKind::CAUSE_GOAL_ORIENTATION;
     case planner::RejectionKind::kInCollision:
       break;
   }
   return CauseKind::CAUSE_GOAL_IN_COLLISION;
 }
 
-GoalAnswer checked(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_goal,
+GoalAnswer rejected(const msg::Goal& goal, const planner::Rejection& rejection) {
+  return rejected(goal, kind_of(rejection.kind), rejection.text, rejection.subject);
+}
+
+GoalAnswer checked(const planner::CellGeometry& geometry, const msg::Goal& goal, JointVector q_goal,
                    std::span<const world::ObstacleState> obstacles) {
-  const auto rejection = planner::reject_goal(geometry, q_goal, obstacles);
-  if (rejection) return rejected(goal, kind_of(rejection->kind), rejection->text, rejection->subject);
-  return {.goal = goal, .q_goal = q_goal};
+  std::string note = planner::clamp_rounding(geometry.own_arm(), q_goal);
+  if (const auto rejection = planner::reject_goal(geometry, q_goal, obstacles)) return rejected(goal, *rejection);
+  return {.goal = goal, .q_goal = q_goal, .note = std::move(note)};
 }
 
 // Accepts any number, unlike messages::joints_from_message: the check names the joint that is out of limits.
@@ -68,44 +73,17 @@ GoalAnswer named_goal(const planner::CellGeometry& geometry, const msg::Goal& go
                   "arm " + arm.name + " has no pose named \"" + goal.named() + "\"; it has " + names, goal.named());
 }
 
-planner::IkTask ik_task(int joints) {
-  if (joints >= 6) return planner::IkTask::kPose;
-  return joints == 5 ? planner::IkTask::kPositionAndAxis : planner::IkTask::kPosition;
-}
-
 GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_now,
                      std::span<const world::ObstacleState> obstacles) {
-  const planner::Arm& arm = geometry.own_arm();
-  const auto X_WT = messages::from_message(goal.X_WT(), "goal: pose");
-  if (!X_WT) return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, X_WT.error);
-  const Eigen::Vector3d p_WT = X_WT->translation();
-  std::ostringstream out;
-  out << std::setprecision(3) << "the tool of arm " << arm.name << " cannot be at (" << p_WT.x() << ", " << p_WT.y()
-      << ", " << p_WT.z() << ")";
-  const planner::ArmReach reach = planner::arm_reach(arm);
-  if (const double away = (p_WT - reach.centre).norm(); away > reach.tool) {
-    out << ": that is " << away << " m from its first joint, and it reaches no farther than " << reach.tool << " m";
-    return rejected(goal, CauseKind::CAUSE_GOAL_UNREACHABLE, out.str(), arm.name);
-  }
-
-  std::optional<planner::Rejection> last;
-  int reaching = 0;
-  planner::IkOptions options;
-  options.task = ik_task(arm.model->joints());
-  options.accept = [&](const JointVector& q) {
-    ++reaching;
-    last = planner::reject_goal(geometry, q, obstacles);
-    return !last;
-  };
-  const auto solution = planner::inverse_kinematics(arm, *X_WT, q_now, options);
-  if (solution) return checked(geometry, goal, *solution, obstacles);
-  if (!last) {
-    out << " in that orientation: no joint positions within the limits were found, from " << options.seeds + 1
-        << " postures";
-    return rejected(goal, CauseKind::CAUSE_GOAL_UNREACHABLE, out.str(), arm.name);
-  }
-  out << ": none of " << reaching << " joint positions found there is free; the last: " << last->text;
-  return rejected(goal, kind_of(last->kind), out.str(), last->subject);
+  const auto tool = messages::from_message(goal.tool(), "goal: tool");
+  if (!tool) return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, tool.error);
+  const planner::ToolGoalAnswer found =
+      planner::resolve_tool_goal(geometry.own_arm(), *tool, q_now,
+                                 [&](const JointVector& q) { return planner::reject_goal(geometry, q, obstacles); });
+  if (!found.rejection) return {.goal = goal, .q_goal = found.q, .tool = *tool};
+  GoalAnswer answer = rejected(goal, *found.rejection);
+  answer.nearest = found.nearest;
+  return answer;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <idl/cause.h>
@@ -12,6 +13,8 @@
 
 #include "planner/arm_planner/search_executor.hpp"
 #include "planner/collision/cell_geometry.hpp"
+#include "planner/model/inverse_kinematics.hpp"
+#include "planner/model/tool_goal.hpp"
 #include "services/runtime/progress_watchdog.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -28,14 +31,18 @@ struct GoalQuestion {
 /// A target configuration, or why the goal is rejected.
 struct GoalAnswer {
   msg::Goal goal;
-  planner::JointVector q_goal = {};          ///< [rad | m]; empty if rejected
-  std::optional<msg::Cause> rejection = {};  ///< empty: accepted
+  planner::JointVector q_goal = {};            ///< [rad | m]; empty if rejected
+  std::optional<planner::ToolGoal> tool = {};  ///< of an accepted pose goal
+  std::string note = {};                       ///< what was changed in the goal, for people; empty: nothing
+  std::optional<msg::Cause> rejection = {};    ///< empty: accepted
+  std::optional<planner::NearestOrientation> nearest = {};  ///< with CAUSE_GOAL_ORIENTATION
 };
 
 /// Joint goals and named goals are checked for joint limits, self-collision, and collision with obstacles at their
-/// present poses. Pose goals are solved by inverse kinematics, first from `q_now` [rad | m] and then from random seeds,
-/// until a solution passes the same check. Arms with five joints reach position and tool axis, arms with fewer the
-/// position alone. Takes up to 0.1 s.
+/// present poses. A joint that is outside a limit by rounding is moved onto the limit, with a note. Pose goals are
+/// solved by inverse kinematics, first from `q_now` [rad | m] and then from random seeds, until a solution passes the
+/// same check. A solution has the position and the orientation of the goal, within its tolerances and except for its
+/// free rotation, whatever the number of joints. Takes up to 0.2 s.
 [[nodiscard]] GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& goal,
                                       const planner::JointVector& q_now,
                                       std::span<const world::ObstacleState> obstacles);

@@ -263,7 +263,8 @@ void PlannerService::plan(Clock::time_point now) {
   const auto progress = reporter_.report({.planner = planner_,
                                           .planned = planned,
                                           .hold = hold_,
-                                          .q_goal = goals_.has_active() ? &goals_.q_goal() : nullptr});
+                                          .q_goal = goals_.has_active() ? &goals_.q_goal() : nullptr,
+                                          .tool = goals_.has_active() ? goals_.tool() : nullptr});
   if (progress) goals_.progress(*progress, now);
   planner_.note_reaction(Clock::now() - now);
 }

@@ -45,8 +45,8 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
                 "arm_failed",
                 // goals
                 "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
-                "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way", "device_does_not_follow",
-                "time_limit", "goal_replaced", "goal_cancelled", "goal_resumed",
+                "goal_orientation", "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way",
+                "device_does_not_follow", "time_limit", "goal_replaced", "goal_cancelled", "goal_resumed",
                 // requests and edits
                 "unknown_name", "name_taken", "invalid_value", "not_allowed_now", "not_persisted"};
 

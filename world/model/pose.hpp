@@ -2,6 +2,8 @@
 /// Rigid transforms and velocities. `X_AB` maps points of frame B into frame A: p_A = X_AB * p_B.
 /// W is the cell's world frame (z up, metres).
 
+#include <cmath>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -29,6 +31,16 @@ inline Pose pose_from_xyz_rpy(const Eigen::Vector3d& xyz, const Eigen::Vector3d&
        Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
           .toRotationMatrix();
   return pose;
+}
+
+/// Roll, pitch, yaw [rad] of a rotation: the inverse of pose_from_xyz_rpy. Pitch is within ±π/2; at ±π/2, where roll
+/// and yaw have one axis, roll is 0.
+inline Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
+  // R = Rz(yaw) · Ry(pitch) · Rx(roll): its last row is (−sin pitch, cos pitch sin roll, cos pitch cos roll).
+  const double cosine = std::hypot(R(2, 1), R(2, 2));
+  const double pitch = std::atan2(-R(2, 0), cosine);
+  if (cosine > 1e-9) return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+  return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
 }
 
 /// The pose of a body that moves with `twist` for `seconds` from `pose` (rotation about its own origin).

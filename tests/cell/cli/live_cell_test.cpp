@@ -72,6 +72,7 @@ TEST_F(LiveCell, ReachesGoalsAndRejectsBadOnes) {
 TEST_F(LiveCell, ReachesAToolPose) {
   const Ran ran = run({"goal", "east", "--pose", "-0.1 -0.15 0.85 3.14159 0 0", "--wait", "--time-limit", "60s"});
   EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  EXPECT_NE(ran.out.find("east: reached (tool "), std::string::npos) << ran.out;
   const Ran far = run({"goal", "east", "--pose", "0 0 5 0 0 0"});
   EXPECT_EQ(far.code, 1) << far.out;
 }

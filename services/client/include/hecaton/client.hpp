@@ -126,6 +126,10 @@ class HECATON_API Goal {
 
 struct GoalOptions {
   Seconds time_limit = kForever;  ///< the planner ends the goal (kTimedOut) after this time since its acceptance
+  // For a pose of the tool; not used by other goals.
+  FreeRotation free_rotation = FreeRotation::kNone;  ///< kAll: a position in any orientation
+  double position_tolerance = 1e-3;                  ///< of the reached position, 1e-5 to 1 [m]
+  double orientation_tolerance = 8.72665e-3;         ///< of the reached orientation, 1e-4 to 3.2 [rad]; default 0.5°
 };
 
 /// A handle to one arm.
@@ -135,8 +139,10 @@ class HECATON_API Arm {
 
   /// Sends a goal: a named pose of the cell file, joint positions from base to tip [rad | m], or a pose of the tool
   /// frame in W. It replaces the present goal of the arm, also that of another client. Does not wait. The planner
-  /// checks the goal: an invalid goal has the outcome kRejected. Throws Unreachable when the message cannot be sent,
-  /// and InvalidArgument for more joint positions than any arm may have.
+  /// checks the goal: an invalid goal has the outcome kRejected. kReached means that the measured arm is at the goal.
+  /// A pose is position and orientation for every arm, unless `options` leave a rotation free. An arm that cannot take
+  /// the orientation rejects the goal with the nearest one (Progress::nearest). Throws Unreachable when the message
+  /// cannot be sent, and InvalidArgument for more joint positions than any arm may have.
   Goal go_to(const std::string& named, const GoalOptions& options = {}) const;
   Goal go_to(const std::vector<double>& q, const GoalOptions& options = {}) const;
   Goal go_to(std::initializer_list<double> q, const GoalOptions& options = {}) const {

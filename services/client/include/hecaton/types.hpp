@@ -110,19 +110,34 @@ struct Binding {
   double distance = 0.0;  ///< [m]
 };
 
+/// How far the measured tool frame is from a pose goal.
+struct ToolError {
+  double position = 0.0;     ///< [m]
+  double orientation = 0.0;  ///< without the free rotation [rad]
+};
+
+/// What the arm can do at the position of a pose goal that was rejected for its orientation.
+struct NearestPose {
+  Pose pose;           ///< of the tool frame in W
+  double angle = 0.0;  ///< from the orientation of the goal, without the free rotation [rad]
+};
+
 /// Progress of a goal, as the planner of the arm reports it.
 struct Progress {
   std::string arm;
   std::string goal;  ///< identifier, unique among the goals of the arm
   GoalState state = GoalState::kAccepted;
-  Cause cause;                     ///< why it is blocked, or why it ended unreached
-  std::optional<Binding> binding;  ///< limits the motion now; empty: no pair
-  std::string recovery_action;     ///< of the planner while the arm is blocked, for people
-  Seconds blocked_duration{};      ///< since the arm last moved freely; 0: it moves freely
-  double distance = 0.0;           ///< ‖q_goal − q‖ [rad | m]
-  Seconds elapsed{};               ///< since the planner accepted it
-  std::vector<double> q_goal;      ///< target configuration, once it is known [rad | m]
-  std::string planner;             ///< node that reports the progress
+  Cause cause;                          ///< why it is blocked, or why it ended unreached
+  std::optional<Binding> binding;       ///< limits the motion now; empty: no pair
+  std::string recovery_action;          ///< of the planner while the arm is blocked, for people
+  Seconds blocked_duration{};           ///< since the arm last moved freely; 0: it moves freely
+  double distance = 0.0;                ///< ‖q_goal − q‖ [rad | m]
+  Seconds elapsed{};                    ///< since the planner accepted it
+  std::vector<double> q_goal;           ///< target configuration, once it is known [rad | m]
+  std::string planner;                  ///< node that reports the progress
+  std::string note;                     ///< what the planner changed in the goal, for people; empty: nothing
+  std::optional<ToolError> tool_error;  ///< measured; empty: no pose goal, or not measured yet
+  std::optional<NearestPose> nearest;   ///< with CauseKind::kGoalOrientation
 };
 
 /// The state is the last one of a goal.

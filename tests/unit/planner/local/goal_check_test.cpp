@@ -1,6 +1,7 @@
 #include "planner/goal_check.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -53,6 +54,127 @@ TEST(GoalCheck, RejectsAGoalOutsideAJointsLimits) {
   ASSERT_TRUE(rejection);
   EXPECT_EQ(rejection->kind, RejectionKind::kOutsideLimits);
   EXPECT_EQ(rejection->subject, arm.model->joint_names[1]);
+}
+
+TEST(LimitRounding, MovesAJointOntoItsLimitWithANote) {
+  const Arm arm = test::planar_point("a");  // limits ±3
+  JointVector q = joints({3.0000000001, -0.5});
+  EXPECT_EQ(clamp_rounding(arm, q), "joint x = 3.0000000001 is outside its limit by rounding and becomes 3");
+  EXPECT_EQ(q, joints({3.0, -0.5}));
+  q = joints({3.0 + 9e-7, -3.0 - 9e-7});
+  EXPECT_NE(clamp_rounding(arm, q), "");
+  EXPECT_EQ(q, joints({3.0, -3.0}));
+}
+
+TEST(LimitRounding, KeepsValuesWithinAndFarOutside) {
+  const Arm arm = test::planar_point("a");
+  for (const JointVector& given : {joints({3.0, -3.0}), joints({3.0005, 0.0}), joints({3.0000011, 0.0}),
+                                   joints({0.0, -HUGE_VAL}), joints({1.0})}) {
+    JointVector q = given;
+    EXPECT_EQ(clamp_rounding(arm, q), "") << given.transpose();
+    EXPECT_EQ(q, given);
+  }
+  JointVector nan = joints({NAN, 0.0});
+  EXPECT_EQ(clamp_rounding(arm, nan), "");
+}
+
+TEST(ErrorAtGoal, IsEmptyWithinTheTolerances) {
+  const Arm arm = test::planar_point("a");
+  ToolGoal tool;
+  tool.X_WT.translation() = Eigen::Vector3d(1.0, 2.0, 0.0);
+  EXPECT_EQ(error_at_goal(arm, joints({1.001, 2.0}), joints({1.0, 2.0}), 2e-3, nullptr), "");
+  EXPECT_EQ(error_at_goal(arm, joints({1.0009, 2.0}), joints({1.0, 2.0}), 2e-3, &tool), "");
+}
+
+TEST(ErrorAtGoal, NamesTheWorstJoint) {
+  EXPECT_EQ(error_at_goal(test::planar_point("a"), joints({1.003, 2.005}), joints({1.0, 2.0}), 2e-3, nullptr),
+            "joint y is 0.005 from its goal (tolerance 0.002)");
+}
+
+TEST(ErrorAtGoal, HasTheErrorOfTheTool) {
+  const Arm arm = test::planar_point("a");
+  ToolGoal tool;
+  tool.X_WT.translation() = Eigen::Vector3d(1.0, 2.0, 0.0);
+  EXPECT_EQ(error_at_goal(arm, joints({1.0015, 2.0}), joints({1.0, 2.0}), 2e-3, &tool),
+            "the tool is 1.5 mm and 0° from its goal (tolerance 1 mm and 0.5°)");
+  tool.X_WT.linear() = Eigen::AngleAxisd(std::numbers::pi / 60.0, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_EQ(error_at_goal(arm, joints({1.0, 2.0}), joints({1.0, 2.0}), 2e-3, &tool),
+            "the tool is 0 mm and 3° from its goal (tolerance 1 mm and 0.5°)");
+  tool.free_rotation = FreeRotation::kRoll;
+  EXPECT_EQ(error_at_goal(arm, joints({1.0, 2.0}), joints({1.0, 2.0}), 2e-3, &tool), "");
+}
+
+/// A ball on slides: its tool is always level.
+class ToolGoals : public testing::Test {
+ protected:
+  [[nodiscard]] ToolGoalAnswer resolve() const {
+    return resolve_tool_goal(arm_, goal_, joints({0.0, 0.0}), [this](const JointVector&) { return rejection_; });
+  }
+
+  const Arm arm_ = test::planar_point("a");
+  ToolGoal goal_{.X_WT = world::pose_from_xyz_rpy({1.0, 2.0, 0.0}, {0.0, 0.0, 0.0})};
+  std::optional<Rejection> rejection_;
+};
+
+TEST_F(ToolGoals, AreSolved) {
+  const ToolGoalAnswer answer = resolve();
+  ASSERT_FALSE(answer.rejection) << answer.rejection->text;
+  EXPECT_TRUE(answer.q.isApprox(joints({1.0, 2.0}), 1e-4));
+}
+
+TEST_F(ToolGoals, AreRejectedForTheOrientationWithTheNearestOne) {
+  goal_.X_WT = world::pose_from_xyz_rpy({1.0, 2.0, 0.0}, {0.0, 0.0, std::numbers::pi / 4.0});
+  const ToolGoalAnswer answer = resolve();
+  ASSERT_TRUE(answer.rejection);
+  EXPECT_EQ(answer.rejection->kind, RejectionKind::kOrientation);
+  EXPECT_EQ(answer.rejection->text,
+            "the tool of arm a cannot be at (1, 2, 0) in that orientation: the nearest that it can take there is 45° "
+            "away, roll pitch yaw 0.000 0.000 0.000");
+  ASSERT_TRUE(answer.nearest);
+  EXPECT_NEAR(answer.nearest->angle, std::numbers::pi / 4.0, 1e-6);
+  EXPECT_EQ(answer.q.size(), 0);
+}
+
+TEST_F(ToolGoals, AreSolvedWithTheRotationFree) {
+  goal_.X_WT = world::pose_from_xyz_rpy({1.0, 2.0, 0.0}, {0.0, 0.0, std::numbers::pi / 4.0});
+  for (const FreeRotation free : {FreeRotation::kYaw, FreeRotation::kAll}) {
+    goal_.free_rotation = free;
+    EXPECT_FALSE(resolve().rejection);
+  }
+  goal_.free_rotation = FreeRotation::kRoll;
+  EXPECT_TRUE(resolve().rejection);
+}
+
+TEST_F(ToolGoals, AreSolvedWithinTheTolerances) {
+  goal_.X_WT = world::pose_from_xyz_rpy({1.0, 2.0, 0.0}, {0.0, 0.0, 0.1});
+  EXPECT_TRUE(resolve().rejection);
+  goal_.orientation_tolerance = 0.12;
+  EXPECT_FALSE(resolve().rejection);
+  goal_.X_WT = world::pose_from_xyz_rpy({1.0, 2.0, 0.01}, {0.0, 0.0, 0.0});  // the plane is at z = 0
+  EXPECT_EQ(resolve().rejection.value().kind, RejectionKind::kUnreachable);
+  goal_.position_tolerance = 0.02;
+  const ToolGoalAnswer near = resolve();
+  ASSERT_FALSE(near.rejection) << near.rejection->text;
+  EXPECT_EQ(error_at_goal(arm_, near.q, near.q, 1e-3, &goal_), "");
+}
+
+TEST_F(ToolGoals, AreRejectedOutOfReach) {
+  goal_.X_WT.translation().z() = 0.5;
+  const ToolGoalAnswer off_plane = resolve();
+  EXPECT_EQ(off_plane.rejection.value().kind, RejectionKind::kUnreachable);
+  EXPECT_EQ(off_plane.rejection->text,
+            "the tool of arm a cannot be at (1, 2, 0.5) in any orientation: no joint positions within the limits were "
+            "found, from 33 postures");
+  goal_.X_WT.translation().x() = 50.0;
+  EXPECT_NE(resolve().rejection.value().text.find(" m from its first joint"), std::string::npos);
+}
+
+TEST_F(ToolGoals, AreRejectedWithTheReasonOfTheCheck) {
+  rejection_ = Rejection{RejectionKind::kInCollision, "pallet", "it touches pallet"};
+  const ToolGoalAnswer answer = resolve();
+  EXPECT_EQ(answer.rejection.value().kind, RejectionKind::kInCollision);
+  EXPECT_EQ(answer.rejection->subject, "pallet");
+  EXPECT_NE(answer.rejection->text.find("is free; the last: it touches pallet"), std::string::npos);
 }
 
 }  // namespace

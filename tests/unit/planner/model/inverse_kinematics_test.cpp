@@ -1,5 +1,7 @@
 #include "planner/model/inverse_kinematics.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -40,7 +42,7 @@ double axis_angle(const Pose& a, const Pose& b) {
 struct Case {
   const char* name;
   std::string urdf;
-  IkTask task;
+  FreeRotation free_rotation;
 };
 void PrintTo(const Case& c, std::ostream* out) {
   *out << c.name;
@@ -54,7 +56,7 @@ TEST_P(ReachablePoses, AreSolvedWithinLimits) {
   start.head(5) << -0.3, -1.25, 3.5, 0, 0.89;
   std::mt19937_64 random(42);
   IkOptions options;
-  options.task = GetParam().task;
+  options.free_rotation = GetParam().free_rotation;
   int solved = 0;
   for (int i = 0; i < 1000; ++i) {
     const Pose X_WT = tool(arm, test::random_joints(arm.limits, random));
@@ -64,10 +66,10 @@ TEST_P(ReachablePoses, AreSolvedWithinLimits) {
     const Pose reached = tool(arm, *q);
     ASSERT_TRUE(within(arm.limits, *q));
     ASSERT_LE((reached.translation() - X_WT.translation()).norm(), 1.001e-4);
-    if (options.task == IkTask::kPose) {
+    if (options.free_rotation == FreeRotation::kNone) {
       ASSERT_LE(angle_between(reached, X_WT), 1.001e-3);
     }
-    if (options.task == IkTask::kPositionAndAxis) {
+    if (options.free_rotation == FreeRotation::kYaw) {
       ASSERT_LE(axis_angle(reached, X_WT), 1.01e-3);
     }
   }
@@ -75,11 +77,11 @@ TEST_P(ReachablePoses, AreSolvedWithinLimits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tasks, ReachablePoses,
-                         testing::Values(Case{"six_pose", test::kPuma, IkTask::kPose},
-                                         Case{"six_position", test::kPuma, IkTask::kPosition},
-                                         Case{"six_axis", test::kPuma, IkTask::kPositionAndAxis},
-                                         Case{"five_position", test::kPuma5, IkTask::kPosition},
-                                         Case{"five_axis", test::kPuma5, IkTask::kPositionAndAxis}),
+                         testing::Values(Case{"six_pose", test::kPuma, FreeRotation::kNone},
+                                         Case{"six_position", test::kPuma, FreeRotation::kAll},
+                                         Case{"six_axis", test::kPuma, FreeRotation::kYaw},
+                                         Case{"five_position", test::kPuma5, FreeRotation::kAll},
+                                         Case{"five_axis", test::kPuma5, FreeRotation::kYaw}),
                          test::CaseName());
 
 class Puma : public testing::Test {
@@ -117,14 +119,14 @@ TEST_F(Puma, IsEmptyOutOfReach) {
   X_WT.translation().x() += 3.0;
   EXPECT_FALSE(inverse_kinematics(arm_, X_WT, ready_));
   IkOptions position;
-  position.task = IkTask::kPosition;
+  position.free_rotation = FreeRotation::kAll;
   EXPECT_FALSE(inverse_kinematics(arm_, X_WT, ready_, position));
 }
 
 TEST_F(Puma, ReturnsAcceptedSolutionsOnly) {
   const Pose X_WT = tool(arm_, ready_);
   IkOptions options;
-  options.task = IkTask::kPosition;
+  options.free_rotation = FreeRotation::kAll;
   options.accept = [](const JointVector& q) { return q[2] < 1.0; };  // elbow below; ready's is above, at 3.5
   const auto q = inverse_kinematics(arm_, X_WT, ready_, options);
   ASSERT_TRUE(q);
@@ -170,8 +172,123 @@ TEST(FiveJoints, RefuseAnUnreachablePose) {
   IkOptions options;
   options.seeds = 8;
   EXPECT_FALSE(inverse_kinematics(arm, X_WT, ready, options));
-  options.task = IkTask::kPositionAndAxis;  // the roll that it cannot take is free
+  options.free_rotation = FreeRotation::kYaw;  // the roll that it cannot take is free
   EXPECT_TRUE(inverse_kinematics(arm, X_WT, ready, options));
+}
+
+/// A SCARA with links of 0.4 and 0.3 m: its tool turns about the vertical axis only.
+Arm scara() {
+  const auto limited = [](const char* lower, const char* upper) {
+    return std::string("<limit lower=\"") + lower + "\" upper=\"" + upper + "\" velocity=\"1\" effort=\"1\"/>";
+  };
+  const std::string z = R"(<axis xyz="0 0 1"/>)";
+  Arm arm;
+  arm.name = "scara";
+  arm.model = test::load_text(test::robot(
+      test::ball_link("base") + test::ball_link("a") + test::ball_link("b") + test::ball_link("c") +
+      test::ball_link("d") + test::joint("j1", "revolute", "base", "a", z + limited("-2.5", "2.5")) +
+      test::joint("j2", "revolute", "a", "b", R"(<origin xyz="0.4 0 0"/>)" + z + limited("-2.5", "2.5")) +
+      test::joint("j3", "prismatic", "b", "c", R"(<origin xyz="0.3 0 0"/><axis xyz="0 0 -1"/>)" + limited("0", "0.2")) +
+      test::joint("j4", "revolute", "c", "d", z + limited("-3", "3"))));
+  arm.limits = arm.model->limits;
+  return arm;
+}
+
+Pose scara_goal(const Eigen::Vector3d& rpy) {
+  return world::pose_from_xyz_rpy({0.4, 0.2, -0.1}, rpy);
+}
+
+TEST(Scara, TurnsItsToolAboutTheVerticalAxis) {
+  const Arm arm = scara();
+  for (const double yaw : {0.0, 2.0, -1.5}) {
+    const auto q = inverse_kinematics(arm, scara_goal({0, 0, yaw}), JointVector::Zero(4));
+    ASSERT_TRUE(q) << yaw;
+    EXPECT_NEAR(std::remainder((*q)[0] + (*q)[1] + (*q)[3] - yaw, 2.0 * std::numbers::pi), 0.0, 1e-3);
+  }
+}
+
+TEST(Scara, CannotTiltItsTool) {
+  const Arm arm = scara();
+  EXPECT_FALSE(inverse_kinematics(arm, scara_goal({std::numbers::pi, 0, 0}), JointVector::Zero(4)));
+  EXPECT_FALSE(inverse_kinematics(arm, scara_goal({0, 0.8, 0}), JointVector::Zero(4)));
+}
+
+// The angle between Rz(ψ) and Rz(yaw) Ry(0.8) is smallest at ψ = yaw, where it is 0.8 rad.
+TEST(Scara, HasItsNearestOrientationWithoutTilt) {
+  const Arm arm = scara();
+  for (const double yaw : {0.0, 1.2}) {
+    const auto nearest = nearest_orientation(arm, scara_goal({0, 0.8, yaw}), JointVector::Zero(4));
+    ASSERT_TRUE(nearest) << yaw;
+    EXPECT_NEAR(nearest->angle, 0.8, 1e-3);
+    EXPECT_TRUE(within(arm.limits, nearest->q));
+    EXPECT_TRUE(nearest->X_WT.isApprox(tool(arm, nearest->q), 1e-9));
+    EXPECT_LE((nearest->X_WT.translation() - Eigen::Vector3d(0.4, 0.2, -0.1)).norm(), 1.001e-4);
+    EXPECT_NEAR(world::rpy_of(nearest->X_WT.linear()).z(), yaw, 2e-3);
+  }
+}
+
+TEST(Scara, HasNoNearestOrientationOutOfReach) {
+  Pose far = scara_goal({0, 0, 0});
+  far.translation().x() = 2.0;
+  EXPECT_FALSE(nearest_orientation(scara(), far, JointVector::Zero(4)));
+}
+
+TEST(Scara, TakesTheNearestOrientationThatIsAccepted) {
+  const Arm arm = scara();
+  IkOptions options;
+  options.accept = [](const JointVector& q) { return q[1] < 0.0; };  // the elbow on one side
+  const auto nearest = nearest_orientation(arm, scara_goal({0, 0.8, 0}), JointVector::Zero(4), options);
+  ASSERT_TRUE(nearest);
+  EXPECT_LT(nearest->q[1], 0.0);
+  EXPECT_NEAR(nearest->angle, 0.8, 1e-3) << "both elbows reach it";
+}
+
+// With the yaw free, the tool's z axis counts alone: for roll 0.8 it is 0.8 rad from the vertical.
+TEST(Scara, MeasuresTheNearestOrientationWithoutTheFreeRotation) {
+  IkOptions options;
+  options.free_rotation = FreeRotation::kYaw;
+  const auto nearest = nearest_orientation(scara(), scara_goal({0.8, 0, 3.0}), JointVector::Zero(4), options);
+  ASSERT_TRUE(nearest);
+  EXPECT_NEAR(nearest->angle, 0.8, 1e-3);
+}
+
+TEST(FiveJoints, HaveANearestOrientation) {
+  const Arm arm = place(test::kPuma5);
+  const JointVector ready = (JointVector(5) << -0.3, -1.25, 3.5, 0, 0.89).finished();
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 20; ++i) {
+    // A turn by 0.3 rad away from a reachable pose: the nearest orientation is at most that far.
+    Pose X_WT = tool(arm, test::random_joints(arm.limits, random));
+    X_WT.linear() = X_WT.linear() * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const auto nearest = nearest_orientation(arm, X_WT, ready);
+    ASSERT_TRUE(nearest) << i;
+    EXPECT_LE(nearest->angle, 0.3 + 1e-2) << i;
+    EXPECT_NEAR(nearest->angle, angle_between(nearest->X_WT, X_WT), 1e-6);
+  }
+}
+
+TEST(ToolGoalError, LeavesTheFreeRotationOut) {
+  ToolGoal goal;
+  goal.X_WT = world::pose_from_xyz_rpy({0.1, 0.2, 0.3}, {0.4, 0.5, 0.6});
+  const auto turned = [&](const Eigen::Vector3d& axis) {
+    Pose X_WT = goal.X_WT;
+    X_WT.linear() = X_WT.linear() * Eigen::AngleAxisd(0.7, axis).toRotationMatrix();
+    X_WT.translation().z() += 0.002;
+    return tool_error(goal, X_WT);
+  };
+  const std::array<Eigen::Vector3d, 3> axes{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(),
+                                            Eigen::Vector3d::UnitZ()};
+  const std::array<FreeRotation, 3> free{FreeRotation::kRoll, FreeRotation::kPitch, FreeRotation::kYaw};
+  for (std::size_t i = 0; i < 3; ++i) {
+    goal.free_rotation = FreeRotation::kNone;
+    EXPECT_NEAR(turned(axes[i]).orientation, 0.7, 1e-9);
+    EXPECT_NEAR(turned(axes[i]).position, 0.002, 1e-12);
+    goal.free_rotation = free[i];
+    EXPECT_NEAR(turned(axes[i]).orientation, 0.0, 1e-9);
+    EXPECT_NEAR(turned(axes[(i + 1) % 3]).orientation, 0.7, 1e-9);
+    goal.free_rotation = FreeRotation::kAll;
+    EXPECT_EQ(turned(axes[i]).orientation, 0.0);
+  }
 }
 
 TEST(ContinuousAndPrismatic, AreSolvedToo) {
@@ -186,7 +303,7 @@ TEST(ContinuousAndPrismatic, AreSolvedToo) {
   Pose X_WT = Pose::Identity();
   X_WT.translation() << -0.3, -0.4, 0;  // at 0.5 m, 180° + 53.13° from x
   IkOptions options;
-  options.task = IkTask::kPosition;
+  options.free_rotation = FreeRotation::kAll;
   const JointVector start = (JointVector(2) << 7.0, 0.3).finished();
   const auto q = inverse_kinematics(arm, X_WT, start, options);
   ASSERT_TRUE(q);

@@ -212,6 +212,29 @@ TEST(GoalText, OmitsTheRecoveryActionOfAFinishedGoal) {
   EXPECT_EQ(goal_text(goal), "reached");
 }
 
+TEST(GoalText, HasTheMeasuredErrorOfAReachedPose) {
+  msg::GoalStatus goal;
+  goal.state(msg::GoalState::GOAL_REACHED);
+  goal.has_tool(true);
+  goal.position_error(0.00012);
+  goal.orientation_error(0.0005);  // 0.0286°
+  EXPECT_EQ(goal_text(goal), "reached (tool 0.12 mm and 0.03° from the pose)");
+  goal.tool().free_rotation(msg::FreeRotation::FREE_ALL);
+  EXPECT_EQ(goal_text(goal), "reached (tool 0.12 mm from the position)");
+  goal.position_error(-1.0);
+  EXPECT_EQ(goal_text(goal), "reached") << "not measured";
+}
+
+TEST(GoalJson, HasTheNearestOrientation) {
+  msg::GoalStatus goal;
+  EXPECT_TRUE(to_json(goal)["nearest"].is_null());
+  goal.has_nearest(true);
+  goal.nearest_angle(0.8);
+  const Json nearest = to_json(goal)["nearest"];
+  EXPECT_EQ(nearest["angle_rad"], 0.8);
+  EXPECT_EQ(nearest["pose"], Json::parse("[0, 0, 0, 0, 0, 0]").get<std::vector<double>>());
+}
+
 TEST(WaitingText, PrefersTheSupervisorsReason) {
   msg::ArmStatus arm;
   EXPECT_EQ(waiting_text(arm), "");

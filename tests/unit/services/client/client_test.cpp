@@ -33,7 +33,9 @@ TEST(PublicEnumerations, HaveTheValuesAndNamesOfTheMessages) {
   EXPECT_EQ(static_cast<std::uint32_t>(GoalState::kTimedOut),
             static_cast<std::uint32_t>(msg::GoalState::GOAL_TIMED_OUT));
   EXPECT_EQ(static_cast<std::uint32_t>(CauseKind::kContact), static_cast<std::uint32_t>(msg::CauseKind::CAUSE_CONTACT));
+  EXPECT_EQ(static_cast<std::uint32_t>(FreeRotation::kAll), static_cast<std::uint32_t>(msg::FreeRotation::FREE_ALL));
   EXPECT_EQ(name_of(GoalState::kTimedOut), "timed_out");
+  EXPECT_EQ(name_of(FreeRotation::kYaw), "yaw");
   EXPECT_EQ(name_of(CauseKind::kNone), "none");
   EXPECT_EQ(name_of(static_cast<ArmMode>(999)), "unknown");
 }
@@ -49,6 +51,25 @@ TEST(PublicObstacle, ConvertsFullSizesToHalfSizes) {
   EXPECT_DOUBLE_EQ(can.shapes()[0].dimensions().y(), 0.25);
   EXPECT_DOUBLE_EQ(can.motion().speed(), 5.0);
   EXPECT_DOUBLE_EQ(can.motion().direction_W().z(), 0.8);
+}
+
+TEST(PublicProgress, HasTheMeasuredErrorOfTheToolAndTheNearestOrientation) {
+  msg::GoalStatus status;
+  EXPECT_FALSE(to_public(status).tool_error);
+  EXPECT_FALSE(to_public(status).nearest);
+  status.has_tool(true);
+  status.position_error(-1.0);
+  EXPECT_FALSE(to_public(status).tool_error) << "not measured";
+  status.position_error(0.001);
+  status.orientation_error(0.02);
+  EXPECT_EQ(to_public(status).tool_error.value().orientation, 0.02);
+  status.has_nearest(true);
+  status.nearest_angle(0.8);
+  status.X_WT_nearest().position().x(0.4);
+  EXPECT_EQ(to_public(status).nearest.value().angle, 0.8);
+  EXPECT_EQ(to_public(status).nearest->pose.position.x, 0.4);
+  status.note("joint x becomes 3");
+  EXPECT_EQ(to_public(status).note, "joint x becomes 3");
 }
 
 TEST(Outcome, HasStateCauseAndBindingPair) {

@@ -44,6 +44,37 @@ TEST(Convert, RefusesBadPoses) {
   EXPECT_EQ(from_message(pose, "X_WO").error, "X_WO: position must be finite");
 }
 
+TEST(Convert, ConvertsAToolGoal) {
+  planner::ToolGoal goal;
+  goal.X_WT = world::pose_from_xyz_rpy({1, 2, 3}, {0.1, 0.2, 0.3});
+  goal.free_rotation = planner::FreeRotation::kPitch;
+  goal.position_tolerance = 0.01;
+  goal.orientation_tolerance = 0.02;
+  const auto back = from_message(to_message(goal), "goal");
+  ASSERT_TRUE(back) << back.error;
+  EXPECT_TRUE(back->X_WT.isApprox(goal.X_WT, 1e-12));
+  EXPECT_EQ(back->free_rotation, planner::FreeRotation::kPitch);
+  EXPECT_EQ(back->position_tolerance, 0.01);
+  EXPECT_EQ(back->orientation_tolerance, 0.02);
+}
+
+TEST(Convert, GivesANewToolGoalTheDefaultTolerances) {
+  const auto goal = from_message(msg::ToolGoal(), "goal");
+  ASSERT_TRUE(goal) << goal.error;
+  EXPECT_EQ(*goal, planner::ToolGoal());
+}
+
+TEST(Convert, RefusesBadTolerances) {
+  for (const double bad : {-1e-3, 1e-6, 1.5, kNan}) {
+    msg::ToolGoal goal;
+    goal.position_tolerance(bad);
+    EXPECT_NE(from_message(goal, "goal").error.find("goal: position_tolerance = "), std::string::npos) << bad;
+  }
+  msg::ToolGoal wide;
+  wide.orientation_tolerance(4.0);
+  EXPECT_NE(from_message(wide, "goal").error.find("orientation_tolerance = 4.0"), std::string::npos);
+}
+
 TEST(Convert, RefusesJointsOfWrongNumberOrNotFinite) {
   planner::JointVector q(3);
   q << 0.1, -0.2, 0.3;

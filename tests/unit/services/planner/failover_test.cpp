@@ -189,7 +189,10 @@ class GoalCheckpointTest : public ::testing::Test {
   const std::string path_ =
       (std::filesystem::temp_directory_path() / ("hecaton_goals_" + std::to_string(getpid()))).string();
   const planner::JointVector q_ = (planner::JointVector(3) << 0.1, -0.2, 0.3).finished();
-  const GoalCheckpoint::Saved busy_{{GoalSnapshot::Active{"g2", "cli/a-1", 17, 30.0, 1.5, q_},
+  const planner::ToolGoal tool_{.X_WT = world::pose_from_xyz_rpy({0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}),
+                                .free_rotation = planner::FreeRotation::kYaw,
+                                .position_tolerance = 0.005};
+  const GoalCheckpoint::Saved busy_{{GoalSnapshot::Active{"g2", "cli/a-1", 17, 30.0, 1.5, q_, tool_},
                                      {{"g0", msg::GoalState::GOAL_CANCELLED}, {"g1", msg::GoalState::GOAL_REPLACED}},
                                      {5, 6, 7}},
                                     {"planner/arm1@beta", 7},

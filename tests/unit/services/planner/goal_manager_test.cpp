@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
 
 namespace hecaton::services {
@@ -258,6 +259,58 @@ msg::GoalStatus status_of_the_other(const std::string& goal, msg::GoalState stat
   return status;
 }
 
+/// What a goal of the tool needs for its final check.
+planner::ToolGoal tool_goal() {
+  return {.X_WT = world::pose_from_xyz_rpy({0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}),
+          .free_rotation = planner::FreeRotation::kYaw,
+          .position_tolerance = 0.005};
+}
+
+TEST_F(GoalManagerTest, ReportsTheMeasuredErrorOfTheTool) {
+  goals_.receive(goal("a"), now_);
+  GoalAnswer accepted = yes(goals_.next_to_resolve().value());
+  accepted.tool = tool_goal();
+  accepted.note = "joint x becomes 3";
+  ASSERT_TRUE(goals_.answer(accepted, now_));
+  ASSERT_TRUE(goals_.tool());
+  EXPECT_EQ(*goals_.tool(), tool_goal());
+  (void)statuses();
+  EXPECT_TRUE(statuses_[0].has_tool());
+  EXPECT_EQ(statuses_[0].tool().free_rotation(), msg::FreeRotation::FREE_YAW);
+  EXPECT_EQ(statuses_[0].note(), "joint x becomes 3");
+  EXPECT_LT(statuses_[0].position_error(), 0.0) << "not measured yet";
+  Progress progress = in(msg::GoalState::GOAL_REACHED);
+  progress.tool_error = {0.001, 0.02};
+  goals_.progress(progress, now_);
+  (void)statuses();
+  EXPECT_EQ(statuses_[0].position_error(), 0.001);
+  EXPECT_EQ(statuses_[0].orientation_error(), 0.02);
+}
+
+TEST_F(GoalManagerTest, ReportsTheNearestOrientationOfARejectedGoal) {
+  goals_.receive(goal("a"), now_);
+  GoalAnswer answer = no(goals_.next_to_resolve().value());
+  answer.nearest = planner::NearestOrientation{{}, tool_goal().X_WT, 0.8};
+  EXPECT_FALSE(goals_.answer(answer, now_));
+  EXPECT_EQ(statuses(), (Statuses{{"a", msg::GoalState::GOAL_REJECTED}}));
+  EXPECT_TRUE(statuses_[0].has_nearest());
+  EXPECT_EQ(statuses_[0].nearest_angle(), 0.8);
+  EXPECT_EQ(statuses_[0].X_WT_nearest().position().y(), 0.2);
+}
+
+TEST_F(GoalManagerTest, FollowsTheGoalOfATool) {
+  msg::GoalStatus status = status_of_the_other("a", msg::GoalState::GOAL_ACTIVE);
+  ASSERT_TRUE(goals_.follow(status, now_));
+  EXPECT_FALSE(goals_.tool());
+  status = status_of_the_other("b", msg::GoalState::GOAL_ACTIVE);
+  status.has_tool(true);
+  status.tool(messages::to_message(tool_goal()));
+  ASSERT_TRUE(goals_.follow(status, now_));
+  ASSERT_TRUE(goals_.tool());
+  EXPECT_TRUE(goals_.tool()->X_WT.isApprox(tool_goal().X_WT, 1e-12));
+  EXPECT_EQ(goals_.tool()->position_tolerance, 0.005);
+}
+
 TEST_F(GoalManagerTest, FollowsAnUnknownGoal) {
   EXPECT_TRUE(goals_.follow(status_of_the_other("a", msg::GoalState::GOAL_ACTIVE), now_));
   EXPECT_EQ(goals_.q_goal()[0], 0.5);
@@ -319,6 +372,16 @@ TEST_F(Restarted, ResumesAGoalWhoseStatusWasNotPublished) {
   EXPECT_FALSE(other.next_to_resolve());
   other.progress(in(msg::GoalState::GOAL_REACHED), now_);
   EXPECT_EQ(statuses_of(other), (Statuses{{"a", msg::GoalState::GOAL_REACHED}}));
+}
+
+TEST_F(Restarted, ChecksTheToolOfItsGoal) {
+  goals_.receive(goal("a"), now_);
+  GoalAnswer accepted = yes(goals_.next_to_resolve().value());
+  accepted.tool = tool_goal();
+  ASSERT_TRUE(goals_.answer(accepted, now_));
+  GoalManager other = successor();
+  ASSERT_TRUE(other.tool());
+  EXPECT_EQ(*other.tool(), tool_goal());
 }
 
 TEST_F(Restarted, IgnoresAReplacedGoalOfItsClient) {

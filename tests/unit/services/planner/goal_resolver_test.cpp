@@ -50,7 +50,7 @@ class Resolve : public testing::Test {
   static msg::Goal pose(const world::Pose& X_WT) {
     msg::Goal goal = joints({});
     goal.kind(msg::GoalKind::GOAL_POSE);
-    goal.X_WT(messages::to_message(X_WT));
+    goal.tool().X_WT(messages::to_message(X_WT));
     return goal;
   }
   [[nodiscard]] world::Pose tool(const JointVector& q) const {
@@ -87,6 +87,17 @@ TEST_F(Resolve, AcceptsJointsAndNamedPoses) {
   EXPECT_EQ(text(resolve(named("down"))), "arm arm1 has no pose named \"down\"; it has home, up");
 }
 
+TEST_F(Resolve, MovesAJointOntoItsLimitWhenItIsOutsideByRounding) {
+  const double limit = cell_.arms[0].arm.limits.upper[5];
+  const GoalAnswer rounded = resolve(joints({0.1, -1.8, 2.5, 0.2, 0.5, limit + 1e-10}));
+  ASSERT_FALSE(rounded.rejection) << text(rounded);
+  EXPECT_EQ(rounded.q_goal[5], limit);
+  EXPECT_NE(rounded.note.find("is outside its limit by rounding"), std::string::npos) << rounded.note;
+  const GoalAnswer outside = resolve(joints({0.1, -1.8, 2.5, 0.2, 0.5, limit + 5e-4}));
+  ASSERT_TRUE(outside.rejection);
+  EXPECT_EQ(outside.rejection->kind(), msg::CauseKind::CAUSE_GOAL_OUTSIDE_LIMITS);
+}
+
 TEST_F(Resolve, RejectsMalformedGoals) {
   EXPECT_EQ(text(resolve(joints(std::vector<double>(40, 0.0)))), "goal has 40 joint values, arm arm1 has 6 joints");
   const double inf = std::numeric_limits<double>::infinity();
@@ -97,8 +108,11 @@ TEST_F(Resolve, RejectsMalformedGoals) {
     EXPECT_NE(text(resolve(goal)).find("time_limit"), std::string::npos) << limit;
   }
   msg::Goal skewed = pose(tool(q_now_));
-  skewed.X_WT().qw(3.0);
+  skewed.tool().X_WT().qw(3.0);
   EXPECT_NE(text(resolve(skewed)).find("quaternion"), std::string::npos);
+  msg::Goal loose = pose(tool(q_now_));
+  loose.tool().position_tolerance(-0.1);
+  EXPECT_NE(text(resolve(loose)).find("position_tolerance"), std::string::npos);
 }
 
 TEST_F(Resolve, SolvesReachablePoses) {
@@ -146,12 +160,46 @@ class ResolveFiveJoints : public Resolve {
   ResolveFiveJoints() : Resolve("puma560_5dof") {}
 };
 
-TEST_F(ResolveFiveJoints, MeetPositionAndToolAxis) {
+// The arm has no joint that turns the tool about its own axis alone.
+TEST_F(ResolveFiveJoints, RejectAnOrientationWithTheNearestOne) {
+  JointVector q(5);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8;
+  world::Pose wanted = tool(q);
+  EXPECT_FALSE(resolve(pose(wanted)).rejection);
+  wanted.linear() = wanted.linear() * Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
+  const GoalAnswer answer = resolve(pose(wanted));
+  ASSERT_TRUE(answer.rejection);
+  EXPECT_EQ(answer.rejection->kind(), msg::CauseKind::CAUSE_GOAL_ORIENTATION);
+  EXPECT_NE(text(answer).find("in that orientation: the nearest that it can take there is "), std::string::npos)
+      << text(answer);
+  ASSERT_TRUE(answer.nearest);
+  EXPECT_GT(answer.nearest->angle, 0.1);
+  EXPECT_LE(answer.nearest->angle, 1.0 + 1e-2);
+  EXPECT_LT((answer.nearest->X_WT.translation() - wanted.translation()).norm(), 2e-4);
+  EXPECT_FALSE(resolve(pose(answer.nearest->X_WT)).rejection) << "the nearest orientation is a goal";
+}
+
+TEST_F(ResolveFiveJoints, ReachAPositionInAnyOrientation) {
+  JointVector q(5);
+  q << 0.7, -1.4, 3.0, 0.4, 0.8;
+  world::Pose wanted = tool(q);
+  wanted.linear() = Eigen::Matrix3d::Identity();
+  msg::Goal position = pose(wanted);
+  position.tool().free_rotation(msg::FreeRotation::FREE_ALL);
+  const GoalAnswer answer = resolve(position);
+  ASSERT_FALSE(answer.rejection) << text(answer);
+  EXPECT_LT((tool(answer.q_goal).translation() - wanted.translation()).norm(), 2e-4);
+  EXPECT_EQ(answer.tool.value().free_rotation, planner::FreeRotation::kAll);
+}
+
+TEST_F(ResolveFiveJoints, MeetPositionAndToolAxisWithTheYawFree) {
   JointVector q(5);
   q << 0.7, -1.4, 3.0, 0.4, 0.8;
   world::Pose wanted = tool(q);
   wanted.linear() = wanted.linear() * Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
-  const GoalAnswer answer = resolve(pose(wanted));
+  msg::Goal free_yaw = pose(wanted);
+  free_yaw.tool().free_rotation(msg::FreeRotation::FREE_YAW);
+  const GoalAnswer answer = resolve(free_yaw);
   ASSERT_FALSE(answer.rejection) << text(answer);
   const world::Pose reached = tool(answer.q_goal);
   EXPECT_LT((reached.translation() - wanted.translation()).norm(), 2e-4);
