@@ -267,7 +267,7 @@ class SuperGraph::Search {
   }
 
  private:
-  /// False if an arm has no path to its goal even without the others.
+  /// False if an arm has no path to its goal even when it is alone.
   bool prepare() {
     const std::size_t arms = roadmaps_.size();
     to_go_.clear();
@@ -324,7 +324,7 @@ class SuperGraph::Search {
     return sum;
   }
 
-  /// True if arm i can move along an edge to its end, with the others at `places`.
+  /// True if arm i can move along an edge to its end, while every other arm stands at its place in `places`.
   bool can_move(int i, int edge, int to, const Places& places) {
     for (int k = 0; k < graph_.arms(); ++k) {
       if (k != i && !(free_at(i, to, k, places[k]) && free_on(i, edge, k, places[k]))) return false;

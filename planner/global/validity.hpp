@@ -14,14 +14,14 @@
 
 namespace hecaton::planner::global {
 
-/// The bodies of all free obstacles at poses `X_WO` (in the order of the geometry's obstacles), and of all other arms
-/// at `others` (one configuration per arm of the cell; empty: without that arm; the own arm's entry is ignored).
+/// The bodies of all free obstacles, and of all other arms. `X_WO`: poses in the order of the geometry's obstacles.
+/// `others`: one configuration per arm of the cell. Empty: without that arm. The own arm's entry is ignored.
 [[nodiscard]] std::vector<WorldBody> world_bodies(const CellGeometry& geometry, std::span<const Pose> X_WO,
                                                   std::span<const JointVector> others);
 
-/// For every own body of the geometries and every joint of all their own arms, row by row: an upper bound of the motion
-/// of the body's points per unit of that joint, for any values of the other joints within their limits [m/rad | 1].
-/// Rounded up.
+/// Upper bounds of the motion of a body's points per unit of a joint [m/rad | 1]: row by row for every own body of the
+/// geometries, one for each joint of all their own arms. They hold for any values of the other joints within their
+/// limits. Rounded up.
 [[nodiscard]] std::vector<float> body_levers(const std::vector<CellGeometry>& planned);
 
 struct ValidityOptions {

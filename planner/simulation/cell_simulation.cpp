@@ -121,7 +121,7 @@ struct SimulatedArm {
   ArmPlannerOptions options;
   VirtualTimeSearches searches;
   ArmModel drive;
-  DelayedObservations observations;  ///< what its planner knows of the others
+  DelayedObservations observations;  ///< what its planner knows of other arms
   RangeScanner scanner;
   PeriodEvents events = {};    ///< of the next period
   Kinematics kinematics = {};  ///< as measured

@@ -22,7 +22,7 @@ class ThreadPool {
 
  private:
   /// Items with which one thread begins, the same in each round, so that their data stay in its core's cache. A thread
-  /// that has finished its share continues with the others', so that a thread without a processor delays no round.
+  /// that has finished its share continues with other shares, so that a thread without a processor delays no round.
   struct alignas(64) Share {
     std::atomic<int> next{0};
     int end = 0;

@@ -18,8 +18,8 @@ class ProblemError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The arm for the fast simulation: its first `avoiding` joints move, the others stay at `q_rest` (of all joints) [rad
-/// | m]. Capsules enclose the link shapes. Throws ProblemError if a fixed size of FlatArm is exceeded. See
+/// The arm for the fast simulation: its first `avoiding` joints move, all later joints stay at `q_rest` (of all
+/// joints) [rad | m]. Capsules enclose the link shapes. Throws ProblemError if a fixed size of FlatArm is exceeded. See
 /// flat_arm.cpp.
 [[nodiscard]] FlatArm flatten(const Arm& arm, int avoiding, const JointVector& q_rest);
 

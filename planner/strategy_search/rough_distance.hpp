@@ -159,8 +159,8 @@ struct RoughNormal {
   float z = 0.0F;
 };
 
-/// Gap along n between an arm, without its fixed bodies, and another arm [m]: a lower bound of their distance. n points
-/// towards the first arm and has length 1; if its length is 0, the result is ≤ 0.
+/// Gap along n between an arm and another arm [m]: a lower bound of their distance. Fixed bodies of the first arm do
+/// not count. n points towards the first arm and has length 1. If its length is 0, the result is ≤ 0.
 inline float rough_gap_along(const RoughArm& arm, const float* at, const RoughArm& other, const float* there,
                              const RoughNormal& n) {
   const FloatLanes x = all_floats(n.x);

@@ -48,8 +48,8 @@ struct SearchHooks {
   std::function<const Evaluation*(const Round& round, std::size_t index)> known = {};
   int part = 0;   ///< rank of this process; it evaluates the candidates with index % parts == part
   int parts = 1;  ///< number of processes
-  /// Exchanges results with the other processes: one text (text_of()) per candidate, empty for candidates of the
-  /// others; on return, all are filled.
+  /// Exchanges results with the other processes: one text (text_of()) per candidate, empty for candidates of
+  /// other processes; on return, all are filled.
   std::function<void(std::vector<std::string>& texts)> share = {};
 };
 

@@ -45,8 +45,8 @@ bool announcements_are_blocked(int domain) {
 /// What tells the participants of this process apart.
 ///
 /// Fast DDS derives ports and GUID from one identifier. Ports must stay within those that peers try, so the port number
-/// is the smallest free one. A GUID must never return: after a participant has left without a farewell, its peers keep
-/// the sequence numbers of its writers, and take the samples of a successor with the same GUID for old ones.
+/// is the smallest free one. A GUID must never return. When a participant leaves unannounced, its peers keep the
+/// sequence numbers of its writers. They would take the samples of a successor with the same GUID for old ones.
 class Identities {
  public:
   struct Identity {

@@ -13,6 +13,7 @@
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::cli {
 namespace {

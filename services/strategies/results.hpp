@@ -64,9 +64,9 @@ void add_from(CLI::App& app, std::vector<double>& from, const std::string& descr
 [[nodiscard]] planner::SystemStrategy strategy_from(const std::vector<double>& from, const config::CellFile& file,
                                                     const planner::StrategyProblem& problem);
 
-/// All combinations in which each two neighbours (arms 1 and 2, 2 and 3, …; with three or more arms, also the last and
-/// the first) are a pair without fault in these results of two arms (CSV), as [Mediavilla02] does for 3A. Throws
-/// Failure (bad input).
+/// Combines the results of two arms (CSV) for more arms, as [Mediavilla02] does for 3A: all combinations in which
+/// each two neighbours are a pair without fault. Neighbours are arms 1 and 2, 2 and 3, …; with three or more arms,
+/// also the last and the first. Throws Failure (bad input).
 [[nodiscard]] std::vector<planner::SystemStrategy> combine_pairs(const std::string& results,
                                                                  const planner::StrategyProblem& problem);
 

@@ -70,7 +70,8 @@ TEST(Experiments, WithRolloutsAllHardTasksAreReached) {
   EXPECT_EQ(simulate("three_puma_dense", "boundary_following", 90, 8).reached, 90);
 }
 
-// Who asks back before the other could make room must become more patient, or both take turns until their time is over.
+// An arm that asks back before the other arm could yield must wait longer next time. Otherwise both ask in turns until
+// their time is over.
 TEST(Experiments, HastyArmsPassEachOtherHeadOn) {
   EXPECT_EQ(simulate("two_puma_head_on", "boundary_following", 24, 0, kOfTests).reached, 24);
 }

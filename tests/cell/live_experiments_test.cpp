@@ -47,7 +47,7 @@ TEST(LiveExperiments, ThreeArmsExchangePlacesOverDds) {
   EXPECT_EQ(run_live("three_puma", 9)["reached"], 9);
 }
 
-// [Li96]: nobody tells these arms of an obstacle but their own sensors, which the world simulates.
+// [Li96]: these arms know obstacles from their own sensors only, which the world simulates.
 TEST(LiveExperiments, SensorsShowAPlanarArmItsWayOverDds) {
   EXPECT_EQ(run_live("planar_2r", 4)["reached"], 4);
 }
@@ -56,7 +56,7 @@ TEST(LiveExperiments, SensorsShowAPumaItsWayOverDds) {
   EXPECT_EQ(run_live("puma_sensed", 4)["reached"], 4);
 }
 
-// Between two walls, with a cart that cuts the routes: nobody gets through without one.
+// Between two walls, with a cart that cuts the routes: no arm gets through without a route.
 TEST(LiveExperiments, RoutesLeadThroughANarrowPassageOverDds) {
   EXPECT_EQ(run_live("narrow_passage", 3)["reached"], 3);
 }

@@ -1,5 +1,5 @@
-"""A cell file as maps and lists whose values are texts, as they are written: what Hecaton takes for a number stays one, and
-nothing else becomes one ("on" and "010" mean something of their own to other readers of YAML).
+"""A cell file as maps and lists whose values are texts, as they are written. A number of Hecaton stays a number, and nothing
+else becomes one: to other YAML readers "on" and "010" mean something else.
 
 usage: cell_document.py --self-test"""
 import sys

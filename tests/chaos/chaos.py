@@ -6,9 +6,9 @@ one. tests/chaos/cell_copy.py lists all differences from the cell file.
 
 Before the first fault, all arms move there and back without disturbance. If they cannot, the cell is not tested and the reason is
 printed. An episode has one to three faults at a time; with --alone one, so that figures are given by kind of fault. The runner
-requires at all times: no contact; no arm follows an older term or two planners of one term (terms.py); each fault is reported as
-what it is, not before it occurs, for the node or host concerned, and no other fault is (verdicts.py); the leader changes only
-because of a fault. After each episode the cell must run again and all goals must be reached. With --soak nothing is injected, and
+requires at all times: There is no contact. No arm follows an older term, or two planners of one term (terms.py). Each fault is
+reported as what it is, not before it occurs, for the node or host concerned. No other fault is reported (verdicts.py). The leader
+changes only because of a fault. After each episode the cell must run again and all goals must be reached. With --soak nothing is injected, and
 each reported fault is a false one. Obstacles do not move, because an arm without driver cannot give way. The first finding ends the
 run, with --findings the Nth; an unsafe one always does."""
 import collections

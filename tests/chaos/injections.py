@@ -55,7 +55,7 @@ def silences(node):
 
 
 def pairs(fault):
-    """The (kind, subject) pairs that a reported fault stands for. An isolated host is lost to the others; of a lost link, either end
+    """The (kind, subject) pairs that a reported fault stands for. An isolated host is lost to all other hosts; of a lost link, either end
     may be lost."""
     if fault["kind"] == "link_lost":
         return {("host_lost", host) for host in fault["subject"].split("<->")}
@@ -199,7 +199,7 @@ class OneWay(OfHost):
 
 
 class Separation(Absence):
-    """The host's processes continue without the others. A supervisor among them leads, at the latest after a second
+    """The host's processes continue without the other hosts. A supervisor among them leads, at the latest after a second
     (SupervisorSubscriptions::newest_arrival), and reports its own host as lost, or with two hosts the other one. Its faults are kept
     when the network is whole again (UnreplicatedFaults)."""
 
@@ -220,7 +220,7 @@ class Cut(Separation):
 
 
 class Split(Absence):
-    """Splits the network: `hosts` reach each other, and so do the others. A supervisor on either side reports the hosts of the other
+    """Splits the network: `hosts` reach each other, and so do all other hosts. A supervisor on either side reports the hosts of the other
     side as lost. `supervisors`: hosts of supervisors."""
     name = "split"
 
@@ -378,7 +378,7 @@ FEWEST_TO_SPLIT = 4  # hosts; with fewer, one side would be a single host
 
 
 def split(rng, nodes, hosts, duration):
-    """Splits two hosts from the others."""
+    """Splits two hosts from all other hosts."""
     side = rng.sample(sorted(hosts), 2)
     return Split(side, set(hosts) - set(side), {host for node, host in nodes.items() if is_supervisor(node)}, duration)
 

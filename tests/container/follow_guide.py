@@ -204,7 +204,7 @@ def install(guide, machines):
 
 
 def write_cell(guide, machines):
-    """Section 2: on the first machine, and from there to the others."""
+    """Section 2: on the first machine, and from there to every other machine."""
     first = next(iter(guide.machines))
     for command in guide.commands(2):
         if not command.startswith("scp"):

@@ -140,7 +140,7 @@ class CellTest(unittest.TestCase):
         lose(host)
         try:
             fault = self.cell.wait_for_fault("host_lost", host, self.known)
-            # The position of the lost arm is unknown: the others move where it cannot be, or wait.
+            # The position of the lost arm is unknown: other arms move where it cannot be, or wait.
             for other in others:
                 goals.append(self.cell.goal(other, "ready"))
                 self.cell.wait_until_it_is_there_or_waits(other, goals[-1], arm)

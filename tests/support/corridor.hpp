@@ -9,7 +9,7 @@
 namespace hecaton::test {
 
 /// Balls of 0.1 m in a closed corridor 0.22 m wide and 3 m long. In a bay of 0.4 m at `bay` [m] one ball can let
-/// the others pass.
+/// other balls pass.
 inline planner::Cell corridor(int balls, double bay, double stall_timeout) {
   planner::Cell cell;
   cell.name = "corridor";

@@ -1,6 +1,6 @@
 #pragma once
-/// The physical world of a cell on Bullet (double precision): static and scripted obstacles, rigid bodies that fall and
-/// are pushed, and the arms as kinematic bodies at their measured poses.
+/// The physical world of a cell on Bullet (double precision). It has static and scripted obstacles, rigid bodies that
+/// fall and are pushed, and the arms as kinematic bodies at their measured poses.
 
 #include <memory>
 #include <span>
