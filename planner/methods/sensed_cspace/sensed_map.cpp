@@ -117,8 +117,8 @@ bool SensedMap::note(const Eigen::Vector3d& p_B) {
   return true;
 }
 
-/// differs from paper: [Li96] counts all points of a scan as one obstacle. Here points of one obstacle are connected by
-/// steps of at most two links' widths: between two beams the margin, which is part of the width, covers half of a step.
+/// differs from paper: [Li96] counts all points of a scan as one obstacle. Here a step from point to point is at most
+/// two thicknesses long. A thickness contains the margin, which covers half of the gap between two beams.
 bool SensedMap::map_noted() {
   const auto noted = std::span(points_).subspan(mapped_);
   mapped_ = points_.size();
