@@ -54,7 +54,8 @@ TEST(Cone, RejectsSizesOutsideTheirRange) {
     return hecaton::config::parse_cell_file(
         "name: test\n"
         "arms: [{name: arm, urdf: ../../deploy/cells/urdf/planar_3r.urdf, poses: {home: [0, 0, 0]}}]\n"
-        "obstacles: [{name: cone, shapes: [{type: cone, " + sizes + "}], pose: {xyz: [3, 0, 0]}}]\n",
+        "obstacles: [{name: cone, shapes: [{type: cone, " +
+            sizes + "}], pose: {xyz: [3, 0, 0]}}]\n",
         HECATON_SOURCE_DIR "/examples/obstacle_shape/test.yaml", hecaton::planner::built_in_methods(), types);
   };
   EXPECT_EQ(load("radius: 0.3, height: 0.4").cell.scene.obstacles.size(), 1U);

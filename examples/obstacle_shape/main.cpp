@@ -17,8 +17,7 @@ int main(int argc, char** argv) {
   try {
     auto shapes = hecaton::config::shape_types();
     shapes.push_back(example::kCone);  // registers the type
-    const auto file =
-        hecaton::config::load_cell_file(argv[1], {}, hecaton::planner::built_in_methods(), shapes);
+    const auto file = hecaton::config::load_cell_file(argv[1], {}, hecaton::planner::built_in_methods(), shapes);
     hecaton::planner::BatchOptions options;
     options.tasks = 20;
     const hecaton::planner::BatchReport report = hecaton::planner::simulate_tasks(file.cell, options);

@@ -50,7 +50,8 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   }
   if (observed && options.observe_first) {
     const double world_time = episode_options.world_time;
-    episode_options.observe = [&, world_time](double time, const CellConfiguration& measured, std::span<const ArmPlanner> all) {
+    episode_options.observe = [&, world_time](double time, const CellConfiguration& measured,
+                                              std::span<const ArmPlanner> all) {
       options.observe_first({cell, *goals, time, world_time + time, measured, all});
     };
   }

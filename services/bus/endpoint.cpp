@@ -3,9 +3,9 @@
 
 namespace hecaton::bus {
 
-#define HECATON_KEY(Type, key, ...)                                               \
+#define HECATON_KEY(Type, key, ...)                                                \
   std::string Topic<msg::Type>::key_of([[maybe_unused]] const msg::Type& sample) { \
-    return key;                                                                   \
+    return key;                                                                    \
   }
 HECATON_TOPICS(HECATON_KEY)
 #undef HECATON_KEY

@@ -1,6 +1,7 @@
 #pragma once
-/// The definitions of Writer and Reader. services/bus instantiates them for the topics of topics.hpp. A source that CMake
-/// writes (hecaton_topics in cmake/HecatonIdl.cmake) does so for the topics of other folders; no other source includes this header.
+/// The definitions of Writer and Reader. services/bus instantiates them for the topics of topics.hpp. A source that
+/// CMake writes (hecaton_topics in cmake/HecatonIdl.cmake) does so for the topics of other folders; no other source
+/// includes this header.
 
 #include <algorithm>
 #include <cstdint>
@@ -152,7 +153,8 @@ struct Reader<T>::Impl : ReaderBase {
   Impl(const Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
       : ReaderBase(participant.impl(), Topic<T>::kInfo, mailbox),
         queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable), options.queue) {
-    if (schema == 0) throw std::runtime_error(std::string(Topic<T>::kInfo.name) + ": schema must have a default above 0");
+    if (schema == 0)
+      throw std::runtime_error(std::string(Topic<T>::kInfo.name) + ": schema must have a default above 0");
     open(make_type_support<T>(), options);
   }
   ~Impl() override { close(); }
@@ -197,7 +199,7 @@ struct Reader<T>::Impl : ReaderBase {
   SampleQueue<T> queue;
   const std::uint32_t schema = T().schema();  ///< of samples that drain() keeps
   T scratch;                                  ///< of drain()
-  Latest newest;  ///< of the loop's thread alone
+  Latest newest;                              ///< of the loop's thread alone
 };
 
 template <class T>
@@ -259,10 +261,10 @@ ReaderCounters Reader<T>::counters() const {
 
 /// Makes Writer<Type> and Reader<Type> usable in other sources. `Type` is a qualified name. Its Topic and its generated
 /// PubSubTypes header come first. In the global namespace.
-#define HECATON_DEFINE_TOPIC(Type)          \
-  template <>                               \
-  struct hecaton::bus::PubSubOf<Type> {     \
-    using type = Type##PubSubType;          \
-  };                                        \
+#define HECATON_DEFINE_TOPIC(Type)           \
+  template <>                                \
+  struct hecaton::bus::PubSubOf<Type> {      \
+    using type = Type##PubSubType;           \
+  };                                         \
   template class hecaton::bus::Writer<Type>; \
   template class hecaton::bus::Reader<Type>;

@@ -88,9 +88,8 @@ void add_shape(CLI::App& app, const config::ShapeType& type, ObstacleOptions& op
         },
         description);
   } else {
-    add_numbers(app, option, options.sizes, type.sizes.size(), description)->each([&options, &type](const std::string&) {
-      options.type = &type;
-    });
+    add_numbers(app, option, options.sizes, type.sizes.size(), description)
+        ->each([&options, &type](const std::string&) { options.type = &type; });
   }
 }
 

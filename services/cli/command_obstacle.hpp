@@ -16,14 +16,14 @@ namespace hecaton::services::cli {
 
 struct ObstacleOptions {
   std::string name;
-  std::vector<double> box;       ///< full sizes along x, y, z [m]
+  std::vector<double> box;                  ///< full sizes along x, y, z [m]
   const config::ShapeType* type = nullptr;  ///< null: a box
   std::vector<double> sizes;                ///< of the type [m]
-  std::vector<double> pose;      ///< x y z [m] roll pitch yaw [rad]
-  std::optional<double> mass;    ///< [kg]; empty: not dynamic
-  std::vector<double> conveyor;  ///< velocity [m/s], length [m]; empty: none
-  std::vector<double> sine;      ///< amplitude along x, y, z [m], period [s]; empty: none
-  std::vector<double> circle;    ///< centre [m], angular speed about z [rad/s]; empty: none
+  std::vector<double> pose;                 ///< x y z [m] roll pitch yaw [rad]
+  std::optional<double> mass;               ///< [kg]; empty: not dynamic
+  std::vector<double> conveyor;             ///< velocity [m/s], length [m]; empty: none
+  std::vector<double> sine;                 ///< amplitude along x, y, z [m], period [s]; empty: none
+  std::vector<double> circle;               ///< centre [m], angular speed about z [rad/s]; empty: none
 };
 
 void add_obstacle_options(CLI::App& app, ObstacleOptions& options);

@@ -4,22 +4,20 @@
 #include <cmath>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "planner/model/kinematics.hpp"
+#include "services/command_line/document.hpp"
 #include "services/command_line/program.hpp"
 #include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
-using nlohmann::ordered_json;
 using planner::Pose;
 
 constexpr double kLineInterval = 0.05;  // [s]
 
 /// A point to a tenth of a millimetre.
-ordered_json point(const Eigen::Vector3d& p) {
+Json point_json(const Eigen::Vector3d& p) {
   const auto rounded = [](double x) { return std::round(1e4 * x) / 1e4; };
   return {rounded(p.x()), rounded(p.y()), rounded(p.z())};
 }
@@ -28,33 +26,31 @@ ordered_json point(const Eigen::Vector3d& p) {
 struct ShapeJson {
   const Pose& X_WS;
 
-  [[nodiscard]] ordered_json round(const char* kind, double radius, double half_length) const {
+  [[nodiscard]] Json round(const char* kind, double radius, double half_length) const {
     const Eigen::Vector3d half(0.0, 0.0, half_length);
-    return {{"kind", kind}, {"radius", radius}, {"from", point(X_WS * half)}, {"to", point(X_WS * -half)}};
+    return {{"kind", kind}, {"radius", radius}, {"from", point_json(X_WS * half)}, {"to", point_json(X_WS * -half)}};
   }
-  ordered_json operator()(const world::Sphere& sphere) const { return round("capsule", sphere.radius, 0.0); }
-  ordered_json operator()(const world::Capsule& capsule) const {
-    return round("capsule", capsule.radius, capsule.half_length);
-  }
-  ordered_json operator()(const world::Cylinder& cylinder) const {
+  Json operator()(const world::Sphere& sphere) const { return round("capsule", sphere.radius, 0.0); }
+  Json operator()(const world::Capsule& capsule) const { return round("capsule", capsule.radius, capsule.half_length); }
+  Json operator()(const world::Cylinder& cylinder) const {
     return round("cylinder", cylinder.radius, cylinder.half_length);
   }
-  ordered_json operator()(const world::Box& box) const {
-    ordered_json corners = ordered_json::array();
+  Json operator()(const world::Box& box) const {
+    Json corners = Json::array();
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector3d sign((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
-      corners.push_back(point(X_WS * box.half_extents.cwiseProduct(sign)));
+      corners.push_back(point_json(X_WS * box.half_extents.cwiseProduct(sign)));
     }
     return {{"kind", "box"}, {"corners", std::move(corners)}};
   }
-  ordered_json operator()(const world::Convex& convex) const {
-    ordered_json corners = ordered_json::array();
-    for (const Eigen::Vector3d& vertex : convex.hull->vertices) corners.push_back(point(X_WS * vertex));
+  Json operator()(const world::Convex& convex) const {
+    Json corners = Json::array();
+    for (const Eigen::Vector3d& vertex : convex.hull->vertices) corners.push_back(point_json(X_WS * vertex));
     return {{"kind", "convex"}, {"corners", std::move(corners)}};
   }
 };
 
-ordered_json shape_json(const world::Shape& shape, const Pose& X_WS) {
+Json shape_json(const world::Shape& shape, const Pose& X_WS) {
   return std::visit(ShapeJson{X_WS}, shape);
 }
 
@@ -64,44 +60,45 @@ planner::Kinematics kinematics_of(const planner::Arm& arm, const planner::JointV
   return kinematics;
 }
 
-ordered_json arm_json(const planner::Arm& arm, const planner::JointVector& q, const planner::JointVector& goal) {
+Json arm_json(const planner::Arm& arm, const planner::JointVector& q, const planner::JointVector& goal) {
   const planner::Kinematics kinematics = kinematics_of(arm, q);
-  ordered_json shapes = ordered_json::array();
+  Json shapes = Json::array();
   for (const planner::LinkGeometry& geometry : arm.model->geometry) {
     shapes.push_back(shape_json(geometry.shape, kinematics.X_WL[geometry.link] * geometry.X_LS));
   }
   return {{"name", arm.name},
-          {"tool", point(kinematics.X_WT.translation())},
-          {"goal", point(kinematics_of(arm, goal).X_WT.translation())},
+          {"tool", point_json(kinematics.X_WT.translation())},
+          {"goal", point_json(kinematics_of(arm, goal).X_WT.translation())},
           {"shapes", std::move(shapes)}};
 }
 
 Pose pose_of(const world::Obstacle& obstacle, const planner::EpisodeMoment& moment) {
   if (obstacle.attachment) {
     const auto& arms = moment.cell.arms;
-    const auto carrier = std::find_if(arms.begin(), arms.end(),
-                                      [&](const auto& planned) { return planned.arm.name == obstacle.attachment->arm; });
+    const auto carrier = std::find_if(
+        arms.begin(), arms.end(), [&](const auto& planned) { return planned.arm.name == obstacle.attachment->arm; });
     const auto index = static_cast<std::size_t>(carrier - arms.begin());
     return kinematics_of(carrier->arm, moment.measured[index]).X_WT * obstacle.attachment->X_TO;
   }
   return world::motion_at(obstacle, world::is_scripted(obstacle.motion) ? moment.world_time : 0.0).X_WO;
 }
 
-ordered_json moment_json(const planner::EpisodeMoment& moment) {
-  ordered_json arms = ordered_json::array();
+Json moment_json(const planner::EpisodeMoment& moment) {
+  Json arms = Json::array();
   for (std::size_t i = 0; i < moment.cell.arms.size(); ++i) {
     arms.push_back(arm_json(moment.cell.arms[i].arm, moment.measured[i], moment.goals[i]));
   }
-  ordered_json obstacles = ordered_json::array();
+  Json obstacles = Json::array();
   for (const world::Obstacle& obstacle : moment.cell.scene.obstacles) {
     const Pose X_WO = pose_of(obstacle, moment);
-    ordered_json shapes = ordered_json::array();
+    Json shapes = Json::array();
     for (const world::PlacedShape& placed : obstacle.shapes) {
       shapes.push_back(shape_json(placed.shape, X_WO * placed.X_BS));
     }
     obstacles.push_back({{"name", obstacle.name}, {"shapes", std::move(shapes)}});
   }
-  return {{"time", std::round(1e6 * moment.time) / 1e6}, {"arms", std::move(arms)}, {"obstacles", std::move(obstacles)}};
+  return {
+      {"time", std::round(1e6 * moment.time) / 1e6}, {"arms", std::move(arms)}, {"obstacles", std::move(obstacles)}};
 }
 
 }  // namespace

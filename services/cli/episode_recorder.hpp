@@ -9,8 +9,8 @@
 namespace hecaton::services::cli {
 
 /// Writes an episode as lines of JSON, one for each 50 ms of virtual time. A line has `time` [s], and for each arm and
-/// each obstacle its shapes in the world frame W [m]. An arm also has the origin of its tool frame, and the goal of this
-/// point. A carried obstacle is where its arm has it; a dynamic one is where it started.
+/// each obstacle its shapes in the world frame W [m]. An arm also has the origin of its tool frame, and the goal of
+/// this point. A carried obstacle is where its arm has it; a dynamic one is where it started.
 class EpisodeRecorder {
  public:
   /// Throws Failure when the file cannot be written.

@@ -55,7 +55,6 @@ world::PlacedShape read_shape(const YamlView& view, const ShapeSections& shapes)
   return index == 0 ? read_box(map) : read_mesh(map);
 }
 
-
 constexpr std::size_t kMostWaypoints = 1000;
 
 world::Motion read_static(const MapView& /*map*/) {
@@ -121,11 +120,11 @@ struct MotionType {
   world::Motion (*read)(const MapView&);
 };
 const std::array<MotionType, 6> kMotionTypes = {{{section::kStatic, read_static},
-                                                          {section::kWaypoints, read_waypoints},
-                                                          {section::kCircle, read_circle},
-                                                          {section::kSine, read_sine},
-                                                          {section::kConveyor, read_conveyor},
-                                                          {section::kDynamic, read_dynamic}}};
+                                                 {section::kWaypoints, read_waypoints},
+                                                 {section::kCircle, read_circle},
+                                                 {section::kSine, read_sine},
+                                                 {section::kConveyor, read_conveyor},
+                                                 {section::kDynamic, read_dynamic}}};
 
 world::Motion read_motion(const YamlView& view) {
   const auto& type = kMotionTypes[view.type(kMotionNames)];

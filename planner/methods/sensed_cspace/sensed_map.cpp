@@ -140,8 +140,8 @@ bool SensedMap::map_as_published(std::span<const Eigen::Vector3d> obstacle_B) {
     in_plane.clear();
     for (const Eigen::Vector3d& p_B : obstacle_B) {
       const PlacedPoint placed = arm_.place(p_B, turns_[i]);
-      const bool in_reach = reaches(arm_.slab(0), placed.off_plane, thick_) ||
-                            reaches(arm_.slab(1), placed.off_plane, thick_);
+      const bool in_reach =
+          reaches(arm_.slab(0), placed.off_plane, thick_) || reaches(arm_.slab(1), placed.off_plane, thick_);
       if (in_reach) in_plane.push_back(fundamental_obstacle(placed.in_plane, images_->spacing()));
     }
     if (in_plane.empty()) continue;

@@ -98,10 +98,10 @@ class SensedMap {
   double thick_ = 0.0;                                ///< added to the links across the planes [m]
   ObstacleMapper mapper_;
   std::shared_ptr<const ImageDatabase> images_;  ///< of Mapper::kPublished; null: mapper_ maps
-  std::unordered_set<std::uint64_t> seen_;  ///< small cubes
+  std::unordered_set<std::uint64_t> seen_;       ///< small cubes
   std::vector<Eigen::Vector3d> points_;
   std::size_t mapped_ = 0;  ///< number of points_ that are mapped
-  ObstacleImage image_;  ///< scratch
+  ObstacleImage image_;     ///< scratch
 };
 
 /// A map with a queue of new points, so that each control period maps a bounded number of them.
