@@ -5,17 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/world/sim/small_worlds.hpp"
+
 namespace hecaton::world {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
-
-Pose at_point(double x, double y, double z) {
-  Pose pose = Pose::Identity();
-  pose.translation() = Vector3d(x, y, z);
-  return pose;
-}
+using std::numbers::pi;
 
 Obstacle scripted(Motion motion, const Pose& X_WO = Pose::Identity()) {
   Obstacle obstacle;
@@ -104,13 +100,13 @@ TEST(ObstacleMotion, TakesTheNextLineAtAWaypoint) {
 
 TEST(ObstacleMotion, WaypointsRotateBySlerp) {
   Pose turned = at_point(1, 0, 0);
-  turned.linear() = Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ()).toRotationMatrix();
+  turned.linear() = Eigen::AngleAxisd(pi / 2, Vector3d::UnitZ()).toRotationMatrix();
   const Obstacle obstacle = scripted(WaypointMotion{{at_point(0, 0, 0), turned}, 0.5, false});
   // 1 m at 0.5 m/s: a quarter turn in 2 s, so π/4 rad/s, and 45° half-way.
   const MotionState state = motion_at(obstacle, 1.0);
   expect_point(state.X_WO.linear() * Vector3d::UnitX(), {std::sqrt(0.5), std::sqrt(0.5), 0});
-  expect_point(state.velocity.angular, {0, 0, kPi / 4});
-  expect_point(motion_at(obstacle, 3.0).velocity.angular, {0, 0, -kPi / 4});
+  expect_point(state.velocity.angular, {0, 0, pi / 4});
+  expect_point(motion_at(obstacle, 3.0).velocity.angular, {0, 0, -pi / 4});
 }
 
 TEST(ObstacleMotion, WaypointsAtOnePositionRest) {
@@ -120,29 +116,29 @@ TEST(ObstacleMotion, WaypointsAtOnePositionRest) {
 }
 
 TEST(ObstacleMotion, CircleStartsAtItsOwnPose) {
-  const CircleMotion motion{{1, 0, 0}, Vector3d::UnitZ(), kPi / 2, false};
+  const CircleMotion motion{{1, 0, 0}, Vector3d::UnitZ(), pi / 2, false};
   const Obstacle obstacle = scripted(motion, at_point(3, 0, 0.5));
   expect_point(motion_at(obstacle, 0.0).X_WO.translation(), {3, 0, 0.5});
   expect_point(motion_at(obstacle, 1.0).X_WO.translation(), {1, 2, 0.5});
   // Radius 2 m at π/2 rad/s: π m/s, at the top towards −x.
-  expect_point(motion_at(obstacle, 1.0).velocity.linear, {-kPi, 0, 0});
+  expect_point(motion_at(obstacle, 1.0).velocity.linear, {-pi, 0, 0});
   expect_point(motion_at(obstacle, 1.0).velocity.angular, Vector3d::Zero());
   expect_point(motion_at(obstacle, 1.0).X_WO.linear() * Vector3d::UnitX(), {1, 0, 0});
 }
 
 TEST(ObstacleMotion, CircleCanRotateTheBody) {
-  const CircleMotion motion{{1, 0, 0}, Vector3d::UnitZ(), -kPi / 2, true};
+  const CircleMotion motion{{1, 0, 0}, Vector3d::UnitZ(), -pi / 2, true};
   const MotionState state = motion_at(scripted(motion, at_point(3, 0, 0)), 1.0);
   expect_point(state.X_WO.translation(), {1, -2, 0});
   expect_point(state.X_WO.linear() * Vector3d::UnitX(), {0, -1, 0});
-  expect_point(state.velocity.angular, {0, 0, -kPi / 2});
+  expect_point(state.velocity.angular, {0, 0, -pi / 2});
 }
 
 TEST(ObstacleMotion, SineSwingsAroundItsOwnPose) {
-  const Obstacle obstacle = scripted(SineMotion{Vector3d::UnitY(), 0.2, 4.0, kPi / 6}, at_point(1, 1, 1));
+  const Obstacle obstacle = scripted(SineMotion{Vector3d::UnitY(), 0.2, 4.0, pi / 6}, at_point(1, 1, 1));
   // sin 30° = 1/2; velocity 0.2 · 2π/4 · cos 30°.
   expect_point(motion_at(obstacle, 0.0).X_WO.translation(), {1, 1.1, 1});
-  expect_point(motion_at(obstacle, 0.0).velocity.linear, {0, 0.1 * kPi * std::sqrt(3.0) / 2.0, 0});
+  expect_point(motion_at(obstacle, 0.0).velocity.linear, {0, 0.1 * pi * std::sqrt(3.0) / 2.0, 0});
   // A quarter period on: sin 120° = √3/2.
   expect_point(motion_at(obstacle, 1.0).X_WO.translation(), {1, 1 + 0.1 * std::sqrt(3.0), 1});
 }

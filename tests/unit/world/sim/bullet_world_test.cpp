@@ -16,7 +16,6 @@ namespace hecaton::world {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 TEST(BulletWorld, ScriptedMotionsFollowWorldTime) {
   BulletWorld world =
@@ -73,7 +72,7 @@ TEST(BulletWorld, EachShapeRestsOnTheFloorAtItsHeight) {
   // A prism 0.4 × 0.4 at the bottom, 0.2 high, its vertices far from its own origin.
   wedge->vertices = {{1, 1, 1}, {1.4, 1, 1}, {1.4, 1.4, 1}, {1, 1.4, 1}, {1.2, 1.1, 1.2}, {1.2, 1.3, 1.2}};
   wedge->faces = {{0, 3, 2, 1}, {0, 1, 4}, {2, 3, 5}, {1, 2, 5, 4}, {3, 0, 4, 5}};
-  const Pose lying = pose_from_xyz_rpy({4, 0, 0.5}, {kPi / 2, 0, 0});
+  const Pose lying = pose_from_xyz_rpy({4, 0, 0.5}, {std::numbers::pi / 2, 0, 0});
   BulletWorld world = world_of({thing("box", Box{Vector3d(0.3, 0.2, 0.1)}, at_point(0, 0, 0.3), falling()),
                                 thing("ball", Sphere{0.15}, at_point(2, 0, 0.3), falling()),
                                 thing("roll", Capsule{0.1, 0.3}, lying, falling()),
