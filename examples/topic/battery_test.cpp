@@ -35,6 +35,11 @@ class BatteryTopic : public testing::Test {
     }
     return true;
   }
+  bus::Participant join(const std::string& name, bus::Mailbox* mailbox) const {
+    hecaton::services::ServiceOptions options;
+    options.domain = domain_.number();
+    return hecaton::services::make_participant(file_, options, name, mailbox);
+  }
   bool has_event(bus::EventKind kind, const std::string& key) {
     for (const auto& event : mailbox_.take_events()) {
       if (event.kind == kind && event.key == key) return true;
@@ -45,8 +50,7 @@ class BatteryTopic : public testing::Test {
   hecaton::test::FreeDomain domain_;
   bus::Mailbox mailbox_;
   const hecaton::config::CellFile file_ = hecaton::config::load_cell_file(kCell);
-  bus::Participant participant_ =
-      hecaton::services::make_participant(file_, {.domain = domain_.number()}, "test", &mailbox_);
+  bus::Participant participant_ = join("test", &mailbox_);
   bus::Reader<BatteryState> reader_{participant_, &mailbox_};
 };
 
@@ -72,7 +76,7 @@ TEST_F(BatteryTopic, WatchEndsWhenTheChargeIsLow) {
 }
 
 TEST_F(BatteryTopic, DropsSamplesOfAnotherSchema) {
-  bus::Participant other = hecaton::services::make_participant(file_, {.domain = domain_.number()}, "other");
+  bus::Participant other = join("other", nullptr);
   bus::Writer<BatteryState> writer(other);
   BatteryState state;
   EXPECT_EQ(state.schema(), 1U);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "planner/local/parameters.hpp"
 #include "planner/methods/registry.hpp"
 #include "services/config/shape_types.hpp"
 
