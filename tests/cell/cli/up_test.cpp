@@ -69,7 +69,7 @@ TEST_F(UpLeavesNoProcess, WhenItsAgentIsKilled) {
   const auto watched = watch();
   ASSERT_TRUE(signal_process(processes().at("agent/localhost"), SIGKILL));
   EXPECT_EQ(up_->wait(), 1) << up_->err();
-  EXPECT_NE(up_->err().find("agent was ended by signal 9"), std::string::npos) << up_->err();
+  EXPECT_NE(up_->err().find("the agent of the cell was ended by signal 9"), std::string::npos) << up_->err();
   expect_gone(watched);
 }
 

@@ -29,6 +29,7 @@ Sections documented() {
     return line.substr(from, line.find('`', from) - from);
   };
   for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) keys = nullptr;
     if (line.starts_with("## `")) keys = &sections[between_ticks(line, 4)];
     if (line.starts_with("| `") && keys != nullptr) {
       EXPECT_TRUE(keys->insert(between_ticks(line, 3)).second) << "twice: " << line;

@@ -187,7 +187,7 @@ TEST_F(SensedPlannerTest, ExplainsWhyThereIsNoPath) {
   see(near_goal, {0.75});
   to_ = Eigen::Vector2d(0.0, 0.0);
   ASSERT_EQ(settle(near_goal), Path::kNone);
-  EXPECT_TRUE(near_goal.no_path_reason(from_).value_or("").starts_with("its goal is nearer to an obstacle"));
+  EXPECT_TRUE(near_goal.no_path_reason(from_).value_or("").starts_with("its goal is nearer to a known obstacle"));
   from_ = Eigen::Vector2d(0.01, 0.0);
   SensedPlanner near = this->planner(Remember::kAlways);
   see(near, {0.75});
