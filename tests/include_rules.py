@@ -68,6 +68,9 @@ for service, rooms in BESIDE.items():
     ALLOWED[f"services/{service}"] = SERVICE + rooms
 ALLOWED["services/client"] = [*SERVICE, "world/model"]
 
+# These may include every folder of the project.
+FREE = ["tests", "examples"]
+
 # third-party header → the only places that may include it
 ONLY_IN = {
     r"^(urdf_parser|urdf_model|urdf_world|urdf_exception|console_bridge)/": ["planner/model/urdf_"],
@@ -102,10 +105,10 @@ def folder_of(path, folders):
 
 def check(root):
     problems = []
-    folders = list(ALLOWED) + ["idl", "tests"]
+    folders = [*ALLOWED, "idl", *FREE]
     for file in sorted([*root.rglob("*.hpp"), *root.rglob("*.cpp")]):
         path = file.relative_to(root).as_posix()
-        if path.split("/")[0] not in ("world", "planner", "services", "tests"):
+        if path.split("/")[0] not in ("world", "planner", "services", *FREE):
             continue
         own = folder_of(path, folders)
         if own is None:
@@ -113,7 +116,7 @@ def check(root):
             continue
         for kind, included in INCLUDE.findall(file.read_text(encoding="utf-8")):
             target = folder_of(included, folders)
-            if own != "tests" and target and target != own and target not in ALLOWED[own]:
+            if own not in FREE and target and target != own and target not in ALLOWED[own]:
                 problems.append(f"{path}: may not include {included} ({own} may include: "
                                 f"{', '.join(ALLOWED[own]) or 'nothing of ours'})")
             for pattern, places in ONLY_IN.items():

@@ -1,6 +1,8 @@
 """Draws one moment of a recorded episode as an SVG: arms, obstacles, paths of the tools.
 
-usage: hecaton-record-episode CELL SEED 0.05 | draw_episode.py --moment SECONDS --title TEXT > PICTURE.svg
+usage: draw_episode.py --moment SECONDS --title TEXT < EPISODE > PICTURE.svg
+
+EPISODE: a file of `hecaton simulate CELL --record EPISODE`.
 
 Needs nothing but Python. The view is orthographic, so that the outline of a capsule is exact."""
 import argparse
@@ -123,6 +125,9 @@ def shape_parts(picture, shape, colours):
     if shape["kind"] == "box":
         yield from box(shape["corners"], colours)
         return
+    if shape["kind"] == "convex":
+        yield outline(shape["corners"], colours)
+        return
     start, end, radius = shape["from"], shape["to"], shape["radius"]
     yield from tube(picture, start, end, radius, colours)
     if shape["kind"] == "capsule":
@@ -150,13 +155,17 @@ def hull(places):
     return half(places) + half(places[::-1])
 
 
+def outline(corners, colours):
+    """The silhouette of a convex body."""
+    depth = max(dot(TOWARDS, corner) for corner in corners)
+    return (depth, f"<polygon points='{points(hull([pixel(corner) for corner in corners]))}' fill='{colours[1]}' "
+            f"stroke='{colours[2]}' stroke-width='.7' stroke-linejoin='round'/>")
+
+
 def shadow(shape):
     """On the floor, of light from above."""
-    if shape["kind"] == "box":
-        outline = shape["corners"]
-    else:
-        outline = disc(shape["from"], shape["radius"]) + disc(shape["to"], shape["radius"])
-    return f"<polygon points='{points(hull([pixel([p[0], p[1], 0.0]) for p in outline]))}'/>"
+    edge = shape.get("corners") or disc(shape["from"], shape["radius"]) + disc(shape["to"], shape["radius"])
+    return f"<polygon points='{points(hull([pixel([p[0], p[1], 0.0]) for p in edge]))}'/>"
 
 
 def line(a, b, style):

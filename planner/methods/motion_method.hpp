@@ -163,6 +163,8 @@ class MotionMethod {
     double value;          ///< [m]
   };
   [[nodiscard]] virtual std::optional<SensingMargin> sensing_margin() const { return std::nullopt; }
+  /// Nothing if the method keeps the arm free of contact; otherwise a sentence that begins with the key at fault.
+  [[nodiscard]] virtual std::optional<std::string> contact_risk() const { return std::nullopt; }
 
   // Called once for each arm or thread. May allocate. Null: the method needs none.
   [[nodiscard]] virtual std::unique_ptr<MethodWorkspace> make_workspace(const CellGeometry& geometry) const;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 // This order: the second header needs what the first one declares.
@@ -227,6 +229,12 @@ world::ConvexHull enclosing_hull(const world::ConvexHull& hull, int most_vertice
   if (!result) return hull;  // unreachable: `hull` has a volume
   make_enclosing(*result, hull.vertices);
   return *result;
+}
+
+world::Convex convex_shape(std::span<const Eigen::Vector3d> points) {
+  const auto hull = convex_hull(points);
+  if (!hull) throw std::invalid_argument("a shape of " + std::to_string(points.size()) + " points has no volume");
+  return {std::make_shared<const world::ConvexHull>(enclosing_hull(*hull, kMaxHullVertices))};
 }
 
 }  // namespace hecaton::planner

@@ -28,4 +28,11 @@ struct FacePlane {
 /// more, else the intersection of half-spaces of some of its faces and of its bounding box.
 [[nodiscard]] world::ConvexHull enclosing_hull(const world::ConvexHull& hull, int most_vertices);
 
+/// Shapes keep at most this many vertices: more cost time in every distance and gain less than a millimetre.
+inline constexpr int kMaxHullVertices = 64;
+
+/// The hull of `points` as a shape; if it has more than kMaxHullVertices vertices, a polyhedron of so many that
+/// encloses it. Throws std::invalid_argument with a sentence where convex_hull() is empty.
+[[nodiscard]] world::Convex convex_shape(std::span<const Eigen::Vector3d> points);
+
 }  // namespace hecaton::planner

@@ -4,14 +4,12 @@
 
 #include <string>
 
+#include "planner/model/convex_hull.hpp"
 #include "planner/model/robot_model.hpp"
 #include "planner/model/source_file.hpp"
 #include "planner/model/urdf_loader.hpp"
 
 namespace hecaton::planner {
-
-/// Hulls keep at most this many vertices: more vertices cost time in every distance and gain less than a millimetre.
-inline constexpr int kMaxHullVertices = 64;
 
 struct MeshShape {
   LinkGeometry geometry;  ///< link not set; X_LS is the shape in the mesh's frame

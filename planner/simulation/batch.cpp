@@ -61,8 +61,10 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   }
   episode_options.world_time = task->time;
   if (observed && options.observe_first) {
-    episode_options.observe = [&](double time, const CellConfiguration& measured, std::span<const ArmPlanner> all) {
-      options.observe_first({cell, task->goals, time, measured, all});
+    const double world_time = episode_options.world_time;
+    episode_options.observe = [&, world_time](double time, const CellConfiguration& measured,
+                                              std::span<const ArmPlanner> all) {
+      options.observe_first({cell, task->goals, time, world_time + time, measured, all});
     };
   }
   record.outcome = simulate_episode(cell, task->starts, task->goals, episode_options);

@@ -14,7 +14,8 @@ namespace hecaton::planner {
 struct EpisodeMoment {
   const Cell& cell;  ///< with the episode's own scene
   const CellConfiguration& goals;
-  double time;  ///< virtual [s]
+  double time;        ///< virtual [s]
+  double world_time;  ///< of scripted motions [s]
   const CellConfiguration& measured;
   std::span<const ArmPlanner> planners;
 };

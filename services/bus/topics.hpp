@@ -1,6 +1,7 @@
 #pragma once
 /// All topics of a cell. A row of HECATON_TOPICS has the topic's type, key, writers, readers and quality of service. To
-/// add a topic, write its type in idl/, include the type's header in type_support.hpp, and add a row.
+/// add a topic, write its type in idl/, include the type's header in type_support.hpp, and add a row. Programs outside
+/// of services/ define topics of their own (docs/how-to/add-a-topic.md).
 
 #include <array>
 #include <chrono>
@@ -25,7 +26,7 @@ struct Qos {
 };
 
 struct TopicInfo {
-  std::string_view type;  ///< name of the type in hecaton::msg
+  std::string_view type;  ///< name of the message type, without its namespace
   std::string_view name;  ///< on the wire
   std::string_view writers;
   std::string_view readers;
@@ -76,7 +77,8 @@ HECATON_TOPICS(HECATON_DECLARE)
 
 namespace hecaton::bus {
 
-/// The row of a message type.
+/// The row of a message type T. A specialisation has two static members, kInfo and key_of(). Each type has a field
+/// `schema`, an unsigned long with a default above 0: readers drop samples of another value.
 template <class T>
 struct Topic;
 
@@ -84,14 +86,19 @@ struct Topic;
   template <>                                                                                      \
   struct Topic<msg::Type> {                                                                        \
     static constexpr TopicInfo kInfo{#Type, "hecaton/" #Type, writers, readers, Qos{__VA_ARGS__}}; \
-  };                                                                                               \
-  /** The sample's key as text; "" for a topic without a key. */                                   \
-  std::string key_of(const msg::Type& sample);
+    static std::string key_of(const msg::Type& sample);                                            \
+  };
 HECATON_TOPICS(HECATON_ROW)
 #undef HECATON_ROW
 
 #define HECATON_ENTRY(Type, ...) Topic<msg::Type>::kInfo,
 inline constexpr std::array kTopics{HECATON_TOPICS(HECATON_ENTRY)};
 #undef HECATON_ENTRY
+
+/// The sample's key as text; "" for a topic without a key.
+template <class T>
+[[nodiscard]] std::string key_of(const T& sample) {
+  return Topic<T>::key_of(sample);
+}
 
 }  // namespace hecaton::bus

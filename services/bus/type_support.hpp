@@ -1,5 +1,5 @@
 #pragma once
-/// Serialisation of the message types. Private to services/bus.
+/// Serialisation of the message types of topics.hpp. Private to services/bus.
 
 #include <idl/armPubSubTypes.h>
 #include <idl/goalPubSubTypes.h>
@@ -7,13 +7,10 @@
 #include <idl/supervisorPubSubTypes.h>
 #include <idl/worldPubSubTypes.h>
 
-#include "services/bus/fastdds.hpp"
+#include "services/bus/endpoint_definition.hpp"
 #include "services/bus/topics.hpp"
 
 namespace hecaton::bus {
-
-template <class T>
-struct PubSubOf;
 
 #define HECATON_PUBSUB(Type, ...)       \
   template <>                           \
@@ -22,9 +19,5 @@ struct PubSubOf;
   };
 HECATON_TOPICS(HECATON_PUBSUB)
 #undef HECATON_PUBSUB
-
-/// The type support of a message, see GuardedSupport.
-template <class T>
-using GuardedType = GuardedSupport<typename PubSubOf<T>::type, T>;
 
 }  // namespace hecaton::bus

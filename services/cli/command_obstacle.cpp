@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 
 #include <CLI/CLI.hpp>
 
@@ -20,10 +21,12 @@ namespace hecaton::services::cli {
 namespace {
 
 world::Shape make_shape(const ObstacleOptions& options) {
-  if (!options.box.empty()) return world::Box{{0.5 * options.box[0], 0.5 * options.box[1], 0.5 * options.box[2]}};
-  if (!options.cylinder.empty()) return world::Cylinder{options.cylinder[0], 0.5 * options.cylinder[1]};
-  if (!options.capsule.empty()) return world::Capsule{options.capsule[0], 0.5 * options.capsule[1]};
-  return world::Sphere{options.sphere};
+  if (options.type == nullptr) return world::Box{{0.5 * options.box[0], 0.5 * options.box[1], 0.5 * options.box[2]}};
+  try {
+    return config::make_shape(*options.type, options.sizes);
+  } catch (const std::invalid_argument& error) {
+    throw Failure(ExitCode::kBadInput, "--" + std::string(options.type->name) + " " + error.what());
+  }
 }
 
 /// Length and direction; an arbitrary direction for a vector of length 0, which the rules forbid.
@@ -58,10 +61,7 @@ world::Motion make_motion(const ObstacleOptions& options) {
 
 /// The option (and its part) for a key of the cell file's obstacles: "--box size[1]".
 std::string option_of(const std::string& key, const ObstacleOptions& options) {
-  const std::string shape = !options.box.empty()        ? "--box"
-                            : !options.cylinder.empty() ? "--cylinder"
-                            : !options.capsule.empty()  ? "--capsule"
-                                                        : "--sphere";
+  const std::string shape = options.type == nullptr ? "--box" : "--" + std::string(options.type->name);
   const std::string motion = options.mass                ? "--mass"
                              : !options.conveyor.empty() ? "--conveyor"
                              : !options.sine.empty()     ? "--sine"
@@ -69,11 +69,28 @@ std::string option_of(const std::string& key, const ObstacleOptions& options) {
   constexpr std::string_view kShape = "shapes[0].";
   constexpr std::string_view kMotion = "motion.";
   if (key == "name") return "NAME";
-  if (key == "motion.mass" || (shape == "--sphere" && key.starts_with(kShape)))
-    return key == "motion.mass" ? motion : shape;
+  if (key == "motion.mass") return motion;
+  if (key == "shapes[0]") return shape;
   if (key.starts_with(kShape)) return shape + " " + key.substr(kShape.size());
   if (key.starts_with(kMotion)) return motion + " " + key.substr(kMotion.size());
   return "--" + key;
+}
+
+void add_shape(CLI::App& app, const config::ShapeType& type, ObstacleOptions& options) {
+  const std::string option = "--" + std::string(type.name);
+  const std::string description(type.description);
+  if (type.sizes.size() == 1) {
+    add_number(
+        app, option,
+        [&options, &type](double size) {
+          options.type = &type;
+          options.sizes = {size};
+        },
+        description);
+  } else {
+    add_numbers(app, option, options.sizes, type.sizes.size(), description)
+        ->each([&options, &type](const std::string&) { options.type = &type; });
+  }
 }
 
 constexpr const char* kPoseHelp = "x y z [m] roll pitch yaw [rad] in the cell's frame";
@@ -162,10 +179,7 @@ void add_obstacle_options(CLI::App& app, ObstacleOptions& options) {
   app.add_option("NAME", options.name, "a unique name")->required();
   CLI::Option_group* shape = app.add_option_group("shape", "one of");
   add_numbers(*shape, "--box", options.box, 3, "sizes along x y z [m]");
-  add_number(
-      *shape, "--sphere", [&options](double radius) { options.sphere = radius; }, "radius [m]");
-  add_numbers(*shape, "--cylinder", options.cylinder, 2, "radius and height [m], axis along z");
-  add_numbers(*shape, "--capsule", options.capsule, 2, "radius and length between the caps' centres [m], axis along z");
+  for (const config::ShapeType& type : config::shape_types()) add_shape(*shape, type, options);
   shape->require_option(1);
   add_pose(app, "--pose", options.pose, kPoseHelp)->required();
   CLI::Option_group* motion = app.add_option_group("motion", "at most one of; none: static");

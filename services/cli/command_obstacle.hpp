@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "services/config/shape_types.hpp"
 #include "world/model/scene.hpp"
 
 namespace CLI {
@@ -15,15 +16,14 @@ namespace hecaton::services::cli {
 
 struct ObstacleOptions {
   std::string name;
-  std::vector<double> box;       ///< full sizes along x, y, z [m]
-  double sphere = 0.0;           ///< radius [m]
-  std::vector<double> cylinder;  ///< radius, height [m]
-  std::vector<double> capsule;   ///< radius, length of the segment [m]
-  std::vector<double> pose;      ///< x y z [m] roll pitch yaw [rad]
-  std::optional<double> mass;    ///< [kg]; empty: not dynamic
-  std::vector<double> conveyor;  ///< velocity [m/s], length [m]; empty: none
-  std::vector<double> sine;      ///< amplitude along x, y, z [m], period [s]; empty: none
-  std::vector<double> circle;    ///< centre [m], angular speed about z [rad/s]; empty: none
+  std::vector<double> box;                  ///< full sizes along x, y, z [m]
+  const config::ShapeType* type = nullptr;  ///< null: a box
+  std::vector<double> sizes;                ///< of the type [m]
+  std::vector<double> pose;                 ///< x y z [m] roll pitch yaw [rad]
+  std::optional<double> mass;               ///< [kg]; empty: not dynamic
+  std::vector<double> conveyor;             ///< velocity [m/s], length [m]; empty: none
+  std::vector<double> sine;                 ///< amplitude along x, y, z [m], period [s]; empty: none
+  std::vector<double> circle;               ///< centre [m], angular speed about z [rad/s]; empty: none
 };
 
 void add_obstacle_options(CLI::App& app, ObstacleOptions& options);

@@ -10,6 +10,7 @@
 
 #include "planner/simulation/batch.hpp"
 #include "services/cli/commands.hpp"
+#include "services/cli/episode_recorder.hpp"
 #include "services/cli/plots.hpp"
 #include "services/cli/task_report.hpp"
 #include "services/command_line/options.hpp"
@@ -28,6 +29,7 @@ struct Options {
   bool no_routes = false;
   std::string report;
   std::string plot;    ///< folder; empty: no plots
+  std::string record;  ///< file; empty: no record
   double speed = 0.0;  ///< [rad/s]; 0: the cell's limits
   planner::BatchOptions batch;
 };
@@ -112,13 +114,19 @@ ExitCode run(const Settings& settings, const Options& options) {
   const auto began = std::chrono::steady_clock::now();
   planner::BatchOptions batch_options = options.batch;
   std::optional<EpisodePlotter> plotter;
-  if (!options.plot.empty()) {
-    plotter.emplace(options.plot, cell);
-    batch_options.observe_first = [&plotter](const planner::EpisodeMoment& moment) { plotter->plot(moment); };
+  std::optional<EpisodeRecorder> recorder;
+  if (!options.plot.empty()) plotter.emplace(options.plot, cell);
+  if (!options.record.empty()) recorder.emplace(options.record);
+  if (plotter || recorder) {
+    batch_options.observe_first = [&plotter, &recorder](const planner::EpisodeMoment& moment) {
+      if (plotter) plotter->plot(moment);
+      if (recorder) recorder->record(moment);
+    };
   }
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
   if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
   if (plotter) std::fprintf(stderr, "%d plots in %s\n", plotter->plots(), options.plot.c_str());
+  if (recorder) recorder->finish();
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
   if (!batch.failure.empty()) std::fprintf(stderr, "hecaton: %s\n", batch.failure.c_str());
@@ -185,6 +193,10 @@ void add_simulate(CLI::App& app, Session& session) {
                    "plot the arms of the first episode into this folder, as SVG: workspace and C-space for C-space "
                    "methods, workspace and field for potential fields")
       ->type_name("DIR");
+  command
+      ->add_option("--record", options->record,
+                   "write the first episode to this file, a line of JSON each 50 ms: arms, obstacles, tools, goals")
+      ->type_name("FILE");
   command->add_flag("--timing", batch.measure_ticks,
                     "measure the duration of ticks and the processor time of rollouts: fills tick_us and rollouts.us, "
                     "which are null otherwise and differ between runs");

@@ -228,7 +228,8 @@ void assume_tasks(CellFile& file) {
                        " m, half_height " + number_text(area->half_height) + " m");
 }
 
-CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner::MethodRegistry& methods) {
+CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner::MethodRegistry& methods,
+                   const std::vector<ShapeType>& shapes) {
   CellFile file;
   file.path = source.path;
   const MapView root = YamlView(tree, source, "").map(section::kRoot);
@@ -243,7 +244,7 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
   check_relations(root, file);
   const OpenValues open = read_arms(root, methods, file);
   check_task_poses(root, file.cell);
-  file.cell.scene = read_scene(root, file.cell.arms);
+  file.cell.scene = read_scene(root, file.cell.arms, ShapeSections(shapes));
   leave_out_poses(file.cell, file.notes);
   assume_accelerations(open.acceleration, file);
   assume_home_poses(open.home, file);
@@ -256,15 +257,16 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
 }  // namespace
 
 CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot,
-                        const planner::MethodRegistry& methods) {
+                        const planner::MethodRegistry& methods, const std::vector<ShapeType>& shapes) {
   planner::SourceFiles sources(snapshot);
   const YamlNode tree = read_yaml_file(path, sources);
-  return read_cell(tree, {path, sources}, methods);
+  return read_cell(tree, {path, sources}, methods, shapes);
 }
 
-CellFile parse_cell_file(const std::string& text, const std::string& path, const planner::MethodRegistry& methods) {
+CellFile parse_cell_file(const std::string& text, const std::string& path, const planner::MethodRegistry& methods,
+                         const std::vector<ShapeType>& shapes) {
   planner::SourceFiles sources;
-  return read_cell(read_yaml_text(text, path), {path, sources}, methods);
+  return read_cell(read_yaml_text(text, path), {path, sources}, methods, shapes);
 }
 
 }  // namespace hecaton::config

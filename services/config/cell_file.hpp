@@ -11,6 +11,7 @@
 #include "planner/cell.hpp"
 #include "planner/methods/registry.hpp"
 #include "planner/model/source_file.hpp"
+#include "services/config/shape_types.hpp"
 #include "services/config/yaml_tree.hpp"
 
 namespace hecaton::config {
@@ -88,12 +89,15 @@ struct CellFile {
 };
 
 /// Reads a cell file and checks that the cell can start: check_start(). `snapshot`: a folder of copies to read instead
-/// (planner::SourceFiles). `methods`: the allowed values of the key `method`. Throws ConfigError.
+/// (planner::SourceFiles). `methods`: the allowed values of the key `method`. `shapes`: the allowed types of obstacle
+/// shapes, beside box and mesh. Throws ConfigError; std::invalid_argument if two shapes have the same name.
 [[nodiscard]] CellFile load_cell_file(const std::string& path, const std::filesystem::path& snapshot = {},
-                                      const planner::MethodRegistry& methods = planner::built_in_methods());
+                                      const planner::MethodRegistry& methods = planner::built_in_methods(),
+                                      const std::vector<ShapeType>& shapes = shape_types());
 
 /// The same for a text, as if the file `path` contained it: other files are relative to it, and messages name it.
 [[nodiscard]] CellFile parse_cell_file(const std::string& text, const std::string& path,
-                                       const planner::MethodRegistry& methods = planner::built_in_methods());
+                                       const planner::MethodRegistry& methods = planner::built_in_methods(),
+                                       const std::vector<ShapeType>& shapes = shape_types());
 
 }  // namespace hecaton::config

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "planner/collision/exact_distance.hpp"
+#include "services/config/shape_types.hpp"
 #include "services/config/text.hpp"
 #include "world/model/scene_checks.hpp"
 
@@ -14,8 +15,7 @@ namespace {
 
 using Answer = std::optional<Complaint>;
 
-// As thin as a sheet of paper: distances to flatter shapes are ill-conditioned.
-constexpr Bounds kExtent{1e-4, kFarthest, "m"};
+constexpr Bounds kExtent{kThinnest, kFarthest, "m"};
 constexpr Bounds kOptionalLength{0.0, kFarthest, "m"};
 constexpr Bounds kSpeed{0.0, 100.0, "m/s", true};
 constexpr Bounds kVelocity{-100.0, 100.0, "m/s"};

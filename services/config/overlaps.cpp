@@ -123,7 +123,7 @@ std::string overlap_with_arms(std::span<const planner::PlannedArm> arms, Measure
 
 namespace {
 
-std::string arm_key(const std::string& file, int arm) {
+std::string arm_place(const std::string& file, int arm) {
   return file + ": arms[" + std::to_string(arm) + "]";
 }
 
@@ -148,7 +148,7 @@ void check_bases(const planner::Cell& cell, const std::vector<Bodies>& arms, con
       if (planner::same_robot(cell.arms[i].arm, cell.arms[j].arm)) continue;
       const NearestPair pair = nearest_pair(fixed_part(arms[i]), fixed_part(arms[j]), 0.0, false);
       if (!pair.found) continue;
-      throw ConfigError(arm_key(file, j) + ".base must be clear of arms[" + std::to_string(i) + "], but " +
+      throw ConfigError(arm_place(file, j) + ".base must be clear of arms[" + std::to_string(i) + "], but " +
                         overlap_text(pair));
     }
   }
@@ -158,14 +158,14 @@ void check_self(const planner::Cell& cell, const planner::CellGeometry& geometry
   for (const auto& [name, q] : cell.arms[arm].arm.named) {
     const NearestPair pair = nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry, 0.0);
     if (!pair.found) continue;
-    throw ConfigError(arm_key(file, arm) + ".poses." + name + " must be free of self-collision, but " +
+    throw ConfigError(arm_place(file, arm) + ".poses." + name + " must be free of self-collision, but " +
                       overlap_text(pair));
   }
 }
 
 void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, const std::vector<Bodies>& obstacles,
                   int arm, const std::string& file) {
-  const std::string key = arm_key(file, arm) + ".start = " + pose_name(cell.arms[arm]);
+  const std::string key = arm_place(file, arm) + ".start = " + pose_name(cell.arms[arm]);
   for (int other = 0; other < arm; ++other) {
     const NearestPair pair = nearest_pair_of_arms(cell, arm, arms[arm], other, arms[other], 0.0);
     if (pair.found) throw ConfigError(key + " must be clear of the other arms, but " + overlap_text(pair));

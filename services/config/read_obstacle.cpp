@@ -1,32 +1,31 @@
 #include <algorithm>
 #include <array>
+#include <stdexcept>
+#include <vector>
 
 #include "planner/model/mesh_shape.hpp"
 #include "services/config/obstacle_rules.hpp"
 #include "services/config/readers.hpp"
+#include "services/config/shape_types.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::config {
 namespace {
 
-// obstacle_rules checks all numbers of shapes and motions.
+// obstacle_rules checks the numbers of boxes and motions.
 world::PlacedShape read_box(const MapView& map) {
   const Eigen::Vector3d size = read_vector(map.at("size"), "numbers [x, y, z] in m");
   return {world::Box{size / 2.0}, read_pose(map, "pose")};
 }
 
-world::PlacedShape read_sphere(const MapView& map) {
-  return {world::Sphere{map.at("radius").number()}, read_pose(map, "pose")};
-}
-
-world::PlacedShape read_capsule(const MapView& map) {
-  const double length = map.at("length").number();
-  return {world::Capsule{map.at("radius").number(), length / 2.0}, read_pose(map, "pose")};
-}
-
-world::PlacedShape read_cylinder(const MapView& map) {
-  const double height = map.at("height").number();
-  return {world::Cylinder{map.at("radius").number(), height / 2.0}, read_pose(map, "pose")};
+world::PlacedShape read_sizes(const MapView& map, const ShapeType& type) {
+  std::vector<double> sizes;
+  for (const ShapeSize& size : type.sizes) sizes.push_back(map.at(size.key).number(size.bounds()));
+  try {
+    return {make_shape(type, sizes), read_pose(map, "pose")};
+  } catch (const std::invalid_argument& error) {
+    map.view().fail_with(error.what());
+  }
 }
 
 world::PlacedShape read_mesh(const MapView& map) {
@@ -49,23 +48,11 @@ world::PlacedShape read_mesh(const MapView& map) {
   }
 }
 
-/// What the value of `type` selects: the keys of the map, and their reader.
-template <class Value>
-struct Type {
-  const Section& section;
-  Value (*read)(const MapView&);
-};
-
-constexpr std::array<std::string_view, 5> kShapeNames = {"box", "sphere", "capsule", "cylinder", "mesh"};
-const std::array<Type<world::PlacedShape>, 5> kShapeTypes = {{{section::kBox, read_box},
-                                                              {section::kSphere, read_sphere},
-                                                              {section::kCapsule, read_capsule},
-                                                              {section::kCylinder, read_cylinder},
-                                                              {section::kMesh, read_mesh}}};
-
-world::PlacedShape read_shape(const YamlView& view) {
-  const auto& type = kShapeTypes[view.type(kShapeNames)];
-  return type.read(view.map(type.section));
+world::PlacedShape read_shape(const YamlView& view, const ShapeSections& shapes) {
+  const std::size_t index = view.type(shapes.names());
+  const MapView map = view.map(shapes.all()[index]);
+  if (const ShapeType* type = shapes.type(index)) return read_sizes(map, *type);
+  return index == 0 ? read_box(map) : read_mesh(map);
 }
 
 constexpr std::size_t kMostWaypoints = 1000;
@@ -127,12 +114,17 @@ world::Motion read_dynamic(const MapView& map) {
 
 constexpr std::array<std::string_view, 6> kMotionNames = {"static", "waypoints", "circle",
                                                           "sine",   "conveyor",  "dynamic"};
-const std::array<Type<world::Motion>, 6> kMotionTypes = {{{section::kStatic, read_static},
-                                                          {section::kWaypoints, read_waypoints},
-                                                          {section::kCircle, read_circle},
-                                                          {section::kSine, read_sine},
-                                                          {section::kConveyor, read_conveyor},
-                                                          {section::kDynamic, read_dynamic}}};
+/// What the value of `type` selects: the keys of the map, and their reader.
+struct MotionType {
+  const Section& section;
+  world::Motion (*read)(const MapView&);
+};
+const std::array<MotionType, 6> kMotionTypes = {{{section::kStatic, read_static},
+                                                 {section::kWaypoints, read_waypoints},
+                                                 {section::kCircle, read_circle},
+                                                 {section::kSine, read_sine},
+                                                 {section::kConveyor, read_conveyor},
+                                                 {section::kDynamic, read_dynamic}}};
 
 world::Motion read_motion(const YamlView& view) {
   const auto& type = kMotionTypes[view.type(kMotionNames)];
@@ -163,12 +155,13 @@ void read_place(const MapView& map, world::Obstacle& obstacle) {
   }
 }
 
-world::Obstacle read_obstacle(const YamlView& view, std::span<const planner::PlannedArm> arms) {
+world::Obstacle read_obstacle(const YamlView& view, std::span<const planner::PlannedArm> arms,
+                              const ShapeSections& shapes) {
   const MapView map = view.map(section::kObstacle);
   world::Obstacle obstacle;
   obstacle.name = map.at("name").name();
   for (const YamlView& shape : map.at("shapes").items(1, kMostShapes, "shapes")) {
-    obstacle.shapes.push_back(read_shape(shape));
+    obstacle.shapes.push_back(read_shape(shape, shapes));
   }
   read_place(map, obstacle);
   if (const auto attached = map.find("attached_to")) {
@@ -181,7 +174,7 @@ world::Obstacle read_obstacle(const YamlView& view, std::span<const planner::Pla
 
 }  // namespace
 
-world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm> arms) {
+world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm> arms, const ShapeSections& shapes) {
   world::Scene scene;
   if (const auto view = root.find("world")) {
     const MapView map = view->map(section::kWorld);
@@ -196,7 +189,7 @@ world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm
   for (const auto& planned : arms) arm_names.push_back(planned.arm.name);
   std::vector<std::string> obstacle_names;
   for (const YamlView& view : obstacles->items(0, kMostObstacles, "obstacles")) {
-    world::Obstacle obstacle = read_obstacle(view, arms);
+    world::Obstacle obstacle = read_obstacle(view, arms, shapes);
     if (const auto complaint = complain_about_name(obstacle.name, arm_names, obstacle_names)) {
       view.at_path(complaint->key).fail(complaint->must_be);
     }

@@ -39,7 +39,8 @@ struct OpenValues {
 [[nodiscard]] OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file);
 
 /// `world` and `obstacles`. Attachments must name one of `arms`.
-[[nodiscard]] world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm> arms);
+[[nodiscard]] world::Scene read_scene(const MapView& root, std::span<const planner::PlannedArm> arms,
+                                      const ShapeSections& shapes);
 
 /// The map of an arm with the `defaults` behind it.
 struct ArmView {

@@ -1,8 +1,11 @@
 #include "services/config/schema.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
+#include "planner/local/parameters.hpp"
 #include "planner/methods/registry.hpp"
+#include "services/config/shape_types.hpp"
 
 namespace hecaton::config {
 
@@ -90,14 +93,35 @@ std::vector<const Section*> ArmSections::all() const {
   return sections;
 }
 
+ShapeSections::ShapeSections(const std::vector<ShapeType>& types) {
+  add("box", section::kBox, nullptr);
+  for (const ShapeType& type : types) {
+    Section section{"obstacles[].shapes[] of type " + std::string(type.name), {"type", "pose"}};
+    for (const ShapeSize& size : type.sizes) section.keys.push_back(size.key);
+    add(type.name, section, &type);
+  }
+  add("mesh", section::kMesh, nullptr);
+}
+
+void ShapeSections::add(std::string_view name, const Section& section, const ShapeType* type) {
+  if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
+    throw std::invalid_argument("there are two types of shapes named " + std::string(name));
+  }
+  names_.push_back(name);
+  sections_.push_back(section);
+  types_.push_back(type);
+}
+
 std::vector<const Section*> all_sections() {
   using namespace section;
+  static const ShapeSections of_shapes(shape_types());
   static const ArmSections of_arms(planner::built_in_methods());
-  std::vector<const Section*> all = {
-      &kRoot,      &kNetwork, &kHosts,     &kWorld,      &kSupervision, &kRecovery, &kTiming,     &kTasks,
-      &kTaskAreas, &kClutter, &kPose,      &kArmLimits,  &kArmPoses,    &kPackages, &kHeldJoints, &kXacro,
-      &kDevice,    &kSensor,  &kObstacle,  &kAttachment, &kBox,         &kSphere,   &kCapsule,    &kCylinder,
-      &kMesh,      &kStatic,  &kWaypoints, &kCircle,     &kSine,        &kConveyor, &kDynamic};
+  std::vector<const Section*> all = {&kRoot,     &kNetwork,    &kHosts,      &kWorld,     &kSupervision, &kRecovery,
+                                     &kTiming,   &kTasks,      &kTaskAreas,  &kClutter,   &kPose,        &kArmLimits,
+                                     &kArmPoses, &kPackages,   &kHeldJoints, &kXacro,     &kDevice,      &kSensor,
+                                     &kObstacle, &kAttachment, &kStatic,     &kWaypoints, &kCircle,      &kSine,
+                                     &kConveyor, &kDynamic};
+  for (const Section& section : of_shapes.all()) all.push_back(&section);
   const auto arms = of_arms.all();
   all.insert(all.end(), arms.begin(), arms.end());
   return all;

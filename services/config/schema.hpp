@@ -15,6 +15,8 @@ struct LocalParameters;
 
 namespace hecaton::config {
 
+struct ShapeType;
+
 /// One kind of map in a cell file.
 struct Section {
   std::string where;  ///< its key path, with "[]" for any item of a list
@@ -55,9 +57,6 @@ inline const Section kSensor{"arms[].sensors[]",
 inline const Section kObstacle{"obstacles[]", {"name", "shapes", "pose", "motion", "attached_to"}};
 inline const Section kAttachment{"obstacles[].attached_to", {"arm", "pose"}};
 inline const Section kBox{"obstacles[].shapes[] of type box", {"type", "pose", "size"}};
-inline const Section kSphere{"obstacles[].shapes[] of type sphere", {"type", "pose", "radius"}};
-inline const Section kCapsule{"obstacles[].shapes[] of type capsule", {"type", "pose", "radius", "length"}};
-inline const Section kCylinder{"obstacles[].shapes[] of type cylinder", {"type", "pose", "radius", "height"}};
 inline const Section kMesh{"obstacles[].shapes[] of type mesh", {"type", "pose", "file", "scale"}};
 inline const Section kStatic{"obstacles[].motion of type static", {"type"}};
 inline const Section kWaypoints{"obstacles[].motion of type waypoints", {"type", "poses", "speed", "loop"}};
@@ -95,7 +94,27 @@ class ArmSections {
   Section defaults_;
 };
 
-/// All sections, with the parameters of Hecaton's own motion methods.
+/// The sections of `obstacles[].shapes[]`: of box, of the types given by their sizes, and of mesh.
+class ShapeSections {
+ public:
+  /// The types must outlive this. Throws std::invalid_argument if two have the same name.
+  explicit ShapeSections(const std::vector<ShapeType>& types);
+
+  /// The values of `type`, in the order of all().
+  [[nodiscard]] const std::vector<std::string_view>& names() const { return names_; }
+  [[nodiscard]] const std::vector<Section>& all() const { return sections_; }
+  /// Null for box and mesh.
+  [[nodiscard]] const ShapeType* type(std::size_t index) const { return types_[index]; }
+
+ private:
+  void add(std::string_view name, const Section& section, const ShapeType* type);
+
+  std::vector<std::string_view> names_;
+  std::vector<Section> sections_;
+  std::vector<const ShapeType*> types_;
+};
+
+/// All sections, with the parameters of Hecaton's own motion methods and its own shapes.
 [[nodiscard]] std::vector<const Section*> all_sections();
 
 }  // namespace hecaton::config

@@ -143,6 +143,12 @@ void check_sensors(const planner::Cell& cell, Findings& findings) {
   }
 }
 
+void check_methods(const planner::Cell& cell, Findings& findings) {
+  for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    if (const auto risk = cell.arms[arm].parameters.method->contact_risk()) warn(findings, arm_key(arm) + "." + *risk);
+  }
+}
+
 void note_standbys(const CellFile& file, Findings& findings) {
   if (file.hosts.size() < 2) return;
   for (int arm = 0; arm < static_cast<int>(file.arm_hosts.size()); ++arm) {
@@ -170,6 +176,7 @@ std::vector<Finding> validate(const CellFile& file) {
   check_dampers(file.cell, findings);
   check_obstacles(file.cell, findings);
   check_sensors(file.cell, findings);
+  check_methods(file.cell, findings);
   note_standbys(file, findings);
   for (const std::string& note : file.notes) findings.push_back({Severity::kNote, note});
   std::stable_sort(findings.begin(), findings.end(),

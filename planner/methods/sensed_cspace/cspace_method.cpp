@@ -136,9 +136,7 @@ class KnownObstaclePlanner final : public SensedPlanner {
       : SensedPlanner(arm, parameters, dt), spacing_(parameters.margin) {}
 
   void set_obstacles(std::span<const world::Obstacle> obstacles) override {
-    for (const world::Obstacle& obstacle : obstacles) {
-      for (const auto& p_W : surface_points(obstacle, spacing_)) add_point(p_W);
-    }
+    for (const world::Obstacle& obstacle : obstacles) add_obstacle(surface_points(obstacle, spacing_));
   }
   void sense(const RangeScan& /*scan*/) override {}
 
@@ -150,19 +148,28 @@ class KnownObstaclePlanner final : public SensedPlanner {
 
 void CspaceMethod::visit_parameters(ParameterVisitor& visitor) {
   static constexpr std::array<std::string_view, 3> kRemember = {"never", "until_nearer", "always"};
+  static constexpr std::array<std::string_view, 2> kMapper = {"exact", "published"};
   visitor.section("sensed");
   visitor.integer("cells", parameters.cells, 36, 1440);
   visitor.number("margin", parameters.margin, {0.0, 1.0, "m", true});
   visitor.choice("remember", kRemember, parameters.remember);
+  visitor.choice("mapper", kMapper, parameters.mapper);
 }
 
 std::optional<std::string> CspaceMethod::validate() const {
-  const auto& [cells, margin, remember] = parameters;
+  const int cells = parameters.cells;
+  const double margin = parameters.margin;
   if (cells < 36 || cells > 1440 || cells % 4 != 0) {
     return must_be("sensed.cells", cells, "a multiple of 4 from 36 to 1440");
   }
   if (!std::isfinite(margin) || margin <= 0.0) return must_be("sensed.margin", margin, "a finite number above 0");
   return std::nullopt;
+}
+
+std::optional<std::string> CspaceMethod::contact_risk() const {
+  if (parameters.mapper != Mapper::kPublished) return std::nullopt;
+  return "sensed.mapper = published misses cells of C-space in which the arm touches an obstacle; use it in simulation "
+         "only";
 }
 
 std::optional<std::string> CspaceMethod::objection(const Arm& arm, std::span<const RangeSensor> sensors) const {

@@ -19,6 +19,7 @@ class CspaceMethod : public MotionMethod, public Configured<SensedParameters> {
  public:
   void visit_parameters(ParameterVisitor& visitor) override;
   [[nodiscard]] std::optional<std::string> validate() const override;
+  [[nodiscard]] std::optional<std::string> contact_risk() const override;
   [[nodiscard]] std::optional<std::string> objection(const Arm& arm,
                                                      std::span<const RangeSensor> sensors) const override;
 

@@ -65,6 +65,22 @@ bool reaches(const Slab& slab, double off_plane, double thick) {
   return off_plane >= slab.low - thick && off_plane <= slab.high + thick;
 }
 
+/// Moves points that a chain of steps of at most `gap` [m] connects next to each other, and returns the groups.
+std::vector<std::span<const Eigen::Vector3d>> obstacles_among(std::span<Eigen::Vector3d> points, double gap) {
+  std::vector<std::span<const Eigen::Vector3d>> groups;
+  for (std::size_t begin = 0; begin < points.size();) {
+    std::size_t end = begin + 1;
+    for (std::size_t from = begin; from < end; ++from) {
+      const auto near = [&, p = points[from]](const Eigen::Vector3d& q) { return (q - p).norm() <= gap; };
+      const auto rest = points.subspan(end);
+      end += static_cast<std::size_t>(std::stable_partition(rest.begin(), rest.end(), near) - rest.begin());
+    }
+    groups.push_back(points.subspan(begin, end - begin));
+    begin = end;
+  }
+  return groups;
+}
+
 }  // namespace
 
 SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const SensedParameters& parameters)
@@ -72,6 +88,7 @@ SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const S
       grid_{parameters.cells},
       thick_(thickness(planes, parameters)),
       mapper_(covering(planes, parameters, thick_), grid_) {
+  if (parameters.mapper == Mapper::kPublished) images_ = std::make_shared<const ImageDatabase>(mapper_.arm(), grid_);
   const auto within = [](const JointVector& q) { return JointVector(q.cwiseMax(-2.0 * kPi).cwiseMin(2.0 * kPi)); };
   const Angles a = arm_.angles(within(limits.lower));
   const Angles b = arm_.angles(within(limits.upper));
@@ -94,9 +111,48 @@ SensedMap::SensedMap(const ArmPlanes& planes, const JointLimits& limits, const S
   for (int i = 0; i < size_[0]; ++i) turns_[i] = {cosine[i], sine[i]};
 }
 
-bool SensedMap::add(const Eigen::Vector3d& p_B) {
+bool SensedMap::note(const Eigen::Vector3d& p_B) {
   if (!seen_.insert(cube_of(p_B)).second) return false;
   points_.push_back(p_B);
+  return true;
+}
+
+/// differs from paper: [Li96] counts all points of a scan as one obstacle. Here a step from point to point is at most
+/// two thicknesses long. A thickness contains the margin, which covers half of the gap between two beams.
+bool SensedMap::map_noted() {
+  const auto noted = std::span(points_).subspan(mapped_);
+  mapped_ = points_.size();
+  bool touched = false;
+  if (images_) {
+    const double gap = 2.0 * std::max(thick_, images_->spacing());
+    for (const auto obstacle_B : obstacles_among(noted, gap)) touched = map_as_published(obstacle_B) || touched;
+  } else {
+    for (const Eigen::Vector3d& p_B : noted) touched = map_exactly(p_B) || touched;
+  }
+  return touched;
+}
+
+/// [Li96] algorithm 3, steps 2.1 to 2.3, in each plane of θ₀ (section 5). The stored images are of both links.
+bool SensedMap::map_as_published(std::span<const Eigen::Vector3d> obstacle_B) {
+  bool touched = false;
+  std::vector<FundamentalObstacle> in_plane;
+  for (int i = 0; i < size_[0]; ++i) {
+    in_plane.clear();
+    for (const Eigen::Vector3d& p_B : obstacle_B) {
+      const PlacedPoint placed = arm_.place(p_B, turns_[i]);
+      const bool in_reach =
+          reaches(arm_.slab(0), placed.off_plane, thick_) || reaches(arm_.slab(1), placed.off_plane, thick_);
+      if (in_reach) in_plane.push_back(fundamental_obstacle(placed.in_plane, images_->spacing()));
+    }
+    if (in_plane.empty()) continue;
+    cspace::map_as_published(in_plane, find_critical_points(in_plane, *images_), *images_, image_);
+    planes_[i].block(image_);
+    touched = touched || !image_.spans.empty();
+  }
+  return touched;
+}
+
+bool SensedMap::map_exactly(const Eigen::Vector3d& p_B) {
   bool touched = false;
   for (int i = 0; i < size_[0]; ++i) {
     const PlacedPoint placed = arm_.place(p_B, turns_[i]);
@@ -127,6 +183,7 @@ void SensedMap::forget() {
   for (CspaceMap& plane : planes_) plane.clear();
   seen_.clear();
   points_.clear();
+  mapped_ = 0;
 }
 
 Cell3 SensedMap::cell(int index) const {
@@ -196,16 +253,20 @@ void GrowingMap::note(double distance, const Eigen::Vector3d& p_B) {
 bool GrowingMap::advance(int& points) {
   std::stable_sort(waiting_.begin(), waiting_.end(),
                    [](const Waiting& a, const Waiting& b) { return a.distance < b.distance; });
-  bool blocked_more = false;
   auto next = waiting_.begin();
   for (; next != waiting_.end(); ++next) {
     if (map_.holds(next->p_B)) continue;
     if (points <= 0) break;
-    blocked_more = map_.add(next->p_B) || blocked_more;
+    (void)map_.note(next->p_B);
     --points;
   }
   waiting_.erase(waiting_.begin(), next);
-  return blocked_more;
+  return map_.map_noted();
+}
+
+bool GrowingMap::add(std::span<const Eigen::Vector3d> points_B) {
+  for (const Eigen::Vector3d& p_B : points_B) (void)map_.note(p_B);
+  return map_.map_noted();
 }
 
 void GrowingMap::forget() {

@@ -3,12 +3,15 @@
 /// Space that no sensor has measured counts as free.
 
 #include <array>
+#include <cstddef>
+#include <memory>
 #include <span>
 #include <unordered_set>
 #include <vector>
 
 #include "planner/methods/sensed_cspace/arm_planes.hpp"
 #include "planner/methods/sensed_cspace/obstacle_mapper.hpp"
+#include "planner/methods/sensed_cspace/published/published_mapper.hpp"
 
 namespace hecaton::planner {
 
@@ -19,11 +22,18 @@ enum class Remember {
   kAlways,
 };
 
+/// How measured points become blocked cells.
+enum class Mapper {
+  kExact,      ///< ObstacleMapper: every cell in which the arm touches a point
+  kPublished,  ///< as [Li96]: forty stored images, five critical points of each obstacle; misses cells
+};
+
 /// The cell file's map `sensed`.
 struct SensedParameters {
   int cells = 180;       ///< of a full turn of each joint, 36 to 1440, a multiple of 4
   double margin = 0.03;  ///< distance from measured points, to cover the gaps between beams [m], > 0
   Remember remember = Remember::kAlways;
+  Mapper mapper = Mapper::kExact;
 };
 
 }  // namespace hecaton::planner
@@ -40,14 +50,20 @@ class SensedMap {
   /// An empty map. Joints without limits get one turn in each direction.
   SensedMap(const ArmPlanes& planes, const JointLimits& limits, const SensedParameters& parameters);
 
-  /// Adds a point of an obstacle in the arm's base frame B [m]. Returns true if cells may have become blocked.
-  bool add(const Eigen::Vector3d& p_B);
+  /// Notes a point of an obstacle in the arm's base frame B [m], for map_noted(). Returns false, and does nothing, if
+  /// the map holds it.
+  bool note(const Eigen::Vector3d& p_B);
+  /// Blocks the cells of the points noted since the last call. Returns true if cells may have become blocked.
+  /// Mapper::kPublished groups these points: neighbours belong to the same obstacle.
+  bool map_noted();
+  /// Notes and maps a point.
+  bool add(const Eigen::Vector3d& p_B) { return note(p_B) && map_noted(); }
   void forget();
   /// True if the map holds this point or another one in the same small cube.
   [[nodiscard]] bool holds(const Eigen::Vector3d& p_B) const;
   /// True if the map of these points alone would be the same.
   [[nodiscard]] bool holds_exactly(std::span<const Eigen::Vector3d> points_B) const;
-  /// The mapped points since the last forget(), at most one in each small cube [m].
+  /// The noted points since the last forget(), at most one in each small cube [m].
   [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
 
   [[nodiscard]] const Cell3& size() const { return size_; }  ///< number of cells along each angle
@@ -69,6 +85,8 @@ class SensedMap {
   [[nodiscard]] std::array<double, 3> places(const JointVector& q) const;
   [[nodiscard]] int nearest(int angle, double place) const;
   [[nodiscard]] bool any_blocked(const Cell3& first, const Cell3& last) const;
+  bool map_exactly(const Eigen::Vector3d& p_B);
+  bool map_as_published(std::span<const Eigen::Vector3d> obstacle_B);
 
   ArmPlanes arm_;
   AngleGrid grid_;
@@ -79,9 +97,11 @@ class SensedMap {
   std::vector<Turn> turns_;                           ///< of the planes
   double thick_ = 0.0;                                ///< added to the links across the planes [m]
   ObstacleMapper mapper_;
-  std::unordered_set<std::uint64_t> seen_;  ///< small cubes
+  std::shared_ptr<const ImageDatabase> images_;  ///< of Mapper::kPublished; null: mapper_ maps
+  std::unordered_set<std::uint64_t> seen_;       ///< small cubes
   std::vector<Eigen::Vector3d> points_;
-  ObstacleImage image_;  ///< scratch
+  std::size_t mapped_ = 0;  ///< number of points_ that are mapped
+  ObstacleImage image_;     ///< scratch
 };
 
 /// A map with a queue of new points, so that each control period maps a bounded number of them.
@@ -95,8 +115,8 @@ class GrowingMap {
 
   /// Queues a point in the arm's base frame B [m], measured at `distance` [m] from its sensor, unless it is mapped.
   void note(double distance, const Eigen::Vector3d& p_B);
-  /// Maps a point at once; see SensedMap::add.
-  bool add(const Eigen::Vector3d& p_B) { return map_.add(p_B); }
+  /// Maps the points of an obstacle at once. Returns true if cells may have become blocked.
+  bool add(std::span<const Eigen::Vector3d> points_B);
   /// Maps up to `points` queued points, nearest to their sensors first, and reduces `points` by their number. Returns
   /// true if cells may have become blocked.
   bool advance(int& points);

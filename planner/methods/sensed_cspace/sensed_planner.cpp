@@ -62,8 +62,9 @@ void SensedPlanner::sense(const RangeScan& scan) {
   changed_ = true;
 }
 
-void SensedPlanner::add_point(const Eigen::Vector3d& p_W) {
-  blocked_more_ = known_.add(X_BW_ * p_W) || blocked_more_;
+void SensedPlanner::add_obstacle(std::vector<Eigen::Vector3d> points_W) {
+  for (Eigen::Vector3d& p : points_W) p = X_BW_ * p;
+  blocked_more_ = known_.add(points_W) || blocked_more_;
 }
 
 /// Algorithm 3, steps 2.1 to 2.3: adds the scans to the map in shares of work. The arm stands until all points are

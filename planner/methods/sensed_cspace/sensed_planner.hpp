@@ -21,8 +21,8 @@ class SensedPlanner : public MotionGuide {
   SensedPlanner(const Arm& arm, const SensedParameters& parameters, double dt);
 
   void sense(const RangeScan& scan) override;
-  /// Adds a point of a known obstacle in W [m].
-  void add_point(const Eigen::Vector3d& p_W);
+  /// Adds points on the surface of a known obstacle in W [m].
+  void add_obstacle(std::vector<Eigen::Vector3d> points_W);
 
   using Path = GuidedPath;
   [[nodiscard]] Aim guide(const JointVector& q, const JointVector& qd, const JointVector& q_goal) override;

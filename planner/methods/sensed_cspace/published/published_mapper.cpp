@@ -7,6 +7,11 @@
 
 namespace hecaton::planner::cspace {
 
+FundamentalObstacle fundamental_obstacle(const Point& point, double spacing) {
+  const Point place{spacing * std::round(point.x / spacing), spacing * std::round(point.y / spacing)};
+  return {place, std::hypot(place.x, place.y), std::atan2(place.y, place.x)};
+}
+
 std::vector<FundamentalObstacle> border(std::span<const Point> corners, double spacing) {
   constexpr double kStepsPerSpacing = 4.0;
   std::vector<FundamentalObstacle> found;
@@ -17,12 +22,12 @@ std::vector<FundamentalObstacle> border(std::span<const Point> corners, double s
     const int steps = std::max(1, static_cast<int>(std::ceil(kStepsPerSpacing * length / spacing)));
     for (int k = 0; k < steps; ++k) {
       const double share = static_cast<double>(k) / steps;
-      const Point place{spacing * std::round((from.x + share * (to.x - from.x)) / spacing),
-                        spacing * std::round((from.y + share * (to.y - from.y)) / spacing)};
+      const FundamentalObstacle next =
+          fundamental_obstacle({from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)}, spacing);
       const bool known = std::any_of(found.begin(), found.end(), [&](const FundamentalObstacle& other) {
-        return other.place.x == place.x && other.place.y == place.y;
+        return other.place.x == next.place.x && other.place.y == next.place.y;
       });
-      if (!known) found.push_back({place, std::hypot(place.x, place.y), std::atan2(place.y, place.x)});
+      if (!known) found.push_back(next);
     }
   }
   return found;

@@ -1,6 +1,6 @@
 #pragma once
-/// The C-space mapper of [Li96] as published: algorithms 1 and 2. For comparison only: it misses cells in which the arm
-/// collides (docs/design/0011-sensed-cspace.md).
+/// The C-space mapper of [Li96] as published: algorithms 1 and 2. It misses cells in which the arm collides
+/// (docs/design/0011-sensed-cspace.md). `sensed.mapper: published` selects it.
 
 #include <array>
 #include <span>
@@ -19,6 +19,9 @@ struct FundamentalObstacle {
   double r = 0.0;    ///< [m]
   double phi = 0.0;  ///< [rad], −π … π
 };
+
+/// The fundamental obstacle next to a point [m].
+[[nodiscard]] FundamentalObstacle fundamental_obstacle(const Point& point, double spacing);
 
 /// The fundamental obstacles along the border of the polygon with these corners, each once. `spacing`: δ [m].
 [[nodiscard]] std::vector<FundamentalObstacle> border(std::span<const Point> corners, double spacing);

@@ -62,6 +62,8 @@ TEST(ObstacleOptions, RejectInvalidValues) {
   for (const char* line : {
            "a --sphere 0 --pose 0 0 0 0 0 0",                     // no size
            "a --sphere nan --pose 0 0 0 0 0 0",                   // no number
+           "a --cylinder 0.1 1000 --pose 0 0 0 0 0 0",            // beyond the largest size
+           "a --capsule 0.1 0.2 0.3 --pose 0 0 0 0 0 0",          // a size too many
            "a --box '1 -1 1' --pose 0 0 0 0 0 0",                 // negative size
            "a --sphere 1 --pose 0 0 0",                           // half a pose
            "a --sphere 1 --pose 0 0 0 0 0 0 --mass -1",           // negative mass

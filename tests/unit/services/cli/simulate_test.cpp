@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "services/command_line/document.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
@@ -192,6 +193,36 @@ TEST(Simulate, ArmsWithStrategiesReachTheirGoalsWithoutContact) {
     EXPECT_EQ(report["contacts"], 0) << method;
     EXPECT_EQ(report["reached"], 20) << method;
   }
+}
+
+// An arm's method does not matter to the record; a field, a C-space and boundary following have one each.
+TEST(Simulate, RecordsTheFirstEpisodeWithEachKindOfMethod) {
+  const auto file = std::filesystem::temp_directory_path() / ("hecaton-record-" + std::to_string(getpid()) + ".jsonl");
+  for (const std::string cell : {"three_puma", "planar_2r", "planar_3r"}) {
+    const std::string path = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + cell + ".yaml";
+    const Ran ran = run_line({"simulate", path, "--tasks", "1", "--seed", "3", "--record", file.string()});
+    std::ifstream lines(file);
+    double last = 0.0;
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count) {
+      const Json moment = Json::parse(line);
+      if (count > 0) {
+        EXPECT_NEAR(moment["time"].get<double>() - last, 0.05, 0.011) << cell;
+      }
+      last = moment["time"].get<double>();
+      ASSERT_FALSE(moment["arms"].empty()) << cell;
+      EXPECT_EQ(moment["arms"][0]["tool"].size(), 3U) << cell;
+      EXPECT_FALSE(moment["obstacles"][0]["shapes"].empty()) << cell;
+    }
+    EXPECT_GT(count, 5) << cell << ": " << ran.err;
+    std::filesystem::remove(file);
+  }
+}
+
+TEST(Simulate, RefusesARecordThatCannotBeWritten) {
+  const Ran ran = run_line(simulate({"--record", "/nowhere/episode.jsonl"}));
+  EXPECT_EQ(ran.code, ExitCode::kBadInput);
+  EXPECT_NE(ran.err.find("--record: /nowhere/episode.jsonl cannot be written"), std::string::npos) << ran.err;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -76,6 +77,16 @@ TEST(CellFileTest, MatchesTheGuide) {
     } else if (inside) {
       EXPECT_TRUE(lines.contains(line)) << line;
     }
+  }
+}
+
+TEST(CellFileTest, RefusesTwoTypesOfShapesOfOneName) {
+  for (const char* name : {"box", "sphere"}) {
+    auto shapes = shape_types();
+    shapes.push_back({name, "radius [m]", {{"radius"}}, shapes.front().make});
+    EXPECT_THROW(static_cast<void>(load_cell_file(kCells + "three_puma.yaml", {}, planner::built_in_methods(), shapes)),
+                 std::invalid_argument)
+        << name;
   }
 }
 

@@ -72,7 +72,7 @@ arms:
     sensors:
       - {name: side, link: upper, position: [0, 0.1, 0], direction: [0, 2, 0], to_position: [0.8, 0.1, 0],
          to_direction: [1, 0, 0], rays: 5, range: 0.7, noise: 0.01, period: 20ms, simulated: false}
-    sensed: {cells: 240, margin: 0.05, remember: until_nearer}
+    sensed: {cells: 240, margin: 0.05, remember: until_nearer, mapper: published}
     potential: {attraction: joints, goal_distance: 0.4, repulsion: 0.002, influence_distance: 0.3, spacing: 0.07}
     strategy: {joints: 2, coefficients: [], direction: -1, distance: 0.07, step: 0.03}
     goal_tolerance: 0.01
@@ -268,6 +268,7 @@ TEST_F(EveryKeyTest, ClutterAndSensors) {
   EXPECT_EQ(sensed.cells, 240);
   EXPECT_DOUBLE_EQ(sensed.margin, 0.05);
   EXPECT_EQ(sensed.remember, planner::Remember::kUntilNearer);
+  EXPECT_EQ(sensed.mapper, planner::Mapper::kPublished);
   EXPECT_EQ(potential.attraction, planner::potential::Attraction::kJoints);
   EXPECT_DOUBLE_EQ(potential.goal_distance, 0.4);
   EXPECT_DOUBLE_EQ(potential.repulsion, 0.002);

@@ -103,6 +103,13 @@ TEST(ValidateTest, WarnsWhenMarginDoesNotCoverBeamSpacing) {
   EXPECT_TRUE(findings_of(with("0.05", "local")).empty()) << "the method does not use sensors";
 }
 
+TEST(ValidateTest, WarnsOfThePublishedMapper) {
+  const std::string method = "    method: known_cspace\n    sensed: {mapper: ";
+  expect_only(kHead + arm("left", "[0, 1]", kDamper + method + "published}\n"), Severity::kWarning,
+              {"arms[0].sensed.mapper = published", "touches an obstacle", "in simulation only"});
+  EXPECT_TRUE(findings_of(kHead + arm("left", "[0, 1]", kDamper + method + "exact}\n")).empty());
+}
+
 TEST(ValidateTest, FindsNoMarginWarningInReadyCells) {
   for (const char* cell : {"planar_2r", "puma_sensed"}) {
     for (const Finding& finding : validate(load_cell_file(kReadyCells + "/" + cell + ".yaml"))) {

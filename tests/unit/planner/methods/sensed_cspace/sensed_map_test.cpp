@@ -1,5 +1,7 @@
 #include "planner/methods/sensed_cspace/sensed_map.hpp"
 
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "planner/local/random.hpp"
@@ -169,6 +171,38 @@ TEST(SensedMap, CellsCutByALimitCountOrMergeWithTheNext) {
     }
   }
   EXPECT_GT(near, 200) << "otherwise the test shows nothing";
+}
+
+/// The numbers of blocked cells.
+std::set<int> blocked_cells(const SensedMap& map) {
+  std::set<int> blocked;
+  for (int cell = 0; cell < map.size()[0] * map.size()[1] * map.size()[2]; ++cell) {
+    if (map.blocked(map.cell(cell))) blocked.insert(cell);
+  }
+  return blocked;
+}
+
+TEST(SensedMap, PublishedMapperGroupsNeighbours) {
+  const auto model = robot("planar_2r");
+  const ArmPlanes planes(*model);
+  const SensedParameters parameters{.cells = 120, .margin = 0.03, .mapper = Mapper::kPublished};
+  const auto mapped = [&](const std::vector<Eigen::Vector3d>& points, bool together) {
+    SensedMap map(planes, model->limits, parameters);
+    for (const Eigen::Vector3d& p_B : points) {
+      EXPECT_TRUE(map.note(p_B));
+      if (!together) {
+        EXPECT_TRUE(map.map_noted());
+      }
+    }
+    EXPECT_EQ(map.map_noted(), together);
+    return blocked_cells(map);
+  };
+  const std::vector<Eigen::Vector3d> apart = {{0.7, 0.0, 0.0}, {-0.7, 0.0, 0.0}};
+  EXPECT_EQ(mapped(apart, true), mapped(apart, false));
+  // An edge of 0.4 m: five critical points stand for 9.
+  std::vector<Eigen::Vector3d> edge;
+  for (int i = -4; i <= 4; ++i) edge.emplace_back(0.6, 0.05 * i, 0.0);
+  EXPECT_NE(mapped(edge, true), mapped(edge, false));
 }
 
 TEST(SensedMap, StraightPathEndsAtABlockedCell) {

@@ -1,0 +1,270 @@
+#pragma once
+/// The definitions of Writer and Reader. services/bus instantiates them for the topics of topics.hpp. A source that
+/// CMake writes (hecaton_topics in cmake/HecatonIdl.cmake) does so for the topics of other folders; no other source
+/// includes this header.
+
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "services/bus/endpoint.hpp"
+#include "services/bus/endpoint_base.hpp"
+
+namespace hecaton::bus {
+
+/// The generated serialisation of a message type.
+template <class T>
+struct PubSubOf;
+
+/// The type support of a message, see GuardedSupport.
+template <class T>
+using GuardedType = GuardedSupport<typename PubSubOf<T>::type, T>;
+
+template <class T>
+[[nodiscard]] dds::TypeSupport make_type_support() {
+  const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+  return dds::TypeSupport(new GuardedType<T>());
+}
+
+/// Samples between the middleware's thread and the service's loop. The owner locks it.
+template <class T>
+class SampleQueue {
+ public:
+  /// `conflate`: keep only the newest sample of each key.
+  SampleQueue(bool conflate, std::size_t capacity)
+      : conflate_(conflate), capacity_(std::max<std::size_t>(capacity, 1)) {}
+
+  /// Returns the number of samples dropped to make room.
+  std::size_t push(Sample<T> sample) {
+    if (conflate_) {
+      newest_.insert_or_assign(sample.key, std::move(sample));
+      return 0;
+    }
+    std::size_t dropped = 0;
+    for (; queue_.size() >= capacity_; ++dropped) queue_.pop_front();
+    queue_.push_back(std::move(sample));
+    return dropped;
+  }
+
+  /// Returns and removes all samples, in order of arrival.
+  std::vector<Sample<T>> take() {
+    std::vector<Sample<T>> samples;
+    samples.reserve(queue_.size() + newest_.size());
+    for (auto& sample : queue_) samples.push_back(std::move(sample));
+    for (auto& [key, sample] : newest_) samples.push_back(std::move(sample));
+    queue_.clear();
+    newest_.clear();
+    if (conflate_) {
+      std::sort(samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.received < b.received; });
+    }
+    return samples;
+  }
+
+ private:
+  bool conflate_;
+  std::size_t capacity_;
+  std::deque<Sample<T>> queue_;
+  std::map<std::string, Sample<T>> newest_;
+};
+
+template <class T>
+struct Writer<T>::Impl : WriterBase {
+  Impl(const Participant& participant, const WriterOptions& options)
+      : WriterBase(participant.impl(), Topic<T>::kInfo, make_type_support<T>(), options) {}
+
+  std::mutex retained_mutex;
+  std::deque<std::pair<std::string, T>> retained;  ///< living keys, the oldest first
+};
+
+template <class T>
+Writer<T>::Writer(Participant& participant, const WriterOptions& options)
+    : impl_(std::make_unique<Impl>(participant, options)) {}
+template <class T>
+Writer<T>::~Writer() = default;
+template <class T>
+Writer<T>::Writer(Writer&&) noexcept = default;
+template <class T>
+Writer<T>& Writer<T>::operator=(Writer&&) noexcept = default;
+
+template <class T>
+WriteResult Writer<T>::write(const T& sample) {
+  auto& impl = *impl_;
+  const std::string key = key_of(sample);
+  // Fast DDS takes void*, but serialisation only reads.
+  auto result = impl.send(WriterBase::Action::kWrite, const_cast<T*>(&sample), key);
+  constexpr auto kRetained = static_cast<std::size_t>(Topic<T>::kInfo.qos.retained);
+  if constexpr (kRetained > 0) {
+    if (!result) return result;
+    const std::scoped_lock lock(impl.retained_mutex);
+    std::erase_if(impl.retained, [&](const auto& entry) { return entry.first == key; });
+    impl.retained.emplace_back(key, sample);
+    if (impl.retained.size() > kRetained) {
+      auto& [oldest_key, oldest] = impl.retained.front();
+      if (auto retired = impl.send(WriterBase::Action::kRetire, &oldest, oldest_key); !retired) result = retired;
+      impl.retained.pop_front();
+    }
+  }
+  return result;
+}
+
+template <class T>
+WriteResult Writer<T>::retire(const T& sample) {
+  const std::string key = key_of(sample);
+  {
+    const std::scoped_lock lock(impl_->retained_mutex);
+    std::erase_if(impl_->retained, [&](const auto& entry) { return entry.first == key; });
+  }
+  return impl_->send(WriterBase::Action::kRetire, const_cast<T*>(&sample), key);
+}
+
+template <class T>
+int Writer<T>::matched() const {
+  return impl_->matched();
+}
+template <class T>
+bool Writer<T>::wait_matched(int readers, Clock::duration timeout) const {
+  return impl_->wait_matched(readers, timeout);
+}
+template <class T>
+void Writer<T>::clear_history() {
+  impl_->clear_history();
+}
+template <class T>
+bool Writer<T>::wait_acknowledged(Clock::duration timeout) const {
+  return impl_->wait_acknowledged(timeout);
+}
+template <class T>
+void Writer<T>::set_strength(int strength) {
+  impl_->set_strength(strength);
+}
+template <class T>
+EndpointId Writer<T>::id() const {
+  return impl_->id();
+}
+
+template <class T>
+struct Reader<T>::Impl : ReaderBase {
+  Impl(const Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
+      : ReaderBase(participant.impl(), Topic<T>::kInfo, mailbox),
+        queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable), options.queue) {
+    if (schema == 0)
+      throw std::runtime_error(std::string(Topic<T>::kInfo.name) + ": schema must have a default above 0");
+    open(make_type_support<T>(), options);
+  }
+  ~Impl() override { close(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void drain(dds::DataReader& reader) override {
+    dds::SampleInfo info;
+    while (outcome(reader.take_next_sample(&scratch, &info)) == Outcome::kOk) {
+      const auto received = arrival();
+      const std::scoped_lock lock(mutex_);
+      if (!info.valid_data) {
+        if (info.instance_state != dds::NOT_ALIVE_DISPOSED_INSTANCE_STATE) continue;
+        const std::string key = forget(info);
+        if (key.empty()) continue;
+        counters_.overflowed += queue.push({T(), key, received, endpoint_id(info.publication_handle), true});
+      } else if (scratch.schema() != schema) {
+        ++counters_.unreadable;
+      } else {
+        ++counters_.received;
+        std::string key = key_of(scratch);
+        note_alive(info, key);
+        counters_.overflowed +=
+            queue.push({scratch, std::move(key), received, endpoint_id(info.publication_handle), false});
+      }
+    }
+  }
+
+  std::vector<Sample<T>> take() {
+    const std::scoped_lock lock(mutex_);
+    return queue.take();
+  }
+
+  void note(const Sample<T>& sample) {
+    if (sample.disposed) {
+      newest.erase(sample.key);
+    } else {
+      newest.insert_or_assign(sample.key, sample);
+    }
+  }
+
+  SampleQueue<T> queue;
+  const std::uint32_t schema = T().schema();  ///< of samples that drain() keeps
+  T scratch;                                  ///< of drain()
+  Latest newest;                              ///< of the loop's thread alone
+};
+
+template <class T>
+Reader<T>::Reader(Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
+    : impl_(std::make_unique<Impl>(participant, mailbox, options)) {}
+template <class T>
+Reader<T>::~Reader() = default;
+template <class T>
+Reader<T>::Reader(Reader&&) noexcept = default;
+template <class T>
+Reader<T>& Reader<T>::operator=(Reader&&) noexcept = default;
+
+template <class T>
+std::vector<Sample<T>> Reader<T>::take() {
+  auto samples = impl_->take();
+  for (const auto& sample : samples) impl_->note(sample);
+  return samples;
+}
+
+template <class T>
+const typename Reader<T>::Latest& Reader<T>::latest() {
+  for (const auto& sample : impl_->take()) impl_->note(sample);
+  return impl_->newest;
+}
+
+template <class T>
+const Sample<T>* Reader<T>::latest(std::string_view key) {
+  const auto& all = latest();
+  const auto found = all.find(key);
+  return found == all.end() ? nullptr : &found->second;
+}
+
+template <class T>
+bool Reader<T>::wait_for_data(Clock::duration timeout) {
+  return impl_->mailbox().wait(timeout);
+}
+template <class T>
+Mailbox& Reader<T>::mailbox() {
+  return impl_->mailbox();
+}
+template <class T>
+int Reader<T>::matched() const {
+  return impl_->matched();
+}
+template <class T>
+bool Reader<T>::wait_matched(int writers, Clock::duration timeout) const {
+  return impl_->wait_matched(writers, timeout);
+}
+template <class T>
+int Reader<T>::alive_writers() const {
+  return impl_->alive_writers();
+}
+template <class T>
+ReaderCounters Reader<T>::counters() const {
+  return impl_->counters();
+}
+
+}  // namespace hecaton::bus
+
+/// Makes Writer<Type> and Reader<Type> usable in other sources. `Type` is a qualified name. Its Topic and its generated
+/// PubSubTypes header come first. In the global namespace.
+#define HECATON_DEFINE_TOPIC(Type)           \
+  template <>                                \
+  struct hecaton::bus::PubSubOf<Type> {      \
+    using type = Type##PubSubType;           \
+  };                                         \
+  template class hecaton::bus::Writer<Type>; \
+  template class hecaton::bus::Reader<Type>;
