@@ -163,7 +163,7 @@ class PoseFinder {
                            double of_itself, double of_others) const {
     const planner::CellGeometry& geometry = geometries_[arm];
     const auto own = bodies(arm, q);
-    if (config::nearest_self_pair(own, geometry.self_pairs(), of_itself).found) return false;
+    if (config::nearest_self_pair(own, geometry, of_itself).found) return false;
     for (int i = 0; i < static_cast<int>(obstacles_.size()); ++i) {
       const auto obstacle = config::place_obstacle(geometry, obstacles_[i], i);
       if (config::nearest_pair(own, obstacle, of_others, true).found) return false;

@@ -206,7 +206,7 @@ SimulatedPlan plan_by_simulation(const PlanQuery& query, const planner::global::
     plan.iterations = static_cast<std::uint64_t>(planner.searches());
     plan.nodes = static_cast<int>(planner.map().points().size());
     no_path = planner.no_path_reason(measured[0]);
-    if (plotter) plotter->plot({cell, goal, time, measured, planners});
+    if (plotter) plotter->plot({cell, goal, time, time, measured, planners});
   };
   const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, start, goal, options);
   if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());

@@ -227,8 +227,7 @@ void leave_out_poses(planner::Cell& cell, std::vector<std::string>& notes) {
     for (const auto& [name, q] : planned.arm.model->named) {
       const auto pose = planned.arm.named.find(name);
       if (pose == planned.arm.named.end() || pose->second != q || is_used(cell, planned, name)) continue;
-      const NearestPair pair =
-          nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry.self_pairs(), 0.0);
+      const NearestPair pair = nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry, 0.0);
       if (!pair.found) continue;
       planned.arm.named.erase(pose);
       notes.push_back("arms[" + std::to_string(arm) + "]: pose " + name + " of the SRDF is left out, because " +

@@ -41,6 +41,16 @@ class TimerLateness:
             if late > self._stall:
                 self.stalls.append((unix_ms(), late * 1e3))
 
+    def wait_until_steady(self, quiet=15, limit=240):
+        """Returns after `quiet` seconds without a stall of the machine, and after `limit` seconds at the latest."""
+        began = time.monotonic()
+        while time.monotonic() < began + limit:
+            now = unix_ms()
+            last = self.stalls[-1][0] if self.stalls else 0
+            if min(now - last, 1e3 * (time.monotonic() - began)) >= 1e3 * quiet:
+                return
+            time.sleep(0.1)
+
     def end(self):
         """Ends the measurement; after that this program may delay its own thread."""
         self._over = True
@@ -143,6 +153,20 @@ class NamesTest(unittest.TestCase):
                 map(unittest.defaultTestLoader.loadTestsFromTestCase, (Shared, Alone))))
         local = "NamesTest.test_failed_class_has_the_time_of_the_class.<locals>."
         self.assertEqual(result.names_of_failed(), [local + "Alone.test_b", local + "Shared"])
+
+
+class SteadyTest(unittest.TestCase):
+    def test_waits_until_the_last_stall_is_long_over(self):
+        lateness = TimerLateness(stall=1e9)
+        lateness.stalls = [(unix_ms() + 300, 200.0)]
+        lateness.wait_until_steady(quiet=0.2)
+        self.assertGreaterEqual(unix_ms(), lateness.stalls[-1][0] + 200)
+
+    def test_ends_at_the_limit(self):
+        lateness = TimerLateness(stall=1e9)
+        lateness.stalls = [(unix_ms() + 60_000, 200.0)]
+        lateness.wait_until_steady(quiet=0.2, limit=0.3)
+        self.assertLess(unix_ms(), lateness.stalls[-1][0])
 
 
 class JudgementTest(unittest.TestCase):

@@ -3,8 +3,8 @@
 usage: test_faults.py --programs DIR --cell FILE [--image NAME] [--logs DIR] [--only TEXT]
 
 Hosts are containers of the image if possible, otherwise network namespaces. Exit codes: 77 this machine supports neither; the reason
-is on stderr. A test that fails while the machine stalls is repeated with longer time-outs (--timeout-scale); 75 it failed so each
-time. 70 a contact, or an arm that followed an older command. 130, 143 ended by SIGINT or SIGTERM."""
+is on stderr. A test that fails while the machine stalls is repeated, after 15 s without a stall, with longer time-outs
+(--timeout-scale); 75 it failed so each time. 70 a contact, or an arm that followed an older command. 130, 143 ended by SIGINT or SIGTERM."""
 import argparse
 import pathlib
 import signal
@@ -397,8 +397,8 @@ def parse():
     parser.add_argument("--image", help="use podman containers of this image as hosts; otherwise network namespaces")
     parser.add_argument("--logs", type=pathlib.Path, help="folder for the hosts' logs")
     parser.add_argument("--only", metavar="TEXT", help="run only tests whose names contain this")
-    parser.add_argument("--timeout-scale", type=int, nargs="+", default=[1, 2, 4], metavar="N",
-                        help="factors of the cell's time-outs, one for each run of the tests (1 2 4)")
+    parser.add_argument("--timeout-scale", type=int, nargs="+", default=[1, 2, 4, 4], metavar="N",
+                        help="factors of the cell's time-outs, one for each run of the tests (1 2 4 4)")
     return parser.parse_args()
 
 
@@ -433,10 +433,13 @@ def main():
     except Ended:
         return ending.exit_code(ends.received)
     lateness = TimerLateness()
-    rounds, suite, code = options.timeout_scale, all_tests(), UNSTEADY
-    for options.timeout_scale in rounds:
+    rounds = options.timeout_scale
+    options.timeout_scale = rounds[0]
+    code, suite = run_tests(all_tests(), lateness)
+    for options.timeout_scale in rounds[1:]:
         if code != UNSTEADY:
             break
+        lateness.wait_until_steady()
         code, suite = run_tests(suite, lateness)
     return code
 
