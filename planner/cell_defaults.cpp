@@ -22,10 +22,15 @@ constexpr double kSelfClearance = 0.05;
 constexpr double kMiddleWeight = 0.1;
 /// Chosen homes keep this much more than the security distance from everything else [m].
 constexpr double kRestMargin = 0.03;
-constexpr int kReachSamples = 3000;
+constexpr int kReachSamples = 20000;
 /// Edge of the voxels that compare the reach of arms, as a share of the shortest reach.
-constexpr double kVoxel = 0.2;
+constexpr double kVoxel = 0.125;
 constexpr std::size_t kLeastVoxels = 4;
+/// Of the voxels of an assumed task area all arms reach this share at least. Samples miss some that arms reach.
+constexpr double kCommonShare = 0.9;
+constexpr double kFlatness = 0.7;    ///< half height over radius
+constexpr double kMeanWeight = 0.1;  ///< of the distance from the mean against the radius
+constexpr double kInside = 0.85;     ///< used share of the radius
 
 double lower_of(const JointLimits& limits, int joint) {
   return std::max(limits.lower[joint], std::min(-std::numbers::pi, limits.upper[joint] - 2.0 * std::numbers::pi));
@@ -134,70 +139,144 @@ void choose_home_poses(Cell& cell, std::span<const int> arms) {
 
 namespace {
 
-/// Positions of the tools of all arms in one voxel.
-struct Voxel {
-  std::vector<bool> reached;  ///< by each arm
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
+using Voxel = std::array<long, 3>;  ///< integer coordinates
+
+/// Voxels of equal size that the tools of all arms reach, in W or in the base frame of each arm.
+struct CommonReach {
+  double edge = 0.0;  ///< [m]
+  std::vector<Voxel> voxels;
 };
 
-/// Mean positions in the voxels that every arm reaches, in W or in the base frame of each arm.
-std::vector<Eigen::Vector3d> common_reach(const Cell& cell, bool of_each_arm) {
-  double edge = std::numeric_limits<double>::infinity();
-  for (const PlannedArm& planned : cell.arms) edge = std::min(edge, kVoxel * arm_reach(planned.arm).tool);
-  edge = std::max(edge, 1e-3);
-  std::map<std::array<long, 3>, Voxel> voxels;
+CommonReach sample_reach(const Cell& cell, bool of_each_arm) {
+  CommonReach reach;
+  reach.edge = std::numeric_limits<double>::infinity();
+  for (const PlannedArm& planned : cell.arms) {
+    reach.edge = std::min(reach.edge, std::max(1e-3, kVoxel * arm_reach(planned.arm).tool));
+  }
+  std::map<Voxel, std::size_t> arms_before;  // voxels that each arm so far reaches: their number
   Kinematics kinematics;
   for (std::size_t i = 0; i < cell.arms.size(); ++i) {
     const Arm& arm = cell.arms[i].arm;
-    const Pose X_WF = of_each_arm ? Pose::Identity() : arm.X_WB;
     Random random(1);
     for (int sample = 0; sample < kReachSamples; ++sample) {
-      forward_kinematics(*arm.model, X_WF, draw(arm.limits, random), kinematics);
-      const Eigen::Vector3d p = kinematics.X_WT.translation();
-      Voxel& voxel = voxels[{std::lround(p.x() / edge), std::lround(p.y() / edge), std::lround(p.z() / edge)}];
-      voxel.reached.resize(cell.arms.size(), false);
-      voxel.reached[i] = true;
-      voxel.sum += p;
-      ++voxel.count;
+      forward_kinematics(*arm.model, of_each_arm ? Pose::Identity() : arm.X_WB, draw(arm.limits, random), kinematics);
+      const Eigen::Vector3d p = kinematics.X_WT.translation() / reach.edge;
+      const Voxel voxel{std::lround(p.x()), std::lround(p.y()), std::lround(p.z())};
+      if (i == 0) arms_before.emplace(voxel, 0);
+      const auto found = arms_before.find(voxel);
+      if (found != arms_before.end() && found->second == i) ++found->second;
     }
   }
-  std::vector<Eigen::Vector3d> common;
-  for (const auto& [index, voxel] : voxels) {
-    const bool all = std::all_of(voxel.reached.begin(), voxel.reached.end(), [](bool reached) { return reached; });
-    if (all) common.push_back(voxel.sum / voxel.count);
+  for (const auto& [voxel, arms] : arms_before) {
+    if (arms == cell.arms.size()) reach.voxels.push_back(voxel);
   }
-  return common;
+  return reach;
 }
 
-/// The cylinder along z with the same mean and about the same spread as the points.
-TaskArea cylinder(const std::vector<Eigen::Vector3d>& points) {
-  const auto count = static_cast<double>(points.size());
-  const auto rounded = [](double value) { return 1e-3 * std::round(1e3 * value); };
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : points) mean += p / count;
-  double across = 0.0;
-  double along = 0.0;
-  for (const Eigen::Vector3d& p : points) {
-    across += (p - mean).head<2>().squaredNorm() / count;
-    along += (p - mean).z() * (p - mean).z() / count;
+/// Finds the greatest cylinder along z that all arms reach.
+class CylinderSearch {
+ public:
+  explicit CylinderSearch(const CommonReach& reach) : reach_(reach), lower_(reach.voxels[0]), upper_(lower_) {
+    for (const Voxel& voxel : reach.voxels) {
+      for (int k = 0; k < 3; ++k) {
+        lower_[k] = std::min(lower_[k], voxel[k]);
+        upper_[k] = std::max(upper_[k], voxel[k]);
+      }
+      mean_ += point(voxel) / static_cast<double>(reach.voxels.size());
+    }
+    flatness_ = lower_[2] == upper_[2] ? 0.0 : kFlatness;
+    common_.resize(size(0) * size(1) * size(2), false);
+    for (const Voxel& voxel : reach.voxels) common_[index(voxel)] = true;
+    sort_offsets();
   }
-  // A disc of radius R has the mean square R²/2, a height h above and below the middle h²/3. Slightly less keeps the
-  // area away from the border of the reach.
-  TaskArea area;
-  area.centre = mean.unaryExpr(rounded);
-  area.radius = std::max(1e-3, rounded(0.85 * std::sqrt(2.0 * across)));
-  area.half_height = rounded(0.85 * std::sqrt(3.0 * along));
-  return area;
-}
+
+  /// The greatest; of equals, that nearest to the mean of the voxels.
+  [[nodiscard]] TaskArea find() const {
+    double greatest = -std::numeric_limits<double>::infinity();
+    Eigen::Vector3d centre = mean_;
+    double voxels = 0.0;  // radius of the cylinder
+    for (const Voxel& middle : reach_.voxels) {
+      const double radius = radius_at(middle);
+      const double value = radius - kMeanWeight * (point(middle) - mean_).norm();
+      if (value <= greatest) continue;
+      greatest = value;
+      centre = point(middle);
+      voxels = radius;
+    }
+    const auto rounded = [](double value) { return 1e-3 * std::round(1e3 * value); };
+    TaskArea area;
+    area.centre = (reach_.edge * centre).unaryExpr(rounded);
+    area.radius = std::max(1e-3, rounded(kInside * reach_.edge * (voxels + 0.5)));  // half a voxel: the middle one
+    area.half_height = rounded(flatness_ * area.radius);
+    return area;
+  }
+
+ private:
+  [[nodiscard]] static Eigen::Vector3d point(const Voxel& voxel) {
+    return {static_cast<double>(voxel[0]), static_cast<double>(voxel[1]), static_cast<double>(voxel[2])};
+  }
+  [[nodiscard]] std::size_t size(int k) const { return static_cast<std::size_t>(upper_[k] - lower_[k] + 1); }
+  [[nodiscard]] std::size_t index(const Voxel& voxel) const {
+    return (static_cast<std::size_t>(voxel[0] - lower_[0]) * size(1) + (voxel[1] - lower_[1])) * size(2) +
+           (voxel[2] - lower_[2]);
+  }
+  [[nodiscard]] bool common(const Voxel& voxel) const {
+    for (int k = 0; k < 3; ++k) {
+      if (voxel[k] < lower_[k] || voxel[k] > upper_[k]) return false;
+    }
+    return common_[index(voxel)];
+  }
+
+  void sort_offsets() {
+    const auto most = static_cast<long>(std::max(size(0), size(1)) / 2);
+    const long height = std::lround(std::floor(flatness_ * static_cast<double>(most)));
+    for (long x = -most; x <= most; ++x) {
+      for (long y = -most; y <= most; ++y) {
+        for (long z = -height; z <= height; ++z) {
+          const double across = std::hypot(x, y);
+          const double along = z == 0 ? 0.0 : static_cast<double>(std::abs(z)) / flatness_;
+          const double radius = std::max(across, along);
+          if (radius <= static_cast<double>(most)) offsets_.push_back({radius, {x, y, z}});
+        }
+      }
+    }
+    std::sort(offsets_.begin(), offsets_.end(), [](const Offset& a, const Offset& b) { return a.radius < b.radius; });
+  }
+
+  /// The greatest radius of a cylinder around the voxel of which all arms reach kCommonShare [voxels].
+  [[nodiscard]] double radius_at(const Voxel& middle) const {
+    double greatest = 0.0;
+    int reached = 0;
+    for (std::size_t i = 0; i < offsets_.size(); ++i) {
+      const Voxel& offset = offsets_[i].voxel;
+      reached += common({middle[0] + offset[0], middle[1] + offset[1], middle[2] + offset[2]}) ? 1 : 0;
+      const bool whole = i + 1 == offsets_.size() || offsets_[i + 1].radius > offsets_[i].radius;
+      if (whole && reached >= kCommonShare * static_cast<double>(i + 1)) greatest = offsets_[i].radius;
+    }
+    return greatest;
+  }
+
+  struct Offset {
+    double radius;  ///< of the smallest cylinder with it [voxels]
+    Voxel voxel;
+  };
+
+  const CommonReach& reach_;
+  Voxel lower_;  ///< of the box around the voxels
+  Voxel upper_;
+  Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();  ///< [voxels]
+  double flatness_ = 0.0;                           ///< half height over radius; 0: all voxels are in one layer
+  std::vector<bool> common_;
+  std::vector<Offset> offsets_;  ///< by radius
+};
 
 }  // namespace
 
 std::optional<TaskArea> default_task_area(const Cell& cell) {
   for (const bool of_each_arm : {false, true}) {
-    const std::vector<Eigen::Vector3d> common = common_reach(cell, of_each_arm);
-    if (common.size() < kLeastVoxels) continue;
-    TaskArea area = cylinder(common);
+    const CommonReach reach = sample_reach(cell, of_each_arm);
+    if (reach.voxels.size() < kLeastVoxels) continue;
+    TaskArea area = CylinderSearch(reach).find();
     area.of_each_arm = of_each_arm;
     return area;
   }

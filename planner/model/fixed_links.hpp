@@ -5,9 +5,9 @@
 
 namespace hecaton::planner {
 
-/// While the model has more than `most` links: merges links that no joint of the chain moves against their parent into
-/// that parent: first those beside the way to the tool without geometry, then the others beside it, then those on it,
-/// each time from the last one on. The tool link stays. Adds a note if links disappear.
+/// Merges links that are fixed to their parent into that parent until the model has at most `most` links. Links without
+/// geometry beside the way to the tool go first. Links with geometry beside it follow, then those on the way, each time
+/// from the last one on. The tool link stays. Adds a note if links disappear.
 void merge_fixed_links(int most, RobotModel& model);
 
 }  // namespace hecaton::planner

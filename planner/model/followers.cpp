@@ -66,9 +66,9 @@ class Sweep {
   [[nodiscard]] std::optional<world::ConvexHull> around(const LinkGeometry& geometry) const {
     std::vector<Eigen::Vector3d> corners = enclosing_vertices(geometry.shape);
     for (Eigen::Vector3d& p : corners) p = geometry.X_LS * p;
-    // Between two samples a point deviates from the straight line by at most δ² |p″| / 8, and |p″| is at most the
-    // square of the sum of all rates times the greatest distance from a joint, and twice the product of turning and
-    // sliding rates.
+    // Between two samples a point deviates from the straight line by at most δ² |p″| / 8. The
+    // acceleration p″ has two parts: the squared sum of all rates times the greatest distance from a joint, and twice
+    // the product of turning and sliding rates.
     double lever = 0.0;
     std::vector<Eigen::Vector3d> points;
     const std::vector<int> joints(joints_.begin(), joints_.end());

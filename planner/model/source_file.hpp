@@ -1,6 +1,6 @@
 #pragma once
 /// The files that a cell and its robots are read from: cell file, URDF, SRDF, meshes. Readers open each file through a
-/// `SourceFiles`, so that the agent can keep the files with which a cell came up, and restarted services read those.
+/// `SourceFiles`. The agent keeps the files with which a cell came up, and restarted services read those.
 
 #include <filesystem>
 #include <map>
@@ -53,13 +53,15 @@ class SourceFiles {
 [[nodiscard]] std::string cut_utf8(const std::string& text, std::size_t most_bytes);
 
 /// Resolves `uri` as used in the URDF at `urdf_path`:
-/// - package://P/x and model://P/x: packages.at(P)/x; else below the nearest ancestor folder of the URDF that is named
-///   P, holds a folder P, or has a package.xml with this name; else share/P below a prefix of AMENT_PREFIX_PATH; else
-///   below a folder of ROS_PACKAGE_PATH, as for ancestors,
-/// - file:///x and absolute paths,
-/// - a path without scheme: relative to the URDF's folder.
-/// If the URDF is a symbolic link, the folder of the file behind it comes after the link's own. %XX in a `uri` stands
-/// for a byte if no file has the literal name, a backslash for a slash likewise.
+/// - package://P/x and model://P/x: the first of these that exists.
+///   1. packages.at(P)/x.
+///   2. Below the nearest ancestor folder of the URDF that is P: by its name, by its package.xml, or as a folder in it.
+///   3. Below share/P of a prefix of AMENT_PREFIX_PATH.
+///   4. Below a folder of ROS_PACKAGE_PATH, by the rules of 2.
+/// - file:///x and absolute paths.
+/// - A path without scheme is relative to the URDF's folder.
+/// If the URDF is a symbolic link, the folder of its target comes after the folder of the link. When no file has the
+/// literal name, %XX in `uri` stands for a byte, and a backslash for a slash.
 /// The file exists in `sources`. `remedy` says in the sentence of a missing package how the user maps it; with @ for
 /// the package's name. Throws ModelError that begins with `where`.
 [[nodiscard]] std::string resolve_resource(const std::string& uri, const std::string& urdf_path,

@@ -48,8 +48,8 @@ int free_joints(const std::vector<TreeLink>& tree, int i) {
   return joints;
 }
 
-/// Among the links fixed to `body`: tool0 (ROS-Industrial's name) if it exists, else the one with the most fixed joints
-/// between, the first in the tree's order among equals.
+/// Of the links fixed to `body`, the one named tool0, as ROS-Industrial does. Without tool0 it is the link with the most
+/// fixed joints between; of equals, the first in the tree's order.
 int tip_of_body(const std::vector<TreeLink>& tree, int body) {
   int tip = body;
   for (int i = body; i < static_cast<int>(tree.size()); ++i) {
@@ -138,8 +138,8 @@ bool is_named_finger(const Link& link) {
          has_word(link.name, {"finger", "jaw", "knuckle", "thumb", "claw"});
 }
 
-/// True when the joints beyond `body` are those of a gripper: fewer than those before it, and one follows another, or
-/// several slide, or all are named as fingers are.
+/// True when the joints beyond `body` are those of a gripper. They are fewer than the joints before it, and one follows
+/// another, or several slide, or all have names of fingers.
 bool carries_fingers(const std::vector<TreeLink>& tree, int body, int joints_beyond) {
   const std::vector<int> children = moving_children(tree, body);
   if (children.empty() || joints_beyond >= moving_joints(tree, body)) return false;

@@ -26,8 +26,8 @@ struct TreeLink {
   std::optional<Mimic> mimic;
 };
 
-/// What a user asks of the chain, and how the user asks for it: the `name_of_…` become parts of messages, such as
-/// "--tool LINK" or "arms[0].tool_link". An empty one: the user cannot.
+/// What a user asks of the chain. Messages use the `name_of_…`, such as "--tool LINK" or "arms[0].tool_link", as the way
+/// to ask for it. Empty: there is no way.
 struct ChainRequest {
   std::string path;                    ///< of the URDF; messages of errors begin with it
   std::string base_link;               ///< joints above it are held; empty: the root
@@ -40,9 +40,9 @@ struct ChainRequest {
 /// Index of the link with this name; −1: none.
 [[nodiscard]] int index_of_link(const std::vector<TreeLink>& tree, const std::string& name);
 
-/// Index of the tool link. Without a wish: the tip of the chain with the most moving joints below the base link,
-/// without the fingers of a gripper, with a note. Throws ModelError when a link does not exist, or when several chains
-/// qualify.
+/// Index of the tool link. Without `tool_link` it is the tip of the chain with the most moving joints below the base
+/// link, without the fingers of a gripper; adds a note then. Throws ModelError when a link does not exist, or when
+/// several chains qualify.
 [[nodiscard]] int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& request,
                                  std::vector<std::string>& notes);
 
@@ -52,10 +52,10 @@ struct Chain {
   std::vector<Follower> followers;  ///< joints beside the chain that follow one of its joints
 };
 
-/// Numbers the moving joints from the base link to `tool` (Link::joint). All other joints become fixed ones: at the
-/// position that the request holds them at, or at zero, or at the nearest limit; followers where they then are. Adds
-/// one note with these positions. Throws ModelError for a chain without moving joints, with more than kMaxJoints, or
-/// with a joint that mimics another one, and for joints that cannot be held as requested.
+/// Numbers the moving joints from the base link to `tool` (Link::joint). All other joints become fixed ones, at the
+/// requested position, at zero, or at the nearest limit. Their followers are fixed where that puts them. Adds one note
+/// with these positions. Throws ModelError for a chain without moving joints, with more than kMaxJoints, or with a
+/// follower. Throws it also for joints that cannot be held as requested.
 [[nodiscard]] Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& request,
                                  std::vector<std::string>& notes);
 

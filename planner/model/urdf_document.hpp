@@ -20,11 +20,10 @@ struct UrdfDocument {
   std::map<std::string, std::string> faulty_joints;
 };
 
-/// Reads the URDF at `path`, or expands it with xacro if a part that the planner needs is xacro. In the text, names
-/// are unique, references resolve, joints form one tree without followers that follow themselves, numbers are finite,
-/// axes not zero, sizes positive, ranges not reversed; missing limits of effort and velocity are 0; floating and planar
-/// joints are fixed. `name_of_arguments` says how the user gives arguments to xacro; empty: not at all. Throws
-/// ModelError.
+/// Reads the URDF at `path`, or expands it with xacro if a part that the planner needs is xacro. In the text, names are
+/// unique, references resolve, and joints form one tree. No follower follows itself. Numbers are finite, axes not zero,
+/// sizes positive and ranges not reversed. Missing limits of effort and velocity are 0. Floating and planar joints are
+/// fixed. `name_of_arguments` says how the user gives arguments to xacro; empty: not at all. Throws ModelError.
 [[nodiscard]] UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources,
                                               const XacroArguments& arguments = {},
                                               const std::string& name_of_arguments = "");

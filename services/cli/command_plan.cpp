@@ -247,7 +247,8 @@ void add_plan(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("plan", "Plans one path around all obstacles, without network");
   auto options = std::make_shared<Options>();
   PlanArguments& arguments = options->arguments;
-  command->add_option("FILE", arguments.file, "cell file (YAML), robot description (URDF) or name of a robot")->required();
+  command->add_option("FILE", arguments.file, "cell file (YAML), robot description (URDF) or name of a robot")
+      ->required();
   std::vector<std::string> methods;
   for (const auto& planner : global::built_in_planners().planners()) methods.emplace_back(planner->traits().name);
   for (const planner::MethodTraits& traits : planner::built_in_methods().traits()) {
@@ -317,10 +318,10 @@ void add_plan(CLI::App& app, Session& session) {
   }
   command->footer(
       planners +
-      "--pose and --position are goals of one arm's tool; the first joint positions found for them are the goal.\n"
-      "sensed_cspace and known_cspace simulate the arm in virtual time, for at most tasks.time_limit;\n"
-      "--seed is the seed of its sensor noise, --budget and --raw have no effect.\n"
-      "--clearance does not apply between links of one arm, which must not touch.\n"
+      "Goals of --pose and --position are of one arm's tool; the first joint positions found for them are the goal.\n"
+      "Planners sensed_cspace and known_cspace simulate the arm in virtual time, for at most tasks.time_limit.\n"
+      "For these --seed is the seed of the sensor noise, and --budget and --raw have no effect.\n"
+      "Links of one arm must not touch, whatever --clearance is.\n"
       "Exit code 1 when no path was found; the output has the reason.");
   command->callback([&session, options, command] {
     check_robot_options(options->arguments.robot);
