@@ -450,6 +450,14 @@ def all_tests():
     return loader.loadTestsFromModule(sys.modules[__name__])
 
 
+def print_last_words(most=40):
+    """Prints what processes wrote beside their log lines: causes of aborts, messages of libraries. Logs end with the machine."""
+    for log in sorted(options.logs.glob("*.log")):
+        words = [line for line in log.read_text(errors="replace").splitlines() if not line.startswith("time=")]
+        for line in words[-most:]:
+            print(f"{log.stem}: {line}", file=sys.stderr)
+
+
 def run_tests(suite, lateness):
     """Returns the exit code and the failed tests."""
     try:
@@ -462,6 +470,7 @@ def run_tests(suite, lateness):
         return ending.exit_code(ends.received), None
     if result.wasSuccessful():
         return 0, None
+    print_last_words()
     stalls = [(*stall, "a timer", "this machine") for stall in lateness.stalls] + node_stalls
     code = judge_failures(result.failed, stalls)
     if code == UNSTEADY:
