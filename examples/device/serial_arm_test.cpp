@@ -133,10 +133,11 @@ TEST_F(SerialArmTest, ReachesGoal) {
 TEST_F(SerialArmTest, FailureHoldsTheArmUntilItEnds) {
   start_all();
   arm_on_a_line.fail("joint 3: overcurrent");
-  ASSERT_TRUE(await([this] { return arm()->mode() == msg::ArmMode::ARM_FAILED; }));
+  // On a busy machine the state may be too old first, which is a failure, too.
+  ASSERT_TRUE(await([this] { return arm()->cause().text() == "joint 3: overcurrent"; }));
+  EXPECT_EQ(arm()->mode(), msg::ArmMode::ARM_FAILED);
   EXPECT_EQ(arm()->cause().kind(), msg::CauseKind::CAUSE_DEVICE_FAILED);
   EXPECT_EQ(arm()->cause().subject(), "arm1");
-  EXPECT_EQ(arm()->cause().text(), "joint 3: overcurrent");
   arm_on_a_line.fail({});
   ASSERT_TRUE(await([this] { return arm()->mode() == msg::ArmMode::ARM_RUNNING; }));
 }
