@@ -78,6 +78,13 @@ def say(what):
     print(what, file=sys.stderr, flush=True)
 
 
+def one_leads(status):
+    """True if one supervisor leads and each other one stands by."""
+    states = {node["node"]: node["state"] for node in status["nodes"] if is_supervisor(node["node"])}
+    leader = states.pop(status["supervisor"], None)
+    return leader == "running" and all(state == "standby" for state in states.values())
+
+
 class Chaos:
     """`poses`: the two poses between which all arms move. `ends`: signals that end the program (ending.Ending)."""
 
@@ -215,6 +222,8 @@ class Chaos:
         """True if the cell runs and its arms move back and forth."""
         try:
             self.wait_until_it_runs()
+            # At the start, each supervisor may lead before it hears the other.
+            self.cell.wait_for("one supervisor leads", one_leads)
         except AssertionError as error:
             self.violated("start", error)
             return False

@@ -244,5 +244,18 @@ class LeadershipTest(ChaosTest):
         self.assertFalse(self.chaos.newcomer_leads([*silence, Kill("supervisor", "a-pc")], now - 1000, 2.0))
 
 
+class OneLeadsTest(unittest.TestCase):
+    @staticmethod
+    def status(leader, *states):
+        return {"supervisor": leader, "nodes": [{"node": node, "state": state} for node, state in states]}
+
+    def test_second_leader_does_not_count_as_standby(self):
+        first, second = ("supervisor", "running"), ("supervisor@b", "running")
+        self.assertFalse(chaos.one_leads(self.status("supervisor", first, second, ("world", "running"))))
+        self.assertTrue(chaos.one_leads(self.status("supervisor", first, ("supervisor@b", "standby"))))
+        self.assertTrue(chaos.one_leads(self.status("supervisor", first)))
+        self.assertFalse(chaos.one_leads(self.status("supervisor@b", first, ("supervisor@b", "standby"))))
+
+
 if __name__ == "__main__":
     unittest.main()
