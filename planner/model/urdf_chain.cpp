@@ -48,8 +48,8 @@ int free_joints(const std::vector<TreeLink>& tree, int i) {
   return joints;
 }
 
-/// Of the links fixed to `body`, the one named tool0, as ROS-Industrial does. Without tool0 it is the link with the most
-/// fixed joints between; of equals, the first in the tree's order.
+/// Of the links fixed to `body`, the one named tool0, as ROS-Industrial does. Without tool0 it is the link with the
+/// most fixed joints between; of equals, the first in the tree's order.
 int tip_of_body(const std::vector<TreeLink>& tree, int body) {
   int tip = body;
   for (int i = body; i < static_cast<int>(tree.size()); ++i) {

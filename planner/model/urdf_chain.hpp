@@ -26,8 +26,8 @@ struct TreeLink {
   std::optional<Mimic> mimic;
 };
 
-/// What a user asks of the chain. Messages use the `name_of_…`, such as "--tool LINK" or "arms[0].tool_link", as the way
-/// to ask for it. Empty: there is no way.
+/// What a user asks of the chain. Messages use the `name_of_…`, such as "--tool LINK" or "arms[0].tool_link", as the
+/// way to ask for it. Empty: there is no way.
 struct ChainRequest {
   std::string path;                    ///< of the URDF; messages of errors begin with it
   std::string base_link;               ///< joints above it are held; empty: the root

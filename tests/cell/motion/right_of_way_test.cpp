@@ -17,8 +17,10 @@ const std::vector<double> kTo2{-0.6, -0.6, 2.6, 0, 0.6, 0};
 class MotionRightOfWay : public MotionCell {
  protected:
   // Without lookahead, and with a short delay before a blocked arm requests the right of way.
-  MotionRightOfWay() : MotionCell(2, "", "  rollout: {candidates: 0}\n  yielding: {yield_request_delay: 1s}\n"
-                           "  damper: {influence_distance: 0.12, security_distance: 0.02, convergence_speed: 1}\n") {}
+  MotionRightOfWay()
+      : MotionCell(2, "",
+                   "  rollout: {candidates: 0}\n  yielding: {yield_request_delay: 1s}\n"
+                   "  damper: {influence_distance: 0.12, security_distance: 0.02, convergence_speed: 1}\n") {}
 
   void go(const std::string& goal, const std::vector<double>& q, const std::string& arm) {
     send(joint_goal(goal, q, arm));

@@ -255,7 +255,8 @@ TEST(PlanCommand, RejectsInvalidValues) {
   refused({"plan", kPlanCell, "--to", "ready", "--jerk", "0"}, ExitCode::kBadInput, "--jerk = '0' must be a number");
   refused({"plan", kPlanCell, "--to", "1 2"}, ExitCode::kBadInput, "must be 6 numbers, or the name of a pose");
   refused({"plan", kPlanCell, "--to", "1e9 0 0 0 0 0"}, ExitCode::kBadInput, "must be between -100 and 100 rad");
-  refused({"plan", kPlanCell}, ExitCode::kBadInput, "--to, --pose, --position or --moveit-request is needed for the goal");
+  refused({"plan", kPlanCell}, ExitCode::kBadInput,
+          "--to, --pose, --position or --moveit-request is needed for the goal");
   refused({"plan", kPlanRobot, "--to", "0 0 0 0 0 0"}, ExitCode::kBadInput, "is needed: arm puma560 has no start");
   refused({"plan", kPlanCell, "--to", "ready", "--method", "magic"}, ExitCode::kUsage, "rrt_connect");
   refused({"plan", kPlanCell, "--to", "ready", "--trajectory", "10"}, ExitCode::kBadInput, "a number with its unit");
