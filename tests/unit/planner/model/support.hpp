@@ -1,5 +1,5 @@
 #pragma once
-/// Helpers of the model's tests: temporary files, small URDFs, random joints.
+/// Helpers of the model's tests: small URDFs, random joints.
 
 #include <cstdlib>
 #include <filesystem>
@@ -12,39 +12,12 @@
 
 #include "planner/model/robot_model.hpp"
 #include "planner/model/urdf_loader.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::test {
 
 inline const std::string kPuma = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf";
 inline const std::string kPuma5 = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560_5dof.urdf";
-
-/// A folder of its own for every test, removed afterwards.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "hecaton-model-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (path_ / name).string(); }
-
-  std::string write(const std::string& name, const std::string& text) const {
-    const std::filesystem::path file = path_ / name;
-    std::filesystem::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
-    return file.string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// A link with one collision sphere.
 inline std::string ball_link(const std::string& name, const std::string& origin = "0 0 0") {

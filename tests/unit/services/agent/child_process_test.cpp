@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "services/runtime/thread_priority.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -29,13 +30,9 @@ constexpr int kMostWaiting = 60'000;  // [ms]
 
 class ChildProcessTest : public ::testing::Test {
  protected:
-  ChildProcessTest() {
-    std::string name = (std::filesystem::temp_directory_path() / "child_process_test-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
+  ChildProcess shell(const std::string& script) {
+    return ChildProcess({"/bin/sh", {"-c", script}, folder_.path("log")});
   }
-  ~ChildProcessTest() override { std::filesystem::remove_all(folder_); }
-
-  ChildProcess shell(const std::string& script) { return ChildProcess({"/bin/sh", {"-c", script}, folder_ / "log"}); }
   static std::optional<ChildEnd> await_end(ChildProcess& child) {
     pollfd ended{child.fd(), POLLIN, 0};
     EXPECT_EQ(poll(&ended, 1, kMostWaiting), 1);
@@ -47,12 +44,12 @@ class ChildProcessTest : public ::testing::Test {
     return child.poll_start();
   }
   std::string log() {
-    std::ifstream file(folder_ / "log");
+    std::ifstream file(folder_.path("log"));
     std::ostringstream text;
     text << file.rdbuf();
     return text.str();
   }
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(ChildProcessTest, ReportsItsExitCode) {
@@ -74,7 +71,7 @@ TEST_F(ChildProcessTest, ReportsTheSignalThatEndedIt) {
 }
 
 TEST_F(ChildProcessTest, AnnouncesItsEndWhenTheKernelBegins) {
-  ChildProcess child({"/bin/sh", {"-c", "kill -KILL $$"}, folder_ / "log", false, true});
+  ChildProcess child({"/bin/sh", {"-c", "kill -KILL $$"}, folder_.path("log"), false, true});
   pollfd closed{child.exit_fd(), POLLIN, 0};
   ASSERT_EQ(poll(&closed, 1, kMostWaiting), 1);
   const auto announced = child.poll_announced_end();
@@ -88,7 +85,7 @@ TEST_F(ChildProcessTest, AnnouncesItsEndWhenTheKernelBegins) {
 }
 
 TEST_F(ChildProcessTest, AnnouncesNoEndWhenItOnlyClosesItsExitPipe) {
-  ChildProcess child({"/bin/sh", {"-c", "exec 4>&-; exec sleep 600"}, folder_ / "log", true, true});
+  ChildProcess child({"/bin/sh", {"-c", "exec 4>&-; exec sleep 600"}, folder_.path("log"), true, true});
   pollfd closed{child.exit_fd(), POLLIN, 0};
   ASSERT_EQ(poll(&closed, 1, kMostWaiting), 1);
   EXPECT_FALSE(child.poll_announced_end());
@@ -106,7 +103,7 @@ TEST_F(ChildProcessTest, StartsWithLowerPriorityThanARealTimeParent) {
     sched_param parameters{};
     parameters.sched_priority = static_cast<int>(ThreadPriority::kAgent);
     first = sched_setscheduler(0, SCHED_RR, &parameters) == 0;  // if permitted
-    ChildProcess own({"/bin/cut", {"-d", " ", "-f", "40,41", "/proc/self/stat"}, folder_ / "log"});
+    ChildProcess own({"/bin/cut", {"-d", " ", "-f", "40,41", "/proc/self/stat"}, folder_.path("log")});
     child = &own;
     started.release();
     seen.acquire();
@@ -163,7 +160,7 @@ TEST_F(ChildProcessTest, InheritsNoSignalMaskAndNoIgnoredSignals) {
   sigaddset(&blocked, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &blocked, &before);
   const auto handler = std::signal(SIGPIPE, SIG_IGN);
-  ChildProcess child({"/bin/grep", {"-E", "^Sig(Blk|Ign):", "/proc/self/status"}, folder_ / "log"});
+  ChildProcess child({"/bin/grep", {"-E", "^Sig(Blk|Ign):", "/proc/self/status"}, folder_.path("log")});
   await_end(child);
   std::signal(SIGPIPE, handler);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
@@ -174,7 +171,7 @@ TEST_F(ChildProcessTest, InheritsNoDescriptors) {
   const int stray = open("/dev/null", O_RDONLY);  // without O_CLOEXEC, as a careless library would
   ASSERT_GE(stray, 0);
   // ls itself opens the folder it lists: descriptor 3.
-  ChildProcess child({"/bin/ls", {"/proc/self/fd"}, folder_ / "log"});
+  ChildProcess child({"/bin/ls", {"/proc/self/fd"}, folder_.path("log")});
   await_end(child);
   close(stray);
   EXPECT_EQ(log(), "0\n1\n2\n3\n");

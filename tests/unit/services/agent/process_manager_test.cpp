@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/temporary_folder.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -179,17 +181,15 @@ TEST_F(ProcessManagerTest, RetriesAGivenUpProcessAndCounts) {
 
 // The missing file exists after two retries.
 TEST_F(ProcessManagerTest, ClearsTheProblemAfterALongUptime) {
-  std::string folder = (std::filesystem::temp_directory_path() / "process_manager_test-XXXXXX").string();
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const test::TemporaryFolder folder;
   ProcessManagerOptions trying = options(1);
   trying.restart.retry = 1ms;
   trying.restart.steady = 20ms;
-  ProcessManager manager({service("a", "sh", {"-c", "test -e " + folder + "/part && exec sleep 600"})}, trying);
+  ProcessManager manager({service("a", "sh", {"-c", "test -e " + folder.path("part") + " && exec sleep 600"})}, trying);
   turn_until(manager, Kind::kGivenUp, 2);
-  std::ofstream(folder + "/part") << "here";
+  folder.write("part", "here");
   turn_until(manager, [&] { return manager.problem().empty(); });
   EXPECT_FALSE(manager.all_ended());
-  std::filesystem::remove_all(folder);
 }
 
 TEST_F(ProcessManagerTest, ReportsAnExitAsFinalWithoutRestarts) {

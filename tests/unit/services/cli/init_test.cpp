@@ -5,10 +5,10 @@
 #include <sstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "services/cli/cell_draft.hpp"
 #include "services/command_line/document.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {
@@ -19,24 +19,14 @@ namespace fs = std::filesystem;
 /// A folder for the files of one test.
 class InitTest : public testing::Test {
  protected:
-  InitTest() {
-    std::string name = (fs::temp_directory_path() / "hecaton-init-XXXXXX").string();
-    EXPECT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  ~InitTest() override {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_.path(name); }
   [[nodiscard]] std::string content(const std::string& name) const {
-    std::ifstream file(folder_ / name);
+    std::ifstream file(path(name));
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   }
 
  private:
-  fs::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(InitTest, WritesACellThatChecksDrawsTasksAndSimulates) {

@@ -8,10 +8,10 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "services/config/cell_file.hpp"
 #include "services/config/yaml_tree.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::config {
 namespace {
@@ -91,9 +91,8 @@ TEST(RobotCatalogue, NamesRobotInTheErrorOfAnArmWithoutAny) {
 }
 
 TEST(RobotCatalogue, RunningCellKeepsTheFilesOfItsRobots) {
-  std::string name = (fs::temp_directory_path() / "hecaton-robots-XXXXXX").string();
-  ASSERT_NE(mkdtemp(name.data()), nullptr);
-  const fs::path folder = name;
+  const test::TemporaryFolder made;
+  const fs::path& folder = made.path();
   std::ofstream(folder / "cell.yaml") << "name: test\narms:\n  - {name: left, robot: ur3e}\n";
   const CellFile file = load_cell_file((folder / "cell.yaml").string());
   file.sources.keep(folder / "kept");
@@ -101,13 +100,11 @@ TEST(RobotCatalogue, RunningCellKeepsTheFilesOfItsRobots) {
   EXPECT_EQ(again.cell.arms.front().arm.model->name, "ur3e");
   const auto of_robot = [](const std::string& path) { return fs::path(path).stem() == "ur3e"; };
   EXPECT_EQ(std::count_if(file.sources.read().begin(), file.sources.read().end(), of_robot), 2) << "YAML and URDF";
-  fs::remove_all(folder);
 }
 
 TEST(RobotCatalogue, EnvironmentNamesAnotherFolder) {
-  std::string name = (fs::temp_directory_path() / "hecaton-robots-XXXXXX").string();
-  ASSERT_NE(mkdtemp(name.data()), nullptr);
-  const fs::path folder = name;
+  const test::TemporaryFolder made;
+  const fs::path& folder = made.path();
   fs::copy_file(robots_folder() / "gp7.urdf", folder / "mine.urdf");
   fs::copy_file(robots_folder() / "gp7.yaml", folder / "mine.yaml");
   ASSERT_EQ(setenv("HECATON_ROBOTS", folder.c_str(), 1), 0);
@@ -115,7 +112,6 @@ TEST(RobotCatalogue, EnvironmentNamesAnotherFolder) {
   EXPECT_EQ(cell_of("arms:\n  - {name: left, robot: mine}\n").cell.arms.front().arm.model->joints(), 6);
   EXPECT_FALSE(is_robot_name("gp7"));
   ASSERT_EQ(unsetenv("HECATON_ROBOTS"), 0);
-  fs::remove_all(folder);
 }
 
 }  // namespace
