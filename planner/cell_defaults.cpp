@@ -30,6 +30,7 @@ constexpr std::size_t kLeastVoxels = 4;
 constexpr double kCommonShare = 0.9;
 constexpr double kFlatness = 0.7;    ///< half height over radius
 constexpr double kMeanWeight = 0.1;  ///< of the distance from the mean against the radius
+constexpr double kEqual = 1e-9;      ///< cylinders whose values differ by less are equal [voxels]
 constexpr double kInside = 0.85;     ///< used share of the radius
 
 double lower_of(const JointLimits& limits, int joint) {
@@ -190,19 +191,25 @@ class CylinderSearch {
     sort_offsets();
   }
 
-  /// The greatest; of equals, that nearest to the mean of the voxels.
+  /// The greatest; of equals, that nearest to the mean of the voxels. Between equal neighbours it stands in the middle,
+  /// because an even number of voxels has no middle one.
   [[nodiscard]] TaskArea find() const {
     double greatest = -std::numeric_limits<double>::infinity();
-    Eigen::Vector3d centre = mean_;
-    double voxels = 0.0;  // radius of the cylinder
+    std::vector<Eigen::Vector3d> middles;  // of equal cylinders, neighbours of the first
+    double voxels = 0.0;                   // radius of the cylinder
     for (const Voxel& middle : reach_.voxels) {
       const double radius = radius_at(middle);
       const double value = radius - kMeanWeight * (point(middle) - mean_).norm();
-      if (value <= greatest) continue;
-      greatest = value;
-      centre = point(middle);
-      voxels = radius;
+      if (value > greatest + kEqual) {
+        greatest = value;
+        voxels = radius;
+        middles = {point(middle)};
+      } else if (value >= greatest - kEqual && (point(middle) - middles[0]).lpNorm<Eigen::Infinity>() <= 1.0) {
+        middles.push_back(point(middle));
+      }
     }
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& middle : middles) centre += middle / static_cast<double>(middles.size());
     const auto rounded = [](double value) { return 1e-3 * std::round(1e3 * value); };
     TaskArea area;
     area.centre = (reach_.edge * centre).unaryExpr(rounded);

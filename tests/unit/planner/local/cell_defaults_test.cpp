@@ -83,7 +83,7 @@ TEST(CellDefaults, TaskAreaIsWhereAllArmsReach) {
   const auto area = default_task_area(cell_of({test::planar_point("left"), right}));
   ASSERT_TRUE(area);
   EXPECT_FALSE(area->of_each_arm);
-  EXPECT_NEAR(area->centre.x(), 2.0, 0.6);
+  EXPECT_NEAR(area->centre.x(), 2.0, 0.2);
   EXPECT_NEAR(area->centre.y(), 0.0, 0.2);
   EXPECT_EQ(area->centre.z(), 0.0);
   EXPECT_EQ(area->half_height, 0.0);
